@@ -1,0 +1,119 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+namespace tanor {
+
+/// Order in which S = K'M^-1K is eliminated.
+enum class Ordering { Auto, Amd, Metis, Nesdis, Natural };
+
+struct SolverOptions {
+  Ordering ordering = Ordering::Auto;
+  int threads = 0;  ///< OpenMP threads; 0: as many as OpenMP gives
+};
+
+/// Seconds spent, by phase.
+struct PhaseTimes {
+  double evaluate = 0.0, assemble = 0.0, factor = 0.0, solve = 0.0;
+};
+
+/// Work done so far by a Dynamics or a Simulation.
+struct Counters {
+  std::size_t evaluations = 0, factorizations = 0, solves = 0;
+};
+
+/// What the plan found out about a system before any number was computed.
+struct PlanSummary {
+  std::size_t points = 0, supports = 0, equations = 0, islands = 0;
+  std::size_t parts = 0;              ///< groups of islands with a factor of their own
+  std::size_t pattern_nonzeros = 0;   ///< of the lower triangle of S
+  std::size_t factor_nonzeros = 0;    ///< of L
+  double factor_flops = 0.0;          ///< of one numeric factorization
+  std::string ordering;               ///< used: "natural", "amd", …; several joined by '+'
+  std::string factorization;          ///< "simplicial", "supernodal", "none"
+  std::vector<std::string> left_out;  ///< what this system does not need
+};
+
+/// Quality of the last solve.
+struct SolveReport {
+  Outcome outcome;
+  double residual = 0.0;               ///< max |K'w + phi| / (sum of the magnitudes of its terms)
+  double reciprocal_condition = 1.0;   ///< of the scaled S, CHOLMOD's cheap estimate; smallest over the parts
+  int refinements = 0;
+};
+
+struct ProjectionReport {
+  Outcome outcome;
+  double correction = 0.0;  ///< largest move of a point (m or m/s)
+  double violation = 0.0;   ///< after the projection, relative
+  int iterations = 0;
+};
+
+enum class StartMode {
+  Check,   ///< correct up to 1e-3 of the length and velocity scale; more is an InputError
+  Project  ///< nearest admissible start in the M-norm, however far
+};
+
+struct StartReport {
+  Outcome outcome;
+  double position_correction = 0.0, velocity_correction = 0.0;  ///< largest move of a point, m and m/s
+  double relative = 0.0;                                        ///< the larger of both over its scale
+};
+
+/// The inverse problem in normal form: accelerations and reactions of a system at one instant.
+///
+/// All arrays are the host's own: point by point, 3n doubles, in the user's order; rows of multipliers in the order of
+/// `num_equations`. Supports keep their rows: positions and velocities there are replaced by the prescribed motion.
+/// Not thread-safe; one object per host thread.
+class TANOR_API Dynamics {
+ public:
+  explicit Dynamics(System system, SolverOptions options = {});
+  Dynamics(Dynamics&&) noexcept;
+  Dynamics& operator=(Dynamics&&) noexcept;
+  ~Dynamics();
+
+  const System& system() const;
+  std::size_t num_points() const;
+  std::size_t num_equations() const;
+  const PlanSummary& plan() const;
+
+  /// w (25), lambda = eta^(xi) (31), eta = K lambda (23) at (t, r, v). Rows of `reactions` and `accelerations` at
+  /// supports: K lambda there, and the prescribed acceleration. An empty span is not computed.
+  SolveReport solve(double t, std::span<const double> positions, std::span<const double> velocities,
+                    std::span<double> accelerations, std::span<double> multipliers = {},
+                    std::span<double> reactions = {});
+
+  /// Forces that the last solve found on the points, 3n, N: active ones, and the load each support carries (K lambda + f there).
+  void active_forces(std::span<double> forces) const;
+  void support_forces(std::span<double> forces) const;
+
+  /// The split of the last solve, w = w_T + w_N: w_N = -K Gamma^-1 phi (21), w_T = w - w_N (19); rows of supports are 0.
+  Outcome split(std::span<double> tangent_accelerations, std::span<double> normal_accelerations);
+
+  /// Nearest r on xi(r, t) = 0 in the M-norm, by Newton's method from the given one.
+  ProjectionReport project_positions(double t, std::span<double> positions);
+  /// Nearest v with K'v + xi_t = 0 in the M-norm.
+  ProjectionReport project_velocities(double t, std::span<const double> positions, std::span<double> velocities);
+
+  /// Consistent start. StartMode::Check throws InputError naming the worst constraint.
+  StartReport start(double t, std::span<double> positions, std::span<double> velocities, StartMode mode);
+
+  /// Largest relative violation: |xi|/|gradient|/length, and |K'v + xi_t|/|gradient|/velocity scale.
+  double position_violation(double t, std::span<const double> positions);
+  double velocity_violation(double t, std::span<const double> positions, std::span<const double> velocities);
+
+  PhaseTimes phase_times() const;
+  Counters counters() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace tanor

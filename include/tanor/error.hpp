@@ -1,0 +1,39 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include <tanor/export.hpp>
+
+namespace tanor {
+
+/// Wrong input of the caller: what is wrong (with its value and the rule it breaks) and where.
+/// `where()` is a JSON pointer into the scene (`/constraints/3/pairs/17`), empty where there is no such place.
+class TANOR_API InputError : public std::runtime_error {
+ public:
+  InputError(std::string where, const std::string& what);
+  ~InputError() override;
+  const std::string& where() const { return where_; }
+
+ private:
+  std::string where_;
+};
+
+/// How a computation ended. A numerical outcome is an answer, not an exception.
+enum class Status {
+  Ok,
+  Singular,       ///< S = K'M^-1K has no Cholesky factor: redundant or contradictory constraints
+  NotConverged,   ///< an iteration (projection onto the constraints) stalled
+  NotFinite,      ///< the state or the forces left the range of double
+  StepTooSmall    ///< the tolerance asks for steps below the resolution of time
+};
+
+/// Status with its explanation; `what` names the constraint, the time and the reason.
+struct [[nodiscard]] Outcome {
+  Status status = Status::Ok;
+  std::string what;
+
+  bool ok() const { return status == Status::Ok; }
+};
+
+}  // namespace tanor

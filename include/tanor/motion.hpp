@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <tanor/dynamics.hpp>
+
+namespace tanor {
+
+enum class Method { Auto, Rk4, Dopri5, Rattle };
+
+/// "rk4" …; throws InputError listing the methods of this version.
+TANOR_API Method method_from_name(std::string_view name);
+TANOR_API std::string_view method_name(Method method);
+
+enum class Stabilisation { Projection, None };
+
+struct MotionOptions {
+  Method method = Method::Auto;  ///< auto: dopri5 with tolerances, rk4 where a step is given
+  double step = 0.0;             ///< s, > 0 for fixed steps; 0: none
+  double rtol = 1e-8;            ///< relative to |r| and |v| of each point
+  double atol = 1e-10;           ///< m and m/s
+  Stabilisation stabilisation = Stabilisation::Projection;
+  StartMode start = StartMode::Check;
+};
+
+/// Kinetic and potential energy, J, and the work done since the start.
+struct EnergyReport {
+  double start = 0.0, now = 0.0;
+  double work_of_supports = 0.0;  ///< by moving supports and time-dependent constraints
+  double work_of_forces = 0.0;    ///< by forces without potential: drag, damping, time-dependent ones
+  double scale = 0.0;             ///< largest of |E(0)| and the kinetic energy at the steps
+  /// (now - start - works)/scale; 0 where nothing ever moved.
+  double drift_relative() const;
+};
+
+struct MotionReport {
+  Method method = Method::Auto;  ///< the one used
+  double time = 0.0;             ///< reached, s
+  std::size_t steps = 0, rejected = 0;
+  double last_step = 0.0;
+  StartReport start;
+  double position_violation = 0.0;      ///< largest after any step, relative
+  double velocity_violation = 0.0;      ///< likewise, over the velocity scale
+  double acceleration_violation = 0.0;  ///< largest scaled residual |K'w + phi|
+  double reciprocal_condition = 1.0;    ///< smallest met
+  EnergyReport energy;
+  Counters counters;
+  PhaseTimes times;
+};
+
+/// A system on its way through time.
+class TANOR_API Simulation {
+ public:
+  /// Makes the start consistent (StartMode); throws InputError for bad input. A numerical failure is in `outcome()`.
+  explicit Simulation(System system, MotionOptions motion = {}, SolverOptions solver = {}, double t_start = 0.0);
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+  ~Simulation();
+
+  /// Called after every step; return false to stop there.
+  using Observer = std::function<bool(const MotionReport&)>;
+
+  /// Steps to exactly t_end (> time()); on a failure the state stays at the last good step.
+  Outcome advance(double t_end, const Observer& observer = {});
+
+  const System& system() const;
+  const PlanSummary& plan() const;
+  const Outcome& outcome() const;      ///< of the start or the last advance
+  const MotionReport& report() const;
+  double time() const;
+
+  // The state, in the user's order; valid until the next call of a non-const function.
+  std::span<const double> positions() const;      ///< 3n, m
+  std::span<const double> velocities() const;     ///< 3n, m/s
+  std::span<const double> accelerations() const;  ///< 3n, m/s^2
+  std::span<const double> multipliers() const;    ///< d
+  std::span<const double> reactions() const;      ///< 3n, N: K lambda
+  std::span<const double> support_forces() const; ///< 3n, N: load that each support carries, 0 elsewhere
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,11 @@
+#pragma once
+
+/// \file tanor: motion and reactions of large systems of material points under constraints.
+
+#include <tanor/dynamics.hpp>
+#include <tanor/error.hpp>
+#include <tanor/jet.hpp>
+#include <tanor/motion.hpp>
+#include <tanor/system.hpp>
+#include <tanor/time_function.hpp>
+#include <tanor/version.hpp>

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tanor/export.hpp>
+#include <tanor/jet.hpp>
+
+namespace tanor {
+
+using Vector3 = std::array<double, 3>;
+
+/// Named constants of formulas, `{"omega": 3.0}`.
+using Constants = std::map<std::string, double, std::less<>>;
+
+/// A number that may depend on time, known with its first two derivatives. Immutable and cheap to copy.
+class TANOR_API ScalarFunction {
+ public:
+  ScalarFunction(double constant = 0.0);  // NOLINT(google-explicit-constructor): a constant is a function
+  /// Text in `t`, `pi` and the given constants, e.g. "0.1*sin(omega*t)".
+  /// Throws InputError naming the position inside the text.
+  static ScalarFunction formula(std::string_view text, const Constants& constants = {});
+  /// C4 interpolation of samples; `times` strictly increasing, at least 2 rows. Outside the table: InputError at evaluation.
+  static ScalarFunction table(std::vector<double> times, std::vector<double> values);
+  /// A user's own function, written over jets (`[](auto t) { return sin(3.0 * t); }` fits).
+  static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function);
+
+  bool is_constant() const { return source_ == nullptr; }
+  /// Taylor coefficients at t: value(), derivative(1), derivative(2).
+  Jet<2> operator()(double t) const;
+
+  /// Where the numbers come from when they are not constant.
+  class Source;
+
+ private:
+  explicit ScalarFunction(std::shared_ptr<const Source> source);
+
+  double constant_ = 0.0;
+  std::shared_ptr<const Source> source_;
+};
+
+/// A 3-vector that may depend on time.
+struct TANOR_API VectorFunction {
+  std::array<ScalarFunction, 3> components;
+
+  VectorFunction() = default;
+  VectorFunction(const Vector3& constant);  // NOLINT(google-explicit-constructor)
+  VectorFunction(ScalarFunction x, ScalarFunction y, ScalarFunction z);
+
+  bool is_constant() const;
+  std::array<Jet<2>, 3> operator()(double t) const;
+};
+
+}  // namespace tanor

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <tanor/motion.hpp>
+
+namespace tanor::scene {
+
+/// When the certificate is computed ("certificate" of the contract).
+struct CertificatePolicy {
+  enum class When { Off, Final, Always, Every } when = When::Final;
+  int every = 0;  ///< steps, for Every
+};
+
+/// A scene file, read and checked: everything that a sub-command needs.
+struct Scene {
+  std::filesystem::path file;
+  std::string name;
+  std::string source;  ///< where the points come from: "inline", "generate: chain", "import: data.chain (lammps-data)"
+  System system;
+  MotionOptions motion;
+  double t_end = 0.0;         ///< s; 0: not given
+  double output_every = 0.0;  ///< s; 0: start and end only
+  std::vector<Index> output_points;  ///< empty: all
+  SolverOptions solver;
+  CertificatePolicy certificate;
+};
+
+/// Reads and validates a scene file. Throws InputError with `where()` = "<file>: <JSON pointer>" (line and column where the text is no JSON).
+Scene load_scene(const std::filesystem::path& file);
+
+/// The same from text; relative paths inside are relative to `file`.
+Scene parse_scene(const std::string& text, const std::filesystem::path& file);
+
+}  // namespace tanor::scene
