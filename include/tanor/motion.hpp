@@ -29,7 +29,7 @@ struct MotionOptions {
 };
 
 /// Kinetic and potential energy, J, and the work done since the start.
-struct EnergyReport {
+struct TANOR_API EnergyReport {
   double start = 0.0, now = 0.0;
   double work_of_supports = 0.0;  ///< by moving supports and time-dependent constraints
   double work_of_forces = 0.0;    ///< by forces without potential: drag, damping, time-dependent ones

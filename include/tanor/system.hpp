@@ -160,13 +160,15 @@ TANOR_API std::string equation_name(const System& system, std::size_t row);
 
 /// Name of an entry of `constraints` or `forces`: its own, or `<kind><index>`.
 TANOR_API std::string constraint_name(const System& system, std::size_t group);
+TANOR_API std::string force_name(const System& system, std::size_t index);
 
 /// Kind of a constraint or force as the scene file spells it: "rod", "plane", …
 TANOR_API std::string_view kind_name(const Constraint& constraint);
 TANOR_API std::string_view kind_name(const Force& force);
 
 /// Checks every rule of the contract: sizes, indices, finite numbers, positive masses and lengths, nonzero normals,
-/// pairs of distinct points, names that are used once. Throws InputError with a JSON pointer.
-TANOR_API void validate(const System& system);
+/// pairs of distinct points, names that are used once. What depends on time is checked at t, where the motion starts.
+/// Throws InputError with a JSON pointer.
+TANOR_API void validate(const System& system, double t = 0.0);
 
 }  // namespace tanor

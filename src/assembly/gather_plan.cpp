@@ -1,0 +1,112 @@
+#include "assembly/gather_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/check.hpp"
+
+namespace tanor {
+
+std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> inverse_masses,
+                                   int first_row) {
+  std::vector<Product> products;
+  for (std::size_t begin = 0, end = 0; begin < incidences.size(); begin = end) {
+    const Index point = incidences[begin].point;
+    while (end < incidences.size() && incidences[end].point == point) ++end;
+    const double inverse_mass = inverse_masses[static_cast<std::size_t>(point)];
+    for (std::size_t a = begin; a < end; ++a) {
+      for (std::size_t b = begin; b < end; ++b) {
+        const Incidence &p = incidences[a], &q = incidences[b];
+        if (p.row < q.row) continue;
+        products.push_back({p.row - first_row, q.row - first_row, p.block, q.block, p.sign * q.sign * inverse_mass});
+      }
+    }
+  }
+  return products;
+}
+
+GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place,
+                       Triangle triangle)
+    : start_(num_rows + 1, 0), scale_(num_rows, 1.0) {
+  // Products by column of the wanted triangle, then by row; the order of equal ones stays (stable): fixed sums.
+  const auto placed = [&](int row) { return place.empty() ? row : place[static_cast<std::size_t>(row)]; };
+  const auto entry = [&](const Product& product) {
+    const int a = placed(product.row), b = placed(product.column);
+    const int low = std::min(a, b), high = std::max(a, b);
+    return triangle == Triangle::Lower ? std::pair{low, high} : std::pair{high, low};  // column, row
+  };
+  std::vector<int> column_count(num_rows + 1, 0);
+  for (const Product& product : products) ++column_count[static_cast<std::size_t>(entry(product).first) + 1];
+  std::partial_sum(column_count.begin(), column_count.end(), column_count.begin());
+  struct Placed {
+    int row;
+    int product;
+  };
+  std::vector<Placed> sorted(products.size());
+  {
+    std::vector<int> next(column_count.begin(), column_count.end() - 1);
+    for (std::size_t k = 0; k < products.size(); ++k) {
+      const auto [column, row] = entry(products[k]);
+      sorted[static_cast<std::size_t>(next[static_cast<std::size_t>(column)]++)] = {row, static_cast<int>(k)};
+    }
+  }
+
+  rows_.reserve(products.size());
+  terms_.reserve(products.size());
+  diagonal_.reserve(num_rows);
+  for (std::size_t column = 0; column < num_rows; ++column) {
+    const auto begin = sorted.begin() + column_count[column], end = sorted.begin() + column_count[column + 1];
+    std::stable_sort(begin, end, [](const Placed& a, const Placed& b) { return a.row < b.row; });
+    for (auto k = begin; k != end; ++k) {
+      const Product& product = products[static_cast<std::size_t>(k->product)];
+      const Term term{product.block_a, product.block_b, product.weight};
+      const bool is_new = k == begin || (k - 1)->row != k->row;
+      if (is_new) {
+        if (k->row == static_cast<int>(column)) diagonal_.push_back(static_cast<int>(rows_.size()));
+        rows_.push_back(k->row);
+        terms_.push_back(term);
+      } else if (terms_.back().block_a == term.block_a && terms_.back().block_b == term.block_b) {
+        terms_.back().weight += term.weight;
+      } else {
+        extras_.push_back({static_cast<int>(rows_.size()) - 1, term});
+      }
+    }
+    start_[column + 1] = static_cast<int>(rows_.size());
+    ensure(diagonal_.size() == column + 1, "every row touches a moving point");
+  }
+  rows_.shrink_to_fit();
+  terms_.shrink_to_fit();
+}
+
+void GatherPlan::gather(const double* blocks, double* values) const {
+  const auto value = [&](const Term& term) {
+    return term.weight * dot(load(blocks, term.block_a), load(blocks, term.block_b));
+  };
+  for (std::size_t slot = 0; slot < terms_.size(); ++slot) values[slot] = value(terms_[slot]);
+  for (const auto& [slot, term] : extras_) values[slot] += value(term);
+}
+
+void GatherPlan::assemble(const double* blocks, bool norms_are_constant, double* values) {
+  gather(blocks, values);
+  if (weights_are_scaled_) return;
+  // scale_i = 1/sqrt(S_ii)
+  for (std::size_t j = 0; j < scale_.size(); ++j) scale_[j] = 1.0 / std::sqrt(values[diagonal_[j]]);
+  const auto scaled = [&](std::size_t column, int slot) {
+    return scale_[column] * scale_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(slot)])];
+  };
+  std::size_t extra = 0;
+  for (std::size_t column = 0; column < scale_.size(); ++column) {
+    for (int slot = start_[column]; slot < start_[column + 1]; ++slot) {
+      const double factor = scaled(column, slot);
+      values[slot] *= factor;
+      if (!norms_are_constant) continue;
+      // The scale stays: fold it into the weights, once.
+      terms_[static_cast<std::size_t>(slot)].weight *= factor;
+      for (; extra < extras_.size() && extras_[extra].slot == slot; ++extra) extras_[extra].term.weight *= factor;
+    }
+  }
+  weights_are_scaled_ = norms_are_constant;
+}
+
+}  // namespace tanor

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "evaluate/family.hpp"
+
+namespace tanor {
+
+/// One product of S = K'M^-1K: weight * g_a.g_b of the blocks a, b belongs to the entry (row, column).
+/// weight = sign_a sign_b / m of the point that both rows share.
+struct Product {
+  int row, column;  // row >= column
+  int block_a, block_b;
+  double weight;
+};
+
+/// Triangle (row >= column) of all products, in a fixed order; equal pairs of blocks are joined (a rod's two ends).
+/// `incidences` are those of moving points, grouped by point; `first_row` is subtracted from the rows.
+std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> inverse_masses,
+                                   int first_row);
+
+enum class Triangle { Lower, Upper };
+
+/// Writes S straight into the triangle that the factorization reads, rows in the order of elimination: every entry is a gather over
+/// the blocks of K, no search and no sparse product. Made once a topology.
+///
+///   values[slot] = scale_i scale_j * sum over its products of weight * (g_a . g_b)
+///
+/// S is scaled to a unit diagonal: scale_i = 1/sqrt(S_ii).
+class GatherPlan {
+ public:
+  /// `place` [row] -> place in the elimination (empty: as it is).
+  GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place, Triangle triangle);
+
+  const std::vector<int>& column_start() const { return start_; }
+  const std::vector<int>& rows() const { return rows_; }
+
+  /// Cost a slot: 6 numbers read, 1 written, 6 flops. With `norms_are_constant` the scale of the first call is kept.
+  void assemble(const double* blocks, bool norms_are_constant, double* values);
+
+  /// scale_i by place in the elimination, of the last `assemble`.
+  const std::vector<double>& scale() const { return scale_; }
+
+ private:
+  struct Term {
+    int block_a, block_b;
+    double weight;
+  };
+  struct ExtraTerm {
+    int slot;
+    Term term;
+  };
+  void gather(const double* blocks, double* values) const;
+
+  std::vector<int> start_, rows_;
+  std::vector<int> diagonal_;      // [column] its slot
+  std::vector<Term> terms_;        // [slot] the first product; nearly always the only one
+  std::vector<ExtraTerm> extras_;  // the others
+  std::vector<double> scale_;
+  bool weights_are_scaled_ = false;
+};
+
+}  // namespace tanor

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "evaluate/family.hpp"
+
+namespace tanor {
+
+/// eta = K lambda, gathered point by point in a fixed order.
+class ReactionGather {
+ public:
+  ReactionGather(std::span<const Incidence> incidences, std::size_t num_points);
+
+  /// out_i = (K lambda)_i [3n], points and supports alike.
+  void reactions(const Parallel& parallel, const double* blocks, const double* lambda, double* out) const;
+
+  /// out_i += scale_i (K lambda)_i for the points below `count`: with scale = 1/m this adds M^-1 K lambda.
+  void add_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
+                  std::size_t count, double* out) const;
+  /// The same without what was there.
+  void write_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
+                    std::size_t count, double* out) const;
+
+ private:
+  struct Entry {
+    Index row;
+    Index block;  // ~block where the sign is negative
+  };
+  Vec3 reaction(std::size_t point, const double* blocks, const double* lambda) const {
+    Vec3 sum{};
+    for (Index k = start_[point]; k < start_[point + 1]; ++k) {
+      const auto [row, block] = entries_[static_cast<std::size_t>(k)];
+      sum = block >= 0 ? sum + lambda[row] * load(blocks, block) : sum - lambda[row] * load(blocks, ~block);
+    }
+    return sum;
+  }
+
+  std::vector<Index> start_;  // [point]
+  std::vector<Entry> entries_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <exception>
+
+namespace tanor {
+
+/// The larger of two, where a NaN wins: it must not hide in a maximum.
+inline double larger(double a, double b) { return (b > a || std::isnan(b)) ? b : a; }
+
+/// Loops over index ranges with a given number of threads.
+///
+/// Work is cut into ranges, one a thread. Results must not depend on where the cuts lie (each index writes its own
+/// output; maxima are associative), so 1 and 2 threads give the same bits. An exception inside is rethrown after the loop.
+class Parallel {
+ public:
+  explicit Parallel(int threads = 0) : threads_(threads > 0 ? threads : omp_get_max_threads()) {}
+
+  int threads() const { return threads_; }
+
+  /// body(begin, end) for a partition of [0, count); ranges shorter than `grain` are not worth a thread.
+  template <class Body>
+  void for_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
+    const std::size_t ranges = num_ranges(count, grain);
+    if (ranges <= 1) {
+      body(std::size_t{0}, count);
+      return;
+    }
+    std::exception_ptr failure;
+#pragma omp parallel for num_threads(static_cast<int>(ranges)) schedule(static, 1)
+    for (std::size_t k = 0; k < ranges; ++k) {
+      try {
+        body(count * k / ranges, count * (k + 1) / ranges);
+      } catch (...) {
+#pragma omp critical(tanor_parallel_failure)
+        failure = std::current_exception();
+      }
+    }
+    if (failure) std::rethrow_exception(failure);
+  }
+
+  /// max over the ranges of body(begin, end), at least 0; NaN if any is.
+  template <class Body>
+  double max_over_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
+    double result = 0.0;
+    for_ranges(
+        count,
+        [&](std::size_t begin, std::size_t end) {
+          const double part = body(begin, end);
+          if (num_ranges(count, grain) <= 1) {
+            result = larger(result, part);
+            return;
+          }
+#pragma omp critical(tanor_parallel_max)
+          result = larger(result, part);
+        },
+        grain);
+    return result;
+  }
+
+  /// body(k) for a few big tasks of unequal size.
+  template <class Body>
+  void for_tasks(std::size_t count, const Body& body) const {
+    if (threads_ <= 1 || count <= 1) {
+      for (std::size_t k = 0; k < count; ++k) body(k);
+      return;
+    }
+    std::exception_ptr failure;
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
+    for (std::size_t k = 0; k < count; ++k) {
+      try {
+        body(k);
+      } catch (...) {
+#pragma omp critical(tanor_parallel_failure)
+        failure = std::current_exception();
+      }
+    }
+    if (failure) std::rethrow_exception(failure);
+  }
+
+ private:
+  std::size_t num_ranges(std::size_t count, std::size_t grain) const {
+    return std::min<std::size_t>(static_cast<std::size_t>(threads_), count / grain);
+  }
+
+  int threads_;
+};
+
+/// Sum in a fixed order: blocks of 1024, then the blocks, so that it does not depend on the number of threads.
+template <class Term>
+double sum_in_order(std::size_t count, const Term& term) {
+  constexpr std::size_t block = 1024;
+  double total = 0.0;
+  for (std::size_t begin = 0; begin < count; begin += block) {
+    const std::size_t end = std::min(count, begin + block);
+    double part = 0.0;
+    for (std::size_t k = begin; k < end; ++k) part += term(k);
+    total += part;
+  }
+  return total;
+}
+
+}  // namespace tanor

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+
+#include <tanor/dynamics.hpp>
+
+#include "base/parallel.hpp"
+
+namespace tanor {
+
+/// Whether a computation evaluates K (and factorizes S) at its own configuration or keeps those of the last one.
+enum class Gradients { Evaluate, Keep };
+
+/// Power that enters a system, W.
+struct Power {
+  double supports = 0.0;  ///< through moving supports and time-dependent constraints
+  double forces = 0.0;    ///< through forces without potential
+};
+
+struct Energy {
+  double kinetic = 0.0, potential = 0.0;  ///< J
+};
+
+/// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers, of which
+/// `point_size()` in a row belong to one point (an error norm takes them together).
+///
+/// A configuration is *linearised* when K stands at it and S has its factor; projections reuse the last one.
+class Mechanics {
+ public:
+  virtual ~Mechanics() = default;
+
+  virtual std::size_t size() const = 0;
+  virtual std::size_t point_size() const = 0;
+  virtual bool depends_on_velocity() const = 0;  ///< some force does
+  virtual bool has_work() const = 0;             ///< `power` is not identically 0
+
+  /// Writes the prescribed motion at t into x and v; to be called before anything else is computed at a new t.
+  virtual void prescribe(double t, double* x, double* v) = 0;
+
+  virtual Outcome linearise(double t, const double* x) = 0;
+  virtual Outcome accelerations(double t, const double* x, const double* v, Gradients gradients, double* a) = 0;
+  /// Without the constraints: M^-1 f; the prescribed ones at supports.
+  virtual void free_accelerations(double t, const double* x, const double* v, double* a) = 0;
+
+  /// Onto xi(x, t) = 0 along M^-1 K of the last linearisation, chord iterations; linearises anew only where they stall.
+  virtual ProjectionReport project_positions(double t, double* x) = 0;
+  /// The same at the end of a step of length h, which moves `step_velocity` by (move of x)/h.
+  virtual ProjectionReport project_step(double t, double h, double* x, double* step_velocity) = 0;
+  /// Onto K'v + xi_t = 0 in the M-norm, with the linearisation at (t, x).
+  virtual ProjectionReport project_velocities(double t, const double* x, double* v) = 0;
+
+  /// At the state of the last `accelerations`.
+  virtual Power power(const double* x, const double* v) const = 0;
+  virtual Energy energy(const double* x, const double* v) const = 0;
+  virtual const SolveReport& last_solve() const = 0;
+  virtual const Parallel& parallel() const = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,488 @@
+#include "dynamics/normal_form.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/check.hpp"
+#include "base/stopwatch.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+std::vector<double> masses_in_order(const System& system, const Numbering& numbering) {
+  std::vector<double> result(numbering.num_points(), 0.0);
+  for (std::size_t i = 0; i < numbering.num_moving; ++i) {
+    result[i] = system.masses[static_cast<std::size_t>(numbering.user_point[i])];
+  }
+  return result;
+}
+
+std::vector<double> inverses(std::vector<double> masses) {
+  for (double& mass : masses) mass = mass > 0.0 ? 1.0 / mass : 0.0;
+  return masses;
+}
+
+System validated(System system) {
+  validate(system);
+  if (system.velocities.empty()) system.velocities.assign(system.positions.size(), 0.0);
+  return system;
+}
+
+/// Largest |x_i| over points.
+double largest(const Parallel& parallel, std::size_t num_points, const double* x) {
+  return parallel.max_over_ranges(num_points, [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) worst = larger(worst, dot(load(x, i), load(x, i)));
+    return std::sqrt(worst);
+  });
+}
+
+}  // namespace
+
+NormalForm::NormalForm(System system, SolverOptions options)
+    : system_(validated(std::move(system))),
+      parallel_(options.threads),
+      numbering_(number(system_)),
+      constraints_(system_, numbering_),
+      forces_(system_, numbering_),
+      mass_(masses_in_order(system_, numbering_)),
+      inverse_mass_(inverses(mass_)),
+      incidences_(constraints_.list_incidences()),
+      gather_(incidences_, numbering_.num_points()),
+      solver_(incidences_, inverse_mass_, numbering_, options.ordering, constraints_.gradient_norms_are_constant()),
+      support_accelerations_(3 * (numbering_.num_points() - numbering_.num_moving), 0.0),
+      blocks_(3 * constraints_.num_blocks()),
+      f_(3 * numbering_.num_points(), 0.0),
+      dw_(3 * numbering_.num_points(), 0.0),
+      right_side_(constraints_.num_rows()),
+      lambda_(constraints_.num_rows(), 0.0),
+      rows_(constraints_.num_rows()),
+      scene_size_(scene_size(system_)) {
+  for (const Support& support : system_.supports) {
+    PrescribedPoints prescribed{support.displacement, {}, {}};
+    for (const Index point : support.points) {
+      prescribed.points.push_back(numbering_.inner_point[static_cast<std::size_t>(point)]);
+      prescribed.position.push_back(load(system_.positions.data(), point));
+    }
+    (support.displacement.is_constant() ? fixed_supports_ : moving_supports_).push_back(std::move(prescribed));
+  }
+  smallest_length_ = constraints_.smallest_length(scene_size_);
+  plan_.points = numbering_.num_points();
+  plan_.supports = plan_.points - numbering_.num_moving;
+  plan_.equations = num_rows();
+  plan_.islands = numbering_.num_islands();
+  const NormalSolver::Summary& summary = solver_.summary();
+  plan_.parts = summary.parts;
+  plan_.pattern_nonzeros = summary.pattern_nonzeros;
+  plan_.factor_nonzeros = static_cast<std::size_t>(summary.factor_nonzeros);
+  plan_.factor_flops = summary.flops;
+  plan_.ordering = summary.ordering;
+  plan_.factorization = summary.factorization;
+  plan_what_is_left_out();
+}
+
+void NormalForm::plan_what_is_left_out() {
+  auto& left_out = plan_.left_out;
+  left_out.push_back("friction stage: constraints are ideal");
+  left_out.push_back("tangent form: no coordinates are given");
+  if (num_rows() == 0) left_out.push_back("factorization: no constraints");
+  else if (constraints_.gradients_are_constant()) left_out.push_back("refactorization: K is constant");
+  if (constraints_.gradient_norms_are_constant()) left_out.push_back("rescaling of S: its diagonal is constant");
+  if (!constraints_.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
+  if (moving_supports_.empty()) left_out.push_back("support motion: every support is fixed");
+  if (!has_work()) left_out.push_back("work integral: energy is conserved");
+  if (!forces_.has_springs()) left_out.push_back("spring forces: none");
+}
+
+// ---- one instant ------------------------------------------------------------------------------------------------------
+
+void NormalForm::set_time(double t) {
+  if (t == time_) return;
+  constraints_.set_time(t);
+  time_ = t;
+}
+
+void NormalForm::prescribe(const std::vector<PrescribedPoints>& supports, double t, double* r, double* v) {
+  for (const PrescribedPoints& support : supports) {
+    const MovingVec3 d = make_moving(support.displacement(t));
+    for (std::size_t k = 0; k < support.points.size(); ++k) {
+      const auto point = static_cast<std::size_t>(support.points[k]);
+      store(r, point, support.position[k] + d.value);
+      store(v, point, d.first);
+      store(support_accelerations_.data(), point - num_moving(), d.second);
+    }
+  }
+}
+
+void NormalForm::prescribe(double t, double* r, double* v) { prescribe(moving_supports_, t, r, v); }
+
+void NormalForm::prescribe_all(double t, double* r, double* v) {
+  prescribe(fixed_supports_, t, r, v);
+  prescribe(moving_supports_, t, r, v);
+}
+
+/// w0 = M^-1 f on moving points, the prescribed acceleration at supports.
+double NormalForm::evaluate_free(double t, const double* r, const double* v, double* w0) {
+  forces_.evaluate(parallel_, t, r, v, f_.data());
+  std::copy(support_accelerations_.begin(), support_accelerations_.end(), w0 + 3 * num_moving());
+  return parallel_.max_over_ranges(num_moving(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 a = inverse_mass_[i] * load(f_.data(), i);
+      store(w0, i, a);
+      worst = larger(worst, dot(a, a));
+    }
+    return std::sqrt(worst);
+  });
+}
+
+void NormalForm::free_accelerations(double t, const double* r, const double* v, double* w) {
+  const Stopwatch watch(&times_.evaluate);
+  evaluate_free(t, r, v, w);
+}
+
+Outcome NormalForm::factorize(double t) {
+  {
+    const Stopwatch watch(&times_.assemble);
+    solver_.assemble(parallel_, blocks_.data());
+  }
+  const Stopwatch watch(&times_.factor);
+  ++counters_.factorizations;
+  const NormalSolver::Quality quality = solver_.factorize(parallel_);
+  last_.reciprocal_condition = quality.reciprocal_condition;
+  is_factorized_ = quality.positive_definite && quality.reciprocal_condition > NormalSolver::singular_below;
+  if (is_factorized_) return {};
+  return {Status::Singular, "S = K'M^-1K is singular at t = " + text(t) + ": " + name_row(quality.failed_row) +
+                                " depends on other constraints (redundant or contradictory)"};
+}
+
+Outcome NormalForm::linearise(double t, const double* r) {
+  set_time(t);
+  if (num_rows() == 0 || (is_factorized_ && constraints_.gradients_are_constant())) return {};
+  {
+    const Stopwatch watch(&times_.evaluate);
+    constraints_.evaluate_gradients(parallel_, r, blocks_.data());
+  }
+  return factorize(t);
+}
+
+/// rows := -S^-1 rows, points += M^-1 K rows.
+void NormalForm::correct(double* rows, double* points) {
+  const Stopwatch watch(&times_.solve);
+  ++counters_.solves;
+  solver_.solve_negative(parallel_, rows, rows);
+  gather_.add_scaled(parallel_, blocks_.data(), rows, inverse_mass_.data(), num_moving(), points);
+}
+
+Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
+  set_time(t);
+  ++counters_.evaluations;
+  const bool fresh = gradients == Gradients::Evaluate && !(is_factorized_ && constraints_.gradients_are_constant());
+  double scale = 0.0;
+  {
+    const Stopwatch watch(&times_.evaluate);
+    scale = evaluate_free(t, r, v, w);
+    // b = phi + K'w0
+    const double largest_b = constraints_.evaluate_right_side(parallel_, r, v, w, right_side_.data(),
+                                                              fresh ? blocks_.data() : nullptr);
+    scale = larger(scale, largest_b);
+  }
+  last_.residual = 0.0;
+  last_.refinements = 0;
+  if (!std::isfinite(scale)) return last_.outcome = not_finite(t);
+  if (num_rows() == 0) return last_.outcome = {};
+  if (fresh) {
+    if (Outcome outcome = factorize(t); !outcome.ok()) return last_.outcome = outcome;
+  }
+
+  // S lambda = -b, dw = M^-1 K lambda; then refinement in w (theory, section 8):
+  // rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho.
+  const double good_enough = exact_ ? 0.0 : 1e-12;
+  constexpr int most_passes = 5;
+  {
+    const Stopwatch watch(&times_.solve);
+    ++counters_.solves;
+    solver_.solve_negative(parallel_, right_side_.data(), lambda_.data());
+    gather_.write_scaled(parallel_, blocks_.data(), lambda_.data(), inverse_mass_.data(), num_moving(), dw_.data());
+  }
+  double residual = 0.0;
+  for (int pass = 0;; ++pass) {
+    const double before = residual;
+    residual = constraints_.apply_transposed(parallel_, blocks_.data(), dw_.data(), right_side_.data(), rows_.data()) /
+               (scale > 0.0 ? scale : 1.0);
+    if (residual <= good_enough || pass == most_passes || (pass > 0 && !(residual < 0.5 * before))) break;
+    ++last_.refinements;
+    correct(rows_.data(), dw_.data());
+    for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
+  }
+  last_.residual = residual;
+  if (!std::isfinite(residual)) return last_.outcome = not_finite(t);
+
+  // w = w0 + M^-1 K lambda (25)
+  parallel_.for_ranges(3 * num_moving(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) w[i] += dw_[i];
+  });
+  return last_.outcome = {};
+}
+
+Outcome NormalForm::not_finite(double t) const {
+  return {Status::NotFinite, "state or forces are not finite at t = " + text(t)};
+}
+
+std::string NormalForm::name_row(std::size_t inner_row) const {
+  return equation_name(system_, static_cast<std::size_t>(numbering_.user_row[inner_row]));
+}
+
+// ---- projections ------------------------------------------------------------------------------------------------------
+
+/// |xi|/length cannot be smaller than the rounding of the positions: eps |r|/L.
+double NormalForm::rounding_floor(const double* r) const {
+  return 4.0 * eps * std::max(1.0, largest(parallel_, numbering_.num_points(), r) / smallest_length_);
+}
+
+ProjectionReport NormalForm::project_positions(double t, double* r) { return project_positions(t, 1.0, r, nullptr); }
+
+ProjectionReport NormalForm::project_step(double t, double h, double* r, double* step_velocity) {
+  return project_positions(t, h, r, step_velocity);
+}
+
+ProjectionReport NormalForm::project_positions(double t, double h, double* r, double* step_velocity) {
+  set_time(t);
+  ProjectionReport report;
+  if (num_rows() == 0) return report;
+  constexpr double target = 1e-13;
+  constexpr int most_iterations = 30;
+  double before = std::numeric_limits<double>::infinity();
+  bool linearised_here = false;
+  for (;; ++report.iterations) {
+    {
+      const Stopwatch watch(&times_.evaluate);
+      report.violation = constraints_.evaluate_values(parallel_, r, rows_.data());
+    }
+    if (!std::isfinite(report.violation)) {
+      report.outcome = not_finite(t);
+      return report;
+    }
+    if (report.violation <= target) return report;
+    const bool stalls = report.violation > 0.3 * before;
+    if (stalls && report.violation <= rounding_floor(r)) return report;
+    if (report.iterations == most_iterations || (stalls && linearised_here && report.violation > before)) {
+      report.outcome = {Status::NotConverged, "projection onto the constraints stalls at a violation of " +
+                                                  text(report.violation) + " at t = " + text(t)};
+      return report;
+    }
+    if (stalls) {
+      // The chord's slope is too old: Newton's own.
+      if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
+      linearised_here = true;
+    }
+    before = report.violation;
+    // S mu = -xi, r += M^-1 K mu; the velocity takes the same multipliers, so that no digits cancel in (r - r0)/h
+    correct(rows_.data(), r);
+    if (step_velocity != nullptr) {
+      const Stopwatch watch(&times_.solve);
+      parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t a = begin; a < end; ++a) rows_[a] /= h;
+      });
+      gather_.add_scaled(parallel_, blocks_.data(), rows_.data(), inverse_mass_.data(), num_moving(), step_velocity);
+    }
+  }
+}
+
+ProjectionReport NormalForm::project_velocities(double t, const double* r, double* v) {
+  set_time(t);
+  ProjectionReport report;
+  if (num_rows() == 0) return report;
+  constexpr double target = 1e-13;
+  double before = std::numeric_limits<double>::infinity();
+  for (;; ++report.iterations) {
+    double rate = 0.0;
+    {
+      const Stopwatch watch(&times_.evaluate);
+      rate = constraints_.evaluate_rates(parallel_, r, v, rows_.data());
+    }
+    report.violation = rate / velocity_scale_;
+    if (!std::isfinite(rate)) {
+      report.outcome = not_finite(t);
+      return report;
+    }
+    // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
+    if (report.violation <= target || report.iterations == 4 || !(rate < 0.5 * before)) return report;
+    before = rate;
+    // S nu = -(K'v + xi_t), v += M^-1 K nu
+    correct(rows_.data(), v);
+  }
+}
+
+ProjectionReport NormalForm::project_far(double t, double* r) {
+  set_time(t);
+  ProjectionReport report;
+  if (num_rows() == 0) return report;
+  // Nearest point to r* in the M-norm: r = r* + M^-1 K(r) mu with xi(r) = 0. Iterated, K at the last r:
+  //   S mu = -xi - K'(r* - r),  r <- r* + M^-1 K mu
+  constexpr int most_iterations = 100;
+  const std::vector<double> wanted(r, r + size());
+  std::vector<double> difference(size()), next(size());
+  for (;; ++report.iterations) {
+    report.violation = constraints_.evaluate_values(parallel_, r, rows_.data());
+    if (!std::isfinite(report.violation)) {
+      report.outcome = not_finite(t);
+      return report;
+    }
+    if (report.iterations == most_iterations) {
+      report.outcome = {Status::NotConverged, "no admissible start found: the violation is still " +
+                                                  text(report.violation) + " after " +
+                                                  std::to_string(most_iterations) + " iterations"};
+      return report;
+    }
+    if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
+    for (std::size_t i = 0; i < size(); ++i) difference[i] = wanted[i] - r[i];
+    std::vector<double>& mu = right_side_;
+    constraints_.apply_transposed(parallel_, blocks_.data(), difference.data(), rows_.data(), mu.data());
+    next = wanted;
+    correct(mu.data(), next.data());
+    // Far away a full step may overshoot: at most a quarter of the scene at once.
+    const double step = largest_move(next.data(), r);
+    const double damping = std::min(1.0, 0.25 * scene_size_ / step);
+    for (std::size_t i = 0; i < size(); ++i) r[i] += damping * (next[i] - r[i]);
+    if (step <= std::max(1e-13 * scene_size_, rounding_floor(r) * smallest_length_)) break;
+  }
+  // The last digits of xi = 0 itself.
+  const int iterations = report.iterations;
+  report = project_positions(t, r);
+  report.iterations += iterations;
+  return report;
+}
+
+// ---- start ------------------------------------------------------------------------------------------------------------
+
+StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
+  set_time(t);
+  prescribe_all(t, r, v);
+  StartReport report;
+  const std::size_t n = numbering_.num_points();
+
+  // Velocity scale: what moves, what is prescribed, and a free fall through the scene.
+  std::vector<double> w0(size()), zero(size(), 0.0);
+  const double acceleration = evaluate_free(t, r, v, w0.data());
+  const double prescribed = num_rows() > 0 ? constraints_.evaluate_rates(parallel_, r, zero.data(), rows_.data()) : 0.0;
+  velocity_scale_ = std::max({largest(parallel_, n, v), prescribed, std::sqrt(acceleration * scene_size_)});
+  if (!(velocity_scale_ > 0.0)) velocity_scale_ = 1.0;
+  if (num_rows() == 0) return report;
+
+  if (mode == StartMode::Check) {
+    constexpr double allowed = 1e-3;
+    std::vector<double> position(num_rows()), velocity(num_rows());
+    constraints_.measure(r, v, position.data(), velocity.data());
+    const auto worst_position = std::max_element(position.begin(), position.end());
+    if (!(*worst_position <= allowed)) {
+      throw InputError("/motion/start", "the initial positions violate " +
+                                            name_row(static_cast<std::size_t>(worst_position - position.begin())) +
+                                            " by " + text(*worst_position) +
+                                            " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
+    }
+    const auto worst_velocity = std::max_element(velocity.begin(), velocity.end());
+    if (!(*worst_velocity <= allowed * velocity_scale_)) {
+      throw InputError("/motion/start", "the initial velocities violate " +
+                                            name_row(static_cast<std::size_t>(worst_velocity - velocity.begin())) +
+                                            " by " + text(*worst_velocity) + ", the velocity scale is " +
+                                            text(velocity_scale_) +
+                                            "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
+    }
+  }
+
+  const std::vector<double> r_given(r, r + size()), v_given(v, v + size());
+  ProjectionReport positions;
+  if (mode == StartMode::Project) {
+    positions = project_far(t, r);
+  } else {
+    positions.outcome = linearise(t, r);
+    if (positions.outcome.ok()) positions = project_positions(t, r);
+  }
+  report.outcome = positions.outcome;
+  if (!report.outcome.ok()) return report;
+  report.position_correction = largest_move(r, r_given.data());
+  if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
+  report.outcome = project_velocities(t, r, v).outcome;
+  report.velocity_correction = largest_move(v, v_given.data());
+  report.relative =
+      std::max(report.position_correction / scene_size_, report.velocity_correction / velocity_scale_);
+  return report;
+}
+
+// ---- outputs ----------------------------------------------------------------------------------------------------------
+
+Outcome NormalForm::normal_accelerations(const double* r, const double* v, double* w_normal) {
+  std::fill(w_normal, w_normal + size(), 0.0);
+  if (num_rows() == 0) return {};
+  std::vector<double> unit(inverse_mass_);
+  for (double& mass : unit) mass = mass > 0.0 ? 1.0 : 0.0;
+  // Gamma has the pattern of S: the same machinery with unit masses.
+  NormalSolver gamma(incidences_, unit, numbering_, Ordering::Auto, constraints_.gradient_norms_are_constant());
+  gamma.assemble(parallel_, blocks_.data());
+  const NormalSolver::Quality quality = gamma.factorize(parallel_);
+  if (!quality.positive_definite || quality.reciprocal_condition <= NormalSolver::singular_below) {
+    return {Status::Singular, "Gamma = K'K is singular at " + name_row(quality.failed_row)};
+  }
+  // phi, with the supports' accelerations in it
+  std::vector<double> given(size(), 0.0), phi(num_rows()), x(num_rows());
+  std::copy(support_accelerations_.begin(), support_accelerations_.end(), given.data() + 3 * num_moving());
+  constraints_.evaluate_right_side(parallel_, r, v, given.data(), phi.data(), nullptr);
+  // w_N = -K Gamma^-1 phi (21), refined once: rho = K'w_N + phi
+  x = phi;
+  for (int pass = 0; pass < 2; ++pass) {
+    gamma.solve_negative(parallel_, x.data(), x.data());
+    gather_.add_scaled(parallel_, blocks_.data(), x.data(), unit.data(), num_moving(), w_normal);
+    constraints_.apply_transposed(parallel_, blocks_.data(), w_normal, phi.data(), x.data());
+  }
+  return {};
+}
+
+void NormalForm::support_forces(double* carried) const {
+  reactions(carried);
+  std::fill(carried, carried + 3 * num_moving(), 0.0);
+  for (std::size_t i = 3 * num_moving(); i < size(); ++i) carried[i] += f_[i];
+}
+
+double NormalForm::largest_move(const double* x, const double* y) const {
+  return parallel_.max_over_ranges(numbering_.num_points(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 d = load(x, i) - load(y, i);
+      worst = larger(worst, dot(d, d));
+    }
+    return std::sqrt(worst);
+  });
+}
+
+Power NormalForm::power(const double* r, const double* v) const {
+  Power result;
+  if (is_rheonomic()) {
+    // eta'v on the moving points, eta = M (w - w0); and what supports do through springs
+    result.supports = sum_in_order(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(dw_.data(), i), load(v, i)); }) +
+                      forces_.spring_power_of_supports(r, v);
+  }
+  if (forces_.has_work()) result.forces = forces_.power(r, v);
+  return result;
+}
+
+Energy NormalForm::energy(const double* r, const double* v) const {
+  return {sum_in_order(num_moving(), [&](std::size_t i) { return 0.5 * mass_[i] * dot(load(v, i), load(v, i)); }),
+          forces_.potential(r)};
+}
+
+double NormalForm::position_violation(double t, const double* r) {
+  set_time(t);
+  return constraints_.evaluate_values(parallel_, r, rows_.data());
+}
+
+double NormalForm::velocity_violation(double t, const double* r, const double* v) {
+  set_time(t);
+  return constraints_.evaluate_rates(parallel_, r, v, rows_.data()) / velocity_scale_;
+}
+
+}  // namespace tanor

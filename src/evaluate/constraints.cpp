@@ -1,0 +1,370 @@
+#include "evaluate/constraints.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// A member of a constraint group on its way into a family.
+struct Member {
+  Index row;     // first inner row
+  Index group;   // in System::constraints
+  Index index;   // in its group
+};
+
+/// The number of a member: its parameter, or what the initial positions say. Members of a group share a slot where the
+/// group gives one function (or number) for all.
+class ParameterReader {
+ public:
+  explicit ParameterReader(ScalarTable* table) : table_(table) {}
+
+  template <class Initial>
+  void append(const Parameter& parameter, Member member, const Initial& initial) {
+    const bool shared = parameter.functions.size() == 1 || parameter.constants.size() == 1;
+    if (shared) {
+      const auto [entry, is_new] = slot_of_group_.try_emplace(member.group, 0);
+      if (is_new) entry->second = table_->add(value(parameter, 0));
+      table_->append_member(entry->second);
+    } else {
+      table_->append_member(table_->add(parameter.is_initial() ? ScalarFunction(initial())
+                                                               : value(parameter, member.index)));
+    }
+  }
+
+ private:
+  static ScalarFunction value(const Parameter& parameter, Index k) {
+    return parameter.functions.empty() ? ScalarFunction(parameter.constants[k]) : parameter.functions[k];
+  }
+
+  ScalarTable* table_;
+  std::map<Index, std::size_t> slot_of_group_;
+};
+
+/// Slot of a group's geometry in a kernel's tables, made when the group is met first.
+class GeometryReader {
+ public:
+  template <class Add>
+  Index slot(Index group, const Add& add) {
+    const auto [entry, is_new] = slots_.try_emplace(group, static_cast<Index>(slots_.size()));
+    if (is_new) add();
+    return entry->second;
+  }
+
+ private:
+  std::map<Index, Index> slots_;
+};
+
+/// Place of a group's type in the variant.
+template <class Group, std::size_t... Kinds>
+constexpr std::size_t kind_index(std::index_sequence<Kinds...>) {
+  return ((std::is_same_v<Group, std::variant_alternative_t<Kinds, Constraint>> ? Kinds : 0) + ...);
+}
+
+/// Fills the families of a Constraints, kind by kind.
+struct Builder {
+  const System& system;
+  const Numbering& numbering;
+  double size;
+  std::vector<std::vector<Member>> members_of_kind;  // [index in the variant], by increasing row
+
+  Builder(const System& s, const Numbering& n)
+      : system(s), numbering(n), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
+    std::size_t counter = 0;
+    for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+      const Constraint& constraint = system.constraints[g];
+      auto& members = members_of_kind[constraint.index()];
+      const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, constraint);
+      for (std::size_t k = 0; k < count; ++k) {
+        members.push_back({numbering.member_row[counter++], static_cast<Index>(g), static_cast<Index>(k)});
+      }
+    }
+    for (auto& members : members_of_kind) {
+      std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.row < b.row; });
+    }
+  }
+
+  Vec3 initial(Index user_point) const { return load(system.positions.data(), user_point); }
+
+  template <std::size_t N>
+  std::array<Index, N> inner(const std::array<Index, N>& user) const {
+    std::array<Index, N> result;
+    for (std::size_t p = 0; p < N; ++p) result[p] = numbering.inner_point[user[p]];
+    return result;
+  }
+
+  /// visit(group, member) for all members of one kind.
+  template <class Group, class Visit>
+  void for_each(const Visit& visit) const {
+    constexpr std::size_t kind = kind_index<Group>(std::make_index_sequence<std::variant_size_v<Constraint>>{});
+    for (const Member& member : members_of_kind[kind]) visit(std::get<Group>(system.constraints[member.group]), member);
+  }
+
+  template <bool Timed, bool Shifted>
+  void fill(Family<RodKernel<Timed, Shifted>>* family) const {
+    auto& kernel = family->kernel;
+    ParameterReader moving(&kernel.moving_length);
+    for_each<Rods>([&](const Rods& rods, const Member& member) {
+      if (rods.length.functions.empty() == Timed || rods.offsets.empty() == Shifted) return;
+      const auto& pair = rods.pairs[member.index];
+      const auto initial_length = [&] {
+        const Vec3 offset = Shifted ? make_vec3(rods.offsets[member.index]) : Vec3{};
+        return norm(initial(pair[1]) - initial(pair[0]) + offset);
+      };
+      family->rows.push_back(member.row);
+      kernel.points.push_back(inner(pair));
+      if constexpr (Shifted) kernel.offset.push_back(make_vec3(rods.offsets[member.index]));
+      if constexpr (Timed) {
+        moving.append(rods.length, member, initial_length);
+      } else {
+        const auto& lengths = rods.length.constants;
+        kernel.length.push_back(lengths.empty() ? initial_length() : lengths[lengths.size() == 1 ? 0 : member.index]);
+      }
+    });
+  }
+
+  void fill(Family<PlaneKernel>* family) const {
+    auto& kernel = family->kernel;
+    kernel.size = size;
+    GeometryReader geometry;
+    ParameterReader offset(&kernel.offset);
+    for_each<Planes>([&](const Planes& planes, const Member& member) {
+      const Index point = planes.points[member.index];
+      family->rows.push_back(member.row);
+      kernel.points.push_back(inner(std::array{point}));
+      kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.normal.add(planes.normal); }));
+      offset.append(planes.offset, member, [&] {
+        const auto n = planes.normal(0.0);
+        return dot({n[0].value(), n[1].value(), n[2].value()}, initial(point));
+      });
+    });
+  }
+
+  void fill(Family<SphereKernel>* family) const {
+    auto& kernel = family->kernel;
+    GeometryReader geometry;
+    ParameterReader radius(&kernel.radius);
+    for_each<Spheres>([&](const Spheres& spheres, const Member& member) {
+      const Index point = spheres.points[member.index];
+      family->rows.push_back(member.row);
+      kernel.points.push_back(inner(std::array{point}));
+      kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.center.add(spheres.center); }));
+      radius.append(spheres.radius, member,
+                    [&] { return norm(initial(point) - make_moving(spheres.center(0.0)).value); });
+    });
+  }
+
+  void fill(Family<LineKernel>* family) const {
+    auto& kernel = family->kernel;
+    kernel.size = size;
+    GeometryReader geometry;
+    for_each<Lines>([&](const Lines& lines, const Member& member) {
+      family->rows.push_back(member.row);
+      kernel.points.push_back(inner(std::array{lines.points[member.index]}));
+      kernel.geometry.push_back(geometry.slot(member.group, [&] {
+        kernel.origin.add(lines.origin);
+        kernel.normals.add(lines.direction);
+      }));
+    });
+  }
+
+  void fill(Family<CircleKernel>* family) const {
+    auto& kernel = family->kernel;
+    GeometryReader geometry;
+    ParameterReader radius(&kernel.radius);
+    for_each<Circles>([&](const Circles& circles, const Member& member) {
+      const Index point = circles.points[member.index];
+      family->rows.push_back(member.row);
+      kernel.points.push_back(inner(std::array{point}));
+      kernel.geometry.push_back(geometry.slot(member.group, [&] {
+        kernel.center.add(circles.center);
+        kernel.normal.add(circles.normal);
+      }));
+      radius.append(circles.radius, member, [&] {
+        const Vec3 a = initial(point) - make_moving(circles.center(0.0)).value;
+        const Vec3 n = ToUnit{}(circles.normal(0.0)).value;
+        return norm(a - dot(n, a) * n);
+      });
+    });
+  }
+
+  void fill(Family<AngleKernel>* family) const {
+    auto& kernel = family->kernel;
+    kernel.size = size;
+    ParameterReader cosine(&kernel.cosine);
+    for_each<Angles>([&](const Angles& angles, const Member& member) {
+      const auto& [i, j, k] = angles.triples[member.index];
+      family->rows.push_back(member.row);
+      kernel.points.push_back(inner(angles.triples[member.index]));
+      cosine.append(angles.cosine, member, [&, i = i, j = j, k = k] {
+        const Vec3 a = initial(i) - initial(j), b = initial(k) - initial(j);
+        return dot(a, b) / (norm(a) * norm(b));
+      });
+    });
+  }
+
+  void fill(Family<PulleyKernel>* family) const {
+    auto& kernel = family->kernel;
+    GeometryReader geometry;
+    ParameterReader length(&kernel.length);
+    for_each<Pulleys>([&](const Pulleys& pulleys, const Member& member) {
+      const auto& pair = pulleys.pairs[member.index];
+      const Vec3 a = make_vec3(pulleys.a), b = make_vec3(pulleys.b);
+      family->rows.push_back(member.row);
+      kernel.points.push_back(inner(pair));
+      kernel.geometry.push_back(
+          geometry.slot(member.group, [&] { kernel.wheels.push_back({a, b, pulleys.ratio}); }));
+      length.append(pulleys.length, member, [&] {
+        return norm(initial(pair[0]) - a) + pulleys.ratio * norm(initial(pair[1]) - b);
+      });
+    });
+  }
+
+  void fill(LinearFamily* family) const {
+    family->scene_size = size;
+    ParameterReader value(&family->value);
+    for_each<Linears>([&](const Linears& linears, const Member& member) {
+      const auto& tuple = linears.tuples[member.index];
+      double norm2 = 0.0, sum = 0.0;
+      for (std::size_t p = 0; p < tuple.size(); ++p) {
+        const Vec3 c = make_vec3(linears.coefficients[p]);
+        family->points.push_back(numbering.inner_point[tuple[p]]);
+        family->coefficients.push_back(c);
+        norm2 = std::max(norm2, dot(c, c));
+        sum += dot(c, initial(tuple[p]));
+      }
+      family->start.push_back(static_cast<Index>(family->points.size()));
+      family->norms.push_back(std::sqrt(norm2));
+      family->rows.push_back(member.row);
+      value.append(linears.value, member, [&] { return sum; });
+    });
+  }
+};
+
+template <class Kernel>
+Index blocks_of(const Family<Kernel>& family) {
+  return static_cast<Index>(family.size()) * Kernel::num_blocks;
+}
+Index blocks_of(const LinearFamily& family) { return static_cast<Index>(family.points.size()); }
+
+// A LinearFamily is its own kernel: gradients constant, norms too.
+template <class Kernel>
+const Kernel& kernel_of(const Family<Kernel>& family) {
+  return family.kernel;
+}
+template <class Kernel>
+Kernel& kernel_of(Family<Kernel>& family) {
+  return family.kernel;
+}
+LinearFamily& kernel_of(LinearFamily& family) { return family; }
+const LinearFamily& kernel_of(const LinearFamily& family) { return family; }
+
+}  // namespace
+
+Constraints::Constraints(const System& system, const Numbering& numbering) : num_rows_(numbering.num_rows()) {
+  const Builder builder(system, numbering);
+  std::apply([&](auto&... family) { (builder.fill(&family), ...); }, families_);
+  for_each_family([&](auto& family) {
+    family.first_block = static_cast<Index>(num_blocks_);
+    num_blocks_ += static_cast<std::size_t>(blocks_of(family));
+  });
+  set_time(0.0);
+}
+
+bool Constraints::depends_on_time() const {
+  bool result = false;
+  for_each_family([&](const auto& family) { result = result || kernel_of(family).depends_on_time(); });
+  return result;
+}
+
+bool Constraints::gradients_are_constant() const {
+  bool result = true;
+  for_each_family([&](const auto& family) {
+    if constexpr (!std::is_same_v<std::decay_t<decltype(family)>, LinearFamily>) {
+      result = result && family.kernel.gradients_are_constant();
+    }
+  });
+  return result;
+}
+
+bool Constraints::gradient_norms_are_constant() const {
+  return std::get<Family<AngleKernel>>(families_).size() == 0;
+}
+
+void Constraints::set_time(double t) {
+  for_each_family([&](auto& family) { kernel_of(family).set_time(t); });
+}
+
+double Constraints::evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
+  double worst = 0.0;
+  for_each_family([&](const auto& family) { worst = larger(worst, family.evaluate_values(parallel, r, xi)); });
+  return worst;
+}
+
+double Constraints::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const {
+  double worst = 0.0;
+  for_each_family([&](const auto& family) { worst = larger(worst, family.evaluate_rates(parallel, r, v, rate)); });
+  return worst;
+}
+
+void Constraints::evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) const {
+  for_each_family([&](const auto& family) { family.evaluate_gradients(parallel, r, blocks); });
+}
+
+double Constraints::evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0,
+                                        double* phi, double* blocks) const {
+  double worst = 0.0;
+  for_each_family([&](const auto& family) {
+    worst = larger(worst, blocks != nullptr
+                              ? family.template evaluate_right_side<true>(parallel, r, v, w0, phi, blocks)
+                              : family.template evaluate_right_side<false>(parallel, r, v, w0, phi, blocks));
+  });
+  return worst;
+}
+
+double Constraints::apply_transposed(const Parallel& parallel, const double* blocks, const double* x,
+                                     const double* shift, double* y) const {
+  double worst = 0.0;
+  for_each_family([&](const auto& family) {
+    worst = larger(worst, family.apply_transposed(parallel, blocks, x, shift, y));
+  });
+  return worst;
+}
+
+void Constraints::measure(const double* r, const double* v, double* position, double* velocity) const {
+  for_each_family([&](const auto& family) { family.measure(r, v, position, velocity); });
+}
+
+std::vector<Incidence> Constraints::list_incidences() const {
+  std::vector<Incidence> result;
+  for_each_family([&](const auto& family) {
+    family.list_incidences([&](const Incidence& incidence) { result.push_back(incidence); });
+  });
+  return result;
+}
+
+double Constraints::smallest_length(double scene_size) const {
+  double result = scene_size;
+  for_each_family([&](const auto& family) {
+    for (std::size_t k = 0; k < family.size(); ++k) result = std::min(result, kernel_of(family).scale(k));
+  });
+  return result;
+}
+
+double scene_size(const System& system) {
+  Vec3 low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
+  Vec3 high = -low;
+  for (std::size_t i = 0; i < system.num_points(); ++i) {
+    const Vec3 r = load(system.positions.data(), i);
+    low = {std::min(low.x, r.x), std::min(low.y, r.y), std::min(low.z, r.z)};
+    high = {std::max(high.x, r.x), std::max(high.y, r.y), std::max(high.z, r.z)};
+  }
+  const double size = norm(high - low);
+  return size > 0.0 ? size : 1.0;
+}
+
+}  // namespace tanor

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <memory>
+#include <tuple>
+#include <vector>
+
+#include "evaluate/family.hpp"
+#include "evaluate/linear_family.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// All constraints of a system at one instant. Arrays are in the inner order: r, v, w 3n, point by point; rows d;
+/// K is stored as its blocks, 3 numbers each (`num_blocks`), whose places `list_incidences` tells.
+class Constraints {
+ public:
+  Constraints(const System& system, const Numbering& numbering);
+
+  std::size_t num_rows() const { return num_rows_; }
+  std::size_t num_blocks() const { return num_blocks_; }
+  bool depends_on_time() const;
+  /// All constraints are linear in r with constant coefficients: K never changes.
+  bool gradients_are_constant() const;
+  /// |gradient| never changes, so the diagonal of S does not either.
+  bool gradient_norms_are_constant() const;
+
+  void set_time(double t);
+
+  /// xi [d]; returns the largest relative violation.
+  double evaluate_values(const Parallel& parallel, const double* r, double* xi) const;
+  /// K'v + xi_t [d]; returns the largest |.|/|gradient|, m/s.
+  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const;
+  void evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) const;
+  /// phi + K'w0 [d]; the blocks of K at r as well unless `blocks` is null. Returns the largest |.|/|gradient|, m/s^2.
+  double evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0, double* phi,
+                             double* blocks) const;
+  /// y = K'x + shift [d] from stored blocks; returns the largest |y|/|gradient|. `shift` may be null.
+  double apply_transposed(const Parallel& parallel, const double* blocks, const double* x, const double* shift,
+                          double* y) const;
+
+  /// Relative violation |xi|/|gradient|/length and |K'v + xi_t|/|gradient| (m/s) of each row.
+  void measure(const double* r, const double* v, double* position, double* velocity) const;
+
+  std::vector<Incidence> list_incidences() const;
+  /// Shortest of the lengths that violations are measured by, m; at most `scene_size`.
+  double smallest_length(double scene_size) const;
+
+ private:
+  template <class Visit>
+  void for_each_family(const Visit& visit) {
+    std::apply([&](auto&... family) { (visit_nonempty(family, visit), ...); }, families_);
+  }
+  template <class Visit>
+  void for_each_family(const Visit& visit) const {
+    std::apply([&](const auto&... family) { (visit_nonempty(family, visit), ...); }, families_);
+  }
+  template <class F, class Visit>
+  static void visit_nonempty(F& family, const Visit& visit) {
+    if (family.size() > 0) visit(family);
+  }
+
+  std::tuple<Family<RodKernel<false, false>>, Family<RodKernel<false, true>>, Family<RodKernel<true, false>>,
+             Family<RodKernel<true, true>>, Family<PlaneKernel>, Family<SphereKernel>, Family<LineKernel>,
+             Family<CircleKernel>, Family<AngleKernel>, Family<PulleyKernel>, LinearFamily>
+      families_;
+  std::size_t num_rows_ = 0, num_blocks_ = 0;
+};
+
+/// Diagonal of the bounding box of the initial positions, m (1 for a single place): the length scale of a scene.
+double scene_size(const System& system);
+
+}  // namespace tanor

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include <tanor/time_function.hpp>
+
+#include "base/vec3.hpp"
+
+namespace tanor {
+
+/// A vector with its first two derivatives in time.
+struct MovingVec3 {
+  Vec3 value, first, second;
+};
+
+inline MovingVec3 make_moving(const std::array<Jet<2>, 3>& a) {
+  return {{a[0].value(), a[1].value(), a[2].value()},
+          {a[0].derivative(1), a[1].derivative(1), a[2].derivative(1)},
+          {a[0].derivative(2), a[1].derivative(2), a[2].derivative(2)}};
+}
+
+struct AsGiven {
+  MovingVec3 operator()(const std::array<Jet<2>, 3>& a) const { return make_moving(a); }
+};
+
+/// A number with its first two derivatives in time.
+struct MovingScalar {
+  double value = 0.0, first = 0.0, second = 0.0;
+};
+
+/// One number for each member of a family, which may depend on time; members may share one. `set_time` touches only
+/// those that move, each once.
+class ScalarTable {
+ public:
+  /// A new number; returns its slot.
+  std::size_t add(const ScalarFunction& function) {
+    if (!function.is_constant()) moving_.emplace_back(now_.size(), function);
+    now_.push_back({function(0.0).value(), 0.0, 0.0});
+    return now_.size() - 1;
+  }
+  /// The next member takes the number in `slot`.
+  void append_member(std::size_t slot) { slot_.push_back(slot); }
+
+  void set_time(double t) {
+    for (const auto& [slot, function] : moving_) {
+      const Jet<2> jet = function(t);
+      now_[slot] = {jet.value(), jet.derivative(1), jet.derivative(2)};
+    }
+  }
+  const MovingScalar& operator[](std::size_t member) const { return now_[slot_[member]]; }
+  bool is_constant() const { return moving_.empty(); }
+
+ private:
+  std::vector<MovingScalar> now_;
+  std::vector<std::size_t> slot_;
+  std::vector<std::pair<std::size_t, ScalarFunction>> moving_;
+};
+
+/// Vectors that may depend on time, passed through `Shape` (for example: to unit length).
+template <class Shape>
+class VectorTable {
+ public:
+  using Value = decltype(Shape{}(std::array<Jet<2>, 3>{}));
+
+  std::size_t add(const VectorFunction& function) {
+    if (!function.is_constant()) moving_.emplace_back(now_.size(), function);
+    now_.push_back(Shape{}(function(0.0)));
+    return now_.size() - 1;
+  }
+  void set_time(double t) {
+    for (const auto& [slot, function] : moving_) now_[slot] = Shape{}(function(t));
+  }
+  const Value& operator[](std::size_t slot) const { return now_[slot]; }
+  bool is_constant() const { return moving_.empty(); }
+
+ private:
+  std::vector<Value> now_;
+  std::vector<std::pair<std::size_t, VectorFunction>> moving_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <tanor/solver_options.hpp>
+
+namespace tanor {
+
+/// Pattern of one triangle of a symmetric n x n matrix, by columns: entries of column j are start[j] … start[j + 1] - 1,
+/// rows increasing, the diagonal always present.
+struct TrianglePattern {
+  std::vector<int> start{0};
+  std::vector<int> rows;
+
+  std::size_t size() const { return start.size() - 1; }
+};
+
+/// What the symbolic analysis found: the order of elimination and the predicted cost of a factorization.
+struct SymbolicAnalysis {
+  std::vector<int> permutation;  ///< [place in the elimination] -> row; empty: as it is
+  Ordering ordering = Ordering::Natural;
+  double factor_nonzeros = 0.0;  ///< of L
+  double flops = 0.0;            ///< of one numeric factorization
+  bool supernodal = false;
+};
+
+/// Orders and analyzes a pattern (lower triangle). Auto: the given order if it makes no fill, else AMD, and METIS where
+/// AMD predicts dense work (more than 100 flops a nonzero of L) and METIS saves some. Throws std::bad_alloc.
+SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted);
+
+/// L L' = S of a matrix whose rows already stand in the order of elimination; symbolic once, numeric many times.
+/// The door to CHOLMOD: one cholmod_common each, so different objects may work in different threads.
+class Cholesky {
+ public:
+  /// Simplicial factors take the upper triangle, supernodal ones the lower: what CHOLMOD reads without a transpose.
+  Cholesky(TrianglePattern pattern, bool supernodal);
+  Cholesky(Cholesky&&) noexcept;
+  Cholesky& operator=(Cholesky&&) noexcept;
+  ~Cholesky();
+
+  const TrianglePattern& pattern() const;
+  double* values();  ///< beside pattern().rows; to be filled before `factorize`
+
+  struct Quality {
+    bool positive_definite = true;
+    std::size_t failed_column = 0;       ///< where not positive definite
+    double reciprocal_condition = 1.0;   ///< (min/max diagonal of L)^2: a cheap estimate from above
+  };
+  [[nodiscard]] Quality factorize();
+
+  /// x := S^-1 x, [n].
+  void solve(double* x);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace tanor

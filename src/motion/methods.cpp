@@ -1,0 +1,48 @@
+#include <array>
+#include <string>
+
+#include "base/check.hpp"
+#include "motion/rattle.hpp"
+#include "motion/runge_kutta.hpp"
+
+namespace tanor {
+
+namespace {
+
+struct Entry {
+  Method method;
+  std::string_view name;
+};
+constexpr std::array<Entry, 4> methods{
+    {{Method::Auto, "auto"}, {Method::Rk4, "rk4"}, {Method::Dopri5, "dopri5"}, {Method::Rattle, "rattle"}}};
+
+}  // namespace
+
+Method method_from_name(std::string_view name) {
+  std::string known;
+  for (const Entry& entry : methods) {
+    if (entry.name == name) return entry.method;
+    known += (known.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  throw InputError("", "method \"" + std::string(name) + "\" is not known; this version has " + known);
+}
+
+std::string_view method_name(Method method) {
+  for (const Entry& entry : methods) {
+    if (entry.method == method) return entry.name;
+  }
+  return "";
+}
+
+std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics) {
+  switch (method) {
+    case Method::Rk4: return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
+    case Method::Dopri5: return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
+    case Method::Rattle: return std::make_unique<Rattle>(mechanics);
+    case Method::Auto: break;
+  }
+  ensure(false, "auto is resolved before a scheme is made");
+  return nullptr;
+}
+
+}  // namespace tanor

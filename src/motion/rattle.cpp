@@ -1,0 +1,65 @@
+#include "motion/rattle.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// y = a + s b
+void add_scaled(const Parallel& parallel, const std::vector<double>& a, double s, const std::vector<double>& b,
+                std::vector<double>* y) {
+  parallel.for_ranges(a.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) (*y)[i] = a[i] + s * b[i];
+  });
+}
+
+}  // namespace
+
+Rattle::Rattle(Mechanics& mechanics) : mechanics_(mechanics), free_(mechanics.size()), middle_(mechanics.size()) {}
+
+StepResult Rattle::step(const State& from, double h, State* to) {
+  const Parallel& parallel = mechanics_.parallel();
+  const double t = from.t + h;
+  StepResult result;
+
+  // M^-1 f at the old place; the last step has it where forces do not depend on v.
+  if (!knows_free_ || free_time_ != from.t || mechanics_.depends_on_velocity()) {
+    mechanics_.free_accelerations(from.t, from.x.data(), from.v.data(), free_.data());
+  }
+  knows_free_ = false;
+
+  // v1/2 = v + h/2 M^-1 f, r1 = r0 + h v1/2, then both along M^-1 K(r0) until xi(r1, t1) = 0
+  add_scaled(parallel, from.v, 0.5 * h, free_, &middle_);
+  add_scaled(parallel, from.x, h, middle_, &to->x);
+  to->t = t;
+  to->work = from.work;
+  mechanics_.prescribe(t, to->x.data(), to->v.data());
+  const ProjectionReport positions = mechanics_.project_step(t, h, to->x.data(), middle_.data());
+  result.position_violation = positions.violation;
+  if (result.outcome = positions.outcome; !result.outcome.ok()) return result;
+  if (result.outcome = mechanics_.linearise(t, to->x.data()); !result.outcome.ok()) return result;
+
+  // v1 = v1/2 + h/2 M^-1 f1, onto K(r1)'v1 + xi_t = 0; where f1 depends on v1, once more with the better v1
+  const std::vector<double>* guess = &middle_;
+  for (int pass = 0; pass < (mechanics_.depends_on_velocity() ? 2 : 1); ++pass) {
+    mechanics_.free_accelerations(t, to->x.data(), guess->data(), free_.data());
+    add_scaled(parallel, middle_, 0.5 * h, free_, &to->v);
+    mechanics_.prescribe(t, to->x.data(), to->v.data());
+    const ProjectionReport velocities = mechanics_.project_velocities(t, to->x.data(), to->v.data());
+    result.velocity_violation = velocities.violation;
+    if (result.outcome = velocities.outcome; !result.outcome.ok()) return result;
+    guess = &to->v;
+  }
+  knows_free_ = true;
+  free_time_ = t;
+
+  if (mechanics_.has_work()) {
+    // Trapezoidal rule, of the scheme's order.
+    result.outcome = mechanics_.accelerations(t, to->x.data(), to->v.data(), Gradients::Keep, to->a.data());
+    to->power = mechanics_.power(to->x.data(), to->v.data());
+    to->work.supports += 0.5 * h * (from.power.supports + to->power.supports);
+    to->work.forces += 0.5 * h * (from.power.forces + to->power.forces);
+  }
+  return result;
+}
+
+}  // namespace tanor

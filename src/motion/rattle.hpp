@@ -1,0 +1,29 @@
+#pragma once
+
+#include "motion/scheme.hpp"
+
+namespace tanor {
+
+/// RATTLE (Andersen 1983; Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4): order 2, symplectic and
+/// symmetric where forces have a potential. Leaves the acceleration to whoever asks for it.
+///
+///   v1/2 = v + h/2 M^-1 (f + K(r0) lambda),  r1 = r0 + h v1/2,  xi(r1, t1) = 0
+///   v1   = v1/2 + h/2 M^-1 (f1 + K(r1) mu),  K(r1)'v1 + xi_t = 0
+class Rattle final : public Scheme {
+ public:
+  explicit Rattle(Mechanics& mechanics);
+
+  int order() const override { return 2; }
+  bool is_adaptive() const override { return false; }
+  bool knows_acceleration() const override { return mechanics_.has_work(); }
+  StepResult step(const State& from, double h, State* to) override;
+
+ private:
+  Mechanics& mechanics_;
+  std::vector<double> free_;    // M^-1 f at the last place
+  std::vector<double> middle_;  // v1/2
+  double free_time_ = 0.0;
+  bool knows_free_ = false;
+};
+
+}  // namespace tanor

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <tanor/motion.hpp>
+
+#include "dynamics/mechanics.hpp"
+
+namespace tanor {
+
+/// Where a system is: x and v on the constraints, the acceleration there, and the works done so far.
+/// Between steps the mechanics is linearised at (t, x).
+struct State {
+  double t = 0.0;
+  std::vector<double> x, v, a;
+  Power power;  ///< W, where the mechanics has work
+  Power work;   ///< J: their time integrals
+};
+
+/// What one attempted step says.
+struct StepResult {
+  Outcome outcome;
+  double error = 0.0;               ///< estimated error over the tolerance (adaptive schemes; accept below 1)
+  double position_violation = 0.0;  ///< after the step, relative
+  double velocity_violation = 0.0;
+};
+
+/// One step of a time integration. Keeps its workspaces: nothing is allocated in a step.
+class Scheme {
+ public:
+  virtual ~Scheme() = default;
+
+  /// Order of the error per unit of time.
+  virtual int order() const = 0;
+  virtual bool is_adaptive() const = 0;
+  /// A step leaves State::a at the new place (else it is computed where somebody asks).
+  virtual bool knows_acceleration() const { return true; }
+
+  /// From `from` by h to `to` (a different object). On a failed outcome or an error above 1 `to` is meaningless, `from`
+  /// stays good.
+  virtual StepResult step(const State& from, double h, State* to) = 0;
+};
+
+/// The scheme of a method (not Auto) for a system of this size; rtol and atol of `options` enter the error estimate.
+std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics);
+
+/// After any step: positions, then velocities onto the constraints, then the acceleration at the new place; the factor at the
+/// new place serves the velocities, this acceleration and the next step.
+StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state);
+
+}  // namespace tanor

@@ -1,0 +1,230 @@
+#include <tanor/motion.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/normal_form.hpp"
+#include "motion/scheme.hpp"
+#include "motion/step_control.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+void check_options(const MotionOptions& options) {
+  const auto positive = [](const char* where, double value, const char* rule) {
+    if (!(value > 0.0 && std::isfinite(value))) throw InputError(where, text(value) + " is not " + rule);
+  };
+  if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
+  positive("/motion/rtol", options.rtol, "a positive tolerance");
+  positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
+}
+
+Method resolve(const MotionOptions& options) {
+  if (options.method != Method::Auto) return options.method;
+  return options.step > 0.0 ? Method::Rk4 : Method::Dopri5;
+}
+
+}  // namespace
+
+double EnergyReport::drift_relative() const {
+  const double drift = now - start - work_of_supports - work_of_forces;
+  return scale > 0.0 ? drift / scale : 0.0;
+}
+
+struct Simulation::Implementation {
+  MotionOptions options;
+  NormalForm form;
+  std::unique_ptr<Scheme> scheme;
+  State state, trial;
+  StepControl control;
+  double next_step = 0.0;  // adaptive: wanted by the control; 0: not known yet
+  Outcome outcome;
+  MotionReport report;
+  // The state in the user's order.
+  std::vector<double> r, v, w, lambda, eta, carried;
+  std::vector<double> inner;
+
+  Implementation(System system, const MotionOptions& motion, SolverOptions solver, double t_start)
+      : options((check_options(motion), motion)),
+        form(std::move(system), solver),
+        scheme(make_scheme(resolve(motion), options, form)),
+        control(scheme->order()) {
+    report.method = resolve(motion);
+    if (!scheme->is_adaptive() && !(options.step > 0.0)) {
+      throw InputError("/motion/step", "method " + std::string(method_name(report.method)) +
+                                           " has fixed steps: a positive step, s, is needed");
+    }
+    const std::size_t n = form.size();
+    for (State* s : {&state, &trial}) {
+      s->x.resize(n);
+      s->v.resize(n);
+      s->a.resize(n);
+    }
+    for (std::vector<double>* array : {&r, &v, &w, &eta, &carried, &inner}) array->resize(n);
+    lambda.resize(form.numbering().num_rows());
+
+    state.t = t_start;
+    form.numbering().gather_points(form.system().positions, state.x);
+    form.numbering().gather_points(form.system().velocities, state.v);
+    report.time = t_start;
+    report.start = form.start(t_start, state.x.data(), state.v.data(), options.start);
+    outcome = report.start.outcome;
+    trial = state;  // fixed supports stand in both
+    if (outcome.ok()) outcome = form.linearise(t_start, state.x.data());
+    if (outcome.ok()) {
+      outcome = form.accelerations(t_start, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
+    }
+    if (outcome.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
+    measure_start();
+    publish();
+  }
+
+  void measure_start() {
+    const Energy energy = form.energy(state.x.data(), state.v.data());
+    report.energy.start = energy.kinetic + energy.potential;
+    report.energy.scale = std::max(std::abs(report.energy.start), energy.kinetic);
+    report.energy.now = report.energy.start;
+    report.position_violation = form.position_violation(state.t, state.x.data());
+    report.velocity_violation = form.velocity_violation(state.t, state.x.data(), state.v.data());
+    report.reciprocal_condition = form.last_solve().reciprocal_condition;
+    report.acceleration_violation = form.last_solve().residual;
+  }
+
+  void measure_step(const StepResult& step) {
+    ++report.steps;
+    report.time = state.t;
+    report.position_violation = std::max(report.position_violation, step.position_violation);
+    report.velocity_violation = std::max(report.velocity_violation, step.velocity_violation);
+    report.reciprocal_condition = std::min(report.reciprocal_condition, form.last_solve().reciprocal_condition);
+    report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
+    const Energy energy = form.energy(state.x.data(), state.v.data());
+    report.energy.now = energy.kinetic + energy.potential;
+    report.energy.scale = std::max(report.energy.scale, energy.kinetic);
+    report.energy.work_of_supports = state.work.supports;
+    report.energy.work_of_forces = state.work.forces;
+    report.counters = form.counters();
+    report.times = form.times();
+  }
+
+  /// The state in the user's order.
+  void publish() {
+    const Numbering& numbering = form.numbering();
+    numbering.scatter_points(state.x, r);
+    numbering.scatter_points(state.v, v);
+    numbering.scatter_points(state.a, w);
+    numbering.scatter_rows(form.multipliers(), lambda);
+    form.reactions(inner.data());
+    numbering.scatter_points(inner, eta);
+    form.support_forces(inner.data());
+    numbering.scatter_points(inner, carried);
+    report.counters = form.counters();
+    report.times = form.times();
+  }
+
+  /// Accelerations and multipliers at the state itself, after steps that left others behind.
+  Outcome refresh(Gradients gradients) {
+    return form.accelerations(state.t, state.x.data(), state.v.data(), gradients, state.a.data());
+  }
+
+  /// A first step from the time in which velocities or positions change by themselves.
+  double first_step(double span) const {
+    double v2 = 0.0, a2 = 0.0;
+    for (std::size_t i = 0; i < state.v.size(); i += 3) {
+      v2 = std::max(v2, dot(load(state.v.data(), i / 3), load(state.v.data(), i / 3)));
+      a2 = std::max(a2, dot(load(state.a.data(), i / 3), load(state.a.data(), i / 3)));
+    }
+    const double speed = std::max(std::sqrt(v2), form.velocity_scale());
+    const double time = a2 > 0.0 ? speed / std::sqrt(a2) : span;
+    return std::min(span, time * std::pow(options.rtol, 1.0 / scheme->order()));
+  }
+
+  Outcome advance(double t_end, const Observer& observer) {
+    if (!outcome.ok()) return outcome;
+    if (!(t_end > state.t) || !std::isfinite(t_end)) {
+      throw InputError("/motion/t_end", text(t_end) + " does not lie after the time reached, " + text(state.t));
+    }
+    outcome = scheme->is_adaptive() ? advance_adaptively(t_end, observer) : advance_in_equal_steps(t_end, observer);
+    const bool rejected_last = !outcome.ok();
+    if (rejected_last || !scheme->knows_acceleration()) {
+      const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
+      if (outcome.ok()) outcome = at_state;
+    }
+    publish();
+    return outcome;
+  }
+
+  /// Steps of at most `options.step` that end exactly at t_end.
+  Outcome advance_in_equal_steps(double t_end, const Observer& observer) {
+    const double t_begin = state.t;
+    const double count = std::max(1.0, std::ceil((t_end - t_begin) / options.step - 1e-9));
+    const double h = (t_end - t_begin) / count;
+    for (double k = 1.0; k <= count; ++k) {
+      const StepResult step = scheme->step(state, h, &trial);
+      if (!step.outcome.ok()) return step.outcome;
+      std::swap(state, trial);
+      state.t = k == count ? t_end : t_begin + k * h;
+      report.last_step = h;
+      measure_step(step);
+      if (observer && !observer(report)) break;
+    }
+    return {};
+  }
+
+  Outcome advance_adaptively(double t_end, const Observer& observer) {
+    if (next_step == 0.0) next_step = first_step(t_end - state.t);
+    while (state.t < t_end) {
+      // End exactly at t_end, without a tiny last step.
+      const double left = t_end - state.t;
+      const bool last = next_step >= 0.99 * left;
+      const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
+      const StepResult step = scheme->step(state, h, &trial);
+      if (!step.outcome.ok() || !(step.error <= 1.0)) {
+        ++report.rejected;
+        const bool has_error = step.outcome.ok() && std::isfinite(step.error);
+        next_step = h * (has_error ? control.reject(step.error) : 0.25);
+        const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
+        if (next_step < resolution) {
+          return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
+                                            (step.outcome.ok() ? "" : ": " + step.outcome.what)};
+        }
+        continue;
+      }
+      std::swap(state, trial);
+      if (last) state.t = t_end;
+      const double wanted = h * control.accept(step.error);
+      // A step cut short by t_end says little about the next one.
+      next_step = last ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
+      report.last_step = h;
+      measure_step(step);
+      if (observer && !observer(report)) break;
+    }
+    return {};
+  }
+};
+
+Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver, double t_start)
+    : implementation_(std::make_unique<Implementation>(std::move(system), motion, solver, t_start)) {}
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+Simulation::~Simulation() = default;
+
+Outcome Simulation::advance(double t_end, const Observer& observer) {
+  return implementation_->advance(t_end, observer);
+}
+
+const System& Simulation::system() const { return implementation_->form.system(); }
+const PlanSummary& Simulation::plan() const { return implementation_->form.plan(); }
+const Outcome& Simulation::outcome() const { return implementation_->outcome; }
+const MotionReport& Simulation::report() const { return implementation_->report; }
+double Simulation::time() const { return implementation_->state.t; }
+std::span<const double> Simulation::positions() const { return implementation_->r; }
+std::span<const double> Simulation::velocities() const { return implementation_->v; }
+std::span<const double> Simulation::accelerations() const { return implementation_->w; }
+std::span<const double> Simulation::multipliers() const { return implementation_->lambda; }
+std::span<const double> Simulation::reactions() const { return implementation_->eta; }
+std::span<const double> Simulation::support_forces() const { return implementation_->carried; }
+
+}  // namespace tanor

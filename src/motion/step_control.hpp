@@ -1,0 +1,37 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+/// Step size from the error of the last step over the tolerance: proportional-integral control
+/// (Hairer & Wanner II, IV.2), growth at most 5, none right after a rejection.
+class StepControl {
+ public:
+  explicit StepControl(int order) : exponent_(1.0 / order) {}
+
+  /// Factor for the next step after an accepted one.
+  double accept(double error) {
+    const double e = std::max(error, 1e-10);
+    const double beta = 0.04;
+    const double factor = 0.9 * std::pow(e, -(exponent_ - 0.75 * beta)) * std::pow(last_error_, beta);
+    last_error_ = std::max(error, 1e-4);
+    const double most = after_rejection_ ? 1.0 : 5.0;
+    after_rejection_ = false;
+    return std::clamp(factor, 0.2, most);
+  }
+
+  /// Factor for trying again.
+  double reject(double error) {
+    after_rejection_ = true;
+    return std::clamp(0.9 * std::pow(error, -exponent_), 0.1, 0.9);
+  }
+
+ private:
+  double exponent_;
+  double last_error_ = 1e-4;
+  bool after_rejection_ = false;
+};
+
+}  // namespace tanor

@@ -1,0 +1,154 @@
+#include "system/numbering.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// Lists of numbers, one after the other: list k is [start[k], start[k + 1]).
+struct Lists {
+  std::vector<Index> start{0};
+  std::vector<Index> entries;
+
+  std::span<const Index> operator[](Index k) const {
+    return {entries.data() + start[k], static_cast<std::size_t>(start[k + 1] - start[k])};
+  }
+  std::size_t size() const { return start.size() - 1; }
+};
+
+Lists transpose(const Lists& lists, std::size_t num_entries) {
+  Lists result;
+  result.start.assign(num_entries + 1, 0);
+  for (const Index entry : lists.entries) ++result.start[entry + 1];
+  std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
+  result.entries.resize(lists.entries.size());
+  std::vector<Index> next(result.start.begin(), result.start.end() - 1);
+  for (std::size_t k = 0; k < lists.size(); ++k) {
+    for (const Index entry : lists[static_cast<Index>(k)]) result.entries[next[entry]++] = static_cast<Index>(k);
+  }
+  return result;
+}
+
+/// Breadth-first search over the points that constraints connect.
+class Search {
+ public:
+  Search(const Lists& points_of_member, const Lists& members_of_point)
+      : points_of_member_(points_of_member),
+        members_of_point_(members_of_point),
+        point_mark_(members_of_point.size(), -1),
+        member_mark_(points_of_member.size(), -1) {}
+
+  /// The points of the island of `root` in the order of their distance.
+  const std::vector<Index>& visit(Index root) {
+    ++sweep_;
+    order_.assign(1, root);
+    point_mark_[root] = sweep_;
+    for (std::size_t head = 0; head < order_.size(); ++head) {
+      for (const Index member : members_of_point_[order_[head]]) {
+        if (std::exchange(member_mark_[member], sweep_) == sweep_) continue;
+        for (const Index point : points_of_member_[member]) {
+          if (std::exchange(point_mark_[point], sweep_) != sweep_) order_.push_back(point);
+        }
+      }
+    }
+    return order_;
+  }
+
+ private:
+  const Lists& points_of_member_;
+  const Lists& members_of_point_;
+  std::vector<int> point_mark_, member_mark_;
+  std::vector<Index> order_;
+  int sweep_ = -1;
+};
+
+}  // namespace
+
+Numbering number(const System& system) {
+  const std::size_t num_points = system.num_points();
+  std::vector<char> is_support(num_points, 0);
+  for (const Support& support : system.supports) {
+    for (const Index point : support.points) is_support[point] = 1;
+  }
+
+  // Members and the moving points that they join.
+  Lists points_of_member;
+  std::vector<int> rows_of_member;
+  std::vector<Index> user_first_row;
+  Index num_rows = 0;
+  for_each_member(system, [&](std::span<const Index> points, int rows) {
+    for (const Index point : points) {
+      if (!is_support[point]) points_of_member.entries.push_back(point);
+    }
+    points_of_member.start.push_back(static_cast<Index>(points_of_member.entries.size()));
+    rows_of_member.push_back(rows);
+    user_first_row.push_back(num_rows);
+    num_rows += rows;
+  });
+  const Lists members_of_point = transpose(points_of_member, num_points);
+  const std::size_t num_members = rows_of_member.size();
+
+  Numbering result;
+  result.user_point.reserve(num_points);
+  result.inner_point.assign(num_points, -1);
+  result.user_row.reserve(num_rows);
+  result.member_row.assign(num_members, -1);
+  result.island_start.push_back(0);
+  const auto append_point = [&](Index point) {
+    result.inner_point[point] = static_cast<Index>(result.user_point.size());
+    result.user_point.push_back(point);
+  };
+
+  // Each island from a far end (two sweeps find one), then backwards: what lies farthest comes first.
+  Search search(points_of_member, members_of_point);
+  std::vector<char> seen(num_points, 0);
+  for (std::size_t root = 0; root < num_points; ++root) {
+    if (seen[root] || is_support[root] || members_of_point[static_cast<Index>(root)].empty()) continue;
+    Index far_end = search.visit(static_cast<Index>(root)).back();
+    far_end = search.visit(far_end).back();
+    const std::vector<Index>& order = search.visit(far_end);
+    for (auto point = order.rbegin(); point != order.rend(); ++point) {
+      seen[*point] = 1;
+      append_point(*point);
+      // A member is numbered with the first of its points: in a tree that is the rod towards the root.
+      for (const Index member : members_of_point[*point]) {
+        if (result.member_row[member] >= 0) continue;
+        result.member_row[member] = static_cast<Index>(result.user_row.size());
+        for (int k = 0; k < rows_of_member[member]; ++k) result.user_row.push_back(user_first_row[member] + k);
+      }
+    }
+    result.island_start.push_back(static_cast<Index>(result.user_row.size()));
+  }
+
+  for (std::size_t point = 0; point < num_points; ++point) {
+    if (!seen[point] && !is_support[point]) append_point(static_cast<Index>(point));
+  }
+  result.num_moving = result.user_point.size();
+  for (std::size_t point = 0; point < num_points; ++point) {
+    if (is_support[point]) append_point(static_cast<Index>(point));
+  }
+  return result;
+}
+
+void Numbering::gather_points(std::span<const double> user, std::span<double> inner, std::size_t width) const {
+  for (std::size_t i = 0; i < user_point.size(); ++i) {
+    for (std::size_t k = 0; k < width; ++k) inner[width * i + k] = user[width * user_point[i] + k];
+  }
+}
+
+void Numbering::scatter_points(std::span<const double> inner, std::span<double> user, std::size_t width) const {
+  for (std::size_t i = 0; i < user_point.size(); ++i) {
+    for (std::size_t k = 0; k < width; ++k) user[width * user_point[i] + k] = inner[width * i + k];
+  }
+}
+
+void Numbering::scatter_rows(std::span<const double> inner, std::span<double> user) const {
+  for (std::size_t a = 0; a < user_row.size(); ++a) user[user_row[a]] = inner[a];
+}
+
+}  // namespace tanor

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+namespace tanor {
+
+/// The inner order of points and rows; outside, the user's order holds everywhere.
+///
+/// Islands (points connected by constraints; supports connect nothing) follow one another, inside an island points and
+/// rows run along its paths, leaves first: neighbours in space are neighbours in memory, a chain gives a tridiagonal S
+/// and a tree is eliminated without fill. Free points come after the islands, supports last.
+struct Numbering {
+  std::vector<Index> user_point;     ///< [inner point] -> user's point
+  std::vector<Index> inner_point;    ///< [user's point] -> inner point
+  std::vector<Index> user_row;       ///< [inner row] -> user's row
+  std::vector<Index> member_row;     ///< [member in the user's order] -> its first inner row
+  std::vector<Index> island_start;   ///< first row of each island, and d at the end
+  std::size_t num_moving = 0;        ///< inner points below this move, the others are supports
+
+  std::size_t num_points() const { return user_point.size(); }
+  std::size_t num_rows() const { return user_row.size(); }
+  std::size_t num_islands() const { return island_start.size() - 1; }
+
+  /// From the user's order to the inner one and back: `width` numbers a point.
+  void gather_points(std::span<const double> user, std::span<double> inner, std::size_t width = 3) const;
+  void scatter_points(std::span<const double> inner, std::span<double> user, std::size_t width = 3) const;
+  void scatter_rows(std::span<const double> inner, std::span<double> user) const;
+};
+
+Numbering number(const System& system);
+
+}  // namespace tanor
