@@ -61,6 +61,8 @@ NormalForm::NormalForm(System system, SolverOptions options)
       right_side_(constraints_.num_rows()),
       lambda_(constraints_.num_rows(), 0.0),
       rows_(constraints_.num_rows()),
+      step_multipliers_{std::vector<double>(num_rows()), std::vector<double>(num_rows()),
+                        std::vector<double>(num_rows())},
       scene_size_(scene_size(system_)) {
   for (const Support& support : system_.supports) {
     PrescribedPoints prescribed{support.displacement, {}, {}};
@@ -244,13 +246,38 @@ double NormalForm::rounding_floor(const double* r) const {
   return 4.0 * eps * std::max(1.0, largest(parallel_, numbering_.num_points(), r) / smallest_length_);
 }
 
-ProjectionReport NormalForm::project_positions(double t, double* r) { return project_positions(t, 1.0, r, nullptr); }
+ProjectionReport NormalForm::project_positions(double t, double* r) { return iterate_onto_positions(t, r, nullptr); }
 
 ProjectionReport NormalForm::project_step(double t, double h, double* r, double* step_velocity) {
-  return project_positions(t, h, r, step_velocity);
+  // The sum of the multipliers is h^2 times a smooth function of time (half of lambda): extrapolated from the last two
+  // steps it saves iterations, the solution is the same.
+  StepMultipliers& step = step_multipliers_;
+  const double scale = h * h;
+  parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      const double guess = 2.0 * step.last[a] - step.before[a];
+      step.before[a] = step.last[a];
+      step.sum[a] = scale * guess;
+    }
+  });
+  gather_.add_scaled(parallel_, blocks_.data(), step.sum.data(), inverse_mass_.data(), num_moving(), r);
+
+  const ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
+
+  parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      step.last[a] = step.sum[a] / scale;
+      step.sum[a] /= h;
+    }
+  });
+  // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
+  gather_.add_scaled(parallel_, blocks_.data(), step.sum.data(), inverse_mass_.data(), num_moving(), step_velocity);
+  return report;
 }
 
-ProjectionReport NormalForm::project_positions(double t, double h, double* r, double* step_velocity) {
+/// Chord iterations along M^-1 K of the last linearisation; adds up the multipliers where wanted (and then the slope is
+/// never renewed, since they belong to one K).
+ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double* sum) {
   set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
@@ -270,25 +297,24 @@ ProjectionReport NormalForm::project_positions(double t, double h, double* r, do
     if (report.violation <= target) return report;
     const bool stalls = report.violation > 0.3 * before;
     if (stalls && report.violation <= rounding_floor(r)) return report;
-    if (report.iterations == most_iterations || (stalls && linearised_here && report.violation > before)) {
+    const bool hopeless = stalls && report.violation > before && (linearised_here || sum != nullptr);
+    if (report.iterations == most_iterations || hopeless) {
       report.outcome = {Status::NotConverged, "projection onto the constraints stalls at a violation of " +
                                                   text(report.violation) + " at t = " + text(t)};
       return report;
     }
-    if (stalls) {
+    if (stalls && sum == nullptr) {
       // The chord's slope is too old: Newton's own.
       if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
       linearised_here = true;
     }
     before = report.violation;
-    // S mu = -xi, r += M^-1 K mu; the velocity takes the same multipliers, so that no digits cancel in (r - r0)/h
+    // S mu = -xi, r += M^-1 K mu
     correct(rows_.data(), r);
-    if (step_velocity != nullptr) {
-      const Stopwatch watch(&times_.solve);
+    if (sum != nullptr) {
       parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t a = begin; a < end; ++a) rows_[a] /= h;
+        for (std::size_t a = begin; a < end; ++a) sum[a] += rows_[a];
       });
-      gather_.add_scaled(parallel_, blocks_.data(), rows_.data(), inverse_mass_.data(), num_moving(), step_velocity);
     }
   }
 }

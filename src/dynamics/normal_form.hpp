@@ -89,7 +89,7 @@ class NormalForm final : public Mechanics {
   double evaluate_free(double t, const double* r, const double* v, double* w0);  // returns max |w0|
   Outcome factorize(double t);
   void correct(double* rows, double* points);
-  ProjectionReport project_positions(double t, double h, double* r, double* step_velocity);
+  ProjectionReport iterate_onto_positions(double t, double* r, double* sum);
   std::string name_row(std::size_t inner_row) const;
   double rounding_floor(const double* r) const;
   Outcome not_finite(double t) const;
@@ -114,6 +114,10 @@ class NormalForm final : public Mechanics {
   std::vector<double> blocks_;                       // K
   std::vector<double> f_, dw_;                       // [3n] f; w - w0 = M^-1 K lambda
   std::vector<double> right_side_, lambda_, rows_;   // [d] phi + K'w0; multipliers; scratch
+  struct StepMultipliers {
+    std::vector<double> sum;           // of this step's iterations
+    std::vector<double> last, before;  // of the last two steps, over h^2
+  } step_multipliers_;
   double scene_size_ = 1.0, smallest_length_ = 1.0, velocity_scale_ = 1.0;
 
   PlanSummary plan_;

@@ -15,7 +15,7 @@
 ///   rate  d xi/dt = K'v + xi_t
 ///   phi   d2 xi/dt2 along r + e v, t + e: v' Hess(xi) v + 2 v' grad(xi_t) + xi_tt (theory, section 1)
 ///   gradient blocks, 3 numbers each: one for each point of the member and row; a rod has a single one, its unit vector.
-/// Kernels are pure: numbers in, numbers out; what a caller does not use, the compiler removes.
+/// Kernels are pure: numbers in, numbers out; inlined into every loop, where the compiler removes what is not used.
 namespace tanor {
 
 template <int Rows, int Blocks>
@@ -31,7 +31,7 @@ struct Distance {
   Vec3 unit;
   double value, first, second;
 
-  Distance(Vec3 a, Vec3 b) {
+  [[gnu::always_inline]] Distance(Vec3 a, Vec3 b) {
     value = norm(a);
     unit = (1.0 / value) * a;
     first = dot(unit, b);
@@ -58,7 +58,7 @@ struct RodKernel {
     return length[k];
   }
 
-  Local<1, 1> operator()(std::size_t k, const double* r, const double* v) const {
+  [[gnu::always_inline]] Local<1, 1> operator()(std::size_t k, const double* r, const double* v) const {
     const auto [i, j] = points[k];
     Vec3 a = load(r, j) - load(r, i);
     if constexpr (Shifted) a = a + offset[k];
@@ -116,7 +116,7 @@ struct PlaneKernel {
   bool gradients_are_constant() const { return normal.is_constant(); }
   double scale(std::size_t) const { return size; }
 
-  Local<1, 1> operator()(std::size_t k, const double* r, const double* v) const {
+  [[gnu::always_inline]] Local<1, 1> operator()(std::size_t k, const double* r, const double* v) const {
     const auto& [n, c] = normal[geometry[k]];
     const MovingScalar& o = offset[k];
     const Vec3 x = load(r, points[k][0]), b = load(v, points[k][0]);
@@ -146,7 +146,7 @@ struct SphereKernel {
   bool gradients_are_constant() const { return false; }
   double scale(std::size_t k) const { return radius[k].value; }
 
-  Local<1, 1> operator()(std::size_t k, const double* r, const double* v) const {
+  [[gnu::always_inline]] Local<1, 1> operator()(std::size_t k, const double* r, const double* v) const {
     const MovingVec3& c = center[geometry[k]];
     const MovingScalar& R = radius[k];
     const Distance rho(load(r, points[k][0]) - c.value, load(v, points[k][0]) - c.first);
@@ -199,7 +199,7 @@ struct LineKernel {
   bool gradients_are_constant() const { return normals.is_constant(); }
   double scale(std::size_t) const { return size; }
 
-  Local<2, 2> operator()(std::size_t k, const double* r, const double* v) const {
+  [[gnu::always_inline]] Local<2, 2> operator()(std::size_t k, const double* r, const double* v) const {
     const MovingVec3& o = origin[geometry[k]];
     const auto& pair = normals[geometry[k]];
     const Vec3 a = load(r, points[k][0]) - o.value, b = load(v, points[k][0]) - o.first;
@@ -235,7 +235,7 @@ struct CircleKernel {
   bool gradients_are_constant() const { return false; }
   double scale(std::size_t k) const { return radius[k].value; }
 
-  Local<2, 2> operator()(std::size_t k, const double* r, const double* v) const {
+  [[gnu::always_inline]] Local<2, 2> operator()(std::size_t k, const double* r, const double* v) const {
     const MovingVec3 &c = center[geometry[k]], &n = normal[geometry[k]];
     const MovingScalar& R = radius[k];
     // a, a', a'' at w = 0
@@ -271,7 +271,7 @@ struct AngleKernel {
   bool gradients_are_constant() const { return false; }
   double scale(std::size_t) const { return size; }
 
-  Local<1, 3> operator()(std::size_t m, const double* r, const double* v) const {
+  [[gnu::always_inline]] Local<1, 3> operator()(std::size_t m, const double* r, const double* v) const {
     const auto [i, j, k] = points[m];
     const MovingScalar& wanted = cosine[m];
     const Vec3 a1 = load(v, i) - load(v, j), b1 = load(v, k) - load(v, j);
@@ -312,7 +312,7 @@ struct PulleyKernel {
   bool gradients_are_constant() const { return false; }
   double scale(std::size_t k) const { return length[k].value; }
 
-  Local<1, 2> operator()(std::size_t k, const double* r, const double* v) const {
+  [[gnu::always_inline]] Local<1, 2> operator()(std::size_t k, const double* r, const double* v) const {
     const auto [i, j] = points[k];
     const auto& [a, b, ratio] = wheels[geometry[k]];
     const MovingScalar& l = length[k];

@@ -113,9 +113,23 @@ struct Cholesky::Implementation {
   Common common;
   cholmod_sparse matrix{};
   cholmod_factor* factor = nullptr;
+  std::vector<double> unit_lower, inverse_pivots;  // simplicial: L D^-1 beside L's entries, D^-2
   cholmod_dense* solution = nullptr;  // kept workspace of cholmod_solve2
   cholmod_dense* y = nullptr;
   cholmod_dense* e = nullptr;
+
+  /// CHOLMOD's arrays of a simplicial L: columns [start, start + count), the diagonal first.
+  struct Columns {
+    std::size_t n;
+    const int *start, *count, *rows;
+    const double* values;
+  };
+  Columns simplicial() const {
+    return {factor->n, static_cast<const int*>(factor->p), static_cast<const int*>(factor->nz),
+            static_cast<const int*>(factor->i), static_cast<const double*>(factor->x)};
+  }
+  void prepare_solves();
+  void solve_simplicial(double* x) const;
 
   ~Implementation() {
     cholmod_free_dense(&e, &common.c);
@@ -124,6 +138,36 @@ struct Cholesky::Implementation {
     cholmod_free_factor(&factor, &common.c);
   }
 };
+
+/// L = (L D^-1) D with D its diagonal: solves then divide by nothing, and the chain of dependent operations along a path
+/// is one multiplication and one subtraction a row.
+void Cholesky::Implementation::prepare_solves() {
+  const auto [n, start, count, rows, l] = simplicial();
+  unit_lower.resize(factor->nzmax);
+  inverse_pivots.resize(n);
+  for (std::size_t j = 0; j < n; ++j) {
+    const double inverse = 1.0 / l[start[j]];
+    inverse_pivots[j] = inverse * inverse;
+    for (int k = start[j] + 1; k < start[j] + count[j]; ++k) unit_lower[static_cast<std::size_t>(k)] = l[k] * inverse;
+  }
+}
+
+/// In place; cholmod_solve2 would copy x twice.
+void Cholesky::Implementation::solve_simplicial(double* x) const {
+  const auto [n, start, count, rows, l] = simplicial();
+  const double* const u = unit_lower.data();
+  // (L D^-1) y = x
+  for (std::size_t j = 0; j < n; ++j) {
+    const double xj = x[j];
+    for (int k = start[j] + 1; k < start[j] + count[j]; ++k) x[rows[k]] -= u[k] * xj;
+  }
+  // (L D^-1)' x = D^-2 y
+  for (std::size_t j = n; j-- > 0;) {
+    double sum = x[j] * inverse_pivots[j];
+    for (int k = start[j] + 1; k < start[j] + count[j]; ++k) sum -= u[k] * x[rows[k]];
+    x[j] = sum;
+  }
+}
 
 Cholesky::Cholesky(TrianglePattern pattern, bool supernodal) : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
@@ -155,6 +199,7 @@ Cholesky::Quality Cholesky::factorize() {
   if (c.status == CHOLMOD_NOT_POSDEF || self.factor->minor < self.factor->n) {
     return {false, self.factor->minor, 0.0};
   }
+  if (!self.factor->is_super) self.prepare_solves();
   return {true, 0, cholmod_rcond(self.factor, &c)};
 }
 
@@ -162,22 +207,7 @@ void Cholesky::solve(double* x) {
   Implementation& self = *implementation_;
   const std::size_t n = self.pattern.size();
   if (!self.factor->is_super) {
-    // Simplicial L by columns, the diagonal first: L y = x, then L'x = y, in place. cholmod_solve2 would copy x twice.
-    const int* start = static_cast<const int*>(self.factor->p);
-    const int* count = static_cast<const int*>(self.factor->nz);
-    const int* rows = static_cast<const int*>(self.factor->i);
-    const double* l = static_cast<const double*>(self.factor->x);
-    for (std::size_t j = 0; j < n; ++j) {
-      const int begin = start[j], end = begin + count[j];
-      const double xj = x[j] /= l[begin];
-      for (int k = begin + 1; k < end; ++k) x[rows[k]] -= l[k] * xj;
-    }
-    for (std::size_t j = n; j-- > 0;) {
-      const int begin = start[j], end = begin + count[j];
-      double sum = x[j];
-      for (int k = begin + 1; k < end; ++k) sum -= l[k] * x[rows[k]];
-      x[j] = sum / l[begin];
-    }
+    self.solve_simplicial(x);
     return;
   }
   cholmod_dense b{};

@@ -1,0 +1,136 @@
+// Cost of a step beside the Eigen baseline, in turn in one process, one thread:
+//   step_cost [scene.json …]      default: chain, clusters, net, lattice of tanor's own generator
+// Prints nanoseconds a rod (medians) and the ratio baseline/ours: of one evaluation of the accelerations and of one RATTLE step.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <tanor/tanor.hpp>
+
+#include "eigen_baseline.hpp"
+#include "scene/scene.hpp"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_of(const std::function<void()>& work) {
+  const auto begin = Clock::now();
+  work();
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+std::vector<std::array<int, 2>> rods_of(const tanor::System& system) {
+  std::vector<std::array<int, 2>> result;
+  for (const tanor::Constraint& constraint : system.constraints) {
+    const auto& rods = std::get<tanor::Rods>(constraint);
+    result.insert(result.end(), rods.pairs.begin(), rods.pairs.end());
+  }
+  return result;
+}
+
+struct Row {
+  std::string name;
+  double baseline, evaluation, rattle;  // ns a rod
+};
+
+Row measure(const std::string& name, tanor::System system) {
+  using namespace tanor;
+  constexpr int rounds = 15;
+  const std::vector<std::array<int, 2>> rods = rods_of(system);
+  const double num_rods = static_cast<double>(rods.size());
+
+  // Steps that turn a rod by about a hundredth.
+  MotionOptions motion;
+  motion.method = Method::Rattle;
+  motion.start = StartMode::Project;
+  motion.step = 0.005;
+  SolverOptions one_thread;
+  one_thread.threads = 1;
+  Simulation simulation(system, motion, one_thread);
+  if (!simulation.outcome().ok()) throw std::runtime_error(simulation.outcome().what);
+  system.positions.assign(simulation.positions().begin(), simulation.positions().end());
+  system.velocities.assign(simulation.velocities().begin(), simulation.velocities().end());
+  EigenBaseline baseline(rods, system.masses, Eigen::Vector3d::Zero());
+  Dynamics dynamics(system, one_thread);
+  std::vector<double> w(system.positions.size());
+
+  const int repeats = std::max(1, static_cast<int>(2e5 / num_rods));
+  std::vector<double> times[3];
+  for (int round = 0; round < rounds; ++round) {
+    times[0].push_back(seconds_of([&] {
+      for (int k = 0; k < repeats; ++k) baseline.evaluate(system.positions.data(), system.velocities.data());
+    }));
+    times[1].push_back(seconds_of([&] {
+      for (int k = 0; k < repeats; ++k) {
+        (void)dynamics.solve(0.0, system.positions, system.velocities, w);
+      }
+    }));
+    times[2].push_back(seconds_of([&] {
+      (void)simulation.advance(simulation.time() + (repeats - 0.5) * motion.step);
+    }));
+  }
+  double difference = 0.0, largest = 1e-300;
+  const Eigen::VectorXd& reference = baseline.evaluate(system.positions.data(), system.velocities.data());
+  for (std::size_t i = 0; i < w.size(); ++i) {
+    difference = std::max(difference, std::abs(w[i] - reference[static_cast<Eigen::Index>(i)]));
+    largest = std::max(largest, std::abs(w[i]));
+  }
+  // The baseline does not refine: a chain of N rods costs it cond S ~ N^2 digits.
+  const double tolerance = std::max(1e-9, 1e-15 * num_rods * num_rods);
+  if (!(difference <= tolerance * largest)) throw std::runtime_error(name + ": the two solutions differ");
+  const double unit = 1e9 / (repeats * num_rods);
+  return {name, unit * median(times[0]), unit * median(times[1]), unit * median(times[2])};
+}
+
+tanor::System generated(const std::string& generate) {
+  const auto scene = tanor::scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + generate + "}", "bench.json");
+  tanor::System system = scene.system;
+  // Some motion, the same each time: a rigid rotation and a shear.
+  system.velocities.resize(system.positions.size());
+  for (std::size_t i = 0; i < system.positions.size(); i += 3) {
+    system.velocities[i] = -system.positions[i + 1];
+    system.velocities[i + 1] = system.positions[i];
+    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
+  }
+  return system;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  std::vector<Row> rows;
+  if (argc > 1) {
+    for (int k = 1; k < argc; ++k) {
+      const auto scene = tanor::scene::load_scene(argv[k]);
+      rows.push_back(measure(scene.name, scene.system));
+    }
+  } else {
+    rows.push_back(measure("chain 1e4", generated(R"({"kind": "chain", "count": 10000})")));
+    rows.push_back(measure("chain 1e6", generated(R"({"kind": "chain", "count": 1000000})")));
+    rows.push_back(measure("clusters 1e4 x 10", generated(R"({"kind": "clusters", "clusters": 10000, "count": 10})")));
+    rows.push_back(measure("net 30", generated(R"({"kind": "net", "columns": 30, "rows": 30})")));
+    rows.push_back(measure("net 100", generated(R"({"kind": "net", "columns": 100, "rows": 100})")));
+    rows.push_back(measure("lattice 10", generated(R"({"kind": "lattice", "size": [10, 10, 10]})")));
+  }
+  fmt::print("{:24}{:>16}{:>16}{:>16}{:>10}{:>10}\n", "ns a rod", "Eigen baseline", "Dynamics::solve", "RATTLE step",
+             "ratio", "ratio");
+  for (const Row& row : rows) {
+    fmt::print("{:24}{:16.0f}{:16.0f}{:16.0f}{:10.1f}{:10.1f}\n", row.name, row.baseline, row.evaluation, row.rattle,
+               row.baseline / row.evaluation, row.baseline / row.rattle);
+  }
+} catch (const std::exception& error) {
+  fmt::print(stderr, "step_cost: {}\n", error.what());
+  return 1;
+}
