@@ -35,7 +35,7 @@ class TANOR_API ScalarFunction {
   Jet<2> operator()(double t) const;
 
   /// Where the numbers come from when they are not constant.
-  class Source;
+  class TANOR_LOCAL Source;
 
  private:
   explicit ScalarFunction(std::shared_ptr<const Source> source);

@@ -26,8 +26,8 @@ std::vector<double> inverses(std::vector<double> masses) {
   return masses;
 }
 
-System validated(System system) {
-  validate(system);
+System validated(System system, double t) {
+  validate(system, t);
   if (system.velocities.empty()) system.velocities.assign(system.positions.size(), 0.0);
   return system;
 }
@@ -43,11 +43,11 @@ double largest(const Parallel& parallel, std::size_t num_points, const double* x
 
 }  // namespace
 
-NormalForm::NormalForm(System system, SolverOptions options)
-    : system_(validated(std::move(system))),
+NormalForm::NormalForm(System system, SolverOptions options, double t)
+    : system_(validated(std::move(system), t)),
       parallel_(options.threads),
       numbering_(number(system_)),
-      constraints_(system_, numbering_),
+      constraints_(system_, numbering_, t),
       forces_(system_, numbering_),
       mass_(masses_in_order(system_, numbering_)),
       inverse_mass_(inverses(mass_)),
@@ -55,6 +55,7 @@ NormalForm::NormalForm(System system, SolverOptions options)
       gather_(incidences_, numbering_.num_points()),
       solver_(incidences_, inverse_mass_, numbering_, options.ordering, constraints_.gradient_norms_are_constant()),
       support_accelerations_(3 * (numbering_.num_points() - numbering_.num_moving), 0.0),
+      time_(t),
       blocks_(3 * constraints_.num_blocks()),
       f_(3 * numbering_.num_points(), 0.0),
       dw_(3 * numbering_.num_points(), 0.0),
@@ -158,7 +159,7 @@ Outcome NormalForm::factorize(double t) {
   last_.reciprocal_condition = quality.reciprocal_condition;
   is_factorized_ = quality.positive_definite && quality.reciprocal_condition > NormalSolver::singular_below;
   if (is_factorized_) return {};
-  return {Status::Singular, "S = K'M^-1K is singular at t = " + text(t) + ": " + name_row(quality.failed_row) +
+  return {Status::Singular, "S = K'M^-1K is singular at t = " + text(t) + ": " + name_row(quality.weakest_row) +
                                 " depends on other constraints (redundant or contradictory)"};
 }
 
@@ -203,7 +204,7 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
 
   // S lambda = -b, dw = M^-1 K lambda; then refinement in w (theory, section 8):
   // rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho.
-  const double good_enough = exact_ ? 0.0 : 1e-12;
+  const double good_enough = exact_ ? 1e-15 : 1e-12;
   constexpr int most_passes = 5;
   {
     const Stopwatch watch(&times_.solve);
@@ -452,7 +453,7 @@ Outcome NormalForm::normal_accelerations(const double* r, const double* v, doubl
   gamma.assemble(parallel_, blocks_.data());
   const NormalSolver::Quality quality = gamma.factorize(parallel_);
   if (!quality.positive_definite || quality.reciprocal_condition <= NormalSolver::singular_below) {
-    return {Status::Singular, "Gamma = K'K is singular at " + name_row(quality.failed_row)};
+    return {Status::Singular, "Gamma = K'K is singular at " + name_row(quality.weakest_row)};
   }
   // phi, with the supports' accelerations in it
   std::vector<double> given(size(), 0.0), phi(num_rows()), x(num_rows());

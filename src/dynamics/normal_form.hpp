@@ -24,7 +24,8 @@ namespace tanor {
 /// support's own acceleration there, so that K'w0 carries both and phi needs no term of its own for them.
 class NormalForm final : public Mechanics {
  public:
-  NormalForm(System system, SolverOptions options);
+  /// `t`: where the system is checked and "initial" values are taken.
+  NormalForm(System system, SolverOptions options, double t = 0.0);
 
   std::size_t size() const override { return 3 * numbering_.num_points(); }
   std::size_t point_size() const override { return 3; }
@@ -56,7 +57,7 @@ class NormalForm final : public Mechanics {
   double position_violation(double t, const double* r);
   double velocity_violation(double t, const double* r, const double* v);
 
-  /// Refine lambda and w until |K'w + phi| stops falling (else: to 1e-12).
+  /// Refine lambda and w to the rounding of |K'w + phi| (else: to 1e-12 of its scale).
   void set_exact(bool exact) { exact_ = exact; }
 
   const System& system() const { return system_; }
@@ -108,7 +109,7 @@ class NormalForm final : public Mechanics {
   std::vector<double> support_accelerations_;  // [3 * supports]
 
   // The last instant.
-  double time_ = 0.0;
+  double time_;
   bool is_factorized_ = false, exact_ = false;
   SolveReport last_;
   std::vector<double> blocks_;                       // K

@@ -69,11 +69,12 @@ constexpr std::size_t kind_index(std::index_sequence<Kinds...>) {
 struct Builder {
   const System& system;
   const Numbering& numbering;
+  double t;
   double size;
   std::vector<std::vector<Member>> members_of_kind;  // [index in the variant], by increasing row
 
-  Builder(const System& s, const Numbering& n)
-      : system(s), numbering(n), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
+  Builder(const System& s, const Numbering& n, double start)
+      : system(s), numbering(n), t(start), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
     std::size_t counter = 0;
     for (std::size_t g = 0; g < system.constraints.size(); ++g) {
       const Constraint& constraint = system.constraints[g];
@@ -138,7 +139,7 @@ struct Builder {
       kernel.points.push_back(inner(std::array{point}));
       kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.normal.add(planes.normal); }));
       offset.append(planes.offset, member, [&] {
-        const auto n = planes.normal(0.0);
+        const auto n = planes.normal(t);
         return dot({n[0].value(), n[1].value(), n[2].value()}, initial(point));
       });
     });
@@ -154,7 +155,7 @@ struct Builder {
       kernel.points.push_back(inner(std::array{point}));
       kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.center.add(spheres.center); }));
       radius.append(spheres.radius, member,
-                    [&] { return norm(initial(point) - make_moving(spheres.center(0.0)).value); });
+                    [&] { return norm(initial(point) - make_moving(spheres.center(t)).value); });
     });
   }
 
@@ -185,8 +186,8 @@ struct Builder {
         kernel.normal.add(circles.normal);
       }));
       radius.append(circles.radius, member, [&] {
-        const Vec3 a = initial(point) - make_moving(circles.center(0.0)).value;
-        const Vec3 n = ToUnit{}(circles.normal(0.0)).value;
+        const Vec3 a = initial(point) - make_moving(circles.center(t)).value;
+        const Vec3 n = ToUnit{}(circles.normal(t)).value;
         return norm(a - dot(n, a) * n);
       });
     });
@@ -209,6 +210,7 @@ struct Builder {
 
   void fill(Family<PulleyKernel>* family) const {
     auto& kernel = family->kernel;
+    kernel.size = size;
     GeometryReader geometry;
     ParameterReader length(&kernel.length);
     for_each<Pulleys>([&](const Pulleys& pulleys, const Member& member) {
@@ -265,14 +267,15 @@ const LinearFamily& kernel_of(const LinearFamily& family) { return family; }
 
 }  // namespace
 
-Constraints::Constraints(const System& system, const Numbering& numbering) : num_rows_(numbering.num_rows()) {
-  const Builder builder(system, numbering);
+Constraints::Constraints(const System& system, const Numbering& numbering, double t)
+    : num_rows_(numbering.num_rows()) {
+  const Builder builder(system, numbering, t);
   std::apply([&](auto&... family) { (builder.fill(&family), ...); }, families_);
   for_each_family([&](auto& family) {
     family.first_block = static_cast<Index>(num_blocks_);
     num_blocks_ += static_cast<std::size_t>(blocks_of(family));
   });
-  set_time(0.0);
+  set_time(t);
 }
 
 bool Constraints::depends_on_time() const {

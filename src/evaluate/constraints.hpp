@@ -14,7 +14,8 @@ namespace tanor {
 /// K is stored as its blocks, 3 numbers each (`num_blocks`), whose places `list_incidences` tells.
 class Constraints {
  public:
-  Constraints(const System& system, const Numbering& numbering);
+  /// `t`: where "initial" values stand when they are measured from something that moves.
+  Constraints(const System& system, const Numbering& numbering, double t = 0.0);
 
   std::size_t num_rows() const { return num_rows_; }
   std::size_t num_blocks() const { return num_blocks_; }

@@ -305,12 +305,13 @@ struct PulleyKernel {
   std::vector<std::array<Index, 2>> points;
   std::vector<Index> geometry;
   std::vector<Wheel> wheels;
-  ScalarTable length;  // one a member
+  ScalarTable length;  // one a member; may be 0 or negative where the ratio is
+  double size = 1.0;   // of the scene
 
   void set_time(double t) { length.set_time(t); }
   bool depends_on_time() const { return !length.is_constant(); }
   bool gradients_are_constant() const { return false; }
-  double scale(std::size_t k) const { return length[k].value; }
+  double scale(std::size_t) const { return size; }
 
   [[gnu::always_inline]] Local<1, 2> operator()(std::size_t k, const double* r, const double* v) const {
     const auto [i, j] = points[k];

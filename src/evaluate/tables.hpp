@@ -30,13 +30,13 @@ struct MovingScalar {
 };
 
 /// One number for each member of a family, which may depend on time; members may share one. `set_time` touches only
-/// those that move, each once.
+/// those that move, each once; before its first call they are 0.
 class ScalarTable {
  public:
   /// A new number; returns its slot.
   std::size_t add(const ScalarFunction& function) {
     if (!function.is_constant()) moving_.emplace_back(now_.size(), function);
-    now_.push_back({function(0.0).value(), 0.0, 0.0});
+    now_.push_back(function.is_constant() ? MovingScalar{function(0.0).value(), 0.0, 0.0} : MovingScalar{});
     return now_.size() - 1;
   }
   /// The next member takes the number in `slot`.
@@ -65,7 +65,7 @@ class VectorTable {
 
   std::size_t add(const VectorFunction& function) {
     if (!function.is_constant()) moving_.emplace_back(now_.size(), function);
-    now_.push_back(Shape{}(function(0.0)));
+    now_.push_back(function.is_constant() ? Shape{}(function(0.0)) : Value{});
     return now_.size() - 1;
   }
   void set_time(double t) {

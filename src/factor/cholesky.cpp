@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <new>
 
@@ -129,6 +130,7 @@ struct Cholesky::Implementation {
             static_cast<const int*>(factor->i), static_cast<const double*>(factor->x)};
   }
   void prepare_solves();
+  std::size_t weakest_column() const;
   void solve_simplicial(double* x) const;
 
   ~Implementation() {
@@ -150,6 +152,31 @@ void Cholesky::Implementation::prepare_solves() {
     inverse_pivots[j] = inverse * inverse;
     for (int k = start[j] + 1; k < start[j] + count[j]; ++k) unit_lower[static_cast<std::size_t>(k)] = l[k] * inverse;
   }
+}
+
+/// Column of the smallest pivot: where a matrix that is singular to rounding shows it.
+std::size_t Cholesky::Implementation::weakest_column() const {
+  if (!factor->is_super) {
+    return static_cast<std::size_t>(std::max_element(inverse_pivots.begin(), inverse_pivots.end()) - inverse_pivots.begin());
+  }
+  // A supernode's columns lie side by side, its diagonal block first: stride (number of rows) + 1.
+  const int* first_column = static_cast<const int*>(factor->super);
+  const int* rows_start = static_cast<const int*>(factor->pi);
+  const int* values_start = static_cast<const int*>(factor->px);
+  const double* l = static_cast<const double*>(factor->x);
+  std::size_t weakest = 0;
+  double smallest = HUGE_VAL;
+  for (std::size_t s = 0; s < factor->nsuper; ++s) {
+    const int num_rows = rows_start[s + 1] - rows_start[s];
+    for (int j = first_column[s]; j < first_column[s + 1]; ++j) {
+      const double pivot = l[values_start[s] + (j - first_column[s]) * (num_rows + 1)];
+      if (pivot < smallest) {
+        smallest = pivot;
+        weakest = static_cast<std::size_t>(j);
+      }
+    }
+  }
+  return weakest;
 }
 
 /// In place; cholmod_solve2 would copy x twice.
@@ -200,7 +227,7 @@ Cholesky::Quality Cholesky::factorize() {
     return {false, self.factor->minor, 0.0};
   }
   if (!self.factor->is_super) self.prepare_solves();
-  return {true, 0, cholmod_rcond(self.factor, &c)};
+  return {true, self.weakest_column(), cholmod_rcond(self.factor, &c)};
 }
 
 void Cholesky::solve(double* x) {

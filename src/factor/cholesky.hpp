@@ -45,7 +45,7 @@ class Cholesky {
 
   struct Quality {
     bool positive_definite = true;
-    std::size_t failed_column = 0;       ///< where not positive definite
+    std::size_t weakest_column = 0;      ///< smallest pivot; the failed one where not positive definite
     double reciprocal_condition = 1.0;   ///< (min/max diagonal of L)^2: a cheap estimate from above
   };
   [[nodiscard]] Quality factorize();

@@ -49,7 +49,7 @@ struct Simulation::Implementation {
 
   Implementation(System system, const MotionOptions& motion, SolverOptions solver, double t_start)
       : options((check_options(motion), motion)),
-        form(std::move(system), solver),
+        form(std::move(system), solver, t_start),
         scheme(make_scheme(resolve(motion), options, form)),
         control(scheme->order()) {
     report.method = resolve(motion);

@@ -21,14 +21,15 @@ struct Scene {
   std::string source;  ///< where the points come from: "inline", "generate: chain", "import: data.chain (lammps-data)"
   System system;
   MotionOptions motion;
-  double t_end = 0.0;         ///< s; 0: not given
-  double output_every = 0.0;  ///< s; 0: start and end only
+  double t_end = 0.0;                ///< s; 0: not given
+  double output_every = 0.0;         ///< s; 0: start and end only
   std::vector<Index> output_points;  ///< empty: all
   SolverOptions solver;
   CertificatePolicy certificate;
 };
 
-/// Reads and validates a scene file. Throws InputError with `where()` = "<file>: <JSON pointer>" (line and column where the text is no JSON).
+/// Reads and validates a scene file. Throws InputError with `where()` = "<file>: <JSON pointer>" (line and column where
+/// the text is no JSON).
 Scene load_scene(const std::filesystem::path& file);
 
 /// The same from text; relative paths inside are relative to `file`.

@@ -88,16 +88,17 @@ NormalSolver::Quality NormalSolver::factorize(const Parallel& parallel) {
   parallel.for_tasks(parts_.size(), [&](std::size_t p) {
     Part& part = parts_[p];
     const Cholesky::Quality quality = part.cholesky.factorize();
-    const std::size_t column = quality.failed_column;
+    const std::size_t column = quality.weakest_column;
     const bool ordered = !part.permutation.empty() && column < part.permutation.size();
     const std::size_t row = ordered ? static_cast<std::size_t>(part.permutation[column]) : column;
     part.quality = {quality.positive_definite, static_cast<std::size_t>(part.first_row) + row,
                     quality.reciprocal_condition};
   });
+  // A failed part before a weak one, the weakest before others.
+  const auto badness = [](const Quality& q) { return q.positive_definite ? q.reciprocal_condition : -1.0; };
   Quality worst;
   for (const Part& part : parts_) {
-    if (!part.quality.positive_definite && worst.positive_definite) worst = part.quality;
-    worst.reciprocal_condition = std::min(worst.reciprocal_condition, part.quality.reciprocal_condition);
+    if (badness(part.quality) <= badness(worst)) worst = part.quality;
   }
   return worst;
 }

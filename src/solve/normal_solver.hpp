@@ -21,7 +21,7 @@ class NormalSolver {
 
   struct Quality {
     bool positive_definite = true;
-    std::size_t failed_row = 0;          ///< inner row where not
+    std::size_t weakest_row = 0;         ///< inner row of the smallest pivot, or of the failed one
     double reciprocal_condition = 1.0;   ///< smallest over the parts
   };
   /// Below this the scaled S counts as singular: CHOLMOD may call an exactly singular matrix fine (measured).

@@ -1,0 +1,33 @@
+# `cmake --install`: library, headers, CMake package, pkg-config file, program, licence.
+# The install tree can be moved: nothing in it holds an absolute path.
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/tanor)
+
+install(TARGETS tanor EXPORT tanorTargets
+  ARCHIVE COMPONENT development
+  LIBRARY COMPONENT runtime NAMELINK_COMPONENT development
+  FILE_SET HEADERS COMPONENT development
+  INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})  # for consumers whose CMake (< 3.23) knows no file sets
+install(EXPORT tanorTargets NAMESPACE tanor:: DESTINATION ${package_dir} COMPONENT development)
+
+configure_package_config_file(cmake/tanorConfig.cmake.in ${PROJECT_BINARY_DIR}/tanorConfig.cmake
+  INSTALL_DESTINATION ${package_dir} NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/tanorConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES
+  ${PROJECT_BINARY_DIR}/tanorConfig.cmake
+  ${PROJECT_BINARY_DIR}/tanorConfigVersion.cmake
+  cmake/FindCHOLMOD.cmake
+  DESTINATION ${package_dir} COMPONENT development)
+
+file(RELATIVE_PATH libdir_to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+configure_file(cmake/tanor.pc.in ${PROJECT_BINARY_DIR}/tanor.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/tanor.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+
+if(TANOR_BUILD_PROGRAM)
+  file(RELATIVE_PATH bindir_to_libdir ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+  set_target_properties(tanor_cli PROPERTIES INSTALL_RPATH "$ORIGIN/${bindir_to_libdir}")
+  install(TARGETS tanor_cli RUNTIME COMPONENT runtime)
+endif()
+
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)

@@ -1,0 +1,196 @@
+#!/usr/bin/python3
+"""Reads the #include lines of src/ and include/ and fails on a wrong arrow between the rooms of the house.
+
+    check_rooms.py [ROOT]        check the tree at ROOT (default: this repository)
+    check_rooms.py --self-test   prove that wrong arrows are caught
+"""
+
+import pathlib
+import re
+import sys
+import tempfile
+from typing import NamedTuple
+
+# Public headers in the order in which they build on each other: each may include those before it, the standard
+# library and nothing else.
+PUBLIC_HEADERS = ["export", "version", "error", "jet", "user_kernel", "time_function", "system", "solver_options",
+                  "dynamics", "motion", "tanor"]
+
+
+class Sees(NamedTuple):
+    rooms: str    # other rooms whose headers it may include; or one header of a room, which then keeps to this rule too
+    public: str   # the last public header (in the order above) that it may include
+    foreign: str  # headers that belong neither to us nor to the standard library; "x/" is a folder
+
+
+# room: what it may see. Data flows downwards; look upstream.
+ROOMS = {
+    "base":     Sees("", "error", "omp.h"),
+    "system":   Sees("base", "system", "Eigen/"),
+    "evaluate": Sees("base system", "system", "Eigen/"),
+    "assembly": Sees("base system evaluate", "system", "Eigen/"),
+    "factor":   Sees("base", "solver_options", "omp.h cholmod.h metis.h Eigen/"),
+    "plan":     Sees("base system factor", "solver_options", ""),
+    "solve":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
+    "dynamics": Sees("base system evaluate assembly factor plan solve", "dynamics", "Eigen/"),
+    "motion":   Sees("base system dynamics/mechanics.hpp", "motion", ""),
+    "scene":    Sees("", "tanor", "nlohmann/ fmt/"),
+    "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h"),
+    "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h dlfcn.h"),
+}
+
+# Single files that may see more: an adaptor between two rooms, with its reason.
+ADAPTORS = {
+    # the public Simulation gives the schemes, which know Mechanics only, a system in normal form
+    "motion/simulation.cpp": Sees("base system dynamics/mechanics.hpp dynamics/normal_form.hpp", "motion", ""),
+}
+
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"]', re.MULTILINE)
+
+
+def is_standard(header: str) -> bool:
+    """<vector>, <cmath>: the standard library has neither a folder nor an ending."""
+    return re.fullmatch(r"[a-z0-9_]+", header) is not None
+
+
+def is_listed(header: str, foreign: str) -> bool:
+    return any(header == entry or (entry.endswith("/") and header.startswith(entry)) for entry in foreign.split())
+
+
+def wrong_public_header(header: str, last: str) -> str | None:
+    """Why `header` (tanor/x.hpp) must not be seen by one who may see the public headers up to `last`."""
+    name = pathlib.PurePath(header).stem
+    if name not in PUBLIC_HEADERS:
+        return "unknown public header: give it its place in PUBLIC_HEADERS"
+    if PUBLIC_HEADERS.index(name) > PUBLIC_HEADERS.index(last):
+        return f"the public headers end at <tanor/{last}.hpp> here"
+    return None
+
+
+def wrong_include_of_room(room: str, sees: Sees, quoted: bool, header: str) -> str | None:
+    first = header.split("/")[0]
+    if quoted:
+        if first not in ROOMS or "/" not in header or ".." in header:
+            return 'write our own headers as "room/file.hpp"'
+        if first != room and first not in sees.rooms.split() and header not in sees.rooms.split():
+            return f"{room} may see: {sees.rooms or 'no other room'}"
+        return None
+    if first == "tanor":
+        return wrong_public_header(header, sees.public)
+    if first in ROOMS:
+        return 'write our own headers as "room/file.hpp"'
+    if is_standard(header) or is_listed(header, sees.foreign):
+        return None
+    return f"foreign headers of {room}: {sees.foreign or 'none'}"
+
+
+def wrong_include_of_file(file: str, quoted: bool, header: str) -> str | None:
+    """The rule of the file's room, and of the rooms that see just this header."""
+    room = file.split("/")[0]
+    rule = wrong_include_of_room(room, ADAPTORS.get(file, ROOMS[room]), quoted, header)
+    for other, sees in ROOMS.items():
+        if rule is None and file in sees.rooms.split():
+            rule = wrong_include_of_room(other, sees, quoted, header)
+    return rule
+
+
+def wrong_include_of_public_header(own: str, quoted: bool, header: str) -> str | None:
+    if own not in PUBLIC_HEADERS:
+        return f"give <tanor/{own}.hpp> its place in PUBLIC_HEADERS"
+    if quoted:
+        return "public headers include <tanor/...> and the standard library only"
+    if header.startswith("tanor/"):
+        if own == "export":
+            return "<tanor/export.hpp> stands first"
+        return wrong_public_header(header, PUBLIC_HEADERS[PUBLIC_HEADERS.index(own) - 1])
+    return None if is_standard(header) else "a user needs the standard library and nothing else"
+
+
+def wrong_arrows(root: pathlib.Path) -> list[str]:
+    """One line a wrong include: file:line, the include, the rule."""
+    found = []
+    files = [f for folder in ("include", "src") for f in sorted((root / folder).rglob("*"))
+             if f.suffix in (".h", ".hpp", ".cpp")]
+    for file in files:
+        place = file.relative_to(root)
+        text = file.read_text(encoding="utf-8")
+        for match in INCLUDE.finditer(text):
+            quoted, header = match[1] == '"', match[2]
+            if place.parts[0] == "include":
+                rule = wrong_include_of_public_header(file.stem, quoted, header)
+            elif place.parts[1] not in ROOMS:
+                rule = f"src/{place.parts[1]} is no room: give it its line in ROOMS"
+            else:
+                rule = wrong_include_of_file("/".join(place.parts[1:]), quoted, header)
+            if rule:
+                line = text.count("\n", 0, match.start()) + 1
+                found.append(f"{place}:{line}: {match[0].strip()}: {rule}")
+    return found
+
+
+def self_test() -> int:
+    """Each case is one file of one line; the checker must say what the case says."""
+    wrong = [
+        ("src/factor/a.cpp", '#include "assembly/gather_plan.hpp"'),
+        ("src/system/a.cpp", '#include "evaluate/kernels.hpp"'),
+        ("src/motion/a.cpp", '#include "factor/cholesky.hpp"'),
+        ("src/motion/a.cpp", '  #  include "dynamics/normal_form.hpp"'),
+        ("src/motion/simulation.cpp", '#include "factor/cholesky.hpp"'),
+        ("src/dynamics/mechanics.hpp", '#include "assembly/gather_plan.hpp"'),
+        ("src/evaluate/a.hpp", "#include <tanor/motion.hpp>"),
+        ("src/evaluate/a.hpp", "#include <cholmod.h>"),
+        ("src/dynamics/a.cpp", "#include <metis.h>"),
+        ("src/scene/a.cpp", '#include "report/summary.hpp"'),
+        ("src/scene/a.cpp", '#include "base/check.hpp"'),
+        ("src/cli/a.cpp", "#include <Eigen/Dense>"),
+        ("src/base/a.hpp", '#include "vec3.hpp"'),
+        ("src/base/a.hpp", '#include "../system/members.hpp"'),
+        ("src/base/a.hpp", "#include <system/members.hpp>"),
+        ("src/attic/a.cpp", "#include <vector>"),
+        ("include/tanor/system.hpp", "#include <Eigen/Core>"),
+        ("include/tanor/system.hpp", "#include <tanor/motion.hpp>"),
+        ("include/tanor/system.hpp", '#include "base/vec3.hpp"'),
+        ("include/tanor/unheard_of.hpp", "#include <vector>"),
+    ]
+    right = [
+        ("src/evaluate/a.cpp", '#include "system/members.hpp"'),
+        ("src/evaluate/a.cpp", "#include <tanor/system.hpp>"),
+        ("src/factor/a.cpp", "#include <cholmod.h>"),
+        ("src/dynamics/a.cpp", '#include "solve/normal_solver.hpp"'),
+        ("src/motion/a.cpp", "#include <tanor/dynamics.hpp>"),
+        ("src/motion/a.cpp", '#include "dynamics/mechanics.hpp"'),
+        ("src/motion/simulation.cpp", '#include "dynamics/normal_form.hpp"'),
+        ("src/dynamics/mechanics.hpp", '#include "base/parallel.hpp"'),
+        ("src/cli/a.cpp", '#include "report/summary.hpp"'),
+        ("include/tanor/dynamics.hpp", "#include <tanor/system.hpp>"),
+        ("include/tanor/dynamics.hpp", "#include <vector>"),
+    ]
+    failures = 0
+    for cases, expected in ((wrong, 1), (right, 0)):
+        for name, line in cases:
+            with tempfile.TemporaryDirectory() as folder:
+                file = pathlib.Path(folder) / name
+                file.parent.mkdir(parents=True)
+                file.write_text("#pragma once\n" + line + "\n", encoding="utf-8")
+                answer = wrong_arrows(pathlib.Path(folder))
+            if len(answer) != expected:
+                failures += 1
+                print(f"{'passed by' if expected else 'refused'}: {name}: {line} {answer}")
+    print(f"check_rooms self-test: {len(wrong) + len(right)} cases, {failures} wrong")
+    return 1 if failures else 0
+
+
+def main(arguments: list[str]) -> int:
+    if arguments == ["--self-test"]:
+        return self_test()
+    root = pathlib.Path(arguments[0] if arguments else pathlib.Path(__file__).resolve().parent.parent)
+    if not (root / "src").is_dir():
+        print(f"{root}: no src/ there", file=sys.stderr)
+        return 2
+    found = wrong_arrows(root)
+    print("\n".join(found) if found else "rooms: every arrow points upstream")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "cli/exit_code.hpp"
+
+namespace tanor::cli {
+
+/// `tanor run`: values given here override the scene's.
+struct RunOptions {
+  std::filesystem::path scene;
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  std::optional<std::string> method;
+  std::optional<double> step;        ///< s, > 0; excludes tolerances
+  std::optional<double> rtol, atol;  ///< > 0
+  std::optional<double> t_end;       ///< s, > 0
+  std::optional<int> threads;        ///< 0: all
+  bool resume = false;
+  bool quiet = false;
+};
+
+/// `tanor solve`
+struct SolveOptions {
+  std::filesystem::path scene;
+  std::optional<std::filesystem::path> out;  ///< file; default: standard output
+};
+
+/// `tanor info`
+struct InfoOptions {
+  std::filesystem::path scene;
+};
+
+/// `tanor error-time`: each method with four step sizes or tolerances against a finer run of another method.
+struct ErrorTimeOptions {
+  std::filesystem::path scene;
+  std::vector<std::string> methods;  ///< default: rattle, rk4, dopri5
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+  std::optional<double> step;                ///< s, > 0: the coarsest
+  std::optional<double> t_end;               ///< s, > 0
+  std::optional<int> threads;                ///< 0: all
+  bool quiet = false;
+};
+
+/// A text that was asked for: --help, --version.
+struct TextRequest {
+  std::string text;
+};
+
+using Command = std::variant<RunOptions, SolveOptions, InfoOptions, ErrorTimeOptions, TextRequest>;
+
+/// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
+Command parse_command_line(int argc, const char* const* argv);
+
+// One for each command, in the file of its name.
+ExitCode execute(const RunOptions& options);
+ExitCode execute(const SolveOptions& options);
+ExitCode execute(const InfoOptions& options);
+ExitCode execute(const ErrorTimeOptions& options);
+ExitCode execute(const TextRequest& request);
+
+}  // namespace tanor::cli

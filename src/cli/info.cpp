@@ -1,0 +1,87 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <tanor/dynamics.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/cost.hpp"
+#include "cli/messages.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor::cli {
+
+namespace {
+
+void print(std::string_view key, const std::string& value) {
+  fmt::print("{:<24} {}\n", fmt::format("{}:", key), value);
+}
+
+/// "rods (rod), rail (line)"
+template <class Entries>
+std::string list_entries(const Entries& entries) {
+  std::string list;
+  for (const auto& entry : entries) {
+    const std::string name = std::visit([](const auto& group) { return group.name; }, entry);
+    list += list.empty() ? "" : ", ";
+    list += name.empty() ? std::string(kind_name(entry)) : fmt::format("{} ({})", name, kind_name(entry));
+  }
+  return list.empty() ? "none" : list;
+}
+
+std::string describe_bytes(double bytes) {
+  constexpr std::array units{"B", "kB", "MB", "GB", "TB"};
+  std::size_t unit = 0;
+  for (; bytes >= 1000.0 && unit + 1 < units.size(); ++unit) bytes /= 1000.0;
+  return fmt::format("{:.3g} {}", bytes, units[unit]);
+}
+
+std::string describe_motion(const scene::Scene& scene, Method method) {
+  const std::string end = scene.t_end > 0.0 ? fmt::format(" to t = {} s", scene.t_end) : "; no t_end";
+  const bool has_step = scene.motion.step > 0.0;
+  const std::string step = has_step ? fmt::format("step {} s", scene.motion.step)
+                                    : fmt::format("rtol {}, atol {}", scene.motion.rtol, scene.motion.atol);
+  return fmt::format("{}, {}{}", method_name(method), step, end);
+}
+
+}  // namespace
+
+ExitCode execute(const InfoOptions& options) {
+  scene::Scene scene = scene::load_scene(options.scene);
+  const std::string constraints = list_entries(scene.system.constraints);
+  const std::string forces = list_entries(scene.system.forces);
+  const Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
+  const PlanSummary& plan = dynamics.plan();
+  const std::size_t num_points = dynamics.num_points();
+  const Method method = choose_method(scene.motion);
+  const StepCost cost = predict_step(plan, num_points, method);
+
+  print("scene", scene.name);
+  print("source", scene.source);
+  print("points", fmt::format("{}", num_points));
+  print("supports", fmt::format("{}", plan.supports));
+  print("equations", fmt::format("{}", plan.equations));
+  print("degrees of freedom", fmt::format("{}, if all equations are independent",
+                                          3 * static_cast<std::ptrdiff_t>(num_points - plan.supports) -
+                                              static_cast<std::ptrdiff_t>(plan.equations)));
+  print("constraints", constraints);
+  print("forces", forces);
+  print("islands", fmt::format("{}, in {} part{}", plan.islands, plan.parts, plan.parts == 1 ? "" : "s"));
+  print("form", "normal");
+  print("ordering", plan.ordering);
+  print("factorization", plan.factorization);
+  print("nonzeros", fmt::format("{} in S, {} in L", plan.pattern_nonzeros, plan.factor_nonzeros));
+  print("motion", describe_motion(scene, method));
+  print("predicted factorization", fmt::format("{:.3g} flops", plan.factor_flops));
+  print("predicted memory", describe_bytes(cost.bytes));
+  print("predicted step", fmt::format("{} solves, about {:.2g} s on one thread", cost.solves, cost.seconds));
+  for (const std::string& what : plan.left_out) print("left out", what);
+  return ExitCode::Done;
+}
+
+}  // namespace tanor::cli

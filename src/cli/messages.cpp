@@ -1,0 +1,35 @@
+#include "cli/messages.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <new>
+
+namespace tanor::cli {
+
+void print_message(const std::string& message) {
+  std::string line = "tanor: " + message;
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  std::fputs((line + '\n').c_str(), stderr);
+}
+
+std::string describe(const InputError& error) {
+  return error.where().empty() ? error.what() : error.where() + ": " + error.what();
+}
+
+Failure describe_current_exception() {
+  try {
+    throw;
+  } catch (const InputError& error) {
+    return {ExitCode::BadInput, describe(error)};
+  } catch (const std::bad_alloc&) {
+    return {ExitCode::MachineFailure, "out of memory"};
+  } catch (const std::exception& error) {
+    return {ExitCode::MachineFailure, error.what()};
+  } catch (...) {
+    return {ExitCode::MachineFailure, "unknown failure"};
+  }
+}
+
+}  // namespace tanor::cli

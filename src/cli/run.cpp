@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include <tanor/motion.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/messages.hpp"
+#include "cli/output_times.hpp"
+#include "cli/resume.hpp"
+#include "cli/run_folder.hpp"
+#include "report/progress.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Method read_method(const std::string& name) {
+  try {
+    return method_from_name(name);
+  } catch (const InputError& error) {
+    throw InputError("--method", error.what());
+  }
+}
+
+/// The scene, with the command line's values over its own.
+scene::Scene load_scene(const RunOptions& options) {
+  scene::Scene scene = scene::load_scene(options.scene);
+  if (options.method) scene.motion.method = read_method(*options.method);
+  if (options.step) scene.motion.step = *options.step;
+  if (options.rtol || options.atol) scene.motion.step = 0.0;
+  if (options.rtol) scene.motion.rtol = *options.rtol;
+  if (options.atol) scene.motion.atol = *options.atol;
+  if (options.t_end) scene.t_end = *options.t_end;
+  if (options.threads) scene.solver.threads = *options.threads;
+  if (scene.t_end <= 0.0) {
+    throw InputError(options.scene.string() + ": /motion/t_end", "is missing; give it there or with --t-end (s, > 0)");
+  }
+  return scene;
+}
+
+/// `<name>.out`; a name may hold what a folder's name must not.
+fs::path default_directory(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name + ".out";
+}
+
+RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::Clock::time_point begin) {
+  RunPlan plan;
+  plan.begin = begin;
+  plan.directory = options.out.value_or(default_directory(scene.name));
+  plan.fingerprint = report::make_fingerprint(options.scene, scene.system);
+  if (!options.resume) return plan;
+  plan.before = report::read_checkpoint(plan.directory, plan.fingerprint, scene.system.num_points());
+  if (plan.before && plan.before->report.time > scene.t_end) {
+    throw InputError(plan.directory.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
+                                                          plan.before->report.time, scene.t_end));
+  }
+  return plan;
+}
+
+/// Why a run ended; no words when it reached its end.
+struct Ending {
+  ExitCode code = ExitCode::Done;
+  std::string why;
+};
+
+/// From output time to output time until t_end, a failure, or a signal.
+Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* folder, report::Progress* progress) {
+  const auto observe = [&](const MotionReport& report) {
+    progress->update(report);
+    return caught_interrupt() == nullptr;
+  };
+  while (simulation->time() < scene.t_end) {
+    const double begin = simulation->time();
+    const Outcome outcome = simulation->advance(next_output_time(begin, scene.output_every, scene.t_end), observe);
+    if (simulation->time() > begin) folder->write_frame(*simulation);
+    if (!outcome.ok()) return {ExitCode::NoAnswer, outcome.what};
+    if (const char* signal = caught_interrupt(); signal && simulation->time() < scene.t_end) {
+      return {ExitCode::NoAnswer, fmt::format("{} came", signal)};
+    }
+  }
+  return {};
+}
+
+/// The start and all that follows; trouble of any kind is an ending.
+Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, RunFolder* folder,
+                report::Progress* progress) {
+  try {
+    if (!simulation->outcome().ok()) return {ExitCode::NoAnswer, simulation->outcome().what};
+    if (is_new) folder->write_frame(*simulation);
+    return advance(scene, simulation, folder, progress);
+  } catch (...) {
+    const Failure failure = describe_current_exception();
+    return {failure.code, failure.message};
+  }
+}
+
+/// The page of the run. After a failure of the machine the last words are tried, no more.
+std::string finish(const Ending& ending, const Simulation& simulation, RunFolder* folder) {
+  try {
+    return folder->finish(simulation);
+  } catch (const std::exception&) {
+    if (ending.code != ExitCode::MachineFailure) throw;
+    return {};
+  }
+}
+
+std::string describe_end(const Ending& ending, const Simulation& simulation, double t_end, const fs::path& directory) {
+  const MotionReport& report = simulation.report();
+  if (ending.code != ExitCode::Done) {
+    return fmt::format("stopped at t = {} s of {} s: {}; what was found until then is in {}", simulation.time(), t_end,
+                       ending.why, directory.string());
+  }
+  return fmt::format("t = {} s reached in {} steps of {}; results in {}", simulation.time(), report.steps,
+                     method_name(report.method), directory.string());
+}
+
+}  // namespace
+
+ExitCode execute(const RunOptions& options) {
+  const auto begin = RunPlan::Clock::now();
+  scene::Scene scene = load_scene(options);
+  const RunPlan plan = plan_run(options, scene, begin);
+  Simulation simulation = naming_file(
+      options.scene, [&] { return make_simulation(std::move(scene.system), scene.motion, scene.solver, plan.before); });
+
+  // Nothing was written so far.
+  RunFolder folder(plan, scene, simulation);
+  if (options.resume && !plan.before) print_message("no checkpoint in " + plan.directory.string() + "; starts anew");
+  catch_interrupts();
+  report::Progress progress(report::Progress::choose_style(options.quiet), simulation.time(), scene.t_end);
+  const Ending ending = simulate(scene, !plan.before, &simulation, &folder, &progress);
+  progress.end();
+  const std::string page = finish(ending, simulation, &folder);
+
+  if (!options.quiet) fmt::print("{}", page);
+  if (ending.code != ExitCode::Done || !options.quiet) {
+    print_message(describe_end(ending, simulation, scene.t_end, plan.directory));
+  }
+  return ending.code;
+}
+
+}  // namespace tanor::cli

@@ -1,0 +1,73 @@
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <tanor/dynamics.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/messages.hpp"
+#include "report/solution.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor::cli {
+
+namespace {
+
+void write(const SolveOptions& options, const report::Solution& solution) {
+  options.out ? report::write_solution(*options.out, solution) : report::print_solution(solution);
+}
+
+/// The end of an answer that is incomplete: what is null in it, and why.
+ExitCode tell(const SolveOptions& options, const Outcome& outcome) {
+  print_message(options.scene.string() + ": " + outcome.what);
+  return ExitCode::NoAnswer;
+}
+
+}  // namespace
+
+ExitCode execute(const SolveOptions& options) {
+  scene::Scene scene = scene::load_scene(options.scene);
+  std::vector<double> positions = scene.system.positions;
+  std::vector<double> velocities = scene.system.velocities;
+  velocities.resize(positions.size(), 0.0);
+  Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
+
+  report::Solution solution;
+  solution.num_points = dynamics.num_points();
+  solution.left_out = dynamics.plan().left_out;
+  const StartReport start =
+      naming_file(options.scene, [&] { return dynamics.start(0.0, positions, velocities, scene.motion.start); });
+  if (!start.outcome.ok()) {
+    write(options, solution);
+    return tell(options, start.outcome);
+  }
+  solution.positions = positions;
+  solution.velocities = velocities;
+
+  const std::size_t size = positions.size();
+  std::vector<double> accelerations(size), multipliers(dynamics.num_equations()), reactions(size), support_forces(size);
+  const SolveReport report = dynamics.solve(0.0, positions, velocities, accelerations, multipliers, reactions);
+  if (!report.outcome.ok()) {
+    write(options, solution);
+    return tell(options, report.outcome);
+  }
+  dynamics.support_forces(support_forces);
+  solution.accelerations = accelerations;
+  solution.multipliers = multipliers;
+  solution.reactions = reactions;
+  solution.support_forces = support_forces;
+  if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
+    solution.certificate = {.residual = report.residual, .reciprocal_condition = report.reciprocal_condition};
+  }
+
+  std::vector<double> tangent(size), normal(size);
+  const Outcome split = dynamics.split(tangent, normal);
+  if (split.ok()) {
+    solution.tangent_accelerations = tangent;
+    solution.normal_accelerations = normal;
+  }
+  write(options, solution);
+  return split.ok() ? ExitCode::Done : tell(options, split);
+}
+
+}  // namespace tanor::cli

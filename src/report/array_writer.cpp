@@ -1,0 +1,51 @@
+#include "report/array_writer.hpp"
+
+#include <string>
+#include <utility>
+
+#include "report/npy.hpp"
+
+namespace tanor::report {
+
+ArrayWriter::ArrayWriter(JsonWriter* json, std::filesystem::path prefix, std::size_t num_points) : json_(json) {
+  if (num_points > largest_inline) prefix_ = std::move(prefix);
+}
+
+void ArrayWriter::write_points(std::string_view key, const Numbers& numbers) {
+  write(key, numbers, 3);
+}
+void ArrayWriter::write_list(std::string_view key, const Numbers& numbers) {
+  write(key, numbers, 1);
+}
+
+void ArrayWriter::write_booleans(std::string_view key, std::size_t size, bool value) {
+  json_->key(key);
+  if (prefix_) {
+    write_npy_booleans(name_file(key), size, value);
+    return;
+  }
+  json_->begin_array();
+  for (std::size_t k = 0; k < size; ++k) json_->value(value);
+  json_->end_array();
+}
+
+void ArrayWriter::write(std::string_view key, const Numbers& numbers, std::size_t columns) {
+  json_->key(key);
+  if (!numbers) {
+    json_->null();
+  } else if (prefix_) {
+    write_npy(name_file(key), *numbers, columns);
+  } else if (columns == 1) {
+    json_->numbers(*numbers);
+  } else {
+    json_->rows(*numbers, columns);
+  }
+}
+
+std::filesystem::path ArrayWriter::name_file(std::string_view key) {
+  const std::filesystem::path file = prefix_->string() + std::string(key) + ".npy";
+  json_->value(file.filename().string());
+  return file;
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,151 @@
+#include "report/checkpoint.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "report/json_writer.hpp"
+#include "report/npy.hpp"
+
+namespace tanor::report {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr int format = 1;
+
+fs::path path_in(const fs::path& directory) {
+  return directory / "checkpoint";
+}
+
+/// visit(name, number) for every number of the head, to write them and to read them back.
+template <class Checkpoint, class Visit>
+void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
+  auto& report = checkpoint.report;
+  visit("frames", checkpoint.trajectory.frames);
+  visit("xyz_bytes", checkpoint.trajectory.xyz_bytes);
+  visit("wall_total", checkpoint.wall.total);
+  visit("wall_setup", checkpoint.wall.setup);
+  visit("wall_output", checkpoint.wall.output);
+  visit("time", report.time);
+  visit("steps", report.steps);
+  visit("rejected", report.rejected);
+  visit("last_step", report.last_step);
+  visit("start_position", report.start.position_correction);
+  visit("start_velocity", report.start.velocity_correction);
+  visit("start_relative", report.start.relative);
+  visit("position_violation", report.position_violation);
+  visit("velocity_violation", report.velocity_violation);
+  visit("acceleration_violation", report.acceleration_violation);
+  visit("reciprocal_condition", report.reciprocal_condition);
+  visit("energy_start", report.energy.start);
+  visit("energy_now", report.energy.now);
+  visit("work_of_supports", report.energy.work_of_supports);
+  visit("work_of_forces", report.energy.work_of_forces);
+  visit("energy_scale", report.energy.scale);
+  visit("evaluations", report.counters.evaluations);
+  visit("factorizations", report.counters.factorizations);
+  visit("solves", report.counters.solves);
+  visit("evaluate_s", report.times.evaluate);
+  visit("assemble_s", report.times.assemble);
+  visit("factor_s", report.times.factor);
+  visit("solve_s", report.times.solve);
+}
+
+void read_number(const json& head, const char* name, double& number) {
+  const json& value = head.at(name);
+  number = value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
+template <std::integral Integer>
+void read_number(const json& head, const char* name, Integer& number) {
+  number = head.at(name).get<Integer>();
+}
+
+std::vector<double> read_points(std::istream* stream, const std::string& name, std::size_t num_points) {
+  NpyArray array = read_npy(stream, name);
+  if (array.numbers.size() != 3 * num_points) throw InputError(name, "holds another number of points than the scene");
+  return std::move(array.numbers);
+}
+
+/// FNV-1a, 64 bits, of bytes that come in pieces.
+class Hash {
+ public:
+  void add(std::string_view bytes) {
+    for (const char c : bytes) value_ = (value_ ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  }
+  void add(const std::vector<double>& numbers) {
+    add({reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(double)});
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325u;
+};
+
+}  // namespace
+
+std::string make_fingerprint(const fs::path& scene_file, const System& system) {
+  Hash hash;
+  std::ifstream stream(scene_file, std::ios::binary);
+  std::string piece(1 << 16, '\0');
+  while (stream.read(piece.data(), static_cast<std::streamsize>(piece.size())), stream.gcount() > 0) {
+    hash.add({piece.data(), static_cast<std::size_t>(stream.gcount())});
+  }
+  hash.add(system.positions);
+  hash.add(system.velocities);
+  hash.add(system.masses);
+  return fmt::format("{:016x}", hash.value());
+}
+
+void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
+  replace_file(path_in(directory), [&](OutputFile* file) {
+    JsonWriter head(file);
+    head.begin_object();
+    head.key("tanor_checkpoint").value(format);
+    head.key("scene").value(checkpoint.scene);
+    head.key("method").value(method_name(checkpoint.report.method));
+    for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(number); });
+    head.end_object();
+    head.finish();
+    write_npy(file, checkpoint.positions, 3);
+    write_npy(file, checkpoint.velocities, 3);
+  });
+}
+
+std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::string& fingerprint,
+                                          std::size_t num_points) {
+  const std::string name = path_in(directory).string();
+  std::ifstream stream(name, std::ios::binary);
+  if (!stream) return std::nullopt;
+
+  Checkpoint checkpoint;
+  try {
+    json head;
+    stream >> head;
+    stream.get();  // the end of its last line
+    if (head.at("tanor_checkpoint") != format) throw InputError(name, "is of another version of tanor");
+    checkpoint.scene = head.at("scene").get<std::string>();
+    checkpoint.report.method = method_from_name(head.at("method").get<std::string>());
+    for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head, key, number); });
+  } catch (const json::exception&) {
+    throw InputError(name, "is damaged; run without --resume");
+  }
+  if (checkpoint.scene != fingerprint) {
+    throw InputError(name, "belongs to another scene, or the scene file was changed; run without --resume");
+  }
+  checkpoint.positions = read_points(&stream, name, num_points);
+  checkpoint.velocities = read_points(&stream, name, num_points);
+  return checkpoint;
+}
+
+void remove_checkpoint(const fs::path& directory) {
+  remove_file(path_in(directory));
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,88 @@
+#include "report/loglog_plot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor::report {
+
+namespace {
+
+constexpr double width = 640.0, height = 440.0, left = 80.0, right = 20.0, top = 40.0, bottom = 60.0;
+constexpr std::array colors{"#0b6e99", "#c1440e", "#4c8c2b", "#7b4fa3", "#8a6d00"};
+
+/// Whole decades around the data.
+struct Axis {
+  double low = 0.0, high = 1.0;  // exponents of ten
+
+  Axis(const std::vector<PlotSeries>& series, std::size_t component) {
+    double least = HUGE_VAL, most = 0.0;
+    for (const PlotSeries& s : series) {
+      for (const auto& point : s.points) {
+        least = std::min(least, point[component]);
+        most = std::max(most, point[component]);
+      }
+    }
+    if (!(most > 0.0)) return;
+    low = std::floor(std::log10(least));
+    high = std::max(low + 1.0, std::ceil(std::log10(most)));
+  }
+  double fraction(double value) const { return (std::log10(value) - low) / (high - low); }
+};
+
+std::string escape(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    result += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string make_loglog_plot(const LogLogPlot& plot) {
+  const Axis x_axis(plot.series, 0), y_axis(plot.series, 1);
+  const double inner_width = width - left - right, inner_height = height - top - bottom;
+  const auto x_of = [&](double value) { return left + inner_width * x_axis.fraction(value); };
+  const auto y_of = [&](double value) { return top + inner_height * (1.0 - y_axis.fraction(value)); };
+
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
+      "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
+      "<text x=\"{2}\" y=\"24\" font-size=\"15\">{3}</text>\n",
+      width, height, left, escape(plot.title));
+  // A grid line and a label at each decade.
+  for (double e = x_axis.low; e <= x_axis.high; ++e) {
+    const double x = x_of(std::pow(10.0, e));
+    svg += fmt::format("<line x1=\"{0:.1f}\" y1=\"{1}\" x2=\"{0:.1f}\" y2=\"{2}\" stroke=\"#ddd\"/>"
+                       "<text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">1e{4:.0f}</text>\n",
+                       x, top, height - bottom, height - bottom + 18.0, e);
+  }
+  for (double e = y_axis.low; e <= y_axis.high; ++e) {
+    const double y = y_of(std::pow(10.0, e));
+    svg += fmt::format("<line x1=\"{1}\" y1=\"{0:.1f}\" x2=\"{2}\" y2=\"{0:.1f}\" stroke=\"#ddd\"/>"
+                       "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">1e{5:.0f}</text>\n",
+                       y, left, width - right, left - 8.0, y + 4.0, e);
+  }
+  svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", left + inner_width / 2,
+                     height - 16.0, escape(plot.x_label));
+  svg += fmt::format("<text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                     top + inner_height / 2, escape(plot.y_label));
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    const PlotSeries& series = plot.series[k];
+    const char* const color = colors[k % colors.size()];
+    std::string line;
+    for (const auto& [x, y] : series.points) {
+      line += fmt::format("{:.1f},{:.1f} ", x_of(x), y_of(y));
+      svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n", x_of(x), y_of(y), color);
+    }
+    svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", line, color);
+    const double y = top + 18.0 + 18.0 * static_cast<double>(k);
+    svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"12\" height=\"12\" fill=\"{}\"/><text x=\"{}\" y=\"{}\">{}</text>\n",
+                       width - right - 100.0, y - 10.0, color, width - right - 82.0, y, escape(series.name));
+  }
+  return svg + "</svg>\n";
+}
+
+}  // namespace tanor::report

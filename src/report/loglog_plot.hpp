@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace tanor::report {
+
+/// A line of a plot; x and y > 0.
+struct PlotSeries {
+  std::string name;
+  std::vector<std::array<double, 2>> points;
+};
+
+struct LogLogPlot {
+  std::string title, x_label, y_label;
+  std::vector<PlotSeries> series;
+};
+
+/// A picture with logarithmic axes as SVG text.
+std::string make_loglog_plot(const LogLogPlot& plot);
+
+}  // namespace tanor::report

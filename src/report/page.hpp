@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "report/summary.hpp"
+
+namespace tanor::report {
+
+/// A run on one page of text: what it was, what it did, where the time went, how good it is.
+std::string format_page(const RunFacts& facts, const Simulation& simulation, const MotionReport& report);
+
+}  // namespace tanor::report

@@ -1,0 +1,78 @@
+#include "report/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace tanor::report {
+
+namespace {
+
+constexpr std::chrono::milliseconds bar_interval(100);    // smooth to the eye
+constexpr std::chrono::milliseconds line_interval(1000);  // short runs need no lines
+
+/// A closed stderr must not stop a run.
+void print(const std::string& text) {
+  std::fputs(text.c_str(), stderr);
+  std::fflush(stderr);
+}
+
+std::string describe_duration(double seconds) {
+  if (seconds < 60.0) return fmt::format("{:.1f} s", seconds);
+  const auto whole = static_cast<long>(std::min(seconds, 1e9));
+  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+}
+
+std::string draw_bar(double part) {
+  constexpr int width = 24;
+  const int filled = static_cast<int>(part * width);
+  return "[" + std::string(filled, '=') + std::string(width - filled, ' ') + "]";
+}
+
+}  // namespace
+
+Progress::Style Progress::choose_style(bool is_quiet) {
+  if (is_quiet) return Style::Quiet;
+  return isatty(STDERR_FILENO) ? Style::Bar : Style::Lines;
+}
+
+Progress::Progress(Style style, double t_start, double t_end)
+    : style_(style),
+      t_start_(t_start),
+      t_end_(t_end),
+      next_(begin_ + (style == Style::Bar ? bar_interval : line_interval)) {}
+
+void Progress::update(const MotionReport& report) {
+  if (style_ == Style::Quiet) return;
+  const Clock::time_point now = Clock::now();
+  if (now < next_) return;
+
+  const double part = std::clamp((report.time - t_start_) / (t_end_ - t_start_), 0.0, 1.0);
+  if (style_ == Style::Bar) {
+    print("\r\x1b[K" + draw_bar(part) + " " + describe(report, part, now));
+    shows_bar_ = true;
+    next_ = now + bar_interval;
+  } else if (const int tenths = static_cast<int>(10.0 * part); tenths > tenths_) {
+    print("tanor: " + describe(report, part, now) + "\n");
+    tenths_ = tenths;
+    next_ = now + line_interval;
+  }
+}
+
+void Progress::end() {
+  if (!shows_bar_) return;
+  print("\r\x1b[K");
+  shows_bar_ = false;
+}
+
+std::string Progress::describe(const MotionReport& report, double part, Clock::time_point now) const {
+  const double elapsed = std::chrono::duration<double>(now - begin_).count();
+  const std::string left = part > 0.0 ? describe_duration(elapsed * (1.0 - part) / part) : "?";
+  return fmt::format("{:3.0f} %  t = {:.4g} of {:.4g} s  {} steps  {} left", 100.0 * part, report.time, t_end_,
+                     report.steps, left);
+}
+
+}  // namespace tanor::report

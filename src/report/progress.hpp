@@ -1,0 +1,39 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include <tanor/motion.hpp>
+
+namespace tanor::report {
+
+/// Tells on stderr how far a run is: a bar on a terminal, else a line for every tenth of the time, at most ten.
+class Progress {
+ public:
+  enum class Style { Quiet, Lines, Bar };
+
+  /// Bar on a terminal, lines elsewhere.
+  static Style choose_style(bool is_quiet);
+
+  Progress(Style style, double t_start, double t_end);
+  ~Progress() { end(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// To be called after every step; costs a look at the clock (30 ns) while there is nothing new to say.
+  void update(const MotionReport& report);
+  /// Takes the bar away, so that other lines may follow.
+  void end();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string describe(const MotionReport& report, double part, Clock::time_point now) const;
+
+  Style style_;
+  double t_start_, t_end_;
+  Clock::time_point begin_ = Clock::now(), next_;
+  int tenths_ = 0;  ///< told so far
+  bool shows_bar_ = false;
+};
+
+}  // namespace tanor::report

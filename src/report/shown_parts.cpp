@@ -1,0 +1,77 @@
+#include "report/shown_parts.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <variant>
+
+namespace tanor::report {
+
+namespace {
+
+/// Rows that a group of constraints has among the multipliers: a member's rows are side by side.
+std::size_t count_rows(const Constraint& constraint) {
+  return std::visit(
+      []<class Group>(const Group& group) -> std::size_t {
+        if constexpr (requires { group.pairs; }) {
+          return group.pairs.size();
+        } else if constexpr (requires { group.triples; }) {
+          return group.triples.size();
+        } else if constexpr (requires { group.tuples; }) {
+          return group.tuples.size();
+        } else if constexpr (std::is_same_v<Group, Lines> || std::is_same_v<Group, Circles>) {
+          return 2 * group.points.size();
+        } else {
+          return group.points.size();
+        }
+      },
+      constraint);
+}
+
+}  // namespace
+
+ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
+  ShownParts shown;
+  shown.points.assign(chosen.begin(), chosen.end());
+  if (chosen.empty()) {
+    shown.points.resize(system.num_points());
+    std::iota(shown.points.begin(), shown.points.end(), 0);
+  }
+  shown.num_points = shown.points.size();
+
+  std::vector<std::int32_t> places(system.num_points(), -1);
+  for (std::size_t k = 0; k < shown.num_points; ++k) places[shown.points[k]] = static_cast<std::int32_t>(k);
+
+  shown.is_support.assign(shown.num_points, false);
+  for (const Support& support : system.supports) {
+    for (const Index point : support.points) {
+      if (places[point] >= 0) shown.is_support[places[point]] = true;
+    }
+  }
+
+  std::vector<bool> is_touched(shown.num_points, false);
+  std::size_t row = 0;
+  for (const Constraint& constraint : system.constraints) {
+    if (const auto* rods = std::get_if<Rods>(&constraint)) {
+      for (std::size_t k = 0; k < rods->pairs.size(); ++k) {
+        const std::int32_t i = places[rods->pairs[k][0]], j = places[rods->pairs[k][1]];
+        if (i < 0 || j < 0) continue;
+        shown.rods.push_back({i, j});
+        shown.rod_rows.push_back(row + k);
+        is_touched[i] = is_touched[j] = true;
+      }
+    }
+    row += count_rows(constraint);
+  }
+  for (std::size_t k = 0; k < shown.num_points; ++k) {
+    if (!is_touched[k]) shown.loose_points.push_back(static_cast<std::int32_t>(k));
+  }
+  return shown;
+}
+
+void gather_points(const ShownParts& shown, std::span<const double> all, std::vector<double>* rows) {
+  rows->resize(3 * shown.num_points);
+  double* row = rows->data();
+  for (const Index point : shown.points) row = std::copy_n(&all[3 * static_cast<std::size_t>(point)], 3, row);
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+namespace tanor::report {
+
+/// The part of a system that a trajectory shows: some points, and the rods between them.
+struct ShownParts {
+  std::size_t num_points = 0;                     ///< shown ones, m
+  std::vector<Index> points;                      ///< m, of the system, in the order of the files
+  std::vector<bool> is_support;                   ///< m
+  std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as places in `points`
+  std::vector<std::size_t> rod_rows;              ///< row of each rod among the multipliers
+  std::vector<std::int32_t> loose_points;         ///< places in `points` that no shown rod touches
+};
+
+/// `chosen`: points to show in this order; empty: all.
+ShownParts choose_parts(const System& system, std::span<const Index> chosen);
+
+/// Rows of the shown points, one behind the other. `all` is 3n; the result is 3m and reuses `rows`.
+void gather_points(const ShownParts& shown, std::span<const double> all, std::vector<double>* rows);
+
+}  // namespace tanor::report

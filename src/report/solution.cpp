@@ -1,0 +1,47 @@
+#include "report/solution.hpp"
+
+#include "report/json_writer.hpp"
+
+namespace tanor::report {
+
+namespace {
+
+void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solution) {
+  json->begin_object();
+  arrays.write_points("positions", solution.positions);
+  arrays.write_points("velocities", solution.velocities);
+  arrays.write_points("accelerations", solution.accelerations);
+  arrays.write_points("tangent_accelerations", solution.tangent_accelerations);
+  arrays.write_points("normal_accelerations", solution.normal_accelerations);
+  arrays.write_list("multipliers", solution.multipliers);
+  // They are unique when S has a Cholesky factor, that is whenever there are any.
+  solution.multipliers ? arrays.write_booleans("multipliers_unique", solution.multipliers->size(), true)
+                       : arrays.write_list("multipliers_unique", std::nullopt);
+  arrays.write_points("reactions", solution.reactions);
+  arrays.write_points("friction", std::nullopt);
+  arrays.write_points("support_forces", solution.support_forces);
+  write_certificate(json, solution.certificate);
+  json->key("form").value("normal");
+  write_left_out(json, solution.left_out);
+  json->end_object();
+  json->finish();
+}
+
+}  // namespace
+
+void print_solution(const Solution& solution) {
+  OutputFile file = OutputFile::standard_output();
+  JsonWriter json(&file);
+  write_members(&json, ArrayWriter(&json), solution);
+  file.close();
+}
+
+void write_solution(const std::filesystem::path& path, const Solution& solution) {
+  const std::filesystem::path prefix = path.parent_path() / (path.stem().string() + "_");
+  replace_file(path, [&](OutputFile* file) {
+    JsonWriter json(file);
+    write_members(&json, ArrayWriter(&json, prefix, solution.num_points), solution);
+  });
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "report/array_writer.hpp"
+#include "report/shared_parts.hpp"
+
+namespace tanor::report {
+
+/// One answer of the dynamics, arrays in the user's order.
+struct Solution {
+  std::size_t num_points = 0;
+  Numbers positions, velocities, accelerations;
+  Numbers tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21)
+  Numbers multipliers, reactions, support_forces;
+  std::optional<Certificate> certificate;
+  std::vector<std::string> left_out;
+};
+
+/// Prints a solution, all arrays inline.
+void print_solution(const Solution& solution);
+
+/// Writes a solution to a file, arrays above `largest_inline` points to `<stem>_<key>.npy` beside it.
+void write_solution(const std::filesystem::path& path, const Solution& solution);
+
+}  // namespace tanor::report

@@ -1,0 +1,140 @@
+#include "report/summary.hpp"
+
+#include <tanor/version.hpp>
+
+#include "report/array_writer.hpp"
+#include "report/json_writer.hpp"
+#include "report/shared_parts.hpp"
+
+namespace tanor::report {
+
+namespace {
+
+/// The equations are independent when every factorization of S succeeded; else nothing is known.
+std::optional<std::size_t> find_rank(const RunFacts& facts, const Simulation& simulation) {
+  const bool is_regular = facts.has_started && simulation.outcome().status != Status::Singular;
+  return is_regular ? std::optional(simulation.plan().equations) : std::nullopt;
+}
+
+void write_sizes(JsonWriter* json, const RunFacts& facts, const Simulation& simulation) {
+  const PlanSummary& plan = simulation.plan();
+  const std::optional<std::size_t> rank = find_rank(facts, simulation);
+  const std::size_t num_points = simulation.system().num_points();
+  json->key("points").value(num_points);
+  json->key("supports").value(plan.supports);
+  json->key("equations").value(plan.equations);
+  json->key("rank");
+  rank ? json->value(*rank) : json->null();
+  json->key("degrees_of_freedom");
+  rank ? json->value(3 * (num_points - plan.supports) - *rank) : json->null();
+  json->key("islands").value(plan.islands);
+}
+
+void write_work(JsonWriter* json, const MotionReport& report) {
+  json->key("steps").value(report.steps);
+  json->key("rejected").value(report.rejected);
+  json->key("factorizations").value(report.counters.factorizations);
+  json->key("solves").value(report.counters.solves);
+}
+
+void write_start(JsonWriter* json, const StartReport& start) {
+  json->key("start_correction").value(start.relative);
+  json->key("start").begin_object();
+  json->key("position").value(start.position_correction);
+  json->key("velocity").value(start.velocity_correction);
+  json->end_object();
+}
+
+void write_times(JsonWriter* json, const RunFacts& facts, const PhaseTimes& times) {
+  json->key("wall_s").begin_object();
+  json->key("total").value(facts.wall.total);
+  json->key("setup").value(facts.wall.setup);
+  json->key("evaluate").value(times.evaluate);
+  json->key("assemble").value(times.assemble);
+  json->key("factor").value(times.factor);
+  json->key("solve").value(times.solve);
+  json->key("friction").null();
+  json->key("output").value(facts.wall.output);
+  json->end_object();
+}
+
+void write_final(JsonWriter* json, const std::filesystem::path& directory, const RunFacts& facts,
+                 const Simulation& simulation) {
+  const auto found = [&](std::span<const double> numbers) {
+    return facts.has_started ? Numbers(numbers) : std::nullopt;
+  };
+  ArrayWriter arrays(json, directory / "final_", simulation.system().num_points());
+  json->key("final").begin_object();
+  json->key("t").value(simulation.time());
+  arrays.write_points("positions", simulation.positions());
+  arrays.write_points("velocities", simulation.velocities());
+  arrays.write_points("accelerations", found(simulation.accelerations()));
+  arrays.write_list("multipliers", found(simulation.multipliers()));
+  arrays.write_points("reactions", found(simulation.reactions()));
+  arrays.write_points("support_forces", found(simulation.support_forces()));
+  json->end_object();
+}
+
+void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& report) {
+  const auto found = [&](double number) { return facts.has_started ? std::optional(number) : std::nullopt; };
+  json->key("violation").begin_object();
+  json->key("position_max").value(found(report.position_violation));
+  json->key("velocity_max").value(found(report.velocity_violation));
+  json->key("acceleration_max").value(found(report.acceleration_violation));
+  json->end_object();
+
+  json->key("energy").begin_object();
+  json->key("start").value(found(report.energy.start));
+  json->key("end").value(found(report.energy.now));
+  json->key("drift_relative").value(found(report.energy.drift_relative()));
+  json->key("work_of_friction").null();
+  json->key("work_of_supports").value(found(report.energy.work_of_supports));
+  json->key("work_of_forces").value(found(report.energy.work_of_forces));
+  json->end_object();
+
+  std::optional<Certificate> certificate;
+  if (facts.with_certificate && facts.has_started) {
+    certificate = {.residual = report.acceleration_violation, .reciprocal_condition = report.reciprocal_condition};
+  }
+  write_certificate(json, certificate);
+}
+
+/// Friction is not in this version.
+void write_friction(JsonWriter* json) {
+  json->key("friction").begin_object();
+  for (const char* key :
+       {"iterations_mean", "iterations_max", "contraction_max", "error_bound", "uniqueness", "method_used"}) {
+    json->key(key).null();
+  }
+  json->end_object();
+}
+
+}  // namespace
+
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
+                   const MotionReport& report) {
+  replace_file(directory / "summary.json", [&](OutputFile* file) {
+    JsonWriter json(file);
+    json.begin_object();
+    json.key("scene").value(facts.scene);
+    json.key("source").value(facts.source);
+    json.key("tanor_version").value(TANOR_VERSION);
+    json.key("method").value(method_name(report.method));
+    json.key("form").value("normal");
+    json.key("threads").value(facts.threads);
+    write_sizes(&json, facts, simulation);
+    json.key("t_end").value(facts.t_end);
+    json.key("t_reached").value(simulation.time());
+    write_work(&json, report);
+    write_start(&json, report.start);
+    write_times(&json, facts, report.times);
+    write_final(&json, directory, facts, simulation);
+    write_quality(&json, facts, report);
+    write_friction(&json);
+    write_left_out(&json, simulation.plan().left_out);
+    json.end_object();
+    json.finish();
+  });
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <tanor/motion.hpp>
+
+namespace tanor::report {
+
+/// Wall clock of a run, s, over all its parts when it was resumed.
+struct WallTimes {
+  double total = 0.0, setup = 0.0, output = 0.0;
+};
+
+/// What is told about a run that a Simulation does not know itself.
+struct RunFacts {
+  std::string scene;        ///< its name
+  std::string source;       ///< where its points come from
+  int threads = 1;          ///< used
+  double t_end = 0.0;       ///< asked for, s
+  bool has_started = true;  ///< a start was found; else accelerations and all that follows were not computed
+  bool with_certificate = true;
+  WallTimes wall;
+};
+
+/// Writes `directory/summary.json` as the contract has it, and arrays above `largest_inline` points beside it.
+/// `report` is the simulation's own, or the sum over a run that was resumed.
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
+                   const MotionReport& report);
+
+}  // namespace tanor::report

@@ -1,0 +1,116 @@
+#include "report/vtp_frame.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "report/output_file.hpp"
+
+namespace tanor::report {
+
+namespace {
+
+/// The XML of a frame, and the arrays that follow it in the order in which it names them.
+class Document {
+ public:
+  void open(std::string_view element) { xml_ += fmt::format("<{}>\n", element); }
+  void close(std::string_view element) { xml_ += fmt::format("</{}>\n", element); }
+
+  void add_text(std::string_view name, double value) {
+    xml_ += fmt::format(
+        "<DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n", name, value);
+  }
+  void add(std::string_view name, int components, std::span<const double> numbers) {
+    add("Float64", name, components, {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()});
+  }
+  void add(std::string_view name, std::span<const std::int32_t> numbers) {
+    add("Int32", name, 1, {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()});
+  }
+
+  void write(OutputFile* file) const {
+    file->write(xml_);
+    file->write("<AppendedData encoding=\"raw\">\n_");
+    for (const std::string_view bytes : arrays_) {
+      const std::uint64_t size = bytes.size();
+      file->write({reinterpret_cast<const char*>(&size), sizeof size});
+      file->write(bytes);
+    }
+    file->write("\n</AppendedData>\n</VTKFile>\n");
+  }
+
+ private:
+  void add(std::string_view type, std::string_view name, int components, std::string_view bytes) {
+    xml_ += fmt::format(
+        "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n", type,
+        name, components, offset_);
+    offset_ += sizeof(std::uint64_t) + bytes.size();
+    arrays_.push_back(bytes);
+  }
+
+  std::string xml_ = "<?xml version=\"1.0\"?>\n";
+  std::vector<std::string_view> arrays_;  ///< not ours
+  std::size_t offset_ = 0;                ///< of the next array, from the byte behind the underscore
+};
+
+constexpr std::string_view byte_order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
+
+/// Tensions of the cells in VTK's order: vertices, then lines.
+std::vector<double> collect_tensions(const ShownParts& shown, std::size_t num_vertices,
+                                     std::span<const double> multipliers) {
+  std::vector<double> tensions(num_vertices, std::numeric_limits<double>::quiet_NaN());
+  // tension = -lambda
+  for (const std::size_t row : shown.rod_rows) tensions.push_back(-multipliers[row]);
+  return tensions;
+}
+
+}  // namespace
+
+void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const VtpFrame& frame) {
+  const std::size_t num_vertices = shown.loose_points.empty() ? 0 : 1;
+  const std::vector<double> tensions = collect_tensions(shown, num_vertices, frame.multipliers);
+  const std::vector<std::int32_t> vertex_ends(num_vertices, static_cast<std::int32_t>(shown.loose_points.size()));
+  std::vector<std::int32_t> rod_ends(shown.rods.size());  // 2, 4, 6, … in the list of all lines' points
+  for (std::size_t k = 0; k < rod_ends.size(); ++k) rod_ends[k] = static_cast<std::int32_t>(2 * (k + 1));
+  const std::span<const std::int32_t> rod_points{shown.rods.empty() ? nullptr : shown.rods.front().data(),
+                                                 2 * shown.rods.size()};
+
+  Document document;
+  document.open(
+      fmt::format(R"(VTKFile type="PolyData" version="1.0" byte_order="{}" header_type="UInt64")", byte_order));
+  document.open("PolyData");
+  document.open("FieldData");
+  document.add_text("TimeValue", frame.time);
+  document.close("FieldData");
+  document.open(fmt::format(
+      R"(Piece NumberOfPoints="{}" NumberOfVerts="{}" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="0")",
+      shown.num_points, num_vertices, shown.rods.size()));
+  document.open(R"(PointData Vectors="velocity")");
+  document.add("velocity", 3, frame.velocities);
+  document.add("acceleration", 3, frame.accelerations);
+  document.close("PointData");
+  document.open(R"(CellData Scalars="tension")");
+  document.add("tension", 1, tensions);
+  document.close("CellData");
+  document.open("Points");
+  document.add("position", 3, frame.positions);
+  document.close("Points");
+  document.open("Verts");
+  document.add("connectivity", shown.loose_points);
+  document.add("offsets", vertex_ends);
+  document.close("Verts");
+  document.open("Lines");
+  document.add("connectivity", rod_points);
+  document.add("offsets", rod_ends);
+  document.close("Lines");
+  document.close("Piece");
+  document.close("PolyData");
+  replace_file(path, [&](OutputFile* file) { document.write(file); });
+}
+
+}  // namespace tanor::report

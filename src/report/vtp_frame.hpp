@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+
+#include "report/shown_parts.hpp"
+
+namespace tanor::report {
+
+/// What one .vtp file holds: rows of the shown points (3m) and the multipliers of all constraints (d).
+struct VtpFrame {
+  double time = 0.0;
+  std::span<const double> positions, velocities, accelerations;
+  std::span<const double> multipliers;
+};
+
+/// Writes one frame as VTK polydata (ParaView): points with `velocity` and `acceleration`, rods as lines with
+/// `tension`, and points without a rod as one vertex cell, so that they are seen too (its tension is NaN: there is
+/// none). Binary, all digits: "appended raw" arrays, each led by its number of bytes.
+void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const VtpFrame& frame);
+
+}  // namespace tanor::report

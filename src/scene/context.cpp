@@ -1,0 +1,146 @@
+#include "scene/context.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace tanor::scene {
+namespace {
+
+/// {"table": "drive.csv"}: rows t, value, …; one function for each column of values.
+std::vector<ScalarFunction> read_table(const Cursor& file_name, std::size_t num_values, const Context& context) {
+  const NumberTable table = context.number_table(file_name);
+  if (table.columns != num_values + 1 || table.rows < 2)
+    file_name.fail(fmt::format("a table of {} columns (t and {} more) and 2 rows or more, this one has {} and {}",
+                               num_values + 1, num_values, table.columns, table.rows));
+  std::vector<double> times(table.rows);
+  for (std::size_t row = 0; row < table.rows; ++row) times[row] = table(row, 0);
+  const auto back = std::adjacent_find(times.begin(), times.end(), [](double a, double b) { return !(a < b); });
+  if (back != times.end())
+    file_name.fail(fmt::format("a table whose times grow, here {} is followed by {}", *back, *(back + 1)));
+  if (times.front() > 0.0 || times.back() < context.t_end)
+    file_name.fail(fmt::format("a table from t = 0 to t_end = {}, this one has {} to {}", context.t_end, times.front(),
+                               times.back()));
+
+  std::vector<ScalarFunction> functions;
+  for (std::size_t k = 1; k <= num_values; ++k) {
+    std::vector<double> values(table.rows);
+    for (std::size_t row = 0; row < table.rows; ++row) values[row] = table(row, k);
+    functions.push_back(file_name.locate([&] { return ScalarFunction::table(times, std::move(values)); }));
+  }
+  return functions;
+}
+
+ScalarFunction read_formula(const Cursor& text, const Context& context) {
+  const std::string& formula = text.string();
+  return text.locate([&] { return ScalarFunction::formula(formula, context.parameters); });
+}
+
+/// The one key of {"formula": …} or {"table": …} that is there.
+Cursor formula_or_table(const Cursor& cursor) {
+  cursor.object({"formula", "table"});
+  const Cursor formula = cursor["formula"], table = cursor["table"];
+  if (static_cast<bool>(formula) == static_cast<bool>(table)) cursor.fail("one of the keys formula, table");
+  return formula ? formula : table;
+}
+
+}  // namespace
+
+Index Context::point(const Cursor& cursor) const {
+  return static_cast<Index>(cursor.integer(0, static_cast<std::int64_t>(num_points) - 1));
+}
+
+std::vector<Index> Context::points(const Cursor& cursor) const {
+  constexpr std::string_view wanted = R"(a list of points, "all" or {"first", "count", "stride"})";
+  std::vector<Index> points;
+  if (cursor.is_object()) {
+    cursor.object({"first", "count", "stride"});
+    const auto n = static_cast<std::int64_t>(num_points);
+    const std::int64_t first = cursor["first"].integer(0, n - 1, 0);
+    const std::int64_t stride = cursor["stride"].integer(1, n, 1);
+    const std::int64_t most = (n - 1 - first) / stride + 1;
+    const std::int64_t count = cursor["count"].integer(0, most, most);
+    for (std::int64_t k = 0; k < count; ++k) points.push_back(static_cast<Index>(first + k * stride));
+  } else if (cursor.says("all")) {
+    for (std::size_t k = 0; k < num_points; ++k) points.push_back(static_cast<Index>(k));
+  } else {
+    for (const Cursor entry : cursor.list(wanted)) points.push_back(point(entry));
+  }
+  return points;
+}
+
+template <std::size_t N>
+std::vector<std::array<Index, N>> Context::tuples(const Cursor& cursor) const {
+  static_assert(N == 2 || N == 3);
+  const std::string_view wanted = N == 2 ? "a pair of points [i, j]" : "a triple of points [i, j, k]";
+  std::vector<std::array<Index, N>> tuples;
+  for (const Cursor entry : cursor.list(N == 2 ? "a list of pairs of points" : "a list of triples of points")) {
+    if (entry.list(wanted).size() != N) entry.fail(wanted);
+    auto next = tuples.emplace_back().begin();
+    for (const Cursor member : entry.list(wanted)) *next++ = point(member);
+  }
+  return tuples;
+}
+template std::vector<std::array<Index, 2>> Context::tuples<2>(const Cursor&) const;
+template std::vector<std::array<Index, 3>> Context::tuples<3>(const Cursor&) const;
+
+NumberTable Context::number_table(const Cursor& file_name) const {
+  return file_name.locate([path = file(file_name)] { return read_number_table(path); });
+}
+
+ScalarFunction Context::scalar_function(const Cursor& cursor) const {
+  if (cursor.is_number()) return cursor.number();
+  if (!cursor.is_object()) cursor.fail(R"(a number, {"formula": "…"} or {"table": "…"})");
+  const Cursor source = formula_or_table(cursor);
+  return cursor["formula"] ? read_formula(source, *this) : read_table(source, 1, *this)[0];
+}
+
+VectorFunction Context::vector_function(const Cursor& cursor) const {
+  if (cursor.is_list()) return cursor.vector3();
+  if (!cursor.is_object()) cursor.fail(R"(3 numbers [x, y, z], {"formula": ["…", "…", "…"]} or {"table": "…"})");
+  const Cursor source = formula_or_table(cursor);
+  std::vector<ScalarFunction> components;
+  if (cursor["formula"]) {
+    constexpr std::string_view wanted = "3 strings, formulas of x, y, z";
+    if (source.list(wanted).size() != 3) source.fail(wanted);
+    for (const Cursor text : source.list(wanted)) components.push_back(read_formula(text, *this));
+  } else {
+    components = read_table(source, 3, *this);
+  }
+  return {components[0], components[1], components[2]};
+}
+
+Parameter Context::parameter(const Cursor& cursor, std::size_t num_members, Parameter otherwise) const {
+  if (!cursor) return otherwise;
+  if (cursor.says("initial")) return {};
+  if (cursor.is_number()) return cursor.number();
+  if (cursor.is_object()) return scalar_function(cursor);
+
+  const Cursor::List list =
+      cursor.list(R"("initial", a number, a list of numbers, {"formula": "…"} or {"table": "…"})");
+  if (list.size() != num_members) cursor.fail(fmt::format("one number, or a list of {}", num_members));
+  Parameter each;
+  bool is_constant = true;
+  for (const Cursor entry : list) is_constant = is_constant && !entry.is_object();
+  for (const Cursor entry : list) {
+    if (is_constant)
+      each.constants.push_back(entry.number());
+    else
+      each.functions.push_back(scalar_function(entry));
+  }
+  return each;
+}
+
+Parameter Context::constant_parameter(const Cursor& cursor, std::size_t num_members) const {
+  const Parameter parameter = this->parameter(cursor, num_members);
+  if (!parameter.functions.empty()) cursor.fail(R"("initial", a number or a list of numbers)");
+  return parameter;
+}
+
+std::vector<Vector3> Context::vectors(const Cursor& cursor) const {
+  std::vector<Vector3> vectors;
+  for (const Cursor entry : cursor.list("a list of vectors [x, y, z]")) vectors.push_back(entry.vector3());
+  return vectors;
+}
+
+}  // namespace tanor::scene

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "scene/cursor.hpp"
+#include "scene/number_table.hpp"
+
+namespace tanor::scene {
+
+/// What the meaning of a value depends on: where files lie, constants of formulas, how many points there are.
+/// Its readers throw InputError as those of Cursor do.
+struct Context {
+  std::filesystem::path directory;  ///< of the scene file
+  Constants parameters;
+  std::size_t num_points = 0;
+  double t_end = 0.0;  ///< s; a table must reach it
+
+  Index point(const Cursor& cursor) const;
+  /// [0, 4, 7], "all" or {"first", "count", "stride"}
+  std::vector<Index> points(const Cursor& cursor) const;
+  /// [[0, 1], [1, 2]], [[0, 1, 2]], …
+  template <std::size_t N>
+  std::vector<std::array<Index, N>> tuples(const Cursor& cursor) const;
+
+  /// A path relative to the scene file.
+  std::filesystem::path file(const Cursor& cursor) const { return directory / cursor.string(); }
+  NumberTable number_table(const Cursor& file_name) const;
+
+  /// A number, {"formula": "0.1*sin(omega*t)"} or {"table": "drive.csv"}
+  ScalarFunction scalar_function(const Cursor& cursor) const;
+  /// Three numbers, {"formula": [three strings]} or {"table": "drive.csv"}
+  VectorFunction vector_function(const Cursor& cursor) const;
+  /// "initial", one scalar function, or a list of them, one for each member of a group.
+  Parameter parameter(const Cursor& cursor, std::size_t num_members, Parameter otherwise = {}) const;
+  /// The same without functions of time.
+  Parameter constant_parameter(const Cursor& cursor, std::size_t num_members) const;
+  std::vector<Vector3> vectors(const Cursor& cursor) const;
+};
+
+}  // namespace tanor::scene

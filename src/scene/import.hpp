@@ -1,0 +1,10 @@
+#pragma once
+
+#include "scene/points.hpp"
+
+namespace tanor::scene {
+
+/// "import": {"file", "format", "bonds", "types", "angles"}, points and rods (named `rods`) of another program's file.
+PointSet read_import(const Cursor& import, const Context& context);
+
+}  // namespace tanor::scene

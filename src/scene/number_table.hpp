@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace tanor::scene {
+
+/// Numbers of a file, row by row; all finite.
+struct NumberTable {
+  std::size_t rows = 0, columns = 0;
+  std::vector<double> values;  ///< rows x columns
+
+  double operator()(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
+};
+
+/// Reads `.npy` ('<f8', C order, one or two dimensions) or else comma separated values (an optional header line, blank
+/// lines skipped). Throws InputError (without a place) naming file and line.
+NumberTable read_number_table(const std::filesystem::path& file);
+
+}  // namespace tanor::scene

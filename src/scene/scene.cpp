@@ -1,0 +1,172 @@
+#include "scene/scene.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "scene/constraints.hpp"
+#include "scene/forces.hpp"
+#include "scene/motion.hpp"
+#include "scene/points.hpp"
+#include "scene/text_file.hpp"
+
+namespace tanor::scene {
+namespace {
+
+void check_version(const Cursor& version) {
+  if (!version.is_number() || version.number() != 1.0) version.fail("1, the version of the scene format");
+}
+
+/// Names of formulas: a formula that is just the name must be right.
+Constants read_parameters(const Cursor& parameters) {
+  Constants constants;
+  for (const auto& [key, value] : parameters.members("an object of numbers")) {
+    const std::string name(key);
+    const double number = value.number();
+    value.locate([&] { return ScalarFunction::formula(name, {{name, number}}); });
+    constants.emplace(name, number);
+  }
+  return constants;
+}
+
+/// A list of the contract that must be empty until this version knows what it means.
+void refuse(const Cursor& list, std::string_view name) {
+  if (list.optional_list(fmt::format("a list of {}", name)).size() > 0)
+    list.complain(fmt::format("found {}, which this version of tanor does not have yet, wanted an empty list", name));
+}
+
+/// Default names count in the scene's list, although groups that came with the points stand first in the system.
+void name_by_scene_index(std::vector<Constraint>* constraints) {
+  for (std::size_t k = 0; k < constraints->size(); ++k) {
+    const std::string kind(kind_name((*constraints)[k]));
+    const auto name = [&](auto& group) {
+      if (group.name.empty()) group.name = kind + std::to_string(k);
+    };
+    std::visit(name, (*constraints)[k]);
+  }
+}
+
+template <class T>
+void append(std::vector<T> tail, std::vector<T>* list) {
+  list->insert(list->end(), std::make_move_iterator(tail.begin()), std::make_move_iterator(tail.end()));
+}
+
+/// Translates places of `validate` into places of the scene. They count in the system's lists, where the supports and
+/// constraints that came with the points stand first.
+class PlaceTranslator {
+ public:
+  PlaceTranslator(const Cursor& root, const PointSet& points)
+      : root_(root),
+        source_(find_point_source(root)),
+        num_own_supports_(points.supports.size()),
+        num_own_constraints_(points.constraints.size()) {}
+
+  /// The value of the scene that a JSON pointer of the system speaks of, or the nearest one around it.
+  Cursor find(std::string_view place) const {
+    std::vector<std::string> steps = split(place);
+    if (steps.empty()) return root_;
+    if (steps[0] == "points") return follow(source_, steps, 1);
+    const std::size_t num_own = steps[0] == "supports"      ? num_own_supports_
+                                : steps[0] == "constraints" ? num_own_constraints_
+                                                            : 0;
+    if (steps.size() > 1 && num_own > 0) {
+      const std::size_t index = std::stoul(steps[1]);
+      if (index < num_own) return source_;
+      steps[1] = std::to_string(index - num_own);
+    }
+    return follow(root_, steps, 0);
+  }
+
+  /// The message with the places that it names translated.
+  std::string translate(std::string_view message) const {
+    std::string translated;
+    while (!message.empty()) {
+      const std::size_t end = std::min(message.find(' '), message.size() - 1) + 1;
+      const std::string_view word = message.substr(0, end), place = trim(word);
+      const bool is_place = place.starts_with("/supports/") || place.starts_with("/constraints/");
+      translated += is_place ? find(place).pointer() : std::string(place);
+      translated += word.substr(place.size());
+      message.remove_prefix(end);
+    }
+    return translated;
+  }
+
+ private:
+  /// Steps of a JSON pointer; those of the system have no escapes.
+  static std::vector<std::string> split(std::string_view pointer) {
+    std::vector<std::string> steps;
+    for (const char c : pointer) {
+      if (c == '/')
+        steps.emplace_back();
+      else if (!steps.empty())
+        steps.back() += c;
+    }
+    return steps;
+  }
+
+  static Cursor follow(Cursor cursor, const std::vector<std::string>& steps, std::size_t first) {
+    for (std::size_t k = first; k < steps.size(); ++k) cursor = cursor.follow(steps[k]);
+    return cursor;
+  }
+
+  Cursor root_, source_;
+  std::size_t num_own_supports_, num_own_constraints_;
+};
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file) {
+  std::string text;
+  try {
+    text = read_text(file);
+  } catch (const InputError& error) {
+    throw InputError(file.string(), error.what());
+  }
+  return parse_scene(text, file);
+}
+
+Scene parse_scene(const std::string& text, const std::filesystem::path& file) {
+  const Document document(text, file.string());
+  const Cursor root(document);
+  root.object({"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints",
+               "coordinates", "forces", "friction", "motion", "solver"});
+  check_version(root["tanor_scene"]);
+
+  Scene scene;
+  scene.file = file;
+  scene.name = root["name"].string(file.stem().string());
+  if (scene.name.empty()) root["name"].fail("a name");
+  Context context{.directory = file.parent_path(), .parameters = read_parameters(root["parameters"])};
+
+  PointSet points = read_point_source(root, context);
+  const PlaceTranslator places(root, points);
+  context.num_points = points.positions.size() / 3;
+  read_motion(root["motion"], context, &scene);
+  read_solver(root["solver"], &scene);
+  context.t_end = scene.t_end;
+
+  std::vector<Constraint> constraints = read_constraints(root["constraints"], context);
+  if (!points.constraints.empty()) name_by_scene_index(&constraints);
+  append(std::move(constraints), &points.constraints);
+  append(read_supports(root["supports"], context), &points.supports);
+  refuse(root["coordinates"], "coordinates");
+  refuse(root["friction"], "friction");
+
+  scene.source = points.source;
+  scene.system = {.name = scene.name,
+                  .positions = std::move(points.positions),
+                  .velocities = std::move(points.velocities),
+                  .masses = std::move(points.masses),
+                  .supports = std::move(points.supports),
+                  .constraints = std::move(points.constraints),
+                  .forces = read_forces(root["forces"], context)};
+  try {
+    validate(scene.system);
+  } catch (const InputError& error) {
+    places.find(error.where()).complain(places.translate(error.what()));
+  }
+  return scene;
+}
+
+}  // namespace tanor::scene

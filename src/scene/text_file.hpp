@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tanor::scene {
+
+/// The whole file. Throws InputError (without a place) where it cannot be read.
+std::string read_text(const std::filesystem::path& file);
+
+/// The lines of a text one by one, without their ends.
+class LineReader {
+ public:
+  /// `name` of the text, for errors; the text must outlive the reader.
+  LineReader(std::string name, std::string_view text) : name_(std::move(name)), rest_(text) {}
+
+  bool next();
+  std::string_view line() const { return line_; }
+  std::size_t number() const { return number_; }  ///< 1, 2, …
+  /// Throws InputError "<name>, line <number>: found "<found>", wanted <wanted>".
+  [[noreturn]] void fail(std::string_view found, std::string_view wanted) const;
+  /// Throws InputError "<name>, line <number>: <what>".
+  [[noreturn]] void complain(std::string_view what) const;
+
+ private:
+  std::string name_;
+  std::string_view rest_, line_;
+  std::size_t number_ = 0;
+};
+
+/// Without blanks at both ends.
+std::string_view trim(std::string_view text);
+/// Words between blanks.
+std::vector<std::string_view> split_words(std::string_view line);
+
+/// The number that the whole word is; nothing where it is none or not finite.
+std::optional<double> parse_number(std::string_view word);
+std::optional<std::int64_t> parse_integer(std::string_view word);
+
+}  // namespace tanor::scene

@@ -1,0 +1,165 @@
+#include "system/spline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
+
+#include <tanor/error.hpp>
+
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr int max_degree = 5;
+
+using Local = std::array<double, max_degree + 1>;  ///< one number for each basis function that lives on an interval
+
+void check_samples(const std::vector<double>& times, const std::vector<double>& values) {
+  if (times.size() != values.size()) {
+    throw InputError("", "table: " + text_of_count(times.size(), "time") + " but " +
+                             text_of_count(values.size(), "value") + "; a row has one of each");
+  }
+  if (times.size() < 2) {
+    throw InputError("", "table: " + text_of_count(times.size(), "row") + "; a table needs at least 2");
+  }
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const auto fail = [&](const std::string& problem) {
+      throw InputError("", "table: row " + text(i + 1) + ": " + problem);
+    };
+    if (!std::isfinite(times[i])) fail("time " + text(times[i]) + " is not finite");
+    if (!std::isfinite(values[i])) fail("value " + text(values[i]) + " is not finite");
+    if (i > 0 && times[i] <= times[i - 1]) {
+      fail("time " + text(times[i]) + " after " + text(times[i - 1]) + "; times must strictly increase");
+    }
+  }
+}
+
+/// B-splines of a degree over a knot sequence (de Boor, A Practical Guide to Splines, chapters IX and X).
+/// On the interval [knots[m], knots[m+1]) the basis functions m - degree … m are not zero.
+struct Basis {
+  int degree;
+  std::vector<double> knots;
+
+  /// Ends of multiplicity degree + 1; inside, all samples but the (degree + 1)/2 - 1 next to each end.
+  explicit Basis(std::span<const double> times)
+      : degree(std::min<int>(max_degree, static_cast<int>(times.size()) - 1)) {
+    knots.assign(degree + 1, times.front());
+    constexpr std::size_t skipped = (max_degree + 1) / 2;
+    if (times.size() > 2 * skipped) knots.insert(knots.end(), times.begin() + skipped, times.end() - skipped);
+    knots.insert(knots.end(), degree + 1, times.back());
+  }
+
+  std::size_t first_interval() const { return degree; }
+  std::size_t end_interval() const { return knots.size() - degree - 1; }
+
+  std::size_t find_interval(double t) const {
+    const auto begin = knots.begin() + first_interval() + 1, end = knots.begin() + end_interval();
+    return std::upper_bound(begin, end, t) - knots.begin() - 1;
+  }
+
+  /// Values at t of the functions m - degree … m.
+  Local evaluate(double t, std::size_t m) const {
+    Local values{1.0};
+    for (int p = 1; p <= degree; ++p) {
+      // N_{i,p} = (t - k_i)/(k_{i+p} - k_i) N_{i,p-1} + (k_{i+p+1} - t)/(k_{i+p+1} - k_{i+1}) N_{i+1,p-1}
+      double carried = 0.0;
+      for (int j = 0; j < p; ++j) {
+        const double left = knots[m + 1 + j - p], right = knots[m + 1 + j];
+        const double share = values[j] / (right - left);
+        values[j] = carried + (right - t) * share;
+        carried = (t - left) * share;
+      }
+      values[p] = carried;
+    }
+    return values;
+  }
+
+  /// Taylor coefficients at knots[m] of the spline with the given coefficients of the functions m - degree … m.
+  Local expand(Local spline, std::size_t m) const {
+    Local taylor{};
+    double factorial = 1.0;
+    for (int k = 0; k <= degree; ++k) {
+      const int p = degree - k;  // degree of the k-th derivative, whose coefficients `spline` holds
+      taylor[k] = evaluate_at_knot(spline, p, m) / factorial;
+      factorial *= k + 1;
+      // c'_i = p (c_{i+1} - c_i)/(k_{i+p+1} - k_{i+1})
+      for (int j = 0; j < p; ++j)
+        spline[j] = p * (spline[j + 1] - spline[j]) / (knots[m + 1 + j] - knots[m + 1 + j - p]);
+    }
+    return taylor;
+  }
+
+  /// Value at knots[m] of a spline of degree p over these knots, by averaging neighbours.
+  double evaluate_at_knot(Local spline, int p, std::size_t m) const {
+    for (int r = 1; r <= p; ++r) {
+      for (int j = p; j >= r; --j) {
+        const double left = knots[m + j - p], right = knots[m + 1 + j - r];
+        const double share = (knots[m] - left) / (right - left);
+        spline[j] = (1.0 - share) * spline[j - 1] + share * spline[j];
+      }
+    }
+    return spline[p];
+  }
+};
+
+/// Coefficients c of sum over i of c_i N_i(times_j) = values_j: one banded system.
+Eigen::VectorXd interpolate(const Basis& basis, std::span<const double> times, std::span<const double> values) {
+  const auto size = static_cast<Eigen::Index>(times.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(times.size() * (basis.degree + 1));
+  for (Eigen::Index row = 0; row < size; ++row) {
+    const std::size_t m = basis.find_interval(times[row]);
+    const Local functions = basis.evaluate(times[row], m);
+    for (int j = 0; j <= basis.degree; ++j) {
+      entries.emplace_back(static_cast<int>(row), static_cast<int>(m) - basis.degree + j, functions[j]);
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(size, size);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+
+  // The matrix is totally positive and banded: its own order fills nothing.
+  Eigen::SparseLU<Eigen::SparseMatrix<double>, Eigen::NaturalOrdering<int>> factor(matrix);
+  return factor.solve(Eigen::Map<const Eigen::VectorXd>(values.data(), size));
+}
+
+}  // namespace
+
+Spline::Spline(std::vector<double> times, const std::vector<double>& values) {
+  check_samples(times, values);
+  first_time_ = times.front();
+  last_time_ = times.back();
+
+  const Basis basis(times);
+  const Eigen::VectorXd coefficients = interpolate(basis, times, values);
+  for (std::size_t m = basis.first_interval(); m < basis.end_interval(); ++m) {
+    Local local{};
+    for (int j = 0; j <= basis.degree; ++j) local[j] = coefficients[m - basis.degree + j];
+    pieces_.push_back({basis.knots[m], basis.expand(local, m)});
+  }
+}
+
+Jet<2> Spline::evaluate(double t) const {
+  const double rounding =
+      8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(first_time_), std::abs(last_time_));
+  if (!(first_time_ - rounding <= t && t <= last_time_ + rounding)) {
+    throw InputError("", "t = " + text(t) + " is outside the table, which reaches from " + text(first_time_) + " to " +
+                             text(last_time_));
+  }
+  // Last piece that starts at or before t.
+  const auto piece = std::upper_bound(pieces_.begin() + 1, pieces_.end(), t,
+                                      [](double time, const Piece& next) { return time < next.start; }) -
+                     1;
+  const auto distance = Jet<2>::variable(t - piece->start);
+  Jet<2> value;
+  for (int k = max_degree; k >= 0; --k) value = value * distance + piece->coefficients[k];
+  return value;
+}
+
+}  // namespace tanor

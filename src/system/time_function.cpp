@@ -1,0 +1,89 @@
+#include <tanor/time_function.hpp>
+
+#include <utility>
+
+#include <tanor/error.hpp>
+
+#include "system/formula.hpp"
+#include "system/spline.hpp"
+
+namespace tanor {
+
+class ScalarFunction::Source {
+ public:
+  virtual ~Source() = default;
+  virtual Jet<2> evaluate(double t) const = 0;
+};
+
+namespace {
+
+class FormulaSource final : public ScalarFunction::Source {
+ public:
+  explicit FormulaSource(Formula formula) : formula_(std::move(formula)) {}
+  Jet<2> evaluate(double t) const override {
+    const auto variable = Jet<2>::variable(t);
+    return formula_.evaluate(std::span(&variable, 1));
+  }
+
+ private:
+  Formula formula_;
+};
+
+class TableSource final : public ScalarFunction::Source {
+ public:
+  explicit TableSource(Spline spline) : spline_(std::move(spline)) {}
+  Jet<2> evaluate(double t) const override { return spline_.evaluate(t); }
+
+ private:
+  Spline spline_;
+};
+
+class CustomSource final : public ScalarFunction::Source {
+ public:
+  explicit CustomSource(std::function<Jet<2>(const Jet<2>&)> function) : function_(std::move(function)) {}
+  Jet<2> evaluate(double t) const override { return function_(Jet<2>::variable(t)); }
+
+ private:
+  std::function<Jet<2>(const Jet<2>&)> function_;
+};
+
+}  // namespace
+
+ScalarFunction::ScalarFunction(double constant) : constant_(constant) {}
+
+ScalarFunction::ScalarFunction(std::shared_ptr<const Source> source) : source_(std::move(source)) {}
+
+ScalarFunction ScalarFunction::formula(std::string_view text, const Constants& constants) {
+  static const std::array<std::string, 1> variables = {"t"};
+  Formula formula(text, variables, constants);
+  if (formula.is_constant()) return formula.evaluate(std::span<const double>());
+  return ScalarFunction(std::make_shared<FormulaSource>(std::move(formula)));
+}
+
+ScalarFunction ScalarFunction::table(std::vector<double> times, std::vector<double> values) {
+  return ScalarFunction(std::make_shared<TableSource>(Spline(std::move(times), values)));
+}
+
+ScalarFunction ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)> function) {
+  if (!function) throw InputError("", "custom function: it is empty, nothing to call");
+  return ScalarFunction(std::make_shared<CustomSource>(std::move(function)));
+}
+
+Jet<2> ScalarFunction::operator()(double t) const {
+  return source_ ? source_->evaluate(t) : Jet<2>(constant_);
+}
+
+VectorFunction::VectorFunction(const Vector3& constant) : components{constant[0], constant[1], constant[2]} {}
+
+VectorFunction::VectorFunction(ScalarFunction x, ScalarFunction y, ScalarFunction z)
+    : components{std::move(x), std::move(y), std::move(z)} {}
+
+bool VectorFunction::is_constant() const {
+  return components[0].is_constant() && components[1].is_constant() && components[2].is_constant();
+}
+
+std::array<Jet<2>, 3> VectorFunction::operator()(double t) const {
+  return {components[0](t), components[1](t), components[2](t)};
+}
+
+}  // namespace tanor

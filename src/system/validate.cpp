@@ -1,0 +1,342 @@
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <unordered_map>
+
+#include <tanor/system.hpp>
+
+#include "base/vec3.hpp"
+#include "system/members.hpp"
+#include "system/text.hpp"
+#include "system/value_checks.hpp"
+
+namespace tanor {
+
+// Springs have members as rods do, though they are no constraint.
+static std::size_t num_members(const Springs& group) {
+  return group.pairs.size();
+}
+static std::span<const Index> member_points(const Springs& group, std::size_t k) {
+  return group.pairs[k];
+}
+
+namespace {
+
+/// How the scene file calls the list of members, and why the points of a member differ.
+struct Wording {
+  const char* list;
+  const char* distinct;
+};
+template <class Group>
+constexpr Wording wording{"points", ""};
+template <>
+constexpr Wording wording<Rods>{"pairs", "a rod joins two different points"};
+template <>
+constexpr Wording wording<Springs>{"pairs", "a spring joins two different points"};
+template <>
+constexpr Wording wording<Pulleys>{"pairs", "a pulley joins two different points"};
+template <>
+constexpr Wording wording<Angles>{"triples", "an angle needs three different points"};
+template <>
+constexpr Wording wording<Linears>{"tuples", "the points of a tuple differ"};
+
+/// One walk over the system in the order of the scene file; every value is looked at once.
+/// `where` is the JSON pointer of an entry; those of its members are spelled out only when something is wrong.
+class Validation {
+ public:
+  Validation(const System& system, double t) : system_(system), t_(t) {}
+
+  void run() {
+    check_points();
+    check_supports();
+    check_masses();
+    for (std::size_t i = 0; i < system_.constraints.size(); ++i) {
+      std::visit([&](const auto& group) { check_constraint(group, element("/constraints", i)); },
+                 system_.constraints[i]);
+    }
+    for (std::size_t i = 0; i < system_.forces.size(); ++i) {
+      std::visit([&](const auto& force) { check_force(force, element("/forces", i)); }, system_.forces[i]);
+    }
+    check_names();
+  }
+
+ private:
+  // ---- points and supports ----
+
+  void check_points() {
+    if (num_points() == 0 && system_.positions.empty()) {
+      throw InputError("/points", "there are none; a scene has at least one point");
+    }
+    check_vectors(system_.positions, "/points/positions", "position");
+    if (!system_.velocities.empty()) check_vectors(system_.velocities, "/points/velocities", "velocity");
+  }
+
+  /// 3n finite numbers.
+  void check_vectors(std::span<const double> numbers, const std::string& where, const std::string& noun) const {
+    if (numbers.size() != 3 * num_points()) {
+      throw InputError(where, text_of_count(numbers.size(), "number") + " for " + text_of_count(num_points(), "point") +
+                                  "; three numbers for each point are right");
+    }
+    for (std::size_t i = 0; i < num_points(); ++i) {
+      const Vector3 vector = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+      if (!is_finite(vector)) check_vector(vector, element(where, i), noun);
+    }
+  }
+
+  void check_supports() {
+    support_of_point_.assign(num_points(), none);
+    for (std::size_t i = 0; i < system_.supports.size(); ++i) {
+      const Support& support = system_.supports[i];
+      const std::string where = element("/supports", i);
+      for (std::size_t k = 0; k < support.points.size(); ++k) {
+        const Index point = support.points[k];
+        check_range(point, where, "points", k);
+        std::size_t& owner = support_of_point_[point];
+        if (owner != none) {
+          throw InputError(element(where + "/points", k), "point " + text(point) + " belongs to " +
+                                                              element("/supports", owner) +
+                                                              " already; a point has one prescribed motion");
+        }
+        owner = i;
+      }
+      check_function(support.displacement, t_, where + "/motion", "displacement");
+    }
+  }
+
+  /// What they say about supports is ignored, as long as it is a number.
+  void check_masses() const {
+    for (std::size_t i = 0; i < num_points(); ++i) {
+      const double mass = system_.masses[i];
+      const bool is_right = std::isfinite(mass) && (mass > 0.0 || is_support(static_cast<Index>(i)));
+      if (!is_right) check_number(mass, Rule::positive, element("/points/masses", i), "mass");
+    }
+  }
+
+  // ---- constraints ----
+
+  template <class Group>
+  void check_constraint(const Group& group, const std::string& where) {
+    check_members(group, where);
+    for (std::size_t k = 0; k < num_members(group); ++k) check_moves(group, k, where);
+    check_values(group, where);
+  }
+
+  void check_values(const Rods& rods, const std::string& where) const {
+    check_parameter(rods.length, rods.pairs.size(), Rule::positive, t_, where + "/length", "length");
+    if (!rods.offsets.empty() && rods.offsets.size() != rods.pairs.size()) {
+      throw InputError(where + "/offsets", text_of_count(rods.offsets.size(), "offset") + " for " +
+                                               text_of_count(rods.pairs.size(), "rod") + "; one for each is right");
+    }
+    for (std::size_t k = 0; k < rods.offsets.size(); ++k) {
+      if (!is_finite(rods.offsets[k])) check_vector(rods.offsets[k], element(where + "/offsets", k), "offset");
+    }
+    if (!rods.length.is_initial()) return;
+    for (std::size_t k = 0; k < rods.pairs.size(); ++k) {
+      const Vec3 offset = rods.offsets.empty() ? Vec3{} : make_vec3(rods.offsets[k]);
+      const auto [i, j] = rods.pairs[k];
+      if (!(norm(position(j) - position(i) + offset) > 0.0)) {
+        fail_member(rods, k, where, "the initial length is 0; a rod's length is positive");
+      }
+    }
+  }
+
+  void check_values(const Planes& planes, const std::string& where) const {
+    check_direction(planes.normal, t_, where + "/normal", "normal");
+    check_parameter(planes.offset, planes.points.size(), Rule::any, t_, where + "/offset", "offset");
+  }
+
+  void check_values(const Spheres& spheres, const std::string& where) const {
+    const Vec3 center = make_vec3(check_function(spheres.center, t_, where + "/center", "center"));
+    check_parameter(spheres.radius, spheres.points.size(), Rule::positive, t_, where + "/radius", "radius");
+    if (!spheres.radius.is_initial()) return;
+    for (std::size_t k = 0; k < spheres.points.size(); ++k) {
+      if (!(norm(position(spheres.points[k]) - center) > 0.0)) {
+        fail_member(spheres, k, where, "it is at the center: the initial radius is 0; a radius is positive");
+      }
+    }
+  }
+
+  void check_values(const Lines& lines, const std::string& where) const {
+    check_function(lines.origin, t_, where + "/origin", "origin");
+    check_direction(lines.direction, t_, where + "/direction", "direction");
+  }
+
+  void check_values(const Circles& circles, const std::string& where) const {
+    const Vec3 center = make_vec3(check_function(circles.center, t_, where + "/center", "center"));
+    const Vec3 normal = make_vec3(check_direction(circles.normal, t_, where + "/normal", "normal"));
+    check_parameter(circles.radius, circles.points.size(), Rule::positive, t_, where + "/radius", "radius");
+    if (!circles.radius.is_initial()) return;
+    for (std::size_t k = 0; k < circles.points.size(); ++k) {
+      // |n x (r - c)| = |n| (distance from the axis), zero up to rounding on the axis
+      const Vec3 arm = position(circles.points[k]) - center;
+      if (!(norm(cross(normal, arm)) > rounding * norm(normal) * norm(arm))) {
+        fail_member(circles, k, where, "it is on the axis: the initial radius is 0; a radius is positive");
+      }
+    }
+  }
+
+  void check_values(const Angles& angles, const std::string& where) const {
+    check_parameter(angles.cosine, angles.triples.size(), Rule::cosine, t_, where + "/cosine", "cosine");
+    if (!angles.cosine.is_initial()) return;
+    for (std::size_t k = 0; k < angles.triples.size(); ++k) {
+      const auto [i, j, l] = angles.triples[k];
+      const Vec3 a = position(i), corner = position(j), b = position(l);
+      if (!(norm(a - corner) > 0.0 && norm(b - corner) > 0.0 && norm(a - b) > 0.0)) {
+        fail_member(angles, k, where, "two of the points are at the same place: there is no initial angle");
+      }
+    }
+  }
+
+  void check_values(const Pulleys& pulleys, const std::string& where) const {
+    check_vector(pulleys.a, where + "/a", "a");
+    check_vector(pulleys.b, where + "/b", "b");
+    check_parameter(pulleys.length, pulleys.pairs.size(), Rule::any, t_, where + "/length", "length");
+    check_number(pulleys.ratio, Rule::not_zero, where + "/ratio", "ratio");
+    const Vec3 a = make_vec3(pulleys.a), b = make_vec3(pulleys.b);
+    for (std::size_t k = 0; k < pulleys.pairs.size(); ++k) {
+      const auto [i, j] = pulleys.pairs[k];
+      if (!(norm(position(i) - a) > 0.0))
+        fail_member(pulleys, k, where, "the first point is at a; the rope has no direction");
+      if (!(norm(position(j) - b) > 0.0))
+        fail_member(pulleys, k, where, "the second point is at b; the rope has no direction");
+    }
+  }
+
+  void check_values(const Linears& linears, const std::string& where) const {
+    for (std::size_t k = 0; k < linears.tuples.size(); ++k) {
+      if (linears.tuples[k].size() != linears.coefficients.size()) {
+        throw InputError(element(where + "/tuples", k), text_of_count(linears.tuples[k].size(), "point") + " for " +
+                                                            text_of_count(linears.coefficients.size(), "coefficient") +
+                                                            "; one for each is right");
+      }
+    }
+    for (std::size_t k = 0; k < linears.coefficients.size(); ++k) {
+      const std::string place = element(where + "/coefficients", k);
+      check_vector(linears.coefficients[k], place, "coefficient");
+      if (linears.coefficients[k] == Vector3{}) {
+        throw InputError(place, "coefficient [0, 0, 0] is zero; leave the point out of the tuples");
+      }
+    }
+    check_parameter(linears.value, linears.tuples.size(), Rule::any, t_, where + "/value", "value");
+  }
+
+  // ---- forces ----
+
+  void check_force(const Gravity& gravity, const std::string& where) {
+    check_vector(gravity.acceleration, where + "/acceleration", "acceleration");
+  }
+
+  void check_force(const ConstantForce& constant, const std::string& where) {
+    check_members(constant, where);
+    check_function(constant.force, t_, where + "/force", "force");
+  }
+
+  void check_force(const Springs& springs, const std::string& where) {
+    check_members(springs, where);
+    check_number(springs.stiffness, Rule::not_negative, where + "/stiffness", "stiffness");
+    check_number(springs.damping, Rule::not_negative, where + "/damping", "damping");
+    for (const ScalarFunction& length : springs.rest_length.functions) {
+      if (!length.is_constant()) {
+        throw InputError(where + "/rest_length", "rest_length depends on time; that of a spring is constant");
+      }
+    }
+    check_parameter(springs.rest_length, springs.pairs.size(), Rule::not_negative, t_, where + "/rest_length",
+                    "rest_length");
+  }
+
+  void check_force(const Drag& drag, const std::string& where) {
+    check_members(drag, where);
+    check_number(drag.linear, Rule::not_negative, where + "/linear", "linear");
+    check_number(drag.quadratic, Rule::not_negative, where + "/quadratic", "quadratic");
+  }
+
+  // ---- members ----
+
+  /// Points in range, none twice in a member.
+  template <class Group>
+  void check_members(const Group& group, const std::string& where) {
+    if (last_member_of_point_.empty()) last_member_of_point_.assign(num_points(), none);
+    for (std::size_t k = 0; k < num_members(group); ++k, ++num_members_seen_) {
+      for (const Index point : member_points(group, k)) {
+        check_range(point, where, wording<Group>.list, k);
+        std::size_t& last_member = last_member_of_point_[point];
+        if (last_member == num_members_seen_) {
+          throw InputError(
+              element(where + "/" + wording<Group>.list, k),
+              text(member_points(group, k)) + " names point " + text(point) + " twice; " + wording<Group>.distinct);
+        }
+        last_member = num_members_seen_;
+      }
+    }
+  }
+
+  /// A constraint acts on at least one point that moves.
+  template <class Group>
+  void check_moves(const Group& group, std::size_t member, const std::string& where) const {
+    const std::span<const Index> points = member_points(group, member);
+    for (const Index point : points) {
+      if (!is_support(point)) return;
+    }
+    fail_member(group, member, where,
+                points.empty()       ? "a tuple has at least one point"
+                : points.size() == 1 ? "it is a support; the constraint acts on nothing that moves"
+                                     : "joins only supports; it constrains nothing that moves");
+  }
+
+  void check_range(Index point, const std::string& where, const char* list, std::size_t k) const {
+    if (0 <= point && static_cast<std::size_t>(point) < num_points()) return;
+    throw InputError(element(where + "/" + list, k),
+                     "point " + text(point) + " is out of range: the scene has " +
+                         text_of_count(num_points(), "point") +
+                         (num_points() == 1 ? ", 0" : ", 0 to " + text(num_points() - 1)));
+  }
+
+  /// "[4, 5]: …" or "point 4: …"
+  template <class Group>
+  [[noreturn]] void fail_member(const Group& group, std::size_t k, const std::string& where,
+                                const std::string& problem) const {
+    const std::span<const Index> points = member_points(group, k);
+    const std::string member = points.size() == 1 ? "point " + text(points[0]) : text(points);
+    throw InputError(element(where + "/" + wording<Group>.list, k), member + ": " + problem);
+  }
+
+  // ---- names ----
+
+  void check_names() const {
+    std::unordered_map<std::string, std::string> owners;  // name -> JSON pointer
+    const auto add = [&](const std::string& name, const std::string& where) {
+      const auto [owner, is_new] = owners.emplace(name, where);
+      if (!is_new) {
+        throw InputError(where + "/name",
+                         "\"" + name + "\" is the name of " + owner->second + " already; a name is used once");
+      }
+    };
+    for (std::size_t i = 0; i < system_.constraints.size(); ++i)
+      add(constraint_name(system_, i), element("/constraints", i));
+    for (std::size_t i = 0; i < system_.forces.size(); ++i) add(force_name(system_, i), element("/forces", i));
+  }
+
+  // ---- the system ----
+
+  std::size_t num_points() const { return system_.num_points(); }
+  bool is_support(Index point) const { return support_of_point_[point] != none; }
+  Vec3 position(Index point) const { return load(system_.positions.data(), point); }
+
+  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+  static constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
+
+  const System& system_;
+  const double t_;
+  std::vector<std::size_t> support_of_point_;      ///< [point] -> its support or none
+  std::vector<std::size_t> last_member_of_point_;  ///< [point] -> the last member that named it, or none
+  std::size_t num_members_seen_ = 0;
+};
+
+}  // namespace
+
+void validate(const System& system, double t) {
+  Validation(system, t).run();
+}
+
+}  // namespace tanor

@@ -1,0 +1,137 @@
+#include <cmath>
+
+#include "cli/program.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+using report::read_xyz;
+
+/// Everything whose meaning depends on the initial positions: rods at a moving support, a bead on a moving sphere, a
+/// spring at rest; and everything that does work.
+std::string moving_scene(const std::string& motion) {
+  return R"({
+    "tanor_scene": 1, "name": "moving",
+    "points": {"positions": [[0,0,0], [0.3,0,0], [0.6,0,0.1], [0,1,0.5]],
+               "velocities": [[0,0,0], [0.2,0,0], [0.2,0,0], [0,0.1,0]]},
+    "supports": [{"points": [0], "motion": {"formula": ["0.2*t", "0", "0.1*t^2"]}}],
+    "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0,1], [1,2]]},
+                    {"name": "ball", "kind": "sphere", "points": [3], "center": {"formula": ["0", "1+0.1*t", "0"]}}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
+               {"kind": "spring", "pairs": [[2,3]], "stiffness": 3},
+               {"kind": "drag", "points": [1], "linear": 0.1}],
+    "motion": {)" +
+         motion + "}}";
+}
+
+std::vector<double> flatten(const json& rows) {
+  std::vector<double> numbers;
+  for (const json& row : rows) numbers.insert(numbers.end(), row.begin(), row.end());
+  return numbers;
+}
+
+void expect_near(const json& a, const json& b, double tolerance) {
+  const std::vector<double> x = flatten(a), y = flatten(b);
+  ASSERT_EQ(x.size(), y.size());
+  for (std::size_t k = 0; k < x.size(); ++k) EXPECT_NEAR(x[k], y[k], tolerance) << "number " << k;
+}
+
+class ResumeTest : public testing::TestWithParam<std::pair<std::string, double>> {};
+
+TEST_P(ResumeTest, ARunInTwoPartsEndsWhereOneRunDoes) {
+  const auto& [motion, tolerance] = GetParam();
+  const Folder folder;
+  write_text(folder / "s.json", moving_scene(R"("t_end": 1, "output_every": 0.125, )" + motion));
+
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "whole"}).code, 0);
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "parts", "--t-end", "0.5"}).code, 0);
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "parts", "--resume"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json whole = read_json(folder / "whole/summary.json"), parts = read_json(folder / "parts/summary.json");
+  expect_near(whole["final"]["positions"], parts["final"]["positions"], tolerance);
+  expect_near(whole["final"]["velocities"], parts["final"]["velocities"], 10 * tolerance);
+  expect_near(whole["final"]["reactions"], parts["final"]["reactions"], 100 * tolerance);
+  EXPECT_EQ(parts["t_reached"], 1);
+  EXPECT_EQ(parts["start"], whole["start"]);
+  for (const char* key : {"start", "end", "work_of_supports", "work_of_forces", "drift_relative"}) {
+    EXPECT_NEAR(whole["energy"][key], parts["energy"][key], 100 * tolerance) << key;
+  }
+  const auto frames = read_xyz(folder / "parts/trajectory.xyz");
+  ASSERT_EQ(frames.size(), 9u) << "no frame twice, none missing";
+  for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].time, 0.125 * static_cast<double>(k));
+  EXPECT_EQ(read_text(folder / "parts/trajectory.pvd"), read_text(folder / "whole/trajectory.pvd"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, ResumeTest,
+                         testing::Values(std::pair{R"("step": 0.0078125)", 1e-10},
+                                         std::pair{R"("rtol": 1e-10, "atol": 1e-12)", 1e-7}));
+
+TEST(ResumeTest, CountsTheWorkOfAllParts) {
+  const Folder folder;
+  write_text(folder / "s.json", moving_scene(R"("t_end": 1, "step": 0.125)"));
+
+  run_program(folder, {"run", "s.json", "--out", "o", "--t-end", "0.5"});
+  run_program(folder, {"run", "s.json", "--out", "o", "--resume"});
+
+  EXPECT_EQ(read_json(folder / "o/summary.json")["steps"], 8);
+}
+
+TEST(ResumeTest, AKilledRunGoesOn) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e6, "output_every": 0.125, "step": 0.0078125)"));
+  Program program(folder, {"run", "s.json", "--out", "o", "--quiet"});
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "o/trajectory/frame_000003.vtp"); }));
+  kill(program.process(), SIGKILL);
+  EXPECT_EQ(program.wait().code, 128 + SIGKILL);
+  // Whatever was being written then: half a frame at the end must not matter.
+  std::ofstream(folder / "o/trajectory.xyz", std::ios::app) << "3\nProperties=spec";
+
+  const double end = 0.125 * 1000;
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", std::to_string(end)});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const auto frames = read_xyz(folder / "o/trajectory.xyz");
+  ASSERT_EQ(frames.size(), 1001u);
+  for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].time, 0.125 * static_cast<double>(k));
+}
+
+TEST(ResumeTest, WithoutACheckpointARunStartsAnew) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--resume"});
+
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_TRUE(contains(ended.err, "tanor: no checkpoint in o; starts anew\n")) << ended.err;
+  EXPECT_EQ(read_json(folder / "o/summary.json")["t_reached"], 0.1);
+}
+
+TEST(ResumeTest, AFinishedRunHasNothingToDo) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.25, "output_every": 0.125)"));
+  run_program(folder, {"run", "s.json", "--out", "o"});
+
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--resume"}).code, 0);
+
+  EXPECT_EQ(read_xyz(folder / "o/trajectory.xyz").size(), 3u);
+  EXPECT_EQ(read_json(folder / "o/summary.json")["t_reached"], 0.25);
+}
+
+TEST(ResumeTest, OtherScenesAndEarlierEndsAreRefused) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.2)"));
+  run_program(folder, {"run", "s.json", "--out", "o"});
+  const std::string summary = read_text(folder / "o/summary.json");
+
+  EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", "0.1"}),
+                       "o: the run already reached t = 0.2 s"));
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.3)"));
+  EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--out", "o", "--resume"}),
+                       "o/checkpoint: belongs to another scene"));
+  EXPECT_EQ(read_text(folder / "o/summary.json"), summary);
+}
+
+}  // namespace
+}  // namespace tanor::cli

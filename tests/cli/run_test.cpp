@@ -1,0 +1,152 @@
+#include "cli/program.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+using report::read_xyz;
+using report::XyzFrame;
+
+std::vector<double> list_times(const std::filesystem::path& xyz) {
+  std::vector<double> times;
+  for (const XyzFrame& frame : read_xyz(xyz)) times.push_back(frame.time);
+  return times;
+}
+
+TEST(RunTest, WritesItsFolder) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.35, "output_every": 0.1)"));
+
+  const Ended ended = run_program(folder, {"run", "s.json"});
+
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.out, read_text(folder / "pendulum.out/report.txt"));
+  EXPECT_TRUE(contains(ended.err, "t = 0.35 s reached")) << ended.err;
+  EXPECT_EQ(list_names(folder / "pendulum.out"),
+            (Words{"checkpoint", "report.txt", "summary.json", "trajectory", "trajectory.pvd", "trajectory.xyz"}));
+  EXPECT_EQ(list_names(folder / "pendulum.out/trajectory").size(), 5u);
+  EXPECT_EQ(list_times(folder / "pendulum.out/trajectory.xyz"), (std::vector<double>{0, 0.1, 0.2, 3 * 0.1, 0.35}));
+  const json summary = read_json(folder / "pendulum.out/summary.json");
+  EXPECT_EQ(summary["scene"], "pendulum");
+  EXPECT_EQ(summary["source"], "inline");
+  EXPECT_EQ(summary["t_reached"], 0.35);
+  EXPECT_EQ(summary["form"], "normal");
+  EXPECT_EQ(summary["rank"], 2);
+  EXPECT_EQ(summary["degrees_of_freedom"], 4);
+  EXPECT_LT(summary["violation"]["position_max"], 1e-9);
+  EXPECT_LT(std::abs(summary["energy"]["drift_relative"].get<double>()), 1e-6);
+  EXPECT_GT(summary["wall_s"]["total"], 0.0);
+  EXPECT_GT(summary["threads"], 0);
+}
+
+TEST(RunTest, TheCommandLineOverridesTheScene) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 100, "rtol": 1e-6)"));
+
+  const Words arguments{"run",  "s.json", "--t-end", "0.5",       "--method", "rk4",    "--step",
+                        "0.05", "--out",  "a/b",     "--threads", "1",        "--quiet"};
+  const Ended ended = run_program(folder, arguments);
+
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.out + ended.err, "") << "quiet";
+  const json summary = read_json(folder / "a/b/summary.json");
+  EXPECT_EQ(summary["method"], "rk4");
+  EXPECT_EQ(summary["threads"], 1);
+  EXPECT_EQ(summary["steps"], 10);
+  EXPECT_EQ(summary["t_end"], 0.5);
+  EXPECT_EQ(list_times(folder / "a/b/trajectory.xyz"), (std::vector<double>{0, 0.5}));
+}
+
+// A tolerance on the command line beats a step in the scene.
+TEST(RunTest, TolerancesReplaceAStep) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1, "step": 0.001)"));
+
+  run_program(folder, {"run", "s.json", "--rtol", "1e-4", "--out", "o"});
+
+  const json summary = read_json(folder / "o/summary.json");
+  EXPECT_EQ(summary["method"], "dopri5");
+  EXPECT_LT(summary["steps"], 100);
+}
+
+TEST(RunTest, ShowsTheChosenPoints) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1, "output_points": [2, 1])"));
+
+  run_program(folder, {"run", "s.json", "--out", "o"});
+
+  const std::vector<XyzFrame> frames = read_xyz(folder / "o/trajectory.xyz");
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[0].positions, (std::vector<double>{0.2, 0, 0, 0.1, 0, 0}));
+  EXPECT_TRUE(contains(read_text(folder / "o/trajectory/frame_000001.vtp"), R"(NumberOfPoints="2")"));
+  EXPECT_EQ(read_json(folder / "o/summary.json")["final"]["positions"].size(), 3u) << "the summary has all points";
+}
+
+TEST(RunTest, TheCertificateMayBeOff) {
+  const Folder folder;
+  std::string scene = pendulum(R"("t_end": 0.1)");
+  scene.insert(scene.rfind('}'), R"(, "solver": {"certificate": "off"})");
+  write_text(folder / "s.json", scene);
+
+  run_program(folder, {"run", "s.json", "--out", "o"});
+
+  EXPECT_TRUE(read_json(folder / "o/summary.json")["certificate"]["residual"].is_null());
+}
+
+// At t = 1 s the rods are straight.
+TEST(EarlyEndTest, AFailureKeepsWhatIsTrue) {
+  const Folder folder;
+  write_text(folder / "s.json", overstretched());
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o", "--quiet"});
+
+  EXPECT_EQ(ended.code, 3) << ended.err;
+  EXPECT_TRUE(ended.err.starts_with("tanor: stopped at t = ")) << ended.err;
+  EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+  const json summary = read_json(folder / "o/summary.json");
+  const double reached = summary["t_reached"];
+  EXPECT_GT(reached, 0.875);
+  EXPECT_LE(reached, 1.0 + 1e-3);
+  EXPECT_EQ(summary["final"]["t"], reached);
+  EXPECT_EQ(summary["t_end"], 3);
+  const std::vector<double> times = list_times(folder / "o/trajectory.xyz");
+  EXPECT_EQ(times.size(), 9u) << "t = 0, 0.125, ... 0.875 and where it stopped";
+  EXPECT_EQ(times.back(), reached);
+}
+
+TEST(EarlyEndTest, WithoutAStartNothingIsClaimed) {
+  const Folder folder;
+  write_text(folder / "s.json", torn_apart());
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
+
+  EXPECT_EQ(ended.code, 3) << ended.err;
+  EXPECT_TRUE(ended.err.starts_with("tanor: stopped at t = 0 s of 1 s: ")) << ended.err;
+  const json summary = read_json(folder / "o/summary.json");
+  EXPECT_EQ(summary["t_reached"], 0);
+  EXPECT_TRUE(summary["final"]["accelerations"].is_null());
+  EXPECT_TRUE(summary["rank"].is_null());
+  EXPECT_TRUE(summary["energy"]["start"].is_null());
+  EXPECT_EQ(list_times(folder / "o/trajectory.xyz").size(), 0u);
+  EXPECT_FALSE(std::filesystem::exists(folder / "o/checkpoint"));
+}
+
+TEST(EarlyEndTest, ASignalFinishesTheStep) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e6, "output_every": 0.1, "step": 1e-3)"));
+
+  Program program(folder, {"run", "s.json", "--out", "o", "--quiet"});
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "o/trajectory/frame_000003.vtp"); }));
+  kill(program.process(), SIGINT);
+  const Ended ended = program.wait();
+
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_TRUE(ended.err.starts_with("tanor: stopped at t = ")) << ended.err;
+  EXPECT_TRUE(contains(ended.err, "SIGINT")) << ended.err;
+  const json summary = read_json(folder / "o/summary.json");
+  EXPECT_GE(summary["t_reached"], 0.3);
+  EXPECT_EQ(list_times(folder / "o/trajectory.xyz").back(), summary["t_reached"]);
+}
+
+}  // namespace
+}  // namespace tanor::cli

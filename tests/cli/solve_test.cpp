@@ -1,0 +1,114 @@
+#include "cli/program.hpp"
+#include "report/npy.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+
+/// A bead of 2 kg that passes the lowest point of its rod of 0.5 m at 3 m/s.
+///
+///     X         w_N = v^2/l = 18 m/s^2 upwards, w_T = 0
+///     |         tension = m (g + v^2/l) = 55.62 N
+///     o-> v
+constexpr const char* swing = R"({
+  "tanor_scene": 1,
+  "points": {"positions": [[0,0,0.5], [0,0,0]], "velocities": [[0,0,0], [3,0,0]], "masses": 2},
+  "supports": [{"points": [0]}],
+  "constraints": [{"kind": "rod", "pairs": [[0,1]]}],
+  "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}]})";
+
+void expect_row(const json& row, double x, double y, double z) {
+  EXPECT_NEAR(row[0], x, 1e-13);
+  EXPECT_NEAR(row[1], y, 1e-13);
+  EXPECT_NEAR(row[2], z, 1e-13);
+}
+
+TEST(SolveTest, PrintsTheAnswerOfTheContract) {
+  const Folder folder;
+  write_text(folder / "s.json", swing);
+
+  const Ended ended = run_program(folder, {"solve", "s.json"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.err, "");
+  const json solution = json::parse(ended.out);
+  Words keys;
+  for (const auto& [key, value] : solution.items()) keys.push_back(key);
+  EXPECT_EQ(keys, (Words{"accelerations", "certificate", "form", "friction", "left_out", "multipliers",
+                         "multipliers_unique", "normal_accelerations", "positions", "reactions", "support_forces",
+                         "tangent_accelerations", "velocities"}));
+  expect_row(solution["velocities"][1], 3, 0, 0);
+  expect_row(solution["accelerations"][1], 0, 0, 18);
+  expect_row(solution["tangent_accelerations"][1], 0, 0, 0);
+  expect_row(solution["normal_accelerations"][1], 0, 0, 18);
+  expect_row(solution["reactions"][1], 0, 0, 55.62);
+  expect_row(solution["support_forces"][0], 0, 0, -55.62);
+  EXPECT_NEAR(solution["multipliers"][0], -55.62, 1e-13);
+  EXPECT_EQ(solution["multipliers_unique"], json::array({true}));
+  EXPECT_TRUE(solution["friction"].is_null());
+  EXPECT_EQ(solution["form"], "normal");
+  EXPECT_LT(solution["certificate"]["residual"], 1e-14);
+  EXPECT_TRUE(solution["certificate"]["normal_identity"].is_null());
+  EXPECT_EQ(list_names(folder.path()), Words{"s.json"});
+}
+
+TEST(SolveTest, WritesTheSameToAFile) {
+  const Folder folder;
+  write_text(folder / "s.json", swing);
+
+  const Ended ended = run_program(folder, {"solve", "s.json", "--out", "answer.json"});
+
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_EQ(ended.out, "");
+  EXPECT_EQ(read_text(folder / "answer.json"), run_program(folder, {"solve", "s.json"}).out);
+  EXPECT_EQ(list_names(folder.path()), (Words{"answer.json", "s.json"}));
+}
+
+TEST(SolveTest, LargeArraysGoToFilesBesideIt) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "generate": {"kind": "chain", "count": 20000, "anchored": true},
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}]})");
+
+  EXPECT_EQ(run_program(folder, {"solve", "s.json", "--out", "answer.json"}).code, 0);
+
+  const json solution = read_json(folder / "answer.json");
+  EXPECT_EQ(solution["accelerations"], "answer_accelerations.npy");
+  EXPECT_EQ(solution["multipliers_unique"], "answer_multipliers_unique.npy");
+  EXPECT_TRUE(solution["friction"].is_null());
+  const report::NpyArray array = report::read_npy(folder / "answer_accelerations.npy");
+  EXPECT_EQ(array.shape, (std::vector<std::size_t>{20001, 3}));
+}
+
+TEST(SolveTest, WithoutAStartNothingIsClaimed) {
+  const Folder folder;
+  write_text(folder / "s.json", torn_apart());
+
+  const Ended ended = run_program(folder, {"solve", "s.json"});
+
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_TRUE(ended.err.starts_with("tanor: s.json: ")) << ended.err;
+  const json solution = json::parse(ended.out);
+  for (const char* key : {"positions", "accelerations", "multipliers", "multipliers_unique", "reactions"}) {
+    EXPECT_TRUE(solution[key].is_null()) << key;
+  }
+}
+
+TEST(InfoTest, TellsSizesAndWritesNothing) {
+  const Folder folder;
+  write_text(folder / "s.json", swing);
+
+  const Ended ended = run_program(folder, {"info", "s.json"});
+
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  for (const char* line :
+       {"source:                  inline\n", "points:                  2\n", "supports:                1\n",
+        "equations:               1\n", "degrees of freedom:      2, if", "islands:                 1, in 1 part\n",
+        "constraints:             rod", "forces:                  gravity", "left out: "}) {
+    EXPECT_TRUE(contains(ended.out, line)) << line << " is missing in\n" << ended.out;
+  }
+  EXPECT_EQ(list_names(folder.path()), Words{"s.json"});
+}
+
+}  // namespace
+}  // namespace tanor::cli

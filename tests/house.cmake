@@ -1,0 +1,22 @@
+# The house itself: the rooms' arrows, what the shared library shows, and a foreign project on the install tree.
+add_test(NAME house/rooms COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_rooms.py)
+add_test(NAME house/rooms_self_test COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_rooms.py --self-test)
+
+if(TANOR_SHARED)
+  add_test(NAME house/exports COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_exports.py
+    $<TARGET_FILE:tanor> ${PROJECT_SOURCE_DIR}/include ${CMAKE_NM})
+  add_test(NAME house/exports_self_test COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_exports.py --self-test)
+endif()
+
+if(TANOR_INSTALL)
+  set(package_flags)
+  if(TANOR_SANITIZE)
+    set(package_flags -fsanitize=${TANOR_SANITIZE})
+  endif()
+  add_test(NAME package/foreign_project COMMAND ${CMAKE_COMMAND}
+    -D build_dir=${PROJECT_BINARY_DIR} -D work_dir=${CMAKE_CURRENT_BINARY_DIR}/package
+    -D build_type=$<CONFIG> -D generator=${CMAKE_GENERATOR} -D compiler=${CMAKE_CXX_COMPILER} -D flags=${package_flags}
+    -D readelf=${CMAKE_READELF} -D shared=${TANOR_SHARED} -D program=${TANOR_BUILD_PROGRAM}
+    -P ${CMAKE_CURRENT_SOURCE_DIR}/package/run.cmake)
+  set_tests_properties(package/foreign_project PROPERTIES TIMEOUT 300)
+endif()

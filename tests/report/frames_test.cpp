@@ -1,0 +1,160 @@
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <numeric>
+#include <regex>
+
+#include <gtest/gtest.h>
+
+#include "report/reading.hpp"
+#include "report/shown_parts.hpp"
+#include "report/vtp_frame.hpp"
+#include "report/xyz_trajectory.hpp"
+
+namespace tanor::report {
+namespace {
+
+/// A chain of four beads and a free bead 4 on a line (rows 0 and 1), rods at rows 2, 3, 4.
+///
+///     X--o--o--o     o
+///     0  1  2  3     4
+System make_scene() {
+  System system = make_chain(4);
+  system.positions.insert(system.positions.end(), {1.0, 0.0, 0.0});
+  system.velocities.resize(15);
+  system.masses.push_back(0.1);
+  system.constraints.insert(system.constraints.begin(),
+                            Lines{.name = "rail", .points = {4}, .origin = {}, .direction = {}});
+  return system;
+}
+
+std::vector<double> count_up(std::size_t size, double first) {
+  std::vector<double> numbers(size);
+  std::iota(numbers.begin(), numbers.end(), first);
+  return numbers;
+}
+
+TEST(ShownPartsTest, WithoutAChoiceEverythingIsShown) {
+  const ShownParts shown = choose_parts(make_scene(), {});
+
+  EXPECT_EQ(shown.points, (std::vector<Index>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(shown.is_support, (std::vector<bool>{true, false, false, false, false}));
+  EXPECT_EQ(shown.rods, (std::vector<std::array<std::int32_t, 2>>{{0, 1}, {1, 2}, {2, 3}}));
+  EXPECT_EQ(shown.rod_rows, (std::vector<std::size_t>{2, 3, 4}));
+  EXPECT_EQ(shown.loose_points, (std::vector<std::int32_t>{4}));
+}
+
+TEST(ShownPartsTest, RodsAreShownWhenBothEndsAre) {
+  const ShownParts shown = choose_parts(make_scene(), std::vector<Index>{3, 2, 0});
+
+  EXPECT_EQ(shown.is_support, (std::vector<bool>{false, false, true}));
+  EXPECT_EQ(shown.rods, (std::vector<std::array<std::int32_t, 2>>{{1, 0}}));
+  EXPECT_EQ(shown.rod_rows, (std::vector<std::size_t>{4}));
+  EXPECT_EQ(shown.loose_points, (std::vector<std::int32_t>{2}));
+  std::vector<double> rows;
+  gather_points(shown, count_up(15, 0.0), &rows);
+  EXPECT_EQ(rows, (std::vector<double>{9, 10, 11, 6, 7, 8, 0, 1, 2}));
+}
+
+TEST(XyzTest, FramesReadBackToTenDigits) {
+  const Folder folder;
+  const ShownParts shown = choose_parts(make_scene(), {});
+  std::vector<double> positions = count_up(15, 0.1);
+  positions[4] = -1.0 / 3.0 * 1e-20;
+  const std::vector<double> velocities = count_up(15, 1.0 / 7.0);
+
+  XyzTrajectory file(folder / "x.xyz");
+  file.write(0.0, shown, positions, velocities);
+  file.write(0.1 + 0.2, shown, velocities, positions);
+
+  // Nothing is closed: a frame is complete as soon as it is written.
+  const std::vector<XyzFrame> frames = read_xyz(folder / "x.xyz");
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[1].time, 0.1 + 0.2);
+  EXPECT_EQ(frames[0].species, (std::vector<std::string>{"X", "C", "C", "C", "C"}));
+  for (std::size_t k = 0; k < 15; ++k) {
+    EXPECT_NEAR(frames[0].positions[k], positions[k], 5e-10 * std::abs(positions[k]));
+    EXPECT_NEAR(frames[0].velocities[k], velocities[k], 5e-10 * std::abs(velocities[k]));
+  }
+  EXPECT_EQ(file.size(), std::filesystem::file_size(folder / "x.xyz"));
+}
+
+/// A .vtp file taken apart: each array by its element and name, "Lines/offsets", as its bytes.
+class VtpFile {
+ public:
+  explicit VtpFile(const std::string& text) : text_(text), header_(text.substr(0, text.find("<AppendedData"))) {
+    const std::string start = "<AppendedData encoding=\"raw\">\n_";
+    std::size_t expected = 0;
+    std::string element;
+    static const std::regex tag(R"re(<(PointData|CellData|Points|Verts|Lines)\b|Name="(\w+)"[^>]*offset="(\d+)")re");
+    for (std::sregex_iterator it(header_.begin(), header_.end(), tag), end; it != end; ++it) {
+      if ((*it)[1].matched) {
+        element = (*it)[1];
+        continue;
+      }
+      const std::size_t offset = std::stoul((*it)[3]);
+      EXPECT_EQ(offset, expected) << "arrays follow each other";
+      const std::size_t place = text_.find(start) + start.size() + offset;
+      std::uint64_t size = 0;
+      std::memcpy(&size, &text_[place], sizeof size);
+      arrays_[element + "/" + std::string((*it)[2])] = text_.substr(place + sizeof size, size);
+      expected += sizeof size + size;
+    }
+    EXPECT_EQ(text_.substr(text_.find(start) + start.size() + expected), "\n</AppendedData>\n</VTKFile>\n");
+  }
+
+  const std::string& header() const { return header_; }
+
+  template <class Number>
+  std::vector<Number> array(const std::string& name) const {
+    const std::string& bytes = arrays_.at(name);
+    std::vector<Number> numbers(bytes.size() / sizeof(Number));
+    if (!bytes.empty()) std::memcpy(numbers.data(), bytes.data(), bytes.size());
+    return numbers;
+  }
+
+ private:
+  std::string text_, header_;
+  std::map<std::string, std::string> arrays_;
+};
+
+TEST(VtpTest, ArraysDecodeToTheSameNumbers) {
+  const Folder folder;
+  const ShownParts shown = choose_parts(make_scene(), {});
+  const std::vector<double> r = count_up(15, 0.1), v = count_up(15, 1.0 / 3.0), w = count_up(15, -7.7);
+  const std::vector<double> lambda{10.0, 11.0, 12.0, -13.0, 14.0};
+
+  write_vtp(folder / "x.vtp", shown, {0.3, r, v, w, lambda});
+
+  const VtpFile file(read_text(folder / "x.vtp"));
+  EXPECT_EQ(file.array<double>("Points/position"), r);
+  EXPECT_EQ(file.array<double>("PointData/velocity"), v);
+  EXPECT_EQ(file.array<double>("PointData/acceleration"), w);
+  EXPECT_EQ(file.array<std::int32_t>("Verts/connectivity"), (std::vector<std::int32_t>{4}));
+  EXPECT_EQ(file.array<std::int32_t>("Verts/offsets"), (std::vector<std::int32_t>{1}));
+  EXPECT_EQ(file.array<std::int32_t>("Lines/connectivity"), (std::vector<std::int32_t>{0, 1, 1, 2, 2, 3}));
+  EXPECT_EQ(file.array<std::int32_t>("Lines/offsets"), (std::vector<std::int32_t>{2, 4, 6}));
+  // One number a cell, vertices first: the loose bead has no tension, rods have -lambda.
+  const auto tension = file.array<double>("CellData/tension");
+  ASSERT_EQ(tension.size(), 4u);
+  EXPECT_TRUE(std::isnan(tension[0]));
+  EXPECT_EQ(std::vector<double>(tension.begin() + 1, tension.end()), (std::vector<double>{-12.0, 13.0, -14.0}));
+}
+
+TEST(VtpTest, HeaderSaysWhatVtkWantsToKnow) {
+  const Folder folder;
+  const ShownParts shown = choose_parts(make_chain(3), {});
+  const std::vector<double> numbers = count_up(9, 0.0), lambda{1.0, 2.0};
+
+  write_vtp(folder / "x.vtp", shown, {0.1 + 0.2, numbers, numbers, numbers, lambda});
+
+  const std::string header = VtpFile(read_text(folder / "x.vtp")).header();
+  for (const char* part : {R"(<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">)",
+                           R"(Name="TimeValue" NumberOfTuples="1" format="ascii">0.30000000000000004</DataArray>)",
+                           R"(<Piece NumberOfPoints="3" NumberOfVerts="0" NumberOfLines="2" NumberOfStrips="0")"}) {
+    EXPECT_NE(header.find(part), std::string::npos) << part << " is missing in\n" << header;
+  }
+}
+
+}  // namespace
+}  // namespace tanor::report

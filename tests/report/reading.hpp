@@ -1,0 +1,122 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+namespace tanor::report {
+
+/// A folder for one test's files, removed with them.
+class Folder {
+ public:
+  Folder() {
+    static int count = 0;
+    const std::string name = "tanor_report_" + std::to_string(getpid()) + "_" + std::to_string(count++);
+    path_ = std::filesystem::temp_directory_path() / name;
+    std::filesystem::create_directories(path_);
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string read_text(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+inline void write_text(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+inline nlohmann::json read_json(const std::filesystem::path& path) {
+  return nlohmann::json::parse(read_text(path));
+}
+
+inline std::size_t count_lines(const std::filesystem::path& path) {
+  const std::string text = read_text(path);
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+inline std::vector<std::string> list_names(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// One frame of an extended XYZ file.
+struct XyzFrame {
+  double time = 0.0;
+  std::vector<std::string> species;
+  std::vector<double> positions, velocities;  // 3m
+};
+
+inline std::vector<XyzFrame> read_xyz(const std::filesystem::path& path) {
+  std::vector<XyzFrame> frames;
+  std::ifstream stream(path);
+  for (std::string line; std::getline(stream, line);) {
+    XyzFrame frame;
+    const std::size_t num_points = std::stoul(line);
+    std::getline(stream, line);
+    const std::string header = "Properties=species:S:1:pos:R:3:velo:R:3 Time=";
+    if (!line.starts_with(header)) throw std::runtime_error("bad header: " + line);
+    frame.time = std::stod(line.substr(header.size()));
+    for (std::size_t k = 0; k < num_points; ++k) {
+      if (!std::getline(stream, line)) throw std::runtime_error("frame cut short");
+      std::istringstream row(line);
+      std::string species;
+      row >> species;
+      frame.species.push_back(species);
+      for (std::vector<double>* array : {&frame.positions, &frame.velocities}) {
+        for (int axis = 0; axis < 3; ++axis) {
+          double number;
+          if (!(row >> number)) throw std::runtime_error("bad row: " + line);
+          array->push_back(number);
+        }
+      }
+    }
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+/// A chain of beads 0.1 m apart along x, 0.1 kg each, the first one fixed, under gravity.
+///
+///     X--o--o--o
+inline System make_chain(std::size_t num_points) {
+  System system;
+  Rods rods;
+  rods.name = "rods";
+  for (std::size_t i = 0; i < num_points; ++i) {
+    system.positions.insert(system.positions.end(), {0.1 * static_cast<double>(i), 0.0, 0.0});
+    if (i > 0) rods.pairs.push_back({static_cast<Index>(i - 1), static_cast<Index>(i)});
+  }
+  system.velocities.assign(3 * num_points, 0.0);
+  system.masses.assign(num_points, 0.1);
+  Support anchor;
+  anchor.points = {0};
+  system.supports.push_back(anchor);
+  system.constraints.push_back(rods);
+  system.forces.push_back(Gravity{"gravity", {0.0, 0.0, -9.81}});
+  return system;
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,327 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "report/array_writer.hpp"
+#include "report/checkpoint.hpp"
+#include "report/npy.hpp"
+#include "report/output_file.hpp"
+#include "report/reading.hpp"
+#include "report/summary.hpp"
+#include "report/trajectory.hpp"
+
+namespace tanor::report {
+namespace {
+
+using nlohmann::json;
+
+Simulation make_simulation(std::size_t num_points = 4) {
+  return Simulation(make_chain(num_points), {.method = Method::Rk4, .step = 0.01});
+}
+
+/// Frames at t = 0, 0.1, … of a simulation.
+void write_frames(int count, Simulation* simulation, Trajectory* trajectory) {
+  for (int k = 0; k < count; ++k) {
+    if (simulation->time() < 0.1 * k) {
+      ASSERT_TRUE(simulation->advance(0.1 * k).ok());
+    }
+    trajectory->write_frame(*simulation);
+  }
+}
+
+// The trajectory is never closed here, as in a run that is killed.
+TEST(TrajectoryTest, EveryFrameIsReadableAtOnce) {
+  const Folder folder;
+  Simulation simulation = make_simulation();
+  Trajectory trajectory(folder.path(), simulation.system(), {});
+
+  write_frames(3, &simulation, &trajectory);
+  trajectory.write_collection();
+
+  EXPECT_EQ(list_names(folder.path()), (std::vector<std::string>{"trajectory", "trajectory.pvd", "trajectory.xyz"}));
+  EXPECT_EQ(list_names(folder / "trajectory"),
+            (std::vector<std::string>{"frame_000000.vtp", "frame_000001.vtp", "frame_000002.vtp"}));
+  EXPECT_EQ(read_xyz(folder / "trajectory.xyz").size(), 3u);
+  EXPECT_EQ(read_text(folder / "trajectory.pvd"), R"(<?xml version="1.0"?>
+<VTKFile type="Collection" version="0.1">
+<Collection>
+<DataSet timestep="0" group="" part="0" file="trajectory/frame_000000.vtp"/>
+<DataSet timestep="0.1" group="" part="0" file="trajectory/frame_000001.vtp"/>
+<DataSet timestep="0.2" group="" part="0" file="trajectory/frame_000002.vtp"/>
+</Collection>
+</VTKFile>
+)");
+}
+
+TEST(TrajectoryTest, ANewRunForgetsTheFramesOfAnEarlierOne) {
+  const Folder folder;
+  Simulation earlier = make_simulation();
+  Trajectory trajectory(folder.path(), earlier.system(), {});
+  write_frames(3, &earlier, &trajectory);
+
+  Simulation simulation = make_simulation();
+  Trajectory again(folder.path(), simulation.system(), {});
+  write_frames(1, &simulation, &again);
+
+  EXPECT_EQ(list_names(folder / "trajectory"), (std::vector<std::string>{"frame_000000.vtp"}));
+  EXPECT_EQ(read_xyz(folder / "trajectory.xyz").size(), 1u);
+}
+
+TEST(TrajectoryTest, GoesOnBehindItsMark) {
+  const Folder folder;
+  Simulation simulation = make_simulation();
+  TrajectoryMark mark;
+  {
+    Trajectory trajectory(folder.path(), simulation.system(), {});
+    write_frames(2, &simulation, &trajectory);
+    mark = trajectory.mark();
+    write_frames(3, &simulation, &trajectory);  // to be forgotten
+    trajectory.write_collection();
+  }
+
+  Trajectory trajectory(folder.path(), simulation.system(), {}, mark);
+  ASSERT_TRUE(simulation.advance(0.25).ok());
+  trajectory.write_frame(simulation);
+  trajectory.write_collection();
+
+  const std::vector<XyzFrame> frames = read_xyz(folder / "trajectory.xyz");
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_EQ(frames[1].time, 0.1);
+  EXPECT_EQ(frames[2].time, 0.25);
+  EXPECT_EQ(count_lines(folder / "trajectory.pvd"), 3u + 3u + 2u);
+}
+
+TEST(TrajectoryTest, FilesThatAreNotThoseOfTheMarkStayUntouched) {
+  const Folder folder;
+  Simulation simulation = make_simulation();
+  {
+    Trajectory trajectory(folder.path(), simulation.system(), {});
+    write_frames(1, &simulation, &trajectory);
+    trajectory.write_collection();
+  }
+  const std::string text = read_text(folder / "trajectory.xyz");
+
+  for (const TrajectoryMark& mark : {TrajectoryMark{1, text.size() + 1}, TrajectoryMark{2, 10}}) {
+    EXPECT_THROW(Trajectory(folder.path(), simulation.system(), {}, mark), InputError);
+    EXPECT_EQ(read_text(folder / "trajectory.xyz"), text);
+  }
+}
+
+/// A checkpoint with another number in every place.
+Checkpoint make_checkpoint() {
+  Checkpoint checkpoint;
+  checkpoint.scene = "0123456789abcdef";
+  checkpoint.trajectory = {.frames = 7, .xyz_bytes = 12345678901};
+  checkpoint.report.method = Method::Rk4;
+  checkpoint.report.time = 0.1 + 0.2;
+  checkpoint.report.steps = 42;
+  checkpoint.report.energy = {
+      .start = -1.5, .now = -1.25, .work_of_supports = 0.1, .work_of_forces = 0.2, .scale = 3.0};
+  checkpoint.report.velocity_violation = std::nan("");
+  checkpoint.report.counters = {.evaluations = 1, .factorizations = 2, .solves = 3};
+  checkpoint.report.times = {.evaluate = 0.1, .assemble = 0.2, .factor = 0.3, .solve = 0.4};
+  checkpoint.wall = {.total = 1.0, .setup = 0.25, .output = 0.125};
+  checkpoint.positions = {0.1, 0.2, 0.3, -0.0, 1e-300, 6.0};
+  checkpoint.velocities = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
+  return checkpoint;
+}
+
+std::string error_of(const Folder& folder, const std::string& fingerprint = "0123456789abcdef",
+                     std::size_t num_points = 2) {
+  try {
+    return read_checkpoint(folder.path(), fingerprint, num_points) ? "no error" : "no checkpoint";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.where(), (folder / "checkpoint").string());
+    return error.what();
+  }
+}
+
+TEST(CheckpointTest, ReadsBackBitByBit) {
+  const Folder folder;
+  const Checkpoint written = make_checkpoint();
+
+  write_checkpoint(folder.path(), written);
+
+  const Checkpoint read = read_checkpoint(folder.path(), written.scene, 2).value();
+  EXPECT_EQ(read.trajectory.frames, 7u);
+  EXPECT_EQ(read.trajectory.xyz_bytes, 12345678901u);
+  EXPECT_EQ(read.report.method, Method::Rk4);
+  EXPECT_EQ(read.report.time, 0.1 + 0.2);
+  EXPECT_EQ(read.report.steps, 42u);
+  EXPECT_EQ(read.report.energy.work_of_forces, 0.2);
+  EXPECT_TRUE(std::isnan(read.report.velocity_violation));
+  EXPECT_EQ(read.report.counters.solves, 3u);
+  EXPECT_EQ(read.report.times.solve, 0.4);
+  EXPECT_EQ(read.wall.output, 0.125);
+  EXPECT_EQ(read.positions, written.positions);
+  EXPECT_EQ(read.velocities, written.velocities);
+  EXPECT_EQ(list_names(folder.path()), std::vector<std::string>{"checkpoint"});
+}
+
+TEST(CheckpointTest, OnlyTheRunsOwnIsTaken) {
+  const Folder folder;
+  EXPECT_EQ(error_of(folder), "no checkpoint");
+  write_checkpoint(folder.path(), make_checkpoint());
+
+  EXPECT_EQ(error_of(folder), "no error");
+  EXPECT_EQ(error_of(folder, "another"),
+            "belongs to another scene, or the scene file was changed; run without --resume");
+  EXPECT_EQ(error_of(folder, "0123456789abcdef", 3), "holds another number of points than the scene");
+  const std::string text = read_text(folder / "checkpoint");
+  write_text(folder / "checkpoint", text.substr(0, text.size() - 1));
+  EXPECT_EQ(error_of(folder), "the .npy array is cut short");
+  write_text(folder / "checkpoint", text.substr(0, 100));
+  EXPECT_EQ(error_of(folder), "is damaged; run without --resume");
+}
+
+TEST(CheckpointTest, TheFingerprintSeesTheSceneAndItsPoints) {
+  const Folder folder;
+  write_text(folder / "a.json", "{}");
+  write_text(folder / "b.json", "{ }");
+  System system = make_chain(2);
+  const std::string fingerprint = make_fingerprint(folder / "a.json", system);
+
+  EXPECT_EQ(make_fingerprint(folder / "a.json", make_chain(2)), fingerprint);
+  EXPECT_NE(make_fingerprint(folder / "b.json", system), fingerprint);
+  system.positions[3] = std::nextafter(system.positions[3], 1.0);
+  EXPECT_NE(make_fingerprint(folder / "a.json", system), fingerprint);
+}
+
+std::vector<std::string> list_keys(const json& object) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.push_back(key);
+  return keys;  // sorted: json objects are
+}
+
+// The contract's list, `start` and `energy.work_of_forces` on top of it.
+TEST(SummaryTest, HasTheKeysOfTheContract) {
+  using Keys = std::vector<std::string>;
+  const Folder folder;
+  Simulation simulation = make_simulation();
+  ASSERT_TRUE(simulation.advance(0.1).ok());
+
+  write_summary(folder.path(), {}, simulation, simulation.report());
+
+  const json summary = read_json(folder / "summary.json");
+  EXPECT_EQ(list_keys(summary), (Keys{"certificate",
+                                      "degrees_of_freedom",
+                                      "energy",
+                                      "equations",
+                                      "factorizations",
+                                      "final",
+                                      "form",
+                                      "friction",
+                                      "islands",
+                                      "left_out",
+                                      "method",
+                                      "points",
+                                      "rank",
+                                      "rejected",
+                                      "scene",
+                                      "solves",
+                                      "source",
+                                      "start",
+                                      "start_correction",
+                                      "steps",
+                                      "supports",
+                                      "t_end",
+                                      "t_reached",
+                                      "tanor_version",
+                                      "threads",
+                                      "violation",
+                                      "wall_s"}));
+  EXPECT_EQ(list_keys(summary["wall_s"]),
+            (Keys{"assemble", "evaluate", "factor", "friction", "output", "setup", "solve", "total"}));
+  EXPECT_EQ(list_keys(summary["final"]),
+            (Keys{"accelerations", "multipliers", "positions", "reactions", "support_forces", "t", "velocities"}));
+  EXPECT_EQ(list_keys(summary["violation"]), (Keys{"acceleration_max", "position_max", "velocity_max"}));
+  EXPECT_EQ(list_keys(summary["energy"]),
+            (Keys{"drift_relative", "end", "start", "work_of_forces", "work_of_friction", "work_of_supports"}));
+  EXPECT_EQ(list_keys(summary["certificate"]), (Keys{"forms_agree", "normal_identity", "orthogonality", "power_balance",
+                                                     "reciprocal_condition", "residual", "tangent_identity"}));
+  EXPECT_EQ(list_keys(summary["friction"]),
+            (Keys{"contraction_max", "error_bound", "iterations_max", "iterations_mean", "method_used", "uniqueness"}));
+}
+
+TEST(SummaryTest, TellsWhatTheSimulationKnows) {
+  const Folder folder;
+  Simulation simulation = make_simulation();
+  ASSERT_TRUE(simulation.advance(0.1).ok());
+
+  RunFacts facts;
+  facts.scene = "chain";
+  facts.source = "inline";
+  facts.threads = 2;
+  facts.t_end = 0.5;
+  write_summary(folder.path(), facts, simulation, simulation.report());
+
+  const json summary = read_json(folder / "summary.json");
+  EXPECT_EQ(summary["scene"], "chain");
+  EXPECT_EQ(summary["source"], "inline");
+  EXPECT_EQ(summary["threads"], 2);
+  EXPECT_EQ(summary["t_end"], 0.5);
+  EXPECT_EQ(summary["method"], "rk4");
+  EXPECT_EQ(summary["points"], 4);
+  EXPECT_EQ(summary["supports"], 1);
+  EXPECT_EQ(summary["rank"], 3);
+  EXPECT_EQ(summary["degrees_of_freedom"], 6);
+  EXPECT_EQ(summary["t_reached"], 0.1);
+  EXPECT_EQ(summary["final"]["t"], 0.1);
+  EXPECT_EQ(summary["steps"], 10);
+  const auto positions = simulation.positions();
+  EXPECT_EQ(summary["final"]["positions"][3], std::vector<double>(positions.begin() + 9, positions.end()));
+  EXPECT_EQ(summary["final"]["multipliers"].size(), 3u);
+  EXPECT_LT(summary["certificate"]["residual"], 1e-12);
+  EXPECT_TRUE(summary["certificate"]["tangent_identity"].is_null());
+  EXPECT_TRUE(summary["energy"]["work_of_friction"].is_null());
+  EXPECT_TRUE(summary["wall_s"]["friction"].is_null());
+}
+
+TEST(SummaryTest, WhatWasNotComputedIsNull) {
+  const Folder folder;
+  const Simulation simulation = make_simulation();
+  RunFacts facts;
+  facts.has_started = false;
+
+  write_summary(folder.path(), facts, simulation, simulation.report());
+
+  const json summary = read_json(folder / "summary.json");
+  EXPECT_EQ(summary["final"]["positions"].size(), 4u);
+  for (const char* pointer :
+       {"/rank", "/degrees_of_freedom", "/final/accelerations", "/final/multipliers", "/final/reactions",
+        "/final/support_forces", "/violation/position_max", "/energy/start", "/energy/end", "/energy/drift_relative",
+        "/certificate/residual", "/certificate/reciprocal_condition"}) {
+    EXPECT_TRUE(summary[json::json_pointer(pointer)].is_null()) << pointer;
+  }
+}
+
+TEST(SummaryTest, WithoutItsPolicyTheCertificateIsNull) {
+  const Folder folder;
+  const Simulation simulation = make_simulation();
+
+  RunFacts facts;
+  facts.with_certificate = false;
+  write_summary(folder.path(), facts, simulation, simulation.report());
+
+  const json summary = read_json(folder / "summary.json");
+  EXPECT_TRUE(summary["certificate"]["residual"].is_null());
+  EXPECT_FALSE(summary["violation"]["position_max"].is_null());
+}
+
+TEST(SummaryTest, LargeArraysGoToFilesBesideIt) {
+  const Folder folder;
+  const Simulation simulation = make_simulation(largest_inline + 1);
+
+  write_summary(folder.path(), {}, simulation, simulation.report());
+
+  const json summary = read_json(folder / "summary.json");
+  EXPECT_EQ(summary["final"]["positions"], "final_positions.npy");
+  EXPECT_EQ(summary["final"]["multipliers"], "final_multipliers.npy");
+  const NpyArray positions = read_npy(folder / "final_positions.npy");
+  EXPECT_EQ(positions.shape, (std::vector<std::size_t>{largest_inline + 1, 3}));
+  EXPECT_TRUE(std::equal(positions.numbers.begin(), positions.numbers.end(), simulation.positions().begin()));
+  EXPECT_EQ(read_npy(folder / "final_multipliers.npy").shape, (std::vector<std::size_t>{largest_inline}));
+}
+
+}  // namespace
+}  // namespace tanor::report

@@ -1,0 +1,164 @@
+#include <cmath>
+
+#include "scene/reading.hpp"
+
+namespace tanor::scene {
+namespace {
+
+using Pairs = std::vector<std::array<Index, 2>>;
+
+Scene import(const std::string& keys) {
+  return parse(R"({"tanor_scene": 1, "import": {)" + keys + "}}");
+}
+
+const Rods& rods_of(const Scene& scene) {
+  return std::get<Rods>(scene.system.constraints.at(0));
+}
+
+std::vector<double> coordinates(const Scene& scene, std::size_t axis) {
+  std::vector<double> found;
+  for (std::size_t k = axis; k < scene.system.positions.size(); k += 3) found.push_back(scene.system.positions[k]);
+  return found;
+}
+
+TEST(ImportLammps, PutsAtomsIntoTheOrderOfTheirIds) {
+  const Scene scene = import(R"("file": "polymer.data", "format": "lammps-data")");
+
+  EXPECT_EQ(scene.source, "import: polymer.data (lammps-data)");
+  EXPECT_EQ(scene.system.masses, (std::vector<double>{2, 2, 3.5, 3.5, 2, 2, 2, 3.5}));
+  EXPECT_EQ(coordinates(scene, 1), (std::vector<double>{0.25, 0.25, 0.25, 0.25, 1, 1, 1, 1}));
+}
+
+// Chain 1 leaves through the upper x face, which its image flags tell; chain 2 through the upper z face, which they do
+// not.
+TEST(ImportLammps, UnwrapsByImageFlagsAndAlongBonds) {
+  const Scene scene = import(R"("file": "polymer.data")");
+
+  EXPECT_EQ(coordinates(scene, 0), (std::vector<double>{3.5, 4.5, 5.5, 6.5, 0, 0, 0, 0}));
+  EXPECT_EQ(coordinates(scene, 2), (std::vector<double>{1, 1, 1, 1, 9.5, 10.5, 11.5, 12.5}));
+}
+
+TEST(ImportLammps, MakesRodsOfBonds) {
+  const Scene scene = import(R"("file": "polymer.data", "bonds": "rods", "angles": "free")");
+
+  EXPECT_EQ(rods_of(scene).name, "rods");
+  EXPECT_EQ(rods_of(scene).pairs, (Pairs{{0, 1}, {2, 1}, {2, 3}, {4, 5}, {6, 5}, {6, 7}}));
+  EXPECT_TRUE(rods_of(scene).length.is_initial());
+  EXPECT_TRUE(rods_of(scene).offsets.empty());
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(rod_length(scene.system, rods_of(scene), k), 1.0);
+}
+
+TEST(ImportLammps, TakesBondsOfTheWantedTypes) {
+  const Scene scene = import(R"("file": "polymer.data", "types": [2])");
+
+  EXPECT_EQ(rods_of(scene).pairs, (Pairs{{2, 1}, {6, 7}}));
+  EXPECT_EQ(scene.system.num_points(), 8u);
+}
+
+TEST(ImportLammps, RefusesTypesThatTheFileLacks) {
+  EXPECT_EQ(
+      error_of(R"({"tanor_scene": 1, "import": {"file": "polymer.data", "types": [1, 3]}})", TANOR_TEST_DATA "/a.json"),
+      "a.json: /import/types/1: found number 3, wanted a whole number from 1 to 2");
+}
+
+TEST(ImportLammps, ReadsVelocities) {
+  const Scene scene = import(R"("file": "polymer.data")");
+
+  const std::vector<double>& v = scene.system.velocities;
+  ASSERT_EQ(v.size(), 24u);
+  EXPECT_EQ(v[3 * 3 + 0], 4.0);
+  EXPECT_EQ(v[3 * 4 + 1], 8.1);
+  EXPECT_EQ(v[3 * 7 + 2], 8.4);
+}
+
+// The ring runs once along the tilted edge b = (1, 6, 0), so one of its bonds keeps that shift.
+TEST(ImportLammps, KeepsTheShiftOfABondThatClosesThroughAPeriodicFace) {
+  const Scene scene = import(R"("file": "ring.data")");
+
+  const Rods& rods = rods_of(scene);
+  ASSERT_EQ(rods.offsets.size(), 4u);
+  Vector3 sum{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(rod_length(scene.system, rods, k), std::hypot(0.25, 1.5), 1e-15);
+    for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += rods.offsets[k][axis];
+  }
+  EXPECT_EQ(sum, (Vector3{1, 6, 0}));
+}
+
+TEST(ImportLammps, RestsAndWeighsOneWhereTheFileDoesNotSay) {
+  const Scene scene = import(R"("file": "ring.data")");
+
+  EXPECT_TRUE(scene.system.velocities.empty());
+  EXPECT_EQ(scene.system.masses, std::vector<double>(4, 1.0));
+}
+
+/// A data file of one atom type, two atoms and one bond type.
+std::string data_file(const std::string& body, const std::string& bonds = "0") {
+  return "comment\n\n2 atoms\n" + bonds +
+         " bonds\n1 atom types\n1 bond types\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\n" + body;
+}
+
+std::string data_error(const std::string& content) {
+  const Folder folder;
+  folder.add("a.data", content);
+  const std::string error = error_of(R"({"tanor_scene": 1, "import": {"file": "a.data"}})", folder / "scene.json");
+  const std::string place = "scene.json: /import/file: ";
+  EXPECT_TRUE(error == "no error" || error.starts_with(place)) << error;
+  return error.starts_with(place) ? error.substr(place.size()) : error;
+}
+
+TEST(ImportLammps, UnderstandsAtomStyles) {
+  const Folder folder;
+  const auto last_position = [&](const std::string& atoms) {
+    folder.add("a.data", data_file(atoms));
+    const Scene scene = parse_scene(R"({"tanor_scene": 1, "import": {"file": "a.data"}})", folder / "scene.json");
+    return std::vector<double>(scene.system.positions.begin() + 3, scene.system.positions.end());
+  };
+
+  const std::vector<double> expected = {1, 2, 3}, unwrapped = {10, 2, -6};
+  EXPECT_EQ(last_position("Atoms\n\n1 1 0 0 0\n2 1 1 2 3\n"), expected);
+  EXPECT_EQ(last_position("Atoms # atomic\n\n1 1 0 0 0\n2 1 1 2 3 1 0 -1\n"), unwrapped);
+  EXPECT_EQ(last_position("Atoms\n\n1 7 1 0 0 0 0 0 0\n2 7 1 1 2 3 1 0 -1\n"), unwrapped);
+  EXPECT_EQ(last_position("Atoms  # angle\n\n1 7 1 0 0 0\n2 7 1 1 2 3\n"), expected);
+  EXPECT_EQ(last_position("Atoms # charge\n\n1 1 -0.5 0 0 0\n2 1 0.5 1 2 3\n"), expected);
+  EXPECT_EQ(last_position("Atoms\n\n1 7 1 -0.5 0 0 0\n2 7 1 0.5 1 2 3\n"), expected);
+}
+
+TEST(ImportLammps, NamesTheLineOfAnError) {
+  EXPECT_EQ(data_error(data_file("Atoms\n\n1 1 0 0 0\n2 1 0 x 0\n")),
+            "a.data, line 14: found \"x\", wanted a finite number");
+  EXPECT_EQ(data_error(data_file("Atoms\n\n1 1 0 0 0\n2 2 0 0 0\n")),
+            "a.data, line 14: found \"2\", wanted an atom type (style atomic, guessed) from 1 to 1");
+  EXPECT_EQ(data_error(data_file("Atoms\n\n1 1 0 0\n")),
+            "a.data, line 13: found 4 columns, wanted 5 or 8 (style atomic), 6 or 9 (molecular), 7 or 10 (full)");
+  EXPECT_EQ(data_error(data_file("Atoms # full\n\n1 1 0 0 0\n")),
+            "a.data, line 13: found 5 columns, wanted 7 or 10 (style full)");
+  EXPECT_EQ(data_error(data_file("Atoms # sphere\n")),
+            "a.data, line 11: found \"sphere\", wanted one of atomic, molecular, full, bond, angle, charge");
+  EXPECT_EQ(data_error(data_file("Masses\n\n1 -2\n")), "a.data, line 13: found \"-2\", wanted a mass > 0");
+  EXPECT_EQ(data_error("comment\n1 atoms\n5 5 xlo xhi\n"),
+            "a.data, line 3: found \"5\", wanted a higher end above the lower one");
+}
+
+TEST(ImportLammps, NamesAtomsAndBondsThatDoNotFit) {
+  const std::string atoms = "Atoms\n\n1 1 0 0 0\n2 1 1 0 0\n\n";
+  EXPECT_EQ(data_error(data_file("Atoms\n\n1 1 0 0 0\n")), "a.data: found 1 atoms, wanted 2 as its header says");
+  EXPECT_EQ(data_error(data_file(atoms, "1")), "a.data: found 0 bonds, wanted 1 as its header says");
+  EXPECT_EQ(data_error(data_file("Atoms\n\n1 1 0 0 0\n1 1 1 0 0\n")),
+            "a.data: found atom 1 twice, wanted ids that differ");
+  EXPECT_EQ(data_error(data_file(atoms + "Bonds\n\n1 1 1 3\n", "1")),
+            "a.data, line 18: found atom 3 in a bond, wanted one of the section Atoms");
+  EXPECT_EQ(data_error(data_file(atoms + "Bonds\n\n1 1 2 2\n", "1")),
+            "a.data, line 18: found \"2\", wanted two atoms that differ");
+  EXPECT_EQ(data_error(data_file(atoms + "Bonds\n\n1 2 1 2\n", "1")),
+            "a.data, line 18: found \"2\", wanted a bond type from 1 to 1");
+  EXPECT_EQ(data_error(data_file(atoms + "Velocities\n\n1 0 0 0\n")),
+            "a.data: found 1 velocities, wanted 2 as its header says");
+}
+
+TEST(ImportLammps, RefusesAFileWithoutAtoms) {
+  EXPECT_EQ(data_error("comment\n"), "found string \"a.data\", wanted a file with at least one atom");
+}
+
+}  // namespace
+}  // namespace tanor::scene

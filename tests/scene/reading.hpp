@@ -1,0 +1,71 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "scene/scene.hpp"
+
+namespace tanor::scene {
+
+/// A folder for one test's files, removed with them.
+class Folder {
+ public:
+  Folder() {
+    static int count = 0;
+    path_ =
+        std::filesystem::temp_directory_path() / ("tanor_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+    std::filesystem::create_directories(path_);
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+
+  std::filesystem::path add(const std::string& name, const std::string& content) const {
+    std::ofstream(path_ / name, std::ios::binary) << content;
+    return path_ / name;
+  }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// A scene whose relative paths lead to the fixtures.
+inline Scene parse(const std::string& text) {
+  return parse_scene(text, TANOR_TEST_DATA "/scene.json");
+}
+
+/// What the program would print behind "tanor: ", with the bare file name.
+inline std::string error_of(const std::string& text, const std::filesystem::path& file = "scene.json") {
+  try {
+    parse_scene(text, file);
+  } catch (const InputError& error) {
+    const std::string folder = file.has_parent_path() ? file.parent_path().string() + "/" : "";
+    return error.where().substr(folder.size()) + ": " + error.what();
+  }
+  return "no error";
+}
+
+/// A scene of three points a metre apart on the x axis, with more keys.
+inline std::string three_points(const std::string& more = "") {
+  return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0],[2,0,0]]})" +
+         (more.empty() ? "" : ", " + more) + "}";
+}
+
+/// Length of a rod at the start.
+inline double rod_length(const System& system, const Rods& rods, std::size_t k) {
+  const auto [i, j] = rods.pairs[k];
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double shift = rods.offsets.empty() ? 0.0 : rods.offsets[k][axis];
+    const double d = system.positions[3 * static_cast<std::size_t>(j) + axis] -
+                     system.positions[3 * static_cast<std::size_t>(i) + axis] + shift;
+    square += d * d;
+  }
+  return std::sqrt(square);
+}
+
+}  // namespace tanor::scene
