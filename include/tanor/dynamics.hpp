@@ -31,6 +31,7 @@ struct PlanSummary {
   std::string ordering;               ///< used: "natural", "amd", …; several joined by '+'
   std::string factorization;          ///< "simplicial", "supernodal", "none"
   std::vector<std::string> left_out;  ///< what this system does not need
+  std::vector<std::size_t> idle_equations;  ///< rows (user's order) that join supports alone: no part of S, multiplier 0
 };
 
 /// Quality of the last solve.

@@ -28,81 +28,81 @@ struct TANOR_API Parameter {
 
   bool is_initial() const { return constants.empty() && functions.empty(); }
 
-  std::vector<double> constants;           ///< size 1 (for all) or one each
-  std::vector<ScalarFunction> functions;   ///< likewise; at most one of the two lists is filled
+  std::vector<double> constants{};           ///< size 1 (for all) or one each
+  std::vector<ScalarFunction> functions{};   ///< likewise; at most one of the two lists is filled
 };
 
 /// Points whose motion is prescribed: r = initial position + displacement(t). They are no unknowns.
 struct Support {
-  std::string name;
-  std::vector<Index> points;
-  VectorFunction displacement;  ///< m; default: fixed
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction displacement{};  ///< m; default: fixed
 };
 
 // ---- constraints xi(r, t) = 0; built-in ones are lengths (m) with unit gradients, so multipliers are forces (N) ----
 
 /// |r_j - r_i + offset| - length; tension = -lambda.
 struct Rods {
-  std::string name;
-  std::vector<std::array<Index, 2>> pairs;
-  Parameter length;              ///< m, > 0
-  std::vector<Vector3> offsets;  ///< m; constant image shift of r_j - r_i; empty or one each
+  std::string name{};
+  std::vector<std::array<Index, 2>> pairs{};
+  Parameter length{};              ///< m, > 0
+  std::vector<Vector3> offsets{};  ///< m; constant image shift of r_j - r_i; empty or one each
 };
 
 /// (normal.r - offset)/|normal|
 struct Planes {
-  std::string name;
-  std::vector<Index> points;
-  VectorFunction normal;
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction normal{};
   Parameter offset = 0.0;
 };
 
 /// |r - center| - radius
 struct Spheres {
-  std::string name;
-  std::vector<Index> points;
-  VectorFunction center;
-  Parameter radius;
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction center{};
+  Parameter radius{};
 };
 
 /// Two distances, along two unit vectors orthogonal to the direction (two rows a point).
 struct Lines {
-  std::string name;
-  std::vector<Index> points;
-  VectorFunction origin;
-  VectorFunction direction;
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction origin{};
+  VectorFunction direction{};
 };
 
 /// Distance from the circle's plane; distance from its axis - radius (two rows a point).
 struct Circles {
-  std::string name;
-  std::vector<Index> points;
-  VectorFunction center;
-  VectorFunction normal;
-  Parameter radius;
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction center{};
+  VectorFunction normal{};
+  Parameter radius{};
 };
 
 /// cos(angle at the middle point of i, j, k) - cosine; its multiplier is a torque-like N m.
 struct Angles {
-  std::string name;
-  std::vector<std::array<Index, 3>> triples;
-  Parameter cosine;
+  std::string name{};
+  std::vector<std::array<Index, 3>> triples{};
+  Parameter cosine{};
 };
 
 /// |r_i - a| + ratio |r_j - b| - length
 struct Pulleys {
-  std::string name;
-  std::vector<std::array<Index, 2>> pairs;
+  std::string name{};
+  std::vector<std::array<Index, 2>> pairs{};
   Vector3 a{}, b{};
-  Parameter length;
+  Parameter length{};
   double ratio = 1.0;
 };
 
 /// sum over the tuple of c.r - value; the same coefficients for every tuple.
 struct Linears {
-  std::string name;
-  std::vector<std::vector<Index>> tuples;
-  std::vector<Vector3> coefficients;  ///< one for each point of a tuple
+  std::string name{};
+  std::vector<std::vector<Index>> tuples{};
+  std::vector<Vector3> coefficients{};  ///< one for each point of a tuple
   Parameter value = 0.0;
 };
 
@@ -111,29 +111,29 @@ using Constraint = std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, P
 // ---- active forces f(r, v, t), N ----
 
 struct Gravity {
-  std::string name;
+  std::string name{};
   Vector3 acceleration{};  ///< m/s^2
 };
 
 struct ConstantForce {
-  std::string name;
-  std::vector<Index> points;
-  VectorFunction force;  ///< N on each point
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction force{};  ///< N on each point
 };
 
 /// On r_i: (k (L - rest) + c dL/dt) along (r_j - r_i)/L, and the opposite on r_j; L = |r_j - r_i|.
 struct Springs {
-  std::string name;
-  std::vector<std::array<Index, 2>> pairs;
+  std::string name{};
+  std::vector<std::array<Index, 2>> pairs{};
   double stiffness = 0.0;  ///< N/m, >= 0
   double damping = 0.0;    ///< N s/m, >= 0
-  Parameter rest_length;   ///< m, >= 0, constant
+  Parameter rest_length{};   ///< m, >= 0, constant
 };
 
 /// -c1 v - c2 |v| v
 struct Drag {
-  std::string name;
-  std::vector<Index> points;
+  std::string name{};
+  std::vector<Index> points{};
   double linear = 0.0;     ///< c1, N s/m, >= 0
   double quadratic = 0.0;  ///< c2, N s^2/m^2, >= 0
 };
@@ -142,12 +142,12 @@ using Force = std::variant<Gravity, ConstantForce, Springs, Drag>;
 
 struct TANOR_API System {
   std::string name = "system";
-  std::vector<double> positions;   ///< 3n, point by point, m
-  std::vector<double> velocities;  ///< 3n, m/s; empty: at rest
-  std::vector<double> masses;      ///< n, kg, > 0 (of supports: ignored)
-  std::vector<Support> supports;
-  std::vector<Constraint> constraints;
-  std::vector<Force> forces;
+  std::vector<double> positions{};   ///< 3n, point by point, m
+  std::vector<double> velocities{};  ///< 3n, m/s; empty: at rest
+  std::vector<double> masses{};      ///< n, kg, > 0 (of supports: ignored)
+  std::vector<Support> supports{};
+  std::vector<Constraint> constraints{};
+  std::vector<Force> forces{};
 
   std::size_t num_points() const { return masses.size(); }
 };

@@ -46,7 +46,7 @@ class TANOR_API ScalarFunction {
 
 /// A 3-vector that may depend on time.
 struct TANOR_API VectorFunction {
-  std::array<ScalarFunction, 3> components;
+  std::array<ScalarFunction, 3> components{};
 
   VectorFunction() = default;
   VectorFunction(const Vector3& constant);  // NOLINT(google-explicit-constructor)

@@ -92,6 +92,8 @@ void GatherPlan::assemble(const double* blocks, bool norms_are_constant, double*
   if (weights_are_scaled_) return;
   // scale_i = 1/sqrt(S_ii)
   for (std::size_t j = 0; j < scale_.size(); ++j) scale_[j] = 1.0 / std::sqrt(values[diagonal_[j]]);
+  // Blocks that are not numbers (points on top of each other) must not spoil the weights for ever.
+  const bool stays = norms_are_constant && std::all_of(scale_.begin(), scale_.end(), [](double s) { return std::isfinite(s); });
   const auto scaled = [&](std::size_t column, int slot) {
     return scale_[column] * scale_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(slot)])];
   };
@@ -100,13 +102,13 @@ void GatherPlan::assemble(const double* blocks, bool norms_are_constant, double*
     for (int slot = start_[column]; slot < start_[column + 1]; ++slot) {
       const double factor = scaled(column, slot);
       values[slot] *= factor;
-      if (!norms_are_constant) continue;
+      if (!stays) continue;
       // The scale stays: fold it into the weights, once.
       terms_[static_cast<std::size_t>(slot)].weight *= factor;
       for (; extra < extras_.size() && extras_[extra].slot == slot; ++extra) extras_[extra].term.weight *= factor;
     }
   }
-  weights_are_scaled_ = norms_are_constant;
+  weights_are_scaled_ = stays;
 }
 
 }  // namespace tanor

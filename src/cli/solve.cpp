@@ -54,6 +54,9 @@ ExitCode execute(const SolveOptions& options) {
   dynamics.support_forces(support_forces);
   solution.accelerations = accelerations;
   solution.multipliers = multipliers;
+  // Unique where S has a Cholesky factor; an equation between supports alone is no part of it.
+  solution.multipliers_unique.assign(multipliers.size(), true);
+  for (const std::size_t row : dynamics.plan().idle_equations) solution.multipliers_unique[row] = false;
   solution.reactions = reactions;
   solution.support_forces = support_forces;
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {

@@ -78,6 +78,9 @@ NormalForm::NormalForm(System system, SolverOptions options, double t)
   plan_.supports = plan_.points - numbering_.num_moving;
   plan_.equations = num_rows();
   plan_.islands = numbering_.num_islands();
+  for (std::size_t a = numbering_.first_idle_row(); a < num_rows(); ++a) {
+    plan_.idle_equations.push_back(static_cast<std::size_t>(numbering_.user_row[a]));
+  }
   const NormalSolver::Summary& summary = solver_.summary();
   plan_.parts = summary.parts;
   plan_.pattern_nonzeros = summary.pattern_nonzeros;

@@ -18,14 +18,14 @@ void ArrayWriter::write_list(std::string_view key, const Numbers& numbers) {
   write(key, numbers, 1);
 }
 
-void ArrayWriter::write_booleans(std::string_view key, std::size_t size, bool value) {
+void ArrayWriter::write_booleans(std::string_view key, const std::vector<bool>& values) {
   json_->key(key);
   if (prefix_) {
-    write_npy_booleans(name_file(key), size, value);
+    write_npy_booleans(name_file(key), values);
     return;
   }
   json_->begin_array();
-  for (std::size_t k = 0; k < size; ++k) json_->value(value);
+  for (const bool value : values) json_->value(value);
   json_->end_array();
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "report/json_writer.hpp"
 
@@ -26,7 +27,7 @@ class ArrayWriter {
 
   void write_points(std::string_view key, const Numbers& numbers);          ///< n x 3
   void write_list(std::string_view key, const Numbers& numbers);            ///< d
-  void write_booleans(std::string_view key, std::size_t size, bool value);  ///< equal ones
+  void write_booleans(std::string_view key, const std::vector<bool>& values);
 
  private:
   void write(std::string_view key, const Numbers& numbers, std::size_t columns);

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <fstream>
 #include <limits>
-#include <regex>
+#include <sstream>
 #include <string_view>
 
 #include <tanor/error.hpp>
@@ -39,15 +39,17 @@ std::string read_bytes(std::istream* stream, std::size_t count, const std::strin
   return bytes;
 }
 
-std::vector<std::size_t> read_shape(const std::string& header, const std::string& name) {
-  static const std::regex pattern(R"('shape':\s*\(([0-9, ]*)\))");
-  std::smatch match;
-  if (!std::regex_search(header, match, pattern)) throw InputError(name, "the .npy header has no shape");
-  const std::string list = match[1];
+/// The numbers of "'shape': (3, 4), …".
+std::vector<std::size_t> read_shape(std::string_view header, const std::string& name) {
+  const std::size_t key = header.find("'shape':");
+  const std::size_t open = header.find('(', key), end = header.find(')', open);
+  if (key == header.npos || open == header.npos || end == header.npos) {
+    throw InputError(name, "the .npy header has no shape");
+  }
   std::vector<std::size_t> shape;
-  static const std::regex number("[0-9]+");
-  for (std::sregex_iterator it(list.begin(), list.end(), number), end; it != end; ++it)
-    shape.push_back(std::stoull(it->str()));
+  std::istringstream list(std::string(header.substr(open + 1, end - open - 1)));
+  for (std::size_t extent; list >> extent; list.ignore(1, ',')) shape.push_back(extent);
+  if (!list.eof()) throw InputError(name, "the .npy shape is not a list of whole numbers");
   return shape;
 }
 
@@ -73,10 +75,10 @@ void write_npy(const std::filesystem::path& path, std::span<const double> number
   replace_file(path, [&](OutputFile* file) { write_npy(file, numbers, columns); });
 }
 
-void write_npy_booleans(const std::filesystem::path& path, std::size_t size, bool value) {
+void write_npy_booleans(const std::filesystem::path& path, const std::vector<bool>& values) {
   replace_file(path, [&](OutputFile* file) {
-    file->write(make_header("|b1", size, 1));
-    file->write(std::string(size, value ? '\1' : '\0'));
+    file->write(make_header("|b1", values.size(), 1));
+    file->write(std::string(values.begin(), values.end()));
   });
 }
 

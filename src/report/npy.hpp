@@ -21,8 +21,8 @@ struct NpyArray {
 void write_npy(OutputFile* file, std::span<const double> numbers, std::size_t columns = 1);
 void write_npy(const std::filesystem::path& path, std::span<const double> numbers, std::size_t columns = 1);
 
-/// A vector of `size` equal booleans, '|b1'.
-void write_npy_booleans(const std::filesystem::path& path, std::size_t size, bool value);
+/// A vector of booleans, '|b1'.
+void write_npy_booleans(const std::filesystem::path& path, const std::vector<bool>& values);
 
 /// Reads one array of doubles and leaves the stream behind it. Throws InputError, `name` in its `where()`.
 NpyArray read_npy(std::istream* stream, const std::string& name);

@@ -14,8 +14,7 @@ void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solutio
   arrays.write_points("tangent_accelerations", solution.tangent_accelerations);
   arrays.write_points("normal_accelerations", solution.normal_accelerations);
   arrays.write_list("multipliers", solution.multipliers);
-  // They are unique when S has a Cholesky factor, that is whenever there are any.
-  solution.multipliers ? arrays.write_booleans("multipliers_unique", solution.multipliers->size(), true)
+  solution.multipliers ? arrays.write_booleans("multipliers_unique", solution.multipliers_unique)
                        : arrays.write_list("multipliers_unique", std::nullopt);
   arrays.write_points("reactions", solution.reactions);
   arrays.write_points("friction", std::nullopt);

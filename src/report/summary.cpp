@@ -10,10 +10,12 @@ namespace tanor::report {
 
 namespace {
 
-/// The equations are independent when every factorization of S succeeded; else nothing is known.
+/// The equations are independent when every factorization of S succeeded (but for those that join supports alone); else
+/// nothing is known.
 std::optional<std::size_t> find_rank(const RunFacts& facts, const Simulation& simulation) {
   const bool is_regular = facts.has_started && simulation.outcome().status != Status::Singular;
-  return is_regular ? std::optional(simulation.plan().equations) : std::nullopt;
+  const PlanSummary& plan = simulation.plan();
+  return is_regular ? std::optional(plan.equations - plan.idle_equations.size()) : std::nullopt;
 }
 
 void write_sizes(JsonWriter* json, const RunFacts& facts, const Simulation& simulation) {

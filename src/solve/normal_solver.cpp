@@ -47,7 +47,9 @@ std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidenc
 
 NormalSolver::NormalSolver(std::span<const Incidence> incidences, std::span<const double> inverse_masses,
                            const Numbering& numbering, Ordering wanted, bool norms_are_constant)
-    : norms_are_constant_(norms_are_constant) {
+    : norms_are_constant_(norms_are_constant),
+      first_idle_row_(numbering.first_idle_row()),
+      num_rows_(numbering.num_rows()) {
   const std::vector<Index> part_start = partition_islands(numbering.island_start);
   const auto by_part = incidences_of_parts(incidences, inverse_masses, part_start);
   std::set<std::string> orderings, factorizations;
@@ -104,6 +106,7 @@ NormalSolver::Quality NormalSolver::factorize(const Parallel& parallel) {
 }
 
 void NormalSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
+  std::fill(x + first_idle_row_, x + num_rows_, 0.0);
   // S = D^-1 (scaled S) D^-1 with D = diag(scale): x = D (scaled S)^-1 D b, in the order of elimination.
   parallel.for_tasks(parts_.size(), [&](std::size_t p) {
     Part& part = parts_[p];

@@ -29,7 +29,7 @@ class NormalSolver {
 
   void assemble(const Parallel& parallel, const double* blocks);
   [[nodiscard]] Quality factorize(const Parallel& parallel);
-  /// x = -S^-1 b, [d], with the last factor: the sign that (31) and every projection want. x may be b.
+  /// x = -S^-1 b, [d], with the last factor: the sign that (31) and every projection want. x may be b. Idle rows get 0.
   void solve_negative(const Parallel& parallel, const double* b, double* x);
 
   struct Summary {
@@ -51,6 +51,7 @@ class NormalSolver {
 
   std::vector<Part> parts_;
   bool norms_are_constant_;
+  std::size_t first_idle_row_, num_rows_;
   Summary summary_;
 };
 

@@ -104,6 +104,11 @@ Numbering number(const System& system) {
     result.user_point.push_back(point);
   };
 
+  const auto append_member = [&](Index member) {
+    result.member_row[member] = static_cast<Index>(result.user_row.size());
+    for (int k = 0; k < rows_of_member[member]; ++k) result.user_row.push_back(user_first_row[member] + k);
+  };
+
   // Each island from a far end (two sweeps find one), then backwards: what lies farthest comes first.
   Search search(points_of_member, members_of_point);
   std::vector<char> seen(num_points, 0);
@@ -117,14 +122,15 @@ Numbering number(const System& system) {
       append_point(*point);
       // A member is numbered with the first of its points: in a tree that is the rod towards the root.
       for (const Index member : members_of_point[*point]) {
-        if (result.member_row[member] >= 0) continue;
-        result.member_row[member] = static_cast<Index>(result.user_row.size());
-        for (int k = 0; k < rows_of_member[member]; ++k) result.user_row.push_back(user_first_row[member] + k);
+        if (result.member_row[member] < 0) append_member(member);
       }
     }
     result.island_start.push_back(static_cast<Index>(result.user_row.size()));
   }
 
+  for (std::size_t member = 0; member < num_members; ++member) {
+    if (result.member_row[member] < 0) append_member(static_cast<Index>(member));
+  }
   for (std::size_t point = 0; point < num_points; ++point) {
     if (!seen[point] && !is_support[point]) append_point(static_cast<Index>(point));
   }

@@ -118,7 +118,6 @@ class Validation {
   template <class Group>
   void check_constraint(const Group& group, const std::string& where) {
     check_members(group, where);
-    for (std::size_t k = 0; k < num_members(group); ++k) check_moves(group, k, where);
     check_values(group, where);
   }
 
@@ -269,19 +268,6 @@ class Validation {
         last_member = num_members_seen_;
       }
     }
-  }
-
-  /// A constraint acts on at least one point that moves.
-  template <class Group>
-  void check_moves(const Group& group, std::size_t member, const std::string& where) const {
-    const std::span<const Index> points = member_points(group, member);
-    for (const Index point : points) {
-      if (!is_support(point)) return;
-    }
-    fail_member(group, member, where,
-                points.empty()       ? "a tuple has at least one point"
-                : points.size() == 1 ? "it is a support; the constraint acts on nothing that moves"
-                                     : "joins only supports; it constrains nothing that moves");
   }
 
   void check_range(Index point, const std::string& where, const char* list, std::size_t k) const {

@@ -60,7 +60,7 @@ TEST(NpyTest, HeadersAreThoseOfTheFormat) {
 TEST(NpyTest, BooleansTakeAByteEach) {
   const Folder folder;
 
-  write_npy_booleans(folder / "x.npy", 3, true);
+  write_npy_booleans(folder / "x.npy", {true, true, true});
 
   const std::string text = read_text(folder / "x.npy");
   EXPECT_NE(text.find("{'descr': '|b1', 'fortran_order': False, 'shape': (3,), }"), std::string::npos);
