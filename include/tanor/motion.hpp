@@ -21,7 +21,7 @@ enum class Stabilisation { Projection, None };
 
 struct MotionOptions {
   Method method = Method::Auto;  ///< auto: dopri5 with tolerances, rk4 where a step is given
-  double step = 0.0;             ///< s, > 0 for fixed steps; 0: none
+  double step = 0.0;             ///< s; fixed, or the first one to try where a tolerance rules; 0: none
   double rtol = 1e-8;            ///< relative to |r| and |v| of each point
   double atol = 1e-10;           ///< m and m/s
   Stabilisation stabilisation = Stabilisation::Projection;

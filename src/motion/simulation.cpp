@@ -131,6 +131,7 @@ struct Simulation::Implementation {
 
   /// A first step from the time in which velocities or positions change by themselves.
   double first_step(double span) const {
+    if (options.step > 0.0) return std::min(options.step, span);
     double v2 = 0.0, a2 = 0.0;
     for (std::size_t i = 0; i < state.v.size(); i += 3) {
       v2 = std::max(v2, dot(load(state.v.data(), i / 3), load(state.v.data(), i / 3)));

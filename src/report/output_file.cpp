@@ -47,6 +47,7 @@ OutputFile OutputFile::standard_output() {
 }
 
 void OutputFile::write(std::string_view bytes) {
+  if (bytes.empty()) return;  // fwrite must not see a null pointer
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) throw WriteError(name_);
   size_ += bytes.size();
 }
