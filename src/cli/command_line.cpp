@@ -87,7 +87,8 @@ void add_missing(CLI::App* app) {
     CLI::App* command = app->add_subcommand(name)->group("")->prefix_command();
     command->set_help_flag();
     command->callback([name] {
-      throw InputError("", "'" + name + "' is not in version " TANOR_VERSION "; there are run, solve, info and error-time");
+      throw InputError("",
+                       "'" + name + "' is not in version " TANOR_VERSION "; there are run, solve, info and error-time");
     });
   }
 }

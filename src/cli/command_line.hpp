@@ -37,7 +37,7 @@ struct InfoOptions {
 /// `tanor error-time`: each method with four step sizes or tolerances against a finer run of another method.
 struct ErrorTimeOptions {
   std::filesystem::path scene;
-  std::vector<std::string> methods;  ///< default: rattle, rk4, dopri5
+  std::vector<std::string> methods;          ///< default: rattle, rk4, dopri5
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
   std::optional<double> step;                ///< s, > 0: the coarsest
   std::optional<double> t_end;               ///< s, > 0

@@ -66,7 +66,8 @@ std::string RunFolder::finish(const Simulation& simulation) {
   const MotionReport report = add_reports(before_, simulation.report());
   report::write_summary(directory_, facts_, simulation, report);
   const std::string page = report::format_page(facts_, simulation, report);
-  report::replace_file(directory_ / "report.txt", [&](report::OutputFile* file) { file->write(std::string_view(page)); });
+  report::replace_file(directory_ / "report.txt",
+                       [&](report::OutputFile* file) { file->write(std::string_view(page)); });
   return page;
 }
 

@@ -40,7 +40,7 @@ class Mechanics {
   virtual Outcome linearise(double t, const double* x) = 0;
   virtual Outcome accelerations(double t, const double* x, const double* v, Gradients gradients, double* a) = 0;
   /// Without the constraints: M^-1 f; the prescribed ones at supports.
-  virtual void free_accelerations(double t, const double* x, const double* v, double* a) = 0;
+  virtual Outcome free_accelerations(double t, const double* x, const double* v, double* a) = 0;
 
   /// Onto xi(x, t) = 0 along M^-1 K of the last linearisation, chord iterations; linearises anew only where they stall.
   virtual ProjectionReport project_positions(double t, double* x) = 0;

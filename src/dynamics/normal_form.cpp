@@ -146,9 +146,9 @@ double NormalForm::evaluate_free(double t, const double* r, const double* v, dou
   });
 }
 
-void NormalForm::free_accelerations(double t, const double* r, const double* v, double* w) {
+Outcome NormalForm::free_accelerations(double t, const double* r, const double* v, double* w) {
   const Stopwatch watch(&times_.evaluate);
-  evaluate_free(t, r, v, w);
+  return std::isfinite(evaluate_free(t, r, v, w)) ? Outcome{} : not_finite(t);
 }
 
 Outcome NormalForm::factorize(double t) {

@@ -35,7 +35,7 @@ class NormalForm final : public Mechanics {
   void prescribe(double t, double* r, double* v) override;
   Outcome linearise(double t, const double* r) override;
   Outcome accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) override;
-  void free_accelerations(double t, const double* r, const double* v, double* w) override;
+  Outcome free_accelerations(double t, const double* r, const double* v, double* w) override;
   ProjectionReport project_positions(double t, double* r) override;
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;

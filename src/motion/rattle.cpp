@@ -18,19 +18,19 @@ Rattle::Rattle(Mechanics& mechanics) : mechanics_(mechanics), free_(mechanics.si
 
 StepResult Rattle::step(const State& from, double h, State* to) {
   const Parallel& parallel = mechanics_.parallel();
-  const double t = from.t + h;
+  const double t = to->t;
   StepResult result;
 
   // M^-1 f at the old place; the last step has it where forces do not depend on v.
   if (!knows_free_ || free_time_ != from.t || mechanics_.depends_on_velocity()) {
-    mechanics_.free_accelerations(from.t, from.x.data(), from.v.data(), free_.data());
+    result.outcome = mechanics_.free_accelerations(from.t, from.x.data(), from.v.data(), free_.data());
+    if (!result.outcome.ok()) return result;
   }
   knows_free_ = false;
 
   // v1/2 = v + h/2 M^-1 f, r1 = r0 + h v1/2, then both along M^-1 K(r0) until xi(r1, t1) = 0
   add_scaled(parallel, from.v, 0.5 * h, free_, &middle_);
   add_scaled(parallel, from.x, h, middle_, &to->x);
-  to->t = t;
   to->work = from.work;
   mechanics_.prescribe(t, to->x.data(), to->v.data());
   const ProjectionReport positions = mechanics_.project_step(t, h, to->x.data(), middle_.data());
@@ -41,7 +41,8 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   // v1 = v1/2 + h/2 M^-1 f1, onto K(r1)'v1 + xi_t = 0; where f1 depends on v1, once more with the better v1
   const std::vector<double>* guess = &middle_;
   for (int pass = 0; pass < (mechanics_.depends_on_velocity() ? 2 : 1); ++pass) {
-    mechanics_.free_accelerations(t, to->x.data(), guess->data(), free_.data());
+    result.outcome = mechanics_.free_accelerations(t, to->x.data(), guess->data(), free_.data());
+    if (!result.outcome.ok()) return result;
     add_scaled(parallel, middle_, 0.5 * h, free_, &to->v);
     mechanics_.prescribe(t, to->x.data(), to->v.data());
     const ProjectionReport velocities = mechanics_.project_velocities(t, to->x.data(), to->v.data());

@@ -107,7 +107,6 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
     if (!result.outcome.ok()) return result;
     if (has_work) add_work(i, mechanics_.power(stage_x_.data(), stage_v_.data()));
   }
-  to->t = from.t + h;
   combine(mechanics_.parallel(), n, from.x.data(), h, from.v.data(), b_a_, h * h, first(stages), to->x.data());
   combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), tableau_.b, h, first(stages), to->v.data());
   result = settle(mechanics_, options_.stabilisation, to);

@@ -37,8 +37,8 @@ class Scheme {
   /// A step leaves State::a at the new place (else it is computed where somebody asks).
   virtual bool knows_acceleration() const { return true; }
 
-  /// From `from` by h to `to` (a different object). On a failed outcome or an error above 1 `to` is meaningless, `from`
-  /// stays good.
+  /// From `from` by h to `to` (a different object), whose time is given: from.t + h, rounded as the caller wants it. On a
+  /// failed outcome or an error above 1 the rest of `to` is meaningless, `from` stays good.
   virtual StepResult step(const State& from, double h, State* to) = 0;
 };
 

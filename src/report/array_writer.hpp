@@ -25,8 +25,8 @@ class ArrayWriter {
   /// Inline up to `largest_inline` points. `prefix`: folder and beginning of the files' names.
   ArrayWriter(JsonWriter* json, std::filesystem::path prefix, std::size_t num_points);
 
-  void write_points(std::string_view key, const Numbers& numbers);          ///< n x 3
-  void write_list(std::string_view key, const Numbers& numbers);            ///< d
+  void write_points(std::string_view key, const Numbers& numbers);  ///< n x 3
+  void write_list(std::string_view key, const Numbers& numbers);    ///< d
   void write_booleans(std::string_view key, const std::vector<bool>& values);
 
  private:

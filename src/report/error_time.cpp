@@ -17,10 +17,14 @@ namespace {
 constexpr int rows_per_method = 4;
 constexpr double coarsest_tolerance = 1e-4;
 
-bool has_fixed_steps(Method method) { return method != Method::Dopri5; }
+bool has_fixed_steps(Method method) {
+  return method != Method::Dopri5;
+}
 
 /// dopri5 judges the others, rk4 judges dopri5.
-Method judge_of(Method method) { return method == Method::Dopri5 ? Method::Rk4 : Method::Dopri5; }
+Method judge_of(Method method) {
+  return method == Method::Dopri5 ? Method::Rk4 : Method::Dopri5;
+}
 
 /// The coarsest step: the scene's own, else a hundredth of the time.
 double coarsest_step(const scene::Scene& scene) {
@@ -148,15 +152,17 @@ void write_error_time(const std::filesystem::path& directory, const ErrorTimeTab
   csv.write(std::string_view("method,step_s,rtol,steps,wall_s,error_m,order,violation,energy_drift,trouble\n"));
   std::vector<PlotSeries> series;
   for (const ErrorTimeRow& row : table.rows) {
-    csv.write(std::string_view(fmt::format("{},{},{},{},{},{},{},{},{},\"{}\"\n", method_name(row.method), row.step, row.tolerance,
-                                           row.steps, row.wall_s, row.error, row.order, row.violation, row.energy_drift, row.trouble)));
+    csv.write(std::string_view(fmt::format("{},{},{},{},{},{},{},{},{},\"{}\"\n", method_name(row.method), row.step,
+                                           row.tolerance, row.steps, row.wall_s, row.error, row.order, row.violation,
+                                           row.energy_drift, row.trouble)));
     const std::string name(method_name(row.method));
     if (series.empty() || series.back().name != name) series.push_back({name, {}});
     if (row.trouble.empty() && row.error > 0.0) series.back().points.push_back({row.wall_s, row.error});
   }
   csv.close();
   replace_file(directory / "error_time.svg", [&](OutputFile* file) {
-    file->write(std::string_view(make_loglog_plot({table.scene + ": error against run time", "wall time, s", "largest error at the end, m", series})));
+    file->write(std::string_view(make_loglog_plot(
+        {table.scene + ": error against run time", "wall time, s", "largest error at the end, m", series})));
   });
 }
 

@@ -22,7 +22,7 @@ struct ErrorTimeRow {
   double order = 0.0;      ///< log2 of the error's ratio to the row before (fixed steps halved); 0: first row
   double violation = 0.0;  ///< largest of the run, relative
   double energy_drift = 0.0;
-  std::string trouble;     ///< why it did not arrive; empty: it did
+  std::string trouble;  ///< why it did not arrive; empty: it did
 };
 
 /// Error against run time of a scene.
@@ -38,9 +38,9 @@ struct ErrorTimeTable {
   std::vector<ErrorTimeRow> rows;
 };
 
-/// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against a much finer run of *another*
-/// method: rows with error estimates are judged by rk4 with small steps, all others by dopri5 with a tight tolerance.
-/// `say` hears a line before each run.
+/// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against a much finer run of
+/// *another* method: rows with error estimates are judged by rk4 with small steps, all others by dopri5 with a tight
+/// tolerance. `say` hears a line before each run.
 ErrorTimeTable measure_error_time(const scene::Scene& scene, const std::vector<Method>& methods,
                                   const std::function<void(const std::string&)>& say);
 

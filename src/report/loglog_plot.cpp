@@ -55,15 +55,17 @@ std::string make_loglog_plot(const LogLogPlot& plot) {
   // A grid line and a label at each decade.
   for (double e = x_axis.low; e <= x_axis.high; ++e) {
     const double x = x_of(std::pow(10.0, e));
-    svg += fmt::format("<line x1=\"{0:.1f}\" y1=\"{1}\" x2=\"{0:.1f}\" y2=\"{2}\" stroke=\"#ddd\"/>"
-                       "<text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">1e{4:.0f}</text>\n",
-                       x, top, height - bottom, height - bottom + 18.0, e);
+    svg += fmt::format(
+        "<line x1=\"{0:.1f}\" y1=\"{1}\" x2=\"{0:.1f}\" y2=\"{2}\" stroke=\"#ddd\"/>"
+        "<text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">1e{4:.0f}</text>\n",
+        x, top, height - bottom, height - bottom + 18.0, e);
   }
   for (double e = y_axis.low; e <= y_axis.high; ++e) {
     const double y = y_of(std::pow(10.0, e));
-    svg += fmt::format("<line x1=\"{1}\" y1=\"{0:.1f}\" x2=\"{2}\" y2=\"{0:.1f}\" stroke=\"#ddd\"/>"
-                       "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">1e{5:.0f}</text>\n",
-                       y, left, width - right, left - 8.0, y + 4.0, e);
+    svg += fmt::format(
+        "<line x1=\"{1}\" y1=\"{0:.1f}\" x2=\"{2}\" y2=\"{0:.1f}\" stroke=\"#ddd\"/>"
+        "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">1e{5:.0f}</text>\n",
+        y, left, width - right, left - 8.0, y + 4.0, e);
   }
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", left + inner_width / 2,
                      height - 16.0, escape(plot.x_label));
@@ -79,8 +81,9 @@ std::string make_loglog_plot(const LogLogPlot& plot) {
     }
     svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", line, color);
     const double y = top + 18.0 + 18.0 * static_cast<double>(k);
-    svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"12\" height=\"12\" fill=\"{}\"/><text x=\"{}\" y=\"{}\">{}</text>\n",
-                       width - right - 100.0, y - 10.0, color, width - right - 82.0, y, escape(series.name));
+    svg += fmt::format(
+        "<rect x=\"{}\" y=\"{}\" width=\"12\" height=\"12\" fill=\"{}\"/><text x=\"{}\" y=\"{}\">{}</text>\n",
+        width - right - 100.0, y - 10.0, color, width - right - 82.0, y, escape(series.name));
   }
   return svg + "</svg>\n";
 }

@@ -15,7 +15,9 @@ std::size_t count_rods(const System& system) {
   return count;
 }
 
-std::string line(const std::string& key, const std::string& text) { return fmt::format("  {:14}{}\n", key, text); }
+std::string line(const std::string& key, const std::string& text) {
+  return fmt::format("  {:14}{}\n", key, text);
+}
 
 }  // namespace
 
@@ -29,17 +31,17 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation, con
   page += line("start", fmt::format("corrected by {:.2g} m and {:.2g} m/s at most (M-norm projection)",
                                     report.start.position_correction, report.start.velocity_correction));
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
-  page += line("method", fmt::format("{}, {} steps, {} rejected, {} factorizations ({}, {}), {} solves, {} threads",
-                                     method_name(report.method), report.steps, report.rejected,
-                                     report.counters.factorizations, plan.ordering, plan.factorization,
-                                     report.counters.solves, facts.threads));
+  page += line("method",
+               fmt::format("{}, {} steps, {} rejected, {} factorizations ({}, {}), {} solves, {} threads",
+                           method_name(report.method), report.steps, report.rejected, report.counters.factorizations,
+                           plan.ordering, plan.factorization, report.counters.solves, facts.threads));
   page += line("wall time", fmt::format("{:.3g} s: set-up {:.3g}, evaluate {:.3g}, assemble {:.3g}, factor {:.3g}, "
                                         "solve {:.3g}, output {:.3g}",
                                         facts.wall.total, facts.wall.setup, times.evaluate, times.assemble,
                                         times.factor, times.solve, facts.wall.output));
-  page += line("violation", fmt::format("{:.1e} positions, {:.1e} velocities, {:.1e} accelerations (largest, relative)",
-                                        report.position_violation, report.velocity_violation,
-                                        report.acceleration_violation));
+  page += line("violation",
+               fmt::format("{:.1e} positions, {:.1e} velocities, {:.1e} accelerations (largest, relative)",
+                           report.position_violation, report.velocity_violation, report.acceleration_violation));
   page += line("energy", fmt::format("{:.10g} J at the start, {:.10g} J at the end, relative drift {:.1e}",
                                      report.energy.start, report.energy.now, report.energy.drift_relative()));
   return page;
