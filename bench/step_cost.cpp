@@ -118,9 +118,9 @@ int main(int argc, char** argv) try {
       rows.push_back(measure(scene.name, scene.system, 0.005));
     }
   } else {
-    rows.push_back(measure("chain 1e4", generated(R"({"kind": "melt", "chains": 1, "count": 10000})"), 0.001));
-    rows.push_back(measure("chain 1e6", generated(R"({"kind": "melt", "chains": 1, "count": 1000000})"), 0.001));
-    rows.push_back(measure("clusters 1e4 x 10", generated(R"({"kind": "melt", "chains": 10000, "count": 10})"), 0.001));
+    rows.push_back(measure("chain 1e4", generated(R"({"kind": "melt", "chains": 1, "count": 10000})"), 2e-4));
+    rows.push_back(measure("chain 1e6", generated(R"({"kind": "melt", "chains": 1, "count": 1000000})"), 2e-4));
+    rows.push_back(measure("clusters 1e4 x 10", generated(R"({"kind": "melt", "chains": 10000, "count": 10})"), 2e-4));
     rows.push_back(measure("net 30", generated(R"({"kind": "net", "columns": 30, "rows": 30})"), 1e-5));
     rows.push_back(measure("net 100", generated(R"({"kind": "net", "columns": 100, "rows": 100})"), 1e-5));
     rows.push_back(measure("lattice 10", generated(R"({"kind": "lattice", "size": [10, 10, 10]})"), 1e-5));

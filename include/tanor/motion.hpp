@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <tanor/dynamics.hpp>
 
@@ -53,6 +54,20 @@ struct MotionReport {
   PhaseTimes times;
 };
 
+/// All that another simulation of the same system needs to go on from here; plain data, to be kept in any form.
+struct Snapshot {
+  double time = 0.0;              ///< s
+  std::vector<double> positions;  ///< 3n, m, in the user's order
+  std::vector<double> velocities; ///< 3n, m/s
+  MotionReport report;            ///< its counts, times, works and extremes go on
+
+  // What the next step depends on beside the state; the defaults are those of a start.
+  double next_step = 0.0;      ///< s, adaptive methods; 0: not known yet
+  double last_error = 1e-4;    ///< of the last step, over the tolerance
+  double advance_begin = 0.0;  ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
+  double advance_end = 0.0;    ///< the steps it had from `advance_begin` on
+};
+
 /// A system on its way through time.
 class TANOR_API Simulation {
  public:
@@ -68,9 +83,16 @@ class TANOR_API Simulation {
   /// Steps to exactly t_end (> time()); on a failure the state stays at the last good step.
   Outcome advance(double t_end, const Observer& observer = {});
 
+  /// The present state, also inside an observer.
+  Snapshot snapshot() const;
+  /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew. With
+  /// equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding of
+  /// its projections). Throws InputError where sizes do not fit or numbers are not finite.
+  void restore(const Snapshot& snapshot);
+
   const System& system() const;
   const PlanSummary& plan() const;
-  const Outcome& outcome() const;      ///< of the start or the last advance
+  const Outcome& outcome() const;      ///< of the start, the last advance or restore
   const MotionReport& report() const;
   double time() const;
 

@@ -27,7 +27,7 @@ std::vector<Product> list_products(std::span<const Incidence> incidences, std::s
 }
 
 GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place,
-                       Triangle triangle)
+                       Triangle triangle, std::span<const double> squared_norms)
     : start_(num_rows + 1, 0), scale_(num_rows, 1.0) {
   // Products by column of the wanted triangle, then by row; the order of equal ones stays (stable): fixed sums.
   const auto placed = [&](int row) { return place.empty() ? row : place[static_cast<std::size_t>(row)]; };
@@ -77,38 +77,49 @@ GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, 
   }
   rows_.shrink_to_fit();
   terms_.shrink_to_fit();
+
+  if (squared_norms.empty()) return;
+  std::vector<double> diagonal(num_rows, 0.0);
+  for (const Product& product : products) {
+    if (product.row != product.column) continue;
+    diagonal[static_cast<std::size_t>(placed(product.row))] +=
+        product.weight * squared_norms[static_cast<std::size_t>(product.block_a)];
+  }
+  for (std::size_t j = 0; j < num_rows; ++j) scale_[j] = 1.0 / std::sqrt(diagonal[j]);
+  scale_weights();
 }
 
-void GatherPlan::gather(const double* blocks, double* values) const {
+/// Folds the scale into the weights, for good.
+void GatherPlan::scale_weights() {
+  std::size_t extra = 0;
+  for (std::size_t column = 0; column < scale_.size(); ++column) {
+    for (int slot = start_[column]; slot < start_[column + 1]; ++slot) {
+      const double factor = scale_[column] * scale_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(slot)])];
+      terms_[static_cast<std::size_t>(slot)].weight *= factor;
+      for (; extra < extras_.size() && extras_[extra].slot == slot; ++extra) extras_[extra].term.weight *= factor;
+    }
+  }
+  weights_are_scaled_ = true;
+}
+
+void GatherPlan::assemble(const double* blocks, double* values) {
   const auto value = [&](const Term& term) {
     return term.weight * dot(load(blocks, term.block_a), load(blocks, term.block_b));
   };
   for (std::size_t slot = 0; slot < terms_.size(); ++slot) values[slot] = value(terms_[slot]);
   for (const auto& [slot, term] : extras_) values[slot] += value(term);
-}
-
-void GatherPlan::assemble(const double* blocks, bool norms_are_constant, double* values) {
-  gather(blocks, values);
   if (weights_are_scaled_) return;
-  // scale_i = 1/sqrt(S_ii)
-  for (std::size_t j = 0; j < scale_.size(); ++j) scale_[j] = 1.0 / std::sqrt(values[diagonal_[j]]);
-  // Blocks that are not numbers (points on top of each other) must not spoil the weights for ever.
-  const bool stays = norms_are_constant && std::all_of(scale_.begin(), scale_.end(), [](double s) { return std::isfinite(s); });
-  const auto scaled = [&](std::size_t column, int slot) {
-    return scale_[column] * scale_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(slot)])];
-  };
-  std::size_t extra = 0;
+
+  // A row without gradient keeps its 0: the factorization stops there.
+  for (std::size_t j = 0; j < scale_.size(); ++j) {
+    const double diagonal = values[diagonal_[j]];
+    scale_[j] = diagonal == 0.0 ? 1.0 : 1.0 / std::sqrt(diagonal);
+  }
   for (std::size_t column = 0; column < scale_.size(); ++column) {
     for (int slot = start_[column]; slot < start_[column + 1]; ++slot) {
-      const double factor = scaled(column, slot);
-      values[slot] *= factor;
-      if (!stays) continue;
-      // The scale stays: fold it into the weights, once.
-      terms_[static_cast<std::size_t>(slot)].weight *= factor;
-      for (; extra < extras_.size() && extras_[extra].slot == slot; ++extra) extras_[extra].term.weight *= factor;
+      values[slot] *= scale_[column] * scale_[static_cast<std::size_t>(rows_[static_cast<std::size_t>(slot)])];
     }
   }
-  weights_are_scaled_ = stays;
 }
 
 }  // namespace tanor

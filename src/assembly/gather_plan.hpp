@@ -22,22 +22,25 @@ std::vector<Product> list_products(std::span<const Incidence> incidences, std::s
 
 enum class Triangle { Lower, Upper };
 
-/// Writes S straight into the triangle that the factorization reads, rows in the order of elimination: every entry is a gather over
-/// the blocks of K, no search and no sparse product. Made once a topology.
+/// Writes S straight into the triangle that the factorization reads, rows in the order of elimination: every entry is a
+/// gather over the blocks of K, no search and no sparse product. Made once a topology.
 ///
 ///   values[slot] = scale_i scale_j * sum over its products of weight * (g_a . g_b)
 ///
-/// S is scaled to a unit diagonal: scale_i = 1/sqrt(S_ii).
+/// S is scaled to a unit diagonal: scale_i = 1/sqrt(S_ii). Where the lengths of the blocks never change the scale is
+/// part of the weights from the start: results do not depend on the states that were seen before.
 class GatherPlan {
  public:
-  /// `place` [row] -> place in the elimination (empty: as it is).
-  GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place, Triangle triangle);
+  /// `place` [row] -> place in the elimination (empty: as it is). `squared_norms` [block]: |g|^2, empty where they
+  /// change.
+  GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place, Triangle triangle,
+             std::span<const double> squared_norms = {});
 
   const std::vector<int>& column_start() const { return start_; }
   const std::vector<int>& rows() const { return rows_; }
 
-  /// Cost a slot: 6 numbers read, 1 written, 6 flops. With `norms_are_constant` the scale of the first call is kept.
-  void assemble(const double* blocks, bool norms_are_constant, double* values);
+  /// Cost a slot: 6 numbers read, 1 written, 6 flops; without constant norms 2 more reads and flops.
+  void assemble(const double* blocks, double* values);
 
   /// scale_i by place in the elimination, of the last `assemble`.
   const std::vector<double>& scale() const { return scale_; }
@@ -51,7 +54,7 @@ class GatherPlan {
     int slot;
     Term term;
   };
-  void gather(const double* blocks, double* values) const;
+  void scale_weights();
 
   std::vector<int> start_, rows_;
   std::vector<int> diagonal_;      // [column] its slot

@@ -4,12 +4,15 @@ namespace tanor::cli {
 
 namespace {
 
-// Measured on chains and nets of 1e4 to 1e6 rods, one thread (bench/): passes over points and rods, and the speed of
-// CHOLMOD's numeric factorization.
-constexpr double seconds_per_point = 40e-9;
-constexpr double seconds_per_equation = 60e-9;
-constexpr double simplicial_flops = 0.6e9;
-constexpr double supernodal_flops = 10e9;
+// One thread of a 2.6 GHz EPYC, bench/phases, minima over chains of 1e4 and 3e5 rods and nets of 30^2 to 300^2 beads:
+// evaluate, assemble and reactions take 15 to 25 ns an equation; the formula gives 0.6 to 1.1 of a factorization and
+// 0.8 (chains) to 3.4 (small nets) of a solve. The time per point is from whole runs: of steps of chains, nets and a
+// melt, each method, the formula gives 0.8 to 1.6.
+constexpr double seconds_per_point = 15e-9;  // forces, sums of vectors
+constexpr double seconds_per_equation = 20e-9;
+constexpr double factor_seconds_per_nonzero = 10e-9;
+constexpr double factor_flops = 5e9;
+constexpr double solve_seconds_per_nonzero = 5e-9;
 
 int count_solves(Method method) {
   switch (method) {
@@ -32,15 +35,15 @@ Method choose_method(const MotionOptions& motion) {
 }
 
 StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method method) {
-  const double speed = plan.factorization.find("supernodal") != std::string::npos ? supernodal_flops : simplicial_flops;
   const double points = static_cast<double>(num_points), equations = static_cast<double>(plan.equations);
   const double factor_nonzeros = static_cast<double>(plan.factor_nonzeros);
 
   StepCost cost;
   cost.solves = count_solves(method);
-  // One pass over the points and rows, one factorization, one forward and one back substitution (4 flops a nonzero).
-  const double pass = points * seconds_per_point + equations * seconds_per_equation;
-  cost.seconds = cost.solves * (pass + (plan.factor_flops + 4.0 * factor_nonzeros) / speed);
+  // One pass over points and equations, one factorization, one forward and one back substitution.
+  cost.seconds =
+      cost.solves * (points * seconds_per_point + equations * seconds_per_equation + plan.factor_flops / factor_flops +
+                     factor_nonzeros * (factor_seconds_per_nonzero + solve_seconds_per_nonzero));
   // L and S with 4-byte indices; about 20 state vectors of 3n.
   cost.bytes = 12.0 * (factor_nonzeros + static_cast<double>(plan.pattern_nonzeros)) + 20.0 * 24.0 * points;
   return cost;

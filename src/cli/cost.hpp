@@ -9,7 +9,7 @@ namespace tanor::cli {
 /// Rough cost of one step, before any number was computed.
 struct StepCost {
   int solves = 0;        ///< factorizations of S, each with its evaluation
-  double seconds = 0.0;  ///< one thread of a 2.5 GHz machine; trust the order of magnitude
+  double seconds = 0.0;  ///< one thread of a 2.5 GHz machine, within a factor of 2
   double bytes = 0.0;    ///< of the matrices and the state
 };
 

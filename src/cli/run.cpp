@@ -9,7 +9,6 @@
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_times.hpp"
-#include "cli/resume.hpp"
 #include "cli/run_folder.hpp"
 #include "report/progress.hpp"
 #include "scene/scene.hpp"
@@ -54,14 +53,24 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   RunPlan plan;
   plan.begin = begin;
   plan.directory = options.out.value_or(default_directory(scene.name));
-  plan.fingerprint = report::make_fingerprint(options.scene, scene.system);
+  plan.fingerprint = report::make_fingerprint(scene.files, scene.system);
   if (!options.resume) return plan;
   plan.before = report::read_checkpoint(plan.directory, plan.fingerprint, scene.system.num_points());
-  if (plan.before && plan.before->report.time > scene.t_end) {
+  if (plan.before && plan.before->snapshot.time > scene.t_end) {
     throw InputError(plan.directory.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
-                                                          plan.before->report.time, scene.t_end));
+                                                          plan.before->snapshot.time, scene.t_end));
   }
   return plan;
+}
+
+/// At the scene's start, or where an interrupted run stopped. Takes the scene's system.
+Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
+  Simulation simulation =
+      naming_file(scene->file, [&] { return Simulation(std::move(scene->system), scene->motion, scene->solver); });
+  if (plan.before) {
+    naming_file(plan.directory / "checkpoint", [&] { simulation.restore(plan.before->snapshot); });
+  }
+  return simulation;
 }
 
 /// Why a run ended; no words when it reached its end.
@@ -127,8 +136,7 @@ ExitCode execute(const RunOptions& options) {
   const auto begin = RunPlan::Clock::now();
   scene::Scene scene = load_scene(options);
   const RunPlan plan = plan_run(options, scene, begin);
-  Simulation simulation = naming_file(
-      options.scene, [&] { return make_simulation(std::move(scene.system), scene.motion, scene.solver, plan.before); });
+  Simulation simulation = make_simulation(&scene, plan);
 
   // Nothing was written so far.
   RunFolder folder(plan, scene, simulation);

@@ -1,7 +1,6 @@
 #include "cli/run_folder.hpp"
 
 #include "cli/machine.hpp"
-#include "cli/resume.hpp"
 #include "report/output_file.hpp"
 #include "report/page.hpp"
 
@@ -43,7 +42,7 @@ constexpr int publishing_share = 20;  // one twentieth
 
 RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation)
     : directory_(plan.directory),
-      before_(plan.before),
+      earlier_(plan.before ? plan.before->wall : report::WallTimes()),
       begin_(plan.begin),
       facts_(collect_facts(scene, simulation)),
       trajectory_(open_trajectory(plan, scene, simulation.system())),
@@ -63,9 +62,8 @@ std::string RunFolder::finish(const Simulation& simulation) {
   publish(simulation);
   output_ += seconds_since(begin);
   facts_.wall = measure_wall();
-  const MotionReport report = add_reports(before_, simulation.report());
-  report::write_summary(directory_, facts_, simulation, report);
-  const std::string page = report::format_page(facts_, simulation, report);
+  report::write_summary(directory_, facts_, simulation);
+  const std::string page = report::format_page(facts_, simulation);
   report::replace_file(directory_ / "report.txt",
                        [&](report::OutputFile* file) { file->write(std::string_view(page)); });
   return page;
@@ -77,10 +75,8 @@ void RunFolder::publish(const Simulation& simulation) {
   trajectory_.write_collection();
   if (facts_.has_started) {
     checkpoint_.trajectory = trajectory_.mark();
-    checkpoint_.report = add_reports(before_, simulation.report());
     checkpoint_.wall = measure_wall();
-    checkpoint_.positions.assign(simulation.positions().begin(), simulation.positions().end());
-    checkpoint_.velocities.assign(simulation.velocities().begin(), simulation.velocities().end());
+    checkpoint_.snapshot = simulation.snapshot();
     report::write_checkpoint(directory_, checkpoint_);
   }
   const auto end = RunPlan::Clock::now();
@@ -88,10 +84,9 @@ void RunFolder::publish(const Simulation& simulation) {
 }
 
 report::WallTimes RunFolder::measure_wall() const {
-  const report::WallTimes earlier = before_ ? before_->wall : report::WallTimes();
-  return {.total = earlier.total + seconds_since(begin_),
-          .setup = earlier.setup + setup_,
-          .output = earlier.output + output_};
+  return {.total = earlier_.total + seconds_since(begin_),
+          .setup = earlier_.setup + setup_,
+          .output = earlier_.output + output_};
 }
 
 }  // namespace tanor::cli

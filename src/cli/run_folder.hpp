@@ -25,7 +25,7 @@ struct RunPlan {
 };
 
 /// The folder of a run: its trajectory, its checkpoint and, at the end, its summary. A run that was resumed is told of
-/// as one: steps, times and work are sums over its parts.
+/// as one, over all its parts.
 class RunFolder {
  public:
   /// Makes the folder; nothing is written before.
@@ -43,7 +43,7 @@ class RunFolder {
   report::WallTimes measure_wall() const;
 
   std::filesystem::path directory_;
-  std::optional<report::Checkpoint> before_;
+  report::WallTimes earlier_;  ///< of the parts before this one
   RunPlan::Clock::time_point begin_;
   report::RunFacts facts_;
   report::Trajectory trajectory_;

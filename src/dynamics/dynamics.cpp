@@ -20,7 +20,11 @@ void check_size(std::span<const double> array, std::size_t wanted, const char* n
 /// One gather, one scatter: the host's arrays are read and written once a call.
 struct Dynamics::Implementation {
   NormalForm form;
-  std::vector<double> r, v, w, eta;  // inner order; eta serves as scratch too
+  // In the inner order, the last solve …
+  double t = 0.0;
+  std::vector<double> r, v, w, eta;
+  // … and what the other calls work on.
+  std::vector<double> x, y, before;
 
   Implementation(System system, SolverOptions options)
       : form(std::move(system), options), r(form.size()), v(form.size()), w(form.size()), eta(form.size()) {
@@ -29,14 +33,18 @@ struct Dynamics::Implementation {
 
   const Numbering& numbering() const { return form.numbering(); }
 
-  void gather(double t, std::span<const double> positions, std::span<const double> velocities) {
+  /// Positions and velocities (where there are some), with what is prescribed at supports.
+  void gather(double time, std::span<const double> positions, std::span<const double> velocities,
+              std::vector<double>* inner_r, std::vector<double>* inner_v) {
     check_size(positions, form.size(), "positions");
-    numbering().gather_points(positions, r);
+    inner_r->resize(form.size());
+    inner_v->resize(form.size());
+    numbering().gather_points(positions, *inner_r);
     if (!velocities.empty()) {
       check_size(velocities, form.size(), "velocities");
-      numbering().gather_points(velocities, v);
+      numbering().gather_points(velocities, *inner_v);
     }
-    form.prescribe_all(t, r.data(), v.data());
+    form.prescribe_all(time, inner_r->data(), inner_v->data());
   }
 };
 
@@ -57,10 +65,12 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
                             std::span<double> accelerations, std::span<double> multipliers,
                             std::span<double> reactions) {
   Implementation& self = *implementation_;
-  self.gather(t, positions, velocities);
+  self.gather(t, positions, velocities, &self.r, &self.v);
+  self.t = t;
   (void)self.form.accelerations(t, self.r.data(), self.v.data(), Gradients::Evaluate, self.w.data());
   const SolveReport report = self.form.last_solve();
   if (!report.outcome.ok()) return report;
+  self.form.reactions(self.eta.data());
   if (!accelerations.empty()) {
     check_size(accelerations, self.form.size(), "accelerations");
     self.numbering().scatter_points(self.w, accelerations);
@@ -71,7 +81,6 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   }
   if (!reactions.empty()) {
     check_size(reactions, self.form.size(), "reactions");
-    self.form.reactions(self.eta.data());
     self.numbering().scatter_points(self.eta, reactions);
   }
   return report;
@@ -83,10 +92,14 @@ void Dynamics::active_forces(std::span<double> forces) const {
 }
 
 void Dynamics::support_forces(std::span<double> forces) const {
-  Implementation& self = *implementation_;
+  const Implementation& self = *implementation_;
   check_size(forces, self.form.size(), "forces");
-  self.form.support_forces(self.eta.data());
-  self.numbering().scatter_points(self.eta, forces);
+  const std::vector<double>& f = self.form.active_forces();
+  const Numbering& numbering = self.numbering();
+  for (std::size_t i = 0; i < numbering.num_points(); ++i) {
+    const bool moves = i < numbering.num_moving;
+    store(forces.data(), numbering.user_point[i], moves ? Vec3{} : load(self.eta.data(), i) + load(f.data(), i));
+  }
 }
 
 Outcome Dynamics::split(std::span<double> tangent_accelerations, std::span<double> normal_accelerations) {
@@ -94,7 +107,9 @@ Outcome Dynamics::split(std::span<double> tangent_accelerations, std::span<doubl
   check_size(tangent_accelerations, self.form.size(), "tangent accelerations");
   check_size(normal_accelerations, self.form.size(), "normal accelerations");
   std::vector<double> normal(self.form.size());
-  if (Outcome outcome = self.form.normal_accelerations(self.r.data(), self.v.data(), normal.data()); !outcome.ok()) {
+  self.form.prescribe_all(self.t, self.r.data(), self.v.data());
+  if (Outcome outcome = self.form.normal_accelerations(self.t, self.r.data(), self.v.data(), normal.data());
+      !outcome.ok()) {
     return outcome;
   }
   self.numbering().scatter_points(normal, normal_accelerations);
@@ -108,49 +123,50 @@ Outcome Dynamics::split(std::span<double> tangent_accelerations, std::span<doubl
 
 ProjectionReport Dynamics::project_positions(double t, std::span<double> positions) {
   Implementation& self = *implementation_;
-  self.gather(t, positions, {});
-  self.eta = self.r;
+  self.gather(t, positions, {}, &self.x, &self.y);
+  self.before = self.x;
   ProjectionReport report;
-  report.outcome = self.form.linearise(t, self.r.data());
-  if (report.outcome.ok()) report = self.form.project_positions(t, self.r.data());
-  if (report.outcome.ok()) self.numbering().scatter_points(self.r, positions);
-  report.correction = self.form.largest_move(self.r.data(), self.eta.data());
+  report.outcome = self.form.linearise(t, self.x.data());
+  if (report.outcome.ok()) report = self.form.project_positions(t, self.x.data());
+  if (report.outcome.ok()) self.numbering().scatter_points(self.x, positions);
+  report.correction = self.form.largest_move(self.x.data(), self.before.data());
   return report;
 }
 
 ProjectionReport Dynamics::project_velocities(double t, std::span<const double> positions,
                                               std::span<double> velocities) {
   Implementation& self = *implementation_;
-  self.gather(t, positions, velocities);
-  self.eta = self.v;
+  self.gather(t, positions, velocities, &self.x, &self.y);
+  self.before = self.y;
   ProjectionReport report;
-  report.outcome = self.form.linearise(t, self.r.data());
-  if (report.outcome.ok()) report = self.form.project_velocities(t, self.r.data(), self.v.data());
-  if (report.outcome.ok()) self.numbering().scatter_points(self.v, velocities);
-  report.correction = self.form.largest_move(self.v.data(), self.eta.data());
+  report.outcome = self.form.linearise(t, self.x.data());
+  if (report.outcome.ok()) report = self.form.project_velocities(t, self.x.data(), self.y.data());
+  if (report.outcome.ok()) self.numbering().scatter_points(self.y, velocities);
+  report.correction = self.form.largest_move(self.y.data(), self.before.data());
   return report;
 }
 
 StartReport Dynamics::start(double t, std::span<double> positions, std::span<double> velocities, StartMode mode) {
   Implementation& self = *implementation_;
-  self.gather(t, positions, velocities);
-  const StartReport report = self.form.start(t, self.r.data(), self.v.data(), mode);
+  self.gather(t, positions, velocities, &self.x, &self.y);
+  const StartReport report = self.form.start(t, self.x.data(), self.y.data(), mode);
   if (report.outcome.ok()) {
-    self.numbering().scatter_points(self.r, positions);
-    self.numbering().scatter_points(self.v, velocities);
+    self.numbering().scatter_points(self.x, positions);
+    self.numbering().scatter_points(self.y, velocities);
   }
   return report;
 }
 
 double Dynamics::position_violation(double t, std::span<const double> positions) {
-  implementation_->gather(t, positions, {});
-  return implementation_->form.position_violation(t, implementation_->r.data());
+  Implementation& self = *implementation_;
+  self.gather(t, positions, {}, &self.x, &self.y);
+  return self.form.position_violation(t, self.x.data());
 }
 
 double Dynamics::velocity_violation(double t, std::span<const double> positions, std::span<const double> velocities) {
   Implementation& self = *implementation_;
-  self.gather(t, positions, velocities);
-  return self.form.velocity_violation(t, self.r.data(), self.v.data());
+  self.gather(t, positions, velocities, &self.x, &self.y);
+  return self.form.velocity_violation(t, self.x.data(), self.y.data());
 }
 
 }  // namespace tanor

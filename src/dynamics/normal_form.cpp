@@ -53,7 +53,7 @@ NormalForm::NormalForm(System system, SolverOptions options, double t)
       inverse_mass_(inverses(mass_)),
       incidences_(constraints_.list_incidences()),
       gather_(incidences_, numbering_.num_points()),
-      solver_(incidences_, inverse_mass_, numbering_, options.ordering, constraints_.gradient_norms_are_constant()),
+      solver_(incidences_, inverse_mass_, numbering_, options.ordering, constraints_.squared_gradient_norms()),
       support_accelerations_(3 * (numbering_.num_points() - numbering_.num_moving), 0.0),
       time_(t),
       blocks_(3 * constraints_.num_blocks()),
@@ -95,8 +95,10 @@ void NormalForm::plan_what_is_left_out() {
   auto& left_out = plan_.left_out;
   left_out.push_back("friction stage: constraints are ideal");
   left_out.push_back("tangent form: no coordinates are given");
-  if (num_rows() == 0) left_out.push_back("factorization: no constraints");
-  else if (constraints_.gradients_are_constant()) left_out.push_back("refactorization: K is constant");
+  if (num_rows() == 0)
+    left_out.push_back("factorization: no constraints");
+  else if (constraints_.gradients_are_constant())
+    left_out.push_back("refactorization: K is constant");
   if (constraints_.gradient_norms_are_constant()) left_out.push_back("rescaling of S: its diagonal is constant");
   if (!constraints_.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
   if (moving_supports_.empty()) left_out.push_back("support motion: every support is fixed");
@@ -104,10 +106,12 @@ void NormalForm::plan_what_is_left_out() {
   if (!forces_.has_springs()) left_out.push_back("spring forces: none");
 }
 
-// ---- one instant ------------------------------------------------------------------------------------------------------
+// ---- one instant
+// ------------------------------------------------------------------------------------------------------
 
 void NormalForm::set_time(double t) {
   if (t == time_) return;
+  time_ = std::numeric_limits<double>::quiet_NaN();  // should a table end before t: no time at all
   constraints_.set_time(t);
   time_ = t;
 }
@@ -124,7 +128,9 @@ void NormalForm::prescribe(const std::vector<PrescribedPoints>& supports, double
   }
 }
 
-void NormalForm::prescribe(double t, double* r, double* v) { prescribe(moving_supports_, t, r, v); }
+void NormalForm::prescribe(double t, double* r, double* v) {
+  prescribe(moving_supports_, t, r, v);
+}
 
 void NormalForm::prescribe_all(double t, double* r, double* v) {
   prescribe(fixed_supports_, t, r, v);
@@ -193,8 +199,8 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
     const Stopwatch watch(&times_.evaluate);
     scale = evaluate_free(t, r, v, w);
     // b = phi + K'w0
-    const double largest_b = constraints_.evaluate_right_side(parallel_, r, v, w, right_side_.data(),
-                                                              fresh ? blocks_.data() : nullptr);
+    const double largest_b =
+        constraints_.evaluate_right_side(parallel_, r, v, w, right_side_.data(), fresh ? blocks_.data() : nullptr);
     scale = larger(scale, largest_b);
   }
   last_.residual = 0.0;
@@ -243,14 +249,17 @@ std::string NormalForm::name_row(std::size_t inner_row) const {
   return equation_name(system_, static_cast<std::size_t>(numbering_.user_row[inner_row]));
 }
 
-// ---- projections ------------------------------------------------------------------------------------------------------
+// ---- projections
+// ------------------------------------------------------------------------------------------------------
 
 /// |xi|/length cannot be smaller than the rounding of the positions: eps |r|/L.
 double NormalForm::rounding_floor(const double* r) const {
   return 4.0 * eps * std::max(1.0, largest(parallel_, numbering_.num_points(), r) / smallest_length_);
 }
 
-ProjectionReport NormalForm::project_positions(double t, double* r) { return iterate_onto_positions(t, r, nullptr); }
+ProjectionReport NormalForm::project_positions(double t, double* r) {
+  return iterate_onto_positions(t, r, nullptr);
+}
 
 ProjectionReport NormalForm::project_step(double t, double h, double* r, double* step_velocity) {
   // The sum of the multipliers is h^2 times a smooth function of time (half of lambda): extrapolated from the last two
@@ -348,47 +357,83 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
   }
 }
 
-ProjectionReport NormalForm::project_far(double t, double* r) {
+/// Some place on xi = 0, from anywhere: Newton's method in small moves, the last digits by chord iterations.
+ProjectionReport NormalForm::reach_constraints(double t, double* r) {
   set_time(t);
-  ProjectionReport report;
-  if (num_rows() == 0) return report;
-  // Nearest point to r* in the M-norm: r = r* + M^-1 K(r) mu with xi(r) = 0. Iterated, K at the last r:
-  //   S mu = -xi - K'(r* - r),  r <- r* + M^-1 K mu
   constexpr int most_iterations = 100;
-  const std::vector<double> wanted(r, r + size());
-  std::vector<double> difference(size()), next(size());
-  for (;; ++report.iterations) {
-    report.violation = constraints_.evaluate_values(parallel_, r, rows_.data());
-    if (!std::isfinite(report.violation)) {
-      report.outcome = not_finite(t);
-      return report;
-    }
-    if (report.iterations == most_iterations) {
-      report.outcome = {Status::NotConverged, "no admissible start found: the violation is still " +
-                                                  text(report.violation) + " after " +
-                                                  std::to_string(most_iterations) + " iterations"};
-      return report;
-    }
-    if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
-    for (std::size_t i = 0; i < size(); ++i) difference[i] = wanted[i] - r[i];
-    std::vector<double>& mu = right_side_;
-    constraints_.apply_transposed(parallel_, blocks_.data(), difference.data(), rows_.data(), mu.data());
-    next = wanted;
-    correct(mu.data(), next.data());
-    // Far away a full step may overshoot: at most a quarter of the scene at once.
-    const double step = largest_move(next.data(), r);
-    const double damping = std::min(1.0, 0.25 * scene_size_ / step);
+  constexpr double near = 0.1;
+  std::vector<double> next(size());
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    const double violation = constraints_.evaluate_values(parallel_, r, rows_.data());
+    if (violation <= near || !std::isfinite(violation)) break;
+    if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome), 0.0, violation, iteration};
+    std::copy(r, r + size(), next.begin());
+    correct(rows_.data(), next.data());
+    // A full step may overshoot: at most a quarter of the scene at once.
+    const double damping = std::min(1.0, 0.25 * scene_size_ / largest_move(next.data(), r));
     for (std::size_t i = 0; i < size(); ++i) r[i] += damping * (next[i] - r[i]);
-    if (step <= std::max(1e-13 * scene_size_, rounding_floor(r) * smallest_length_)) break;
   }
-  // The last digits of xi = 0 itself.
-  const int iterations = report.iterations;
-  report = project_positions(t, r);
-  report.iterations += iterations;
+  if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome)};
+  return project_positions(t, r);
+}
+
+/// d = (I - M^-1 K S^-1 K')(r* - r): minus the slope of |r - r*|^2/2 on xi = 0, all in the M-norm.
+Outcome NormalForm::slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d) {
+  if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
+  for (std::size_t i = 0; i < size(); ++i) d[i] = wanted[i] - r[i];
+  constraints_.apply_transposed(parallel_, blocks_.data(), d, nullptr, rows_.data());
+  correct(rows_.data(), d);
+  return {};
+}
+
+ProjectionReport NormalForm::project_far(double t, double* r) {
+  if (num_rows() == 0) return {};
+  const std::vector<double> wanted(r, r + size());
+  ProjectionReport report = reach_constraints(t, r);
+  if (!report.outcome.ok()) return report;
+
+  // Down the slope along xi = 0; full steps where r* is near, step lengths of Barzilai & Borwein (1988) where the
+  // curvature of the constraints counts: s's/s'y with s the last move and y the change of the slope.
+  constexpr int most_iterations = 1000;
+  const auto product = [&](const auto& a, const auto& b) {
+    return sum_in_order(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(&a[0], i), load(&b[0], i)); });
+  };
+  const auto distance = [&](const double* x) {
+    return sum_in_order(num_moving(), [&](std::size_t i) {
+      const Vec3 away = load(x, i) - load(wanted.data(), i);
+      return mass_[i] * dot(away, away);
+    });
+  };
+  const std::vector<double> zero(size(), 0.0);
+  std::vector<double> d(size()), trial(size()), trial_d(size());
+  if (report.outcome = slope_towards(wanted, t, r, d.data()); !report.outcome.ok()) return report;
+  double length = 1.0;
+  for (; report.iterations < most_iterations && length > 1e-6; ++report.iterations) {
+    const double nearly_0 =
+        std::max({1e-10 * largest_move(r, wanted.data()), 1e-13 * scene_size_, rounding_floor(r) * smallest_length_});
+    if (largest_move(d.data(), zero.data()) <= nearly_0) break;
+    for (std::size_t i = 0; i < size(); ++i) trial[i] = r[i] + length * d[i];
+    const ProjectionReport reached = project_positions(t, trial.data());
+    const bool is_nearer = reached.outcome.ok() && distance(trial.data()) <= (1.0 + 8.0 * eps) * distance(r);
+    if (!is_nearer || !slope_towards(wanted, t, trial.data(), trial_d.data()).ok()) {
+      length *= 0.25;
+      continue;
+    }
+    report.violation = reached.violation;
+    for (std::size_t i = 0; i < size(); ++i) {
+      d[i] -= trial_d[i];
+      r[i] = trial[i] - r[i];
+    }
+    const double curvature = product(r, d);
+    length = curvature > 0.0 ? product(r, r) / curvature : 1.0;
+    std::copy(trial.begin(), trial.end(), r);
+    d = trial_d;
+  }
   return report;
 }
 
-// ---- start ------------------------------------------------------------------------------------------------------------
+// ---- start
+// ------------------------------------------------------------------------------------------------------------
 
 StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
   set_time(t);
@@ -410,18 +455,19 @@ StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
     constraints_.measure(r, v, position.data(), velocity.data());
     const auto worst_position = std::max_element(position.begin(), position.end());
     if (!(*worst_position <= allowed)) {
-      throw InputError("/motion/start", "the initial positions violate " +
-                                            name_row(static_cast<std::size_t>(worst_position - position.begin())) +
-                                            " by " + text(*worst_position) +
-                                            " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
+      throw InputError(
+          "/motion/start",
+          "the initial positions violate " + name_row(static_cast<std::size_t>(worst_position - position.begin())) +
+              " by " + text(*worst_position) +
+              " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
     }
     const auto worst_velocity = std::max_element(velocity.begin(), velocity.end());
     if (!(*worst_velocity <= allowed * velocity_scale_)) {
-      throw InputError("/motion/start", "the initial velocities violate " +
-                                            name_row(static_cast<std::size_t>(worst_velocity - velocity.begin())) +
-                                            " by " + text(*worst_velocity) + ", the velocity scale is " +
-                                            text(velocity_scale_) +
-                                            "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
+      throw InputError(
+          "/motion/start",
+          "the initial velocities violate " + name_row(static_cast<std::size_t>(worst_velocity - velocity.begin())) +
+              " by " + text(*worst_velocity) + ", the velocity scale is " + text(velocity_scale_) +
+              "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
     }
   }
 
@@ -439,35 +485,43 @@ StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
   if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
   report.outcome = project_velocities(t, r, v).outcome;
   report.velocity_correction = largest_move(v, v_given.data());
-  report.relative =
-      std::max(report.position_correction / scene_size_, report.velocity_correction / velocity_scale_);
+  report.relative = std::max(report.position_correction / scene_size_, report.velocity_correction / velocity_scale_);
   return report;
 }
 
-// ---- outputs ----------------------------------------------------------------------------------------------------------
+void NormalForm::resume(const Counters& counters, const PhaseTimes& times) {
+  std::fill(step_multipliers_.last.begin(), step_multipliers_.last.end(), 0.0);
+  std::fill(step_multipliers_.before.begin(), step_multipliers_.before.end(), 0.0);
+  counters_ = counters;
+  times_ = times;
+}
 
-Outcome NormalForm::normal_accelerations(const double* r, const double* v, double* w_normal) {
+// ---- outputs
+// ----------------------------------------------------------------------------------------------------------
+
+Outcome NormalForm::normal_accelerations(double t, const double* r, const double* v, double* w_normal) {
+  set_time(t);
   std::fill(w_normal, w_normal + size(), 0.0);
   if (num_rows() == 0) return {};
   std::vector<double> unit(inverse_mass_);
   for (double& mass : unit) mass = mass > 0.0 ? 1.0 : 0.0;
+  // phi, with the supports' accelerations in it
+  std::vector<double> blocks(blocks_.size()), given(size(), 0.0), phi(num_rows());
+  std::copy(support_accelerations_.begin(), support_accelerations_.end(), given.data() + 3 * num_moving());
+  constraints_.evaluate_right_side(parallel_, r, v, given.data(), phi.data(), blocks.data());
   // Gamma has the pattern of S: the same machinery with unit masses.
-  NormalSolver gamma(incidences_, unit, numbering_, Ordering::Auto, constraints_.gradient_norms_are_constant());
-  gamma.assemble(parallel_, blocks_.data());
+  NormalSolver gamma(incidences_, unit, numbering_, Ordering::Auto, constraints_.squared_gradient_norms());
+  gamma.assemble(parallel_, blocks.data());
   const NormalSolver::Quality quality = gamma.factorize(parallel_);
   if (!quality.positive_definite || quality.reciprocal_condition <= NormalSolver::singular_below) {
     return {Status::Singular, "Gamma = K'K is singular at " + name_row(quality.weakest_row)};
   }
-  // phi, with the supports' accelerations in it
-  std::vector<double> given(size(), 0.0), phi(num_rows()), x(num_rows());
-  std::copy(support_accelerations_.begin(), support_accelerations_.end(), given.data() + 3 * num_moving());
-  constraints_.evaluate_right_side(parallel_, r, v, given.data(), phi.data(), nullptr);
   // w_N = -K Gamma^-1 phi (21), refined once: rho = K'w_N + phi
-  x = phi;
+  std::vector<double> x = phi;
   for (int pass = 0; pass < 2; ++pass) {
     gamma.solve_negative(parallel_, x.data(), x.data());
-    gather_.add_scaled(parallel_, blocks_.data(), x.data(), unit.data(), num_moving(), w_normal);
-    constraints_.apply_transposed(parallel_, blocks_.data(), w_normal, phi.data(), x.data());
+    gather_.add_scaled(parallel_, blocks.data(), x.data(), unit.data(), num_moving(), w_normal);
+    constraints_.apply_transposed(parallel_, blocks.data(), w_normal, phi.data(), x.data());
   }
   return {};
 }
@@ -493,8 +547,9 @@ Power NormalForm::power(const double* r, const double* v) const {
   Power result;
   if (is_rheonomic()) {
     // eta'v on the moving points, eta = M (w - w0); and what supports do through springs
-    result.supports = sum_in_order(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(dw_.data(), i), load(v, i)); }) +
-                      forces_.spring_power_of_supports(r, v);
+    result.supports =
+        sum_in_order(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(dw_.data(), i), load(v, i)); }) +
+        forces_.spring_power_of_supports(r, v);
   }
   if (forces_.has_work()) result.forces = forces_.power(r, v);
   return result;

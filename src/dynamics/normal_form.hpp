@@ -49,10 +49,12 @@ class NormalForm final : public Mechanics {
 
   /// Nearest consistent start in the M-norm; `StartMode::Check` throws InputError naming the worst constraint.
   StartReport start(double t, double* r, double* v, StartMode mode);
+  /// Goes on with a motion from elsewhere: its earlier steps are unknown, the work is counted on.
+  void resume(const Counters& counters, const PhaseTimes& times);
   /// Nearest point of xi = 0 to r in the M-norm, however far.
   ProjectionReport project_far(double t, double* r);
-  /// w_N = -K Gamma^-1 phi (21) at the state of the last `accelerations`, whose r, v are given again.
-  Outcome normal_accelerations(const double* r, const double* v, double* w_normal);
+  /// w_N = -K Gamma^-1 phi (21), with what is prescribed at t in r and v.
+  Outcome normal_accelerations(double t, const double* r, const double* v, double* w_normal);
 
   double position_violation(double t, const double* r);
   double velocity_violation(double t, const double* r, const double* v);
@@ -91,6 +93,8 @@ class NormalForm final : public Mechanics {
   Outcome factorize(double t);
   void correct(double* rows, double* points);
   ProjectionReport iterate_onto_positions(double t, double* r, double* sum);
+  ProjectionReport reach_constraints(double t, double* r);
+  Outcome slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d);
   std::string name_row(std::size_t inner_row) const;
   double rounding_floor(const double* r) const;
   Outcome not_finite(double t) const;

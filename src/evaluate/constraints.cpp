@@ -298,6 +298,21 @@ bool Constraints::gradient_norms_are_constant() const {
   return std::get<Family<AngleKernel>>(families_).size() == 0;
 }
 
+std::vector<double> Constraints::squared_gradient_norms() const {
+  if (!gradient_norms_are_constant()) return {};
+  std::vector<double> result(num_blocks_, 1.0);
+  const auto& pulleys = std::get<Family<PulleyKernel>>(families_);
+  for (std::size_t k = 0; k < pulleys.size(); ++k) {
+    const double ratio = pulleys.kernel.wheels[static_cast<std::size_t>(pulleys.kernel.geometry[k])].ratio;
+    result[static_cast<std::size_t>(pulleys.first_block) + 2 * k + 1] = ratio * ratio;
+  }
+  const auto& linears = std::get<LinearFamily>(families_);
+  for (std::size_t k = 0; k < linears.points.size(); ++k) {
+    result[static_cast<std::size_t>(linears.first_block) + k] = dot(linears.coefficients[k], linears.coefficients[k]);
+  }
+  return result;
+}
+
 void Constraints::set_time(double t) {
   for_each_family([&](auto& family) { kernel_of(family).set_time(t); });
 }

@@ -24,6 +24,8 @@ class Constraints {
   bool gradients_are_constant() const;
   /// |gradient| never changes, so the diagonal of S does not either.
   bool gradient_norms_are_constant() const;
+  /// Then |g|^2 of each block of K, exact; else empty.
+  std::vector<double> squared_gradient_norms() const;
 
   void set_time(double t);
 

@@ -287,8 +287,9 @@ struct AngleKernel {
                       {dot(u1, w) + dot(u, w1) - wanted.first},
                       {dot(u2, w) + 2.0 * dot(u1, w1) + dot(u, w2) - wanted.second},
                       {grad_i, -(grad_i + grad_k), grad_k}};
-    local.gradient_norm = std::sqrt(std::max({dot(grad_i, grad_i), dot(grad_k, grad_k),
-                                              dot(local.gradient[1], local.gradient[1])}));
+    // A straight angle has no gradient: rounding's share of 1/length keeps ratios finite there.
+    constexpr double rounding = 1e-16;
+    local.gradient_norm = std::max({norm(grad_i), norm(grad_k), norm(local.gradient[1]), rounding / a.value});
     return local;
   }
 };

@@ -36,10 +36,14 @@ std::string_view method_name(Method method) {
 
 std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics) {
   switch (method) {
-    case Method::Rk4: return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
-    case Method::Dopri5: return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
-    case Method::Rattle: return std::make_unique<Rattle>(mechanics);
-    case Method::Auto: break;
+    case Method::Rk4:
+      return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
+    case Method::Dopri5:
+      return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
+    case Method::Rattle:
+      return std::make_unique<Rattle>(mechanics);
+    case Method::Auto:
+      break;
   }
   ensure(false, "auto is resolved before a scheme is made");
   return nullptr;

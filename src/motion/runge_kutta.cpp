@@ -66,7 +66,7 @@ namespace {
 void combine(const Parallel& parallel, std::size_t n, const double* base, double s, const double* shift,
              std::span<const double> weights, double factor, std::span<const double* const> terms, double* y) {
   constexpr std::size_t piece = 512;
-  parallel.for_ranges((n + piece - 1) / piece, [&](std::size_t first, std::size_t last) {
+  const auto combine_pieces = [&](std::size_t first, std::size_t last) {
     for (std::size_t begin = first * piece; begin < std::min(n, last * piece); begin += piece) {
       const std::size_t end = std::min(n, begin + piece);
       for (std::size_t i = begin; i < end; ++i) y[i] = base[i] + s * shift[i];
@@ -77,7 +77,8 @@ void combine(const Parallel& parallel, std::size_t n, const double* base, double
         for (std::size_t i = begin; i < end; ++i) y[i] += weight * term[i];
       }
     }
-  }, 16);
+  };
+  parallel.for_ranges((n + piece - 1) / piece, combine_pieces, 16);
 }
 
 }  // namespace
@@ -99,7 +100,8 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
   StepResult result;
   for (std::size_t i = 1; i < stages; ++i) {
     const double t = from.t + tableau_.c[i] * h;
-    combine(mechanics_.parallel(), n, from.x.data(), h * tableau_.c[i], from.v.data(), a_squared_[i], h * h, first(i), stage_x_.data());
+    combine(mechanics_.parallel(), n, from.x.data(), h * tableau_.c[i], from.v.data(), a_squared_[i], h * h, first(i),
+            stage_x_.data());
     combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), tableau_.a[i], h, first(i), stage_v_.data());
     mechanics_.prescribe(t, stage_x_.data(), stage_v_.data());
     result.outcome = mechanics_.accelerations(t, stage_x_.data(), stage_v_.data(), Gradients::Evaluate,

@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// An explicit Runge-Kutta method: stages c, A (strictly lower), weights b; e = b - b^ (empty: no error estimate), whose
-/// last entry belongs to a stage at the new point.
+/// An explicit Runge-Kutta method: stages c, A (strictly lower), weights b; e = b - b^ (empty: no error estimate),
+/// whose last entry belongs to a stage at the new point.
 struct Tableau {
   int order;
   std::vector<double> c;

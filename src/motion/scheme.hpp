@@ -37,16 +37,16 @@ class Scheme {
   /// A step leaves State::a at the new place (else it is computed where somebody asks).
   virtual bool knows_acceleration() const { return true; }
 
-  /// From `from` by h to `to` (a different object), whose time is given: from.t + h, rounded as the caller wants it. On a
-  /// failed outcome or an error above 1 the rest of `to` is meaningless, `from` stays good.
+  /// From `from` by h to `to` (a different object), whose time is given: from.t + h, rounded as the caller wants it. On
+  /// a failed outcome or an error above 1 the rest of `to` is meaningless, `from` stays good.
   virtual StepResult step(const State& from, double h, State* to) = 0;
 };
 
 /// The scheme of a method (not Auto) for a system of this size; rtol and atol of `options` enter the error estimate.
 std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics);
 
-/// After any step: positions, then velocities onto the constraints, then the acceleration at the new place; the factor at the
-/// new place serves the velocities, this acceleration and the next step.
+/// After any step: positions, then velocities onto the constraints, then the acceleration at the new place; the factor
+/// at the new place serves the velocities, this acceleration and the next step.
 StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state);
 
 }  // namespace tanor

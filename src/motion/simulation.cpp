@@ -1,10 +1,12 @@
 #include <tanor/motion.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "dynamics/normal_form.hpp"
+#include "motion/equal_steps.hpp"
 #include "motion/scheme.hpp"
 #include "motion/step_control.hpp"
 #include "system/text.hpp"
@@ -27,6 +29,31 @@ Method resolve(const MotionOptions& options) {
   return options.step > 0.0 ? Method::Rk4 : Method::Dopri5;
 }
 
+void check_snapshot(const Snapshot& snapshot, std::size_t size) {
+  const auto check_finite = [](const char* where, std::span<const double> numbers) {
+    const auto bad = std::find_if_not(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+    if (bad != numbers.end()) throw InputError(where, text(*bad) + " is not a finite number");
+  };
+  const auto check_points = [&](const char* where, const std::vector<double>& numbers) {
+    if (numbers.size() != size) {
+      throw InputError(where, "holds " + std::to_string(numbers.size()) + " numbers, the system's points have " +
+                                  std::to_string(size));
+    }
+    check_finite(where, numbers);
+  };
+  check_points("/snapshot/positions", snapshot.positions);
+  check_points("/snapshot/velocities", snapshot.velocities);
+  const EnergyReport& energy = snapshot.report.energy;
+  check_finite("/snapshot/time", std::array{snapshot.time});
+  check_finite("/snapshot/report/energy", std::array{energy.start, energy.work_of_supports, energy.work_of_forces});
+  const auto check_size = [](const char* where, double value) {
+    if (!(value >= 0.0 && std::isfinite(value)))
+      throw InputError(where, text(value) + " is not 0 or a positive number");
+  };
+  check_size("/snapshot/next_step", snapshot.next_step);
+  check_size("/snapshot/last_error", snapshot.last_error);
+}
+
 }  // namespace
 
 double EnergyReport::drift_relative() const {
@@ -40,7 +67,8 @@ struct Simulation::Implementation {
   std::unique_ptr<Scheme> scheme;
   State state, trial;
   StepControl control;
-  double next_step = 0.0;  // adaptive: wanted by the control; 0: not known yet
+  double next_step = 0.0;                         // adaptive: wanted by the control; 0: not known yet
+  double advance_begin = 0.0, advance_end = 0.0;  // of the last advance in equal steps
   Outcome outcome;
   MotionReport report;
   // The state in the user's order.
@@ -72,14 +100,53 @@ struct Simulation::Implementation {
     report.time = t_start;
     report.start = form.start(t_start, state.x.data(), state.v.data(), options.start);
     outcome = report.start.outcome;
-    trial = state;  // fixed supports stand in both
-    if (outcome.ok()) outcome = form.linearise(t_start, state.x.data());
-    if (outcome.ok()) {
-      outcome = form.accelerations(t_start, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
-    }
-    if (outcome.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
+    if (outcome.ok()) outcome = complete_state();
     measure_start();
     publish();
+  }
+
+  Snapshot snapshot() const {
+    Snapshot snapshot{.time = state.t,
+                      .positions = std::vector<double>(state.x.size()),
+                      .velocities = std::vector<double>(state.v.size()),
+                      .report = report,
+                      .next_step = next_step,
+                      .last_error = control.last_error(),
+                      .advance_begin = advance_begin,
+                      .advance_end = advance_end};
+    form.numbering().scatter_points(state.x, snapshot.positions);
+    form.numbering().scatter_points(state.v, snapshot.velocities);
+    return snapshot;
+  }
+
+  void restore(const Snapshot& snapshot) {
+    check_snapshot(snapshot, form.size());
+    report = snapshot.report;
+    report.method = resolve(options);
+    report.time = snapshot.time;
+    next_step = snapshot.next_step;
+    advance_begin = snapshot.advance_begin;
+    advance_end = snapshot.advance_end;
+    control = StepControl(scheme->order(), snapshot.last_error);
+    scheme = make_scheme(report.method, options, form);  // which remembers no other motion
+    form.resume(report.counters, report.times);
+
+    state.t = snapshot.time;
+    form.numbering().gather_points(snapshot.positions, state.x);
+    form.numbering().gather_points(snapshot.velocities, state.v);
+    state.work = {.supports = report.energy.work_of_supports, .forces = report.energy.work_of_forces};
+    form.prescribe_all(state.t, state.x.data(), state.v.data());
+    outcome = complete_state();
+    publish();
+  }
+
+  /// What belongs to a state whose t, x and v were given.
+  Outcome complete_state() {
+    Outcome found = form.linearise(state.t, state.x.data());
+    if (found.ok()) found = refresh(Gradients::Keep);
+    if (found.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
+    trial = state;  // fixed supports stand in both
+    return found;
   }
 
   void measure_start() {
@@ -167,13 +234,20 @@ struct Simulation::Implementation {
     return outcome;
   }
 
-  /// Steps of at most `options.step` that end exactly at t_end.
+  /// Steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes on
+  /// with its own steps.
   Outcome advance_in_equal_steps(double t_end, const Observer& observer) {
-    const double t_begin = state.t;
-    const double count = std::max(1.0, std::ceil((t_end - t_begin) / options.step - 1e-9));
-    const double h = (t_end - t_begin) / count;
-    for (double k = 1.0; k <= count; ++k) {
-      trial.t = k == count ? t_end : t_begin + k * h;
+    EqualSteps steps(advance_begin, t_end, options.step);
+    double k = steps.nearest(state.t);
+    if (advance_end != t_end || steps.time(k) != state.t) {
+      steps = EqualSteps(state.t, t_end, options.step);
+      k = 0.0;
+    }
+    advance_begin = steps.begin();
+    advance_end = t_end;
+    const double h = steps.length();
+    while (k < steps.count()) {
+      trial.t = steps.time(++k);
       const StepResult step = scheme->step(state, h, &trial);
       if (!step.outcome.ok()) return step.outcome;
       std::swap(state, trial);
@@ -226,16 +300,45 @@ Outcome Simulation::advance(double t_end, const Observer& observer) {
   return implementation_->advance(t_end, observer);
 }
 
-const System& Simulation::system() const { return implementation_->form.system(); }
-const PlanSummary& Simulation::plan() const { return implementation_->form.plan(); }
-const Outcome& Simulation::outcome() const { return implementation_->outcome; }
-const MotionReport& Simulation::report() const { return implementation_->report; }
-double Simulation::time() const { return implementation_->state.t; }
-std::span<const double> Simulation::positions() const { return implementation_->r; }
-std::span<const double> Simulation::velocities() const { return implementation_->v; }
-std::span<const double> Simulation::accelerations() const { return implementation_->w; }
-std::span<const double> Simulation::multipliers() const { return implementation_->lambda; }
-std::span<const double> Simulation::reactions() const { return implementation_->eta; }
-std::span<const double> Simulation::support_forces() const { return implementation_->carried; }
+Snapshot Simulation::snapshot() const {
+  return implementation_->snapshot();
+}
+void Simulation::restore(const Snapshot& snapshot) {
+  implementation_->restore(snapshot);
+}
+
+const System& Simulation::system() const {
+  return implementation_->form.system();
+}
+const PlanSummary& Simulation::plan() const {
+  return implementation_->form.plan();
+}
+const Outcome& Simulation::outcome() const {
+  return implementation_->outcome;
+}
+const MotionReport& Simulation::report() const {
+  return implementation_->report;
+}
+double Simulation::time() const {
+  return implementation_->state.t;
+}
+std::span<const double> Simulation::positions() const {
+  return implementation_->r;
+}
+std::span<const double> Simulation::velocities() const {
+  return implementation_->v;
+}
+std::span<const double> Simulation::accelerations() const {
+  return implementation_->w;
+}
+std::span<const double> Simulation::multipliers() const {
+  return implementation_->lambda;
+}
+std::span<const double> Simulation::reactions() const {
+  return implementation_->eta;
+}
+std::span<const double> Simulation::support_forces() const {
+  return implementation_->carried;
+}
 
 }  // namespace tanor

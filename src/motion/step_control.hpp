@@ -9,7 +9,9 @@ namespace tanor {
 /// (Hairer & Wanner II, IV.2), growth at most 5, none right after a rejection.
 class StepControl {
  public:
-  explicit StepControl(int order) : exponent_(1.0 / order) {}
+  explicit StepControl(int order, double last_error = 1e-4) : exponent_(1.0 / order), last_error_(last_error) {}
+
+  double last_error() const { return last_error_; }
 
   /// Factor for the next step after an accepted one.
   double accept(double error) {
@@ -30,7 +32,7 @@ class StepControl {
 
  private:
   double exponent_;
-  double last_error_ = 1e-4;
+  double last_error_;
   bool after_rejection_ = false;
 };
 

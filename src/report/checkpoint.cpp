@@ -2,13 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
+#include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "report/json_writer.hpp"
 #include "report/npy.hpp"
+#include "scene/npy.hpp"
+#include "scene/text_file.hpp"
 
 namespace tanor::report {
 
@@ -17,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 1;
+constexpr int format = 2;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -26,13 +31,18 @@ fs::path path_in(const fs::path& directory) {
 /// visit(name, number) for every number of the head, to write them and to read them back.
 template <class Checkpoint, class Visit>
 void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
-  auto& report = checkpoint.report;
+  auto& snapshot = checkpoint.snapshot;
+  auto& report = snapshot.report;
   visit("frames", checkpoint.trajectory.frames);
   visit("xyz_bytes", checkpoint.trajectory.xyz_bytes);
   visit("wall_total", checkpoint.wall.total);
   visit("wall_setup", checkpoint.wall.setup);
   visit("wall_output", checkpoint.wall.output);
-  visit("time", report.time);
+  visit("time", snapshot.time);
+  visit("next_step", snapshot.next_step);
+  visit("last_error", snapshot.last_error);
+  visit("advance_begin", snapshot.advance_begin);
+  visit("advance_end", snapshot.advance_end);
   visit("steps", report.steps);
   visit("rejected", report.rejected);
   visit("last_step", report.last_step);
@@ -67,8 +77,8 @@ void read_number(const json& head, const char* name, Integer& number) {
   number = head.at(name).get<Integer>();
 }
 
-std::vector<double> read_points(std::istream* stream, const std::string& name, std::size_t num_points) {
-  NpyArray array = read_npy(stream, name);
+std::vector<double> read_points(const std::string& name, std::string_view* bytes, std::size_t num_points) {
+  scene::NpyArray array = scene::read_npy(name, bytes);
   if (array.numbers.size() != 3 * num_points) throw InputError(name, "holds another number of points than the scene");
   return std::move(array.numbers);
 }
@@ -90,13 +100,9 @@ class Hash {
 
 }  // namespace
 
-std::string make_fingerprint(const fs::path& scene_file, const System& system) {
+std::string make_fingerprint(std::span<const fs::path> files, const System& system) {
   Hash hash;
-  std::ifstream stream(scene_file, std::ios::binary);
-  std::string piece(1 << 16, '\0');
-  while (stream.read(piece.data(), static_cast<std::streamsize>(piece.size())), stream.gcount() > 0) {
-    hash.add({piece.data(), static_cast<std::size_t>(stream.gcount())});
-  }
+  for (const fs::path& file : files) hash.add(scene::read_text(file));
   hash.add(system.positions);
   hash.add(system.velocities);
   hash.add(system.masses);
@@ -109,38 +115,38 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     head.begin_object();
     head.key("tanor_checkpoint").value(format);
     head.key("scene").value(checkpoint.scene);
-    head.key("method").value(method_name(checkpoint.report.method));
+    head.key("method").value(method_name(checkpoint.snapshot.report.method));
     for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(number); });
     head.end_object();
     head.finish();
-    write_npy(file, checkpoint.positions, 3);
-    write_npy(file, checkpoint.velocities, 3);
+    write_npy(file, checkpoint.snapshot.positions, 3);
+    write_npy(file, checkpoint.snapshot.velocities, 3);
   });
 }
 
 std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::string& fingerprint,
                                           std::size_t num_points) {
   const std::string name = path_in(directory).string();
-  std::ifstream stream(name, std::ios::binary);
-  if (!stream) return std::nullopt;
+  if (!fs::exists(name)) return std::nullopt;
+  const std::string content = scene::read_text(name);
+  const std::size_t begin_of_arrays = std::min(content.find("\x93NUMPY"), content.size());
+  std::string_view arrays = std::string_view(content).substr(begin_of_arrays);
 
   Checkpoint checkpoint;
   try {
-    json head;
-    stream >> head;
-    stream.get();  // the end of its last line
+    const json head = json::parse(std::string_view(content).substr(0, begin_of_arrays));
     if (head.at("tanor_checkpoint") != format) throw InputError(name, "is of another version of tanor");
     checkpoint.scene = head.at("scene").get<std::string>();
-    checkpoint.report.method = method_from_name(head.at("method").get<std::string>());
+    checkpoint.snapshot.report.method = method_from_name(head.at("method").get<std::string>());
     for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head, key, number); });
   } catch (const json::exception&) {
     throw InputError(name, "is damaged; run without --resume");
   }
   if (checkpoint.scene != fingerprint) {
-    throw InputError(name, "belongs to another scene, or the scene file was changed; run without --resume");
+    throw InputError(name, "belongs to another scene, or one of its files was changed; run without --resume");
   }
-  checkpoint.positions = read_points(&stream, name, num_points);
-  checkpoint.velocities = read_points(&stream, name, num_points);
+  checkpoint.snapshot.positions = read_points(name, &arrays, num_points);
+  checkpoint.snapshot.velocities = read_points(name, &arrays, num_points);
   return checkpoint;
 }
 

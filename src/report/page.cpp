@@ -21,7 +21,8 @@ std::string line(const std::string& key, const std::string& text) {
 
 }  // namespace
 
-std::string format_page(const RunFacts& facts, const Simulation& simulation, const MotionReport& report) {
+std::string format_page(const RunFacts& facts, const Simulation& simulation) {
+  const MotionReport& report = simulation.report();
   const PlanSummary& plan = simulation.plan();
   const PhaseTimes& times = report.times;
   std::string page = facts.scene + "\n";

@@ -113,8 +113,8 @@ void write_friction(JsonWriter* json) {
 
 }  // namespace
 
-void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
-                   const MotionReport& report) {
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation) {
+  const MotionReport& report = simulation.report();
   replace_file(directory / "summary.json", [&](OutputFile* file) {
     JsonWriter json(file);
     json.begin_object();

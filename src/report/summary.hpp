@@ -24,8 +24,6 @@ struct RunFacts {
 };
 
 /// Writes `directory/summary.json` as the contract has it, and arrays above `largest_inline` points beside it.
-/// `report` is the simulation's own, or the sum over a run that was resumed.
-void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
-                   const MotionReport& report);
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation);
 
 }  // namespace tanor::report

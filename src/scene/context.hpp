@@ -14,7 +14,8 @@ namespace tanor::scene {
 /// What the meaning of a value depends on: where files lie, constants of formulas, how many points there are.
 /// Its readers throw InputError as those of Cursor do.
 struct Context {
-  std::filesystem::path directory;  ///< of the scene file
+  std::filesystem::path directory;            ///< of the scene file
+  std::vector<std::filesystem::path>* files;  ///< where those that are read are listed
   Constants parameters;
   std::size_t num_points = 0;
   double t_end = 0.0;  ///< s; a table must reach it
@@ -26,8 +27,8 @@ struct Context {
   template <std::size_t N>
   std::vector<std::array<Index, N>> tuples(const Cursor& cursor) const;
 
-  /// A path relative to the scene file.
-  std::filesystem::path file(const Cursor& cursor) const { return directory / cursor.string(); }
+  /// A file to be read; its path is relative to the scene file.
+  std::filesystem::path file(const Cursor& cursor) const { return files->emplace_back(directory / cursor.string()); }
   NumberTable number_table(const Cursor& file_name) const;
 
   /// A number, {"formula": "0.1*sin(omega*t)"} or {"table": "drive.csv"}

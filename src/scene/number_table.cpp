@@ -1,14 +1,14 @@
 #include "scene/number_table.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include <tanor/error.hpp>
 
+#include "scene/npy.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
@@ -47,51 +47,19 @@ NumberTable read_csv(const std::string& name, std::string_view text) {
   return table;
 }
 
-/// The text between `'key': ` and one of the closing characters in the header of an npy file.
-std::string_view npy_field(std::string_view header, std::string_view key, char close) {
-  const std::size_t found = header.find(key);
-  if (found == std::string_view::npos) return {};
-  header = header.substr(found + key.size());
-  return trim(header.substr(0, header.find(close)));
-}
-
-/// The format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
-NumberTable read_npy(const std::string& name, std::string_view text) {
-  static_assert(std::endian::native == std::endian::little, "npy files are read as they lie in memory");
-  const auto check = [&](bool good, std::string_view wanted) {
-    if (!good) throw InputError("", fmt::format("{}: wanted {}", name, wanted));
-  };
-
-  constexpr std::string_view magic = "\x93NUMPY";
-  check(text.starts_with(magic) && text.size() >= 12, "a NumPy file");
-  const auto byte = [&](std::size_t k) { return static_cast<std::size_t>(static_cast<unsigned char>(text[k])); };
-  const bool is_short = text[6] == 1;  // major version: two bytes of length, later four
-  const std::size_t start = is_short ? 10 : 12;
-  const std::size_t length = byte(8) + (byte(9) << 8) + (is_short ? 0 : (byte(10) << 16) + (byte(11) << 24));
-  check(text.size() >= start + length, "a NumPy file with a whole header");
-  const std::string_view header = text.substr(start, length), data = text.substr(start + length);
-
-  check(npy_field(header, "'descr':", ',') == "'<f8'", "numbers of type '<f8' (float64)");
-  check(npy_field(header, "'fortran_order':", ',') == "False", "an array in C order");
-  std::vector<std::size_t> shape;
-  for_each_field(npy_field(header, "'shape': (", ')'), [&](std::string_view field) {
-    const auto size = parse_integer(field);
-    if (size && *size >= 0) shape.push_back(static_cast<std::size_t>(*size));
-  });
-  check(shape.size() == 1 || shape.size() == 2, "an array with one or two dimensions");
-
-  NumberTable table{.rows = shape[0], .columns = shape.size() == 2 ? shape[1] : 1, .values = {}};
-  const std::size_t count = data.size() / sizeof(double);
-  check(data.size() % sizeof(double) == 0 && (table.columns == 0 ? count == 0 : count / table.columns == table.rows) &&
-            count == table.rows * table.columns,
-        "as many numbers as its shape says");
-  table.values.resize(count);
-  std::memcpy(table.values.data(), data.data(), data.size());
+NumberTable read_npy_table(const std::string& name, std::string_view bytes) {
+  NpyArray array = read_npy(name, &bytes);
+  if (!bytes.empty()) throw InputError(name, "wanted as many numbers as its shape says");
+  if (array.shape.size() > 2) throw InputError(name, "wanted an array with one or two dimensions");
+  NumberTable table{.rows = array.shape[0],
+                    .columns = array.shape.size() == 2 ? array.shape[1] : 1,
+                    .values = std::move(array.numbers)};
   const auto bad =
       std::find_if_not(table.values.begin(), table.values.end(), [](double x) { return std::isfinite(x); });
-  if (bad != table.values.end())
-    throw InputError("", fmt::format("{}, row {}: found {}, wanted a finite number", name,
-                                     static_cast<std::size_t>(bad - table.values.begin()) / table.columns, *bad));
+  if (bad != table.values.end()) {
+    const std::size_t row = static_cast<std::size_t>(bad - table.values.begin()) / table.columns;
+    throw InputError(fmt::format("{}, row {}", name, row), fmt::format("found {}, wanted a finite number", *bad));
+  }
   return table;
 }
 
@@ -99,7 +67,7 @@ NumberTable read_npy(const std::string& name, std::string_view text) {
 
 NumberTable read_number_table(const std::filesystem::path& file) {
   const std::string text = read_text(file), name = file.filename().string();
-  return file.extension() == ".npy" ? read_npy(name, text) : read_csv(name, text);
+  return file.extension() == ".npy" ? read_npy_table(name, text) : read_csv(name, text);
 }
 
 }  // namespace tanor::scene

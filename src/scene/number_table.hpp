@@ -14,7 +14,7 @@ struct NumberTable {
 };
 
 /// Reads `.npy` ('<f8', C order, one or two dimensions) or else comma separated values (an optional header line, blank
-/// lines skipped). Throws InputError (without a place) naming file and line.
+/// lines skipped). Throws InputError naming file and line.
 NumberTable read_number_table(const std::filesystem::path& file);
 
 }  // namespace tanor::scene

@@ -135,9 +135,11 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file) {
 
   Scene scene;
   scene.file = file;
+  scene.files = {file};
   scene.name = root["name"].string(file.stem().string());
   if (scene.name.empty()) root["name"].fail("a name");
-  Context context{.directory = file.parent_path(), .parameters = read_parameters(root["parameters"])};
+  Context context{
+      .directory = file.parent_path(), .files = &scene.files, .parameters = read_parameters(root["parameters"])};
 
   PointSet points = read_point_source(root, context);
   const PlaceTranslator places(root, points);

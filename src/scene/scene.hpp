@@ -17,6 +17,7 @@ struct CertificatePolicy {
 /// A scene file, read and checked: everything that a sub-command needs.
 struct Scene {
   std::filesystem::path file;
+  std::vector<std::filesystem::path> files;  ///< all that were read: the scene file, then those it names
   std::string name;
   std::string source;  ///< where the points come from: "inline", "generate: chain", "import: data.chain (lammps-data)"
   System system;

@@ -11,11 +11,15 @@ namespace {
 
 std::string ordering_name(Ordering ordering) {
   switch (ordering) {
-    case Ordering::Amd: return "amd";
-    case Ordering::Metis: return "metis";
-    case Ordering::Nesdis: return "nesdis";
+    case Ordering::Amd:
+      return "amd";
+    case Ordering::Metis:
+      return "metis";
+    case Ordering::Nesdis:
+      return "nesdis";
     case Ordering::Natural:
-    case Ordering::Auto: break;
+    case Ordering::Auto:
+      break;
   }
   return "natural";
 }
@@ -46,10 +50,8 @@ std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidenc
 }  // namespace
 
 NormalSolver::NormalSolver(std::span<const Incidence> incidences, std::span<const double> inverse_masses,
-                           const Numbering& numbering, Ordering wanted, bool norms_are_constant)
-    : norms_are_constant_(norms_are_constant),
-      first_idle_row_(numbering.first_idle_row()),
-      num_rows_(numbering.num_rows()) {
+                           const Numbering& numbering, Ordering wanted, std::span<const double> squared_norms)
+    : first_idle_row_(numbering.first_idle_row()), num_rows_(numbering.num_rows()) {
   const std::vector<Index> part_start = partition_islands(numbering.island_start);
   const auto by_part = incidences_of_parts(incidences, inverse_masses, part_start);
   std::set<std::string> orderings, factorizations;
@@ -62,8 +64,9 @@ NormalSolver::NormalSolver(std::span<const Incidence> incidences, std::span<cons
     SymbolicAnalysis analysis = analyze({unordered.column_start(), unordered.rows()}, wanted);
 
     std::vector<int> place(analysis.permutation.size());
-    for (std::size_t k = 0; k < place.size(); ++k) place[static_cast<std::size_t>(analysis.permutation[k])] = static_cast<int>(k);
-    GatherPlan plan(products, num_rows, place, analysis.supernodal ? Triangle::Lower : Triangle::Upper);
+    for (std::size_t k = 0; k < place.size(); ++k)
+      place[static_cast<std::size_t>(analysis.permutation[k])] = static_cast<int>(k);
+    GatherPlan plan(products, num_rows, place, analysis.supernodal ? Triangle::Lower : Triangle::Upper, squared_norms);
     Cholesky cholesky({plan.column_start(), plan.rows()}, analysis.supernodal);
 
     summary_.pattern_nonzeros += plan.rows().size();
@@ -71,8 +74,12 @@ NormalSolver::NormalSolver(std::span<const Incidence> incidences, std::span<cons
     summary_.flops += analysis.flops;
     orderings.insert(ordering_name(analysis.ordering));
     factorizations.insert(analysis.supernodal ? "supernodal" : "simplicial");
-    parts_.push_back({first_row, std::move(analysis.permutation), std::move(plan), std::move(cholesky),
-                      std::vector<double>(num_rows), {}});
+    parts_.push_back({first_row,
+                      std::move(analysis.permutation),
+                      std::move(plan),
+                      std::move(cholesky),
+                      std::vector<double>(num_rows),
+                      {}});
   }
   summary_.parts = parts_.size();
   summary_.ordering = join(orderings);
@@ -82,7 +89,7 @@ NormalSolver::NormalSolver(std::span<const Incidence> incidences, std::span<cons
 void NormalSolver::assemble(const Parallel& parallel, const double* blocks) {
   parallel.for_tasks(parts_.size(), [&](std::size_t p) {
     Part& part = parts_[p];
-    part.plan.assemble(blocks, norms_are_constant_, part.cholesky.values());
+    part.plan.assemble(blocks, part.cholesky.values());
   });
 }
 
@@ -115,7 +122,9 @@ void NormalSolver::solve_negative(const Parallel& parallel, const double* b, dou
     const std::size_t n = part.x.size();
     const double* const scale = part.plan.scale().data();
     const int* const permutation = part.permutation.empty() ? nullptr : part.permutation.data();
-    const auto row = [&](std::size_t k) { return permutation != nullptr ? static_cast<std::size_t>(permutation[k]) : k; };
+    const auto row = [&](std::size_t k) {
+      return permutation != nullptr ? static_cast<std::size_t>(permutation[k]) : k;
+    };
     for (std::size_t k = 0; k < n; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
     part.cholesky.solve(part.x.data());
     for (std::size_t k = 0; k < n; ++k) x_rows[row(k)] = scale[k] * part.x[k];

@@ -15,14 +15,15 @@ namespace tanor {
 /// The symbolic work is done once, in the constructor; `factorize` and `solve` only fill numbers.
 class NormalSolver {
  public:
-  /// `incidences` of all points, `inverse_masses` [point]: 0 for supports.
+  /// `incidences` of all points, `inverse_masses` [point]: 0 for supports. `squared_norms` [block] as GatherPlan takes
+  /// them.
   NormalSolver(std::span<const Incidence> incidences, std::span<const double> inverse_masses,
-               const Numbering& numbering, Ordering ordering, bool norms_are_constant);
+               const Numbering& numbering, Ordering ordering, std::span<const double> squared_norms);
 
   struct Quality {
     bool positive_definite = true;
-    std::size_t weakest_row = 0;         ///< inner row of the smallest pivot, or of the failed one
-    double reciprocal_condition = 1.0;   ///< smallest over the parts
+    std::size_t weakest_row = 0;        ///< inner row of the smallest pivot, or of the failed one
+    double reciprocal_condition = 1.0;  ///< smallest over the parts
   };
   /// Below this the scaled S counts as singular: CHOLMOD may call an exactly singular matrix fine (measured).
   static constexpr double singular_below = 3e-14;
@@ -45,12 +46,11 @@ class NormalSolver {
     std::vector<int> permutation;  // [place] -> row of the part; empty: as it is
     GatherPlan plan;
     Cholesky cholesky;
-    std::vector<double> x;         // right-hand side in the order of elimination
+    std::vector<double> x;  // right-hand side in the order of elimination
     Quality quality;
   };
 
   std::vector<Part> parts_;
-  bool norms_are_constant_;
   std::size_t first_idle_row_, num_rows_;
   Summary summary_;
 };

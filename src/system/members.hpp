@@ -14,19 +14,35 @@ constexpr int rows_per_member() {
 }
 
 // The members of a group, whatever it calls them: rods have pairs, planes have points, ...
-inline std::size_t num_members(const Rods& group) { return group.pairs.size(); }
-inline std::size_t num_members(const Angles& group) { return group.triples.size(); }
-inline std::size_t num_members(const Pulleys& group) { return group.pairs.size(); }
-inline std::size_t num_members(const Linears& group) { return group.tuples.size(); }
+inline std::size_t num_members(const Rods& group) {
+  return group.pairs.size();
+}
+inline std::size_t num_members(const Angles& group) {
+  return group.triples.size();
+}
+inline std::size_t num_members(const Pulleys& group) {
+  return group.pairs.size();
+}
+inline std::size_t num_members(const Linears& group) {
+  return group.tuples.size();
+}
 template <class Group>
 std::size_t num_members(const Group& group) {
   return group.points.size();
 }
 
-inline std::span<const Index> member_points(const Rods& group, std::size_t k) { return group.pairs[k]; }
-inline std::span<const Index> member_points(const Angles& group, std::size_t k) { return group.triples[k]; }
-inline std::span<const Index> member_points(const Pulleys& group, std::size_t k) { return group.pairs[k]; }
-inline std::span<const Index> member_points(const Linears& group, std::size_t k) { return group.tuples[k]; }
+inline std::span<const Index> member_points(const Rods& group, std::size_t k) {
+  return group.pairs[k];
+}
+inline std::span<const Index> member_points(const Angles& group, std::size_t k) {
+  return group.triples[k];
+}
+inline std::span<const Index> member_points(const Pulleys& group, std::size_t k) {
+  return group.pairs[k];
+}
+inline std::span<const Index> member_points(const Linears& group, std::size_t k) {
+  return group.tuples[k];
+}
 template <class Group>
 std::span<const Index> member_points(const Group& group, std::size_t k) {
   return {&group.points[k], 1};

@@ -14,12 +14,12 @@ namespace tanor {
 /// and a tree is eliminated without fill. Free points come after the islands, supports last. Rows that join supports
 /// alone are idle: they come after those of the islands.
 struct Numbering {
-  std::vector<Index> user_point;     ///< [inner point] -> user's point
-  std::vector<Index> inner_point;    ///< [user's point] -> inner point
-  std::vector<Index> user_row;       ///< [inner row] -> user's row
-  std::vector<Index> member_row;     ///< [member in the user's order] -> its first inner row
-  std::vector<Index> island_start;   ///< first row of each island, and the number of rows that are not idle
-  std::size_t num_moving = 0;        ///< inner points below this move, the others are supports
+  std::vector<Index> user_point;    ///< [inner point] -> user's point
+  std::vector<Index> inner_point;   ///< [user's point] -> inner point
+  std::vector<Index> user_row;      ///< [inner row] -> user's row
+  std::vector<Index> member_row;    ///< [member in the user's order] -> its first inner row
+  std::vector<Index> island_start;  ///< first row of each island, and the number of rows that are not idle
+  std::size_t num_moving = 0;       ///< inner points below this move, the others are supports
 
   std::size_t num_points() const { return user_point.size(); }
   std::size_t num_rows() const { return user_row.size(); }

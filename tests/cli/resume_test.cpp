@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "cli/program.hpp"
 
 namespace tanor::cli {
@@ -25,24 +23,17 @@ std::string moving_scene(const std::string& motion) {
          motion + "}}";
 }
 
-std::vector<double> flatten(const json& rows) {
-  std::vector<double> numbers;
-  for (const json& row : rows) numbers.insert(numbers.end(), row.begin(), row.end());
-  return numbers;
+/// Everything in the summary that does not measure time or the work of resuming.
+json without_work(json summary) {
+  for (const char* key : {"wall_s", "factorizations", "solves"}) summary.erase(key);
+  return summary;
 }
 
-void expect_near(const json& a, const json& b, double tolerance) {
-  const std::vector<double> x = flatten(a), y = flatten(b);
-  ASSERT_EQ(x.size(), y.size());
-  for (std::size_t k = 0; k < x.size(); ++k) EXPECT_NEAR(x[k], y[k], tolerance) << "number " << k;
-}
+class ResumeTest : public testing::TestWithParam<std::string> {};
 
-class ResumeTest : public testing::TestWithParam<std::pair<std::string, double>> {};
-
-TEST_P(ResumeTest, ARunInTwoPartsEndsWhereOneRunDoes) {
-  const auto& [motion, tolerance] = GetParam();
+TEST_P(ResumeTest, ARunInTwoPartsEndsWhereOneRunDoesBitByBit) {
   const Folder folder;
-  write_text(folder / "s.json", moving_scene(R"("t_end": 1, "output_every": 0.125, )" + motion));
+  write_text(folder / "s.json", moving_scene(R"("t_end": 1, "output_every": 0.125, )" + GetParam()));
 
   EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "whole"}).code, 0);
   EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "parts", "--t-end", "0.5"}).code, 0);
@@ -50,23 +41,53 @@ TEST_P(ResumeTest, ARunInTwoPartsEndsWhereOneRunDoes) {
 
   ASSERT_EQ(ended.code, 0) << ended.err;
   const json whole = read_json(folder / "whole/summary.json"), parts = read_json(folder / "parts/summary.json");
-  expect_near(whole["final"]["positions"], parts["final"]["positions"], tolerance);
-  expect_near(whole["final"]["velocities"], parts["final"]["velocities"], 10 * tolerance);
-  expect_near(whole["final"]["reactions"], parts["final"]["reactions"], 100 * tolerance);
-  EXPECT_EQ(parts["t_reached"], 1);
-  EXPECT_EQ(parts["start"], whole["start"]);
-  for (const char* key : {"start", "end", "work_of_supports", "work_of_forces", "drift_relative"}) {
-    EXPECT_NEAR(whole["energy"][key], parts["energy"][key], 100 * tolerance) << key;
-  }
+  EXPECT_GT(whole["steps"], 20);
+  EXPECT_EQ(without_work(parts), without_work(whole));
   const auto frames = read_xyz(folder / "parts/trajectory.xyz");
   ASSERT_EQ(frames.size(), 9u) << "no frame twice, none missing";
   for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].time, 0.125 * static_cast<double>(k));
+  EXPECT_EQ(read_text(folder / "parts/trajectory.xyz"), read_text(folder / "whole/trajectory.xyz"));
   EXPECT_EQ(read_text(folder / "parts/trajectory.pvd"), read_text(folder / "whole/trajectory.pvd"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Motions, ResumeTest,
-                         testing::Values(std::pair{R"("step": 0.0078125)", 1e-10},
-                                         std::pair{R"("rtol": 1e-10, "atol": 1e-12)", 1e-7}));
+/// A signal comes at any step: the steps that were left until the next output time are those of the whole run.
+TEST_P(ResumeTest, AnInterruptedRunEndsWhereOneRunDoesBitByBit) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 100, "output_every": 50, )" + GetParam()));
+
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "whole"}).code, 0);
+  Program program(folder, {"run", "s.json", "--out", "parts"});
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "parts/checkpoint"); }));
+  kill(program.process(), SIGTERM);
+  const Ended interrupted = program.wait();
+  ASSERT_EQ(interrupted.code, 3) << "it was to be slow enough; " << interrupted.err;
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "parts", "--resume"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(without_work(read_json(folder / "parts/summary.json")),
+            without_work(read_json(folder / "whole/summary.json")));
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, ResumeTest, testing::Values(R"("step": 0.0007)", R"("rtol": 1e-10, "atol": 1e-12)"));
+
+TEST(ResumeTest, RattleGoesOnUpToRounding) {
+  const Folder folder;
+  write_text(folder / "s.json", moving_scene(R"("t_end": 1, "method": "rattle", "step": 0.0078125)"));
+
+  run_program(folder, {"run", "s.json", "--out", "whole"});
+  run_program(folder, {"run", "s.json", "--out", "parts", "--t-end", "0.5"});
+  run_program(folder, {"run", "s.json", "--out", "parts", "--resume"});
+
+  const json whole = read_json(folder / "whole/summary.json")["final"]["positions"];
+  const json parts = read_json(folder / "parts/summary.json")["final"]["positions"];
+  ASSERT_EQ(parts.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double a = whole[i][axis], b = parts[i][axis];
+      EXPECT_NEAR(a, b, 1e-11);
+    }
+  }
+}
 
 TEST(ResumeTest, CountsTheWorkOfAllParts) {
   const Folder folder;
@@ -131,6 +152,20 @@ TEST(ResumeTest, OtherScenesAndEarlierEndsAreRefused) {
   EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--out", "o", "--resume"}),
                        "o/checkpoint: belongs to another scene"));
   EXPECT_EQ(read_text(folder / "o/summary.json"), summary);
+}
+
+TEST(ResumeTest, ATableThatWasChangedIsAnotherScene) {
+  const Folder folder;
+  write_text(folder / "drive.csv", "0,0,0,0\n1,0,0,0.1\n");
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [0.1,0,0]]},
+    "supports": [{"points": [0], "motion": {"table": "drive.csv"}}],
+    "constraints": [{"kind": "rod", "pairs": [[0,1]]}], "motion": {"t_end": 0.2}})");
+  run_program(folder, {"run", "s.json", "--out", "o"});
+
+  write_text(folder / "drive.csv", "0,0,0,0\n1,0,0,0.2\n");
+
+  EXPECT_TRUE(contains(complaint(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", "0.3"}),
+                       "o/checkpoint: belongs to another scene, or one of its files was changed"));
 }
 
 }  // namespace

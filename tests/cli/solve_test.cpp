@@ -76,7 +76,7 @@ TEST(SolveTest, LargeArraysGoToFilesBesideIt) {
   EXPECT_EQ(solution["accelerations"], "answer_accelerations.npy");
   EXPECT_EQ(solution["multipliers_unique"], "answer_multipliers_unique.npy");
   EXPECT_TRUE(solution["friction"].is_null());
-  const report::NpyArray array = report::read_npy(folder / "answer_accelerations.npy");
+  const scene::NpyArray array = report::read_npy(folder / "answer_accelerations.npy");
   EXPECT_EQ(array.shape, (std::vector<std::size_t>{20001, 3}));
 }
 

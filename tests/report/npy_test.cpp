@@ -3,7 +3,6 @@
 #include <limits>
 
 #include <gtest/gtest.h>
-#include <tanor/error.hpp>
 
 #include "report/reading.hpp"
 
@@ -11,24 +10,6 @@ namespace tanor::report {
 namespace {
 
 using Shape = std::vector<std::size_t>;
-
-/// A file as NumPy 1.x itself writes it.
-std::string make_npy(const std::string& header, const std::vector<double>& numbers) {
-  std::string text = std::string("\x93NUMPY\x01\x00", 8) + static_cast<char>(header.size()) + '\0' + header;
-  return text.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(double));
-}
-
-std::string error_of(const std::string& content) {
-  const Folder folder;
-  write_text(folder / "x.npy", content);
-  try {
-    read_npy(folder / "x.npy");
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.where(), (folder / "x.npy").string());
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(NpyTest, ArraysReadBackBitByBit) {
   const Folder folder;
@@ -65,22 +46,6 @@ TEST(NpyTest, BooleansTakeAByteEach) {
   const std::string text = read_text(folder / "x.npy");
   EXPECT_NE(text.find("{'descr': '|b1', 'fortran_order': False, 'shape': (3,), }"), std::string::npos);
   EXPECT_TRUE(text.ends_with("\n\1\1\1"));
-}
-
-TEST(NpyTest, OtherArraysAreRefused) {
-  const std::vector<double> four(4);
-
-  EXPECT_EQ(error_of(make_npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2), }\n", four)), "no error");
-  EXPECT_EQ(error_of(make_npy("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 2), }\n", four)),
-            "the .npy array must be '<f8' in C order");
-  EXPECT_EQ(error_of(make_npy("{'descr': '>f8', 'fortran_order': False, 'shape': (2, 2), }\n", four)),
-            "the .npy array must be '<f8' in C order");
-  EXPECT_EQ(error_of(make_npy("{'descr': '<f8', 'fortran_order': False, }\n", four)), "the .npy header has no shape");
-  EXPECT_EQ(error_of(make_npy("{'descr': '<f8', 'fortran_order': False, 'shape': (5,), }\n", four)),
-            "the .npy array is cut short");
-  EXPECT_EQ(error_of(make_npy("{'descr': '<f8', 'fortran_order': False, 'shape': (4294967296, 4294967296), }\n", four)),
-            "the .npy shape is larger than any memory");
-  EXPECT_EQ(error_of("PK\3\4 an archive"), "not a .npy array of version 1.0");
 }
 
 }  // namespace

@@ -10,9 +10,12 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tanor/system.hpp>
+
+#include "scene/npy.hpp"
 
 namespace tanor::report {
 
@@ -47,6 +50,14 @@ inline void write_text(const std::filesystem::path& path, const std::string& tex
 
 inline nlohmann::json read_json(const std::filesystem::path& path) {
   return nlohmann::json::parse(read_text(path));
+}
+
+inline scene::NpyArray read_npy(const std::filesystem::path& path) {
+  const std::string text = read_text(path);
+  std::string_view bytes = text;
+  scene::NpyArray array = scene::read_npy(path.string(), &bytes);
+  if (!bytes.empty()) throw std::runtime_error("something follows the array in " + path.string());
+  return array;
 }
 
 inline std::size_t count_lines(const std::filesystem::path& path) {

@@ -112,17 +112,21 @@ Checkpoint make_checkpoint() {
   Checkpoint checkpoint;
   checkpoint.scene = "0123456789abcdef";
   checkpoint.trajectory = {.frames = 7, .xyz_bytes = 12345678901};
-  checkpoint.report.method = Method::Rk4;
-  checkpoint.report.time = 0.1 + 0.2;
-  checkpoint.report.steps = 42;
-  checkpoint.report.energy = {
-      .start = -1.5, .now = -1.25, .work_of_supports = 0.1, .work_of_forces = 0.2, .scale = 3.0};
-  checkpoint.report.velocity_violation = std::nan("");
-  checkpoint.report.counters = {.evaluations = 1, .factorizations = 2, .solves = 3};
-  checkpoint.report.times = {.evaluate = 0.1, .assemble = 0.2, .factor = 0.3, .solve = 0.4};
   checkpoint.wall = {.total = 1.0, .setup = 0.25, .output = 0.125};
-  checkpoint.positions = {0.1, 0.2, 0.3, -0.0, 1e-300, 6.0};
-  checkpoint.velocities = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
+  Snapshot& snapshot = checkpoint.snapshot;
+  snapshot.time = 0.1 + 0.2;
+  snapshot.positions = {0.1, 0.2, 0.3, -0.0, 1e-300, 6.0};
+  snapshot.velocities = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
+  snapshot.next_step = 1.0 / 3.0;
+  snapshot.last_error = 2.0 / 3.0;
+  snapshot.advance_begin = 0.1;
+  snapshot.advance_end = 0.7;
+  snapshot.report.method = Method::Rk4;
+  snapshot.report.steps = 42;
+  snapshot.report.energy = {.start = -1.5, .now = -1.25, .work_of_supports = 0.1, .work_of_forces = 0.2, .scale = 3.0};
+  snapshot.report.velocity_violation = std::nan("");
+  snapshot.report.counters = {.evaluations = 1, .factorizations = 2, .solves = 3};
+  snapshot.report.times = {.evaluate = 0.1, .assemble = 0.2, .factor = 0.3, .solve = 0.4};
   return checkpoint;
 }
 
@@ -145,16 +149,21 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   const Checkpoint read = read_checkpoint(folder.path(), written.scene, 2).value();
   EXPECT_EQ(read.trajectory.frames, 7u);
   EXPECT_EQ(read.trajectory.xyz_bytes, 12345678901u);
-  EXPECT_EQ(read.report.method, Method::Rk4);
-  EXPECT_EQ(read.report.time, 0.1 + 0.2);
-  EXPECT_EQ(read.report.steps, 42u);
-  EXPECT_EQ(read.report.energy.work_of_forces, 0.2);
-  EXPECT_TRUE(std::isnan(read.report.velocity_violation));
-  EXPECT_EQ(read.report.counters.solves, 3u);
-  EXPECT_EQ(read.report.times.solve, 0.4);
   EXPECT_EQ(read.wall.output, 0.125);
-  EXPECT_EQ(read.positions, written.positions);
-  EXPECT_EQ(read.velocities, written.velocities);
+  const Snapshot& snapshot = read.snapshot;
+  EXPECT_EQ(snapshot.time, 0.1 + 0.2);
+  EXPECT_EQ(snapshot.positions, written.snapshot.positions);
+  EXPECT_EQ(snapshot.velocities, written.snapshot.velocities);
+  EXPECT_EQ(snapshot.next_step, 1.0 / 3.0);
+  EXPECT_EQ(snapshot.last_error, 2.0 / 3.0);
+  EXPECT_EQ(snapshot.advance_begin, 0.1);
+  EXPECT_EQ(snapshot.advance_end, 0.7);
+  EXPECT_EQ(snapshot.report.method, Method::Rk4);
+  EXPECT_EQ(snapshot.report.steps, 42u);
+  EXPECT_EQ(snapshot.report.energy.work_of_forces, 0.2);
+  EXPECT_TRUE(std::isnan(snapshot.report.velocity_violation));
+  EXPECT_EQ(snapshot.report.counters.solves, 3u);
+  EXPECT_EQ(snapshot.report.times.solve, 0.4);
   EXPECT_EQ(list_names(folder.path()), std::vector<std::string>{"checkpoint"});
 }
 
@@ -165,26 +174,30 @@ TEST(CheckpointTest, OnlyTheRunsOwnIsTaken) {
 
   EXPECT_EQ(error_of(folder), "no error");
   EXPECT_EQ(error_of(folder, "another"),
-            "belongs to another scene, or the scene file was changed; run without --resume");
+            "belongs to another scene, or one of its files was changed; run without --resume");
   EXPECT_EQ(error_of(folder, "0123456789abcdef", 3), "holds another number of points than the scene");
   const std::string text = read_text(folder / "checkpoint");
   write_text(folder / "checkpoint", text.substr(0, text.size() - 1));
-  EXPECT_EQ(error_of(folder), "the .npy array is cut short");
+  EXPECT_EQ(error_of(folder), "wanted as many numbers as its shape says");
   write_text(folder / "checkpoint", text.substr(0, 100));
   EXPECT_EQ(error_of(folder), "is damaged; run without --resume");
 }
 
-TEST(CheckpointTest, TheFingerprintSeesTheSceneAndItsPoints) {
+TEST(CheckpointTest, TheFingerprintSeesAllFilesAndTheirPoints) {
   const Folder folder;
   write_text(folder / "a.json", "{}");
   write_text(folder / "b.json", "{ }");
+  write_text(folder / "drive.csv", "0, 0");
+  const std::vector files{folder / "a.json", folder / "drive.csv"};
   System system = make_chain(2);
-  const std::string fingerprint = make_fingerprint(folder / "a.json", system);
+  const std::string fingerprint = make_fingerprint(files, system);
 
-  EXPECT_EQ(make_fingerprint(folder / "a.json", make_chain(2)), fingerprint);
-  EXPECT_NE(make_fingerprint(folder / "b.json", system), fingerprint);
+  EXPECT_EQ(make_fingerprint(files, make_chain(2)), fingerprint);
+  EXPECT_NE(make_fingerprint(std::vector{folder / "b.json", folder / "drive.csv"}, system), fingerprint);
   system.positions[3] = std::nextafter(system.positions[3], 1.0);
-  EXPECT_NE(make_fingerprint(folder / "a.json", system), fingerprint);
+  EXPECT_NE(make_fingerprint(files, system), fingerprint);
+  write_text(folder / "drive.csv", "0, 1");
+  EXPECT_NE(make_fingerprint(files, make_chain(2)), fingerprint);
 }
 
 std::vector<std::string> list_keys(const json& object) {
@@ -200,7 +213,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   Simulation simulation = make_simulation();
   ASSERT_TRUE(simulation.advance(0.1).ok());
 
-  write_summary(folder.path(), {}, simulation, simulation.report());
+  write_summary(folder.path(), {}, simulation);
 
   const json summary = read_json(folder / "summary.json");
   EXPECT_EQ(list_keys(summary), (Keys{"certificate",
@@ -253,7 +266,7 @@ TEST(SummaryTest, TellsWhatTheSimulationKnows) {
   facts.source = "inline";
   facts.threads = 2;
   facts.t_end = 0.5;
-  write_summary(folder.path(), facts, simulation, simulation.report());
+  write_summary(folder.path(), facts, simulation);
 
   const json summary = read_json(folder / "summary.json");
   EXPECT_EQ(summary["scene"], "chain");
@@ -283,7 +296,7 @@ TEST(SummaryTest, WhatWasNotComputedIsNull) {
   RunFacts facts;
   facts.has_started = false;
 
-  write_summary(folder.path(), facts, simulation, simulation.report());
+  write_summary(folder.path(), facts, simulation);
 
   const json summary = read_json(folder / "summary.json");
   EXPECT_EQ(summary["final"]["positions"].size(), 4u);
@@ -301,7 +314,7 @@ TEST(SummaryTest, WithoutItsPolicyTheCertificateIsNull) {
 
   RunFacts facts;
   facts.with_certificate = false;
-  write_summary(folder.path(), facts, simulation, simulation.report());
+  write_summary(folder.path(), facts, simulation);
 
   const json summary = read_json(folder / "summary.json");
   EXPECT_TRUE(summary["certificate"]["residual"].is_null());
@@ -312,12 +325,12 @@ TEST(SummaryTest, LargeArraysGoToFilesBesideIt) {
   const Folder folder;
   const Simulation simulation = make_simulation(largest_inline + 1);
 
-  write_summary(folder.path(), {}, simulation, simulation.report());
+  write_summary(folder.path(), {}, simulation);
 
   const json summary = read_json(folder / "summary.json");
   EXPECT_EQ(summary["final"]["positions"], "final_positions.npy");
   EXPECT_EQ(summary["final"]["multipliers"], "final_multipliers.npy");
-  const NpyArray positions = read_npy(folder / "final_positions.npy");
+  const scene::NpyArray positions = read_npy(folder / "final_positions.npy");
   EXPECT_EQ(positions.shape, (std::vector<std::size_t>{largest_inline + 1, 3}));
   EXPECT_TRUE(std::equal(positions.numbers.begin(), positions.numbers.end(), simulation.positions().begin()));
   EXPECT_EQ(read_npy(folder / "final_multipliers.npy").shape, (std::vector<std::size_t>{largest_inline}));

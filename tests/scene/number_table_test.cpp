@@ -12,7 +12,7 @@ std::string table_error(const std::string& name, const std::string& content) {
   try {
     read_number_table(folder.add(name, content));
   } catch (const InputError& error) {
-    return error.what();
+    return error.where().empty() ? error.what() : error.where() + ": " + error.what();
   }
   return "no error";
 }
@@ -87,6 +87,8 @@ TEST(NumberTable, RefusesOtherNumPyFiles) {
   EXPECT_EQ(table_error("a.npy", npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2,), }",
                                      {1, std::numeric_limits<double>::infinity()})),
             "a.npy, row 1: found inf, wanted a finite number");
+  EXPECT_EQ(table_error("a.npy", npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1,), }", {1, 2})),
+            "a.npy: wanted as many numbers as its shape says");
 }
 
 /// A scene whose first support follows the table.

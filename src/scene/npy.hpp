@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tanor::scene {
+
+/// An array of doubles from NumPy's file format.
+struct NpyArray {
+  std::vector<std::size_t> shape;
+  std::vector<double> numbers;  ///< C order: the last index runs fastest
+};
+
+/// Takes one array ('<f8', C order) off the front of `bytes`; others may follow. Throws InputError, `name` in its
+/// `where()`.
+NpyArray read_npy(const std::string& name, std::string_view* bytes);
+
+}  // namespace tanor::scene

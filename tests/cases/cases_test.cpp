@@ -1,0 +1,321 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <ostream>
+#include <span>
+#include <sstream>
+#include <tuple>
+
+#include <gtest/gtest.h>
+#include <tanor/dynamics.hpp>
+
+#include "cases/scenes.hpp"
+#include "cases/ways.hpp"
+
+namespace tanor::cases {
+namespace {
+
+// ---- distances from a reference ------------------------------------------------------------------------------------
+
+double largest(std::span<const double> array) {
+  double result = 0.0;
+  for (const double x : array) result = std::max(result, std::abs(x));
+  return result;
+}
+
+double largest_difference(std::span<const double> a, std::span<const double> b) {
+  if (a.size() != b.size()) return INFINITY;
+  double result = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) result = std::max(result, std::abs(a[i] - b[i]));
+  return result;
+}
+
+/// r, v, w, K lambda and lambda, each beside the largest value that it takes in its case.
+class Judge {
+ public:
+  explicit Judge(const CaseScene& scene) : scene_(scene), trajectory_(read_trajectory(scene.reference)) {
+    for (const Instant& instant : trajectory_) {
+      const Quantities wanted = read(instant);
+      for (std::size_t k = 0; k < wanted.size(); ++k) scale_[k] = std::max(scale_[k], largest(wanted[k]));
+    }
+  }
+
+  const Instant& start() const { return trajectory_.front(); }
+  /// The instants behind the start.
+  std::span<const Instant> instants() const { return std::span(trajectory_).subspan(1); }
+
+  /// The worst of the five relative errors on the masses.
+  double error(const Answer& answer, const Instant& instant) const {
+    const auto masses = [&](std::span<const double> all) { return all.subspan(3 * scene_.num_supports); };
+    const std::span<const double> found[]{masses(answer.positions), masses(answer.velocities),
+                                          masses(answer.accelerations), masses(answer.reactions), answer.multipliers};
+    const Quantities wanted = read(instant);
+    double result = 0.0;
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      result = std::max(result, largest_difference(found[k], wanted[k]) / scale_[k]);
+    }
+    return result;
+  }
+
+ private:
+  using Quantities = std::array<std::vector<double>, 5>;
+  Quantities read(const Instant& instant) const {
+    return {instant.r, instant.v, instant.w, scene_.reactions(instant), scene_.multipliers(instant)};
+  }
+
+  const CaseScene& scene_;
+  std::vector<Instant> trajectory_;
+  std::array<double, 5> scale_{};
+};
+
+struct NamedWay {
+  std::string name;
+  Way find_answer;
+};
+
+std::ostream& operator<<(std::ostream& out, const NamedWay& way) {
+  return out << way.name;
+}
+
+std::vector<NamedWay> list_ways() {
+  return {{"library", through_library},
+#ifdef TANOR_PROGRAM
+          {"program", through_program}
+#endif
+  };
+}
+
+// ---- convergence ---------------------------------------------------------------------------------------------------
+
+/// Options, and those that halve the steps: for dopri5, of order 5, tolerances over 32.
+struct MethodUnderTest {
+  std::string name;
+  MotionOptions coarse, fine;
+  double least_order, largest_order;
+};
+
+std::ostream& operator<<(std::ostream& out, const MethodUnderTest& method) {
+  return out << method.name;
+}
+
+std::vector<MethodUnderTest> list_methods() {
+  const auto fixed = [](Method method, double step) { return MotionOptions{.method = method, .step = step}; };
+  const auto adaptive = [](double rtol) {
+    return MotionOptions{.method = Method::Dopri5, .rtol = rtol, .atol = 1e-2 * rtol};
+  };
+  return {{"rk4", fixed(Method::Rk4, 1.0 / 400), fixed(Method::Rk4, 1.0 / 800), 3.6, 4.6},
+          {"rattle", fixed(Method::Rattle, 1.0 / 2000), fixed(Method::Rattle, 1.0 / 4000), 1.9, 2.1},
+          {"dopri5", adaptive(1e-8), adaptive(1e-8 / 32), 3.0, 8.0}};
+}
+
+class ConvergenceTest : public testing::TestWithParam<std::tuple<NamedWay, CaseScene, MethodUnderTest>> {};
+
+TEST_P(ConvergenceTest, HalfTheStepDividesTheErrorAsTheOrderSays) {
+  const auto& [way, scene, method] = GetParam();
+  const Judge judge(scene);
+  const System system = scene.build(judge.start());
+
+  for (const Instant& instant : judge.instants()) {
+    const double coarse = judge.error(way.find_answer(scene.name, system, method.coarse, instant.t), instant);
+    const double fine = judge.error(way.find_answer(scene.name, system, method.fine, instant.t), instant);
+
+    const double order = std::log2(coarse / fine);
+    EXPECT_GE(order, method.least_order) << "t = " << instant.t << ", errors " << coarse << " and " << fine;
+    EXPECT_LE(order, method.largest_order) << "t = " << instant.t << ", errors " << coarse << " and " << fine;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, ConvergenceTest,
+                         testing::Combine(testing::ValuesIn(list_ways()), testing::ValuesIn(moving_cases()),
+                                          testing::ValuesIn(list_methods())),
+                         [](const auto& instance) {
+                           return std::get<0>(instance.param).name + "_" + std::get<1>(instance.param).name + "_" +
+                                  std::get<2>(instance.param).name;
+                         });
+
+// ---- digits --------------------------------------------------------------------------------------------------------
+
+class AnswerTest : public testing::TestWithParam<std::tuple<NamedWay, CaseScene>> {
+ protected:
+  static Answer find_answer(double t_end) {
+    const auto& [way, scene] = GetParam();
+    const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14};
+    return way.find_answer(scene.name, scene.build(Judge(scene).start()), options, t_end);
+  }
+};
+
+template <class Wanted>
+auto list_answers(const Wanted& is_wanted) {
+  std::vector<CaseScene> scenes;
+  std::copy_if(moving_cases().begin(), moving_cases().end(), std::back_inserter(scenes), is_wanted);
+  return testing::Combine(testing::ValuesIn(list_ways()), testing::ValuesIn(scenes));
+}
+
+std::string name_answer(const testing::TestParamInfo<std::tuple<NamedWay, CaseScene>>& answer) {
+  return std::get<0>(answer.param).name + "_" + std::get<1>(answer.param).name;
+}
+
+class DigitsTest : public AnswerTest {};
+
+TEST_P(DigitsTest, TenDigitsOfMotionReactionsAndMultipliers) {
+  const Judge judge(std::get<1>(GetParam()));
+
+  for (const Instant& instant : judge.instants()) {
+    const Answer answer = find_answer(instant.t);
+
+    EXPECT_EQ(answer.t, instant.t);
+    EXPECT_LT(judge.error(answer, instant), 1e-10) << "t = " << instant.t;
+    EXPECT_LE(answer.position_violation, 1e-12);
+    EXPECT_LE(answer.velocity_violation, 1e-12);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, DigitsTest, list_answers([](const CaseScene&) { return true; }), name_answer);
+
+class EnergyTest : public AnswerTest {};
+
+/// E(t) - E(0) is what supports and moving constraints put in.
+TEST_P(EnergyTest, EnergyAndWorkAreThoseOfTheCase) {
+  const Judge judge(std::get<1>(GetParam()));
+  const Instant& end = judge.instants().back();
+
+  const Answer answer = find_answer(end.t);
+
+  const double scale = std::max({1.0, std::abs(*end.energy), std::abs(*judge.start().energy)});
+  EXPECT_NEAR(answer.energy, *end.energy, 1e-9 * scale);
+  EXPECT_NEAR(answer.energy_start, *judge.start().energy, 1e-12 * scale);
+  EXPECT_NEAR(answer.work_of_supports, *end.energy - *judge.start().energy, 1e-9 * scale);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, EnergyTest, list_answers([](const CaseScene& scene) {
+                           return read_trajectory(scene.reference).front().energy.has_value();
+                         }),
+                         name_answer);
+
+class SupportTest : public AnswerTest {};
+
+/// Rods between masses cancel in the sum of K lambda: the support at the origin carries the sum over the masses, turned
+/// round.
+TEST_P(SupportTest, TheSupportCarriesTheReactionsOfTheMasses) {
+  const CaseScene& scene = std::get<1>(GetParam());
+  const Instant end = read_trajectory(scene.reference).back();
+
+  const Answer answer = find_answer(end.t);
+
+  std::vector<double> carried(3, 0.0);
+  const std::vector<double> reactions = scene.reactions(end);
+  for (std::size_t i = 0; i < reactions.size(); ++i) carried[i % 3] -= reactions[i];
+  EXPECT_LT(largest_difference(std::span(answer.support_forces).first(3), carried), 1e-9 * largest(carried));
+  EXPECT_EQ(largest(std::span(answer.support_forces).subspan(3)), 0.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, SupportTest,
+                         list_answers([](const CaseScene& scene) { return scene.num_supports == 1; }), name_answer);
+
+// ---- single claims -------------------------------------------------------------------------------------------------
+
+class WayTest : public testing::TestWithParam<NamedWay> {};
+
+/// The bar of the project: `tanor run … --method dopri5 --rtol 1e-10 --atol 1e-12`.
+TEST_P(WayTest, ChainOf10IsWithin1e8AtOneSecond) {
+  const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12};
+  const std::vector<Instant> trajectory = read_trajectory("08_chain10");
+  const Instant& end = trajectory.back();
+
+  const Answer answer = GetParam().find_answer("08_chain10", make_chain_of_10(trajectory.front()), options, end.t);
+
+  ASSERT_EQ(end.t, 1.0);
+  EXPECT_LT(largest_difference(std::span(answer.positions).subspan(3), end.r), 1e-8);
+  EXPECT_LT(largest_difference(std::span(answer.velocities).subspan(3), end.v), 1e-8);
+  EXPECT_LE(answer.position_violation, 1e-12);
+  EXPECT_LE(answer.velocity_violation, 1e-12);
+}
+
+TEST_P(WayTest, ChainBetweenSupportsStaysAtRest) {
+  const System system = make_catenary();
+  const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12};
+
+  const Answer answer = GetParam().find_answer("06_catenary_N10", system, options, 1.0);
+
+  EXPECT_LT(largest_difference(answer.positions, system.positions), 1e-11);
+  EXPECT_LT(largest(answer.velocities), 1e-10);
+}
+
+TEST_P(WayTest, MotionInAPlaneStaysInIt) {
+  for (const char* name : {"07_chain2", "07_chain2_in_plane"}) {
+    const Instant start = read_trajectory("07_chain2").front();
+    const bool held = std::string(name) == "07_chain2_in_plane";
+    const System system = held ? make_double_pendulum_in_plane(start) : make_double_pendulum(start);
+
+    const Answer answer = GetParam().find_answer(name, system, {.method = Method::Rk4, .step = 1e-3}, 1.0);
+
+    for (std::size_t i = 2; i < answer.positions.size(); i += 3) EXPECT_EQ(answer.positions[i], 0.0) << name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, WayTest, testing::ValuesIn(list_ways()),
+                         [](const auto& instance) { return instance.param.name; });
+
+/// -lambda = T_i and w = 0.
+void expect_rest_with_tensions(std::span<const double> accelerations, std::span<const double> multipliers) {
+  const std::vector<double> tensions = numbers(read_case("06_catenary_N10").at("tensions"));
+  ASSERT_EQ(multipliers.size(), tensions.size());
+  for (std::size_t k = 0; k < tensions.size(); ++k) {
+    EXPECT_NEAR(-multipliers[k], tensions[k], 1e-12 * tensions[k]) << "rod " << k;
+  }
+  EXPECT_LT(largest(accelerations), 1e-12 * 9.81);
+}
+
+TEST(CatenaryTest, LibraryFindsRestAndTwelveDigitsOfTheTensions) {
+  Dynamics dynamics(make_catenary());
+  const System& system = dynamics.system();
+  std::vector<double> w(33), lambda(10);
+
+  ASSERT_TRUE(dynamics.solve(0.0, system.positions, system.velocities, w, lambda).outcome.ok());
+
+  expect_rest_with_tensions(w, lambda);
+}
+
+#ifdef TANOR_PROGRAM
+TEST(CatenaryTest, ProgramFindsRestAndTwelveDigitsOfTheTensions) {
+  const RunFolder folder;
+
+  run_program("solve " + scene_file("06_catenary_N10") + " --out " + (folder / "solution.json"));
+
+  const nlohmann::json solution = read_json(folder / "solution.json");
+  expect_rest_with_tensions(flatten(solution.at("accelerations")),
+                            solution.at("multipliers").get<std::vector<double>>());
+}
+#endif
+
+/// Both masses hanging straight down: a = g (m2 - m1)/(m1 + m2), T = 2 m1 m2 g/(m1 + m2).
+TEST(AtwoodTest, StraightRopesGiveTheSchoolBookAnswer) {
+  const nlohmann::json straight = read_case("05_atwood_swinging").at("vertical_case");
+  Dynamics dynamics(make_swinging_atwood({0.0, {-1, -1.5, 0, 1, -1.5, 0}, std::vector<double>(6, 0.0), {}, {}, {}}));
+  const System& system = dynamics.system();
+  std::vector<double> w(6), lambda(1);
+
+  ASSERT_TRUE(dynamics.solve(0.0, system.positions, system.velocities, w, lambda).outcome.ok());
+
+  EXPECT_NEAR(-w[4], number(straight.at("acc(m2 down)")), 1e-14);
+  EXPECT_NEAR(w[1], number(straight.at("acc(m2 down)")), 1e-14);
+  EXPECT_NEAR(-lambda[0], number(straight.at("tension")), 1e-13);
+}
+
+TEST(ReferenceTest, TheCopyIsWhatTheProjectShares) {
+  const std::filesystem::path copy = std::filesystem::path(TANOR_SOURCE_DIR) / "tests/cases/reference";
+  if (std::filesystem::equivalent(reference_folder(), copy)) GTEST_SKIP() << "no shared cases on this machine";
+  const auto read = [](const std::filesystem::path& file) {
+    return (std::stringstream() << std::ifstream(file).rdbuf()).str();
+  };
+
+  for (const auto& entry : std::filesystem::directory_iterator(copy)) {
+    EXPECT_EQ(read(entry.path()), read(reference_folder() / entry.path().filename())) << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace tanor::cases

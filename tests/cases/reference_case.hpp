@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace tanor::cases {
+
+/// What a case says about one time; plane vectors get z = 0. Its multipliers belong to its own constraint functions.
+struct Instant {
+  double t = 0.0;
+  std::vector<double> r, v, w;  // [3 * masses]
+  std::vector<double> lambda;   // [equations]
+  std::optional<double> energy;
+};
+
+/// The folder with the cases: the shared one, or the copy beside the tests.
+inline std::filesystem::path reference_folder() {
+  const std::filesystem::path shared = std::filesystem::path(TANOR_SOURCE_DIR).parent_path() / "shared/cases";
+  return std::filesystem::exists(shared) ? shared : std::filesystem::path(TANOR_SOURCE_DIR) / "tests/cases/reference";
+}
+
+/// `name` without ".json".
+inline nlohmann::json read_case(const std::string& name) {
+  return nlohmann::json::parse(std::ifstream(reference_folder() / (name + ".json")));
+}
+
+/// The cases print their numbers as text, to 28 digits.
+inline double number(const nlohmann::json& text) {
+  return std::strtod(text.get_ref<const std::string&>().c_str(), nullptr);
+}
+
+inline std::vector<double> numbers(const nlohmann::json& list) {
+  std::vector<double> result;
+  for (const nlohmann::json& text : list) result.push_back(number(text));
+  return result;
+}
+
+/// Numbers of `dimension` a point -> 3 a point.
+inline std::vector<double> make_spatial(const std::vector<double>& flat, std::size_t dimension) {
+  std::vector<double> result;
+  for (std::size_t i = 0; i < flat.size(); i += dimension) {
+    for (std::size_t axis = 0; axis < 3; ++axis) result.push_back(axis < dimension ? flat[i + axis] : 0.0);
+  }
+  return result;
+}
+
+/// The times of a case, the start first. The car axis lists them under "ours".
+inline std::vector<Instant> read_trajectory(const std::string& name) {
+  const nlohmann::json file = read_case(name);
+  const std::size_t dimension = file.value("dim", std::size_t{2});
+  std::vector<Instant> result;
+  for (const nlohmann::json& entry : file.at(file.contains("ours") ? "ours" : "trajectory")) {
+    const auto vectors = [&](const char* key) { return make_spatial(numbers(entry.at(key)), dimension); };
+    result.push_back(
+        {number(entry.at("t")), vectors("r"), vectors("v"), vectors("w"), numbers(entry.at("lambda")), {}});
+    if (entry.contains("energy")) result.back().energy = number(entry.at("energy"));
+  }
+  return result;
+}
+
+}  // namespace tanor::cases

@@ -1,0 +1,426 @@
+/// The inverse problem as a host sees it: his order, his arrays, systems of every size.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "solved.hpp"
+
+namespace tanor {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+// ---- small and empty systems -------------------------------------------------------------------------------------
+
+System falling_points(std::size_t count) {
+  System system;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const double x : {static_cast<double>(i), 0.0, 0.0}) system.positions.push_back(x);
+    system.masses.push_back(1.0 + static_cast<double>(i));
+  }
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  return system;
+}
+
+TEST(Dynamics, SinglePointFallsFreely) {
+  Dynamics dynamics(falling_points(1));
+  std::vector<double> w(3, nan), eta(3, nan);
+
+  const SolveReport report = dynamics.solve(0.0, dynamics.system().positions, dynamics.system().velocities, w, {}, eta);
+
+  EXPECT_TRUE(report.outcome.ok());
+  EXPECT_EQ(w, (std::vector{0.0, 0.0, -9.81}));
+  EXPECT_EQ(eta, (std::vector{0.0, 0.0, 0.0}));
+  EXPECT_EQ(dynamics.num_equations(), 0U);
+}
+
+TEST(Dynamics, SinglePointOnAnInclinedPlaneSlidesDown) {
+  // Normal (0, -sin a, cos a), a = 30 degrees: w = g sin a down the slope, reaction m g cos a along the normal.
+  const double sine = 0.5, cosine = std::sqrt(0.75), m = 3.0, g = 9.81;
+  System system = falling_points(1);
+  system.masses[0] = m;
+  system.constraints = {Planes{"", {0}, Vector3{0.0, -sine, cosine}, 0.0}};
+  Dynamics dynamics(system);
+  std::vector<double> w(3), lambda(1), eta(3);
+
+  ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector(3, 0.0), w, lambda, eta).outcome.ok());
+
+  EXPECT_NEAR(w[1], -g * sine * cosine, 1e-14);
+  EXPECT_NEAR(w[2], -g * sine * sine, 1e-14);
+  EXPECT_NEAR(lambda[0], m * g * cosine, 1e-14);
+  EXPECT_NEAR(eta[1], -m * g * cosine * sine, 1e-14);
+  EXPECT_NEAR(eta[2], m * g * cosine * cosine, 1e-14);
+}
+
+TEST(Dynamics, PendulumHangsOnItsTension) {
+  // A swinging bob at its lowest point: tension = m g + m v^2/l = -lambda, and the support carries it.
+  System system = falling_points(2);
+  system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, -0.5};
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {Rods{"", {{0, 1}}, {}, {}}};
+  Dynamics dynamics(system);
+  std::vector<double> w(6), lambda(1), eta(6), carried(6);
+  const double tension = 2.0 * (9.81 + 3.0 * 3.0 / 0.5);
+
+  ASSERT_TRUE(
+      dynamics.solve(0.0, system.positions, std::vector{0.0, 0.0, 0.0, 3.0, 0.0, 0.0}, w, lambda, eta).outcome.ok());
+  dynamics.support_forces(carried);
+
+  EXPECT_NEAR(lambda[0], -tension, 1e-13);
+  EXPECT_NEAR(w[5], 3.0 * 3.0 / 0.5, 1e-13);
+  EXPECT_NEAR(eta[5], tension, 1e-13);
+  EXPECT_NEAR(carried[2], -tension, 1e-13);
+  EXPECT_EQ(carried[5], 0.0);
+}
+
+TEST(Dynamics, FreePointsBesideConstrainedOnesFallFreely) {
+  System system = falling_points(5);
+  system.constraints = {Rods{"", {{1, 3}}, {}, {}}};
+  Dynamics dynamics(system);
+  std::vector<double> w(15);
+
+  ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector(15, 0.0), w).outcome.ok());
+
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(w[3 * i + 2], -9.81, 1e-14) << "point " << i;
+}
+
+TEST(Dynamics, SystemOfSupportsAloneCarriesWhatActsOnIt) {
+  System system = falling_points(2);
+  system.supports = {{"", {0, 1}, VectorFunction(ScalarFunction::formula("t^2"), 0.0, 0.0)}};
+  system.forces = {ConstantForce{"", {1}, Vector3{1.0, 2.0, 3.0}}};
+  Dynamics dynamics(system);
+  std::vector<double> w(6), carried(6);
+
+  ASSERT_TRUE(dynamics.solve(1.0, system.positions, std::vector(6, 0.0), w).outcome.ok());
+  dynamics.support_forces(carried);
+
+  EXPECT_EQ(w, (std::vector{2.0, 0.0, 0.0, 2.0, 0.0, 0.0}));
+  EXPECT_EQ(carried, (std::vector{0.0, 0.0, 0.0, 1.0, 2.0, 3.0}));
+}
+
+TEST(Dynamics, RowBetweenSupportsIsIdle) {
+  // (0) - (1) - 2: the first rod joins two supports.
+  System system = falling_points(3);
+  system.supports = {{"", {0, 1}, {}}};
+  system.constraints = {Rods{"", {{0, 1}, {1, 2}}, {}, {}}};
+  Dynamics dynamics(system);
+  std::vector<double> w(9), lambda(2, nan), eta(9);
+
+  ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector(9, 1.0), w, lambda, eta).outcome.ok());
+
+  EXPECT_EQ(dynamics.plan().idle_equations, std::vector<std::size_t>{0});
+  EXPECT_EQ(lambda[0], 0.0);
+  // v^2 = 2 across the rod of length 1
+  EXPECT_NEAR(lambda[1], -3.0 * 2.0, 1e-13);
+}
+
+// ---- the host's arrays -------------------------------------------------------------------------------------------
+
+RC_GTEST_PROP(Dynamics, WhatTheHostSaysAboutSupportsDoesNotMatter, ()) {
+  RandomSystem random = any_system();
+  const Solved expected(random);
+  for (const Support& support : random.system.supports) {
+    for (const Index i : support.points) {
+      random.system.masses[static_cast<std::size_t>(i)] = 0.0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        random.positions[3 * static_cast<std::size_t>(i) + k] = nan;
+        random.velocities[3 * static_cast<std::size_t>(i) + k] = nan;
+      }
+    }
+  }
+  Dynamics dynamics(random.system);
+  std::vector<double> w(random.positions.size()), lambda(dynamics.num_equations());
+
+  const SolveReport report = dynamics.solve(random.t, random.positions, random.velocities, w, lambda);
+
+  RC_ASSERT(report.outcome.ok());
+  RC_ASSERT(w == expected.accelerations);
+  RC_ASSERT(lambda == expected.multipliers);
+}
+
+TEST(Dynamics, EmptySpansAreNotComputed) {
+  RandomSystem random = make_random_system(12, 3);
+  Dynamics dynamics(random.system);
+  std::vector<double> alone(dynamics.num_equations()), together(alone), w(36), eta(36);
+
+  ASSERT_TRUE(dynamics.solve(random.t, random.positions, random.velocities, {}, alone).outcome.ok());
+  ASSERT_TRUE(dynamics.solve(random.t, random.positions, random.velocities, w, together, eta).outcome.ok());
+
+  EXPECT_EQ(alone, together);
+}
+
+TEST(Dynamics, ArrayOfTheWrongSizeIsNamed) {
+  System system = falling_points(2);
+  system.constraints = {Rods{"", {{0, 1}}, {}, {}}};
+  Dynamics dynamics(system);
+  std::vector<double> good(6, 0.0), bad(5, 0.0), rows(1);
+  const std::vector<double>& r = system.positions;
+  const auto message_of = [](const auto& call) {
+    try {
+      call();
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+
+  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, bad, good, good); }), "positions has 5 numbers; 6 are needed");
+  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, r, bad, good); }), "velocities has 5 numbers; 6 are needed");
+  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, r, good, bad); }), "accelerations has 5 numbers; 6 are needed");
+  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, r, good, good, bad); }),
+            "multipliers has 5 numbers; 1 are needed");
+  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, r, good, good, rows, bad); }),
+            "reactions has 5 numbers; 6 are needed");
+  EXPECT_EQ(message_of([&] { dynamics.support_forces(bad); }), "forces has 5 numbers; 6 are needed");
+}
+
+TEST(Dynamics, MovedObjectGoesOn) {
+  RandomSystem random = make_random_system(10, 4);
+  Dynamics first(random.system);
+  std::vector<double> before(30), after(30);
+  ASSERT_TRUE(first.solve(random.t, random.positions, random.velocities, before).outcome.ok());
+
+  Dynamics second = std::move(first);
+  ASSERT_TRUE(second.solve(random.t, random.positions, random.velocities, after).outcome.ok());
+
+  EXPECT_EQ(before, after);
+}
+
+TEST(Dynamics, CountsItsWork) {
+  RandomSystem random = make_random_system(10, 4);
+  Dynamics dynamics(random.system);
+  std::vector<double> w(30);
+
+  (void)dynamics.solve(random.t, random.positions, random.velocities, w);
+  (void)dynamics.solve(random.t, random.positions, random.velocities, w);
+
+  EXPECT_EQ(dynamics.counters().evaluations, 2U);
+  EXPECT_EQ(dynamics.counters().factorizations, 2U);
+  EXPECT_GE(dynamics.counters().solves, 2U);
+}
+
+TEST(Dynamics, ConstantGradientsAreFactorizedOnce) {
+  System system = falling_points(4);
+  system.constraints = {Planes{"", {0, 1, 2, 3}, Vector3{0.0, 0.3, 1.0}, 0.0},
+                        Linears{"", {{0, 1}, {2, 3}}, {Vector3{1.0, 0.0, 0.0}, Vector3{-1.0, 0.0, 0.0}}, {}}};
+  Dynamics dynamics(system);
+  std::vector<double> w(12);
+
+  for (int k = 0; k < 3; ++k) (void)dynamics.solve(0.1 * k, system.positions, std::vector(12, 0.0), w);
+
+  EXPECT_EQ(dynamics.counters().factorizations, 1U);
+}
+
+// ---- the user's order --------------------------------------------------------------------------------------------
+
+/// The same system with its points renamed: point i becomes name[i].
+class Renamed {
+ public:
+  explicit Renamed(std::vector<Index> name) : name_(std::move(name)) {}
+
+  std::vector<double> operator()(const std::vector<double>& user, std::size_t width = 3) const {
+    std::vector<double> result(user.size());
+    for (std::size_t i = 0; i < name_.size(); ++i) {
+      for (std::size_t k = 0; k < width; ++k) {
+        result[width * static_cast<std::size_t>(name_[i]) + k] = user[width * i + k];
+      }
+    }
+    return result;
+  }
+
+  System operator()(System system) const {
+    system.positions = (*this)(system.positions);
+    system.masses = (*this)(system.masses, 1);
+    for (Support& support : system.supports) rename(&support.points);
+    for (Constraint& constraint : system.constraints) {
+      std::visit([&](auto& group) { rename_members(&group); }, constraint);
+    }
+    for (Force& force : system.forces) {
+      std::visit([&](auto& group) { rename_members(&group); }, force);
+    }
+    return system;
+  }
+
+ private:
+  template <class Points>
+  void rename(Points* points) const {
+    for (Index& point : *points) point = name_[static_cast<std::size_t>(point)];
+  }
+  template <class Tuples>
+  void rename_each(Tuples* tuples) const {
+    for (auto& tuple : *tuples) rename(&tuple);
+  }
+  void rename_members(Rods* group) const { rename_each(&group->pairs); }
+  void rename_members(Angles* group) const { rename_each(&group->triples); }
+  void rename_members(Pulleys* group) const { rename_each(&group->pairs); }
+  void rename_members(Linears* group) const { rename_each(&group->tuples); }
+  void rename_members(Springs* group) const { rename_each(&group->pairs); }
+  void rename_members(Gravity*) const {}
+  template <class Group>
+  void rename_members(Group* group) const {
+    rename(&group->points);
+  }
+
+  std::vector<Index> name_;
+};
+
+RC_GTEST_PROP(Dynamics, RenamedPointsGetTheSameAnswerUnderTheirNewNames, ()) {
+  const RandomSystem random = any_system();
+  std::vector<Index> name(random.system.num_points());
+  std::iota(name.begin(), name.end(), 0);
+  std::shuffle(name.begin(), name.end(), std::mt19937(*rc::gen::arbitrary<std::uint32_t>().as("order")));
+  const Renamed renamed(name);
+
+  const Solved expected(random);
+  const Solved solved({renamed(random.system), random.t, renamed(random.positions), renamed(random.velocities)});
+
+  const VectorXd w = reference::vector(renamed(expected.accelerations));
+  RC_ASSERT((reference::vector(solved.accelerations) - w).norm() <= expected.accuracy * expected.size);
+  const VectorXd root = expected.dense.S().diagonal().cwiseSqrt();
+  RC_ASSERT(root.cwiseProduct(solved.lambda - expected.lambda).norm() <=
+            expected.accuracy * (expected.size + root.cwiseProduct(expected.lambda).norm()));
+}
+
+RC_GTEST_PROP(Dynamics, RowsFollowTheOrderOfTheGroups, ()) {
+  // Groups the other way round: the same rows, in another order.
+  const RandomSystem random = any_system();
+  RandomSystem reversed = random;
+  std::reverse(reversed.system.constraints.begin(), reversed.system.constraints.end());
+
+  const Solved expected(random), solved(reversed);
+
+  std::size_t row = 0, from_end = expected.multipliers.size();
+  for (const Constraint& constraint : random.system.constraints) {
+    System single = random.system;
+    single.constraints = {constraint};
+    const std::size_t rows = num_equations(single);
+    from_end -= rows;
+    for (std::size_t k = 0; k < rows; ++k) {
+      const double a = expected.multipliers[row + k], b = solved.multipliers[from_end + k];
+      RC_ASSERT(std::abs(a - b) <= expected.accuracy * (1.0 + expected.lambda.norm() + expected.eta.norm()));
+    }
+    row += rows;
+  }
+}
+
+// ---- options -----------------------------------------------------------------------------------------------------
+
+RC_GTEST_PROP(Dynamics, EveryOrderingGivesTheSameAnswer, ()) {
+  const RandomSystem random = any_system();
+  const auto ordering = *rc::gen::element(Ordering::Amd, Ordering::Metis, Ordering::Nesdis, Ordering::Natural);
+
+  const Solved expected(random), solved(random, {.ordering = ordering});
+
+  RC_ASSERT(solved.is_small(solved.w - expected.w));
+}
+
+TEST(Dynamics, TwoThreadsGiveTheSameBits) {
+  // 300 chains of 30 rods with random places: several parts, every loop long enough to be cut.
+  System system;
+  Rods rods;
+  std::mt19937 generator(2);
+  std::normal_distribution<double> normal;
+  for (Index chain = 0; chain < 300; ++chain) {
+    for (Index k = 0; k <= 30; ++k) {
+      for (int c = 0; c < 3; ++c) system.positions.push_back(k + normal(generator));
+      system.masses.push_back(std::exp(normal(generator)));
+      if (k > 0) rods.pairs.push_back({31 * chain + k - 1, 31 * chain + k});
+    }
+  }
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  std::vector<double> velocities(system.positions.size());
+  for (double& x : velocities) x = normal(generator);
+  struct Result {
+    std::vector<double> v, r, w, lambda, eta, w_T, w_N;
+    bool operator==(const Result&) const = default;
+  };
+  const auto run = [&](int threads) {
+    Dynamics dynamics(system, {.threads = threads});
+    const std::size_t size = velocities.size();
+    Result result{velocities,
+                  system.positions,
+                  std::vector<double>(size),
+                  std::vector<double>(dynamics.num_equations()),
+                  std::vector<double>(size),
+                  std::vector<double>(size),
+                  std::vector<double>(size)};
+    for (std::size_t c = 0; c < size; ++c) result.r[c] += 1e-4 * velocities[c];
+    EXPECT_TRUE(dynamics.project_positions(0.0, result.r).outcome.ok());
+    EXPECT_TRUE(dynamics.project_velocities(0.0, result.r, result.v).outcome.ok());
+    EXPECT_TRUE(dynamics.solve(0.0, result.r, result.v, result.w, result.lambda, result.eta).outcome.ok());
+    EXPECT_TRUE(dynamics.split(result.w_T, result.w_N).ok());
+    return result;
+  };
+
+  const Result one = run(1), two = run(2);
+
+  EXPECT_TRUE(one == two);
+}
+
+TEST(Dynamics, PlanTellsWhatTheSystemNeeds) {
+  // Two chains of two rods on one support, one free point.
+  System system = falling_points(6);
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {Rods{"", {{0, 1}, {1, 2}, {0, 3}, {3, 4}}, {}, {}}};
+  const Dynamics dynamics(system);
+
+  const PlanSummary& plan = dynamics.plan();
+
+  EXPECT_EQ(plan.points, 6U);
+  EXPECT_EQ(plan.supports, 1U);
+  EXPECT_EQ(plan.equations, 4U);
+  EXPECT_EQ(plan.islands, 2U);
+  EXPECT_EQ(plan.parts, 1U);
+  EXPECT_EQ(plan.pattern_nonzeros, 6U);
+  EXPECT_EQ(plan.factor_nonzeros, 6U);
+  EXPECT_EQ(plan.ordering, "natural");
+  EXPECT_EQ(plan.factorization, "simplicial");
+  EXPECT_EQ(std::count(plan.left_out.begin(), plan.left_out.end(), "spring forces: none"), 1);
+  EXPECT_EQ(std::count(plan.left_out.begin(), plan.left_out.end(), "refactorization: K is constant"), 0);
+}
+
+// ---- what the last solve left ------------------------------------------------------------------------------------
+
+TEST(Dynamics, SplitIsThatOfTheLastSolveWhateverWasAskedInBetween) {
+  RandomSystem random = make_random_system(12, 3);
+  Solved solved(random);
+  const Solved::Split expected = solved.split();
+  const std::vector<double> carried = solved.support_forces();
+  std::vector<double> elsewhere = random.positions, velocities = random.velocities;
+  for (double& x : elsewhere) x *= 1.01;
+
+  (void)solved.dynamics.position_violation(random.t + 1.0, elsewhere);
+  (void)solved.dynamics.velocity_violation(random.t + 1.0, elsewhere, velocities);
+  const Solved::Split split = solved.split();
+
+  EXPECT_EQ(split.normal, expected.normal);
+  EXPECT_EQ(split.tangent, expected.tangent);
+  EXPECT_EQ(solved.support_forces(), carried);
+}
+
+TEST(Dynamics, ReactionsAtSupportsAreThoseOfTheLastSolveWhateverWasProjectedSince) {
+  RandomSystem random = make_random_system(12, 3);
+  Solved solved(random);
+  const Solved::Split expected = solved.split();
+  const std::vector<double> carried = solved.support_forces();
+  std::vector<double> elsewhere = random.positions;
+  for (double& x : elsewhere) x *= 1.001;
+
+  ASSERT_TRUE(solved.dynamics.project_positions(random.t, elsewhere).outcome.ok());
+  const Solved::Split split = solved.split();
+
+  EXPECT_EQ(solved.support_forces(), carried);
+  EXPECT_EQ(split.normal, expected.normal);
+}
+
+}  // namespace
+}  // namespace tanor

@@ -1,0 +1,62 @@
+#pragma once
+
+/// \file A random system solved by the library, beside its dense twin.
+
+#include <utility>
+#include <vector>
+
+#include "random_systems.hpp"
+
+namespace tanor {
+
+/// Vectors without a suffix live on the coordinates of the moving points.
+struct Solved {
+  RandomSystem random;
+  reference::Mechanics dense;
+  Dynamics dynamics;
+  std::vector<double> accelerations, multipliers, reactions;  ///< 3n, d, 3n, in the user's order
+  SolveReport report;
+  Eigen::VectorXd w, lambda, eta;
+  double accuracy = 0.0;  ///< 1e-12 sqrt(cond S): what the identities must hold to, relative
+  double size = 0.0;      ///< of the accelerations that meet in w
+
+  explicit Solved(RandomSystem given, const SolverOptions& options = {})
+      : random(std::move(given)),
+        dense(reference::make_mechanics(random.system, random.t, random.positions, random.velocities)),
+        dynamics(random.system, options),
+        accelerations(random.positions.size()),
+        multipliers(dynamics.num_equations()),
+        reactions(random.positions.size()),
+        report(dynamics.solve(random.t, random.positions, random.velocities, accelerations, multipliers, reactions)),
+        w(dense.pick(accelerations)),
+        lambda(reference::vector(multipliers)),
+        eta(dense.pick(reactions)),
+        accuracy(1e-12 * dense.sqrt_condition()),
+        size(1.0 + w.norm() + dense.f.cwiseQuotient(dense.M).norm() + dense.phi.norm()) {}
+
+  struct Split {
+    Outcome outcome;
+    std::vector<double> tangent, normal;  ///< w_T, w_N, 3n
+  };
+  Split split() {
+    Split result{{}, reactions, reactions};  // wrong numbers, to be replaced
+    result.outcome = dynamics.split(result.tangent, result.normal);
+    return result;
+  }
+  std::vector<double> active_forces() const {
+    std::vector<double> result(accelerations);
+    dynamics.active_forces(result);
+    return result;
+  }
+  std::vector<double> support_forces() const {
+    std::vector<double> result(accelerations);
+    dynamics.support_forces(result);
+    return result;
+  }
+
+  /// |M^-1 x|: a force measured as an acceleration.
+  double as_acceleration(const Eigen::VectorXd& force) const { return force.cwiseQuotient(dense.M).norm(); }
+  bool is_small(const Eigen::VectorXd& acceleration) const { return acceleration.norm() <= accuracy * size; }
+};
+
+}  // namespace tanor

@@ -1,0 +1,280 @@
+/// Systems and states without a (unique) answer: told by status and name, never by a crash or a NaN, and forgotten
+/// afterwards.
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "random_systems.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// 0 -- 1 -- 2 -- 3 bent in a plane, with gravity.
+System make_chain() {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.5, 0.8, 0.0, 2.5, 0.7, 0.0};
+  system.masses.assign(4, 1.0);
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {Rods{"links", {{0, 1}, {1, 2}, {2, 3}}, {}, {}}};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  return system;
+}
+
+struct Answer {
+  SolveReport report;
+  std::vector<double> w, lambda;
+};
+
+Answer solve(Dynamics& dynamics, const std::vector<double>& r, const std::vector<double>& v) {
+  Answer answer{{}, std::vector<double>(r.size(), -1.0), std::vector<double>(dynamics.num_equations(), -1.0)};
+  answer.report = dynamics.solve(0.0, r, v, answer.w, answer.lambda);
+  return answer;
+}
+
+Answer solve_at_rest(const System& system) {
+  Dynamics dynamics(system);
+  return solve(dynamics, system.positions, std::vector<double>(system.positions.size(), 0.0));
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// ---- singular S --------------------------------------------------------------------------------------------------
+
+TEST(Trouble, DoubledRodIsSingularAndNamed) {
+  System system = make_chain();
+  system.constraints.push_back(Rods{"brace", {{2, 1}}, {}, {}});
+
+  const Answer answer = solve_at_rest(system);
+
+  EXPECT_EQ(answer.report.outcome.status, Status::Singular);
+  const std::string& what = answer.report.outcome.what;
+  EXPECT_TRUE(contains(what, "links[1]") || contains(what, "brace[0]")) << what;
+  EXPECT_EQ(answer.w, std::vector<double>(12, -1.0)) << "arrays are left alone";
+}
+
+TEST(Trouble, DoubledRodIsNamedInEveryOrdering) {
+  System system = make_chain();
+  system.constraints.push_back(Rods{"brace", {{2, 1}}, {}, {}});
+  for (const Ordering ordering : {Ordering::Natural, Ordering::Amd, Ordering::Metis, Ordering::Nesdis}) {
+    Dynamics dynamics(system, {.ordering = ordering});
+
+    const Answer answer = solve(dynamics, system.positions, std::vector<double>(12, 0.0));
+
+    EXPECT_EQ(answer.report.outcome.status, Status::Singular);
+    const std::string& what = answer.report.outcome.what;
+    EXPECT_TRUE(contains(what, "links[1]") || contains(what, "brace[0]")) << what;
+  }
+}
+
+TEST(Trouble, RedundantParallelogramNamesOneOfItsRods) {
+  // Three equal parallel rods carry one bar: a rod too many (case 18a).
+  //   (0)  (1)  (2)
+  //    |    |    |
+  //    3----4----5    bar 3-5, 4 on it by rods 3-4 and 4-5
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, -1.0, 2.0, 0.0, -1.0};
+  system.masses.assign(6, 1.0);
+  system.supports = {{"", {0, 1, 2}, {}}};
+  system.constraints = {Rods{"legs", {{0, 3}, {1, 4}, {2, 5}}, {}, {}}, Rods{"bar", {{3, 4}, {4, 5}, {3, 5}}, {}, {}}};
+
+  const Answer answer = solve_at_rest(system);
+
+  EXPECT_EQ(answer.report.outcome.status, Status::Singular);
+  EXPECT_TRUE(contains(answer.report.outcome.what, "bar[")) << answer.report.outcome.what;
+}
+
+TEST(Trouble, TautChainBetweenTwoSupportsIsSingularNotACrash) {
+  // Straight between its ends: rods and supports hold each other, the tension is not determined.
+  System system;
+  Rods rods;
+  for (Index k = 0; k <= 5; ++k) {
+    for (const double x : {0.25 * k, 0.0, 0.0}) system.positions.push_back(x);
+    if (k > 0) rods.pairs.push_back({k - 1, k});
+  }
+  system.masses.assign(6, 1.0);
+  system.supports = {{"", {0, 5}, {}}};
+  system.constraints = {rods};
+
+  const Answer answer = solve_at_rest(system);
+
+  EXPECT_EQ(answer.report.outcome.status, Status::Singular);
+  EXPECT_TRUE(contains(answer.report.outcome.what, "rod0[")) << answer.report.outcome.what;
+}
+
+/// A flat square net of unit meshes whose border is held.
+System make_flat_net(Index side) {
+  System system;
+  Rods rods;
+  Support border;
+  for (Index x = 0; x < side; ++x) {
+    for (Index y = 0; y < side; ++y) {
+      const Index i = x * side + y;
+      for (const double c : {1.0 * x, 1.0 * y, 0.0}) system.positions.push_back(c);
+      system.masses.push_back(1.0);
+      if (x == 0 || y == 0 || x == side - 1 || y == side - 1) border.points.push_back(i);
+      if (x > 0) rods.pairs.push_back({i - side, i});
+      if (y > 0) rods.pairs.push_back({i - 1, i});
+    }
+  }
+  system.supports = {border};
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  return system;
+}
+
+TEST(Trouble, FlatNetInAStiffFrameIsReportedAtItsStart) {
+  System system = make_flat_net(6);
+  std::vector<double> r = system.positions, v(r.size(), 0.0);
+  Dynamics dynamics(system);
+
+  const StartReport report = dynamics.start(0.0, r, v, StartMode::Check);
+
+  EXPECT_EQ(report.outcome.status, Status::Singular);
+  EXPECT_TRUE(contains(report.outcome.what, "rod0[")) << report.outcome.what;
+  EXPECT_EQ(r, system.positions);
+}
+
+TEST(Trouble, PointAtTheSingularPlaceOfAnAngleIsSingular) {
+  // Three points in a line: cos = -1 has no slope there.
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0};
+  system.masses.assign(3, 1.0);
+  system.constraints = {Angles{"bend", {{0, 1, 2}}, {}}};
+
+  const Answer answer = solve_at_rest(system);
+
+  EXPECT_EQ(answer.report.outcome.status, Status::Singular);
+  EXPECT_TRUE(contains(answer.report.outcome.what, "bend[0]")) << answer.report.outcome.what;
+}
+
+TEST(Trouble, SplitOfASingularGammaIsAStatus) {
+  System system = make_chain();
+  system.constraints.push_back(Rods{"brace", {{2, 1}}, {}, {}});
+  Dynamics dynamics(system);
+  (void)solve(dynamics, system.positions, std::vector<double>(12, 0.0));
+  std::vector<double> tangent(12), normal(12);
+
+  const Outcome outcome = dynamics.split(tangent, normal);
+
+  EXPECT_EQ(outcome.status, Status::Singular);
+}
+
+// ---- states that are no states -----------------------------------------------------------------------------------
+
+class BadState : public testing::Test {
+ protected:
+  const System system = make_chain();
+  Dynamics dynamics{system};
+  const std::vector<double> at_rest = std::vector<double>(12, 0.0);
+
+  std::vector<double> with(std::vector<double> numbers, std::size_t place, double value) const {
+    numbers[place] = value;
+    return numbers;
+  }
+
+  /// The answer of a fresh object, for comparison.
+  void expect_recovery() {
+    const Answer fresh = solve_at_rest(system), again = solve(dynamics, system.positions, at_rest);
+    ASSERT_TRUE(again.report.outcome.ok()) << again.report.outcome.what;
+    EXPECT_EQ(again.w, fresh.w);
+    EXPECT_EQ(again.lambda, fresh.lambda);
+  }
+};
+
+TEST_F(BadState, NumbersThatAreNotFiniteAreToldAndForgotten) {
+  for (const double bad : {nan, HUGE_VAL}) {
+    for (const std::size_t place : {std::size_t{3}, std::size_t{11}}) {
+      EXPECT_EQ(solve(dynamics, with(system.positions, place, bad), at_rest).report.outcome.status, Status::NotFinite);
+      EXPECT_EQ(solve(dynamics, system.positions, with(at_rest, place, bad)).report.outcome.status, Status::NotFinite);
+    }
+  }
+  expect_recovery();
+}
+
+TEST_F(BadState, VelocitiesThatOverflowAreNotFinite) {
+  EXPECT_EQ(solve(dynamics, system.positions, with(at_rest, 4, 1e200)).report.outcome.status, Status::NotFinite);
+  expect_recovery();
+}
+
+TEST_F(BadState, PointsOnTopOfEachOtherAreToldAndForgotten) {
+  std::vector<double> coincident = system.positions;
+  for (std::size_t k = 0; k < 3; ++k) coincident[6 + k] = coincident[3 + k];
+
+  const Answer answer = solve(dynamics, coincident, at_rest);
+
+  EXPECT_FALSE(answer.report.outcome.ok());
+  expect_recovery();
+}
+
+TEST_F(BadState, ProjectionsOfBadNumbersAreToldAndForgotten) {
+  // First of all calls: nothing may stick.
+  std::vector<double> bad = with(system.positions, 3, nan), v = with(at_rest, 4, nan), r = system.positions;
+
+  EXPECT_FALSE(dynamics.project_positions(0.0, bad).outcome.ok());
+  EXPECT_FALSE(dynamics.project_velocities(0.0, bad, v).outcome.ok());
+  EXPECT_FALSE(dynamics.project_velocities(0.0, r, v).outcome.ok());
+
+  expect_recovery();
+}
+
+TEST(Trouble, TimeOutsideATableIsAnInputErrorAndForgotten) {
+  // The sphere's moving center comes before the rod's table in time, which ends at 1.
+  System system = make_chain();
+  std::get<Rods>(system.constraints[0]).length = ScalarFunction::table({0.0, 0.5, 1.0}, {1.0, 1.1, 1.0});
+  system.constraints.push_back(
+      Spheres{"", {3}, VectorFunction(ScalarFunction::formula("5*t"), 0.0, -2.0), ScalarFunction::formula("2+t")});
+  Dynamics dynamics(system), fresh(system);
+  std::vector<double> w(12), expected(12);
+  const std::vector<double> v(12, 0.1);
+  ASSERT_TRUE(fresh.solve(0.5, system.positions, v, expected).outcome.ok());
+  ASSERT_TRUE(dynamics.solve(0.5, system.positions, v, w).outcome.ok());
+
+  EXPECT_THROW((void)dynamics.solve(2.0, system.positions, v, w), InputError);
+  ASSERT_TRUE(dynamics.solve(0.5, system.positions, v, w).outcome.ok());
+
+  EXPECT_EQ(w, expected);
+}
+
+TEST(Trouble, FailedTimeOfOneFamilyDoesNotStickToAnother) {
+  // The rods' length is set first and stands at the new time when the pulley's table refuses.
+  System system = make_chain();
+  std::get<Rods>(system.constraints[0]).length = ScalarFunction::formula("1+0.1*t^2");
+  system.constraints.push_back(
+      Pulleys{"", {{1, 3}}, {0.0, 0.0, 2.0}, {3.0, 0.0, 2.0}, ScalarFunction::table({0.0, 0.5, 1.0}, {4.0, 4.1, 4.0})});
+  Dynamics dynamics(system), fresh(system);
+  std::vector<double> w(12), expected(12);
+  const std::vector<double> v(12, 0.1);
+  ASSERT_TRUE(fresh.solve(0.5, system.positions, v, expected).outcome.ok());
+  ASSERT_TRUE(dynamics.solve(0.5, system.positions, v, w).outcome.ok());
+
+  EXPECT_THROW((void)dynamics.solve(2.0, system.positions, v, w), InputError);
+  const double violation = dynamics.position_violation(0.5, system.positions);
+
+  EXPECT_EQ(violation, fresh.position_violation(0.5, system.positions));
+}
+
+TEST(Trouble, ContradictoryLengthsDoNotConverge) {
+  // A triangle with sides 1, 1 and 3.
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.8, 0.0};
+  system.masses.assign(3, 1.0);
+  system.constraints = {Rods{"side", {{0, 1}, {1, 2}, {2, 0}}, std::vector{1.0, 1.0, 3.0}, {}}};
+  Dynamics dynamics(system);
+  std::vector<double> r = system.positions, v(9, 0.0);
+
+  const ProjectionReport projected = dynamics.project_positions(0.0, r);
+  const StartReport start = dynamics.start(0.0, r, v, StartMode::Project);
+
+  EXPECT_FALSE(projected.outcome.ok());
+  EXPECT_FALSE(start.outcome.ok());
+  EXPECT_EQ(r, system.positions) << "arrays are left alone";
+}
+
+}  // namespace
+}  // namespace tanor

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+
+namespace tanor::allocation {
+
+/// Counts what every thread asks malloc, calloc, realloc, aligned_alloc, posix_memalign or operator new for, from its
+/// construction on. The whole program has one heap: link counting_allocator.cpp.
+class AllocationCounter {
+ public:
+  AllocationCounter();
+  std::size_t count() const;
+
+ private:
+  std::size_t before_;
+};
+
+}  // namespace tanor::allocation

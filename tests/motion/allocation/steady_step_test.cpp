@@ -1,0 +1,112 @@
+#include <cstdlib>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "motion/allocation/counting_allocator.hpp"
+#include "motion/scenes.hpp"
+
+namespace tanor {
+namespace {
+
+using allocation::AllocationCounter;
+
+struct Scene {
+  std::string name;
+  System (*build)();
+
+  friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
+};
+
+// Simplicial factors: in supernodal ones CHOLMOD takes its workspace anew each time.
+const Scene steady_scenes[]{
+    {"chain", [] { return scenes::make_chain(4'200); }},
+    {"net", [] { return scenes::make_net(30, 30); }},
+    {"clusters", [] { return scenes::make_clusters(50); }},
+    {"beads", [] { return scenes::make_beads(1'100); }},
+    {"damped_springs", [] { return scenes::make_damped_chain(100); }},
+    {"shaken_support", [] { return scenes::make_shaken_chain(100); }},
+    {"breathing_rods", [] { return scenes::make_breathing_chain(100); }},
+    {"driven_bead", [] { return scenes::make_driven_chain(100); }},
+};
+
+class SteadyStepTest : public testing::TestWithParam<std::tuple<Scene, Method, int>> {};
+
+TEST_P(SteadyStepTest, AllocatesNothing) {
+  const auto& [scene, method, threads] = GetParam();
+  MotionOptions options{.method = method, .rtol = 1e-6, .atol = 1e-8, .start = StartMode::Project};
+  if (method != Method::Dopri5) options.step = 1e-3;
+  Simulation simulation(scene.build(), options, {.threads = threads});
+
+  // 3 steps to warm up, 20 in which nothing may happen, one more so that the count falls between two steps.
+  std::size_t count = 0;
+  std::unique_ptr<AllocationCounter> counter;
+  const Outcome outcome = simulation.advance(1.0, [&](const MotionReport& report) {
+    if (report.steps == 3) counter = std::make_unique<AllocationCounter>();
+    if (report.steps == 23) count = counter->count();
+    return report.steps < 24;
+  });
+
+  EXPECT_TRUE(outcome.ok()) << outcome.what;
+  EXPECT_EQ(simulation.report().steps, 24u);
+  EXPECT_EQ(count, 0u);
+}
+
+/// A host that asks for every step.
+TEST_P(SteadyStepTest, AllocatesNothingWhereEachIsAnAdvance) {
+  const auto& [scene, method, threads] = GetParam();
+  MotionOptions options{.method = method, .rtol = 1e-6, .atol = 1e-8, .start = StartMode::Project};
+  if (method != Method::Dopri5) options.step = 1e-3;
+  Simulation simulation(scene.build(), options, {.threads = threads});
+  const auto advance = [&](int from, int to) {
+    for (int k = from; k <= to; ++k) {
+      if (!simulation.advance(1e-3 * k).ok()) return false;
+    }
+    return true;
+  };
+  ASSERT_TRUE(advance(1, 3));
+
+  const AllocationCounter counter;
+  const bool is_ok = advance(4, 13);
+  const std::size_t count = counter.count();
+
+  EXPECT_TRUE(is_ok);
+  EXPECT_EQ(count, 0u);
+}
+
+std::string name_instance(const testing::TestParamInfo<SteadyStepTest::ParamType>& instance) {
+  const auto& [scene, method, threads] = instance.param;
+  return scene.name + "_" + std::string(method_name(method)) + "_" + std::to_string(threads);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SteadyStepTest,
+                         testing::Combine(testing::ValuesIn(steady_scenes),
+                                          testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
+                                          testing::Values(1, 2)),
+                         name_instance);
+
+TEST(AllocationCounterTest, SeesMallocAndNew) {
+  const AllocationCounter counter;
+
+  void* volatile block = std::malloc(10);
+  std::free(block);
+  const std::unique_ptr<int> number = std::make_unique<int>(1);
+
+  EXPECT_EQ(*number, 1);
+  EXPECT_EQ(counter.count(), 2u);
+}
+
+/// Inside the libraries too: CHOLMOD takes the workspace of a supernodal factorization anew each time.
+TEST(AllocationCounterTest, SeesCholmod) {
+  Simulation simulation(scenes::make_lattice(12),
+                        {.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project});
+  ASSERT_EQ(simulation.plan().factorization, "supernodal");
+  const AllocationCounter counter;
+
+  EXPECT_TRUE(simulation.advance(0.002).ok());
+
+  EXPECT_GT(counter.count(), 0u);
+}
+
+}  // namespace
+}  // namespace tanor

@@ -1,0 +1,141 @@
+#include <gtest/gtest.h>
+
+#include "motion/scenes.hpp"
+
+namespace tanor {
+namespace {
+
+void expect_finite_state(const Simulation& simulation) {
+  EXPECT_TRUE(scenes::all_finite(simulation.positions()));
+  EXPECT_TRUE(scenes::all_finite(simulation.velocities()));
+  EXPECT_TRUE(scenes::all_finite(simulation.accelerations()));
+  EXPECT_TRUE(scenes::all_finite(simulation.multipliers()));
+  EXPECT_TRUE(scenes::all_finite(simulation.reactions()));
+  EXPECT_TRUE(std::isfinite(simulation.report().energy.drift_relative()));
+}
+
+class FailuresTest : public testing::TestWithParam<Method> {
+ protected:
+  static MotionOptions options(double step) {
+    MotionOptions result{.method = GetParam()};
+    if (GetParam() != Method::Dopri5) result.step = step;
+    return result;
+  }
+};
+
+/// A bead between two supports on rods that shorten: at t = 0.5 they are straight, and then too short.
+///
+///   |--- l(t) ---o--- l(t) ---|     1 m,  l = 0.75 - t/2
+System make_impossible_at_half() {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  scenes::add_point({1, 0, 0}, &system);
+  scenes::add_point({0.5, 0, -std::sqrt(0.75 * 0.75 - 0.25)}, &system);
+  system.supports = {{"walls", {0, 1}, {}}};
+  system.constraints = {Rods{"ropes", {{0, 2}, {1, 2}}, ScalarFunction::formula("0.75 - 0.5*t"), {}}};
+  system.forces = {scenes::gravity};
+  return system;
+}
+
+TEST_P(FailuresTest, AGeometryThatBecomesImpossibleStopsAtTheLastGoodStep) {
+  MotionOptions motion = options(1e-3);
+  motion.start = StartMode::Project;
+  Simulation simulation(make_impossible_at_half(), motion);
+  ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
+
+  const Outcome outcome = simulation.advance(1.0);
+
+  EXPECT_FALSE(outcome.ok());
+  EXPECT_EQ(simulation.outcome().status, outcome.status);
+  EXPECT_NE(outcome.what.find("t = 0."), std::string::npos) << outcome.what;
+  EXPECT_GT(simulation.time(), 0.45);
+  EXPECT_LE(simulation.time(), 0.5);
+  EXPECT_EQ(simulation.report().time, simulation.time());
+  EXPECT_LE(simulation.report().position_violation, 1e-11);
+  expect_finite_state(simulation);
+  EXPECT_EQ(simulation.advance(1.0).status, outcome.status) << "a failed simulation stays failed";
+}
+
+/// A force that grows like 1/(1 - t)^2 at its bead's cost.
+TEST_P(FailuresTest, ASingularForceEndsBeforeItsPole) {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  system.forces = {ConstantForce{"pole", {0}, {ScalarFunction::formula("0.1/(1 - t)^2"), 0.0, 0.0}}};
+  Simulation simulation(system, options(1.0 / 64));
+
+  const Outcome outcome = simulation.advance(2.0);
+
+  EXPECT_FALSE(outcome.ok());
+  EXPECT_LE(simulation.time(), 1.0);
+  EXPECT_GT(simulation.time(), 0.9);
+  expect_finite_state(simulation);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, FailuresTest, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
+                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+
+/// Without an error estimate nothing keeps a step small.
+class FixedStepFailuresTest : public FailuresTest {};
+
+/// Steps of a second for a chain that turns within a tenth: no way back onto the constraints.
+TEST_P(FixedStepFailuresTest, AFarTooLargeStepIsAnOutcome) {
+  Simulation simulation(scenes::make_chain(5), options(1.0));
+
+  const Outcome outcome = simulation.advance(20.0);
+
+  EXPECT_EQ(outcome.status, Status::NotConverged);
+  EXPECT_NE(outcome.what.find("t = 1"), std::string::npos) << outcome.what;
+  EXPECT_EQ(simulation.time(), 0.0);
+  EXPECT_LE(simulation.report().position_violation, 1e-12);
+  expect_finite_state(simulation);
+}
+
+/// Two or three steps are good before one fails.
+TEST_P(FixedStepFailuresTest, AccelerationsAndMultipliersAreThoseOfTheLastGoodState) {
+  Simulation simulation(scenes::make_chain(5), options(0.1));
+  EXPECT_FALSE(simulation.advance(20.0).ok());
+  ASSERT_GT(simulation.report().steps, 0u);
+  Dynamics dynamics(simulation.system());
+  std::vector<double> w(18), lambda(5);
+
+  ASSERT_TRUE(
+      dynamics.solve(simulation.time(), simulation.positions(), simulation.velocities(), w, lambda).outcome.ok());
+
+  EXPECT_LT(scenes::largest_difference(simulation.accelerations(), w), 1e-10 * scenes::largest(w));
+  EXPECT_LT(scenes::largest_difference(simulation.multipliers(), lambda), 1e-10 * scenes::largest(lambda));
+}
+
+/// Far beyond the stable step the amplitude grows until it leaves the range of double.
+TEST_P(FixedStepFailuresTest, ABlowUpIsNamedAndLeavesTheLastFiniteState) {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  scenes::add_point({0, 0, -0.2}, &system);
+  system.supports = {{"ceiling", {0}, {}}};
+  system.forces = {Springs{"spring", {{0, 1}}, 1e6, 0.0, 0.1}};
+  Simulation simulation(system, options(0.1));
+
+  const Outcome outcome = simulation.advance(100.0);
+
+  EXPECT_EQ(outcome.status, Status::NotFinite);
+  EXPECT_NE(outcome.what.find("t = "), std::string::npos) << outcome.what;
+  EXPECT_GT(simulation.report().steps, 0u);
+  EXPECT_LT(simulation.time(), 100.0);
+  expect_finite_state(simulation);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, FixedStepFailuresTest, testing::Values(Method::Rk4, Method::Rattle),
+                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+
+TEST(StartTest, ARedundantStartIsAnOutcomeAndNoRun) {
+  System system = scenes::make_pendulum();
+  std::get<Rods>(system.constraints[0]).pairs.push_back({0, 1});
+  Simulation simulation(system);
+
+  EXPECT_EQ(simulation.outcome().status, Status::Singular);
+  EXPECT_EQ(simulation.advance(1.0).status, Status::Singular);
+  EXPECT_EQ(simulation.time(), 0.0);
+  EXPECT_EQ(simulation.report().steps, 0u);
+}
+
+}  // namespace
+}  // namespace tanor

@@ -1,0 +1,247 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <ostream>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/motion.hpp>
+
+/// Systems for the tests of motion; z is up, rods are 0.1 m, beads 0.1 kg.
+namespace tanor {
+
+/// For the names of tests.
+inline void PrintTo(Method method, std::ostream* out) {
+  *out << method_name(method);
+}
+
+}  // namespace tanor
+
+namespace tanor::scenes {
+
+constexpr double spacing = 0.1, mass = 0.1;
+
+inline const Force gravity = Gravity{"gravity", {0, 0, -9.81}};
+
+inline Index add_point(const Vector3& place, System* system) {
+  system->positions.insert(system->positions.end(), place.begin(), place.end());
+  system->velocities.resize(system->positions.size(), 0.0);
+  system->masses.push_back(mass);
+  return static_cast<Index>(system->masses.size() - 1);
+}
+
+inline Vector3 place_of(const System& system, std::size_t i) {
+  return {system.positions[3 * i], system.positions[3 * i + 1], system.positions[3 * i + 2]};
+}
+
+/// Velocities of a rigid motion, v + omega x r: rods allow it.
+inline void set_rigid_motion(const Vector3& v, const Vector3& omega, System* system) {
+  for (std::size_t i = 0; i < system->num_points(); ++i) {
+    const auto [x, y, z] = place_of(*system, i);
+    system->velocities[3 * i] = v[0] + omega[1] * z - omega[2] * y;
+    system->velocities[3 * i + 1] = v[1] + omega[2] * x - omega[0] * z;
+    system->velocities[3 * i + 2] = v[2] + omega[0] * y - omega[1] * x;
+  }
+}
+
+/// Velocities that break rods; to be made admissible by StartMode::Project.
+inline void set_random_velocities(double speed, unsigned seed, System* system) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> component(-speed, speed);
+  for (double& v : system->velocities) v = component(random);
+}
+
+/// `count` rods along x, falling; the first bead is a support where wanted.
+inline System make_chain(std::size_t count, bool anchored = true) {
+  System system;
+  Rods rods{"rods", {}, spacing, {}};
+  for (std::size_t k = 0; k <= count; ++k) {
+    const Index i = add_point({spacing * static_cast<double>(k), 0, 0}, &system);
+    if (k > 0) rods.pairs.push_back({i - 1, i});
+  }
+  if (anchored) system.supports = {{"anchor", {0}, {}}};
+  system.constraints = {rods};
+  system.forces = {gravity};
+  return system;
+}
+
+/// A pendulum of one rod, at rest and horizontal.
+inline System make_pendulum() {
+  return make_chain(1);
+}
+
+/// A closed ring of rods, free and without forces, turning and beating.
+inline System make_ring(std::size_t count) {
+  System system;
+  Rods rods{"rods", {}, {}, {}};
+  for (std::size_t k = 0; k < count; ++k) {
+    const double angle = 2.0 * M_PI * static_cast<double>(k) / static_cast<double>(count);
+    const Index i = add_point({0.2 * std::cos(angle), 0.2 * std::sin(angle), 0.0}, &system);
+    rods.pairs.push_back({i, static_cast<Index>((k + 1) % count)});
+  }
+  system.constraints = {rods};
+  set_rigid_motion({0, 0, 0}, {0.5, 0, 3}, &system);
+  return system;
+}
+
+/// Beads on a grid with rods along its axes; `size` beads along each of them.
+inline System make_grid(const std::array<int, 3>& size) {
+  System system;
+  Rods rods{"rods", {}, spacing, {}};
+  const auto number = [&](int a, int b, int c) { return static_cast<Index>((a * size[1] + b) * size[2] + c); };
+  for (int a = 0; a < size[0]; ++a) {
+    for (int b = 0; b < size[1]; ++b) {
+      for (int c = 0; c < size[2]; ++c) {
+        const Index i = add_point({spacing * a, spacing * b, spacing * c}, &system);
+        if (a > 0) rods.pairs.push_back({number(a - 1, b, c), i});
+        if (b > 0) rods.pairs.push_back({number(a, b - 1, c), i});
+        if (c > 0) rods.pairs.push_back({number(a, b, c - 1), i});
+      }
+    }
+  }
+  system.constraints = {rods};
+  return system;
+}
+
+/// A net hung up at two opposite corners (a straight row of rods between two supports would be redundant).
+inline System make_net(int columns, int rows) {
+  System system = make_grid({columns, rows, 1});
+  system.supports = {{"corners", {0, static_cast<Index>(columns * rows - 1)}, {}}};
+  system.forces = {gravity};
+  return system;
+}
+
+/// A cube without forces, with random velocities.
+inline System make_lattice(int size) {
+  System system = make_grid({size, size, size});
+  set_random_velocities(1.0, 5, &system);
+  return system;
+}
+
+/// Free random walks of 10 rods each, with random velocities and without forces.
+inline System make_clusters(std::size_t clusters) {
+  System system;
+  std::mt19937 random(7);
+  std::normal_distribution<double> component;
+  Rods rods{"rods", {}, spacing, {}};
+  for (std::size_t cluster = 0; cluster < clusters; ++cluster) {
+    Vector3 place{2.0 * static_cast<double>(cluster), 0, 0};
+    for (int k = 0; k <= 10; ++k) {
+      const Index i = add_point(place, &system);
+      if (k > 0) rods.pairs.push_back({i - 1, i});
+      const Vector3 step{component(random), component(random), component(random)};
+      const double length = std::hypot(step[0], step[1], step[2]);
+      for (std::size_t axis = 0; axis < 3; ++axis) place[axis] += spacing * step[axis] / length;
+    }
+  }
+  system.constraints = {rods};
+  set_random_velocities(1.0, 11, &system);
+  return system;
+}
+
+/// Four beads a group, one on each guide, held together by damped springs, in air:
+///
+///   circle --spring-- sphere --spring-- plane --spring-- line
+inline System make_beads(int groups) {
+  System system;
+  Circles circles{"circles", {}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0};
+  Spheres spheres{"spheres", {}, Vector3{0, 0, 0}, 1.5};
+  Planes planes{"planes", {}, Vector3{0, 1, 1}, 2.0};
+  Lines lines{"lines", {}, Vector3{0, 0, 3}, Vector3{1, 0, 0}};
+  Springs springs{"springs", {}, 2.0, 0.05, 0.3};
+  for (int k = 0; k < groups; ++k) {
+    const double angle = 0.37 * k, c = std::cos(angle), s = std::sin(angle);
+    const Index first = add_point({c, s, 0}, &system);
+    add_point({1.2 * c, 1.2 * s, 0.9}, &system);
+    add_point({1.5 * c, s, 2.0 - s}, &system);
+    add_point({2.0 * c, 0, 3}, &system);
+    circles.points.push_back(first);
+    spheres.points.push_back(first + 1);
+    planes.points.push_back(first + 2);
+    lines.points.push_back(first + 3);
+    for (Index j = 0; j < 3; ++j) springs.pairs.push_back({first + j, first + j + 1});
+  }
+  Drag air{"air", {}, 0.02, 0.01};
+  for (std::size_t i = 0; i < system.num_points(); ++i) air.points.push_back(static_cast<Index>(i));
+  system.constraints = {circles, spheres, planes, lines};
+  system.forces = {gravity, springs, air};
+  return system;
+}
+
+/// A hanging chain whose support is shaken.
+inline System make_shaken_chain(std::size_t count = 5) {
+  System system = make_chain(count);
+  system.supports[0].displacement = {ScalarFunction::formula("0.05*sin(3*t)^2"),
+                                     ScalarFunction::formula("0.03*(1-cos(5*t))"), ScalarFunction::formula("0.1*t^2")};
+  return system;
+}
+
+/// A chain whose rods breathe.
+inline System make_breathing_chain(std::size_t count = 5) {
+  System system = make_chain(count);
+  std::get<Rods>(system.constraints[0]).length = ScalarFunction::formula("0.1*(1 + 0.2*sin(2*t)^2)");
+  return system;
+}
+
+/// A chain in air.
+inline System make_chain_in_air(std::size_t count = 5) {
+  System system = make_chain(count);
+  Drag air{"air", {}, 0.05, 0.1};
+  for (std::size_t i = 1; i <= count; ++i) air.points.push_back(static_cast<Index>(i));
+  system.forces.push_back(air);
+  return system;
+}
+
+/// A chain whose beads pull at their second neighbours through damped springs.
+inline System make_damped_chain(std::size_t count = 5) {
+  System system = make_chain(count);
+  Springs springs{"springs", {}, 20.0, 0.1, 0.15};
+  for (std::size_t i = 2; i <= count; ++i) springs.pairs.push_back({static_cast<Index>(i - 2), static_cast<Index>(i)});
+  system.forces.push_back(springs);
+  return system;
+}
+
+/// A chain whose last bead is pulled to and fro.
+inline System make_driven_chain(std::size_t count = 5) {
+  System system = make_chain(count);
+  system.forces.push_back(
+      ConstantForce{"drive",
+                    {static_cast<Index>(count)},
+                    {ScalarFunction::formula("0.3*sin(4*t)"), 0.0, ScalarFunction::formula("0.5*cos(t)")}});
+  return system;
+}
+
+// ---- what the tests measure
+// -------------------------------------------------------------------------------------------
+
+inline double largest(std::span<const double> array) {
+  double result = 0.0;
+  for (const double x : array) result = std::max(result, std::abs(x));
+  return result;
+}
+
+inline double largest_difference(std::span<const double> a, std::span<const double> b) {
+  double result = a.size() == b.size() ? 0.0 : INFINITY;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) result = std::max(result, std::abs(a[i] - b[i]));
+  return result;
+}
+
+inline bool all_finite(std::span<const double> array) {
+  for (const double x : array) {
+    if (!std::isfinite(x)) return false;
+  }
+  return true;
+}
+
+/// An observer that stops after so many more steps of a run.
+inline Simulation::Observer stop_after(std::size_t steps) {
+  return [left = steps](const MotionReport&) mutable { return --left > 0; };
+}
+
+}  // namespace tanor::scenes
