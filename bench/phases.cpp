@@ -51,7 +51,7 @@ struct Instant {
         constraints(system, numbering),
         incidences(constraints.list_incidences()),
         inverse_masses(system.num_points(), 10.0),
-        solver(incidences, inverse_masses, numbering, Ordering::Auto, true),
+        solver(incidences, inverse_masses, numbering, Ordering::Auto, constraints.squared_gradient_norms()),
         gather(incidences, system.num_points()),
         parallel(threads),
         r(system.positions.size()),

@@ -37,7 +37,7 @@ struct PlanSummary {
 /// Quality of the last solve.
 struct SolveReport {
   Outcome outcome;
-  double residual = 0.0;               ///< max |K'w + phi| / (sum of the magnitudes of its terms)
+  double residual = 0.0;               ///< max |K'w + phi| over its largest term, dimensionless
   double reciprocal_condition = 1.0;   ///< of the scaled S, CHOLMOD's cheap estimate; smallest over the parts
   int refinements = 0;
 };
@@ -57,7 +57,7 @@ enum class StartMode {
 struct StartReport {
   Outcome outcome;
   double position_correction = 0.0, velocity_correction = 0.0;  ///< largest move of a point, m and m/s
-  double relative = 0.0;                                        ///< the larger of both over its scale
+  double relative = 0.0;  ///< the larger of both over the scene's size and velocity scale
 };
 
 /// The inverse problem in normal form: accelerations and reactions of a system at one instant.
@@ -88,11 +88,12 @@ class TANOR_API Dynamics {
   void support_forces(std::span<double> forces) const;
 
   /// The split of the last solve, w = w_T + w_N: w_N = -K Gamma^-1 phi (21), w_T = w - w_N (19); rows of supports are 0.
+  /// Both arrays are wanted, 3n each. Makes and factorizes Gamma anew in each call: for looking, not for stepping.
   Outcome split(std::span<double> tangent_accelerations, std::span<double> normal_accelerations);
 
   /// Nearest r on xi(r, t) = 0 in the M-norm, by Newton's method from the given one.
   ProjectionReport project_positions(double t, std::span<double> positions);
-  /// Nearest v with K'v + xi_t = 0 in the M-norm.
+  /// Nearest v with K'v + xi_t = 0 in the M-norm, K at the given positions (which should be admissible).
   ProjectionReport project_velocities(double t, std::span<const double> positions, std::span<double> velocities);
 
   /// Consistent start. StartMode::Check throws InputError naming the worst constraint.

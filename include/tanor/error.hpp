@@ -23,6 +23,7 @@ class TANOR_API InputError : public std::runtime_error {
 enum class Status {
   Ok,
   Singular,       ///< S = K'M^-1K has no Cholesky factor: redundant or contradictory constraints
+  Contradictory,  ///< constraints that join supports alone are broken by what is prescribed there
   NotConverged,   ///< an iteration (projection onto the constraints) stalled
   NotFinite,      ///< the state or the forces left the range of double
   StepTooSmall    ///< the tolerance asks for steps below the resolution of time

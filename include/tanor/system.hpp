@@ -65,7 +65,9 @@ struct Spheres {
   Parameter radius{};
 };
 
-/// Two distances, along two unit vectors orthogonal to the direction (two rows a point).
+/// Two distances, along two unit vectors orthogonal to the direction (two rows a point). The first lies in the plane of
+/// the direction and a fixed axis, the one that the direction is farthest from at the start (replaced, smoothly, where
+/// the direction turns into it).
 struct Lines {
   std::string name{};
   std::vector<Index> points{};
@@ -166,9 +168,9 @@ TANOR_API std::string force_name(const System& system, std::size_t index);
 TANOR_API std::string_view kind_name(const Constraint& constraint);
 TANOR_API std::string_view kind_name(const Force& force);
 
-/// Checks every rule of the contract: sizes, indices, finite numbers, positive masses and lengths, nonzero normals,
-/// pairs of distinct points, names that are used once. What depends on time is checked at t, where the motion starts.
-/// Throws InputError with a JSON pointer.
+/// Checks every rule of the contract: sizes, indices, finite numbers (and at most 1e100, so that squares are finite too),
+/// positive masses and lengths, nonzero normals, pairs of distinct points, no straight angles, names that are used once.
+/// What depends on time is checked at t, where the motion starts. Throws InputError with a JSON pointer.
 TANOR_API void validate(const System& system, double t = 0.0);
 
 }  // namespace tanor

@@ -3,19 +3,24 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <exception>
+#include <numeric>
 
 namespace tanor {
 
 /// The larger of two, where a NaN wins: it must not hide in a maximum.
-inline double larger(double a, double b) { return (b > a || std::isnan(b)) ? b : a; }
+inline double larger(double a, double b) {
+  return (b > a || std::isnan(b)) ? b : a;
+}
 
 /// Loops over index ranges with a given number of threads.
 ///
 /// Work is cut into ranges, one a thread. Results must not depend on where the cuts lie (each index writes its own
-/// output; maxima are associative), so 1 and 2 threads give the same bits. An exception inside is rethrown after the loop.
+/// output; maxima are associative), so 1 and 2 threads give the same bits. An exception inside is rethrown after the
+/// loop.
 class Parallel {
  public:
   explicit Parallel(int threads = 0) : threads_(threads > 0 ? threads : omp_get_max_threads()) {}
@@ -31,7 +36,8 @@ class Parallel {
       return;
     }
     std::exception_ptr failure;
-#pragma omp parallel for num_threads(static_cast<int>(ranges)) schedule(static, 1)
+    const int threads = static_cast<int>(ranges);
+#pragma omp parallel for num_threads(threads) schedule(static, 1)
     for (std::size_t k = 0; k < ranges; ++k) {
       try {
         body(count * k / ranges, count * (k + 1) / ranges);
@@ -62,6 +68,20 @@ class Parallel {
     return result;
   }
 
+  /// Sum of term(k) over [0, count) in an order that no number of threads changes: 64 parts, then the parts.
+  template <class Term>
+  double sum(std::size_t count, const Term& term, std::size_t grain = 2048) const {
+    std::array<double, 64> parts;
+    const auto add_parts = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) {
+        parts[p] = 0.0;
+        for (std::size_t k = count * p / parts.size(); k < count * (p + 1) / parts.size(); ++k) parts[p] += term(k);
+      }
+    };
+    for_ranges(parts.size(), add_parts, std::max<std::size_t>(1, parts.size() * grain / (count + 1)));
+    return std::accumulate(parts.begin(), parts.end(), 0.0);
+  }
+
   /// body(k) for a few big tasks of unequal size.
   template <class Body>
   void for_tasks(std::size_t count, const Body& body) const {
@@ -89,19 +109,5 @@ class Parallel {
 
   int threads_;
 };
-
-/// Sum in a fixed order: blocks of 1024, then the blocks, so that it does not depend on the number of threads.
-template <class Term>
-double sum_in_order(std::size_t count, const Term& term) {
-  constexpr std::size_t block = 1024;
-  double total = 0.0;
-  for (std::size_t begin = 0; begin < count; begin += block) {
-    const std::size_t end = std::min(count, begin + block);
-    double part = 0.0;
-    for (std::size_t k = begin; k < end; ++k) part += term(k);
-    total += part;
-  }
-  return total;
-}
 
 }  // namespace tanor

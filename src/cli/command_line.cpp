@@ -13,8 +13,6 @@ namespace tanor::cli {
 
 namespace {
 
-constexpr int max_threads = 1024;  // more is a slip of the finger
-
 template <class Number>
 std::optional<Number> read_number(const std::string& text) {
   Number number{};
@@ -31,9 +29,10 @@ std::string require_positive(const std::string& text) {
 
 std::string require_threads(const std::string& text) {
   const std::optional<int> number = read_number<int>(text);
-  const std::string range = "0 (= all) to " + std::to_string(max_threads);
-  return number && *number >= 0 && *number <= max_threads ? ""
-                                                          : "must be a whole number " + range + ", not '" + text + "'";
+  const std::string range = "0 (= all) to " + std::to_string(scene::most_threads);
+  return number && *number >= 0 && *number <= scene::most_threads
+             ? ""
+             : "must be a whole number " + range + ", not '" + text + "'";
 }
 
 std::string require_text(const std::string& text) {
@@ -44,17 +43,24 @@ void add_scene(CLI::App* command, std::filesystem::path* scene) {
   command->add_option("SCENE", *scene, "scene file (JSON)")->required();
 }
 
+/// Options of both commands that move a scene.
+void add_motion(CLI::App* command, scene::Overrides* overrides) {
+  command->add_option("--t-end", overrides->t_end, "end of the simulated time, s")->check(require_positive);
+  command->add_option("--threads", overrides->threads, "threads; 0: all")->check(require_threads);
+}
+
 void add_run(CLI::App* app, RunOptions* options) {
   CLI::App* command = app->add_subcommand("run", "Simulate a scene and write its trajectory and summary");
   add_scene(command, &options->scene);
   command->add_option("--out", options->out, "folder of the results; default <name>.out")->check(require_text);
-  command->add_option("--method", options->method, "auto, rk4, dopri5, rattle");
-  CLI::Option* step = command->add_option("--step", options->step, "fixed step, s")->check(require_positive);
-  CLI::Option* rtol = command->add_option("--rtol", options->rtol, "relative tolerance")->check(require_positive);
-  CLI::Option* atol = command->add_option("--atol", options->atol, "absolute tolerance, m")->check(require_positive);
-  step->excludes(rtol, atol);
-  command->add_option("--t-end", options->t_end, "end of the simulated time, s")->check(require_positive);
-  command->add_option("--threads", options->threads, "threads; 0: all")->check(require_threads);
+  scene::Overrides* over = &options->overrides;
+  command->add_option("--method", over->method, "auto, rk4, dopri5, rattle");
+  CLI::Option* step =
+      command->add_option("--step", over->step, "fixed step, or the first one to try with adaptive methods, s");
+  CLI::Option* rtol = command->add_option("--rtol", over->rtol, "relative tolerance")->check(require_positive);
+  CLI::Option* atol = command->add_option("--atol", over->atol, "absolute tolerance, m")->check(require_positive);
+  step->check(require_positive)->excludes(rtol, atol);
+  add_motion(command, over);
   command->add_flag("--resume", options->resume, "go on from the checkpoint of an interrupted run");
   command->add_flag("--quiet", options->quiet, "no progress on stderr");
 }
@@ -75,9 +81,8 @@ void add_error_time(CLI::App* app, ErrorTimeOptions* options) {
   add_scene(command, &options->scene);
   command->add_option("--methods", options->methods, "default rattle rk4 dopri5")->delimiter(',');
   command->add_option("--out", options->out, "folder of CSV and plot; default <name>.out")->check(require_text);
-  command->add_option("--step", options->step, "coarsest fixed step, s")->check(require_positive);
-  command->add_option("--t-end", options->t_end, "end of the simulated time, s")->check(require_positive);
-  command->add_option("--threads", options->threads, "threads; 0: all")->check(require_threads);
+  command->add_option("--step", options->overrides.step, "coarsest fixed step, s")->check(require_positive);
+  add_motion(command, &options->overrides);
   command->add_flag("--quiet", options->quiet, "no progress on stderr");
 }
 

@@ -7,18 +7,15 @@
 #include <vector>
 
 #include "cli/exit_code.hpp"
+#include "scene/overrides.hpp"
 
 namespace tanor::cli {
 
-/// `tanor run`: values given here override the scene's.
+/// `tanor run`
 struct RunOptions {
   std::filesystem::path scene;
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
-  std::optional<std::string> method;
-  std::optional<double> step;        ///< s, > 0; excludes tolerances
-  std::optional<double> rtol, atol;  ///< > 0
-  std::optional<double> t_end;       ///< s, > 0
-  std::optional<int> threads;        ///< 0: all
+  scene::Overrides overrides;                ///< a step excludes tolerances
   bool resume = false;
   bool quiet = false;
 };
@@ -39,9 +36,7 @@ struct ErrorTimeOptions {
   std::filesystem::path scene;
   std::vector<std::string> methods;          ///< default: rattle, rk4, dopri5
   std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
-  std::optional<double> step;                ///< s, > 0: the coarsest
-  std::optional<double> t_end;               ///< s, > 0
-  std::optional<int> threads;                ///< 0: all
+  scene::Overrides overrides;                ///< the coarsest step, t_end, threads
   bool quiet = false;
 };
 

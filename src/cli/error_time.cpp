@@ -2,6 +2,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
+#include "cli/output_folder.hpp"
 #include "report/error_time.hpp"
 #include "scene/scene.hpp"
 
@@ -26,22 +27,20 @@ std::vector<Method> read_methods(const std::vector<std::string>& names) {
 }  // namespace
 
 ExitCode execute(const ErrorTimeOptions& options) {
-  scene::Scene scene = scene::load_scene(options.scene);
-  if (options.t_end) scene.t_end = *options.t_end;
-  if (options.step) scene.motion.step = *options.step;
-  if (options.threads) scene.solver.threads = *options.threads;
-  if (scene.t_end <= 0.0) {
-    throw InputError(options.scene.string() + ": /motion/t_end", "is missing; give it there or with --t-end (s, > 0)");
-  }
+  const scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
   const std::vector<Method> methods = read_methods(options.methods);
   const auto say = [&](const std::string& line) {
     if (!options.quiet) fmt::print(stderr, "{}\n", line);
   };
   const report::ErrorTimeTable table =
       naming_file(options.scene, [&] { return report::measure_error_time(scene, methods, say); });
-  report::write_error_time(options.out.value_or(scene.name + ".out"), table);
-  fmt::print("{}", report::format_error_time(table));
-  return ExitCode::Done;
+  if (!table.rows.empty()) {
+    report::write_error_time(choose_folder(options.out, scene), table);
+    fmt::print("{}", report::format_error_time(table));
+  }
+  if (table.outcome.ok()) return ExitCode::Done;
+  print_message(options.scene.string() + ": " + table.outcome.what);
+  return ExitCode::NoAnswer;
 }
 
 }  // namespace tanor::cli

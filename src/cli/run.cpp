@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
 #include <tanor/motion.hpp>
@@ -8,6 +7,7 @@
 #include "cli/command_line.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
+#include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
 #include "cli/run_folder.hpp"
 #include "report/progress.hpp"
@@ -19,40 +19,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Method read_method(const std::string& name) {
-  try {
-    return method_from_name(name);
-  } catch (const InputError& error) {
-    throw InputError("--method", error.what());
-  }
-}
-
-/// The scene, with the command line's values over its own.
-scene::Scene load_scene(const RunOptions& options) {
-  scene::Scene scene = scene::load_scene(options.scene);
-  if (options.method) scene.motion.method = read_method(*options.method);
-  if (options.step) scene.motion.step = *options.step;
-  if (options.rtol || options.atol) scene.motion.step = 0.0;
-  if (options.rtol) scene.motion.rtol = *options.rtol;
-  if (options.atol) scene.motion.atol = *options.atol;
-  if (options.t_end) scene.t_end = *options.t_end;
-  if (options.threads) scene.solver.threads = *options.threads;
-  if (scene.t_end <= 0.0) {
-    throw InputError(options.scene.string() + ": /motion/t_end", "is missing; give it there or with --t-end (s, > 0)");
-  }
-  return scene;
-}
-
-/// `<name>.out`; a name may hold what a folder's name must not.
-fs::path default_directory(std::string name) {
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name + ".out";
-}
-
 RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::Clock::time_point begin) {
   RunPlan plan;
   plan.begin = begin;
-  plan.directory = options.out.value_or(default_directory(scene.name));
+  plan.directory = choose_folder(options.out, scene);
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system);
   if (!options.resume) return plan;
   plan.before = report::read_checkpoint(plan.directory, plan.fingerprint, scene.system.num_points());
@@ -134,7 +104,7 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
 
 ExitCode execute(const RunOptions& options) {
   const auto begin = RunPlan::Clock::now();
-  scene::Scene scene = load_scene(options);
+  scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
   const RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);
 

@@ -65,24 +65,21 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
                             std::span<double> accelerations, std::span<double> multipliers,
                             std::span<double> reactions) {
   Implementation& self = *implementation_;
+  const auto check_wanted = [](std::span<const double> array, std::size_t size, const char* name) {
+    if (!array.empty()) check_size(array, size, name);
+  };
+  check_wanted(accelerations, self.form.size(), "accelerations");
+  check_wanted(multipliers, num_equations(), "multipliers");
+  check_wanted(reactions, self.form.size(), "reactions");
   self.gather(t, positions, velocities, &self.r, &self.v);
   self.t = t;
   (void)self.form.accelerations(t, self.r.data(), self.v.data(), Gradients::Evaluate, self.w.data());
   const SolveReport report = self.form.last_solve();
   if (!report.outcome.ok()) return report;
   self.form.reactions(self.eta.data());
-  if (!accelerations.empty()) {
-    check_size(accelerations, self.form.size(), "accelerations");
-    self.numbering().scatter_points(self.w, accelerations);
-  }
-  if (!multipliers.empty()) {
-    check_size(multipliers, num_equations(), "multipliers");
-    self.numbering().scatter_rows(self.form.multipliers(), multipliers);
-  }
-  if (!reactions.empty()) {
-    check_size(reactions, self.form.size(), "reactions");
-    self.numbering().scatter_points(self.eta, reactions);
-  }
+  if (!accelerations.empty()) self.numbering().scatter_points(self.w, accelerations);
+  if (!multipliers.empty()) self.numbering().scatter_rows(self.form.multipliers(), multipliers);
+  if (!reactions.empty()) self.numbering().scatter_points(self.eta, reactions);
   return report;
 }
 

@@ -168,8 +168,7 @@ Outcome NormalForm::factorize(double t) {
   last_.reciprocal_condition = quality.reciprocal_condition;
   is_factorized_ = quality.positive_definite && quality.reciprocal_condition > NormalSolver::singular_below;
   if (is_factorized_) return {};
-  return {Status::Singular, "S = K'M^-1K is singular at t = " + text(t) + ": " + name_row(quality.weakest_row) +
-                                " depends on other constraints (redundant or contradictory)"};
+  return explain_singular(t, quality.weakest_row);
 }
 
 Outcome NormalForm::linearise(double t, const double* r) {
@@ -210,6 +209,7 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   if (fresh) {
     if (Outcome outcome = factorize(t); !outcome.ok()) return last_.outcome = outcome;
   }
+  if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
   // S lambda = -b, dw = M^-1 K lambda; then refinement in w (theory, section 8):
   // rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho.
@@ -241,6 +241,50 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   return last_.outcome = {};
 }
 
+/// Rows that join supports alone take no part in S: what is prescribed must satisfy them by itself.
+Outcome NormalForm::check_idle_rows(double t, double scale) const {
+  constexpr double allowed = 1e-8;
+  for (std::size_t a = numbering_.first_idle_row(); a < num_rows(); ++a) {
+    // phi + K'w0 with the supports' accelerations in w0
+    if (std::abs(right_side_[a]) <= allowed * scale) continue;
+    return {Status::Contradictory,
+            name_row(a) + " joins supports alone, and their prescribed motion breaks it at t = " + text(t) + " (by " +
+                text(right_side_[a]) + " on the acceleration level)"};
+  }
+  return {};
+}
+
+/// Names the row that is farthest from 0 in `rows_` = xi.
+Outcome NormalForm::explain_stall(double t, double violation) const {
+  const auto worst =
+      std::max_element(rows_.begin(), rows_.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const auto row = static_cast<std::size_t>(worst - rows_.begin());
+  const std::string place = name_row(row) + " at t = " + text(t) + ", violation " + text(violation);
+  if (row >= numbering_.first_idle_row()) {
+    return {Status::Contradictory, "what is prescribed at supports breaks " + place};
+  }
+  return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place};
+}
+
+/// A gradient that does not exist, or one that depends on others.
+Outcome NormalForm::explain_singular(double t, std::size_t weakest_row) const {
+  double largest2 = 0.0;  // |gradient|^2 of the weakest row
+  for (const Incidence& incidence : incidences_) {
+    const Vec3 gradient = load(blocks_.data(), incidence.block);
+    const double norm2 = dot(gradient, gradient);
+    if (!std::isfinite(norm2)) {
+      return {Status::Singular, "the gradient of " + name_row(static_cast<std::size_t>(incidence.row)) +
+                                    " does not exist at t = " + text(t) + ": a point lies where it is measured from"};
+    }
+    if (static_cast<std::size_t>(incidence.row) == weakest_row) largest2 = std::max(largest2, norm2);
+  }
+  if (std::sqrt(largest2) * scene_size_ < 1e-12) {
+    return {Status::Singular, "the gradient of " + name_row(weakest_row) + " vanishes at t = " + text(t)};
+  }
+  return {Status::Singular, "S = K'M^-1K is singular at t = " + text(t) + ": " + name_row(weakest_row) +
+                                " depends on other constraints (redundant or contradictory)"};
+}
+
 Outcome NormalForm::not_finite(double t) const {
   return {Status::NotFinite, "state or forces are not finite at t = " + text(t)};
 }
@@ -268,17 +312,17 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
   const double scale = h * h;
   parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
-      const double guess = 2.0 * step.last[a] - step.before[a];
-      step.before[a] = step.last[a];
-      step.sum[a] = scale * guess;
+      step.sum[a] = scale * (2.0 * step.last[a] - step.before[a]);
     }
   });
   gather_.add_scaled(parallel_, blocks_.data(), step.sum.data(), inverse_mass_.data(), num_moving(), r);
 
   const ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
+  if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
 
   parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
+      step.before[a] = step.last[a];
       step.last[a] = step.sum[a] / scale;
       step.sum[a] /= h;
     }
@@ -294,7 +338,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
   set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
-  constexpr double target = 1e-13;
+  constexpr double target = 1e-13, good_enough = 1e-11;
   constexpr int most_iterations = 30;
   double before = std::numeric_limits<double>::infinity();
   bool linearised_here = false;
@@ -312,8 +356,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
     if (stalls && report.violation <= rounding_floor(r)) return report;
     const bool hopeless = stalls && report.violation > before && (linearised_here || sum != nullptr);
     if (report.iterations == most_iterations || hopeless) {
-      report.outcome = {Status::NotConverged, "projection onto the constraints stalls at a violation of " +
-                                                  text(report.violation) + " at t = " + text(t)};
+      if (report.violation > good_enough) report.outcome = explain_stall(t, report.violation);
       return report;
     }
     if (stalls && sum == nullptr) {
@@ -361,7 +404,7 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
 ProjectionReport NormalForm::reach_constraints(double t, double* r) {
   set_time(t);
   constexpr int most_iterations = 100;
-  constexpr double near = 0.1;
+  constexpr double near = 1e-3;
   std::vector<double> next(size());
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const double violation = constraints_.evaluate_values(parallel_, r, rows_.data());
@@ -395,11 +438,12 @@ ProjectionReport NormalForm::project_far(double t, double* r) {
   // Down the slope along xi = 0; full steps where r* is near, step lengths of Barzilai & Borwein (1988) where the
   // curvature of the constraints counts: s's/s'y with s the last move and y the change of the slope.
   constexpr int most_iterations = 1000;
+  constexpr double slack = 1.0 + 1e-11;  // rounding of xi = 0 shows in the distance
   const auto product = [&](const auto& a, const auto& b) {
-    return sum_in_order(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(&a[0], i), load(&b[0], i)); });
+    return parallel_.sum(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(&a[0], i), load(&b[0], i)); });
   };
   const auto distance = [&](const double* x) {
-    return sum_in_order(num_moving(), [&](std::size_t i) {
+    return parallel_.sum(num_moving(), [&](std::size_t i) {
       const Vec3 away = load(x, i) - load(wanted.data(), i);
       return mass_[i] * dot(away, away);
     });
@@ -414,7 +458,7 @@ ProjectionReport NormalForm::project_far(double t, double* r) {
     if (largest_move(d.data(), zero.data()) <= nearly_0) break;
     for (std::size_t i = 0; i < size(); ++i) trial[i] = r[i] + length * d[i];
     const ProjectionReport reached = project_positions(t, trial.data());
-    const bool is_nearer = reached.outcome.ok() && distance(trial.data()) <= (1.0 + 8.0 * eps) * distance(r);
+    const bool is_nearer = reached.outcome.ok() && distance(trial.data()) <= slack * distance(r);
     if (!is_nearer || !slope_towards(wanted, t, trial.data(), trial_d.data()).ok()) {
       length *= 0.25;
       continue;
@@ -548,16 +592,16 @@ Power NormalForm::power(const double* r, const double* v) const {
   if (is_rheonomic()) {
     // eta'v on the moving points, eta = M (w - w0); and what supports do through springs
     result.supports =
-        sum_in_order(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(dw_.data(), i), load(v, i)); }) +
-        forces_.spring_power_of_supports(r, v);
+        parallel_.sum(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(dw_.data(), i), load(v, i)); }) +
+        forces_.spring_power_of_supports(parallel_, r, v);
   }
-  if (forces_.has_work()) result.forces = forces_.power(r, v);
+  if (forces_.has_work()) result.forces = forces_.power(parallel_, r, v);
   return result;
 }
 
 Energy NormalForm::energy(const double* r, const double* v) const {
-  return {sum_in_order(num_moving(), [&](std::size_t i) { return 0.5 * mass_[i] * dot(load(v, i), load(v, i)); }),
-          forces_.potential(r)};
+  return {parallel_.sum(num_moving(), [&](std::size_t i) { return 0.5 * mass_[i] * dot(load(v, i), load(v, i)); }),
+          forces_.potential(parallel_, r)};
 }
 
 double NormalForm::position_violation(double t, const double* r) {

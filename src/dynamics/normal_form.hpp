@@ -98,6 +98,9 @@ class NormalForm final : public Mechanics {
   std::string name_row(std::size_t inner_row) const;
   double rounding_floor(const double* r) const;
   Outcome not_finite(double t) const;
+  Outcome explain_stall(double t, double violation) const;
+  Outcome explain_singular(double t, std::size_t weakest_row) const;
+  Outcome check_idle_rows(double t, double scale) const;
   void plan_what_is_left_out();
 
   System system_;

@@ -12,9 +12,9 @@ namespace {
 
 /// A member of a constraint group on its way into a family.
 struct Member {
-  Index row;     // first inner row
-  Index group;   // in System::constraints
-  Index index;   // in its group
+  Index row;    // first inner row
+  Index group;  // in System::constraints
+  Index index;  // in its group
 };
 
 /// The number of a member: its parameter, or what the initial positions say. Members of a group share a slot where the
@@ -31,8 +31,8 @@ class ParameterReader {
       if (is_new) entry->second = table_->add(value(parameter, 0));
       table_->append_member(entry->second);
     } else {
-      table_->append_member(table_->add(parameter.is_initial() ? ScalarFunction(initial())
-                                                               : value(parameter, member.index)));
+      table_->append_member(
+          table_->add(parameter.is_initial() ? ScalarFunction(initial()) : value(parameter, member.index)));
     }
   }
 
@@ -218,29 +218,28 @@ struct Builder {
       const Vec3 a = make_vec3(pulleys.a), b = make_vec3(pulleys.b);
       family->rows.push_back(member.row);
       kernel.points.push_back(inner(pair));
-      kernel.geometry.push_back(
-          geometry.slot(member.group, [&] { kernel.wheels.push_back({a, b, pulleys.ratio}); }));
-      length.append(pulleys.length, member, [&] {
-        return norm(initial(pair[0]) - a) + pulleys.ratio * norm(initial(pair[1]) - b);
-      });
+      kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.wheels.push_back({a, b, pulleys.ratio}); }));
+      length.append(pulleys.length, member,
+                    [&] { return norm(initial(pair[0]) - a) + pulleys.ratio * norm(initial(pair[1]) - b); });
     });
   }
 
   void fill(LinearFamily* family) const {
-    family->scene_size = size;
-    ParameterReader value(&family->value);
+    auto& kernel = family->kernel;
+    kernel.size = size;
+    ParameterReader value(&kernel.value);
     for_each<Linears>([&](const Linears& linears, const Member& member) {
       const auto& tuple = linears.tuples[member.index];
       double norm2 = 0.0, sum = 0.0;
       for (std::size_t p = 0; p < tuple.size(); ++p) {
         const Vec3 c = make_vec3(linears.coefficients[p]);
-        family->points.push_back(numbering.inner_point[tuple[p]]);
-        family->coefficients.push_back(c);
+        kernel.points.push_back(numbering.inner_point[tuple[p]]);
+        kernel.coefficients.push_back(c);
         norm2 = std::max(norm2, dot(c, c));
         sum += dot(c, initial(tuple[p]));
       }
-      family->start.push_back(static_cast<Index>(family->points.size()));
-      family->norms.push_back(std::sqrt(norm2));
+      kernel.start.push_back(static_cast<Index>(kernel.points.size()));
+      kernel.norms.push_back(std::sqrt(norm2));
       family->rows.push_back(member.row);
       value.append(linears.value, member, [&] { return sum; });
     });
@@ -251,24 +250,13 @@ template <class Kernel>
 Index blocks_of(const Family<Kernel>& family) {
   return static_cast<Index>(family.size()) * Kernel::num_blocks;
 }
-Index blocks_of(const LinearFamily& family) { return static_cast<Index>(family.points.size()); }
-
-// A LinearFamily is its own kernel: gradients constant, norms too.
-template <class Kernel>
-const Kernel& kernel_of(const Family<Kernel>& family) {
-  return family.kernel;
+Index blocks_of(const LinearFamily& family) {
+  return static_cast<Index>(family.kernel.points.size());
 }
-template <class Kernel>
-Kernel& kernel_of(Family<Kernel>& family) {
-  return family.kernel;
-}
-LinearFamily& kernel_of(LinearFamily& family) { return family; }
-const LinearFamily& kernel_of(const LinearFamily& family) { return family; }
 
 }  // namespace
 
-Constraints::Constraints(const System& system, const Numbering& numbering, double t)
-    : num_rows_(numbering.num_rows()) {
+Constraints::Constraints(const System& system, const Numbering& numbering, double t) : num_rows_(numbering.num_rows()) {
   const Builder builder(system, numbering, t);
   std::apply([&](auto&... family) { (builder.fill(&family), ...); }, families_);
   for_each_family([&](auto& family) {
@@ -280,17 +268,13 @@ Constraints::Constraints(const System& system, const Numbering& numbering, doubl
 
 bool Constraints::depends_on_time() const {
   bool result = false;
-  for_each_family([&](const auto& family) { result = result || kernel_of(family).depends_on_time(); });
+  for_each_family([&](const auto& family) { result = result || family.kernel.depends_on_time(); });
   return result;
 }
 
 bool Constraints::gradients_are_constant() const {
   bool result = true;
-  for_each_family([&](const auto& family) {
-    if constexpr (!std::is_same_v<std::decay_t<decltype(family)>, LinearFamily>) {
-      result = result && family.kernel.gradients_are_constant();
-    }
-  });
+  for_each_family([&](const auto& family) { result = result && family.kernel.gradients_are_constant(); });
   return result;
 }
 
@@ -307,14 +291,15 @@ std::vector<double> Constraints::squared_gradient_norms() const {
     result[static_cast<std::size_t>(pulleys.first_block) + 2 * k + 1] = ratio * ratio;
   }
   const auto& linears = std::get<LinearFamily>(families_);
-  for (std::size_t k = 0; k < linears.points.size(); ++k) {
-    result[static_cast<std::size_t>(linears.first_block) + k] = dot(linears.coefficients[k], linears.coefficients[k]);
+  const auto& coefficients = linears.kernel.coefficients;
+  for (std::size_t k = 0; k < coefficients.size(); ++k) {
+    result[static_cast<std::size_t>(linears.first_block) + k] = dot(coefficients[k], coefficients[k]);
   }
   return result;
 }
 
 void Constraints::set_time(double t) {
-  for_each_family([&](auto& family) { kernel_of(family).set_time(t); });
+  for_each_family([&](auto& family) { family.kernel.set_time(t); });
 }
 
 double Constraints::evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
@@ -337,9 +322,9 @@ double Constraints::evaluate_right_side(const Parallel& parallel, const double* 
                                         double* phi, double* blocks) const {
   double worst = 0.0;
   for_each_family([&](const auto& family) {
-    worst = larger(worst, blocks != nullptr
-                              ? family.template evaluate_right_side<true>(parallel, r, v, w0, phi, blocks)
-                              : family.template evaluate_right_side<false>(parallel, r, v, w0, phi, blocks));
+    worst =
+        larger(worst, blocks != nullptr ? family.template evaluate_right_side<true>(parallel, r, v, w0, phi, blocks)
+                                        : family.template evaluate_right_side<false>(parallel, r, v, w0, phi, blocks));
   });
   return worst;
 }
@@ -347,9 +332,8 @@ double Constraints::evaluate_right_side(const Parallel& parallel, const double* 
 double Constraints::apply_transposed(const Parallel& parallel, const double* blocks, const double* x,
                                      const double* shift, double* y) const {
   double worst = 0.0;
-  for_each_family([&](const auto& family) {
-    worst = larger(worst, family.apply_transposed(parallel, blocks, x, shift, y));
-  });
+  for_each_family(
+      [&](const auto& family) { worst = larger(worst, family.apply_transposed(parallel, blocks, x, shift, y)); });
   return worst;
 }
 
@@ -368,7 +352,7 @@ std::vector<Incidence> Constraints::list_incidences() const {
 double Constraints::smallest_length(double scene_size) const {
   double result = scene_size;
   for_each_family([&](const auto& family) {
-    for (std::size_t k = 0; k < family.size(); ++k) result = std::min(result, kernel_of(family).scale(k));
+    for (std::size_t k = 0; k < family.size(); ++k) result = std::min(result, family.kernel.scale(k));
   });
   return result;
 }

@@ -1,7 +1,5 @@
 #include "evaluate/forces.hpp"
 
-#include <numeric>
-
 namespace tanor {
 
 namespace {
@@ -17,55 +15,50 @@ Forces::Forces(const System& system, const Numbering& numbering)
     : num_points_(numbering.num_points()), num_moving_(numbering.num_moving), mass_(numbering.num_moving) {
   for (std::size_t i = 0; i < num_moving_; ++i) mass_[i] = system.masses[numbering.user_point[i]];
   const auto initial = [&](Index user_point) { return load(system.positions.data(), user_point); };
+  std::vector<std::pair<Index, Index>> given_forces, spring_ends;
+  std::vector<std::pair<Index, DragNumbers>> drags;
 
   for (const Force& force : system.forces) {
-    std::visit(
-        Overloaded{
-            [&](const Gravity& gravity) { gravity_ = gravity_ + make_vec3(gravity.acceleration); },
-            [&](const ConstantForce& given) {
-              const auto slot = static_cast<Index>(given_.add(given.force));
-              given_is_constant_.push_back(given.force.is_constant());
-              forces_depend_on_time_ = forces_depend_on_time_ || !given.force.is_constant();
-              for (const Index point : given.points) given_forces_.push_back({numbering.inner_point[point], slot});
-            },
-            [&](const Springs& group) {
-              has_damping_ = has_damping_ || group.damping > 0.0;
-              const auto& rest = group.rest_length;
-              for (std::size_t k = 0; k < group.pairs.size(); ++k) {
-                const auto [i, j] = group.pairs[k];
-                double rest_length = 0.0;
-                if (rest.is_initial()) {
-                  rest_length = norm(initial(j) - initial(i));
-                } else if (!rest.constants.empty()) {
-                  rest_length = rest.constants[rest.constants.size() == 1 ? 0 : k];
-                } else {
-                  rest_length = rest.functions[rest.functions.size() == 1 ? 0 : k](0.0).value();
-                }
-                springs_.push_back({numbering.inner_point[i], numbering.inner_point[j], group.stiffness, group.damping,
-                                    rest_length});
-              }
-            },
-            [&](const Drag& drag) {
-              for (const Index point : drag.points) {
-                drags_.push_back({numbering.inner_point[point], drag.linear, drag.quadratic});
-              }
-            }},
-        force);
+    std::visit(Overloaded{[&](const Gravity& gravity) { gravity_ = gravity_ + make_vec3(gravity.acceleration); },
+                          [&](const ConstantForce& given) {
+                            const auto slot = static_cast<Index>(given_.add(given.force));
+                            given_is_constant_.push_back(given.force.is_constant());
+                            forces_depend_on_time_ = forces_depend_on_time_ || !given.force.is_constant();
+                            for (const Index point : given.points)
+                              given_forces.push_back({numbering.inner_point[point], slot});
+                          },
+                          [&](const Springs& group) {
+                            has_damping_ = has_damping_ || group.damping > 0.0;
+                            const auto& rest = group.rest_length;
+                            for (std::size_t k = 0; k < group.pairs.size(); ++k) {
+                              const auto [i, j] = group.pairs[k];
+                              double rest_length = 0.0;
+                              if (rest.is_initial()) {
+                                rest_length = norm(initial(j) - initial(i));
+                              } else if (!rest.constants.empty()) {
+                                rest_length = rest.constants[rest.constants.size() == 1 ? 0 : k];
+                              } else {
+                                rest_length = rest.functions[rest.functions.size() == 1 ? 0 : k](0.0).value();
+                              }
+                              const Index spring = static_cast<Index>(springs_.size());
+                              springs_.push_back({numbering.inner_point[i], numbering.inner_point[j], group.stiffness,
+                                                  group.damping, rest_length});
+                              spring_ends.push_back({springs_.back().i, ~spring});
+                              spring_ends.push_back({springs_.back().j, spring});
+                            }
+                          },
+                          [&](const Drag& drag) {
+                            for (const Index point : drag.points) {
+                              drags.push_back({numbering.inner_point[point], {drag.linear, drag.quadratic}});
+                            }
+                          }},
+               force);
   }
 
   spring_force_.resize(3 * springs_.size());
-  springs_start_.assign(num_points_ + 1, 0);
-  for (const Spring& spring : springs_) {
-    ++springs_start_[spring.i + 1];
-    ++springs_start_[spring.j + 1];
-  }
-  std::partial_sum(springs_start_.begin(), springs_start_.end(), springs_start_.begin());
-  springs_of_point_.resize(2 * springs_.size());
-  std::vector<Index> next(springs_start_.begin(), springs_start_.end() - 1);
-  for (std::size_t k = 0; k < springs_.size(); ++k) {
-    springs_of_point_[next[springs_[k].i]++] = ~static_cast<Index>(k);
-    springs_of_point_[next[springs_[k].j]++] = static_cast<Index>(k);
-  }
+  spring_ends_ = {num_points_, spring_ends};
+  given_forces_ = {num_points_, given_forces};
+  drags_ = {num_points_, drags};
 }
 
 /// On point j: -(k (L - rest) + c dL/dt) u, u from i to j.
@@ -90,49 +83,53 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
   parallel.for_ranges(num_points_, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3 sum = i < num_moving_ ? mass_[i] * gravity_ : Vec3{};
-      for (Index s = springs_start_[i]; s < springs_start_[i + 1]; ++s) {
-        const Index k = springs_of_point_[s];
+      for (const Index k : spring_ends_[i]) {
         sum = k >= 0 ? sum + load(spring_force_.data(), k) : sum - load(spring_force_.data(), ~k);
+      }
+      for (const Index slot : given_forces_[i]) sum = sum + given_[slot].value;
+      // -c1 v - c2 |v| v
+      for (const auto& [linear, quadratic] : drags_[i]) {
+        const Vec3 b = load(v, i);
+        sum = sum - (linear + quadratic * norm(b)) * b;
       }
       store(f, i, sum);
     }
   });
-  for (const auto& [point, slot] : given_forces_) store(f, point, load(f, point) + given_[slot].value);
-  // -c1 v - c2 |v| v
-  for (const auto& [point, linear, quadratic] : drags_) {
-    const Vec3 b = load(v, point);
-    store(f, point, load(f, point) - (linear + quadratic * norm(b)) * b);
-  }
 }
 
-double Forces::potential(const double* r) const {
-  double energy = -sum_in_order(num_moving_, [&](std::size_t i) { return mass_[i] * dot(gravity_, load(r, i)); });
-  energy -= sum_in_order(given_forces_.size(), [&](std::size_t k) {
-    const auto& [point, slot] = given_forces_[k];
-    const bool counts = given_is_constant_[slot] && static_cast<std::size_t>(point) < num_moving_;
-    return counts ? dot(given_[slot].value, load(r, point)) : 0.0;
+double Forces::potential(const Parallel& parallel, const double* r) const {
+  // -(m g + constant forces).r
+  const double of_points = parallel.sum(num_moving_, [&](std::size_t i) {
+    Vec3 force = mass_[i] * gravity_;
+    for (const Index slot : given_forces_[i]) {
+      if (given_is_constant_[slot]) force = force + given_[slot].value;
+    }
+    return -dot(force, load(r, i));
   });
-  energy += sum_in_order(springs_.size(), [&](std::size_t k) {
+  // k (L - rest)^2/2
+  const double of_springs = parallel.sum(springs_.size(), [&](std::size_t k) {
     const Spring& spring = springs_[k];
     const double stretch = norm(load(r, spring.j) - load(r, spring.i)) - spring.rest_length;
     return 0.5 * spring.stiffness * stretch * stretch;
   });
-  return energy;
+  return of_points + of_springs;
 }
 
-double Forces::power(const double* r, const double* v) const {
-  const auto moves = [&](Index point) { return static_cast<std::size_t>(point) < num_moving_; };
-  double result = sum_in_order(drags_.size(), [&](std::size_t k) {
-    const auto& [point, linear, quadratic] = drags_[k];
-    const Vec3 b = load(v, point);
-    return moves(point) ? -(linear + quadratic * norm(b)) * dot(b, b) : 0.0;
-  });
-  result += sum_in_order(given_forces_.size(), [&](std::size_t k) {
-    const auto& [point, slot] = given_forces_[k];
-    return moves(point) && !given_is_constant_[slot] ? dot(given_[slot].value, load(v, point)) : 0.0;
-  });
+double Forces::power(const Parallel& parallel, const double* r, const double* v) const {
+  double result = 0.0;
+  if (!drags_.empty() || forces_depend_on_time_) {
+    result += parallel.sum(num_moving_, [&](std::size_t i) {
+      const Vec3 b = load(v, i);
+      double power = 0.0;
+      for (const auto& [linear, quadratic] : drags_[i]) power -= (linear + quadratic * norm(b)) * dot(b, b);
+      for (const Index slot : given_forces_[i]) {
+        if (!given_is_constant_[slot]) power += dot(given_[slot].value, b);
+      }
+      return power;
+    });
+  }
   if (has_damping_) {
-    result += sum_in_order(springs_.size(), [&](std::size_t k) {
+    result += parallel.sum(springs_.size(), [&](std::size_t k) {
       const Spring& spring = springs_[k];
       const Vec3 force = spring_force(spring, r, v, false, true);
       return (moves(spring.j) ? dot(force, load(v, spring.j)) : 0.0) -
@@ -142,15 +139,14 @@ double Forces::power(const double* r, const double* v) const {
   return result;
 }
 
-double Forces::spring_power_of_supports(const double* r, const double* v) const {
-  const auto is_support = [&](Index point) { return static_cast<std::size_t>(point) >= num_moving_; };
+double Forces::spring_power_of_supports(const Parallel& parallel, const double* r, const double* v) const {
   // The support does the work -(force on it).velocity on the elastic energy.
-  return sum_in_order(springs_.size(), [&](std::size_t k) {
+  return parallel.sum(springs_.size(), [&](std::size_t k) {
     const Spring& spring = springs_[k];
-    if (!is_support(spring.i) && !is_support(spring.j)) return 0.0;
+    if (moves(spring.i) && moves(spring.j)) return 0.0;
     const Vec3 force = spring_force(spring, r, v, true, false);
-    return (is_support(spring.j) ? -dot(force, load(v, spring.j)) : 0.0) +
-           (is_support(spring.i) ? dot(force, load(v, spring.i)) : 0.0);
+    return (moves(spring.j) ? 0.0 : -dot(force, load(v, spring.j))) +
+           (moves(spring.i) ? 0.0 : dot(force, load(v, spring.i)));
   });
 }
 

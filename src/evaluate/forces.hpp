@@ -1,5 +1,8 @@
 #pragma once
 
+#include <numeric>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -8,9 +11,36 @@
 
 namespace tanor {
 
+/// Entries that each belong to a point, side by side point by point; those of one point in the order they came in.
+template <class Entry>
+class ByPoint {
+ public:
+  ByPoint() = default;
+  ByPoint(std::size_t num_points, const std::vector<std::pair<Index, Entry>>& entries) {
+    if (entries.empty()) return;
+    start_.assign(num_points + 1, 0);
+    for (const auto& [point, entry] : entries) ++start_[point + 1];
+    std::partial_sum(start_.begin(), start_.end(), start_.begin());
+    entries_.resize(entries.size());
+    std::vector<Index> next(start_.begin(), start_.end() - 1);
+    for (const auto& [point, entry] : entries) entries_[next[point]++] = entry;
+  }
+
+  bool empty() const { return entries_.empty(); }
+  std::span<const Entry> operator[](std::size_t point) const {
+    if (empty()) return {};
+    return {entries_.begin() + start_[point], entries_.begin() + start_[point + 1]};
+  }
+
+ private:
+  std::vector<Index> start_;  // [point], one more
+  std::vector<Entry> entries_;
+};
+
 /// The active forces f(r, v, t) of a system, in the inner order.
 ///
-/// Gravity, given forces and drag act point by point; a spring is evaluated once and gathered by its two points in a fixed order.
+/// A spring is evaluated once; then each point gathers what acts on it in a fixed order, so any number of threads gives
+/// the same bits.
 class Forces {
  public:
   Forces(const System& system, const Numbering& numbering);
@@ -24,25 +54,21 @@ class Forces {
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f);
 
   /// Potential energy of gravity, constant forces and springs, J. Supports take part as far as springs hold them.
-  double potential(const double* r) const;
+  double potential(const Parallel& parallel, const double* r) const;
   /// Power of the forces without potential on the moving points, W, at the (t, r, v) of the last `evaluate`.
-  double power(const double* r, const double* v) const;
+  double power(const Parallel& parallel, const double* r, const double* v) const;
   /// Power that moving supports put in through springs, W.
-  double spring_power_of_supports(const double* r, const double* v) const;
+  double spring_power_of_supports(const Parallel& parallel, const double* r, const double* v) const;
 
  private:
   struct Spring {
     Index i, j;
     double stiffness, damping, rest_length;
   };
-  struct GivenForce {
-    Index point;
-    Index slot;  // in given_
-  };
-  struct PointDrag {
-    Index point;
+  struct DragNumbers {
     double linear, quadratic;
   };
+  bool moves(Index point) const { return static_cast<std::size_t>(point) < num_moving_; }
   Vec3 spring_force(const Spring& spring, const double* r, const double* v, bool elastic, bool viscous) const;
 
   std::size_t num_points_ = 0, num_moving_ = 0;
@@ -50,11 +76,11 @@ class Forces {
   Vec3 gravity_{};
   VectorTable<AsGiven> given_;
   std::vector<char> given_is_constant_;
-  std::vector<GivenForce> given_forces_;
-  std::vector<PointDrag> drags_;
+  ByPoint<Index> given_forces_;  // slots in given_
+  ByPoint<DragNumbers> drags_;
   std::vector<Spring> springs_;
-  std::vector<double> spring_force_;                      // [spring] on its point j
-  std::vector<Index> springs_start_, springs_of_point_;   // [point] -> k or ~k where it is the spring's point i
+  std::vector<double> spring_force_;  // [spring] on its point j
+  ByPoint<Index> spring_ends_;        // k, or ~k where the point is the spring's point i
   bool has_damping_ = false, forces_depend_on_time_ = false;
 };
 

@@ -14,7 +14,8 @@
 ///   xi    the constraint itself
 ///   rate  d xi/dt = K'v + xi_t
 ///   phi   d2 xi/dt2 along r + e v, t + e: v' Hess(xi) v + 2 v' grad(xi_t) + xi_tt (theory, section 1)
-///   gradient blocks, 3 numbers each: one for each point of the member and row; a rod has a single one, its unit vector.
+///   gradient blocks, 3 numbers each: one for each point of the member and row; a rod has a single one, its unit
+///   vector.
 /// Kernels are pure: numbers in, numbers out; inlined into every loop, where the compiler removes what is not used.
 namespace tanor {
 
@@ -150,34 +151,46 @@ struct SphereKernel {
     const MovingVec3& c = center[geometry[k]];
     const MovingScalar& R = radius[k];
     const Distance rho(load(r, points[k][0]) - c.value, load(v, points[k][0]) - c.first);
-    return {{rho.value - R.value},
-            {rho.first - R.first},
-            {rho.second - dot(rho.unit, c.second) - R.second},
-            {rho.unit}};
+    return {
+        {rho.value - R.value}, {rho.first - R.first}, {rho.second - dot(rho.unit, c.second) - R.second}, {rho.unit}};
   }
 };
 
-/// Two unit vectors orthogonal to a direction d and to each other: e1 along h - (h.d)d, e2 = d x e1, where the helper h is
-/// the axis that d is farthest from. They move with d.
-struct OrthogonalPair {
+/// Two unit vectors orthogonal to a direction d and to each other: e1 along h - (h.d)d, e2 = d x e1. They move with d,
+/// smoothly as long as the helper h stays, so it does: it is the axis that d is farthest from when first seen, until d
+/// comes within 6 degrees of h. Then the last e1 takes its place, which turns the pair as little as can be; from there
+/// on the pair at a given time, and with it what the two multipliers mean, depends on the times seen before.
+class OrthogonalPair {
+ public:
   struct Value {
     MovingVec3 first, second;
   };
-  Value operator()(const std::array<Jet<2>, 3>& direction) const {
+  Value operator()(const std::array<Jet<2>, 3>& direction) {
     using J = Jet<2>;
     const J length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
     const std::array<J, 3> d{direction[0] / length, direction[1] / length, direction[2] / length};
-    int h = 0;
-    for (int k = 1; k < 3; ++k) {
-      if (std::abs(d[k].value()) < std::abs(d[h].value())) h = k;
-    }
-    std::array<J, 3> e{J(0.0) - d[h] * d[0], J(0.0) - d[h] * d[1], J(0.0) - d[h] * d[2]};
-    e[h] = e[h] + 1.0;
+    choose_helper({d[0].value(), d[1].value(), d[2].value()});
+    const J along = helper_.x * d[0] + helper_.y * d[1] + helper_.z * d[2];
+    std::array<J, 3> e{helper_.x - along * d[0], helper_.y - along * d[1], helper_.z - along * d[2]};
     const J e_length = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
     for (J& component : e) component = component / e_length;
     const std::array<J, 3> f{d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]};
-    return {make_moving(e), make_moving(f)};
+    const Value value{make_moving(e), make_moving(f)};
+    last_ = value.first.value;
+    return value;
   }
+
+ private:
+  void choose_helper(Vec3 d) {
+    const auto serves = [d](Vec3 h) { return dot(h, h) > 0.0 && std::abs(dot(d, h)) <= 0.995; };
+    if (serves(helper_)) return;
+    helper_ = last_;
+    if (serves(helper_)) return;
+    const double x = std::abs(d.x), y = std::abs(d.y), z = std::abs(d.z);
+    helper_ = x <= y && x <= z ? Vec3{1.0, 0.0, 0.0} : y <= z ? Vec3{0.0, 1.0, 0.0} : Vec3{0.0, 0.0, 1.0};
+  }
+
+  Vec3 helper_, last_;  // 0: none yet
 };
 
 /// e1.(r - origin), e2.(r - origin)

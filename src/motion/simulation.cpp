@@ -62,6 +62,8 @@ double EnergyReport::drift_relative() const {
 }
 
 struct Simulation::Implementation {
+  static constexpr int most_splits = 8;  // of a fixed step that fails
+
   MotionOptions options;
   NormalForm form;
   std::unique_ptr<Scheme> scheme;
@@ -234,6 +236,29 @@ struct Simulation::Implementation {
     return outcome;
   }
 
+  /// A fixed step; one that fails is tried again in halves.
+  Outcome step_or_split(double t, int splits_left) {
+    trial.t = t;
+    const double h = t - state.t;
+    const StepResult step = scheme->step(state, h, &trial);
+    if (step.outcome.ok()) {
+      std::swap(state, trial);
+      report.last_step = h;
+      measure_step(step);
+      return {};
+    }
+    if (splits_left == 0) return step.outcome;
+    ++report.rejected;
+    if (Outcome back = form.linearise(state.t, state.x.data()); !back.ok()) return back;
+    if (Outcome first = step_or_split(state.t + 0.5 * h, splits_left - 1); !first.ok()) return first;
+    return step_or_split(t, splits_left - 1);
+  }
+
+  Outcome step_too_small(double resolution, const Outcome& reason) const {
+    return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
+                                      (reason.ok() ? "" : ": " + reason.what)};
+  }
+
   /// Steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes on
   /// with its own steps.
   Outcome advance_in_equal_steps(double t_end, const Observer& observer) {
@@ -245,14 +270,10 @@ struct Simulation::Implementation {
     }
     advance_begin = steps.begin();
     advance_end = t_end;
-    const double h = steps.length();
+    const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_end), std::abs(state.t));
+    if (steps.length() < resolution) return step_too_small(resolution, {});
     while (k < steps.count()) {
-      trial.t = steps.time(++k);
-      const StepResult step = scheme->step(state, h, &trial);
-      if (!step.outcome.ok()) return step.outcome;
-      std::swap(state, trial);
-      report.last_step = h;
-      measure_step(step);
+      if (Outcome found = step_or_split(steps.time(++k), most_splits); !found.ok()) return found;
       if (observer && !observer(report)) break;
     }
     return {};
@@ -273,8 +294,7 @@ struct Simulation::Implementation {
         next_step = h * (has_error ? control.reject(step.error) : 0.25);
         const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
         if (next_step < resolution) {
-          return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
-                                            (step.outcome.ok() ? "" : ": " + step.outcome.what)};
+          return step_too_small(resolution, step.outcome);
         }
         continue;
       }

@@ -17,10 +17,11 @@ struct ErrorTimeRow {
   double step = 0.0;       ///< s; 0 for adaptive methods
   double tolerance = 0.0;  ///< rtol; 0 for fixed steps
   std::size_t steps = 0;
-  double wall_s = 0.0;     ///< of the steps alone, without set-up
-  double error = 0.0;      ///< largest distance of a point from the reference at t_end, m
-  double order = 0.0;      ///< log2 of the error's ratio to the row before (fixed steps halved); 0: first row
-  double violation = 0.0;  ///< largest of the run, relative
+  double wall_s = 0.0;       ///< of the steps alone, without set-up
+  double error = 0.0;        ///< largest distance of a point from the judge at t_end, m
+  double judge_error = 0.0;  ///< of the judge itself, m: what the error is uncertain by
+  double order = 0.0;        ///< log2 of the error's ratio to the row before (fixed steps halved); 0: first row
+  double violation = 0.0;    ///< largest of the run, relative
   double energy_drift = 0.0;
   std::string trouble;  ///< why it did not arrive; empty: it did
 };
@@ -30,17 +31,20 @@ struct ErrorTimeTable {
   std::string scene, source;
   double t_end = 0.0;
   int threads = 1;
-  struct Reference {
+  struct Judge {
     Method judged, method;
-    std::string setting;  ///< "rtol 1e-13", "step 0.0003125"
+    std::string setting;  ///< "rtol 1e-12", "step 0.0003125"
+    double error = 0.0;   ///< its distance from its own run with twice the step or 100 times the tolerance, m
   };
-  std::vector<Reference> references;  ///< one for each method of the rows
+  std::vector<Judge> judges;  ///< one for each method of the rows
   std::vector<ErrorTimeRow> rows;
+  Outcome outcome;  ///< why a judge did not arrive; the rows that it was to judge are missing
 };
 
-/// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against a much finer run of
-/// *another* method: rows with error estimates are judged by rk4 with small steps, all others by dopri5 with a tight
-/// tolerance. `say` hears a line before each run.
+/// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against a finer run of *another*
+/// method, the judge: dopri5 is judged by rk4 with small steps, all others by dopri5 with a tight tolerance. A judge is
+/// refined, four times at most, until its own error is a tenth of the smallest that it finds. `say` hears a line after
+/// each run.
 ErrorTimeTable measure_error_time(const scene::Scene& scene, const std::vector<Method>& methods,
                                   const std::function<void(const std::string&)>& say);
 

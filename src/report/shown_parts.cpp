@@ -27,6 +27,12 @@ std::size_t count_rows(const Constraint& constraint) {
       constraint);
 }
 
+/// Its place behind the points.
+std::int32_t add_image(std::int32_t point, const Vector3& offset, ShownParts* shown) {
+  shown->images.push_back({point, offset});
+  return static_cast<std::int32_t>(shown->num_points + shown->images.size() - 1);
+}
+
 }  // namespace
 
 ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
@@ -55,7 +61,8 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
       for (std::size_t k = 0; k < rods->pairs.size(); ++k) {
         const std::int32_t i = places[rods->pairs[k][0]], j = places[rods->pairs[k][1]];
         if (i < 0 || j < 0) continue;
-        shown.rods.push_back({i, j});
+        const Vector3 offset = rods->offsets.empty() ? Vector3{} : rods->offsets[k];
+        shown.rods.push_back({i, offset == Vector3{} ? j : add_image(j, offset, &shown)});
         shown.rod_rows.push_back(row + k);
         is_touched[i] = is_touched[j] = true;
       }
@@ -72,6 +79,23 @@ void gather_points(const ShownParts& shown, std::span<const double> all, std::ve
   rows->resize(3 * shown.num_points);
   double* row = rows->data();
   for (const Index point : shown.points) row = std::copy_n(&all[3 * static_cast<std::size_t>(point)], 3, row);
+}
+
+std::vector<double> append_images(const ShownParts& shown, std::span<const double> rows) {
+  std::vector<double> appended(rows.begin(), rows.end());
+  for (const auto& [point, offset] : shown.images) {
+    for (std::size_t axis = 0; axis < 3; ++axis) appended.push_back(rows[3 * static_cast<std::size_t>(point) + axis]);
+  }
+  return appended;
+}
+
+std::vector<double> append_shifted_images(const ShownParts& shown, std::span<const double> positions) {
+  std::vector<double> appended = append_images(shown, positions);
+  double* row = appended.data() + 3 * shown.num_points;
+  for (const auto& [point, offset] : shown.images) {
+    for (std::size_t axis = 0; axis < 3; ++axis) *row++ += offset[axis];
+  }
+  return appended;
 }
 
 }  // namespace tanor::report

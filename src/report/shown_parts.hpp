@@ -15,9 +15,17 @@ struct ShownParts {
   std::size_t num_points = 0;                     ///< shown ones, m
   std::vector<Index> points;                      ///< m, of the system, in the order of the files
   std::vector<bool> is_support;                   ///< m
-  std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as places in `points`
+  std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as places in `points`, behind them in `images`
   std::vector<std::size_t> rod_rows;              ///< row of each rod among the multipliers
   std::vector<std::int32_t> loose_points;         ///< places in `points` that no shown rod touches
+
+  /// The end r_j + offset of a rod across the edge of a periodic sample: so it is drawn beside its point i, not across
+  /// the sample.
+  struct Image {
+    std::int32_t point;  ///< place of j in `points`
+    Vector3 offset;      ///< m
+  };
+  std::vector<Image> images;
 };
 
 /// `chosen`: points to show in this order; empty: all.
@@ -25,5 +33,10 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen);
 
 /// Rows of the shown points, one behind the other. `all` is 3n; the result is 3m and reuses `rows`.
 void gather_points(const ShownParts& shown, std::span<const double> all, std::vector<double>* rows);
+
+/// Rows of the shown points (3m), with those of their images behind them.
+std::vector<double> append_images(const ShownParts& shown, std::span<const double> rows);
+/// The same of positions: images are shifted.
+std::vector<double> append_shifted_images(const ShownParts& shown, std::span<const double> positions);
 
 }  // namespace tanor::report

@@ -39,11 +39,12 @@ void write_work(JsonWriter* json, const MotionReport& report) {
   json->key("solves").value(report.counters.solves);
 }
 
-void write_start(JsonWriter* json, const StartReport& start) {
-  json->key("start_correction").value(start.relative);
+void write_start(JsonWriter* json, const RunFacts& facts, const StartReport& start) {
+  const auto found = [&](double number) { return facts.has_started ? std::optional(number) : std::nullopt; };
+  json->key("start_correction").value(found(start.relative));
   json->key("start").begin_object();
-  json->key("position").value(start.position_correction);
-  json->key("velocity").value(start.velocity_correction);
+  json->key("position").value(found(start.position_correction));
+  json->key("velocity").value(found(start.velocity_correction));
   json->end_object();
 }
 
@@ -67,9 +68,9 @@ void write_final(JsonWriter* json, const std::filesystem::path& directory, const
   };
   ArrayWriter arrays(json, directory / "final_", simulation.system().num_points());
   json->key("final").begin_object();
-  json->key("t").value(simulation.time());
-  arrays.write_points("positions", simulation.positions());
-  arrays.write_points("velocities", simulation.velocities());
+  json->key("t").value(facts.has_started ? std::optional(simulation.time()) : std::nullopt);
+  arrays.write_points("positions", found(simulation.positions()));
+  arrays.write_points("velocities", found(simulation.velocities()));
   arrays.write_points("accelerations", found(simulation.accelerations()));
   arrays.write_list("multipliers", found(simulation.multipliers()));
   arrays.write_points("reactions", found(simulation.reactions()));
@@ -128,7 +129,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.key("t_end").value(facts.t_end);
     json.key("t_reached").value(simulation.time());
     write_work(&json, report);
-    write_start(&json, report.start);
+    write_start(&json, facts, report.start);
     write_times(&json, facts, report.times);
     write_final(&json, directory, facts, simulation);
     write_quality(&json, facts, report);

@@ -18,7 +18,7 @@ struct RunFacts {
   std::string source;       ///< where its points come from
   int threads = 1;          ///< used
   double t_end = 0.0;       ///< asked for, s
-  bool has_started = true;  ///< a start was found; else accelerations and all that follows were not computed
+  bool has_started = true;  ///< a start was found; else no state is known
   bool with_certificate = true;
   WallTimes wall;
 };

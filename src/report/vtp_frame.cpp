@@ -80,6 +80,10 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   const std::span<const std::int32_t> rod_points{shown.rods.empty() ? nullptr : shown.rods.front().data(),
                                                  2 * shown.rods.size()};
 
+  const std::vector<double> positions = append_shifted_images(shown, frame.positions);
+  const std::vector<double> velocities = append_images(shown, frame.velocities);
+  const std::vector<double> accelerations = append_images(shown, frame.accelerations);
+
   Document document;
   document.open(
       fmt::format(R"(VTKFile type="PolyData" version="1.0" byte_order="{}" header_type="UInt64")", byte_order));
@@ -89,16 +93,16 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   document.close("FieldData");
   document.open(fmt::format(
       R"(Piece NumberOfPoints="{}" NumberOfVerts="{}" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="0")",
-      shown.num_points, num_vertices, shown.rods.size()));
+      shown.num_points + shown.images.size(), num_vertices, shown.rods.size()));
   document.open(R"(PointData Vectors="velocity")");
-  document.add("velocity", 3, frame.velocities);
-  document.add("acceleration", 3, frame.accelerations);
+  document.add("velocity", 3, velocities);
+  document.add("acceleration", 3, accelerations);
   document.close("PointData");
   document.open(R"(CellData Scalars="tension")");
   document.add("tension", 1, tensions);
   document.close("CellData");
   document.open("Points");
-  document.add("position", 3, frame.positions);
+  document.add("position", 3, positions);
   document.close("Points");
   document.open("Verts");
   document.add("connectivity", shown.loose_points);

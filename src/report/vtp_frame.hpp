@@ -16,7 +16,9 @@ struct VtpFrame {
 
 /// Writes one frame as VTK polydata (ParaView): points with `velocity` and `acceleration`, rods as lines with
 /// `tension`, and points without a rod as one vertex cell, so that they are seen too (its tension is NaN: there is
-/// none). Binary, all digits: "appended raw" arrays, each led by its number of bytes.
+/// none). A rod with an offset (periodic image) ends at an image of its second point, which follows the points in the
+/// file with the velocity and acceleration of its own. Binary, all digits: "appended raw" arrays, each led by its
+/// number of bytes.
 void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const VtpFrame& frame);
 
 }  // namespace tanor::report

@@ -2,8 +2,48 @@
 
 #include <limits>
 
+#include <fmt/format.h>
+
 namespace tanor::scene {
 namespace {
+
+constexpr double most_steps = 1e12, most_frames = 1e6;  // more would not end, or fill the disk
+
+void apply(const Overrides& overrides, Scene* scene) {
+  MotionOptions& options = scene->motion;
+  if (overrides.method) {
+    try {
+      options.method = method_from_name(*overrides.method);
+    } catch (const InputError& error) {
+      throw InputError("--method", error.what());
+    }
+  }
+  // Tolerances over the scene's step: of the methods, only "auto" can follow.
+  const bool has_tolerance = overrides.rtol || overrides.atol;
+  if (has_tolerance && options.method == Method::Auto) options.step = 0.0;
+  options.step = overrides.step.value_or(options.step);
+  options.rtol = overrides.rtol.value_or(options.rtol);
+  options.atol = overrides.atol.value_or(options.atol);
+  scene->t_end = overrides.t_end.value_or(scene->t_end);
+}
+
+std::string describe_limit(double t_end, double most, std::string_view what) {
+  return fmt::format("at least t_end/{:.0e} = {} s (t_end = {} s, {:.0e} {} at most)", most, t_end / most, t_end, most,
+                     what);
+}
+
+/// An end that can be reached, with output that can be stored.
+void check_counts(const Cursor& motion, const Overrides& overrides, const Scene& scene) {
+  const double t_end = scene.t_end, step = scene.motion.step;
+  if (step > 0.0 && t_end / step > most_steps) {
+    const std::string wanted = describe_limit(t_end, most_steps, "steps");
+    if (overrides.step) throw InputError("--step", fmt::format("found number {}, wanted {}", step, wanted));
+    motion["step"].fail(wanted);
+  }
+  if (scene.output_every > 0.0 && t_end / scene.output_every > most_frames) {
+    motion["output_every"].fail(describe_limit(t_end, most_frames, "frames"));
+  }
+}
 
 CertificatePolicy read_certificate(const Cursor& certificate) {
   using When = CertificatePolicy::When;
@@ -17,7 +57,7 @@ CertificatePolicy read_certificate(const Cursor& certificate) {
 
 }  // namespace
 
-void read_motion(const Cursor& motion, const Context& context, Scene* scene) {
+void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
   motion.object({"method", "step", "rtol", "atol", "t_end", "output_every", "output_points", "stabilisation", "start"});
   MotionOptions& options = scene->motion;
   if (const Cursor method = motion["method"]) {
@@ -32,13 +72,16 @@ void read_motion(const Cursor& motion, const Context& context, Scene* scene) {
   options.start =
       motion["start"].choice<StartMode>({{"check", StartMode::Check}, {"project", StartMode::Project}}, options.start);
 
-  scene->t_end = motion["t_end"].non_negative(0.0);
+  scene->t_end = motion["t_end"].positive(0.0);
   scene->output_every = motion["output_every"].positive(0.0);
   if (const Cursor points = motion["output_points"]; points && !points.says("all"))
     scene->output_points = context.points(points);
+
+  apply(overrides, scene);
+  check_counts(motion, overrides, *scene);
 }
 
-void read_solver(const Cursor& solver, Scene* scene) {
+void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene) {
   solver.object({"form", "ordering", "threads", "certificate"});
   solver["form"].choice<int>({{"auto", 0}, {"normal", 0}}, 0, {"tangent", "both"});
   scene->solver.ordering = solver["ordering"].choice<Ordering>({{"auto", Ordering::Auto},
@@ -47,7 +90,8 @@ void read_solver(const Cursor& solver, Scene* scene) {
                                                                 {"nesdis", Ordering::Nesdis},
                                                                 {"natural", Ordering::Natural}},
                                                                scene->solver.ordering);
-  scene->solver.threads = static_cast<int>(solver["threads"].integer(0, std::numeric_limits<int>::max(), 0));
+  const int threads = static_cast<int>(solver["threads"].integer(0, most_threads, 0));
+  scene->solver.threads = overrides.threads.value_or(threads);
   scene->certificate = read_certificate(solver["certificate"]);
 }
 

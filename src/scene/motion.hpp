@@ -6,9 +6,9 @@
 namespace tanor::scene {
 
 /// "motion": how and how far the scene moves, and what is written on the way.
-void read_motion(const Cursor& motion, const Context& context, Scene* scene);
+void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene);
 
 /// "solver": how each instant is solved.
-void read_solver(const Cursor& solver, Scene* scene);
+void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene);
 
 }  // namespace tanor::scene

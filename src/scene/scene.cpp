@@ -116,17 +116,23 @@ class PlaceTranslator {
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& file) {
+Scene load_scene(const std::filesystem::path& file, const Overrides& overrides) {
   std::string text;
   try {
     text = read_text(file);
   } catch (const InputError& error) {
     throw InputError(file.string(), error.what());
   }
-  return parse_scene(text, file);
+  return parse_scene(text, file, overrides);
 }
 
-Scene parse_scene(const std::string& text, const std::filesystem::path& file) {
+Scene load_moving_scene(const std::filesystem::path& file, const Overrides& overrides) {
+  Scene scene = load_scene(file, overrides);
+  if (scene.t_end > 0.0) return scene;
+  throw InputError(file.string() + ": /motion/t_end", "is missing; give it there or with --t-end (s, > 0)");
+}
+
+Scene parse_scene(const std::string& text, const std::filesystem::path& file, const Overrides& overrides) {
   const Document document(text, file.string());
   const Cursor root(document);
   root.object({"tanor_scene", "name", "parameters", "points", "generate", "import", "supports", "constraints",
@@ -144,8 +150,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file) {
   PointSet points = read_point_source(root, context);
   const PlaceTranslator places(root, points);
   context.num_points = points.positions.size() / 3;
-  read_motion(root["motion"], context, &scene);
-  read_solver(root["solver"], &scene);
+  read_motion(root["motion"], context, overrides, &scene);
+  read_solver(root["solver"], overrides, &scene);
   context.t_end = scene.t_end;
 
   std::vector<Constraint> constraints = read_constraints(root["constraints"], context);

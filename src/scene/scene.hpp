@@ -6,6 +6,8 @@
 
 #include <tanor/motion.hpp>
 
+#include "scene/overrides.hpp"
+
 namespace tanor::scene {
 
 /// When the certificate is computed ("certificate" of the contract).
@@ -29,11 +31,14 @@ struct Scene {
   CertificatePolicy certificate;
 };
 
-/// Reads and validates a scene file. Throws InputError with `where()` = "<file>: <JSON pointer>" (line and column where
-/// the text is no JSON).
-Scene load_scene(const std::filesystem::path& file);
+/// Reads and validates a scene file, with the command line's values over its own. Throws InputError with `where()` =
+/// "<file>: <JSON pointer>" (line and column where the text is no JSON), or the option that is wrong.
+Scene load_scene(const std::filesystem::path& file, const Overrides& overrides = {});
 
-/// The same from text; relative paths inside are relative to `file`.
-Scene parse_scene(const std::string& text, const std::filesystem::path& file);
+/// The same for a scene that is to move: its end must be known.
+Scene load_moving_scene(const std::filesystem::path& file, const Overrides& overrides);
+
+/// The same as load_scene from text; relative paths inside are relative to `file`.
+Scene parse_scene(const std::string& text, const std::filesystem::path& file, const Overrides& overrides = {});
 
 }  // namespace tanor::scene

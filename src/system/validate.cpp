@@ -72,7 +72,7 @@ class Validation {
     if (!system_.velocities.empty()) check_vectors(system_.velocities, "/points/velocities", "velocity");
   }
 
-  /// 3n finite numbers.
+  /// 3n numbers in range.
   void check_vectors(std::span<const double> numbers, const std::string& where, const std::string& noun) const {
     if (numbers.size() != 3 * num_points()) {
       throw InputError(where, text_of_count(numbers.size(), "number") + " for " + text_of_count(num_points(), "point") +
@@ -80,7 +80,7 @@ class Validation {
     }
     for (std::size_t i = 0; i < num_points(); ++i) {
       const Vector3 vector = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
-      if (!is_finite(vector)) check_vector(vector, element(where, i), noun);
+      if (!is_in_range(vector)) check_vector(vector, element(where, i), noun);
     }
   }
 
@@ -108,7 +108,7 @@ class Validation {
   void check_masses() const {
     for (std::size_t i = 0; i < num_points(); ++i) {
       const double mass = system_.masses[i];
-      const bool is_right = std::isfinite(mass) && (mass > 0.0 || is_support(static_cast<Index>(i)));
+      const bool is_right = is_in_range(mass) && (mass > 0.0 || is_support(static_cast<Index>(i)));
       if (!is_right) check_number(mass, Rule::positive, element("/points/masses", i), "mass");
     }
   }
@@ -128,7 +128,7 @@ class Validation {
                                                text_of_count(rods.pairs.size(), "rod") + "; one for each is right");
     }
     for (std::size_t k = 0; k < rods.offsets.size(); ++k) {
-      if (!is_finite(rods.offsets[k])) check_vector(rods.offsets[k], element(where + "/offsets", k), "offset");
+      if (!is_in_range(rods.offsets[k])) check_vector(rods.offsets[k], element(where + "/offsets", k), "offset");
     }
     if (!rods.length.is_initial()) return;
     for (std::size_t k = 0; k < rods.pairs.size(); ++k) {
@@ -177,12 +177,17 @@ class Validation {
 
   void check_values(const Angles& angles, const std::string& where) const {
     check_parameter(angles.cosine, angles.triples.size(), Rule::cosine, t_, where + "/cosine", "cosine");
+    check_parameter(angles.cosine, angles.triples.size(), Rule::not_straight, t_, where + "/cosine", "cosine");
     if (!angles.cosine.is_initial()) return;
     for (std::size_t k = 0; k < angles.triples.size(); ++k) {
       const auto [i, j, l] = angles.triples[k];
-      const Vec3 a = position(i), corner = position(j), b = position(l);
-      if (!(norm(a - corner) > 0.0 && norm(b - corner) > 0.0 && norm(a - b) > 0.0)) {
+      const Vec3 a = position(i) - position(j), b = position(l) - position(j);
+      if (!(norm(a) > 0.0 && norm(b) > 0.0 && norm(a - b) > 0.0)) {
         fail_member(angles, k, where, "two of the points are at the same place: there is no initial angle");
+      }
+      const double cosine = dot(a, b) / (norm(a) * norm(b));
+      if (!Rule::not_straight.holds(cosine)) {
+        fail_member(angles, k, where, "the initial cosine " + text(cosine) + " " + Rule::not_straight.complaint);
       }
     }
   }
@@ -203,7 +208,11 @@ class Validation {
   }
 
   void check_values(const Linears& linears, const std::string& where) const {
+    if (linears.coefficients.empty()) {
+      throw InputError(where + "/coefficients", "there are none; a tuple has at least one point");
+    }
     for (std::size_t k = 0; k < linears.tuples.size(); ++k) {
+      if (linears.tuples[k].empty()) fail_member(linears, k, where, "a tuple has at least one point");
       if (linears.tuples[k].size() != linears.coefficients.size()) {
         throw InputError(element(where + "/tuples", k), text_of_count(linears.tuples[k].size(), "point") + " for " +
                                                             text_of_count(linears.coefficients.size(), "coefficient") +
@@ -213,8 +222,9 @@ class Validation {
     for (std::size_t k = 0; k < linears.coefficients.size(); ++k) {
       const std::string place = element(where + "/coefficients", k);
       check_vector(linears.coefficients[k], place, "coefficient");
-      if (linears.coefficients[k] == Vector3{}) {
-        throw InputError(place, "coefficient [0, 0, 0] is zero; leave the point out of the tuples");
+      if (const char* complaint = zero_complaint(linears.coefficients[k])) {
+        throw InputError(
+            place, "coefficient " + text(linears.coefficients[k]) + complaint + "; leave the point out of the tuples");
       }
     }
     check_parameter(linears.value, linears.tuples.size(), Rule::any, t_, where + "/value", "value");

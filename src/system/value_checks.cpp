@@ -2,12 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "base/vec3.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
 
 namespace {
+
+bool are_finite(std::span<const double> numbers) {
+  return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
+}
+
+const char* range_complaint(std::span<const double> numbers) {
+  return are_finite(numbers) ? " is out of range: squares must stay finite" : " is not finite";
+}
 
 /// One component of what depends on time. A table that does not reach t is reported with its place.
 double check_component(const ScalarFunction& function, double t, const std::string& where, const std::string& noun) {
@@ -17,11 +27,12 @@ double check_component(const ScalarFunction& function, double t, const std::stri
   } catch (const InputError& error) {
     throw InputError(where, noun + ": " + error.what());
   }
-  if (std::ranges::all_of(jet.c, [](double coefficient) { return std::isfinite(coefficient); })) return jet.value();
-  if (function.is_constant()) throw InputError(where, noun + " " + text(jet.value()) + " is not finite");
-  throw InputError(where, noun + " at t = " + text(t) + " has the value " + text(jet.value()) +
-                              " and the derivatives " + text(jet.derivative(1)) + " and " + text(jet.derivative(2)) +
-                              "; all must be finite");
+  const std::array jets = {jet.value(), jet.derivative(1), jet.derivative(2)};
+  if (is_in_range(jets)) return jet.value();
+  if (function.is_constant()) throw InputError(where, noun + " " + text(jet.value()) + range_complaint(jets));
+  throw InputError(where, noun + " at t = " + text(t) + " has the value " + text(jets[0]) + " and the derivatives " +
+                              text(jets[1]) + " and " + text(jets[2]) +
+                              (are_finite(jets) ? "; their squares must stay finite" : "; all must be finite"));
 }
 
 void check_scalar_function(const ScalarFunction& function, const Rule& rule, double t, const std::string& where,
@@ -36,17 +47,26 @@ std::string element(const std::string& where, std::size_t index) {
   return where + "/" + text(index);
 }
 
-bool is_finite(const Vector3& vector) {
-  return std::isfinite(vector[0]) && std::isfinite(vector[1]) && std::isfinite(vector[2]);
+bool is_in_range(double number) {
+  return std::abs(number) <= 1e100;  // false for a NaN
+}
+bool is_in_range(const Vector3& vector) {
+  return is_in_range(vector[0]) && is_in_range(vector[1]) && is_in_range(vector[2]);
+}
+
+const char* zero_complaint(const Vector3& vector) {
+  const Vec3 a = make_vec3(vector);
+  if (dot(a, a) > 0.0) return nullptr;
+  return vector == Vector3{} ? " is zero" : " is too short: its square is zero";
 }
 
 void check_number(double number, const Rule& rule, const std::string& where, const std::string& noun) {
-  if (!std::isfinite(number)) throw InputError(where, noun + " " + text(number) + " is not finite");
+  if (!is_in_range(number)) throw InputError(where, noun + " " + text(number) + range_complaint({&number, 1}));
   if (!rule.holds(number)) throw InputError(where, noun + " " + text(number) + " " + rule.complaint);
 }
 
 void check_vector(const Vector3& vector, const std::string& where, const std::string& noun) {
-  if (!is_finite(vector)) throw InputError(where, noun + " " + text(vector) + " is not finite");
+  if (!is_in_range(vector)) throw InputError(where, noun + " " + text(vector) + range_complaint(vector));
 }
 
 Vector3 check_function(const VectorFunction& function, double t, const std::string& where, const std::string& noun) {
@@ -60,9 +80,9 @@ Vector3 check_function(const VectorFunction& function, double t, const std::stri
 
 Vector3 check_direction(const VectorFunction& function, double t, const std::string& where, const std::string& noun) {
   const Vector3 value = check_function(function, t, where, noun);
-  if (value == Vector3{}) {
+  if (const char* complaint = zero_complaint(value)) {
     const std::string time = function.is_constant() ? "" : " at t = " + text(t);
-    throw InputError(where, noun + " " + text(value) + time + " is zero; it must have a direction");
+    throw InputError(where, noun + " " + text(value) + time + complaint + "; it must have a direction");
   }
   return value;
 }
@@ -81,7 +101,7 @@ void check_parameter(const Parameter& parameter, std::size_t num_members, const 
   const auto place = [&](std::size_t k) { return size == 1 ? where : element(where, k); };
   for (std::size_t k = 0; k < constants.size(); ++k) {
     // The place is spelled out only for a wrong value: lists are long.
-    if (!std::isfinite(constants[k]) || !rule.holds(constants[k])) check_number(constants[k], rule, place(k), noun);
+    if (!is_in_range(constants[k]) || !rule.holds(constants[k])) check_number(constants[k], rule, place(k), noun);
   }
   for (std::size_t k = 0; k < functions.size(); ++k) check_scalar_function(functions[k], rule, t, place(k), noun);
 }

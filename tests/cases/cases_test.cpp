@@ -108,7 +108,7 @@ std::vector<MethodUnderTest> list_methods() {
   };
   return {{"rk4", fixed(Method::Rk4, 1.0 / 400), fixed(Method::Rk4, 1.0 / 800), 3.6, 4.6},
           {"rattle", fixed(Method::Rattle, 1.0 / 2000), fixed(Method::Rattle, 1.0 / 4000), 1.9, 2.1},
-          {"dopri5", adaptive(1e-8), adaptive(1e-8 / 32), 3.0, 8.0}};
+          {"dopri5", adaptive(1e-8), adaptive(1e-8 / 32), 4.0, 6.5}};
 }
 
 class ConvergenceTest : public testing::TestWithParam<std::tuple<NamedWay, CaseScene, MethodUnderTest>> {};

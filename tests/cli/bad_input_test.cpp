@@ -61,7 +61,9 @@ TEST(HelpTest, IsNoError) {
     EXPECT_EQ(ended.err, "");
     EXPECT_TRUE(contains(ended.out, "tanor")) << ended.out;
   }
-  EXPECT_TRUE(contains(run_program(folder, {"run", "--help"}).out, "--rtol"));
+  const std::string help = run_program(folder, {"run", "--help"}).out;
+  EXPECT_TRUE(contains(help, "--rtol"));
+  EXPECT_TRUE(contains(help, "fixed step, or the first one to try")) << help;
   EXPECT_FALSE(contains(run_program(folder, {"--help"}).out, "selftest"));
 }
 
@@ -84,11 +86,96 @@ TEST(BadSceneTest, EveryCommandNamesTheFileAndThePlace) {
   }
 }
 
+/// One broken rule of the contract and the line that `run` prints behind "tanor: s.json: ".
+struct BadScene {
+  const char* rule;
+  std::string scene, error;
+};
+void PrintTo(const BadScene& bad, std::ostream* stream) {
+  *stream << bad.scene;
+}
+
+class BadSceneRuleTest : public testing::TestWithParam<BadScene> {};
+
+TEST_P(BadSceneRuleTest, EndsWithOneLineAndNothingWritten) {
+  const Folder folder;
+  write_text(folder / "s.json", GetParam().scene);
+
+  EXPECT_EQ(complaint(folder, {"run", "s.json"}), "tanor: s.json: " + GetParam().error + "\n");
+}
+
+/// Two points a metre apart that are to move for a second; `more`: other members.
+std::string two_points(const std::string& more, const std::string& motion = "") {
+  return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,0,0]]}, "motion": {"t_end": 1)" +
+         (motion.empty() ? "" : ", " + motion) + "}" + (more.empty() ? "" : ", " + more) + "}";
+}
+std::string constrained(const std::string& constraint) {
+  return two_points(R"("constraints": [{)" + constraint + "}]");
+}
+
+// clang-format off
+const BadScene bad_scenes[] = {
+    {"UnknownKey", two_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "lenght": 1}])"),
+     R"(/constraints/0/lenght: found the unknown key "lenght", wanted one of kind, name, pairs, length, offsets)"},
+    {"DuplicateKey", two_points(R"("name": "a", "name": "b")"),
+     R"(/name: found the key "name" twice, wanted once)"},
+    {"WrongType", two_points(R"("name": 7)"), R"(/name: found number 7, wanted a string)"},
+    {"PointOutOfRange", constrained(R"("kind": "rod", "pairs": [[0,2]])"),
+     R"(/constraints/0/pairs/0/1: found number 2, wanted a whole number from 0 to 1)"},
+    {"NotFinite", two_points("", R"("rtol": NaN)"), R"(/motion/rtol: found NaN, wanted a finite number)"},
+    {"Overflows", two_points("", R"("rtol": 1e999)"), R"(/motion/rtol: found 1e999, wanted a finite number)"},
+    {"MassIsZero", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]], "masses": 0}, "motion": {"t_end": 1}})",
+     R"(@mass)"},
+    {"StepIsZero", two_points("", R"("step": 0)"), R"(/motion/step: found number 0, wanted a number > 0)"},
+    {"ToleranceIsNegative", two_points("", R"("atol": -1e-9)"),
+     R"(/motion/atol: found number -1e-09, wanted a number > 0)"},
+    {"NormalIsZero", constrained(R"("kind": "plane", "points": [0], "normal": [0,0,0])"), R"(@normal)"},
+    {"DirectionIsZero", constrained(R"("kind": "line", "points": [0], "origin": [0,0,0], "direction": [0,0,0])"),
+     R"(@direction)"},
+    {"PairNamesAPointTwice", constrained(R"("kind": "rod", "pairs": [[1,1]])"), R"(@pair)"},
+    {"NoPoints", R"({"tanor_scene": 1, "points": {"positions": []}, "motion": {"t_end": 1}})", R"(@points)"},
+    {"FileCannotBeRead", two_points(R"("supports": [{"points": [0], "motion": {"table": "nowhere.csv"}}])"),
+     R"(/supports/0/motion/table: nowhere.csv cannot be read: No such file or directory)"},
+    {"EndIsZero", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]]}, "motion": {"t_end": 0}})",
+     R"(/motion/t_end: found number 0, wanted a number > 0)"},
+    {"TooManyThreads", two_points(R"("solver": {"threads": 100000})"),
+     R"(/solver/threads: found number 100000, wanted a whole number from 0 to 1024)"},
+    {"TooManySteps", two_points("", R"("step": 1e-17)"),
+     R"(/motion/step: found number 1e-17, wanted at least t_end/1e+12 = 1e-12 s (t_end = 1 s, 1e+12 steps at most))"},
+    {"TooManyFrames", two_points("", R"("output_every": 1e-18)"),
+     R"(/motion/output_every: found number 1e-18, wanted at least t_end/1e+06 = 1e-06 s (t_end = 1 s, 1e+06 frames at most))"},
+};
+// clang-format on
+
+INSTANTIATE_TEST_SUITE_P(Contract, BadSceneRuleTest, testing::ValuesIn(bad_scenes),
+                         [](const testing::TestParamInfo<BadScene>& bad) { return std::string(bad.param.rule); });
+
+TEST(BadSceneTest, AFileThatCannotBeReadIsNamed) {
+  const Folder folder;
+
+  EXPECT_EQ(complaint(folder, {"run", "nowhere.json"}),
+            "tanor: nowhere.json: nowhere.json cannot be read: No such file or directory\n");
+}
+
+TEST(BadSceneTest, AStepOfTheCommandLineHasTheSameLimit) {
+  const Folder folder;
+  write_text(folder / "s.json", two_points(""));
+
+  for (const std::string command : {"run", "error-time"}) {
+    EXPECT_EQ(complaint(folder, {command, "s.json", "--step", "1e-300"}),
+              "tanor: --step: found number 1e-300, wanted at least t_end/1e+12 = 1e-12 s (t_end = 1 s, 1e+12 steps at "
+              "most)\n");
+  }
+}
+
 TEST(BadSceneTest, ARunNeedsItsEnd) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(""));
 
-  EXPECT_TRUE(contains(complaint(folder, {"run", "s.json"}), "s.json: /motion/t_end: is missing"));
+  for (const std::string command : {"run", "error-time"}) {
+    EXPECT_EQ(complaint(folder, {command, "s.json"}),
+              "tanor: s.json: /motion/t_end: is missing; give it there or with --t-end (s, > 0)\n");
+  }
   EXPECT_EQ(run_program(folder, {"run", "s.json", "--t-end", "0.1", "--quiet"}).code, 0);
 }
 

@@ -101,7 +101,7 @@ TEST(ResumeTest, CountsTheWorkOfAllParts) {
 
 TEST(ResumeTest, AKilledRunGoesOn) {
   const Folder folder;
-  write_text(folder / "s.json", pendulum(R"("t_end": 1e6, "output_every": 0.125, "step": 0.0078125)"));
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 0.125, "step": 0.0078125)"));
   Program program(folder, {"run", "s.json", "--out", "o", "--quiet"});
   ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "o/trajectory/frame_000003.vtp"); }));
   kill(program.process(), SIGKILL);

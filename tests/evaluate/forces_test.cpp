@@ -184,7 +184,7 @@ TEST_F(ForceTest, ForcesOnMovingPointsAreMinusTheSlopeOfThePotential) {
       const double slope = derivative_at_zero([&](double e) {
         std::vector<double> r = scene.r;
         r[c] += e;
-        return forces.potential(r.data());
+        return forces.potential(Parallel(1), r.data());
       });
 
       EXPECT_NEAR(slope, -f[static_cast<Eigen::Index>(c)], 1e-9) << "seed " << seed << ", coordinate " << c;
@@ -207,7 +207,7 @@ TEST_F(ForceTest, PowerIsThatOfTheForcesWithoutPotential) {
     std::vector<double> f(scene.r.size());
     forces.evaluate(Parallel(1), t, scene.r.data(), scene.v.data(), f.data());
 
-    const double power = forces.power(scene.r.data(), scene.v.data());
+    const double power = forces.power(Parallel(1), scene.r.data(), scene.v.data());
 
     const double expected = rest.head(3 * num_moving).dot(reference::vector(scene.v).head(3 * num_moving));
     EXPECT_NEAR(power, expected, 1e-12 * std::max(1.0, std::abs(expected))) << "seed " << seed;
@@ -223,11 +223,11 @@ TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
 
     const double rate = derivative_at_zero([&](double e) {
       const Eigen::VectorXd r = reference::vector(scene.r) + e * v;
-      return forces.potential(r.data());
+      return forces.potential(Parallel(1), r.data());
     });
 
     const double by_points = -f.head(3 * num_moving).dot(v.head(3 * num_moving));
-    const double by_supports = forces.spring_power_of_supports(scene.r.data(), scene.v.data());
+    const double by_supports = forces.spring_power_of_supports(Parallel(1), scene.r.data(), scene.v.data());
     EXPECT_NEAR(rate, by_points + by_supports, 1e-9) << "seed " << seed;
   }
 }
@@ -256,32 +256,83 @@ TEST_F(ForceTest, OneKnowsWhetherForcesDoWorkAndDependOnVelocity) {
   }
 }
 
-TEST_F(ForceTest, TwoThreadsGiveTheSameBits) {
+/// Springs, damping, several drags and given forces on the same points in a wild order; the last points are supports.
+System make_large_system() {
   constexpr Index n = 9000;
   std::mt19937 generator(4);
   std::normal_distribution<double> number_of;
   System system;
   Springs springs{"", {}, 5.0, 0.1, 0.7};
-  Drag drag{"", {}, 0.1, 0.2};
+  Drag drag{"", {}, 0.1, 0.2}, oil{"", {}, 0.7, 0.0};
+  const auto swinging = ScalarFunction::formula("0.4*cos(t)");
+  ConstantForce wind{"", {}, VectorFunction(swinging, 0.2, swinging)}, push{"", {}, Vector3{0.1, 0.2, 0.3}};
   for (Index i = 0; i < n; ++i) {
-    for (int k = 0; k < 3; ++k) system.positions.push_back(number_of(generator));
+    for (int k = 0; k < 3; ++k) {
+      system.positions.push_back(number_of(generator));
+      system.velocities.push_back(number_of(generator));
+    }
     drag.points.push_back(i);
+    wind.points.push_back(n - 1 - i);
+    if (i % 3 == 0) push.points.push_back(i);
+    if (i % 2 == 0) oil.points.push_back((7 * i) % n);
     if (i > 0) springs.pairs.push_back({i - 1, i});
     if (i > 10) springs.pairs.push_back({i, i - 10});
   }
   system.masses.assign(n, 0.3);
-  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, springs, drag};
+  system.supports = {{"", {n - 2, n - 1}, {}}};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, springs, drag, wind, oil, push};
+  return system;
+}
+
+TEST_F(ForceTest, AnyNumberOfThreadsGivesTheSameBits) {
+  const System system = make_large_system();
   const Numbering numbering = number(system);
+  const double *r = system.positions.data(), *v = system.velocities.data();
+  struct Result {
+    std::vector<double> f;
+    double potential, power, supports;
+    bool operator==(const Result&) const = default;
+  };
   const auto evaluate = [&](int threads) {
+    const Parallel parallel(threads);
     Forces forces(system, numbering);
-    std::vector<double> f(system.positions.size());
-    forces.evaluate(Parallel(threads), 0.0, system.positions.data(), system.positions.data(), f.data());
-    return f;
+    Result result{std::vector<double>(system.positions.size(), NAN), 0.0, 0.0, 0.0};
+    forces.evaluate(parallel, 0.3, r, v, result.f.data());
+    result.potential = forces.potential(parallel, r);
+    result.power = forces.power(parallel, r, v);
+    result.supports = forces.spring_power_of_supports(parallel, r, v);
+    return result;
   };
 
-  const std::vector<double> one = evaluate(1), two = evaluate(2);
+  const Result one = evaluate(1);
 
-  EXPECT_EQ(one, two);
+  EXPECT_TRUE(std::isfinite(one.potential + one.power + one.supports));
+  for (const int threads : {2, 3, 5}) EXPECT_TRUE(one == evaluate(threads)) << threads;
+}
+
+TEST_F(ForceTest, LargeSystemsAgreeWithPlainFormulas) {
+  const System system = make_large_system();
+  Forces forces(system, number(system));
+  std::vector<double> f(system.positions.size(), NAN);
+
+  forces.evaluate(Parallel(3), 0.3, system.positions.data(), system.velocities.data(), f.data());
+
+  const Eigen::VectorXd expected = reference::evaluate_forces(system, 0.3, system.positions, system.velocities);
+  EXPECT_LE((reference::vector(f) - expected).lpNorm<Eigen::Infinity>(), 1e-12);
+}
+
+TEST_F(ForceTest, ForcesAndDragsOnOnePointAddUpInAnyOrderOfEntries) {
+  // Point 2 at 2 m/s along x: 1 + 2 - (0.5 + 0.25) 2 = 1.5 N; point 0 at rest: 2 N.
+  Scene scene = make_scene({Drag{"", {3, 2}, 0.5, 0.0}, ConstantForce{"", {2}, Vector3{1.0, 0.0, 0.0}},
+                            Drag{"", {2}, 0.25, 0.0}, ConstantForce{"", {2, 0}, Vector3{2.0, 0.0, 0.0}}});
+  std::fill(scene.v.begin(), scene.v.end(), 0.0);
+  scene.v[6] = 2.0;
+
+  const Eigen::VectorXd f = forces_at(scene);
+
+  EXPECT_EQ(on(f, 2), Eigen::Vector3d(1.5, 0.0, 0.0));
+  EXPECT_EQ(on(f, 0), Eigen::Vector3d(2.0, 0.0, 0.0));
+  EXPECT_EQ(f.norm(), 2.5);
 }
 
 RC_GTEST_PROP(Forces, AgreeWithPlainFormulasOnRandomSystems, ()) {

@@ -151,6 +151,32 @@ TEST(VtpTest, ArraysDecodeToTheSameNumbers) {
   EXPECT_EQ(std::vector<double>(tension.begin() + 1, tension.end()), (std::vector<double>{-12.0, 13.0, -14.0}));
 }
 
+// A ring of three beads with a period of 0.3 m along x: its last rod leads to the image of bead 0, not back through
+// all.
+//
+//     o--o--o--(o)
+//     0  1  2   0 + 0.3
+TEST(VtpTest, ARodToAPeriodicImageIsDrawnBesideItsPoint) {
+  const Folder folder;
+  System system = make_chain(3);
+  auto& rods = std::get<Rods>(system.constraints[0]);
+  rods.pairs.push_back({2, 0});
+  rods.offsets = {{}, {}, {0.3, 0.0, 0.0}};
+  const ShownParts shown = choose_parts(system, {});
+  const std::vector<double> v = count_up(9, 1.0), lambda{1.0, 2.0, 3.0};
+
+  write_vtp(folder / "x.vtp", shown, {0.0, system.positions, v, v, lambda});
+
+  const VtpFile file(read_text(folder / "x.vtp"));
+  EXPECT_TRUE(contains(file.header(), R"(NumberOfPoints="4")"));
+  EXPECT_EQ(file.array<std::int32_t>("Lines/connectivity"), (std::vector<std::int32_t>{0, 1, 1, 2, 2, 3}));
+  EXPECT_EQ(file.array<double>("Points/position"),
+            (std::vector<double>{0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.2, 0.0, 0.0, 0.3, 0.0, 0.0}));
+  const auto velocities = file.array<double>("PointData/velocity");
+  EXPECT_EQ(std::vector<double>(velocities.end() - 3, velocities.end()), (std::vector<double>{1.0, 2.0, 3.0}));
+  EXPECT_EQ(file.array<double>("CellData/tension"), (std::vector<double>{-1.0, -2.0, -3.0}));
+}
+
 TEST(VtpTest, HeaderSaysWhatVtkWantsToKnow) {
   const Folder folder;
   const ShownParts shown = choose_parts(make_chain(3), {});

@@ -107,6 +107,54 @@ TEST(Validate, PositionsAndVelocitiesAreFinite) {
             "/points/velocities/2: velocity [inf, 0, 0] is not finite");
 }
 
+TEST(Validate, SquaresOfNumbersStayFinite) {
+  const std::string rule = " is out of range: squares must stay finite";
+
+  EXPECT_EQ(error_after([](System& s) {
+              s.positions[3 * 6 + 1] = -2e100;
+              s.positions[3 * 6 + 2] = 0.5;
+            }),
+            "/points/positions/6: position [6, -2e+100, 0.5]" + rule);
+  EXPECT_EQ(error_after([](System& s) { s.velocities[3 * 2] = 1e160; }),
+            "/points/velocities/2: velocity [1e+160, 0, 0]" + rule);
+  EXPECT_EQ(error_after([](System& s) { s.masses[4] = 1e200; }), "/points/masses/4: mass 1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) {
+              s.supports[0].displacement = Vector3{0, 1e200, 0};
+            }),
+            "/supports/0/motion: displacement y 1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) { constraint<Rods>(s, 0).length = 1e200; }),
+            "/constraints/0/length: length 1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) {
+              constraint<Rods>(s, 0).length = std::vector<double>{1, 1e200, 1};
+            }),
+            "/constraints/0/length/1: length 1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) {
+              constraint<Rods>(s, 0).offsets = {{}, {}, {0, 0, 1e101}};
+            }),
+            "/constraints/0/offsets/2: offset [0, 0, 1e+101]" + rule);
+  EXPECT_EQ(error_after([](System& s) { constraint<Spheres>(s, 2).radius = 1e200; }),
+            "/constraints/2/radius: radius 1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) {
+              constraint<Lines>(s, 3).direction = Vector3{1e200, 0, 0};
+            }),
+            "/constraints/3/direction: direction x 1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) { constraint<Pulleys>(s, 6).ratio = -1e200; }),
+            "/constraints/6/ratio: ratio -1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) {
+              force<ConstantForce>(s, 1).force = Vector3{1e200, 0, 0};
+            }),
+            "/forces/1/force: force x 1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) { force<Springs>(s, 2).stiffness = 1e200; }),
+            "/forces/2/stiffness: stiffness 1e+200" + rule);
+  EXPECT_EQ(error_after([](System& s) { constraint<Rods>(s, 0).length = 1e100; }), "valid");
+}
+
+TEST(Validate, SquaresOfDerivativesStayFinite) {
+  EXPECT_EQ(error_after([](System& s) { s.supports[1].displacement.components[0] = formula("1e120*t"); }),
+            "/supports/1/motion: displacement x at t = 0 has the value 0 and the derivatives 1e+120 and 0; "
+            "their squares must stay finite");
+}
+
 TEST(Validate, MassesOfPointsThatMoveArePositive) {
   EXPECT_EQ(error_after([](System& s) { s.masses[4] = 0; }), "/points/masses/4: mass 0 is not positive");
   EXPECT_EQ(error_after([](System& s) { s.masses[4] = -1; }), "/points/masses/4: mass -1 is not positive");
@@ -230,7 +278,7 @@ TEST(Validate, ConstraintsMayJoinSupportsAlone) {
               constraint<Rods>(s, 0).pairs[1] = {0, 7};
               constraint<Planes>(s, 1).points[1] = 7;
             }),
-            "");
+            "valid");
 }
 
 // ---- constraints: values ----
@@ -309,6 +357,10 @@ TEST(Validate, NormalsAndDirectionsAreNotZero) {
               constraint<Planes>(s, 1).normal = {formula("t"), 0.0, 0.0};
             }),
             "/constraints/1/normal: normal [0, 0, 0] at t = 0 is zero; it must have a direction");
+  EXPECT_EQ(error_after([](System& s) {
+              constraint<Planes>(s, 1).normal = Vector3{1e-200, 0, 0};
+            }),
+            "/constraints/1/normal: normal [1e-200, 0, 0] is too short: its square is zero; it must have a direction");
   EXPECT_EQ(error_after([](System& s) { constraint<Lines>(s, 3).direction = {}; }),
             "/constraints/3/direction: direction [0, 0, 0] is zero; it must have a direction");
   EXPECT_EQ(error_after([](System& s) { constraint<Circles>(s, 4).normal = {}; }),
@@ -374,7 +426,44 @@ TEST(Validate, CosinesLieBetweenMinusOneAndOne) {
               constraint<Angles>(s, 5).cosine = std::vector<double>{-1, -1.01};
             }),
             "/constraints/5/cosine/1: cosine -1.01 is not between -1 and 1");
-  EXPECT_EQ(error_after([](System& s) { constraint<Angles>(s, 5).cosine = -1.0; }), "valid");
+  EXPECT_EQ(error_after([](System& s) { constraint<Angles>(s, 5).cosine = -0.999999; }), "valid");
+}
+
+TEST(Validate, StraightAnglesAreRefused) {
+  const std::string rule =
+      " is that of a straight triple, whose angle cannot be held by its cosine; use a line or rods";
+  const auto place = [](System& s, int point, const Vector3& position) {
+    for (int k = 0; k < 3; ++k) s.positions[3 * point + k] = position[k];
+  };
+
+  EXPECT_EQ(error_after([](System& s) { constraint<Angles>(s, 5).cosine = 1.0; }),
+            "/constraints/5/cosine: cosine 1" + rule);
+  EXPECT_EQ(error_after([](System& s) {
+              constraint<Angles>(s, 5).cosine = std::vector<double>{0.5, -1};
+            }),
+            "/constraints/5/cosine/1: cosine -1" + rule);
+  EXPECT_EQ(error_after([](System& s) { constraint<Angles>(s, 5).cosine = formula("cos(t)"); }),
+            "/constraints/5/cosine: cosine at t = 0: 1" + rule);
+  EXPECT_EQ(error_after([](System& s) { constraint<Angles>(s, 5).cosine = formula("cos(t)"); }, 1.0), "valid");
+  // Straight, and folded back, along axes; then straight to rounding along a slanted line.
+  EXPECT_EQ(error_after([&](System& s) {
+              place(s, 0, {0, 0, 0});
+              place(s, 1, {1, 0, 0});
+              place(s, 2, {3, 0, 0});
+            }),
+            "/constraints/5/triples/0: [0, 1, 2]: the initial cosine -1" + rule);
+  EXPECT_EQ(error_after([&](System& s) {
+              place(s, 0, {2, 0, 0});
+              place(s, 1, {1, 0, 0});
+              place(s, 2, {3, 0, 0});
+            }),
+            "/constraints/5/triples/0: [0, 1, 2]: the initial cosine 1" + rule);
+  EXPECT_NE(error_after([&](System& s) {
+              place(s, 0, {0.1, 0.2, 0.7});
+              place(s, 1, {0.3, 0.6, 2.1});
+              place(s, 2, {0.7, 1.4, 4.9});
+            }).find(rule),
+            std::string::npos);
 }
 
 TEST(Validate, PointsOfAnInitialAngleAreDistinctInSpace) {
@@ -413,6 +502,10 @@ TEST(Validate, LinearTuplesHaveOneCoefficientAPoint) {
             "/constraints/7/tuples/1: 3 points for 2 coefficients; one for each is right");
   EXPECT_EQ(error_after([](System& s) { constraint<Linears>(s, 7).tuples[1] = {}; }),
             "/constraints/7/tuples/1: []: a tuple has at least one point");
+  EXPECT_EQ(error_after([](System& s) {
+              s.constraints[7] = Linears{"sum", {{}, {}}, {}, 0.5};
+            }),
+            "/constraints/7/coefficients: there are none; a tuple has at least one point");
 }
 
 TEST(Validate, LinearCoefficientsAreFiniteAndNotZero) {
@@ -420,6 +513,11 @@ TEST(Validate, LinearCoefficientsAreFiniteAndNotZero) {
               constraint<Linears>(s, 7).coefficients[1] = {0, 0, 0};
             }),
             "/constraints/7/coefficients/1: coefficient [0, 0, 0] is zero; leave the point out of the tuples");
+  EXPECT_EQ(error_after([](System& s) {
+              constraint<Linears>(s, 7).coefficients[1] = {0, 1e-170, 0};
+            }),
+            "/constraints/7/coefficients/1: coefficient [0, 1e-170, 0] is too short: its square is zero; leave the "
+            "point out of the tuples");
   EXPECT_EQ(error_after([](System& s) {
               constraint<Linears>(s, 7).coefficients[0] = {0, nan, 0};
             }),
