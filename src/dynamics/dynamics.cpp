@@ -54,12 +54,24 @@ Dynamics::Dynamics(Dynamics&&) noexcept = default;
 Dynamics& Dynamics::operator=(Dynamics&&) noexcept = default;
 Dynamics::~Dynamics() = default;
 
-const System& Dynamics::system() const { return implementation_->form.system(); }
-std::size_t Dynamics::num_points() const { return implementation_->numbering().num_points(); }
-std::size_t Dynamics::num_equations() const { return implementation_->numbering().num_rows(); }
-const PlanSummary& Dynamics::plan() const { return implementation_->form.plan(); }
-PhaseTimes Dynamics::phase_times() const { return implementation_->form.times(); }
-Counters Dynamics::counters() const { return implementation_->form.counters(); }
+const System& Dynamics::system() const {
+  return implementation_->form.system();
+}
+std::size_t Dynamics::num_points() const {
+  return implementation_->numbering().num_points();
+}
+std::size_t Dynamics::num_equations() const {
+  return implementation_->numbering().num_rows();
+}
+const PlanSummary& Dynamics::plan() const {
+  return implementation_->form.plan();
+}
+PhaseTimes Dynamics::phase_times() const {
+  return implementation_->form.times();
+}
+Counters Dynamics::counters() const {
+  return implementation_->form.counters();
+}
 
 SolveReport Dynamics::solve(double t, std::span<const double> positions, std::span<const double> velocities,
                             std::span<double> accelerations, std::span<double> multipliers,

@@ -21,8 +21,8 @@ struct Energy {
   double kinetic = 0.0, potential = 0.0;  ///< J
 };
 
-/// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers, of which
-/// `point_size()` in a row belong to one point (an error norm takes them together).
+/// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers,
+/// of which `point_size()` in a row belong to one point (an error norm takes them together).
 ///
 /// A configuration is *linearised* when K stands at it and S has its factor; projections reuse the last one.
 class Mechanics {
@@ -44,7 +44,8 @@ class Mechanics {
 
   /// Onto xi(x, t) = 0 along M^-1 K of the last linearisation, chord iterations; linearises anew only where they stall.
   virtual ProjectionReport project_positions(double t, double* x) = 0;
-  /// The same at the end of a step of length h, which moves `step_velocity` by (move of x)/h.
+  /// The same at the end of a step of length h, which moves `step_velocity` by (move of x)/h; keeps to the K of the
+  /// step's beginning whatever happens, so a step that turns constraints by much more than 0.1 rad does not converge.
   virtual ProjectionReport project_step(double t, double h, double* x, double* step_velocity) = 0;
   /// Onto K'v + xi_t = 0 in the M-norm, with the linearisation at (t, x).
   virtual ProjectionReport project_velocities(double t, const double* x, double* v) = 0;

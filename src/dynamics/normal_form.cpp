@@ -11,8 +11,6 @@ namespace tanor {
 
 namespace {
 
-constexpr double eps = std::numeric_limits<double>::epsilon();
-
 std::vector<double> masses_in_order(const System& system, const Numbering& numbering) {
   std::vector<double> result(numbering.num_points(), 0.0);
   for (std::size_t i = 0; i < numbering.num_moving; ++i) {
@@ -30,15 +28,6 @@ System validated(System system, double t) {
   validate(system, t);
   if (system.velocities.empty()) system.velocities.assign(system.positions.size(), 0.0);
   return system;
-}
-
-/// Largest |x_i| over points.
-double largest(const Parallel& parallel, std::size_t num_points, const double* x) {
-  return parallel.max_over_ranges(num_points, [&](std::size_t begin, std::size_t end) {
-    double worst = 0.0;
-    for (std::size_t i = begin; i < end; ++i) worst = larger(worst, dot(load(x, i), load(x, i)));
-    return std::sqrt(worst);
-  });
 }
 
 }  // namespace
@@ -106,8 +95,7 @@ void NormalForm::plan_what_is_left_out() {
   if (!forces_.has_springs()) left_out.push_back("spring forces: none");
 }
 
-// ---- one instant
-// ------------------------------------------------------------------------------------------------------
+// ---- one instant ----
 
 void NormalForm::set_time(double t) {
   if (t == time_) return;
@@ -293,255 +281,7 @@ std::string NormalForm::name_row(std::size_t inner_row) const {
   return equation_name(system_, static_cast<std::size_t>(numbering_.user_row[inner_row]));
 }
 
-// ---- projections
-// ------------------------------------------------------------------------------------------------------
-
-/// |xi|/length cannot be smaller than the rounding of the positions: eps |r|/L.
-double NormalForm::rounding_floor(const double* r) const {
-  return 4.0 * eps * std::max(1.0, largest(parallel_, numbering_.num_points(), r) / smallest_length_);
-}
-
-ProjectionReport NormalForm::project_positions(double t, double* r) {
-  return iterate_onto_positions(t, r, nullptr);
-}
-
-ProjectionReport NormalForm::project_step(double t, double h, double* r, double* step_velocity) {
-  // The sum of the multipliers is h^2 times a smooth function of time (half of lambda): extrapolated from the last two
-  // steps it saves iterations, the solution is the same.
-  StepMultipliers& step = step_multipliers_;
-  const double scale = h * h;
-  parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t a = begin; a < end; ++a) {
-      step.sum[a] = scale * (2.0 * step.last[a] - step.before[a]);
-    }
-  });
-  gather_.add_scaled(parallel_, blocks_.data(), step.sum.data(), inverse_mass_.data(), num_moving(), r);
-
-  const ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
-  if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
-
-  parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t a = begin; a < end; ++a) {
-      step.before[a] = step.last[a];
-      step.last[a] = step.sum[a] / scale;
-      step.sum[a] /= h;
-    }
-  });
-  // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
-  gather_.add_scaled(parallel_, blocks_.data(), step.sum.data(), inverse_mass_.data(), num_moving(), step_velocity);
-  return report;
-}
-
-/// Chord iterations along M^-1 K of the last linearisation; adds up the multipliers where wanted (and then the slope is
-/// never renewed, since they belong to one K).
-ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double* sum) {
-  set_time(t);
-  ProjectionReport report;
-  if (num_rows() == 0) return report;
-  constexpr double target = 1e-13, good_enough = 1e-11;
-  constexpr int most_iterations = 30;
-  double before = std::numeric_limits<double>::infinity();
-  bool linearised_here = false;
-  for (;; ++report.iterations) {
-    {
-      const Stopwatch watch(&times_.evaluate);
-      report.violation = constraints_.evaluate_values(parallel_, r, rows_.data());
-    }
-    if (!std::isfinite(report.violation)) {
-      report.outcome = not_finite(t);
-      return report;
-    }
-    if (report.violation <= target) return report;
-    const bool stalls = report.violation > 0.3 * before;
-    if (stalls && report.violation <= rounding_floor(r)) return report;
-    const bool hopeless = stalls && report.violation > before && (linearised_here || sum != nullptr);
-    if (report.iterations == most_iterations || hopeless) {
-      if (report.violation > good_enough) report.outcome = explain_stall(t, report.violation);
-      return report;
-    }
-    if (stalls && sum == nullptr) {
-      // The chord's slope is too old: Newton's own.
-      if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
-      linearised_here = true;
-    }
-    before = report.violation;
-    // S mu = -xi, r += M^-1 K mu
-    correct(rows_.data(), r);
-    if (sum != nullptr) {
-      parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t a = begin; a < end; ++a) sum[a] += rows_[a];
-      });
-    }
-  }
-}
-
-ProjectionReport NormalForm::project_velocities(double t, const double* r, double* v) {
-  set_time(t);
-  ProjectionReport report;
-  if (num_rows() == 0) return report;
-  constexpr double target = 1e-13;
-  double before = std::numeric_limits<double>::infinity();
-  for (;; ++report.iterations) {
-    double rate = 0.0;
-    {
-      const Stopwatch watch(&times_.evaluate);
-      rate = constraints_.evaluate_rates(parallel_, r, v, rows_.data());
-    }
-    report.violation = rate / velocity_scale_;
-    if (!std::isfinite(rate)) {
-      report.outcome = not_finite(t);
-      return report;
-    }
-    // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
-    if (report.violation <= target || report.iterations == 4 || !(rate < 0.5 * before)) return report;
-    before = rate;
-    // S nu = -(K'v + xi_t), v += M^-1 K nu
-    correct(rows_.data(), v);
-  }
-}
-
-/// Some place on xi = 0, from anywhere: Newton's method in small moves, the last digits by chord iterations.
-ProjectionReport NormalForm::reach_constraints(double t, double* r) {
-  set_time(t);
-  constexpr int most_iterations = 100;
-  constexpr double near = 1e-3;
-  std::vector<double> next(size());
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const double violation = constraints_.evaluate_values(parallel_, r, rows_.data());
-    if (violation <= near || !std::isfinite(violation)) break;
-    if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome), 0.0, violation, iteration};
-    std::copy(r, r + size(), next.begin());
-    correct(rows_.data(), next.data());
-    // A full step may overshoot: at most a quarter of the scene at once.
-    const double damping = std::min(1.0, 0.25 * scene_size_ / largest_move(next.data(), r));
-    for (std::size_t i = 0; i < size(); ++i) r[i] += damping * (next[i] - r[i]);
-  }
-  if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome)};
-  return project_positions(t, r);
-}
-
-/// d = (I - M^-1 K S^-1 K')(r* - r): minus the slope of |r - r*|^2/2 on xi = 0, all in the M-norm.
-Outcome NormalForm::slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d) {
-  if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
-  for (std::size_t i = 0; i < size(); ++i) d[i] = wanted[i] - r[i];
-  constraints_.apply_transposed(parallel_, blocks_.data(), d, nullptr, rows_.data());
-  correct(rows_.data(), d);
-  return {};
-}
-
-ProjectionReport NormalForm::project_far(double t, double* r) {
-  if (num_rows() == 0) return {};
-  const std::vector<double> wanted(r, r + size());
-  ProjectionReport report = reach_constraints(t, r);
-  if (!report.outcome.ok()) return report;
-
-  // Down the slope along xi = 0; full steps where r* is near, step lengths of Barzilai & Borwein (1988) where the
-  // curvature of the constraints counts: s's/s'y with s the last move and y the change of the slope.
-  constexpr int most_iterations = 1000;
-  constexpr double slack = 1.0 + 1e-11;  // rounding of xi = 0 shows in the distance
-  const auto product = [&](const auto& a, const auto& b) {
-    return parallel_.sum(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(&a[0], i), load(&b[0], i)); });
-  };
-  const auto distance = [&](const double* x) {
-    return parallel_.sum(num_moving(), [&](std::size_t i) {
-      const Vec3 away = load(x, i) - load(wanted.data(), i);
-      return mass_[i] * dot(away, away);
-    });
-  };
-  const std::vector<double> zero(size(), 0.0);
-  std::vector<double> d(size()), trial(size()), trial_d(size());
-  if (report.outcome = slope_towards(wanted, t, r, d.data()); !report.outcome.ok()) return report;
-  double length = 1.0;
-  for (; report.iterations < most_iterations && length > 1e-6; ++report.iterations) {
-    const double nearly_0 =
-        std::max({1e-10 * largest_move(r, wanted.data()), 1e-13 * scene_size_, rounding_floor(r) * smallest_length_});
-    if (largest_move(d.data(), zero.data()) <= nearly_0) break;
-    for (std::size_t i = 0; i < size(); ++i) trial[i] = r[i] + length * d[i];
-    const ProjectionReport reached = project_positions(t, trial.data());
-    const bool is_nearer = reached.outcome.ok() && distance(trial.data()) <= slack * distance(r);
-    if (!is_nearer || !slope_towards(wanted, t, trial.data(), trial_d.data()).ok()) {
-      length *= 0.25;
-      continue;
-    }
-    report.violation = reached.violation;
-    for (std::size_t i = 0; i < size(); ++i) {
-      d[i] -= trial_d[i];
-      r[i] = trial[i] - r[i];
-    }
-    const double curvature = product(r, d);
-    length = curvature > 0.0 ? product(r, r) / curvature : 1.0;
-    std::copy(trial.begin(), trial.end(), r);
-    d = trial_d;
-  }
-  return report;
-}
-
-// ---- start
-// ------------------------------------------------------------------------------------------------------------
-
-StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
-  set_time(t);
-  prescribe_all(t, r, v);
-  StartReport report;
-  const std::size_t n = numbering_.num_points();
-
-  // Velocity scale: what moves, what is prescribed, and a free fall through the scene.
-  std::vector<double> w0(size()), zero(size(), 0.0);
-  const double acceleration = evaluate_free(t, r, v, w0.data());
-  const double prescribed = num_rows() > 0 ? constraints_.evaluate_rates(parallel_, r, zero.data(), rows_.data()) : 0.0;
-  velocity_scale_ = std::max({largest(parallel_, n, v), prescribed, std::sqrt(acceleration * scene_size_)});
-  if (!(velocity_scale_ > 0.0)) velocity_scale_ = 1.0;
-  if (num_rows() == 0) return report;
-
-  if (mode == StartMode::Check) {
-    constexpr double allowed = 1e-3;
-    std::vector<double> position(num_rows()), velocity(num_rows());
-    constraints_.measure(r, v, position.data(), velocity.data());
-    const auto worst_position = std::max_element(position.begin(), position.end());
-    if (!(*worst_position <= allowed)) {
-      throw InputError(
-          "/motion/start",
-          "the initial positions violate " + name_row(static_cast<std::size_t>(worst_position - position.begin())) +
-              " by " + text(*worst_position) +
-              " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
-    }
-    const auto worst_velocity = std::max_element(velocity.begin(), velocity.end());
-    if (!(*worst_velocity <= allowed * velocity_scale_)) {
-      throw InputError(
-          "/motion/start",
-          "the initial velocities violate " + name_row(static_cast<std::size_t>(worst_velocity - velocity.begin())) +
-              " by " + text(*worst_velocity) + ", the velocity scale is " + text(velocity_scale_) +
-              "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
-    }
-  }
-
-  const std::vector<double> r_given(r, r + size()), v_given(v, v + size());
-  ProjectionReport positions;
-  if (mode == StartMode::Project) {
-    positions = project_far(t, r);
-  } else {
-    positions.outcome = linearise(t, r);
-    if (positions.outcome.ok()) positions = project_positions(t, r);
-  }
-  report.outcome = positions.outcome;
-  if (!report.outcome.ok()) return report;
-  report.position_correction = largest_move(r, r_given.data());
-  if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
-  report.outcome = project_velocities(t, r, v).outcome;
-  report.velocity_correction = largest_move(v, v_given.data());
-  report.relative = std::max(report.position_correction / scene_size_, report.velocity_correction / velocity_scale_);
-  return report;
-}
-
-void NormalForm::resume(const Counters& counters, const PhaseTimes& times) {
-  std::fill(step_multipliers_.last.begin(), step_multipliers_.last.end(), 0.0);
-  std::fill(step_multipliers_.before.begin(), step_multipliers_.before.end(), 0.0);
-  counters_ = counters;
-  times_ = times;
-}
-
-// ---- outputs
-// ----------------------------------------------------------------------------------------------------------
+// ---- outputs ----
 
 Outcome NormalForm::normal_accelerations(double t, const double* r, const double* v, double* w_normal) {
   set_time(t);
@@ -576,6 +316,14 @@ void NormalForm::support_forces(double* carried) const {
   for (std::size_t i = 3 * num_moving(); i < size(); ++i) carried[i] += f_[i];
 }
 
+double NormalForm::largest_norm(const double* x) const {
+  return parallel_.max_over_ranges(numbering_.num_points(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) worst = larger(worst, dot(load(x, i), load(x, i)));
+    return std::sqrt(worst);
+  });
+}
+
 double NormalForm::largest_move(const double* x, const double* y) const {
   return parallel_.max_over_ranges(numbering_.num_points(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;
@@ -591,9 +339,9 @@ Power NormalForm::power(const double* r, const double* v) const {
   Power result;
   if (is_rheonomic()) {
     // eta'v on the moving points, eta = M (w - w0); and what supports do through springs
-    result.supports =
-        parallel_.sum(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(dw_.data(), i), load(v, i)); }) +
-        forces_.spring_power_of_supports(parallel_, r, v);
+    result.supports = parallel_.sum(num_moving(), [&](std::size_t i) {
+      return mass_[i] * dot(load(dw_.data(), i), load(v, i));
+    }) + forces_.spring_power_of_supports(parallel_, r, v);
   }
   if (forces_.has_work()) result.forces = forces_.power(parallel_, r, v);
   return result;

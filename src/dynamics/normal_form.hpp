@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "base/parallel.hpp"
 #include "assembly/reactions.hpp"
+#include "base/parallel.hpp"
 #include "dynamics/mechanics.hpp"
 #include "evaluate/constraints.hpp"
 #include "evaluate/forces.hpp"
@@ -70,7 +70,8 @@ class NormalForm final : public Mechanics {
   void reactions(double* eta) const { gather_.reactions(parallel_, blocks_.data(), lambda_.data(), eta); }
   /// What each support carries, K lambda + f there [3n]; 0 on moving points.
   void support_forces(double* load) const;
-  /// Largest distance between the points of x and y.
+  /// Largest |x_i|, and largest |x_i - y_i|, over the points.
+  double largest_norm(const double* x) const;
   double largest_move(const double* x, const double* y) const;
   const PlanSummary& plan() const { return plan_; }
   const PhaseTimes& times() const { return times_; }
@@ -80,8 +81,8 @@ class NormalForm final : public Mechanics {
  private:
   struct PrescribedPoints {
     VectorFunction displacement;
-    std::vector<Index> points;       // inner
-    std::vector<Vec3> position;      // initial
+    std::vector<Index> points;   // inner
+    std::vector<Vec3> position;  // initial
   };
 
   bool is_rheonomic() const { return !moving_supports_.empty() || constraints_.depends_on_time(); }
@@ -119,9 +120,9 @@ class NormalForm final : public Mechanics {
   double time_;
   bool is_factorized_ = false, exact_ = false;
   SolveReport last_;
-  std::vector<double> blocks_;                       // K
-  std::vector<double> f_, dw_;                       // [3n] f; w - w0 = M^-1 K lambda
-  std::vector<double> right_side_, lambda_, rows_;   // [d] phi + K'w0; multipliers; scratch
+  std::vector<double> blocks_;                      // K
+  std::vector<double> f_, dw_;                      // [3n] f; w - w0 = M^-1 K lambda
+  std::vector<double> right_side_, lambda_, rows_;  // [d] phi + K'w0; multipliers; scratch
   struct StepMultipliers {
     std::vector<double> sum;           // of this step's iterations
     std::vector<double> last, before;  // of the last two steps, over h^2

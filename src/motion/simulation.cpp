@@ -270,7 +270,8 @@ struct Simulation::Implementation {
     }
     advance_begin = steps.begin();
     advance_end = t_end;
-    const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_end), std::abs(state.t));
+    const double resolution =
+        16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_end), std::abs(state.t));
     if (steps.length() < resolution) return step_too_small(resolution, {});
     while (k < steps.count()) {
       if (Outcome found = step_or_split(steps.time(++k), most_splits); !found.ok()) return found;

@@ -15,14 +15,14 @@ namespace tanor::report {
 namespace {
 
 constexpr int rows_per_method = 4;
-constexpr double coarsest_tolerance = 1e-4;
+constexpr double coarsest_tolerance = 1e-2;
 
 // A judge begins half a step or a hundredth of a tolerance behind the finest row of its own method, which then tells
 // its own error at no cost.
 constexpr int first_judge_level = rows_per_method;
 constexpr int most_refinements = 4;
 constexpr double judge_share = 0.1;         // of the smallest error that it judges
-constexpr double finest_tolerance = 1e-14;  // below, rounding decides
+constexpr double finest_tolerance = 1e-13;  // below, rounding decides
 constexpr double certain_above = 3.0;       // errors of the judge
 
 bool has_fixed_steps(Method method) {
@@ -146,8 +146,10 @@ Judge find_judge(const scene::Scene& scene, Runs* runs, Method method) {
     const MotionOptions next = options_of(scene, judge.method, judge.level + 1);
     if (!has_fixed_steps(judge.method) && next.rtol < 0.5 * finest_tolerance) break;
     const Judge finer = call_judge(runs, judge.method, judge.level + 1);
-    if (!(finer.error < judge.error)) break;  // rounding rules
+    if (!(finer.error < judge.error)) break;
+    const bool rounding_rules = finer.error > 0.5 * judge.error;
     judge = finer;
+    if (rounding_rules) break;
   }
   return judge;
 }

@@ -148,7 +148,8 @@ TEST(Trouble, PointAtTheSingularPlaceOfAnAngleIsSingular) {
   system.constraints = {Angles{"bend", {{0, 1, 2}}, {}}};
 
   Dynamics dynamics(system);
-  const Answer answer = solve(dynamics, {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0}, std::vector<double>(9, 0.0));
+  const Answer answer =
+      solve(dynamics, std::vector<double>{0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0}, std::vector<double>(9, 0.0));
 
   EXPECT_EQ(answer.report.outcome.status, Status::Singular);
   EXPECT_TRUE(contains(answer.report.outcome.what, "gradient of bend[0] vanishes")) << answer.report.outcome.what;

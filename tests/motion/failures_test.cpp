@@ -92,7 +92,7 @@ TEST_P(FixedStepFailuresTest, AFarTooLargeStepIsAnOutcome) {
 }
 
 /// A pendulum turns in 0.6 s. A failed attempt must leave nothing behind that spoils the smaller ones.
-TEST(RattleTest, AStepThatFailsIsTriedAgainInHalves) {
+TEST(SplitStepTest, AStepThatFailsIsTriedAgainInHalves) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rattle, .step = 1.0});
 
   const Outcome outcome = simulation.advance(1.0);

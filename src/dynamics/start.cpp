@@ -1,0 +1,70 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/normal_form.hpp"
+#include "system/text.hpp"
+
+/// \file The consistent start of NormalForm.
+namespace tanor {
+
+StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
+  set_time(t);
+  prescribe_all(t, r, v);
+  StartReport report;
+
+  // Velocity scale: what moves, what is prescribed, and a free fall through the scene.
+  std::vector<double> w0(size()), zero(size(), 0.0);
+  const double acceleration = evaluate_free(t, r, v, w0.data());
+  const double prescribed = num_rows() > 0 ? constraints_.evaluate_rates(parallel_, r, zero.data(), rows_.data()) : 0.0;
+  velocity_scale_ = std::max({largest_norm(v), prescribed, std::sqrt(acceleration * scene_size_)});
+  if (!(velocity_scale_ > 0.0)) velocity_scale_ = 1.0;
+  if (num_rows() == 0) return report;
+
+  if (mode == StartMode::Check) {
+    constexpr double allowed = 1e-3;
+    std::vector<double> position(num_rows()), velocity(num_rows());
+    constraints_.measure(r, v, position.data(), velocity.data());
+    const auto worst_position = std::max_element(position.begin(), position.end());
+    if (!(*worst_position <= allowed)) {
+      throw InputError(
+          "/motion/start",
+          "the initial positions violate " + name_row(static_cast<std::size_t>(worst_position - position.begin())) +
+              " by " + text(*worst_position) +
+              " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
+    }
+    const auto worst_velocity = std::max_element(velocity.begin(), velocity.end());
+    if (!(*worst_velocity <= allowed * velocity_scale_)) {
+      throw InputError(
+          "/motion/start",
+          "the initial velocities violate " + name_row(static_cast<std::size_t>(worst_velocity - velocity.begin())) +
+              " by " + text(*worst_velocity) + ", the velocity scale is " + text(velocity_scale_) +
+              "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
+    }
+  }
+
+  const std::vector<double> r_given(r, r + size()), v_given(v, v + size());
+  ProjectionReport positions;
+  if (mode == StartMode::Project) {
+    positions = project_far(t, r);
+  } else {
+    positions.outcome = linearise(t, r);
+    if (positions.outcome.ok()) positions = project_positions(t, r);
+  }
+  report.outcome = positions.outcome;
+  if (!report.outcome.ok()) return report;
+  report.position_correction = largest_move(r, r_given.data());
+  if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
+  report.outcome = project_velocities(t, r, v).outcome;
+  report.velocity_correction = largest_move(v, v_given.data());
+  report.relative = std::max(report.position_correction / scene_size_, report.velocity_correction / velocity_scale_);
+  return report;
+}
+
+void NormalForm::resume(const Counters& counters, const PhaseTimes& times) {
+  std::fill(step_multipliers_.last.begin(), step_multipliers_.last.end(), 0.0);
+  std::fill(step_multipliers_.before.begin(), step_multipliers_.before.end(), 0.0);
+  counters_ = counters;
+  times_ = times;
+}
+
+}  // namespace tanor
