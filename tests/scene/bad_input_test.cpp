@@ -5,8 +5,7 @@
 namespace tanor::scene {
 namespace {
 
-/// A scene that breaks one rule of the contract, and the error it gives. An error that ends in ": " is worded by the
-/// library; its place is checked.
+/// A scene that breaks one rule of the contract, and the error it gives.
 struct BadInput {
   const char* rule;
   std::string scene;
@@ -19,13 +18,9 @@ void PrintTo(const BadInput& input, std::ostream* stream) {
 class BadInputTest : public testing::TestWithParam<BadInput> {};
 
 TEST_P(BadInputTest, GivesOneErrorThatNamesItsPlace) {
-  std::string error = error_of(GetParam().scene);
+  const std::string error = error_of(GetParam().scene);
 
   EXPECT_EQ(error.find('\n'), std::string::npos) << "an error is one line";
-  if (GetParam().error.ends_with(": ")) {
-    EXPECT_GT(error.size(), GetParam().error.size()) << "an error says what is wrong";
-    error.resize(GetParam().error.size());
-  }
   EXPECT_EQ(error, GetParam().error);
 }
 
@@ -98,9 +93,9 @@ const BadInput bad_inputs[] = {
     {"MassesAreTooFew", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0]], "masses": [1]}})",
      R"(scene.json: /points/masses: found 1 of them, wanted 2, one a point)"},
     {"MassIsNegative", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0]], "masses": [1, -1]}})",
-     R"(scene.json: /points/masses/1: )"},
+     R"(scene.json: /points/masses/1: mass -1 is not positive)"},
     {"MassOfAllIsZero", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0]], "masses": 0}})",
-     R"(scene.json: /points/masses: )"},
+     R"(scene.json: /points/masses: mass 0 is not positive)"},
     {"MassIsAString", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]], "masses": "heavy"}})",
      R"(scene.json: /points/masses: found string "heavy", wanted a number, a list of numbers or {"file": "…"})"},
     {"PointIsOutOfRange", three_points(R"("supports": [{"points": [0, 3]}])"),
@@ -126,7 +121,7 @@ const BadInput bad_inputs[] = {
     {"SupportMovesByAWrongWord", three_points(R"("supports": [{"points": [0], "motion": "free"}])"),
      R"(scene.json: /supports/0/motion: found string "free", wanted "fixed", {"formula": ["…", "…", "…"]} or {"table": "…"})"},
     {"PointIsSupportedTwice", three_points(R"("supports": [{"points": [0]}, {"points": [1, 0]}])"),
-     R"(scene.json: /supports/1/points/1: )"},
+     R"(scene.json: /supports/1/points/1: point 0 belongs to /supports/0 already; a point has one prescribed motion)"},
     {"ConstraintHasNoKind", three_points(R"("constraints": [{"pairs": [[0,1]]}])"),
      R"(scene.json: /constraints/0/kind: missing, wanted one of rod, plane, sphere, line, circle, angle, pulley, linear)"},
     {"ConstraintKindIsUnknown", three_points(R"("constraints": [{"kind": "rods", "pairs": [[0,1]]}])"),
@@ -134,7 +129,7 @@ const BadInput bad_inputs[] = {
     {"ConstraintKindIsPlanned", three_points(R"("constraints": [{"kind": "formula"}])"),
      R"(scene.json: /constraints/0/kind: found string "formula", which this version of tanor does not have yet, wanted one of rod, plane, sphere, line, circle, angle, pulley, linear)"},
     {"PairNamesAPointTwice", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1],[1,1]]}])"),
-     R"(scene.json: /constraints/0/pairs/1: )"},
+     R"(scene.json: /constraints/0/pairs/1: [1, 1] names point 1 twice; a rod joins two different points)"},
     {"PairHasThreePoints", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1,2]]}])"),
      R"(scene.json: /constraints/0/pairs/0: found a list of 3, wanted a pair of points [i, j])"},
     {"PairsAreMissing", three_points(R"("constraints": [{"kind": "rod"}])"),
@@ -142,7 +137,7 @@ const BadInput bad_inputs[] = {
     {"PairIsOutOfRange", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1],[1,7]]}])"),
      R"(scene.json: /constraints/0/pairs/1/1: found number 7, wanted a whole number from 0 to 2)"},
     {"LengthIsNegative", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": -1}])"),
-     R"(scene.json: /constraints/0/length: )"},
+     R"(scene.json: /constraints/0/length: length -1 is not positive)"},
     {"LengthsAreTooFew", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]], "length": [1]}])"),
      R"(scene.json: /constraints/0/length: found a list of 1, wanted one number, or a list of 2)"},
     {"LengthIsAWrongWord", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": "short"}])"),
@@ -150,25 +145,25 @@ const BadInput bad_inputs[] = {
     {"OffsetsAreTooFew", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]], "offsets": [[1,0,0]]}])"),
      R"(scene.json: /constraints/0/offsets: found a list of 1, wanted 2 vectors, one a pair)"},
     {"NormalIsZero", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,0]}])"),
-     R"(scene.json: /constraints/0/normal: )"},
+     R"(scene.json: /constraints/0/normal: normal [0, 0, 0] is zero; it must have a direction)"},
     {"NormalIsMissing", three_points(R"("constraints": [{"kind": "plane", "points": [0]}])"),
      R"(scene.json: /constraints/0/normal: missing, wanted 3 numbers [x, y, z], {"formula": ["…", "…", "…"]} or {"table": "…"})"},
     {"DirectionIsZero", three_points(R"("constraints": [{"kind": "line", "points": [0], "origin": [0,0,0], "direction": [0,0,0]}])"),
-     R"(scene.json: /constraints/0/direction: )"},
+     R"(scene.json: /constraints/0/direction: direction [0, 0, 0] is zero; it must have a direction)"},
     {"TupleDoesNotFitItsCoefficients", three_points(R"("constraints": [{"kind": "linear", "tuples": [[0,1],[2]], "coefficients": [[1,0,0],[-1,0,0]]}])"),
      R"(scene.json: /constraints/0/tuples/1: found a list of 1, wanted 2 points, one a coefficient)"},
     {"NameIsUsedTwice", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "name": "a"}, {"kind": "rod", "pairs": [[1,2]], "name": "a"}])"),
-     R"(scene.json: /constraints/1/name: )"},
+     R"(scene.json: /constraints/1/name: "a" is the name of /constraints/0 already; a name is used once)"},
     {"FormulaHasAnError", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": {"formula": "1 + sin(omega*t"}}], "parameters": {"omega": 3})"),
-     R"(scene.json: /constraints/0/length/formula: )"},
+     R"(scene.json: /constraints/0/length/formula: formula "1 + sin(omega*t": column 16: found the end, expected an operator or ')': sin takes 1 argument)"},
     {"FormulaNamesSomethingUnknown", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": {"formula": "1 + q"}}])"),
-     R"(scene.json: /constraints/0/length/formula: )"},
+     R"(scene.json: /constraints/0/length/formula: formula "1 + q": column 5: 'q' is not known; known names: t, pi and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)"},
     {"FormulaOfAVectorHasTwoStrings", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", "0"]}}])"),
      R"(scene.json: /supports/0/motion/formula: found a list of 2, wanted 3 strings, formulas of x, y, z)"},
     {"FormulaOfAVectorHasAnError", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", "0", "*"]}}])"),
-     R"(scene.json: /supports/0/motion/formula/2: )"},
+     R"(scene.json: /supports/0/motion/formula/2: formula "*": column 1: found '*', expected a number, a name or '(')"},
     {"FormulaIsNotFinite", three_points(R"("forces": [{"kind": "constant", "points": [0], "force": {"formula": ["1/0", "0", "0"]}}])"),
-     R"(scene.json: /forces/0/force: )"},
+     R"(scene.json: /forces/0/force: force x inf is not finite)"},
     {"FormulaAndTable", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", "0", "0"], "table": "a.csv"}}])"),
      R"(scene.json: /supports/0/motion: found an object, wanted one of the keys formula, table)"},
     {"TableCannotBeRead", three_points(R"("supports": [{"points": [0], "motion": {"table": "nowhere.csv"}}])"),
@@ -176,7 +171,7 @@ const BadInput bad_inputs[] = {
     {"ParameterIsNoNumber", three_points(R"("parameters": {"omega": "3"})"),
      R"(scene.json: /parameters/omega: found string "3", wanted a number)"},
     {"ParameterIsNamedLikeTime", three_points(R"("parameters": {"t": 3})"),
-     R"(scene.json: /parameters/t: )"},
+     R"(scene.json: /parameters/t: formula "t": the constant 't' has the name of a variable)"},
     {"ForceKindIsUnknown", three_points(R"("forces": [{"kind": "wind"}])"),
      R"(scene.json: /forces/0/kind: found string "wind", wanted one of gravity, constant, spring, drag)"},
     {"ForceKindIsPlanned", three_points(R"("forces": [{"kind": "pair", "law": "lj"}])"),
@@ -202,7 +197,7 @@ const BadInput bad_inputs[] = {
     {"OutputPointIsOutOfRange", three_points(R"("motion": {"output_points": [5]})"),
      R"(scene.json: /motion/output_points/0: found number 5, wanted a whole number from 0 to 2)"},
     {"MethodIsUnknown", three_points(R"("motion": {"method": "euler"})"),
-     R"(scene.json: /motion/method: )"},
+     R"(scene.json: /motion/method: method "euler" is not known; this version has auto, rk4, dopri5, rattle)"},
     {"StartIsUnknown", three_points(R"("motion": {"start": "jump"})"),
      R"(scene.json: /motion/start: found string "jump", wanted one of check, project)"},
     {"StabilisationIsUnknown", three_points(R"("motion": {"stabilisation": "baumgarte"})"),
@@ -236,11 +231,11 @@ const BadInput bad_inputs[] = {
     {"AnchoredIsNoBoolean", R"({"tanor_scene": 1, "generate": {"kind": "chain", "anchored": 1}})",
      R"(scene.json: /generate/anchored: found number 1, wanted true or false)"},
     {"SupportMeetsTheGeneratedOne", R"({"tanor_scene": 1, "generate": {"kind": "chain", "anchored": true}, "supports": [{"points": [0]}]})",
-     R"(scene.json: /supports/0/points/0: )"},
+     R"(scene.json: /supports/0/points/0: point 0 belongs to /generate already; a point has one prescribed motion)"},
     {"ConstraintBehindGeneratedRods", R"({"tanor_scene": 1, "generate": {"kind": "chain"}, "constraints": [{"kind": "rod", "pairs": [[0,1],[2,2]]}]})",
-     R"(scene.json: /constraints/0/pairs/1: )"},
+     R"(scene.json: /constraints/0/pairs/1: [2, 2] names point 2 twice; a rod joins two different points)"},
     {"NameOfGeneratedRodsIsTaken", R"({"tanor_scene": 1, "generate": {"kind": "chain"}, "constraints": [{"kind": "plane", "name": "rods", "points": [0], "normal": [0,0,1]}]})",
-     R"(scene.json: /constraints/0/name: )"},
+     R"(scene.json: /constraints/0/name: "rods" is the name of /generate already; a name is used once)"},
     {"ImportLacksItsFile", R"({"tanor_scene": 1, "import": {"format": "lammps-data"}})",
      R"(scene.json: /import/file: missing, wanted a string)"},
     {"ImportFileCannotBeRead", R"({"tanor_scene": 1, "import": {"file": "nowhere.data"}})",
