@@ -329,6 +329,14 @@ inline RandomSystem make_random_system(std::size_t num_points, std::uint32_t see
   return RandomSystemMaker(num_points, seed, options).make();
 }
 
+/// Keeps only the constraints that act between points, rods and angles: no place is special to them.
+inline RandomSystem without_guides(RandomSystem random) {
+  std::erase_if(random.system.constraints, [](const Constraint& constraint) {
+    return !std::holds_alternative<Rods>(constraint) && !std::holds_alternative<Angles>(constraint);
+  });
+  return random;
+}
+
 /// Inside a RapidCheck property: any system of up to 30 points; a failure shrinks to fewer points.
 inline RandomSystem any_system(const RandomSystemOptions& options = {}) {
   const auto num_points = *rc::gen::inRange<std::size_t>(1, 31).as("points");

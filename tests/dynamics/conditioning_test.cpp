@@ -80,13 +80,6 @@ INSTANTIATE_TEST_SUITE_P(Dynamics, HeavyTip,
 
 // ---- far from the origin -----------------------------------------------------------------------------------------
 
-RandomSystem without_guides(RandomSystem random) {
-  std::erase_if(random.system.constraints, [](const Constraint& constraint) {
-    return !std::holds_alternative<Rods>(constraint) && !std::holds_alternative<Angles>(constraint);
-  });
-  return random;
-}
-
 RC_GTEST_PROP(NormalForm, MovedAMillionLengthsAwayItAnswersTheSame, ()) {
   const RandomSystem random = without_guides(any_system());
   RandomSystem moved = random;

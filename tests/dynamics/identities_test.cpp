@@ -266,14 +266,6 @@ RC_GTEST_PROP(NormalForm, IdealReactionsDoNoWorkWhereNothingIsDriven, ()) {
   RC_ASSERT(std::abs(power) <= solved.accuracy * (1.0 + solved.eta.norm() * solved.dense.v.norm()));
 }
 
-/// Only what acts between points: rods and angles.
-RandomSystem without_guides(RandomSystem random) {
-  std::erase_if(random.system.constraints, [](const Constraint& constraint) {
-    return !std::holds_alternative<Rods>(constraint) && !std::holds_alternative<Angles>(constraint);
-  });
-  return random;
-}
-
 RC_GTEST_PROP(NormalForm, SupportLoadsAndActiveForcesAreTheRateOfMomentum, ()) {
   // Rods and angles act between points, so that d/dt sum m v = sum of all forces - sum of what the supports carry.
   Solved solved(without_guides(any_system()));

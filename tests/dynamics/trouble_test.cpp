@@ -261,6 +261,25 @@ TEST(Trouble, FailedTimeOfOneFamilyDoesNotStickToAnother) {
   EXPECT_EQ(violation, fresh.position_violation(0.5, system.positions));
 }
 
+TEST(Trouble, SupportsThatMoveApartContradictTheRodBetweenThem) {
+  // (0) - (1) -> t^2: the rod "bar" joins the two, "link" hangs on the second.
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, -1.0};
+  system.masses.assign(3, 1.0);
+  system.supports = {{"", {0}, {}}, {"", {1}, VectorFunction(ScalarFunction::formula("t^2"), 0.0, 0.0)}};
+  system.constraints = {Rods{"bar", {{0, 1}}, {}, {}}, Rods{"link", {{1, 2}}, {}, {}}};
+  Dynamics dynamics(system);
+  std::vector<double> r = system.positions, v(9, 0.0);
+
+  const Answer answer = solve(dynamics, r, v);
+  const ProjectionReport projected = dynamics.project_positions(0.5, r);
+
+  EXPECT_EQ(answer.report.outcome.status, Status::Contradictory);
+  EXPECT_TRUE(contains(answer.report.outcome.what, "bar[0]")) << answer.report.outcome.what;
+  EXPECT_EQ(projected.outcome.status, Status::Contradictory);
+  EXPECT_TRUE(contains(projected.outcome.what, "bar[0]")) << projected.outcome.what;
+}
+
 TEST(Trouble, ContradictoryLengthsDoNotConverge) {
   // A triangle with sides 1, 1 and 3.
   System system;
