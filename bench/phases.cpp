@@ -9,7 +9,7 @@
 
 #include "assembly/reactions.hpp"
 #include "evaluate/constraints.hpp"
-#include "solve/normal_solver.hpp"
+#include "solve/gram_solver.hpp"
 
 namespace {
 
@@ -40,7 +40,7 @@ struct Instant {
   Constraints constraints;
   std::vector<Incidence> incidences;
   std::vector<double> inverse_masses;
-  NormalSolver solver;
+  GramSolver solver;
   ReactionGather gather;
   Parallel parallel;
   std::vector<double> r, v, w, blocks, b, lambda;

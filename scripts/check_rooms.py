@@ -41,8 +41,8 @@ ROOMS = {
 
 # Single files that may see more: an adaptor between two rooms, with its reason.
 ADAPTORS = {
-    # the public Simulation gives the schemes, which know Mechanics only, a system in normal form
-    "motion/simulation.cpp": Sees("base system dynamics/mechanics.hpp dynamics/normal_form.hpp", "motion", ""),
+    # the public Simulation gives the schemes, which know Mechanics only, a system in its forms
+    "motion/simulation.cpp": Sees("base system dynamics/mechanics.hpp dynamics/forms.hpp", "motion", ""),
 }
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"]', re.MULTILINE)
@@ -156,10 +156,10 @@ def self_test() -> int:
         ("src/evaluate/a.cpp", '#include "system/members.hpp"'),
         ("src/evaluate/a.cpp", "#include <tanor/system.hpp>"),
         ("src/factor/a.cpp", "#include <cholmod.h>"),
-        ("src/dynamics/a.cpp", '#include "solve/normal_solver.hpp"'),
+        ("src/dynamics/a.cpp", '#include "solve/gram_solver.hpp"'),
         ("src/motion/a.cpp", "#include <tanor/dynamics.hpp>"),
         ("src/motion/a.cpp", '#include "dynamics/mechanics.hpp"'),
-        ("src/motion/simulation.cpp", '#include "dynamics/normal_form.hpp"'),
+        ("src/motion/simulation.cpp", '#include "dynamics/forms.hpp"'),
         ("src/dynamics/mechanics.hpp", '#include "base/parallel.hpp"'),
         ("src/cli/a.cpp", '#include "report/summary.hpp"'),
         ("include/tanor/dynamics.hpp", "#include <tanor/system.hpp>"),

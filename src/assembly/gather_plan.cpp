@@ -8,18 +8,18 @@
 
 namespace tanor {
 
-std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> inverse_masses,
+std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,
                                    int first_row) {
   std::vector<Product> products;
   for (std::size_t begin = 0, end = 0; begin < incidences.size(); begin = end) {
     const Index point = incidences[begin].point;
     while (end < incidences.size() && incidences[end].point == point) ++end;
-    const double inverse_mass = inverse_masses[static_cast<std::size_t>(point)];
+    const double weight = weights[static_cast<std::size_t>(point)];
     for (std::size_t a = begin; a < end; ++a) {
       for (std::size_t b = begin; b < end; ++b) {
         const Incidence &p = incidences[a], &q = incidences[b];
         if (p.row < q.row) continue;
-        products.push_back({p.row - first_row, q.row - first_row, p.block, q.block, p.sign * q.sign * inverse_mass});
+        products.push_back({p.row - first_row, q.row - first_row, p.block, q.block, p.sign * q.sign * weight});
       }
     }
   }

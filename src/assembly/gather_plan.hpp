@@ -7,8 +7,8 @@
 
 namespace tanor {
 
-/// One product of S = K'M^-1K: weight * g_a.g_b of the blocks a, b belongs to the entry (row, column).
-/// weight = sign_a sign_b / m of the point that both rows share.
+/// One product of X'WX (S, Gamma, H, G): weight * g_a.g_b of the blocks a, b belongs to the entry (row, column).
+/// weight = sign_a sign_b w of the point that both rows share.
 struct Product {
   int row, column;  // row >= column
   int block_a, block_b;
@@ -16,8 +16,8 @@ struct Product {
 };
 
 /// Triangle (row >= column) of all products, in a fixed order; equal pairs of blocks are joined (a rod's two ends).
-/// `incidences` are those of moving points, grouped by point; `first_row` is subtracted from the rows.
-std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> inverse_masses,
+/// `incidences` are grouped by point, `weights` [point]; `first_row` is subtracted from the rows.
+std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,
                                    int first_row);
 
 enum class Triangle { Lower, Upper };

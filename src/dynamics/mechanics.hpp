@@ -21,8 +21,13 @@ struct Energy {
   double kinetic = 0.0, potential = 0.0;  ///< J
 };
 
-/// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers,
-/// of which `point_size()` in a row belong to one point (an error norm takes them together).
+/// Estimated errors of a step, and where it began and ended; `size()` numbers each.
+struct StepErrors {
+  const double *x, *v;
+  const double *x_from, *v_from, *x_to, *v_to;
+};
+
+/// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers.
 ///
 /// A configuration is *linearised* when K stands at it and S has its factor; projections reuse the last one.
 class Mechanics {
@@ -30,7 +35,6 @@ class Mechanics {
   virtual ~Mechanics() = default;
 
   virtual std::size_t size() const = 0;
-  virtual std::size_t point_size() const = 0;
   virtual bool depends_on_velocity() const = 0;  ///< some force does
   virtual bool has_work() const = 0;             ///< `power` is not identically 0
 
@@ -50,9 +54,13 @@ class Mechanics {
   /// Onto K'v + xi_t = 0 in the M-norm, with the linearisation at (t, x).
   virtual ProjectionReport project_velocities(double t, const double* x, double* v) = 0;
 
+  /// Largest over the points of |error|/(atol + rtol |.|), positions and velocities; t: at the step's beginning. The
+  /// last accelerations were those at its end.
+  virtual double error_ratio(double t, const StepErrors& errors, double atol, double rtol) = 0;
+
   /// At the state of the last `accelerations`.
   virtual Power power(const double* x, const double* v) const = 0;
-  virtual Energy energy(const double* x, const double* v) const = 0;
+  virtual Energy energy(double t, const double* x, const double* v) = 0;
   virtual const SolveReport& last_solve() const = 0;
   virtual const Parallel& parallel() const = 0;
 };

@@ -17,7 +17,7 @@ constexpr double eps = std::numeric_limits<double>::epsilon();
 
 /// |xi|/length cannot be smaller than the rounding of the positions: eps |r|/L.
 double NormalForm::rounding_floor(const double* r) const {
-  return 4.0 * eps * std::max(1.0, largest_norm(r) / smallest_length_);
+  return 4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length);
 }
 
 ProjectionReport NormalForm::project_positions(double t, double* r) {
@@ -29,17 +29,18 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
   // steps it saves iterations, the solution is the same.
   StepMultipliers& step = step_multipliers_;
   const double scale = h * h;
-  parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
+  model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
       step.sum[a] = scale * (2.0 * step.last[a] - step.before[a]);
     }
   });
-  gather_.add_scaled(parallel_, blocks_.data(), step.sum.data(), inverse_mass_.data(), num_moving(), r);
+  model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
+                           model_.num_moving(), r);
 
   const ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
   if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
 
-  parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
+  model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
       step.before[a] = step.last[a];
       step.last[a] = step.sum[a] / scale;
@@ -47,14 +48,15 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
     }
   });
   // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
-  gather_.add_scaled(parallel_, blocks_.data(), step.sum.data(), inverse_mass_.data(), num_moving(), step_velocity);
+  model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
+                           model_.num_moving(), step_velocity);
   return report;
 }
 
 /// Chord iterations along M^-1 K of the last linearisation; adds up the multipliers where wanted (and then the slope is
 /// never renewed, since they belong to one K).
 ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double* sum) {
-  set_time(t);
+  model_.set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
   constexpr double target = 1e-13, good_enough = 1e-11;
@@ -63,11 +65,11 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
   bool linearised_here = false;
   for (;; ++report.iterations) {
     {
-      const Stopwatch watch(&times_.evaluate);
-      report.violation = constraints_.evaluate_values(parallel_, r, rows_.data());
+      const Stopwatch watch(&model_.times.evaluate);
+      report.violation = model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
     }
     if (!std::isfinite(report.violation)) {
-      report.outcome = not_finite(t);
+      report.outcome = model_.not_finite(t);
       return report;
     }
     if (report.violation <= target) return report;
@@ -87,7 +89,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
     // S mu = -xi, r += M^-1 K mu
     correct(rows_.data(), r);
     if (sum != nullptr) {
-      parallel_.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
+      model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
         for (std::size_t a = begin; a < end; ++a) sum[a] += rows_[a];
       });
     }
@@ -95,7 +97,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
 }
 
 ProjectionReport NormalForm::project_velocities(double t, const double* r, double* v) {
-  set_time(t);
+  model_.set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
   constexpr double target = 1e-13;
@@ -103,12 +105,12 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
   for (;; ++report.iterations) {
     double rate = 0.0;
     {
-      const Stopwatch watch(&times_.evaluate);
-      rate = constraints_.evaluate_rates(parallel_, r, v, rows_.data());
+      const Stopwatch watch(&model_.times.evaluate);
+      rate = model_.constraints.evaluate_rates(model_.parallel, r, v, rows_.data());
     }
-    report.violation = rate / velocity_scale_;
+    report.violation = rate / model_.velocity_scale;
     if (!std::isfinite(rate)) {
-      report.outcome = not_finite(t);
+      report.outcome = model_.not_finite(t);
       return report;
     }
     // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
@@ -121,18 +123,18 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
 
 /// Some place on xi = 0, from anywhere: Newton's method in small moves, the last digits by chord iterations.
 ProjectionReport NormalForm::reach_constraints(double t, double* r) {
-  set_time(t);
+  model_.set_time(t);
   constexpr int most_iterations = 100;
   constexpr double near = 1e-3;
   std::vector<double> next(size());
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const double violation = constraints_.evaluate_values(parallel_, r, rows_.data());
+    const double violation = model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
     if (violation <= near || !std::isfinite(violation)) break;
     if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome), 0.0, violation, iteration};
     std::copy(r, r + size(), next.begin());
     correct(rows_.data(), next.data());
     // A full step may overshoot: at most a quarter of the scene at once.
-    const double damping = std::min(1.0, 0.25 * scene_size_ / largest_move(next.data(), r));
+    const double damping = std::min(1.0, 0.25 * model_.scene_size / model_.largest_move(next.data(), r));
     for (std::size_t i = 0; i < size(); ++i) r[i] += damping * (next[i] - r[i]);
   }
   if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome)};
@@ -143,7 +145,7 @@ ProjectionReport NormalForm::reach_constraints(double t, double* r) {
 Outcome NormalForm::slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d) {
   if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
   for (std::size_t i = 0; i < size(); ++i) d[i] = wanted[i] - r[i];
-  constraints_.apply_transposed(parallel_, blocks_.data(), d, nullptr, rows_.data());
+  model_.constraints.apply_transposed(model_.parallel, blocks_.data(), d, nullptr, rows_.data());
   correct(rows_.data(), d);
   return {};
 }
@@ -159,12 +161,13 @@ ProjectionReport NormalForm::project_far(double t, double* r) {
   constexpr int most_iterations = 1000;
   constexpr double slack = 1.0 + 1e-11;  // rounding of xi = 0 shows in the distance
   const auto product = [&](const auto& a, const auto& b) {
-    return parallel_.sum(num_moving(), [&](std::size_t i) { return mass_[i] * dot(load(&a[0], i), load(&b[0], i)); });
+    return model_.parallel.sum(model_.num_moving(),
+                               [&](std::size_t i) { return model_.mass[i] * dot(load(&a[0], i), load(&b[0], i)); });
   };
   const auto distance = [&](const double* x) {
-    return parallel_.sum(num_moving(), [&](std::size_t i) {
+    return model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
       const Vec3 away = load(x, i) - load(wanted.data(), i);
-      return mass_[i] * dot(away, away);
+      return model_.mass[i] * dot(away, away);
     });
   };
   const std::vector<double> zero(size(), 0.0);
@@ -172,9 +175,9 @@ ProjectionReport NormalForm::project_far(double t, double* r) {
   if (report.outcome = slope_towards(wanted, t, r, d.data()); !report.outcome.ok()) return report;
   double length = 1.0;
   for (; report.iterations < most_iterations && length > 1e-6; ++report.iterations) {
-    const double nearly_0 =
-        std::max({1e-10 * largest_move(r, wanted.data()), 1e-13 * scene_size_, rounding_floor(r) * smallest_length_});
-    if (largest_move(d.data(), zero.data()) <= nearly_0) break;
+    const double nearly_0 = std::max({1e-10 * model_.largest_move(r, wanted.data()), 1e-13 * model_.scene_size,
+                                      rounding_floor(r) * model_.smallest_length});
+    if (model_.largest_move(d.data(), zero.data()) <= nearly_0) break;
     for (std::size_t i = 0; i < size(); ++i) trial[i] = r[i] + length * d[i];
     const ProjectionReport reached = project_positions(t, trial.data());
     const bool is_nearer = reached.outcome.ok() && distance(trial.data()) <= slack * distance(r);

@@ -8,22 +8,17 @@
 namespace tanor {
 
 StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
-  set_time(t);
-  prescribe_all(t, r, v);
+  model_.set_time(t);
+  model_.prescribe_all(t, r, v);
   StartReport report;
 
-  // Velocity scale: what moves, what is prescribed, and a free fall through the scene.
-  std::vector<double> w0(size()), zero(size(), 0.0);
-  const double acceleration = evaluate_free(t, r, v, w0.data());
-  const double prescribed = num_rows() > 0 ? constraints_.evaluate_rates(parallel_, r, zero.data(), rows_.data()) : 0.0;
-  velocity_scale_ = std::max({largest_norm(v), prescribed, std::sqrt(acceleration * scene_size_)});
-  if (!(velocity_scale_ > 0.0)) velocity_scale_ = 1.0;
+  model_.measure_velocity_scale(t, r, v);
   if (num_rows() == 0) return report;
 
   if (mode == StartMode::Check) {
     constexpr double allowed = 1e-3;
     std::vector<double> position(num_rows()), velocity(num_rows());
-    constraints_.measure(r, v, position.data(), velocity.data());
+    model_.constraints.measure(r, v, position.data(), velocity.data());
     const auto worst_position = std::max_element(position.begin(), position.end());
     if (!(*worst_position <= allowed)) {
       throw InputError(
@@ -33,11 +28,11 @@ StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
               " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
     }
     const auto worst_velocity = std::max_element(velocity.begin(), velocity.end());
-    if (!(*worst_velocity <= allowed * velocity_scale_)) {
+    if (!(*worst_velocity <= allowed * model_.velocity_scale)) {
       throw InputError(
           "/motion/start",
           "the initial velocities violate " + name_row(static_cast<std::size_t>(worst_velocity - velocity.begin())) +
-              " by " + text(*worst_velocity) + ", the velocity scale is " + text(velocity_scale_) +
+              " by " + text(*worst_velocity) + ", the velocity scale is " + text(model_.velocity_scale) +
               "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
     }
   }
@@ -52,19 +47,20 @@ StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
   }
   report.outcome = positions.outcome;
   if (!report.outcome.ok()) return report;
-  report.position_correction = largest_move(r, r_given.data());
+  report.position_correction = model_.largest_move(r, r_given.data());
   if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
   report.outcome = project_velocities(t, r, v).outcome;
-  report.velocity_correction = largest_move(v, v_given.data());
-  report.relative = std::max(report.position_correction / scene_size_, report.velocity_correction / velocity_scale_);
+  report.velocity_correction = model_.largest_move(v, v_given.data());
+  report.relative =
+      std::max(report.position_correction / model_.scene_size, report.velocity_correction / model_.velocity_scale);
   return report;
 }
 
 void NormalForm::resume(const Counters& counters, const PhaseTimes& times) {
   std::fill(step_multipliers_.last.begin(), step_multipliers_.last.end(), 0.0);
   std::fill(step_multipliers_.before.begin(), step_multipliers_.before.end(), 0.0);
-  counters_ = counters;
-  times_ = times;
+  model_.counters = counters;
+  model_.times = times;
 }
 
 }  // namespace tanor

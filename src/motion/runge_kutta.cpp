@@ -58,6 +58,7 @@ RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mec
   for (std::size_t i = 1; i < stages; ++i) accelerations_.emplace_back(n);
   stage_x_.resize(n);
   stage_v_.resize(n);
+  zero_.resize(is_adaptive() ? n : 0, 0.0);
 }
 
 namespace {
@@ -119,28 +120,15 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
   return result;
 }
 
-/// Largest over the points of |error|/(atol + rtol |.|), positions and velocities.
-double RungeKutta::estimate_error(const State& from, double h, const State& to,
-                                  std::span<const double* const> a) const {
-  const std::size_t width = mechanics_.point_size();
-  return mechanics_.parallel().max_over_ranges(from.x.size() / width, [&](std::size_t first, std::size_t last) {
-    double worst = 0.0;
-    for (std::size_t begin = first * width; begin < last * width; begin += width) {
-      double ex = 0.0, ev = 0.0, x = 0.0, v = 0.0;
-      for (std::size_t i = begin; i < begin + width; ++i) {
-        double error_x = 0.0, error_v = 0.0;
-        for (std::size_t j = 0; j < e_a_.size(); ++j) error_x += h * h * e_a_[j] * a[j][i];
-        for (std::size_t j = 0; j < tableau_.e.size(); ++j) error_v += h * tableau_.e[j] * a[j][i];
-        ex += error_x * error_x;
-        ev += error_v * error_v;
-        x += std::max(from.x[i] * from.x[i], to.x[i] * to.x[i]);
-        v += std::max(from.v[i] * from.v[i], to.v[i] * to.v[i]);
-      }
-      worst = larger(worst, std::sqrt(ex) / (options_.atol + options_.rtol * std::sqrt(x)));
-      worst = larger(worst, std::sqrt(ev) / (options_.atol + options_.rtol * std::sqrt(v)));
-    }
-    return worst;
-  });
+/// Over the tolerance, as the mechanics measures it. The stages' workspaces are free again.
+double RungeKutta::estimate_error(const State& from, double h, const State& to, std::span<const double* const> a) {
+  const std::size_t n = from.x.size();
+  const Parallel& parallel = mechanics_.parallel();
+  combine(parallel, n, zero_.data(), 0.0, zero_.data(), e_a_, h * h, a, stage_x_.data());
+  combine(parallel, n, zero_.data(), 0.0, zero_.data(), tableau_.e, h, a, stage_v_.data());
+  return mechanics_.error_ratio(
+      from.t, {stage_x_.data(), stage_v_.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol,
+      options_.rtol);
 }
 
 }  // namespace tanor

@@ -33,7 +33,7 @@ class RungeKutta final : public Scheme {
  private:
   static constexpr std::size_t most_stages = 16;
 
-  double estimate_error(const State& from, double h, const State& to, std::span<const double* const> a) const;
+  double estimate_error(const State& from, double h, const State& to, std::span<const double* const> a);
 
   Tableau tableau_;
   MotionOptions options_;
@@ -42,6 +42,7 @@ class RungeKutta final : public Scheme {
   std::vector<double> b_a_, e_a_;               // b'A, and the same of the estimate
   std::vector<std::vector<double>> accelerations_;
   std::vector<double> stage_x_, stage_v_;
+  std::vector<double> zero_;
 };
 
 }  // namespace tanor

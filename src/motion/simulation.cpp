@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/normal_form.hpp"
+#include "dynamics/forms.hpp"
 #include "motion/equal_steps.hpp"
 #include "motion/scheme.hpp"
 #include "motion/step_control.hpp"
@@ -65,7 +65,9 @@ struct Simulation::Implementation {
   static constexpr int most_splits = 8;  // of a fixed step that fails
 
   MotionOptions options;
-  NormalForm form;
+  Forms forms;
+  Model& model = forms.model;
+  EquationsOfMotion& form = *forms.main;
   std::unique_ptr<Scheme> scheme;
   State state, trial;
   StepControl control;
@@ -75,11 +77,13 @@ struct Simulation::Implementation {
   MotionReport report;
   // The state in the user's order.
   std::vector<double> r, v, w, lambda, eta, carried;
-  std::vector<double> inner;
+  struct {
+    std::vector<double> r, v, w;
+  } points;  // the state [3n] in the inner order
 
   Implementation(System system, const MotionOptions& motion, SolverOptions solver, double t_start)
       : options((check_options(motion), motion)),
-        form(std::move(system), solver, t_start),
+        forms(std::move(system), solver, t_start),
         scheme(make_scheme(resolve(motion), options, form)),
         control(scheme->order()) {
     report.method = resolve(motion);
@@ -87,42 +91,42 @@ struct Simulation::Implementation {
       throw InputError("/motion/step", "method " + std::string(method_name(report.method)) +
                                            " has fixed steps: a positive step, s, is needed");
     }
-    const std::size_t n = form.size();
     for (State* s : {&state, &trial}) {
-      s->x.resize(n);
-      s->v.resize(n);
-      s->a.resize(n);
+      for (std::vector<double>* array : {&s->x, &s->v, &s->a}) array->resize(form.size());
     }
-    for (std::vector<double>* array : {&r, &v, &w, &eta, &carried, &inner}) array->resize(n);
-    lambda.resize(form.numbering().num_rows());
+    for (std::vector<double>* array : {&points.r, &points.v, &points.w, &r, &v, &w, &eta, &carried}) {
+      array->resize(3 * model.num_points());
+    }
+    lambda.resize(model.num_rows());
 
     state.t = t_start;
-    form.numbering().gather_points(form.system().positions, state.x);
-    form.numbering().gather_points(form.system().velocities, state.v);
+    model.numbering.gather_points(model.system.positions, points.r);
+    model.numbering.gather_points(model.system.velocities, points.v);
     report.time = t_start;
-    report.start = form.start(t_start, state.x.data(), state.v.data(), options.start);
+    report.start = form.start(t_start, points.r.data(), points.v.data(), options.start);
     outcome = report.start.outcome;
     if (outcome.ok()) outcome = complete_state();
     measure_start();
     publish();
   }
 
-  Snapshot snapshot() const {
+  Snapshot snapshot() {
+    write_points();
     Snapshot snapshot{.time = state.t,
-                      .positions = std::vector<double>(state.x.size()),
-                      .velocities = std::vector<double>(state.v.size()),
+                      .positions = std::vector<double>(points.r.size()),
+                      .velocities = std::vector<double>(points.v.size()),
                       .report = report,
                       .next_step = next_step,
                       .last_error = control.last_error(),
                       .advance_begin = advance_begin,
                       .advance_end = advance_end};
-    form.numbering().scatter_points(state.x, snapshot.positions);
-    form.numbering().scatter_points(state.v, snapshot.velocities);
+    model.numbering.scatter_points(points.r, snapshot.positions);
+    model.numbering.scatter_points(points.v, snapshot.velocities);
     return snapshot;
   }
 
   void restore(const Snapshot& snapshot) {
-    check_snapshot(snapshot, form.size());
+    check_snapshot(snapshot, points.r.size());
     report = snapshot.report;
     report.method = resolve(options);
     report.time = snapshot.time;
@@ -134,30 +138,39 @@ struct Simulation::Implementation {
     form.resume(report.counters, report.times);
 
     state.t = snapshot.time;
-    form.numbering().gather_points(snapshot.positions, state.x);
-    form.numbering().gather_points(snapshot.velocities, state.v);
+    model.numbering.gather_points(snapshot.positions, points.r);
+    model.numbering.gather_points(snapshot.velocities, points.v);
     state.work = {.supports = report.energy.work_of_supports, .forces = report.energy.work_of_forces};
-    form.prescribe_all(state.t, state.x.data(), state.v.data());
+    model.prescribe_all(state.t, points.r.data(), points.v.data());
     outcome = complete_state();
     publish();
   }
 
-  /// What belongs to a state whose t, x and v were given.
+  /// The state at t from its points, with all that belongs to it.
   Outcome complete_state() {
-    Outcome found = form.linearise(state.t, state.x.data());
+    Outcome found = form.adopt(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
+    if (found.ok()) found = form.linearise(state.t, state.x.data());
     if (found.ok()) found = refresh(Gradients::Keep);
     if (found.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
     trial = state;  // fixed supports stand in both
     return found;
   }
 
+  void write_points() {
+    form.write_points(state.t, state.x.data(), state.v.data(), state.a.data(), points.r.data(), points.v.data(),
+                      points.w.data());
+  }
+
+  double position_violation() { return model.position_violation(state.t, points.r.data()); }
+  double velocity_violation() { return model.velocity_violation(state.t, points.r.data(), points.v.data()); }
+
   void measure_start() {
-    const Energy energy = form.energy(state.x.data(), state.v.data());
+    const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.start = energy.kinetic + energy.potential;
     report.energy.scale = std::max(std::abs(report.energy.start), energy.kinetic);
     report.energy.now = report.energy.start;
-    report.position_violation = form.position_violation(state.t, state.x.data());
-    report.velocity_violation = form.velocity_violation(state.t, state.x.data(), state.v.data());
+    report.position_violation = position_violation();
+    report.velocity_violation = velocity_violation();
     report.reciprocal_condition = form.last_solve().reciprocal_condition;
     report.acceleration_violation = form.last_solve().residual;
   }
@@ -166,8 +179,9 @@ struct Simulation::Implementation {
   void measure_violations(const StepResult& step) {
     double position = step.position_violation, velocity = step.velocity_violation;
     if (options.stabilisation == Stabilisation::None) {
-      position = form.position_violation(state.t, state.x.data());
-      velocity = form.velocity_violation(state.t, state.x.data(), state.v.data());
+      write_points();
+      position = position_violation();
+      velocity = velocity_violation();
     }
     report.position_violation = std::max(report.position_violation, position);
     report.velocity_violation = std::max(report.velocity_violation, velocity);
@@ -179,28 +193,29 @@ struct Simulation::Implementation {
     measure_violations(step);
     report.reciprocal_condition = std::min(report.reciprocal_condition, form.last_solve().reciprocal_condition);
     report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
-    const Energy energy = form.energy(state.x.data(), state.v.data());
+    const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;
     report.energy.scale = std::max(report.energy.scale, energy.kinetic);
     report.energy.work_of_supports = state.work.supports;
     report.energy.work_of_forces = state.work.forces;
-    report.counters = form.counters();
-    report.times = form.times();
+    report.counters = model.counters;
+    report.times = model.times;
   }
 
   /// The state in the user's order.
   void publish() {
-    const Numbering& numbering = form.numbering();
-    numbering.scatter_points(state.x, r);
-    numbering.scatter_points(state.v, v);
-    numbering.scatter_points(state.a, w);
+    write_points();
+    const Numbering& numbering = model.numbering;
+    numbering.scatter_points(points.r, r);
+    numbering.scatter_points(points.v, v);
+    numbering.scatter_points(points.w, w);
     numbering.scatter_rows(form.multipliers(), lambda);
-    form.reactions(inner.data());
-    numbering.scatter_points(inner, eta);
-    form.support_forces(inner.data());
-    numbering.scatter_points(inner, carried);
-    report.counters = form.counters();
-    report.times = form.times();
+    form.reactions(points.w.data());
+    numbering.scatter_points(points.w, eta);
+    forms.support_forces(points.w.data());
+    numbering.scatter_points(points.w, carried);
+    report.counters = model.counters;
+    report.times = model.times;
   }
 
   /// Accelerations and multipliers at the state itself, after steps that left others behind.
@@ -209,15 +224,12 @@ struct Simulation::Implementation {
   }
 
   /// A first step from the time in which velocities or positions change by themselves.
-  double first_step(double span) const {
+  double first_step(double span) {
     if (options.step > 0.0) return std::min(options.step, span);
-    double v2 = 0.0, a2 = 0.0;
-    for (std::size_t i = 0; i < state.v.size(); i += 3) {
-      v2 = std::max(v2, dot(load(state.v.data(), i / 3), load(state.v.data(), i / 3)));
-      a2 = std::max(a2, dot(load(state.a.data(), i / 3), load(state.a.data(), i / 3)));
-    }
-    const double speed = std::max(std::sqrt(v2), form.velocity_scale());
-    const double time = a2 > 0.0 ? speed / std::sqrt(a2) : span;
+    write_points();
+    const double speed = std::max(model.largest_norm(points.v.data()), model.velocity_scale);
+    const double acceleration = model.largest_norm(points.w.data());
+    const double time = acceleration > 0.0 ? speed / acceleration : span;
     return std::min(span, time * std::pow(options.rtol, 1.0 / scheme->order()));
   }
 
@@ -236,15 +248,21 @@ struct Simulation::Implementation {
     return outcome;
   }
 
+  /// A step that was accepted.
+  void take_trial(const StepResult& step, double h) {
+    std::swap(state, trial);
+    form.recentre(state.t, state.x.data(), state.v.data(), state.a.data());
+    report.last_step = h;
+    measure_step(step);
+  }
+
   /// A fixed step; one that fails is tried again in halves.
   Outcome step_or_split(double t, int splits_left) {
     trial.t = t;
     const double h = t - state.t;
     const StepResult step = scheme->step(state, h, &trial);
     if (step.outcome.ok()) {
-      std::swap(state, trial);
-      report.last_step = h;
-      measure_step(step);
+      take_trial(step, h);
       return {};
     }
     if (splits_left == 0) return step.outcome;
@@ -299,12 +317,10 @@ struct Simulation::Implementation {
         }
         continue;
       }
-      std::swap(state, trial);
       const double wanted = h * control.accept(step.error);
       // A step cut short by t_end says little about the next one.
       next_step = last ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
-      report.last_step = h;
-      measure_step(step);
+      take_trial(step, h);
       if (observer && !observer(report)) break;
     }
     return {};
@@ -329,10 +345,10 @@ void Simulation::restore(const Snapshot& snapshot) {
 }
 
 const System& Simulation::system() const {
-  return implementation_->form.system();
+  return implementation_->model.system;
 }
 const PlanSummary& Simulation::plan() const {
-  return implementation_->form.plan();
+  return implementation_->forms.plan;
 }
 const Outcome& Simulation::outcome() const {
   return implementation_->outcome;

@@ -9,7 +9,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "linearised.hpp"
-#include "solve/normal_solver.hpp"
+#include "solve/gram_solver.hpp"
 #include "solved.hpp"
 
 namespace tanor {
@@ -61,7 +61,7 @@ class ThroughSolver {
   const MatrixXd& K() const { return K_; }
 
  private:
-  NormalSolver solver_;
+  GramSolver solver_;
   MatrixXd K_;
 };
 

@@ -1,6 +1,6 @@
 /// x = -S^-1 b over all parts, against the dense S.
 
-#include "solve/normal_solver.hpp"
+#include "solve/gram_solver.hpp"
 
 #include <random>
 
@@ -12,7 +12,7 @@
 namespace tanor {
 namespace {
 
-NormalSolver make_solver(const Linearised& inner, Ordering ordering = Ordering::Auto) {
+GramSolver make_solver(const Linearised& inner, Ordering ordering = Ordering::Auto) {
   return {inner.incidences, inner.inverse_masses, inner.numbering, ordering,
           inner.constraints.squared_gradient_norms()};
 }
@@ -54,21 +54,21 @@ Linearised linearised_start(const System& system) {
   return {system, 0.0, system.positions, std::vector<double>(system.positions.size(), 0.0)};
 }
 
-RC_GTEST_PROP(NormalSolver, GivesMinusTheSolutionOfTheDenseSystem, ()) {
+RC_GTEST_PROP(GramSolver, GivesMinusTheSolutionOfTheDenseSystem, ()) {
   const auto ordering =
       *rc::gen::element(Ordering::Auto, Ordering::Amd, Ordering::Metis, Ordering::Nesdis, Ordering::Natural);
   const RandomSystem random = any_system();
   const Linearised inner(random);
-  NormalSolver solver = make_solver(inner, ordering);
+  GramSolver solver = make_solver(inner, ordering);
   const Parallel parallel(1);
   std::vector<double> x = any_numbers(inner.constraints.num_rows());
   const Eigen::VectorXd b = reference::vector(x);
 
   solver.assemble(parallel, inner.blocks.data());
-  const NormalSolver::Quality quality = solver.factorize(parallel);
+  const GramSolver::Quality quality = solver.factorize(parallel);
   solver.solve_negative(parallel, x.data(), x.data());
 
-  RC_ASSERT(quality.positive_definite && quality.reciprocal_condition > NormalSolver::singular_below);
+  RC_ASSERT(quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below);
   const Eigen::MatrixXd S = inner.S();
   // Rows as large as the root of their diagonal: S is scaled.
   const Eigen::VectorXd root = S.diagonal().cwiseSqrt();
@@ -77,9 +77,9 @@ RC_GTEST_PROP(NormalSolver, GivesMinusTheSolutionOfTheDenseSystem, ()) {
   RC_ASSERT(residual.norm() <= 1e-13 * (scaled_x.norm() + b.cwiseQuotient(root).norm()));
 }
 
-TEST(NormalSolver, ManyIslandsAreSolvedPartByPart) {
+TEST(GramSolver, ManyIslandsAreSolvedPartByPart) {
   const Linearised inner = linearised_start(make_chains(40, 30));
-  NormalSolver solver = make_solver(inner);
+  GramSolver solver = make_solver(inner);
   const Parallel parallel(2);
   const std::vector<double> b = any_numbers(1200);
   std::vector<double> x(1200, NAN);
@@ -97,11 +97,11 @@ TEST(NormalSolver, ManyIslandsAreSolvedPartByPart) {
   EXPECT_LE(residual.norm(), 1e-12 * reference::vector(b).norm());
 }
 
-TEST(NormalSolver, TwoThreadsGiveTheSameBits) {
+TEST(GramSolver, TwoThreadsGiveTheSameBits) {
   const Linearised inner = linearised_start(make_chains(200, 30));
   const std::vector<double> b = any_numbers(6000);
   const auto solve = [&](int threads) {
-    NormalSolver solver = make_solver(inner, Ordering::Amd);
+    GramSolver solver = make_solver(inner, Ordering::Amd);
     const Parallel parallel(threads);
     std::vector<double> x(6000);
     solver.assemble(parallel, inner.blocks.data());
@@ -115,24 +115,24 @@ TEST(NormalSolver, TwoThreadsGiveTheSameBits) {
   EXPECT_EQ(one, two);
 }
 
-TEST(NormalSolver, RedundantRowIsFoundInItsPart) {
+TEST(GramSolver, RedundantRowIsFoundInItsPart) {
   // 1201 rows in two parts; the doubled rod closes chain 33 and lies in the second.
   const System system = make_chains(40, 30, 33);
   const Linearised inner = linearised_start(system);
   for (const Ordering ordering : {Ordering::Auto, Ordering::Amd, Ordering::Metis}) {
-    NormalSolver solver = make_solver(inner, ordering);
+    GramSolver solver = make_solver(inner, ordering);
     const Parallel parallel(1);
 
     solver.assemble(parallel, inner.blocks.data());
-    const NormalSolver::Quality quality = solver.factorize(parallel);
+    const GramSolver::Quality quality = solver.factorize(parallel);
 
-    EXPECT_TRUE(!quality.positive_definite || quality.reciprocal_condition <= NormalSolver::singular_below);
+    EXPECT_TRUE(!quality.positive_definite || quality.reciprocal_condition <= GramSolver::singular_below);
     const Index row = inner.numbering.user_row[quality.weakest_row];
     EXPECT_TRUE(row == 1200 || row == 33 * 30 + 29) << row;
   }
 }
 
-TEST(NormalSolver, ReciprocalConditionIsThatOfTheWorstPart) {
+TEST(GramSolver, ReciprocalConditionIsThatOfTheWorstPart) {
   // Two planes 1e-3 apart in direction hold a free point of their own: cos = 1 - 5e-7, the second pivot is sin^2 =
   // 1e-6.
   System system = make_chains(40, 30);
@@ -144,26 +144,26 @@ TEST(NormalSolver, ReciprocalConditionIsThatOfTheWorstPart) {
   system.constraints.push_back(Planes{"", {point}, Vector3{0.0, 1e-3, 1.0}, 0.0});
   const Linearised bad = linearised_start(system);
   const auto quality_of = [](const Linearised& inner) {
-    NormalSolver solver = make_solver(inner);
+    GramSolver solver = make_solver(inner);
     solver.assemble(Parallel(1), inner.blocks.data());
     return solver.factorize(Parallel(1));
   };
 
-  const NormalSolver::Quality before = quality_of(good), after = quality_of(bad);
+  const GramSolver::Quality before = quality_of(good), after = quality_of(bad);
 
   EXPECT_GT(before.reciprocal_condition, 1e-4);
   EXPECT_NEAR(after.reciprocal_condition, 1e-6, 1e-11);
   EXPECT_GE(bad.numbering.user_row[after.weakest_row], 1200);
 }
 
-TEST(NormalSolver, SystemWithoutRowsNeedsNothing) {
+TEST(GramSolver, SystemWithoutRowsNeedsNothing) {
   System system = make_chains(1, 2);
   system.constraints.clear();
   const Linearised inner = linearised_start(system);
-  NormalSolver solver = make_solver(inner);
+  GramSolver solver = make_solver(inner);
 
   solver.assemble(Parallel(1), inner.blocks.data());
-  const NormalSolver::Quality quality = solver.factorize(Parallel(1));
+  const GramSolver::Quality quality = solver.factorize(Parallel(1));
   solver.solve_negative(Parallel(1), nullptr, nullptr);
 
   EXPECT_TRUE(quality.positive_definite);
@@ -172,7 +172,7 @@ TEST(NormalSolver, SystemWithoutRowsNeedsNothing) {
   EXPECT_EQ(solver.summary().factorization, "none");
 }
 
-TEST(NormalSolver, LatticeIsFactorizedBySupernodes) {
+TEST(GramSolver, LatticeIsFactorizedBySupernodes) {
   // Rods between neighbours of an 11 x 11 x 11 lattice with random places: S is a matrix of 3630 rows.
   constexpr Index side = 11;
   System system;
@@ -193,14 +193,14 @@ TEST(NormalSolver, LatticeIsFactorizedBySupernodes) {
   }
   system.constraints = {rods};
   const Linearised inner = linearised_start(system);
-  NormalSolver solver = make_solver(inner);
+  GramSolver solver = make_solver(inner);
   const Parallel parallel(1);
   const std::size_t d = rods.pairs.size();
   const std::vector<double> b = any_numbers(d);
   std::vector<double> x(d);
 
   solver.assemble(parallel, inner.blocks.data());
-  const NormalSolver::Quality quality = solver.factorize(parallel);
+  const GramSolver::Quality quality = solver.factorize(parallel);
   solver.solve_negative(parallel, b.data(), x.data());
 
   EXPECT_EQ(solver.summary().factorization, "supernodal");

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dynamics/mechanics.hpp"
+
+namespace tanor {
+
+/// The inverse problem in one of its forms, in the inner order of points and rows. A form steps in variables x of its
+/// own (positions, or generalized coordinates); r, v, w, eta are always 3n, point by point.
+class EquationsOfMotion : public Mechanics {
+ public:
+  /// Nearest consistent start in the M-norm, into r and v; `StartMode::Check` throws InputError naming the worst place.
+  virtual StartReport start(double t, double* r, double* v, StartMode mode) = 0;
+  /// Nearest r on the constraints, and nearest v with K'v + xi_t = 0 (K at an admissible r), in the M-norm; [3n].
+  virtual ProjectionReport put_positions(double t, double* r) = 0;
+  virtual ProjectionReport put_velocities(double t, const double* r, double* v) = 0;
+  /// Its own x and x' of a consistent (r, v), `size()` each.
+  virtual Outcome adopt(double t, const double* r, const double* v, double* x, double* x_dot) = 0;
+  /// And back, with x'' of the last `accelerations`.
+  virtual void write_points(double t, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
+                            double* w) = 0;
+  /// After a step that was accepted: variables that serve the neighbourhood of (x, x') best; x'' goes along.
+  virtual void recentre(double t, double* x, double* x_dot, double* x_ddot) = 0;
+  /// Goes on with a motion from elsewhere: its earlier steps are unknown, the work is counted on.
+  virtual void resume(const Counters& counters, const PhaseTimes& times) = 0;
+
+  /// Refine to the rounding of the residual (else: to 1e-12 of its scale).
+  virtual void set_exact(bool exact) = 0;
+
+  // Of the last accelerations.
+  virtual const std::vector<double>& multipliers() const = 0;  ///< lambda [d]
+  virtual void reactions(double* eta) const = 0;               ///< [3n]; of supports: what constraints do there
+
+  /// Adds what it found out about the system.
+  virtual void describe(PlanSummary* plan) const = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,179 @@
+#include "dynamics/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+std::vector<double> masses_in_order(const System& system, const Numbering& numbering) {
+  std::vector<double> result(numbering.num_points(), 0.0);
+  for (std::size_t i = 0; i < numbering.num_moving; ++i) {
+    result[i] = system.masses[static_cast<std::size_t>(numbering.user_point[i])];
+  }
+  return result;
+}
+
+std::vector<double> inverses(std::vector<double> masses) {
+  for (double& mass : masses) mass = mass > 0.0 ? 1.0 / mass : 0.0;
+  return masses;
+}
+
+System validated(System system, double t) {
+  validate(system, t);
+  if (system.velocities.empty()) system.velocities.assign(system.positions.size(), 0.0);
+  return system;
+}
+
+}  // namespace
+
+Model::Model(System given, const SolverOptions& options, double t)
+    : system(validated(std::move(given), t)),
+      parallel(options.threads),
+      numbering(number(system)),
+      constraints(system, numbering, t),
+      forces(system, numbering),
+      mass(masses_in_order(system, numbering)),
+      inverse_mass(inverses(mass)),
+      incidences(constraints.list_incidences()),
+      gather(incidences, numbering.num_points()),
+      f(3 * numbering.num_points(), 0.0),
+      support_accelerations(3 * (numbering.num_points() - numbering.num_moving), 0.0),
+      scene_size(tanor::scene_size(system)),
+      smallest_length(constraints.smallest_length(scene_size)),
+      time_(t),
+      rows_(constraints.num_rows()) {
+  for (const Support& support : system.supports) {
+    PrescribedPoints prescribed{support.displacement, {}, {}};
+    for (const Index point : support.points) {
+      prescribed.points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
+      prescribed.position.push_back(load(system.positions.data(), point));
+    }
+    (support.displacement.is_constant() ? fixed_supports_ : moving_supports_).push_back(std::move(prescribed));
+  }
+}
+
+void Model::set_time(double t) {
+  if (t == time_) return;
+  time_ = std::numeric_limits<double>::quiet_NaN();  // should a table end before t: no time at all
+  constraints.set_time(t);
+  time_ = t;
+}
+
+void Model::prescribe(const std::vector<PrescribedPoints>& supports, double t, double* r, double* v) {
+  for (const PrescribedPoints& support : supports) {
+    const MovingVec3 d = make_moving(support.displacement(t));
+    for (std::size_t k = 0; k < support.points.size(); ++k) {
+      const auto point = static_cast<std::size_t>(support.points[k]);
+      store(r, point, support.position[k] + d.value);
+      store(v, point, d.first);
+      store(support_accelerations.data(), point - num_moving(), d.second);
+    }
+  }
+}
+
+void Model::prescribe_all(double t, double* r, double* v) {
+  prescribe(fixed_supports_, t, r, v);
+  prescribe(moving_supports_, t, r, v);
+}
+
+double Model::evaluate_free(double t, const double* r, const double* v, double* w0) {
+  forces.evaluate(parallel, t, r, v, f.data());
+  std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * num_moving());
+  return parallel.max_over_ranges(num_moving(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 a = inverse_mass[i] * load(f.data(), i);
+      store(w0, i, a);
+      worst = larger(worst, dot(a, a));
+    }
+    return std::sqrt(worst);
+  });
+}
+
+void Model::measure_velocity_scale(double t, const double* r, const double* v) {
+  std::vector<double> w0(3 * num_points()), zero(3 * num_points(), 0.0);
+  const double acceleration = evaluate_free(t, r, v, w0.data());
+  const double prescribed = num_rows() > 0 ? constraints.evaluate_rates(parallel, r, zero.data(), rows_.data()) : 0.0;
+  velocity_scale = std::max({largest_norm(v), prescribed, std::sqrt(acceleration * scene_size)});
+  if (!(velocity_scale > 0.0)) velocity_scale = 1.0;
+}
+
+Energy Model::energy(const double* r, const double* v) const {
+  return {parallel.sum(num_moving(), [&](std::size_t i) { return 0.5 * mass[i] * dot(load(v, i), load(v, i)); }),
+          forces.potential(parallel, r)};
+}
+
+Power Model::power(const double* reaction_accelerations, const double* r, const double* v) const {
+  Power result;
+  if (is_rheonomic()) {
+    // eta'v on the moving points, eta = M (M^-1 eta); and what supports do through springs
+    result.supports = parallel.sum(num_moving(), [&](std::size_t i) {
+      return mass[i] * dot(load(reaction_accelerations, i), load(v, i));
+    }) + forces.spring_power_of_supports(parallel, r, v);
+  }
+  if (forces.has_work()) result.forces = forces.power(parallel, r, v);
+  return result;
+}
+
+double Model::position_violation(double t, const double* r) {
+  set_time(t);
+  return constraints.evaluate_values(parallel, r, rows_.data());
+}
+
+double Model::velocity_violation(double t, const double* r, const double* v) {
+  set_time(t);
+  return constraints.evaluate_rates(parallel, r, v, rows_.data()) / velocity_scale;
+}
+
+double Model::error_ratio(const StepErrors& errors, double atol, double rtol) const {
+  return parallel.max_over_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
+    const auto ratio = [&](const double* error, const double* from, const double* to, std::size_t i) {
+      double e = 0.0, size = 0.0;
+      for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
+        e += error[c] * error[c];
+        size += std::max(from[c] * from[c], to[c] * to[c]);
+      }
+      return std::sqrt(e) / (atol + rtol * std::sqrt(size));
+    };
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      worst = larger(worst, ratio(errors.x, errors.x_from, errors.x_to, i));
+      worst = larger(worst, ratio(errors.v, errors.v_from, errors.v_to, i));
+    }
+    return worst;
+  });
+}
+
+double Model::largest_norm(const double* x) const {
+  return parallel.max_over_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) worst = larger(worst, dot(load(x, i), load(x, i)));
+    return std::sqrt(worst);
+  });
+}
+
+double Model::largest_move(const double* x, const double* y) const {
+  return parallel.max_over_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 d = load(x, i) - load(y, i);
+      worst = larger(worst, dot(d, d));
+    }
+    return std::sqrt(worst);
+  });
+}
+
+std::string Model::name_row(std::size_t inner_row) const {
+  return equation_name(system, static_cast<std::size_t>(numbering.user_row[inner_row]));
+}
+
+Outcome Model::not_finite(double t) const {
+  return {Status::NotFinite, "state or forces are not finite at t = " + text(t)};
+}
+
+}  // namespace tanor

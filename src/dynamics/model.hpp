@@ -1,0 +1,92 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <tanor/dynamics.hpp>
+
+#include "assembly/reactions.hpp"
+#include "base/parallel.hpp"
+#include "dynamics/mechanics.hpp"
+#include "evaluate/constraints.hpp"
+#include "evaluate/forces.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// A system made ready for numbers, in the inner order of points and rows: what both forms of the dynamics stand on.
+///
+/// Supports take part as points of infinite mass whose acceleration is prescribed: w0 = M^-1 f on moving points and the
+/// support's own acceleration there, so that K'w0 carries both and phi needs no term of its own for them.
+class Model {
+ public:
+  /// Validates. `t`: where the system is checked and "initial" values are taken.
+  Model(System given, const SolverOptions& options, double t);
+  Model(const Model&) = delete;
+  Model& operator=(const Model&) = delete;
+
+  System system;
+  const Parallel parallel;
+  const Numbering numbering;
+  Constraints constraints;
+  Forces forces;
+  const std::vector<double> mass, inverse_mass;  ///< [point]; supports: 0 and 0
+  const std::vector<Incidence> incidences;       ///< of K
+  const ReactionGather gather;                   ///< K lambda
+  std::vector<double> f;                         ///< [3n] active forces of the last `evaluate_free`
+  std::vector<double> support_accelerations;     ///< [3 * supports]
+  const double scene_size, smallest_length;      ///< m
+  double velocity_scale = 1.0;                   ///< m/s
+  PhaseTimes times;
+  Counters counters;
+
+  std::size_t num_points() const { return numbering.num_points(); }
+  std::size_t num_moving() const { return numbering.num_moving; }
+  std::size_t num_rows() const { return constraints.num_rows(); }
+  bool has_moving_supports() const { return !moving_supports_.empty(); }
+  /// Reactions may do work.
+  bool is_rheonomic() const { return has_moving_supports() || constraints.depends_on_time(); }
+  /// Constraints at t. Throws InputError where a table ends before t.
+  void set_time(double t);
+
+  /// What is prescribed at t, into r and v [3n]: at moving supports; at all of them, for arrays that come from outside.
+  void prescribe(double t, double* r, double* v) { prescribe(moving_supports_, t, r, v); }
+  void prescribe_all(double t, double* r, double* v);
+
+  /// f at (t, r, v), and w0 [3n]: M^-1 f on moving points, the prescribed acceleration at supports. Returns max |w0|.
+  double evaluate_free(double t, const double* r, const double* v, double* w0);
+
+  /// Velocity scale: what moves, what is prescribed, and a free fall through the scene.
+  void measure_velocity_scale(double t, const double* r, const double* v);
+
+  Energy energy(const double* r, const double* v) const;
+  /// Power of the reactions on the moving points, and of the forces without potential; at the last `evaluate_free`.
+  Power power(const double* reaction_accelerations, const double* r, const double* v) const;
+  /// Largest relative violation of positions; of velocities, over the velocity scale.
+  double position_violation(double t, const double* r);
+  double velocity_violation(double t, const double* r, const double* v);
+  /// Largest over the points of |error|/(atol + rtol |.|), positions and velocities [3n].
+  double error_ratio(const StepErrors& errors, double atol, double rtol) const;
+
+  /// Largest |x_i|, and largest |x_i - y_i|, over the points.
+  double largest_norm(const double* x) const;
+  double largest_move(const double* x, const double* y) const;
+
+  std::string name_row(std::size_t inner_row) const;
+  Outcome not_finite(double t) const;
+
+ private:
+  struct PrescribedPoints {
+    VectorFunction displacement;
+    std::vector<Index> points;   // inner
+    std::vector<Vec3> position;  // initial
+  };
+  void prescribe(const std::vector<PrescribedPoints>& supports, double t, double* r, double* v);
+
+  std::vector<PrescribedPoints> fixed_supports_, moving_supports_;
+  double time_;
+  std::vector<double> rows_;  // [d] scratch
+};
+
+}  // namespace tanor

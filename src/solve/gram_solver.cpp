@@ -1,0 +1,151 @@
+#include "solve/gram_solver.hpp"
+
+#include <algorithm>
+
+#include "plan/partition.hpp"
+
+namespace tanor {
+
+namespace {
+
+std::string ordering_name(Ordering ordering) {
+  switch (ordering) {
+    case Ordering::Amd:
+      return "amd";
+    case Ordering::Metis:
+      return "metis";
+    case Ordering::Nesdis:
+      return "nesdis";
+    case Ordering::Natural:
+    case Ordering::Auto:
+      break;
+  }
+  return "natural";
+}
+
+/// "none" -> "amd" -> "amd+natural"
+void add_word(const std::string& word, std::string* list) {
+  if (*list == "none") *list = word;
+  if (("+" + *list + "+").find("+" + word + "+") == std::string::npos) *list += "+" + word;
+}
+
+/// The incidences that make products, grouped by point, split into the parts of their rows.
+std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidence> incidences,
+                                                        std::span<const double> weights,
+                                                        std::span<const Index> part_start) {
+  std::vector<std::vector<Incidence>> result(part_start.size() - 1);
+  for (const Incidence& incidence : incidences) {
+    if (weights[static_cast<std::size_t>(incidence.point)] == 0.0) continue;
+    const auto after = std::upper_bound(part_start.begin(), part_start.end(), incidence.row);
+    result[static_cast<std::size_t>(after - part_start.begin() - 1)].push_back(incidence);
+  }
+  for (auto& part : result) {
+    std::stable_sort(part.begin(), part.end(),
+                     [](const Incidence& a, const Incidence& b) { return a.point < b.point; });
+  }
+  return result;
+}
+
+}  // namespace
+
+GramSolver::GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
+                       Ordering ordering, std::span<const double> squared_norms)
+    : first_idle_row_(static_cast<std::size_t>(rows.start.back())), num_rows_(rows.num_rows) {
+  const std::vector<Index> part_start = partition_islands(rows.start);
+  const auto by_part = incidences_of_parts(incidences, weights, part_start);
+  for (std::size_t p = 0; p + 1 < part_start.size(); ++p) {
+    add_part(list_products(by_part[p], weights, part_start[p]), part_start[p], part_start[p + 1], ordering,
+             squared_norms);
+  }
+}
+
+GramSolver::GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering)
+    : first_idle_row_(static_cast<std::size_t>(rows.start.back())), num_rows_(rows.num_rows) {
+  const std::vector<Index> part_start = partition_islands(rows.start);
+  auto begin = products.begin();
+  std::vector<Product> part;
+  for (std::size_t p = 0; p + 1 < part_start.size(); ++p) {
+    const Index first = part_start[p], last = part_start[p + 1];
+    const auto end = std::find_if(begin, products.end(), [&](const Product& product) { return product.row >= last; });
+    part.assign(begin, end);
+    for (Product& product : part) {
+      product.row -= first;
+      product.column -= first;
+    }
+    add_part(part, first, last, ordering, {});
+    begin = end;
+  }
+}
+
+void GramSolver::add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
+                          std::span<const double> squared_norms) {
+  const auto num_rows = static_cast<std::size_t>(end_row - first_row);
+  const GatherPlan unordered(products, num_rows, {}, Triangle::Lower);
+  SymbolicAnalysis analysis = analyze({unordered.column_start(), unordered.rows()}, wanted);
+
+  std::vector<int> place(analysis.permutation.size());
+  for (std::size_t k = 0; k < place.size(); ++k)
+    place[static_cast<std::size_t>(analysis.permutation[k])] = static_cast<int>(k);
+  GatherPlan plan(products, num_rows, place, analysis.supernodal ? Triangle::Lower : Triangle::Upper, squared_norms);
+  Cholesky cholesky({plan.column_start(), plan.rows()}, analysis.supernodal);
+
+  summary_.pattern_nonzeros += plan.rows().size();
+  summary_.factor_nonzeros += analysis.factor_nonzeros;
+  summary_.flops += analysis.flops;
+  ++summary_.parts;
+  add_word(ordering_name(analysis.ordering), &summary_.ordering);
+  add_word(analysis.supernodal ? "supernodal" : "simplicial", &summary_.factorization);
+  parts_.push_back({first_row,
+                    std::move(analysis.permutation),
+                    std::move(plan),
+                    std::move(cholesky),
+                    std::vector<double>(num_rows),
+                    {}});
+}
+
+void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
+  parallel.for_tasks(parts_.size(), [&](std::size_t p) {
+    Part& part = parts_[p];
+    part.plan.assemble(blocks, part.cholesky.values());
+  });
+}
+
+GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
+  parallel.for_tasks(parts_.size(), [&](std::size_t p) {
+    Part& part = parts_[p];
+    const Cholesky::Quality quality = part.cholesky.factorize();
+    const std::size_t column = quality.weakest_column;
+    const bool ordered = !part.permutation.empty() && column < part.permutation.size();
+    const std::size_t row = ordered ? static_cast<std::size_t>(part.permutation[column]) : column;
+    part.quality = {quality.positive_definite, static_cast<std::size_t>(part.first_row) + row,
+                    quality.reciprocal_condition};
+  });
+  // A failed part before a weak one, the weakest before others.
+  const auto badness = [](const Quality& q) { return q.positive_definite ? q.reciprocal_condition : -1.0; };
+  Quality worst;
+  for (const Part& part : parts_) {
+    if (badness(part.quality) <= badness(worst)) worst = part.quality;
+  }
+  return worst;
+}
+
+void GramSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
+  std::fill(x + first_idle_row_, x + num_rows_, 0.0);
+  // S = D^-1 (scaled S) D^-1 with D = diag(scale): x = D (scaled S)^-1 D b, in the order of elimination.
+  parallel.for_tasks(parts_.size(), [&](std::size_t p) {
+    Part& part = parts_[p];
+    const double* const b_rows = b + part.first_row;
+    double* const x_rows = x + part.first_row;
+    const std::size_t n = part.x.size();
+    const double* const scale = part.plan.scale().data();
+    const int* const permutation = part.permutation.empty() ? nullptr : part.permutation.data();
+    const auto row = [&](std::size_t k) {
+      return permutation != nullptr ? static_cast<std::size_t>(permutation[k]) : k;
+    };
+    for (std::size_t k = 0; k < n; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
+    part.cholesky.solve(part.x.data());
+    for (std::size_t k = 0; k < n; ++k) x_rows[row(k)] = scale[k] * part.x[k];
+  });
+}
+
+}  // namespace tanor

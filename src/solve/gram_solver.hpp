@@ -1,0 +1,74 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "assembly/gather_plan.hpp"
+#include "base/parallel.hpp"
+#include "factor/cholesky.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Rows that no product joins: first row of each island, then the number of rows that take part; those after are idle.
+struct RowIslands {
+  std::span<const Index> start;
+  std::size_t num_rows;
+
+  RowIslands(std::span<const Index> first_rows, std::size_t rows) : start(first_rows), num_rows(rows) {}
+  RowIslands(const Numbering& numbering)  // NOLINT(google-explicit-constructor): the rows of K
+      : start(numbering.island_start), num_rows(numbering.num_rows()) {}
+};
+
+/// Solves X'WX x = b for a basis X in blocks and diagonal weights W, part by part (groups of islands): assembly +
+/// CHOLMOD, the general way. S = K'M^-1K, Gamma = K'K, H = A'MA and G = A'A are the paper's four.
+/// The symbolic work is done once, in the constructor; `factorize` and `solve` only fill numbers.
+class GramSolver {
+ public:
+  /// `incidences` of all points, `weights` [point]: 0 where it takes no part (supports). `squared_norms` [block] as
+  /// GatherPlan takes them.
+  GramSolver(std::span<const Incidence> incidences, std::span<const double> weights, const RowIslands& rows,
+             Ordering ordering, std::span<const double> squared_norms);
+  /// From the products themselves, sorted by their rows' islands.
+  GramSolver(std::span<const Product> products, const RowIslands& rows, Ordering ordering);
+
+  struct Quality {
+    bool positive_definite = true;
+    std::size_t weakest_row = 0;        ///< inner row of the smallest pivot, or of the failed one
+    double reciprocal_condition = 1.0;  ///< smallest over the parts
+  };
+  /// Below this the scaled matrix counts as singular: CHOLMOD may call an exactly singular matrix fine (measured).
+  static constexpr double singular_below = 3e-14;
+
+  void assemble(const Parallel& parallel, const double* blocks);
+  [[nodiscard]] Quality factorize(const Parallel& parallel);
+  /// x = -(X'WX)^-1 b with the last factor: the sign that (31) and every projection want. x may be b. Idle rows get 0.
+  void solve_negative(const Parallel& parallel, const double* b, double* x);
+
+  struct Summary {
+    std::size_t parts = 0, pattern_nonzeros = 0;
+    double factor_nonzeros = 0.0, flops = 0.0;
+    std::string ordering = "none", factorization = "none";
+  };
+  const Summary& summary() const { return summary_; }
+
+ private:
+  struct Part {
+    Index first_row;
+    std::vector<int> permutation;  // [place] -> row of the part; empty: as it is
+    GatherPlan plan;
+    Cholesky cholesky;
+    std::vector<double> x;  // right-hand side in the order of elimination
+    Quality quality;
+  };
+
+  void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
+                std::span<const double> squared_norms);
+
+  std::vector<Part> parts_;
+  std::size_t first_idle_row_, num_rows_;
+  Summary summary_;
+};
+
+}  // namespace tanor
