@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
-PUBLIC_HEADERS = ["export", "version", "error", "jet", "user_kernel", "time_function", "system", "solver_options",
-                  "dynamics", "motion", "tanor"]
+PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "time_function", "kernel", "user_kernel", "system",
+                  "solver_options", "dynamics", "motion", "tanor"]
 
 
 class Sees(NamedTuple):

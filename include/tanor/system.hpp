@@ -8,6 +8,7 @@
 
 #include <tanor/error.hpp>
 #include <tanor/export.hpp>
+#include <tanor/kernel.hpp>
 #include <tanor/time_function.hpp>
 
 /// What is simulated: points, supports, constraints, forces. Constant during a run; the state (t, r, v) moves.
@@ -108,7 +109,14 @@ struct Linears {
   Parameter value = 0.0;
 };
 
-using Constraint = std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears>;
+/// A user's own function of the points of a tuple, from user_kernel.hpp or formula_constraint; supports may take part.
+struct UserConstraints {
+  std::string name{};
+  std::vector<std::vector<Index>> tuples{};
+  ConstraintKernel kernel{};
+};
+
+using Constraint = std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, UserConstraints>;
 
 // ---- active forces f(r, v, t), N ----
 
@@ -140,7 +148,14 @@ struct Drag {
   double quadratic = 0.0;  ///< c2, N s^2/m^2, >= 0
 };
 
-using Force = std::variant<Gravity, ConstantForce, Springs, Drag>;
+/// A user's own f(r, v, t) on each point, from formula_force. It has no potential: all that it does is work.
+struct FormulaForce {
+  std::string name{};
+  std::vector<Index> points{};
+  ForceKernel kernel{};
+};
+
+using Force = std::variant<Gravity, ConstantForce, Springs, Drag, FormulaForce>;
 
 struct TANOR_API System {
   std::string name = "system";

@@ -4,8 +4,11 @@
 
 #include <tanor/dynamics.hpp>
 #include <tanor/error.hpp>
+#include <tanor/forward.hpp>
 #include <tanor/jet.hpp>
+#include <tanor/kernel.hpp>
 #include <tanor/motion.hpp>
 #include <tanor/system.hpp>
 #include <tanor/time_function.hpp>
+#include <tanor/user_kernel.hpp>
 #include <tanor/version.hpp>

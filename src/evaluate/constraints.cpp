@@ -244,6 +244,23 @@ struct Builder {
       value.append(linears.value, member, [&] { return sum; });
     });
   }
+
+  void fill(UserFamily* family) const {
+    auto& groups = family->kernel.groups;
+    family->kernel.size = size;
+    GeometryReader geometry;
+    for_each<UserConstraints>([&](const UserConstraints& constraints, const Member& member) {
+      const Index slot = geometry.slot(member.group, [&] { groups.push_back({constraints.kernel, {}, {}}); });
+      UserGroup& group = groups[static_cast<std::size_t>(slot)];
+      for (const Index point : constraints.tuples[member.index]) group.points.push_back(numbering.inner_point[point]);
+      group.rows.push_back(member.row);
+    });
+    Index num_blocks = 0;
+    for (UserGroup& group : groups) {
+      group.first_block = num_blocks;
+      num_blocks += static_cast<Index>(group.points.size());
+    }
+  }
 };
 
 template <class Kernel>
@@ -252,6 +269,11 @@ Index blocks_of(const Family<Kernel>& family) {
 }
 Index blocks_of(const LinearFamily& family) {
   return static_cast<Index>(family.kernel.points.size());
+}
+Index blocks_of(const UserFamily& family) {
+  Index result = 0;
+  for (const UserGroup& group : family.kernel.groups) result += static_cast<Index>(group.points.size());
+  return result;
 }
 
 }  // namespace
@@ -279,7 +301,7 @@ bool Constraints::gradients_are_constant() const {
 }
 
 bool Constraints::gradient_norms_are_constant() const {
-  return std::get<Family<AngleKernel>>(families_).size() == 0;
+  return std::get<Family<AngleKernel>>(families_).size() == 0 && std::get<UserFamily>(families_).size() == 0;
 }
 
 std::vector<double> Constraints::squared_gradient_norms() const {

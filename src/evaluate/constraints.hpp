@@ -6,6 +6,7 @@
 
 #include "evaluate/family.hpp"
 #include "evaluate/linear_family.hpp"
+#include "evaluate/user_family.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -64,7 +65,7 @@ class Constraints {
 
   std::tuple<Family<RodKernel<false, false>>, Family<RodKernel<false, true>>, Family<RodKernel<true, false>>,
              Family<RodKernel<true, true>>, Family<PlaneKernel>, Family<SphereKernel>, Family<LineKernel>,
-             Family<CircleKernel>, Family<AngleKernel>, Family<PulleyKernel>, LinearFamily>
+             Family<CircleKernel>, Family<AngleKernel>, Family<PulleyKernel>, LinearFamily, UserFamily>
       families_;
   std::size_t num_rows_ = 0, num_blocks_ = 0;
 };

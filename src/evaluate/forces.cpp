@@ -15,7 +15,7 @@ Forces::Forces(const System& system, const Numbering& numbering)
     : num_points_(numbering.num_points()), num_moving_(numbering.num_moving), mass_(numbering.num_moving) {
   for (std::size_t i = 0; i < num_moving_; ++i) mass_[i] = system.masses[numbering.user_point[i]];
   const auto initial = [&](Index user_point) { return load(system.positions.data(), user_point); };
-  std::vector<std::pair<Index, Index>> given_forces, spring_ends;
+  std::vector<std::pair<Index, Index>> given_forces, spring_ends, formula_forces;
   std::vector<std::pair<Index, DragNumbers>> drags;
 
   for (const Force& force : system.forces) {
@@ -51,6 +51,16 @@ Forces::Forces(const System& system, const Numbering& numbering)
                             for (const Index point : drag.points) {
                               drags.push_back({numbering.inner_point[point], {drag.linear, drag.quadratic}});
                             }
+                          },
+                          [&](const FormulaForce& formula) {
+                            FormulaGroup group{formula.kernel, {}, formula_forces.size()};
+                            for (const Index point : formula.points) {
+                              group.points.push_back(numbering.inner_point[point]);
+                              formula_forces.push_back({group.points.back(), static_cast<Index>(formula_forces.size())});
+                            }
+                            formulas_depend_on_velocity_ =
+                                formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
+                            if (!group.points.empty()) formulas_.push_back(std::move(group));
                           }},
                force);
   }
@@ -59,6 +69,8 @@ Forces::Forces(const System& system, const Numbering& numbering)
   spring_ends_ = {num_points_, spring_ends};
   given_forces_ = {num_points_, given_forces};
   drags_ = {num_points_, drags};
+  formula_force_.resize(3 * formula_forces.size());
+  formula_forces_ = {num_points_, formula_forces};
 }
 
 /// On point j: -(k (L - rest) + c dL/dt) u, u from i to j.
@@ -80,6 +92,7 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
       store(spring_force_.data(), k, spring_force(springs_[k], r, v, true, true));
     }
   });
+  evaluate_formulas(parallel, t, r, v);
   parallel.for_ranges(num_points_, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3 sum = i < num_moving_ ? mass_[i] * gravity_ : Vec3{};
@@ -92,9 +105,31 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
         const Vec3 b = load(v, i);
         sum = sum - (linear + quadratic * norm(b)) * b;
       }
+      for (const Index slot : formula_forces_[i]) sum = sum + load(formula_force_.data(), slot);
       store(f, i, sum);
     }
   });
+}
+
+/// In chunks: gather, call the kernel, which writes into the slots.
+void Forces::evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v) {
+  constexpr std::size_t chunk = 64;
+  for (const FormulaGroup& group : formulas_) {
+    const Parallel serial(1);
+    const Parallel& loop = group.kernel.thread_safe ? parallel : serial;
+    loop.for_ranges(group.points.size(), [&](std::size_t first, std::size_t last) {
+      std::array<double, 3 * chunk> r_chunk, v_chunk;  // NOLINT: filled before use
+      for (std::size_t begin = first; begin < last; begin += chunk) {
+        const std::size_t count = std::min(chunk, last - begin);
+        for (std::size_t k = 0; k < count; ++k) {
+          store(r_chunk.data(), k, load(r, group.points[begin + k]));
+          store(v_chunk.data(), k, load(v, group.points[begin + k]));
+        }
+        double* const f = formula_force_.data() + 3 * (group.first_slot + begin);
+        group.kernel.evaluate(group.kernel.context.get(), {count, t, r_chunk.data(), v_chunk.data(), f});
+      }
+    });
+  }
 }
 
 double Forces::potential(const Parallel& parallel, const double* r) const {
@@ -117,7 +152,7 @@ double Forces::potential(const Parallel& parallel, const double* r) const {
 
 double Forces::power(const Parallel& parallel, const double* r, const double* v) const {
   double result = 0.0;
-  if (!drags_.empty() || forces_depend_on_time_) {
+  if (!drags_.empty() || forces_depend_on_time_ || !formulas_.empty()) {
     result += parallel.sum(num_moving_, [&](std::size_t i) {
       const Vec3 b = load(v, i);
       double power = 0.0;
@@ -125,6 +160,7 @@ double Forces::power(const Parallel& parallel, const double* r, const double* v)
       for (const Index slot : given_forces_[i]) {
         if (!given_is_constant_[slot]) power += dot(given_[slot].value, b);
       }
+      for (const Index slot : formula_forces_[i]) power += dot(load(formula_force_.data(), slot), b);
       return power;
     });
   }

@@ -46,8 +46,8 @@ class Forces {
   Forces(const System& system, const Numbering& numbering);
 
   /// Some force has no potential: drag, damping, or a force that depends on time.
-  bool has_work() const { return !drags_.empty() || has_damping_ || forces_depend_on_time_; }
-  bool depends_on_velocity() const { return !drags_.empty() || has_damping_; }
+  bool has_work() const { return !drags_.empty() || has_damping_ || forces_depend_on_time_ || !formulas_.empty(); }
+  bool depends_on_velocity() const { return !drags_.empty() || has_damping_ || formulas_depend_on_velocity_; }
   bool has_springs() const { return !springs_.empty(); }
 
   /// f [3n], N.
@@ -68,6 +68,12 @@ class Forces {
   struct DragNumbers {
     double linear, quadratic;
   };
+  struct FormulaGroup {
+    ForceKernel kernel;
+    std::vector<Index> points;
+    std::size_t first_slot;
+  };
+  void evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v);
   bool moves(Index point) const { return static_cast<std::size_t>(point) < num_moving_; }
   Vec3 spring_force(const Spring& spring, const double* r, const double* v, bool elastic, bool viscous) const;
 
@@ -82,6 +88,10 @@ class Forces {
   std::vector<double> spring_force_;  // [spring] on its point j
   ByPoint<Index> spring_ends_;        // k, or ~k where the point is the spring's point i
   bool has_damping_ = false, forces_depend_on_time_ = false;
+  std::vector<FormulaGroup> formulas_;
+  std::vector<double> formula_force_;  // group by group, 3 numbers a point
+  ByPoint<Index> formula_forces_;      // slots in formula_force_
+  bool formulas_depend_on_velocity_ = false;
 };
 
 }  // namespace tanor

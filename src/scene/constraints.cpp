@@ -90,6 +90,27 @@ Constraint read_linears(const Cursor& entry, const Context& context) {
   return linears;
 }
 
+Constraint read_formula(const Cursor& entry, const Context& context) {
+  UserConstraints user;
+  user.name = entry["name"].string("");
+  std::size_t num_points = 1;
+  std::string wanted = "a list of points, of one size in all tuples";
+  for (const Cursor tuple : entry["points"].list("a list of lists of points")) {
+    std::vector<Index>& points = user.tuples.emplace_back();
+    for (const Cursor member : tuple.list(wanted)) points.push_back(context.point(member));
+    if (user.tuples.size() == 1) {
+      num_points = points.size();
+      wanted = fmt::format("{} points, as in the first tuple", num_points);
+    }
+    if (points.size() != num_points || points.empty()) tuple.fail(points.empty() ? "at least one point" : wanted);
+  }
+  const Cursor equation = entry["equation"];
+  const std::string& text = equation.string();
+  user.kernel = equation.locate(
+      [&] { return formula_constraint(text, static_cast<int>(num_points), context.parameters); });
+  return user;
+}
+
 const std::vector<Kind<Constraint>> kinds = {
     {"rod", {"name", "pairs", "length", "offsets"}, read_rods},
     {"plane", {"name", "points", "normal", "offset"}, read_planes},
@@ -99,6 +120,7 @@ const std::vector<Kind<Constraint>> kinds = {
     {"angle", {"name", "triples", "cosine"}, read_angles},
     {"pulley", {"name", "pairs", "a", "b", "length", "ratio"}, read_pulleys},
     {"linear", {"name", "tuples", "coefficients", "value"}, read_linears},
+    {"formula", {"name", "points", "equation"}, read_formula},
 };
 
 }  // namespace
@@ -106,7 +128,7 @@ const std::vector<Kind<Constraint>> kinds = {
 std::vector<Constraint> read_constraints(const Cursor& list, const Context& context) {
   std::vector<Constraint> constraints;
   for (const Cursor entry : list.optional_list("a list of constraints"))
-    constraints.push_back(read_kind(entry, kinds, {"formula"}, context));
+    constraints.push_back(read_kind(entry, kinds, {}, context));
   return constraints;
 }
 

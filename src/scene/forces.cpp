@@ -39,11 +39,26 @@ Force read_drag(const Cursor& entry, const Context& context) {
   return drag;
 }
 
+Force read_formula(const Cursor& entry, const Context& context) {
+  FormulaForce force;
+  force.name = entry["name"].string("");
+  force.points = context.points(entry["points"]);
+  const std::array<std::string, 3> components = {entry["x"].string("0"), entry["y"].string("0"),
+                                                 entry["z"].string("0")};
+  try {
+    force.kernel = formula_force(components, context.parameters);
+  } catch (const InputError& error) {
+    entry[error.where().substr(1)].complain(error.what());  // "/x": the component
+  }
+  return force;
+}
+
 const std::vector<Kind<Force>> kinds = {
     {"gravity", {"name", "acceleration"}, read_gravity},
     {"constant", {"name", "points", "force"}, read_constant_force},
     {"spring", {"name", "pairs", "stiffness", "damping", "rest_length"}, read_springs},
     {"drag", {"name", "points", "linear", "quadratic"}, read_drag},
+    {"formula", {"name", "points", "x", "y", "z"}, read_formula},
 };
 
 }  // namespace
@@ -51,7 +66,7 @@ const std::vector<Kind<Force>> kinds = {
 std::vector<Force> read_forces(const Cursor& list, const Context& context) {
   std::vector<Force> forces;
   for (const Cursor entry : list.optional_list("a list of forces"))
-    forces.push_back(read_kind(entry, kinds, {"formula", "pair"}, context));
+    forces.push_back(read_kind(entry, kinds, {"pair"}, context));
   return forces;
 }
 

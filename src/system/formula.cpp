@@ -225,7 +225,7 @@ class Formula::Parser {
     program_.push_back(instruction);
     if (!are_constant) return;
     const auto first = program_.end() - num_operands - 1;
-    const double value = run<2, double>({first, program_.end()}, {});
+    const double value = run<2, double>({first, program_.end()}, [](int, double*) {});
     program_.erase(first, program_.end());
     program_.push_back({Operation::Constant, 0, value});
   }

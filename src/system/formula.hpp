@@ -32,8 +32,18 @@ class Formula {
   template <class T>
   T evaluate(std::span<const T> variables) const;
 
+  /// The same where load(i, &x) writes the value of variable i into x, asked for at each place where it stands.
+  template <class T, class Load>
+  T evaluate_loading(const Load& load) const;
+
   /// No variable takes part.
   bool is_constant() const { return program_.size() == 1 && program_[0].operation == Operation::Constant; }
+  /// Variable i takes part.
+  bool depends_on(int i) const {
+    return std::ranges::any_of(program_, [i](const Instruction& instruction) {
+      return instruction.operation == Operation::Variable && instruction.operand == i;
+    });
+  }
 
   // clang-format off
   enum class Operation : std::uint8_t {
@@ -56,8 +66,8 @@ class Formula {
  private:
   class Parser;
 
-  template <int depth, class T>
-  static T run(std::span<const Instruction> program, std::span<const T> variables);
+  template <int depth, class T, class Load>
+  static T run(std::span<const Instruction> program, const Load& load);
 
   std::vector<Instruction> program_;
   int depth_ = 0;  ///< largest number of operands on the stack
@@ -65,23 +75,29 @@ class Formula {
 
 template <class T>
 T Formula::evaluate(std::span<const T> variables) const {
-  constexpr int usual_depth = 8;  // a small stack is cheap to clear
-  return depth_ <= usual_depth ? run<usual_depth>(program_, variables) : run<largest_depth>(program_, variables);
+  return evaluate_loading<T>([&](int i, T* x) { *x = variables[static_cast<std::size_t>(i)]; });
 }
 
-template <int depth, class T>
-T Formula::run(std::span<const Instruction> program, std::span<const T> variables) {
+template <class T, class Load>
+T Formula::evaluate_loading(const Load& load) const {
+  constexpr int usual_depth = 8;  // a small stack is cheap to clear
+  return depth_ <= usual_depth ? run<usual_depth, T>(program_, load) : run<largest_depth, T>(program_, load);
+}
+
+template <int depth, class T, class Load>
+T Formula::run(std::span<const Instruction> program, const Load& load) {
   using std::sqrt, std::exp, std::log, std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::atan2,
       std::sinh, std::cosh, std::tanh, std::abs, std::min, std::max, std::pow;
-  std::array<T, depth + 1> stack{};
+  using detail::signed_integer_power;
+  std::array<T, depth + 1> stack;
   T* top = stack.data();  // slot 0 stays unused
   // clang-format off
   for (const Instruction& instruction : program) {
     switch (instruction.operation) {
       case Operation::Constant: *++top = T(instruction.constant); break;
-      case Operation::Variable: *++top = variables[instruction.operand]; break;
+      case Operation::Variable: load(instruction.operand, ++top); break;
       case Operation::Negate: *top = -*top; break;
-      case Operation::IntegerPower: *top = detail::signed_integer_power(*top, instruction.operand); break;
+      case Operation::IntegerPower: *top = signed_integer_power(*top, instruction.operand); break;
       case Operation::Sqrt: *top = sqrt(*top); break;
       case Operation::Exp: *top = exp(*top); break;
       case Operation::Log: *top = log(*top); break;
@@ -95,10 +111,10 @@ T Formula::run(std::span<const Instruction> program, std::span<const T> variable
       case Operation::Cosh: *top = cosh(*top); break;
       case Operation::Tanh: *top = tanh(*top); break;
       case Operation::Abs: *top = abs(*top); break;
-      case Operation::Add: --top; *top = top[0] + top[1]; break;
-      case Operation::Subtract: --top; *top = top[0] - top[1]; break;
-      case Operation::Multiply: --top; *top = top[0] * top[1]; break;
-      case Operation::Divide: --top; *top = top[0] / top[1]; break;
+      case Operation::Add: --top; top[0] += top[1]; break;
+      case Operation::Subtract: --top; top[0] -= top[1]; break;
+      case Operation::Multiply: --top; top[0] *= top[1]; break;
+      case Operation::Divide: --top; top[0] /= top[1]; break;
       case Operation::Power: --top; *top = pow(top[0], top[1]); break;
       case Operation::Atan2: --top; *top = atan2(top[0], top[1]); break;
       case Operation::Min: --top; *top = min(top[0], top[1]); break;

@@ -26,6 +26,9 @@ inline std::size_t num_members(const Pulleys& group) {
 inline std::size_t num_members(const Linears& group) {
   return group.tuples.size();
 }
+inline std::size_t num_members(const UserConstraints& group) {
+  return group.tuples.size();
+}
 template <class Group>
 std::size_t num_members(const Group& group) {
   return group.points.size();
@@ -41,6 +44,9 @@ inline std::span<const Index> member_points(const Pulleys& group, std::size_t k)
   return group.pairs[k];
 }
 inline std::span<const Index> member_points(const Linears& group, std::size_t k) {
+  return group.tuples[k];
+}
+inline std::span<const Index> member_points(const UserConstraints& group, std::size_t k) {
   return group.tuples[k];
 }
 template <class Group>

@@ -26,6 +26,8 @@ constexpr std::string_view kind<Pulleys> = "pulley";
 template <>
 constexpr std::string_view kind<Linears> = "linear";
 template <>
+constexpr std::string_view kind<UserConstraints> = "formula";
+template <>
 constexpr std::string_view kind<Gravity> = "gravity";
 template <>
 constexpr std::string_view kind<ConstantForce> = "constant";
@@ -33,6 +35,8 @@ template <>
 constexpr std::string_view kind<Springs> = "spring";
 template <>
 constexpr std::string_view kind<Drag> = "drag";
+template <>
+constexpr std::string_view kind<FormulaForce> = "formula";
 
 template <class Entry>
 std::string_view kind_of(const Entry& entry) {

@@ -9,6 +9,7 @@
 #include "base/vec3.hpp"
 #include "system/members.hpp"
 #include "system/text.hpp"
+#include "system/tuples.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor {
@@ -40,6 +41,8 @@ template <>
 constexpr Wording wording<Angles>{"triples", "an angle needs three different points"};
 template <>
 constexpr Wording wording<Linears>{"tuples", "the points of a tuple differ"};
+template <>
+constexpr Wording wording<UserConstraints>{"points", "the points of a tuple differ"};
 
 /// One walk over the system in the order of the scene file; every value is looked at once.
 /// `where` is the JSON pointer of an entry; those of its members are spelled out only when something is wrong.
@@ -230,7 +233,67 @@ class Validation {
     check_parameter(linears.value, linears.tuples.size(), Rule::any, t_, where + "/value", "value");
   }
 
+  /// The function, its derivatives along the initial motion and its gradient are numbers, and the gradient is not zero.
+  void check_values(const UserConstraints& user, const std::string& where) const {
+    check_kernel(user.kernel, where);
+    const auto p = static_cast<std::size_t>(user.kernel.num_points);
+    std::vector<Index> points;
+    for (std::size_t k = 0; k < user.tuples.size(); ++k) {
+      if (user.tuples[k].size() != p) {
+        throw InputError(element(where + "/points", k), text_of_count(user.tuples[k].size(), "point") +
+                                                            " for a function of " + text_of_count(p, "point"));
+      }
+      points.insert(points.end(), user.tuples[k].begin(), user.tuples[k].end());
+    }
+    const std::vector<double> at_rest(system_.velocities.empty() ? system_.positions.size() : 0, 0.0);
+    const double* const v = at_rest.empty() ? system_.velocities.data() : at_rest.data();
+    for_each_chunk(user.kernel, points, 0, user.tuples.size(), t_, system_.positions.data(), v,
+                   [&](const TupleValues& values) {
+                     for (std::size_t k = 0; k < values.count; ++k) check_values(user, values, k, where);
+                   });
+  }
+
+  void check_values(const UserConstraints& user, const TupleValues& values, std::size_t k,
+                    const std::string& where) const {
+    const std::pair<const char*, double> numbers[] = {
+        {"the function", values.xi[k]}, {"its rate K'v + xi_t", values.rate[k]}, {"its curvature phi", values.phi[k]}};
+    const std::size_t member = values.first + k;
+    for (const auto& [noun, number] : numbers) {
+      if (!is_in_range(number)) fail_member(user, member, where, noun + (" is " + text(number)) + " at the start");
+    }
+    const double* const gradient = values.gradient + k * values.size;
+    for (std::size_t i = 0; i < values.size; ++i) {
+      if (!is_in_range(gradient[i])) {
+        fail_member(user, member, where, "its gradient has the component " + text(gradient[i]) + " at the start");
+      }
+    }
+    if (!(largest_block(gradient, values.size) > 0.0)) {
+      fail_member(user, member, where, "its gradient is zero at the start: it holds nothing there");
+    }
+  }
+
+  static void check_kernel(const ConstraintKernel& kernel, const std::string& where) {
+    if (kernel.evaluate == nullptr) throw InputError(where + "/equation", "is missing: there is no function to call");
+    if (kernel.num_points < 1 || kernel.num_points > ConstraintKernel::most_points) {
+      throw InputError(where + "/equation", "a function of " + text_of_count(kernel.num_points, "point") + "; 1 to " +
+                                                text(ConstraintKernel::most_points) + " are right");
+    }
+  }
+
   // ---- forces ----
+
+  void check_force(const FormulaForce& force, const std::string& where) {
+    check_members(force, where);
+    if (force.kernel.evaluate == nullptr) throw InputError(where + "/x", "is missing: there is no function to call");
+    const std::vector<double> at_rest(3, 0.0);
+    for (std::size_t k = 0; k < force.points.size(); ++k) {
+      const auto first = 3 * static_cast<std::size_t>(force.points[k]);
+      const double* const v = system_.velocities.empty() ? at_rest.data() : &system_.velocities[first];
+      Vector3 f{};
+      force.kernel.evaluate(force.kernel.context.get(), {1, t_, &system_.positions[first], v, f.data()});
+      if (!is_in_range(f)) fail_member(force, k, where, "the force is " + text(f) + " at the start");
+    }
+  }
 
   void check_force(const Gravity& gravity, const std::string& where) {
     check_vector(gravity.acceleration, where + "/acceleration", "acceleration");

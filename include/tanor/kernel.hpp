@@ -1,0 +1,95 @@
+#pragma once
+
+/// \file What a user's own constraint, coordinate map or force hands over: one plain function for a batch of members.
+///
+/// Made by the templates of user_kernel.hpp from a generic callable, or by the formula factories from text. A batch is
+/// evaluated in one call, so nothing is called through a pointer member by member. All arrays are row by row; the number
+/// of members in a call is the caller's choice. A kernel that is thread_safe may be called from several threads at once;
+/// what it throws is rethrown where the evaluation was asked for.
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <tanor/export.hpp>
+#include <tanor/time_function.hpp>
+
+namespace tanor {
+
+/// Members of a constraint xi(r, t) = 0 on p points, at one time.
+struct ConstraintBatch {
+  std::size_t count;
+  double t;          ///< s
+  const double* r;   ///< [count][3p] positions, m
+  const double* v;   ///< [count][3p] velocities, m/s
+  double* xi;        ///< [count]
+  double* rate;      ///< [count] K'v + xi_t; null: rate and phi are not wanted, v is not read
+  double* phi;       ///< [count] d2 xi/de2 along (r + e v, t + e): K'w = -phi
+  double* gradient;  ///< [count][3p] d xi/dr; null: not wanted
+};
+
+struct ConstraintKernel {
+  int num_points = 0;  ///< p, 1 to 256
+  bool thread_safe = true;
+  std::shared_ptr<const void> context{};  ///< what `evaluate` gets: constants, a callable, a program
+  void (*evaluate)(const void* context, const ConstraintBatch& batch) = nullptr;
+  bool depends_on_time = true;  ///< false: xi does not depend on t, so no xi_t and no work through the constraint
+
+  static constexpr int most_points = 256;
+};
+
+/// Members of a map r(q, t) from s coordinates to p points, at one time.
+struct CoordinateBatch {
+  std::size_t count;
+  double t;             ///< s
+  const double* q;      ///< [count][s]
+  const double* q_dot;  ///< [count][s]
+  double* r;            ///< [count][3p] m
+  double* v;            ///< [count][3p] A q_dot + r_t, m/s; null: v and psi are not wanted, q_dot is not read
+  double* psi;          ///< [count][3p] d2 r/de2 along (q + e q_dot, t + e), m/s^2: w = A q_ddot + psi
+  double* tangents;     ///< [count][s][3p] d r/dq_j; null: not wanted
+};
+
+struct CoordinateKernel {
+  int num_points = 0, num_coordinates = 0;  ///< p, s
+  bool thread_safe = true;
+  std::shared_ptr<const void> context{};
+  void (*evaluate)(const void* context, const CoordinateBatch& batch) = nullptr;
+  bool depends_on_time = true;  ///< false: r_t = 0
+};
+
+/// A force f(r, v, t) on single points, at one time.
+struct ForceBatch {
+  std::size_t count;
+  double t;         ///< s
+  const double* r;  ///< [count][3] m
+  const double* v;  ///< [count][3] m/s
+  double* f;        ///< [count][3] N
+};
+
+struct ForceKernel {
+  bool thread_safe = true;
+  std::shared_ptr<const void> context{};
+  void (*evaluate)(const void* context, const ForceBatch& batch) = nullptr;
+  bool depends_on_velocity = true;
+};
+
+/// xi as text in x1, y1, z1, x2, …, t, pi and the constants, e.g. "sqrt((x2-x1)^2 + (y2-y1)^2) - 1".
+/// Throws InputError naming the position inside the text.
+TANOR_API ConstraintKernel formula_constraint(std::string_view equation, int num_points,
+                                              const Constants& constants = {});
+
+/// x, y, z of each point (3p texts) in the coordinates' names, t, pi and the constants. Throws InputError whose where()
+/// is "/<number of the component>"; empty where a name is wrong.
+TANOR_API CoordinateKernel formula_coordinates(std::span<const std::string> names,
+                                               std::span<const std::string> components,
+                                               const Constants& constants = {});
+
+/// Three components in x, y, z, vx, vy, vz, t, pi and the constants, N. Throws InputError whose where() is "/x", "/y" or
+/// "/z".
+TANOR_API ForceKernel formula_force(const std::array<std::string, 3>& components, const Constants& constants = {});
+
+}  // namespace tanor

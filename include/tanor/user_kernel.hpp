@@ -1,0 +1,115 @@
+#pragma once
+
+/// \file A user's own constraint or coordinates, written once as a generic callable:
+///
+///     // a bead on a paraboloid that breathes
+///     tanor::make_constraint_kernel<1>([](const auto& x, const auto& t) {
+///       return x[2] - (1.0 + 0.1 * sin(t)) * (x[0] * x[0] + x[1] * x[1]);
+///     });
+///
+/// The callable runs on Jet<2>, which yields xi, its rate and phi (r, v and psi) in one go, and on Forward, which yields
+/// the gradient (the tangents). It is instantiated here, on the user's side; the library gets a plain function that loops
+/// over a batch. A callable without arguments that change it is called from several threads.
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+#include <tanor/forward.hpp>
+#include <tanor/jet.hpp>
+#include <tanor/kernel.hpp>
+
+namespace tanor {
+
+namespace detail {
+
+/// The point of a curve x + e x_dot, for each of the numbers.
+template <std::size_t size>
+std::array<Jet<2>, size> load_curve(const double* x, const double* x_dot) {
+  std::array<Jet<2>, size> curve;
+  for (std::size_t i = 0; i < size; ++i) curve[i] = Jet<2>::variable(x[i], x_dot[i]);
+  return curve;
+}
+
+template <std::size_t size>
+std::array<Forward<static_cast<int>(size)>, size> load_variables(const double* x) {
+  std::array<Forward<static_cast<int>(size)>, size> variables;
+  for (std::size_t i = 0; i < size; ++i) {
+    variables[i] = Forward<static_cast<int>(size)>::variable(x[i], static_cast<int>(i));
+  }
+  return variables;
+}
+
+}  // namespace detail
+
+/// callable(const std::array<T, 3p>& x, const T& t) -> T with x = {x1, y1, z1, x2, …}, for T = Jet<2> and Forward<3p>.
+template <int p, class Callable>
+ConstraintKernel make_constraint_kernel(Callable&& callable, bool thread_safe = true) {
+  static_assert(1 <= p && p <= ConstraintKernel::most_points);
+  using Function = std::decay_t<Callable>;
+  constexpr std::size_t size = 3 * p;
+  ConstraintKernel kernel{.num_points = p, .thread_safe = thread_safe};
+  kernel.context = std::make_shared<const Function>(std::forward<Callable>(callable));
+  kernel.evaluate = [](const void* context, const ConstraintBatch& batch) {
+    const Function& function = *static_cast<const Function*>(context);
+    if (batch.rate != nullptr) {
+      const auto t = Jet<2>::variable(batch.t);
+      for (std::size_t k = 0; k < batch.count; ++k) {
+        const Jet<2> xi = function(detail::load_curve<size>(batch.r + size * k, batch.v + size * k), t);
+        batch.xi[k] = xi.value();
+        batch.rate[k] = xi.derivative(1);
+        batch.phi[k] = xi.derivative(2);
+      }
+    }
+    if (batch.gradient != nullptr || batch.rate == nullptr) {
+      const Forward<3 * p> t(batch.t);
+      for (std::size_t k = 0; k < batch.count; ++k) {
+        const Forward<3 * p> xi = function(detail::load_variables<size>(batch.r + size * k), t);
+        batch.xi[k] = xi.value();
+        if (batch.gradient == nullptr) continue;
+        for (std::size_t i = 0; i < size; ++i) batch.gradient[size * k + i] = xi.d[i];
+      }
+    }
+  };
+  return kernel;
+}
+
+/// callable(const std::array<T, s>& q, const T& t) -> std::array<T, 3p>, for T = Jet<2> and Forward<s>.
+template <int p, int s, class Callable>
+CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = true) {
+  static_assert(p >= 1 && s >= 1);
+  using Function = std::decay_t<Callable>;
+  constexpr std::size_t size = 3 * p;
+  CoordinateKernel kernel{.num_points = p, .num_coordinates = s, .thread_safe = thread_safe};
+  kernel.context = std::make_shared<const Function>(std::forward<Callable>(callable));
+  kernel.evaluate = [](const void* context, const CoordinateBatch& batch) {
+    const Function& function = *static_cast<const Function*>(context);
+    if (batch.v != nullptr) {
+      const auto t = Jet<2>::variable(batch.t);
+      for (std::size_t k = 0; k < batch.count; ++k) {
+        const std::array<Jet<2>, size> r = function(detail::load_curve<s>(batch.q + s * k, batch.q_dot + s * k), t);
+        for (std::size_t i = 0; i < size; ++i) {
+          batch.r[size * k + i] = r[i].value();
+          batch.v[size * k + i] = r[i].derivative(1);
+          batch.psi[size * k + i] = r[i].derivative(2);
+        }
+      }
+    }
+    if (batch.tangents != nullptr || batch.v == nullptr) {
+      const Forward<s> t(batch.t);
+      for (std::size_t k = 0; k < batch.count; ++k) {
+        const std::array<Forward<s>, size> r = function(detail::load_variables<s>(batch.q + s * k), t);
+        for (std::size_t i = 0; i < size; ++i) {
+          batch.r[size * k + i] = r[i].value();
+          if (batch.tangents == nullptr) continue;
+          for (std::size_t j = 0; j < s; ++j) batch.tangents[(s * k + j) * size + i] = r[i].d[j];
+        }
+      }
+    }
+  };
+  return kernel;
+}
+
+}  // namespace tanor

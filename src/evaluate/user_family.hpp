@@ -1,0 +1,174 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "evaluate/family.hpp"
+#include "system/tuples.hpp"
+
+namespace tanor {
+
+/// Members of one group of user constraints: one kernel, tuples of one size.
+struct UserGroup {
+  ConstraintKernel kernel;
+  std::vector<Index> points;  ///< [member][p]
+  std::vector<Index> rows;    ///< [member]
+  Index first_block = 0;      ///< counted from the first one of the family; p blocks a member
+
+  std::size_t size() const { return rows.size(); }
+  std::size_t points_per_member() const { return static_cast<std::size_t>(kernel.num_points); }
+};
+
+struct UserKernels {
+  std::vector<UserGroup> groups;
+  double t = 0.0;
+  double size = 1.0;  ///< of the scene
+
+  void set_time(double time) { t = time; }
+  bool depends_on_time() const {
+    return std::ranges::any_of(groups, [](const UserGroup& group) { return group.kernel.depends_on_time; });
+  }
+  bool gradients_are_constant() const { return false; }
+  double scale(std::size_t) const { return size; }
+};
+
+/// User constraints, one loop a group: a kernel is called once for some dozens of members. Same interface as Family.
+class UserFamily {
+ public:
+  UserKernels kernel;
+  Index first_block = 0;
+
+  std::size_t size() const {
+    std::size_t result = 0;
+    for (const UserGroup& group : kernel.groups) result += group.size();
+    return result;
+  }
+
+  double evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
+    return evaluate(parallel, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
+      xi[group.rows[k]] = member.xi;
+      return std::abs(member.xi) / (member.norm() * kernel.size);
+    });
+  }
+
+  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const {
+    return evaluate(parallel, r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
+      rate[group.rows[k]] = member.rate;
+      return std::abs(member.rate) / member.norm();
+    });
+  }
+
+  void evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) const {
+    (void)evaluate(parallel, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
+      store_gradient(group, k, member, blocks);
+      return 0.0;
+    });
+  }
+
+  /// phi + K'w0; the blocks of K too where wanted.
+  template <bool WithGradients>
+  double evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0, double* phi,
+                             double* blocks) const {
+    return evaluate(parallel, r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
+      const double value = member.phi + transposed(group, k, member.gradient, w0);
+      phi[group.rows[k]] = value;
+      if constexpr (WithGradients) store_gradient(group, k, member, blocks);
+      return std::abs(value) / member.norm();
+    });
+  }
+
+  double apply_transposed(const Parallel& parallel, const double* blocks, const double* x, const double* shift,
+                          double* y) const {
+    double worst = 0.0;
+    for (const UserGroup& group : kernel.groups) {
+      const std::size_t p = group.points_per_member();
+      worst = larger(worst, parallel.max_over_ranges(group.size(), [&](std::size_t begin, std::size_t end) {
+        double part = 0.0;
+        for (std::size_t k = begin; k < end; ++k) {
+          const double* const gradient = blocks + 3 * block(group, k);
+          const Index row = group.rows[k];
+          y[row] = transposed(group, k, gradient, x) + (shift != nullptr ? shift[row] : 0.0);
+          part = larger(part, std::abs(y[row]) / norm_of(gradient, 3 * p));
+        }
+        return part;
+      }));
+    }
+    return worst;
+  }
+
+  void measure(const double* r, const double* v, double* position, double* velocity) const {
+    (void)evaluate(Parallel(1), r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
+      position[group.rows[k]] = std::abs(member.xi) / (member.norm() * kernel.size);
+      velocity[group.rows[k]] = std::abs(member.rate) / member.norm();
+      return 0.0;
+    });
+  }
+
+  template <class Append>
+  void list_incidences(const Append& append) const {
+    for (const UserGroup& group : kernel.groups) {
+      const std::size_t p = group.points_per_member();
+      for (std::size_t i = 0; i < group.points.size(); ++i) {
+        append(Incidence{group.points[i], group.rows[i / p], static_cast<Index>(block(group, 0) + i), 1.0});
+      }
+    }
+  }
+
+ private:
+  struct Member {
+    double xi, rate, phi;
+    const double* gradient;  // [3p]
+    std::size_t size;        // 3p
+
+    double norm() const { return norm_of(gradient, size); }
+  };
+
+  /// First block of member k.
+  std::size_t block(const UserGroup& group, std::size_t k) const {
+    return static_cast<std::size_t>(first_block + group.first_block) + k * group.points_per_member();
+  }
+
+  // Where xi has no gradient, ratios stay finite: a violation of 0 is none.
+  static double norm_of(const double* gradient, std::size_t size) {
+    return std::max(largest_block(gradient, size), std::numeric_limits<double>::min());
+  }
+
+  /// take(group, member, its numbers) -> a number, for all members; returns the largest one.
+  template <class Take>
+  double evaluate(const Parallel& parallel, const double* r, const double* v, const Take& take) const {
+    double worst = 0.0;
+    for (const UserGroup& group : kernel.groups) {
+      const Parallel serial(1);
+      const Parallel& loop = group.kernel.thread_safe ? parallel : serial;
+      worst = larger(worst, loop.max_over_ranges(group.size(), [&](std::size_t begin, std::size_t end) {
+        double part = 0.0;
+        for_each_chunk(group.kernel, group.points, begin, end, kernel.t, r, v, [&](const TupleValues& values) {
+          for (std::size_t k = 0; k < values.count; ++k) {
+            const Member member{values.xi[k], v != nullptr ? values.rate[k] : 0.0, v != nullptr ? values.phi[k] : 0.0,
+                                values.gradient + k * values.size, values.size};
+            part = larger(part, take(group, values.first + k, member));
+          }
+        });
+        return part;
+      }));
+    }
+    return worst;
+  }
+
+  static double transposed(const UserGroup& group, std::size_t k, const double* gradient, const double* x) {
+    const std::size_t p = group.points_per_member();
+    double sum = 0.0;
+    for (std::size_t i = 0; i < p; ++i) sum += dot(load(gradient, i), load(x, group.points[k * p + i]));
+    return sum;
+  }
+
+  void store_gradient(const UserGroup& group, std::size_t k, const Member& member, double* blocks) const {
+    const std::size_t p = group.points_per_member();
+    for (std::size_t i = 0; i < p; ++i) {
+      store(blocks, block(group, k) + i, load(member.gradient, i));
+    }
+  }
+};
+
+}  // namespace tanor

@@ -1,0 +1,245 @@
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <tanor/error.hpp>
+#include <tanor/kernel.hpp>
+
+#include "system/formula.hpp"
+#include "system/lanes.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t width = Lanes<double>::width;
+
+/// visit(rows) for each group of `width` rows of a batch; the last one is filled up with the last row.
+template <class Visit>
+void for_each_group(std::size_t count, const Visit& visit) {
+  std::array<std::size_t, width> rows;
+  for (std::size_t first = 0; first < count; first += width) {
+    for (std::size_t lane = 0; lane < width; ++lane) rows[lane] = std::min(first + lane, count - 1);
+    visit(rows);
+  }
+}
+using Rows = std::array<std::size_t, width>;
+
+/// Column `i` of rows that are `stride` long, from and to a coefficient of the lanes.
+void gather(const double* array, const Rows& rows, std::size_t stride, std::size_t i, double* lanes) {
+  for (std::size_t lane = 0; lane < width; ++lane) lanes[lane] = array[rows[lane] * stride + i];
+}
+void scatter(const double* lanes, const Rows& rows, std::size_t stride, std::size_t i, double* array) {
+  for (std::size_t lane = 0; lane < width; ++lane) array[rows[lane] * stride + i] = lanes[lane];
+}
+
+/// The formula along (x + e x_dot, t + e) for one group of rows with n variables each; t is variable n.
+Lanes<Jet<2>> evaluate_along(const Formula& formula, const double* x, const double* x_dot, double t, const Rows& rows,
+                             std::size_t n) {
+  return formula.evaluate_loading<Lanes<Jet<2>>>([&](int variable, Lanes<Jet<2>>* a) {
+    const auto i = static_cast<std::size_t>(variable);
+    a->fill(i < n ? 0.0 : t);
+    if (i < n) {
+      gather(x, rows, n, i, a->c[0]);
+      gather(x_dot, rows, n, i, a->c[1]);
+    } else {
+      for (double& rate : a->c[1]) rate = 1.0;
+    }
+  });
+}
+
+/// The formula with its partial derivatives in the variables first, first + 1, first + 2.
+Lanes<Forward<3>> evaluate_partials(const Formula& formula, const double* x, double t, const Rows& rows, std::size_t n,
+                                    std::size_t first) {
+  return formula.evaluate_loading<Lanes<Forward<3>>>([&](int variable, Lanes<Forward<3>>* a) {
+    const auto i = static_cast<std::size_t>(variable);
+    a->fill(t);
+    if (i < n) gather(x, rows, n, i, a->c[0]);
+    if (first <= i && i < std::min(first + 3, n)) {
+      for (double& partial : a->c[1 + i - first]) partial = 1.0;
+    }
+  });
+}
+
+Lanes<double> evaluate_values(const Formula& formula, const double* x, double t, const Rows& rows, std::size_t n) {
+  return formula.evaluate_loading<Lanes<double>>([&](int variable, Lanes<double>* a) {
+    const auto i = static_cast<std::size_t>(variable);
+    if (i < n) {
+      gather(x, rows, n, i, a->c[0]);
+    } else {
+      a->fill(t);
+    }
+  });
+}
+
+/// Row by row: the partial derivatives of a formula in its n variables, to derivatives[row * stride].
+/// Three variables a pass; those that do not occur cost nothing.
+void scatter_partials(const Formula& formula, const double* x, double t, const Rows& rows, std::size_t n,
+                      std::size_t stride, std::size_t step, double* derivatives) {
+  for (std::size_t first = 0; first < n; first += 3) {
+    const std::size_t last = std::min(first + 3, n);
+    bool occur = false;
+    for (std::size_t i = first; i < last; ++i) occur = occur || formula.depends_on(static_cast<int>(i));
+    Lanes<Forward<3>> value(0.0);
+    if (occur) value = evaluate_partials(formula, x, t, rows, n, first);
+    for (std::size_t i = first; i < last; ++i) scatter(value.c[1 + i - first], rows, stride, step * i, derivatives);
+  }
+}
+
+// ---- constraints ---------------------------------------------------------------------------------------------------
+
+void evaluate_constraint(const void* context, const ConstraintBatch& batch) {
+  const auto& [formula, num_variables] = *static_cast<const std::pair<Formula, std::size_t>*>(context);
+  for_each_group(batch.count, [&](const Rows& rows) {
+    if (batch.rate != nullptr) {
+      Lanes<Jet<2>> xi = evaluate_along(formula, batch.r, batch.v, batch.t, rows, num_variables);
+      for (double& second : xi.c[2]) second *= 2.0;
+      scatter(xi.c[0], rows, 1, 0, batch.xi);
+      scatter(xi.c[1], rows, 1, 0, batch.rate);
+      scatter(xi.c[2], rows, 1, 0, batch.phi);
+    } else {
+      scatter(evaluate_values(formula, batch.r, batch.t, rows, num_variables).c[0], rows, 1, 0, batch.xi);
+    }
+    if (batch.gradient != nullptr) {
+      scatter_partials(formula, batch.r, batch.t, rows, num_variables, num_variables, 1, batch.gradient);
+    }
+  });
+}
+
+// ---- coordinates ---------------------------------------------------------------------------------------------------
+
+struct CoordinateFormulas {
+  std::vector<Formula> components;  ///< 3 a point
+  std::size_t num_coordinates;
+};
+
+void evaluate_coordinates(const void* context, const CoordinateBatch& batch) {
+  const auto& [components, s] = *static_cast<const CoordinateFormulas*>(context);
+  const std::size_t size = components.size();
+  for_each_group(batch.count, [&, s = s](const Rows& rows) {
+    for (std::size_t i = 0; i < size; ++i) {
+      const Formula& formula = components[i];
+      if (batch.v != nullptr) {
+        Lanes<Jet<2>> r = evaluate_along(formula, batch.q, batch.q_dot, batch.t, rows, s);
+        for (double& second : r.c[2]) second *= 2.0;
+        scatter(r.c[0], rows, size, i, batch.r);
+        scatter(r.c[1], rows, size, i, batch.v);
+        scatter(r.c[2], rows, size, i, batch.psi);
+      } else {
+        scatter(evaluate_values(formula, batch.q, batch.t, rows, s).c[0], rows, size, i, batch.r);
+      }
+      if (batch.tangents != nullptr) {
+        scatter_partials(formula, batch.q, batch.t, rows, s, s * size, size, batch.tangents + i);
+      }
+    }
+  });
+}
+
+/// Names of coordinates are right where a formula that is just the name is right.
+void check_names(std::span<const std::string> names, const Constants& constants) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i];
+    if (name == "t" || std::ranges::count(names, name) > 1 || constants.contains(name)) {
+      throw InputError("", "the coordinate '" + name + "' has the name of " +
+                               (name == "t" ? "time" : constants.contains(name) ? "a constant" : "another coordinate"));
+    }
+    try {
+      (void)Formula(name, {}, {{name, 0.0}});  // functions and pi are no constants
+    } catch (const InputError&) {
+      throw InputError("", "the coordinate '" + name +
+                               "' has no name of letters, digits and '_' that is neither a function nor pi");
+    }
+  }
+}
+
+// ---- forces --------------------------------------------------------------------------------------------------------
+
+using ForceFormulas = std::vector<Formula>;
+
+void evaluate_force(const void* context, const ForceBatch& batch) {
+  const auto& formulas = *static_cast<const ForceFormulas*>(context);
+  for_each_group(batch.count, [&](const Rows& rows) {
+    for (std::size_t component = 0; component < 3; ++component) {
+      const auto f = formulas[component].evaluate_loading<Lanes<double>>([&](int variable, Lanes<double>* a) {
+        const auto i = static_cast<std::size_t>(variable);
+        if (i < 6) {
+          gather(i < 3 ? batch.r : batch.v, rows, 3, i % 3, a->c[0]);
+        } else {
+          a->fill(batch.t);
+        }
+      });
+      scatter(f.c[0], rows, 3, component, batch.f);
+    }
+  });
+}
+
+/// Parses; an error gets the place of the text.
+Formula parse_at(const std::string& place, std::string_view text, std::span<const std::string> variables,
+                 const Constants& constants) {
+  try {
+    return Formula(text, variables, constants);
+  } catch (const InputError& error) {
+    throw InputError(place, error.what());
+  }
+}
+
+}  // namespace
+
+ConstraintKernel formula_constraint(std::string_view equation, int num_points, const Constants& constants) {
+  if (num_points < 1 || num_points > ConstraintKernel::most_points) {
+    throw InputError("", "a formula on " + text_of_count(num_points, "point") + "; 1 to " +
+                             text(ConstraintKernel::most_points) + " are right");
+  }
+  std::vector<std::string> variables;
+  for (int i = 1; i <= num_points; ++i) {
+    for (const char* axis : {"x", "y", "z"}) variables.push_back(axis + text(i));
+  }
+  const std::size_t num_variables = variables.size();
+  variables.emplace_back("t");
+  Formula formula(equation, variables, constants);
+  ConstraintKernel kernel{.num_points = num_points, .evaluate = evaluate_constraint};
+  kernel.depends_on_time = formula.depends_on(static_cast<int>(num_variables));
+  kernel.context = std::make_shared<const std::pair<Formula, std::size_t>>(std::move(formula), num_variables);
+  return kernel;
+}
+
+CoordinateKernel formula_coordinates(std::span<const std::string> names, std::span<const std::string> components,
+                                     const Constants& constants) {
+  if (names.empty()) throw InputError("", "there are no coordinates; a map has at least one");
+  if (components.empty() || components.size() % 3 != 0) {
+    throw InputError("", text_of_count(components.size(), "component") + "; three for each point are right");
+  }
+  check_names(names, constants);
+  std::vector<std::string> variables(names.begin(), names.end());
+  variables.emplace_back("t");
+  CoordinateKernel kernel{.num_points = static_cast<int>(components.size() / 3),
+                          .num_coordinates = static_cast<int>(names.size()),
+                          .evaluate = evaluate_coordinates,
+                          .depends_on_time = false};
+  CoordinateFormulas formulas{{}, names.size()};
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    formulas.components.push_back(parse_at("/" + text(i), components[i], variables, constants));
+    const bool has_time = formulas.components.back().depends_on(kernel.num_coordinates);
+    kernel.depends_on_time = kernel.depends_on_time || has_time;
+  }
+  kernel.context = std::make_shared<const CoordinateFormulas>(std::move(formulas));
+  return kernel;
+}
+
+ForceKernel formula_force(const std::array<std::string, 3>& components, const Constants& constants) {
+  static const std::vector<std::string> variables = {"x", "y", "z", "vx", "vy", "vz", "t"};
+  static constexpr const char* places[] = {"/x", "/y", "/z"};
+  ForceKernel kernel{.evaluate = evaluate_force, .depends_on_velocity = false};
+  ForceFormulas formulas;
+  for (std::size_t k = 0; k < 3; ++k) {
+    formulas.push_back(parse_at(places[k], components[k], variables, constants));
+    for (const int velocity : {3, 4, 5}) {
+      kernel.depends_on_velocity = kernel.depends_on_velocity || formulas.back().depends_on(velocity);
+    }
+  }
+  kernel.context = std::make_shared<const ForceFormulas>(std::move(formulas));
+  return kernel;
+}
+
+}  // namespace tanor
