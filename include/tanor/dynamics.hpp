@@ -23,9 +23,10 @@ struct Counters {
 
 /// What the plan found out about a system before any number was computed.
 struct PlanSummary {
-  std::size_t points = 0, supports = 0, equations = 0, islands = 0;
+  Form form = Form::Normal;           ///< that steps and answers: Normal or Tangent
+  std::size_t points = 0, supports = 0, equations = 0, coordinates = 0, islands = 0;
   std::size_t parts = 0;              ///< groups of islands with a factor of their own
-  std::size_t pattern_nonzeros = 0;   ///< of the lower triangle of S
+  std::size_t pattern_nonzeros = 0;   ///< of the lower triangle of S, or H
   std::size_t factor_nonzeros = 0;    ///< of L
   double factor_flops = 0.0;          ///< of one numeric factorization
   std::string ordering;               ///< used: "natural", "amd", …; several joined by '+'
@@ -37,8 +38,8 @@ struct PlanSummary {
 /// Quality of the last solve.
 struct SolveReport {
   Outcome outcome;
-  double residual = 0.0;               ///< max |K'w + phi| over its largest term, dimensionless
-  double reciprocal_condition = 1.0;   ///< of the scaled S, CHOLMOD's cheap estimate; smallest over the parts
+  double residual = 0.0;  ///< max |K'w + phi| over its largest term; tangent form: last correction of w, relative
+  double reciprocal_condition = 1.0;   ///< of the scaled S or H, CHOLMOD's cheap estimate; smallest over the parts
   int refinements = 0;
 };
 
@@ -60,7 +61,7 @@ struct StartReport {
   double relative = 0.0;  ///< the larger of both over the scene's size and velocity scale
 };
 
-/// The inverse problem in normal form: accelerations and reactions of a system at one instant.
+/// The inverse problem, in normal or tangent form: accelerations and reactions of a system at one instant.
 ///
 /// All arrays are the host's own: point by point, 3n doubles, in the user's order; rows of multipliers in the order of
 /// `num_equations`. Supports keep their rows: positions and velocities there are replaced by the prescribed motion.

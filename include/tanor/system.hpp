@@ -157,6 +157,76 @@ struct FormulaForce {
 
 using Force = std::variant<Gravity, ConstantForce, Springs, Drag, FormulaForce>;
 
+// ---- generalized coordinates r = r(q, t): the tangent form; together they cover every point that moves once ----
+
+/// q = r, three a point.
+struct FreeCoordinates {
+  std::string name{};
+  std::vector<Index> points{};
+};
+
+/// r = origin + q direction/|direction|, one a point, m.
+struct LineCoordinates {
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction origin{};
+  VectorFunction direction{};
+};
+
+/// Two lengths along two unit vectors of the plane normal.r = offset, m.
+struct PlaneCoordinates {
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction normal{};
+  Parameter offset = 0.0;
+};
+
+/// The angle around the circle's axis, rad.
+struct CircleCoordinates {
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction center{};
+  VectorFunction normal{};
+  Parameter radius{};
+};
+
+/// Two numbers of a stereographic chart around the present place, rad near there: no poles.
+struct SphereCoordinates {
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction center{};
+  Parameter radius{};
+};
+
+/// A chain of rods on a support, link by link: the direction of each in a stereographic chart (two numbers), or, in a
+/// given plane, its angle, rad.
+struct ChainAngles {
+  std::string name{};
+  std::vector<Index> points{};  ///< along the chain, from the anchor on
+  Index anchor = 0;             ///< a support
+  Parameter length{};           ///< m, > 0, one a link
+  Vector3 normal{};             ///< of the plane; 0: directions in space
+};
+
+/// Points that keep their distances: displacement of their centre of mass (m) and a rotation around it (rad near the
+/// present one, Gibbs vector times 2: no poles). At least three points that are not on one line.
+struct RigidBody {
+  std::string name{};
+  std::vector<Index> points{};
+};
+
+/// A user's own map of some coordinates to the points of a tuple, from user_kernel.hpp or formula_coordinates.
+struct UserCoordinates {
+  std::string name{};
+  std::vector<std::vector<Index>> tuples{};
+  CoordinateKernel kernel{};
+  std::vector<double> q{};      ///< [tuples][s] at the start; they decide where the points are
+  std::vector<double> q_dot{};  ///< likewise; empty: at rest
+};
+
+using Coordinates = std::variant<FreeCoordinates, LineCoordinates, PlaneCoordinates, CircleCoordinates,
+                                 SphereCoordinates, ChainAngles, RigidBody, UserCoordinates>;
+
 struct TANOR_API System {
   std::string name = "system";
   std::vector<double> positions{};   ///< 3n, point by point, m
@@ -165,6 +235,7 @@ struct TANOR_API System {
   std::vector<Support> supports{};
   std::vector<Constraint> constraints{};
   std::vector<Force> forces{};
+  std::vector<Coordinates> coordinates{};  ///< empty: the constraints alone say what can move
 
   std::size_t num_points() const { return masses.size(); }
 };
@@ -175,13 +246,15 @@ TANOR_API std::size_t num_equations(const System& system);
 /// The user's name of a row, e.g. "rods[17]"; "wire[4].1" for the second row of a member with several.
 TANOR_API std::string equation_name(const System& system, std::size_t row);
 
-/// Name of an entry of `constraints` or `forces`: its own, or `<kind><index>`.
+/// Name of an entry of `constraints`, `forces` or `coordinates`: its own, or `<kind><index>`.
 TANOR_API std::string constraint_name(const System& system, std::size_t group);
 TANOR_API std::string force_name(const System& system, std::size_t index);
+TANOR_API std::string coordinates_name(const System& system, std::size_t index);
 
 /// Kind of a constraint or force as the scene file spells it: "rod", "plane", …
 TANOR_API std::string_view kind_name(const Constraint& constraint);
 TANOR_API std::string_view kind_name(const Force& force);
+TANOR_API std::string_view kind_name(const Coordinates& coordinates);
 
 /// Checks every rule of the contract: sizes, indices, finite numbers (and at most 1e100, so that squares are finite too),
 /// positive masses and lengths, nonzero normals, pairs of distinct points, no straight angles, names that are used once.

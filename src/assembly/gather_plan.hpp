@@ -4,16 +4,9 @@
 #include <vector>
 
 #include "evaluate/family.hpp"
+#include "evaluate/product.hpp"
 
 namespace tanor {
-
-/// One product of X'WX (S, Gamma, H, G): weight * g_a.g_b of the blocks a, b belongs to the entry (row, column).
-/// weight = sign_a sign_b w of the point that both rows share.
-struct Product {
-  int row, column;  // row >= column
-  int block_a, block_b;
-  double weight;
-};
 
 /// Triangle (row >= column) of all products, in a fixed order; equal pairs of blocks are joined (a rod's two ends).
 /// `incidences` are grouped by point, `weights` [point]; `first_row` is subtracted from the rows.

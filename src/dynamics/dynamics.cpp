@@ -24,7 +24,7 @@ struct Dynamics::Implementation {
   EquationsOfMotion& form = *forms.main;
   // In the inner order, the last solve …
   double t = 0.0;
-  std::vector<double> r, v, w, eta;
+  std::vector<double> r, v, w, eta, lambda;
   // … in the form's own variables …
   std::vector<double> x, x_dot, x_ddot;
   // … and what the other calls work on.
@@ -33,7 +33,9 @@ struct Dynamics::Implementation {
   Implementation(System system, const SolverOptions& options) : forms(std::move(system), options) {
     for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(num_numbers());
     for (std::vector<double>* array : {&x, &x_dot, &x_ddot}) array->resize(form.size());
+    lambda.resize(model.num_rows());
     form.set_exact(true);
+    if (forms.normal != nullptr) forms.normal->set_exact(true);
   }
 
   const Numbering& numbering() const { return model.numbering; }
@@ -101,9 +103,12 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   self.t = t;
   if (Outcome outcome = self.solve(); !outcome.ok()) return {std::move(outcome)};
   const SolveReport report = self.form.last_solve();
-  self.form.reactions(self.eta.data());
+  if (Outcome outcome = self.forms.reactions(t, self.r.data(), self.v.data(), self.lambda.data(), self.eta.data());
+      !outcome.ok()) {
+    return {std::move(outcome)};
+  }
   if (!accelerations.empty()) self.numbering().scatter_points(self.w, accelerations);
-  if (!multipliers.empty()) self.numbering().scatter_rows(self.form.multipliers(), multipliers);
+  if (!multipliers.empty()) self.numbering().scatter_rows(self.lambda, multipliers);
   if (!reactions.empty()) self.numbering().scatter_points(self.eta, reactions);
   return report;
 }

@@ -29,9 +29,8 @@ class EquationsOfMotion : public Mechanics {
   /// Refine to the rounding of the residual (else: to 1e-12 of its scale).
   virtual void set_exact(bool exact) = 0;
 
-  // Of the last accelerations.
-  virtual const std::vector<double>& multipliers() const = 0;  ///< lambda [d]
-  virtual void reactions(double* eta) const = 0;               ///< [3n]; of supports: what constraints do there
+  /// eta [3n] of the last accelerations; of supports: what the constraints do there.
+  virtual void reactions(double* eta) const = 0;
 
   /// Adds what it found out about the system.
   virtual void describe(PlanSummary* plan) const = 0;

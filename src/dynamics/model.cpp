@@ -37,6 +37,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       numbering(number(system)),
       constraints(system, numbering, t),
       forces(system, numbering),
+      coordinates(system, numbering, t),
       mass(masses_in_order(system, numbering)),
       inverse_mass(inverses(mass)),
       incidences(constraints.list_incidences()),
@@ -61,6 +62,7 @@ void Model::set_time(double t) {
   if (t == time_) return;
   time_ = std::numeric_limits<double>::quiet_NaN();  // should a table end before t: no time at all
   constraints.set_time(t);
+  coordinates.set_time(t);
   time_ = t;
 }
 

@@ -11,6 +11,7 @@
 #include "dynamics/mechanics.hpp"
 #include "evaluate/constraints.hpp"
 #include "evaluate/forces.hpp"
+#include "evaluate/parametrisation.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -31,6 +32,7 @@ class Model {
   const Numbering numbering;
   Constraints constraints;
   Forces forces;
+  Parametrisation coordinates;                   ///< empty where none are given
   const std::vector<double> mass, inverse_mass;  ///< [point]; supports: 0 and 0
   const std::vector<Incidence> incidences;       ///< of K
   const ReactionGather gather;                   ///< K lambda
@@ -46,9 +48,12 @@ class Model {
   std::size_t num_rows() const { return constraints.num_rows(); }
   bool has_moving_supports() const { return !moving_supports_.empty(); }
   /// Reactions may do work.
-  bool is_rheonomic() const { return has_moving_supports() || constraints.depends_on_time(); }
-  /// Constraints at t. Throws InputError where a table ends before t.
+  bool is_rheonomic() const {
+    return has_moving_supports() || constraints.depends_on_time() || coordinates.depends_on_time();
+  }
+  /// Constraints and coordinates at t. Throws InputError where a table ends before t.
   void set_time(double t);
+  double time() const { return time_; }
 
   /// What is prescribed at t, into r and v [3n]: at moving supports; at all of them, for arrays that come from outside.
   void prescribe(double t, double* r, double* v) { prescribe(moving_supports_, t, r, v); }

@@ -21,6 +21,13 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
       step_multipliers_{std::vector<double>(num_rows()), std::vector<double>(num_rows()),
                         std::vector<double>(num_rows())} {}
 
+double NormalForm::predicted_flops() const {
+  const GramSolver::Summary& summary = solver_.summary();
+  constexpr double flops_an_entry = 6.0, flops_a_row = 60.0;
+  return summary.flops + 4.0 * summary.factor_nonzeros +
+         flops_an_entry * static_cast<double>(summary.pattern_nonzeros) + flops_a_row * static_cast<double>(num_rows());
+}
+
 void NormalForm::describe(PlanSummary* plan) const {
   const GramSolver::Summary& summary = solver_.summary();
   plan->parts = summary.parts;

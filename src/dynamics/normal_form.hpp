@@ -46,7 +46,8 @@ class NormalForm final : public EquationsOfMotion {
   void recentre(double, double*, double*, double*) override {}
   void resume(const Counters& counters, const PhaseTimes& times) override;
   void set_exact(bool exact) override { exact_ = exact; }
-  const std::vector<double>& multipliers() const override { return lambda_; }
+  /// lambda [d] of the last accelerations.
+  const std::vector<double>& multipliers() const { return lambda_; }
   void reactions(double* eta) const override {
     model_.gather.reactions(model_.parallel, blocks_.data(), lambda_.data(), eta);
   }
@@ -56,6 +57,8 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport project_far(double t, double* r);
   /// w_N = -K Gamma^-1 phi (21), with what is prescribed at t in r and v.
   Outcome normal_accelerations(double t, const double* r, const double* v, double* w_normal);
+  /// Predicted flops of one evaluation and solve.
+  double predicted_flops() const;
   /// K as blocks at the last linearisation.
   const std::vector<double>& blocks() const { return blocks_; }
 

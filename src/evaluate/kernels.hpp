@@ -156,6 +156,18 @@ struct SphereKernel {
   }
 };
 
+/// Unit vectors orthogonal to a direction d != 0 and to each other: e1 along h - (h.d)d, e2 = d x e1.
+inline std::array<std::array<Jet<2>, 3>, 2> orthogonal_pair(const std::array<Jet<2>, 3>& direction, Vec3 h) {
+  using J = Jet<2>;
+  const J length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
+  const std::array<J, 3> d{direction[0] / length, direction[1] / length, direction[2] / length};
+  const J along = h.x * d[0] + h.y * d[1] + h.z * d[2];
+  std::array<J, 3> e{h.x - along * d[0], h.y - along * d[1], h.z - along * d[2]};
+  const J e_length = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
+  for (J& component : e) component = component / e_length;
+  return {e, {d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]}};
+}
+
 /// Two unit vectors orthogonal to a direction d and to each other: e1 along h - (h.d)d, e2 = d x e1. They move with d,
 /// smoothly as long as the helper h stays, so it does: it is the axis that d is farthest from when first seen, until d
 /// comes within 6 degrees of h. Then the last e1 takes its place, which turns the pair as little as can be; from there
@@ -166,16 +178,9 @@ class OrthogonalPair {
     MovingVec3 first, second;
   };
   Value operator()(const std::array<Jet<2>, 3>& direction) {
-    using J = Jet<2>;
-    const J length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
-    const std::array<J, 3> d{direction[0] / length, direction[1] / length, direction[2] / length};
-    choose_helper({d[0].value(), d[1].value(), d[2].value()});
-    const J along = helper_.x * d[0] + helper_.y * d[1] + helper_.z * d[2];
-    std::array<J, 3> e{helper_.x - along * d[0], helper_.y - along * d[1], helper_.z - along * d[2]};
-    const J e_length = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
-    for (J& component : e) component = component / e_length;
-    const std::array<J, 3> f{d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]};
-    const Value value{make_moving(e), make_moving(f)};
+    choose_helper(ToUnit{}(direction).value);
+    const auto [first, second] = orthogonal_pair(direction, helper_);
+    const Value value{make_moving(first), make_moving(second)};
     last_ = value.first.value;
     return value;
   }

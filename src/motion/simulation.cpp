@@ -80,6 +80,7 @@ struct Simulation::Implementation {
   struct {
     std::vector<double> r, v, w;
   } points;  // the state [3n] in the inner order
+  std::vector<double> rows;  // [d]
 
   Implementation(System system, const MotionOptions& motion, SolverOptions solver, double t_start)
       : options((check_options(motion), motion)),
@@ -98,6 +99,7 @@ struct Simulation::Implementation {
       array->resize(3 * model.num_points());
     }
     lambda.resize(model.num_rows());
+    rows.resize(model.num_rows());
 
     state.t = t_start;
     model.numbering.gather_points(model.system.positions, points.r);
@@ -209,10 +211,13 @@ struct Simulation::Implementation {
     numbering.scatter_points(points.r, r);
     numbering.scatter_points(points.v, v);
     numbering.scatter_points(points.w, w);
-    numbering.scatter_rows(form.multipliers(), lambda);
-    form.reactions(points.w.data());
+    const Outcome known = forms.reactions(state.t, points.r.data(), points.v.data(), rows.data(), points.w.data());
+    if (outcome.ok()) outcome = known;
+    numbering.scatter_rows(rows, lambda);
     numbering.scatter_points(points.w, eta);
-    forms.support_forces(points.w.data());
+    // What supports carry: eta + f there
+    for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) points.w[i] = 0.0;
+    for (std::size_t i = 3 * model.num_moving(); i < points.w.size(); ++i) points.w[i] += model.f[i];
     numbering.scatter_points(points.w, carried);
     report.counters = model.counters;
     report.times = model.times;

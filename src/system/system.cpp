@@ -37,6 +37,22 @@ template <>
 constexpr std::string_view kind<Drag> = "drag";
 template <>
 constexpr std::string_view kind<FormulaForce> = "formula";
+template <>
+constexpr std::string_view kind<FreeCoordinates> = "free";
+template <>
+constexpr std::string_view kind<LineCoordinates> = "line";
+template <>
+constexpr std::string_view kind<PlaneCoordinates> = "plane";
+template <>
+constexpr std::string_view kind<CircleCoordinates> = "circle";
+template <>
+constexpr std::string_view kind<SphereCoordinates> = "sphere";
+template <>
+constexpr std::string_view kind<ChainAngles> = "chain_angles";
+template <>
+constexpr std::string_view kind<RigidBody> = "rigid_body";
+template <>
+constexpr std::string_view kind<UserCoordinates> = "formula";
 
 template <class Entry>
 std::string_view kind_of(const Entry& entry) {
@@ -93,6 +109,14 @@ std::string constraint_name(const System& system, std::size_t group) {
 
 std::string force_name(const System& system, std::size_t index) {
   return name_of(system.forces.at(index), index);
+}
+
+std::string coordinates_name(const System& system, std::size_t index) {
+  return name_of(system.coordinates.at(index), index);
+}
+
+std::string_view kind_name(const Coordinates& coordinates) {
+  return kind_of(coordinates);
 }
 
 std::string_view kind_name(const Constraint& constraint) {

@@ -1,0 +1,245 @@
+#include "dynamics/tangent_form.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/stopwatch.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+TangentForm::TangentForm(Model& model, const SolverOptions& options)
+    : TangentForm(model, options, model.coordinates.list_products(model.mass)) {}
+
+TangentForm::TangentForm(Model& model, const SolverOptions& options, const std::vector<Product>& products)
+    : model_(model),
+      num_products_(products.size()),
+      solver_(products, {model.coordinates.island_start(), model.coordinates.num_coordinates()}, options.ordering),
+      blocks_(3 * model.coordinates.num_blocks()),
+      right_side_(size()),
+      rates_(size()),
+      q_(size(), 0.0) {
+  for (std::vector<double>* array : {&r_, &v_, &psi_, &w_, &w0_, &points_, &error_rates_, &r_from_, &v_from_}) {
+    array->resize(3 * model.num_points(), 0.0);
+  }
+  std::vector<double> no_rates(size());
+  model_.coordinates.write_start(q_.data(), no_rates.data());
+}
+
+double TangentForm::predicted_flops() const {
+  const GramSolver::Summary& summary = solver_.summary();
+  constexpr double flops_a_product = 6.0, flops_a_point = 60.0;
+  return summary.flops + 4.0 * summary.factor_nonzeros + flops_a_product * static_cast<double>(num_products_) +
+         flops_a_point * static_cast<double>(model_.num_moving());
+}
+
+void TangentForm::describe(PlanSummary* plan) const {
+  const GramSolver::Summary& summary = solver_.summary();
+  plan->parts = summary.parts;
+  plan->pattern_nonzeros = summary.pattern_nonzeros;
+  plan->factor_nonzeros = static_cast<std::size_t>(summary.factor_nonzeros);
+  plan->factor_flops = summary.flops;
+  plan->ordering = summary.ordering;
+  plan->factorization = summary.factorization;
+  plan->left_out.push_back("projections: r(q, t) stays on the constraints by itself");
+  plan->left_out.push_back("multipliers in steps: computed where they are asked for");
+  if (!model_.coordinates.depends_on_time()) plan->left_out.push_back("r_t terms: no coordinates depend on time");
+  if (!model_.coordinates.has_charts()) plan->left_out.push_back("recentring: coordinates without charts");
+}
+
+// ---- one instant ----
+
+void TangentForm::evaluate(double t, const double* q, const double* q_dot, bool with_blocks) {
+  model_.set_time(t);
+  model_.prescribe_all(t, r_.data(), v_.data());
+  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+            psi_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  model_.coordinates.evaluate(model_.parallel, q, q_dot, r_.data(), v_.data(), psi_.data(),
+                              with_blocks ? blocks_.data() : nullptr);
+}
+
+Outcome TangentForm::factorize(double t) {
+  {
+    const Stopwatch watch(&model_.times.assemble);
+    solver_.assemble(model_.parallel, blocks_.data());
+  }
+  const Stopwatch watch(&model_.times.factor);
+  ++model_.counters.factorizations;
+  const GramSolver::Quality quality = solver_.factorize(model_.parallel);
+  last_.reciprocal_condition = quality.reciprocal_condition;
+  if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
+  return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " + text(quality.weakest_row) +
+                                " moves no point, or others move the points the same way"};
+}
+
+Outcome TangentForm::linearise(double t, const double* q) {
+  {
+    const Stopwatch watch(&model_.times.evaluate);
+    evaluate(t, q, rates_.data(), true);
+  }
+  return factorize(t);
+}
+
+Outcome TangentForm::accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) {
+  ++model_.counters.evaluations;
+  double scale = 0.0;
+  {
+    const Stopwatch watch(&model_.times.evaluate);
+    evaluate(t, q, q_dot, true);
+    scale = larger(model_.evaluate_free(t, r_.data(), v_.data(), w0_.data()), model_.largest_norm(psi_.data()));
+  }
+  last_.residual = 0.0;
+  last_.refinements = 0;
+  if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
+  if (Outcome outcome = factorize(t); !outcome.ok()) return last_.outcome = outcome;
+
+  const Stopwatch watch(&model_.times.solve);
+  // rho = A'(M w - f) from w = psi on; q_ddot -= H^-1 rho, w follows; again with what is left of it (refinement in w).
+  // A well conditioned H needs no second look: its error stays below `good_enough`.
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  const double good_enough = exact_ ? 4.0 * eps : 1e-12;
+  const double expected = eps / last_.reciprocal_condition;
+  constexpr int most_passes = 5;
+  std::fill(q_ddot, q_ddot + size(), 0.0);
+  std::copy(psi_.begin(), psi_.end(), w_.begin());
+  double correction = scale;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    const double before = correction;
+    correction = correct(q_ddot);
+    last_.refinements = pass;
+    last_.residual = pass == 0 ? expected : (scale > 0.0 ? correction / scale : 0.0);
+    if (last_.residual <= good_enough || (pass > 1 && !(correction < 0.5 * before))) break;
+  }
+  return last_.outcome = std::isfinite(correction) ? Outcome{} : model_.not_finite(t);
+}
+
+/// q_ddot -= H^-1 A'(M w - f), w the same way; returns the largest change of w.
+double TangentForm::correct(double* q_ddot) {
+  const Parallel& parallel = model_.parallel;
+  ++model_.counters.solves;
+  parallel.for_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      store(points_.data(), i, model_.mass[i] * (load(w_.data(), i) - load(w0_.data(), i)));
+    }
+  });
+  model_.coordinates.apply_transposed(parallel, blocks_.data(), points_.data(), right_side_.data());
+  solver_.solve_negative(parallel, right_side_.data(), right_side_.data());
+  for (std::size_t j = 0; j < size(); ++j) q_ddot[j] += right_side_[j];
+  model_.coordinates.apply(parallel, blocks_.data(), right_side_.data(), points_.data());
+  return parallel.max_over_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 change = load(points_.data(), i);
+      store(w_.data(), i, load(w_.data(), i) + change);
+      worst = larger(worst, dot(change, change));
+    }
+    return std::sqrt(worst);
+  });
+}
+
+Outcome TangentForm::free_accelerations(double t, const double* q, const double* q_dot, double* q_ddot) {
+  return accelerations(t, q, q_dot, Gradients::Evaluate, q_ddot);  // there is nothing to be free of
+}
+
+double TangentForm::error_ratio(double t, const StepErrors& errors, double atol, double rtol) {
+  // What the errors of q and q_dot do at the points, with A at the step's end: A dq, A dq_dot.
+  const auto& coordinates = model_.coordinates;
+  std::vector<double>&moved = points_, &rate = error_rates_, &r_from = r_from_, &v_from = v_from_;
+  std::fill(moved.begin(), moved.end(), 0.0);
+  coordinates.apply(model_.parallel, blocks_.data(), errors.x, moved.data());
+  coordinates.apply(model_.parallel, blocks_.data(), errors.v, rate.data());
+  const double t_end = model_.time();
+  model_.set_time(t);
+  model_.prescribe_all(t, r_from.data(), v_from.data());
+  coordinates.evaluate(model_.parallel, errors.x_from, errors.v_from, r_from.data(), v_from.data(), nullptr, nullptr);
+  model_.set_time(t_end);
+  return model_.error_ratio({moved.data(), rate.data(), r_from.data(), v_from.data(), r_.data(), v_.data()}, atol,
+                            rtol);
+}
+
+Power TangentForm::power(const double*, const double*) const {
+  // M^-1 eta = w - w0
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];
+  return model_.power(points_.data(), r_.data(), v_.data());
+}
+
+Energy TangentForm::energy(double t, const double* q, const double* q_dot) {
+  evaluate(t, q, q_dot, false);
+  return model_.energy(r_.data(), v_.data());
+}
+
+// ---- points and coordinates ----
+
+/// H q_dot = A'M (v - r_t): the nearest rates in the M-norm.
+Outcome TangentForm::find_rates(double t, const double* v, const double* q, double* q_dot) {
+  std::fill(q_dot, q_dot + size(), 0.0);
+  evaluate(t, q, q_dot, true);
+  if (Outcome outcome = factorize(t); !outcome.ok()) return outcome;
+  const std::size_t moving = 3 * model_.num_moving();
+  for (int pass = 0; pass < 2; ++pass) {
+    // v_ holds r_t, then what has been found
+    for (std::size_t i = 0; i < moving; ++i) points_[i] = model_.mass[i / 3] * (v_[i] - v[i]);
+    model_.coordinates.apply_transposed(model_.parallel, blocks_.data(), points_.data(), right_side_.data());
+    solver_.solve_negative(model_.parallel, right_side_.data(), right_side_.data());
+    for (std::size_t j = 0; j < size(); ++j) q_dot[j] += right_side_[j];
+    evaluate(t, q, q_dot, false);
+  }
+  return {};
+}
+
+Outcome TangentForm::adopt(double t, const double* r, const double* v, double* q, double* q_dot) {
+  model_.set_time(t);
+  model_.coordinates.locate(r, q_.data());
+  std::copy(q_.begin(), q_.end(), q);
+  return find_rates(t, v, q, q_dot);
+}
+
+ProjectionReport TangentForm::put_positions(double t, double* r) {
+  model_.set_time(t);
+  model_.coordinates.locate(r, q_.data());
+  evaluate(t, q_.data(), rates_.data(), false);
+  std::copy(r_.begin(), r_.end(), r);
+  return {.outcome = {}, .correction = 0.0, .violation = model_.position_violation(t, r), .iterations = 1};
+}
+
+ProjectionReport TangentForm::put_velocities(double t, const double* r, double* v) {
+  model_.set_time(t);
+  model_.coordinates.locate(r, q_.data());
+  ProjectionReport report;
+  report.outcome = find_rates(t, v, q_.data(), rates_.data());
+  if (!report.outcome.ok()) return report;
+  std::copy(v_.begin(), v_.end(), v);
+  report.violation = model_.velocity_violation(t, r, v);
+  report.iterations = 1;
+  return report;
+}
+
+void TangentForm::write_points(double t, const double* q, const double* q_dot, const double*, double* r, double* v,
+                               double* w) {
+  evaluate(t, q, q_dot, false);
+  std::copy(r_.begin(), r_.end(), r);
+  std::copy(v_.begin(), v_.end(), v);
+  std::copy(w_.begin(), w_.end(), w);
+}
+
+void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot) {
+  model_.set_time(t);
+  model_.coordinates.recentre(t, q, q_dot, q_ddot);
+}
+
+void TangentForm::resume(const Counters& counters, const PhaseTimes& times) {
+  model_.counters = counters;
+  model_.times = times;
+}
+
+void TangentForm::reactions(double* eta) const {
+  // eta = M w - f (24); what the coordinates hold at their supports is the opposite of what they do to their points.
+  std::fill(eta, eta + 3 * model_.num_points(), 0.0);
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    store(eta, i, model_.mass[i] * (load(w_.data(), i) - load(w0_.data(), i)));
+  }
+  model_.coordinates.add_support_reactions(eta);
+}
+
+}  // namespace tanor

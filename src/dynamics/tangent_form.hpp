@@ -1,0 +1,83 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/equations_of_motion.hpp"
+#include "dynamics/model.hpp"
+#include "solve/gram_solver.hpp"
+
+namespace tanor {
+
+/// The inverse problem in tangent form, in the variables q of r = r(q, t):
+///
+///   H q_ddot = A'(f - M psi),   H = A'MA        theory section 4; w^(q) = G^-1 A'w is another number
+///   w = A q_ddot + psi,  eta = M w - f          (24)
+///
+/// There is no drift: r(q, t) stays on the constraints by itself, and nothing is projected. H is made of one block for
+/// each member of the coordinates.
+class TangentForm final : public EquationsOfMotion {
+ public:
+  TangentForm(Model& model, const SolverOptions& options);
+
+  std::size_t size() const override { return model_.coordinates.num_coordinates(); }
+  bool depends_on_velocity() const override { return true; }
+  bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work(); }
+
+  void prescribe(double, double*, double*) override {}
+  Outcome linearise(double t, const double* q) override;
+  Outcome accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) override;
+  Outcome free_accelerations(double t, const double* q, const double* q_dot, double* q_ddot) override;
+  ProjectionReport project_positions(double, double*) override { return {}; }
+  ProjectionReport project_step(double, double, double*, double*) override { return {}; }
+  ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
+  double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
+  Power power(const double* q, const double* q_dot) const override;
+  Energy energy(double t, const double* q, const double* q_dot) override;
+  const SolveReport& last_solve() const override { return last_; }
+  const Parallel& parallel() const override { return model_.parallel; }
+
+  StartReport start(double t, double* r, double* v, StartMode mode) override;
+  ProjectionReport put_positions(double t, double* r) override;
+  ProjectionReport put_velocities(double t, const double* r, double* v) override;
+  Outcome adopt(double t, const double* r, const double* v, double* q, double* q_dot) override;
+  void write_points(double t, const double* q, const double* q_dot, const double* q_ddot, double* r, double* v,
+                    double* w) override;
+  void recentre(double t, double* q, double* q_dot, double* q_ddot) override;
+  void resume(const Counters& counters, const PhaseTimes& times) override;
+  void set_exact(bool exact) override { exact_ = exact; }
+  void reactions(double* eta) const override;
+  void describe(PlanSummary* plan) const override;
+  /// Predicted flops of one evaluation and solve.
+  double predicted_flops() const;
+
+  /// Of the last accelerations: A as blocks, psi and w [3n].
+  const std::vector<double>& blocks() const { return blocks_; }
+  const std::vector<double>& psi() const { return psi_; }
+  const std::vector<double>& w() const { return w_; }
+
+ private:
+  TangentForm(Model& model, const SolverOptions& options, const std::vector<Product>& products);
+
+  /// r_, v_, psi_ and A at (t, q, q_dot).
+  void evaluate(double t, const double* q, const double* q_dot, bool with_blocks);
+  Outcome factorize(double t);
+  double correct(double* q_ddot);
+  Outcome find_rates(double t, const double* v, const double* q, double* q_dot);
+  void check_constraints();
+
+  Model& model_;
+  std::size_t num_products_;
+  GramSolver solver_;
+
+  // The last instant.
+  bool exact_ = false;
+  SolveReport last_;
+  std::vector<double> blocks_;                         // A
+  std::vector<double> r_, v_, psi_, w_, w0_;           // [3n]; w0 = M^-1 f
+  mutable std::vector<double> points_;                 // [3n] scratch
+  std::vector<double> error_rates_, r_from_, v_from_;  // [3n] of error estimates
+  std::vector<double> right_side_, rates_;             // [s]
+  std::vector<double> q_;                              // where the last (r, v) was found: the next search starts there
+};
+
+}  // namespace tanor

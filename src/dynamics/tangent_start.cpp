@@ -1,0 +1,114 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/tangent_form.hpp"
+#include "system/text.hpp"
+
+/// \file The consistent start of TangentForm.
+namespace tanor {
+
+namespace {
+
+constexpr double allowed = 1e-3;  // of the scene's size and velocity scale, what `check` corrects
+
+/// The point whose arrays differ most.
+std::size_t worst_point(const std::vector<double>& a, const std::vector<double>& b) {
+  std::size_t worst = 0;
+  double largest = -1.0;
+  for (std::size_t i = 0; i < a.size() / 3; ++i) {
+    const double distance = norm(load(a.data(), i) - load(b.data(), i));
+    if (distance > largest) {
+      largest = distance;
+      worst = i;
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
+  const std::size_t n = 3 * model_.num_points();
+  const std::vector<double> r_given(r, r + n);
+  std::vector<double> v_given(v, v + n), q(size()), q_dot(size());
+  StartReport report;
+  model_.set_time(t);
+
+  // q of the given places, but where the user gave q himself
+  model_.coordinates.locate(r, q_.data());
+  model_.coordinates.write_start(q_.data(), rates_.data());
+  if (report.outcome = find_rates(t, v, q_.data(), q_dot.data()); !report.outcome.ok()) return report;
+  // There his rates count as well, and what `velocities` say about such points does not.
+  model_.coordinates.write_start(q_.data(), q_dot.data());
+  evaluate(t, q_.data(), q_dot.data(), true);
+  model_.coordinates.copy_where_given(v_.data(), v_given.data());
+
+  std::copy(r_.begin(), r_.end(), r);
+  std::copy(v_.begin(), v_.end(), v);
+  model_.measure_velocity_scale(t, r, v);
+  report.position_correction = model_.largest_move(r, r_given.data());
+  report.velocity_correction = model_.largest_move(v, v_given.data());
+  report.relative =
+      std::max(report.position_correction / model_.scene_size, report.velocity_correction / model_.velocity_scale);
+  if (mode == StartMode::Check) {
+    const auto refuse = [&](const char* what, const std::vector<double>& given, const double* found, double by,
+                            const std::string& scale) {
+      const std::size_t point = worst_point(given, std::vector<double>(found, found + n));
+      throw InputError("/motion/start", std::string("the initial ") + what + " of point " +
+                                            text(model_.numbering.user_point[point]) +
+                                            " is not one of its coordinates': the nearest lies " + text(by) + scale +
+                                            " away; at most 0.001 of the scale is corrected (\"start\": \"project\" "
+                                            "takes the nearest)");
+    };
+    if (!(report.position_correction <= allowed * model_.scene_size)) {
+      refuse("position", r_given, r, report.position_correction,
+             " m (the scene's size is " + text(model_.scene_size) + ")");
+    }
+    if (!(report.velocity_correction <= allowed * model_.velocity_scale)) {
+      refuse("velocity", v_given, v, report.velocity_correction,
+             " m/s (the velocity scale is " + text(model_.velocity_scale) + ")");
+    }
+  }
+  check_constraints();
+  return report;
+}
+
+/// Where constraints are given as well: xi(r(q, t), t) = 0, K'v + xi_t = 0 and K'A = 0 (3).
+void TangentForm::check_constraints() {
+  if (model_.num_rows() == 0) return;
+  constexpr double rounding = 1e-9;
+  std::vector<double> position(model_.num_rows()), velocity(model_.num_rows());
+  model_.constraints.measure(r_.data(), v_.data(), position.data(), velocity.data());
+  const auto name_worst = [&](const std::vector<double>& values) {
+    const auto worst = std::max_element(values.begin(), values.end());
+    return model_.name_row(static_cast<std::size_t>(worst - values.begin())) + " by " + text(*worst);
+  };
+  const double far = std::max(1.0, model_.largest_norm(r_.data()) / model_.smallest_length);
+  if (!(*std::max_element(position.begin(), position.end()) <= rounding * far)) {
+    throw InputError("/coordinates", "the places that the coordinates describe violate " + name_worst(position) +
+                                         " of its length; both must describe the same motion");
+  }
+  if (!(*std::max_element(velocity.begin(), velocity.end()) <= rounding * far * model_.velocity_scale)) {
+    throw InputError("/coordinates", "the velocities that the coordinates describe violate " + name_worst(velocity) +
+                                         " m/s; both must describe the same motion");
+  }
+  // K'A x = 0 for any x: as many tries as find a wrong column of A with certainty in practice
+  std::vector<double> blocks(3 * model_.constraints.num_blocks()), rows(model_.num_rows()), x(size());
+  model_.constraints.evaluate_gradients(model_.parallel, r_.data(), blocks.data());
+  std::fill(points_.begin(), points_.end(), 0.0);
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    for (std::size_t j = 0; j < size(); ++j)
+      x[j] = std::sin(1.0 + static_cast<double>(j * (attempt + 1)) * 0.7548776662);
+    model_.coordinates.apply(model_.parallel, blocks_.data(), x.data(), points_.data());
+    const double size_of_Ax = model_.largest_norm(points_.data());
+    const double worst =
+        model_.constraints.apply_transposed(model_.parallel, blocks.data(), points_.data(), nullptr, rows.data());
+    if (!(worst <= rounding * size_of_Ax)) {
+      for (double& row : rows) row = std::abs(row);
+      throw InputError("/coordinates", "K'A is not 0: the coordinates move along the gradient of " + name_worst(rows) +
+                                           "; both must describe the same motion");
+    }
+  }
+}
+
+}  // namespace tanor

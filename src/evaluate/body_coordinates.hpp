@@ -1,0 +1,158 @@
+#pragma once
+
+#include <Eigen/SVD>
+
+#include "evaluate/charts.hpp"
+#include "evaluate/coordinate_family.hpp"
+
+namespace tanor {
+
+/// Rigid bodies: q = (c, theta), r_p = c + R(theta) rho_p with rho measured from the centre of mass.
+/// v = c' + omega x y, psi = omega x (omega x y) + alpha x y with y = R rho.
+class BodyCoordinates final : public CoordinateFamily {
+ public:
+  std::vector<Index> points;          ///< inner, body after body
+  std::vector<Index> point_start{0};  ///< [body], one more
+  std::vector<Vec3> rho;              ///< beside `points`, m, in the body's frame
+  std::vector<double> mass;           ///< beside `points`, kg
+  std::vector<RotationChart> chart;   ///< [body]
+
+  /// `places` of its points now, m.
+  void add(const std::vector<Index>& inner_points, const std::vector<Vec3>& places, const std::vector<double>& masses) {
+    Vec3 centre{};
+    double total = 0.0;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+      centre = centre + masses[p] * places[p];
+      total += masses[p];
+    }
+    centre = (1.0 / total) * centre;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+      points.push_back(inner_points[p]);
+      rho.push_back(places[p] - centre);
+      mass.push_back(masses[p]);
+    }
+    point_start.push_back(static_cast<Index>(points.size()));
+    chart.emplace_back();
+  }
+
+  std::size_t size() const override { return chart.size(); }
+  Index num_coordinates() const override { return 6 * static_cast<Index>(size()); }
+  Index num_blocks() const override { return 3 + 3 * static_cast<Index>(points.size()); }
+  Index first_coordinate_of(std::size_t k) const override { return first_coordinate + 6 * static_cast<Index>(k); }
+  bool depends_on_time() const override { return false; }
+  void set_time(double) override {}
+
+  void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v, double* psi,
+                double* blocks) const override {
+    if (blocks != nullptr) {
+      for (int j = 0; j < 3; ++j) store(blocks, first_block + j, unit(j));
+    }
+    for_bodies(parallel, [&](std::size_t k, Index begin, Index end) {
+      const double* const x = q + first_coordinate_of(k);
+      const double* const x_dot = q_dot + first_coordinate_of(k);
+      const RotationChart::Value now = chart[k](x + 3, x_dot + 3);
+      for (Index p = begin; p < end; ++p) {
+        const Eigen::Vector3d rotated = now.rotation * Eigen::Vector3d(rho[p].x, rho[p].y, rho[p].z);
+        const Vec3 y{rotated[0], rotated[1], rotated[2]};
+        store(r, points[p], load(x, 0) + y);
+        const Vec3 turning = cross(now.omega, y);
+        if (v != nullptr) store(v, points[p], load(x_dot, 0) + turning);
+        if (psi != nullptr) store(psi, points[p], cross(now.omega, turning) + cross(now.alpha, y));
+        if (blocks == nullptr) continue;
+        for (int j = 0; j < 3; ++j) store(blocks, block(p) + j, cross(now.axis[j], y));
+      }
+    });
+  }
+
+  void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const override {
+    for_bodies(parallel, [&](std::size_t k, Index begin, Index end) {
+      const double* const at = x + first_coordinate_of(k);
+      for (Index p = begin; p < end; ++p) {
+        Vec3 sum = load(at, 0);
+        for (int j = 0; j < 3; ++j) sum = sum + at[3 + j] * load(blocks, block(p) + j);
+        store(y, points[p], sum);
+      }
+    });
+  }
+
+  void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const override {
+    for_bodies(parallel, [&](std::size_t k, Index begin, Index end) {
+      Vec3 force{};
+      double torque[3] = {0.0, 0.0, 0.0};
+      for (Index p = begin; p < end; ++p) {
+        const Vec3 at = load(y, points[p]);
+        force = force + at;
+        for (int j = 0; j < 3; ++j) torque[j] += dot(load(blocks, block(p) + j), at);
+      }
+      double* const out = x + first_coordinate_of(k);
+      store(out, 0, force);
+      for (int j = 0; j < 3; ++j) out[3 + j] = torque[j];
+    });
+  }
+
+  void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
+    for (std::size_t k = 0; k < size(); ++k) {
+      const Index row = first_coordinate_of(k);
+      for (Index p = point_start[k]; p < point_start[k + 1]; ++p) {
+        const double weight = weights[static_cast<std::size_t>(points[p])];
+        for (Index i = 0; i < 6; ++i) {
+          for (Index j = i < 3 ? i : 0; j <= i; ++j) {  // unit vectors are orthogonal
+            products->push_back({row + i, row + j, block_of(i, p), block_of(j, p), weight});
+          }
+        }
+      }
+    }
+  }
+
+  /// The rotation that brings rho nearest to r, in the sense of the masses (Kabsch 1976).
+  void locate(const double* r, double* q) override {
+    for (std::size_t k = 0; k < size(); ++k) {
+      Vec3 centre{};
+      double total = 0.0;
+      for (Index p = point_start[k]; p < point_start[k + 1]; ++p) {
+        centre = centre + mass[p] * load(r, points[p]);
+        total += mass[p];
+      }
+      centre = (1.0 / total) * centre;
+      Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+      for (Index p = point_start[k]; p < point_start[k + 1]; ++p) {
+        const Vec3 y = load(r, points[p]) - centre;
+        covariance += mass[p] * Eigen::Vector3d(y.x, y.y, y.z) * Eigen::RowVector3d(rho[p].x, rho[p].y, rho[p].z);
+      }
+      const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+      const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+      const Eigen::Matrix3d rotation =
+          svd.matrixU() * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
+      chart[k] = RotationChart(Eigen::Quaterniond(rotation));
+      store(q + first_coordinate_of(k), 0, centre);
+      store(q + first_coordinate_of(k), 1, Vec3{});
+    }
+  }
+
+  bool has_charts() const override { return true; }
+  void recentre(double, double* q, double* q_dot, double* q_ddot) override {
+    for (std::size_t k = 0; k < size(); ++k) {
+      const Index theta = first_coordinate_of(k) + 3;
+      chart[k].recentre(q + theta, q_dot + theta, q_ddot + theta);
+    }
+  }
+
+ private:
+  static Vec3 unit(int j) { return {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0}; }
+  // Three unit vectors for all translations, then three blocks a point.
+  Index block(Index p) const { return first_block + 3 + 3 * p; }
+  Index block_of(Index i, Index p) const { return i < 3 ? first_block + i : block(p) + i - 3; }
+
+  template <class Body>
+  void for_bodies(const Parallel& parallel, const Body& body) const {
+    const std::size_t mean = points.size() / (size() + 1) + 1;
+    parallel.for_ranges(
+        size(),
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t k = begin; k < end; ++k) body(k, point_start[k], point_start[k + 1]);
+        },
+        1024 / mean + 1);
+  }
+};
+
+}  // namespace tanor

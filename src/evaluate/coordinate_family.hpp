@@ -1,0 +1,141 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "evaluate/product.hpp"
+#include "evaluate/tables.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Coordinates q of members of one kind and the places of their points, in the inner order; a member's coordinates move
+/// its own points alone. Arrays over points are 3n; A is stored as blocks dr_p/dq_j, 3 numbers each.
+class CoordinateFamily {
+ public:
+  Index first_coordinate = 0, first_block = 0;
+
+  virtual ~CoordinateFamily() = default;
+
+  virtual std::size_t size() const = 0;  ///< members
+  virtual Index num_coordinates() const = 0;
+  virtual Index num_blocks() const = 0;
+  virtual Index first_coordinate_of(std::size_t member) const = 0;
+  virtual bool depends_on_time() const = 0;
+  virtual void set_time(double t) = 0;
+
+  /// r; v = A q_dot + r_t and psi = d2r/de2 along (q + e q_dot, t + e) unless null; the blocks of A unless null. What
+  /// stands at supports is given.
+  virtual void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v,
+                        double* psi, double* blocks) const = 0;
+  /// y = A x at the family's points
+  virtual void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const = 0;
+  /// x = A'y
+  virtual void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const = 0;
+  /// Adds to the rows of supports that hold members what these members do to them; eta at the points is given [3n].
+  virtual void add_support_reactions(double* /*eta*/) const {}
+  /// The products of A'WA, member by member; `weights` [point].
+  virtual void append_products(const std::vector<double>& weights, std::vector<Product>* products) const = 0;
+
+  /// q of the places r, in charts centred there. Where several q say the same: near the given one.
+  virtual void locate(const double* r, double* q) = 0;
+  /// The start that the user gave, where he did.
+  virtual void write_start(double* /*q*/, double* /*q_dot*/) const {}
+
+  /// to := from at the points whose coordinates the user gave [3n].
+  virtual void copy_where_given(const double* /*from*/, double* /*to*/) const {}
+
+  virtual bool has_charts() const { return false; }
+  /// Charts centred at q, at the time of `set_time`; the motion (q, q_dot, q_ddot) goes along.
+  virtual void recentre(double /*t*/, double* /*q*/, double* /*q_dot*/, double* /*q_ddot*/) {}
+};
+
+/// Where one point is: r = r(q, t) with S coordinates.
+template <int S>
+struct Place {
+  Vec3 r, v, psi;
+  Vec3 tangent[S];
+};
+
+/// Members of one point each: Kernel says place(k, q, q_dot) and locate(k, r, q). q is S numbers a member, and its
+/// blocks are S a member.
+template <class Kernel>
+class PointCoordinates final : public CoordinateFamily {
+ public:
+  static constexpr int S = Kernel::num_coordinates;
+
+  Kernel kernel;
+  std::vector<Index> points;  ///< [member] inner
+
+  std::size_t size() const override { return points.size(); }
+  Index num_coordinates() const override { return S * static_cast<Index>(size()); }
+  Index num_blocks() const override { return num_coordinates(); }
+  Index first_coordinate_of(std::size_t k) const override { return first_coordinate + S * static_cast<Index>(k); }
+  bool depends_on_time() const override { return kernel.depends_on_time(); }
+  void set_time(double t) override { kernel.set_time(t); }
+
+  void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v, double* psi,
+                double* blocks) const override {
+    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        const Place<S> place = kernel.place(k, q + first_coordinate_of(k), q_dot + first_coordinate_of(k));
+        store(r, points[k], place.r);
+        if (v != nullptr) store(v, points[k], place.v);
+        if (psi != nullptr) store(psi, points[k], place.psi);
+        if (blocks == nullptr) continue;
+        for (int j = 0; j < S; ++j) store(blocks, block(k) + j, place.tangent[j]);
+      }
+    });
+  }
+
+  void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const override {
+    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        Vec3 sum{};
+        for (int j = 0; j < S; ++j) sum = sum + x[first_coordinate_of(k) + j] * load(blocks, block(k) + j);
+        store(y, points[k], sum);
+      }
+    });
+  }
+
+  void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const override {
+    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        const Vec3 at = load(y, points[k]);
+        for (int j = 0; j < S; ++j) x[first_coordinate_of(k) + j] = dot(load(blocks, block(k) + j), at);
+      }
+    });
+  }
+
+  void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
+    for (std::size_t k = 0; k < size(); ++k) {
+      const double weight = weights[static_cast<std::size_t>(points[k])];
+      for (Index i = 0; i < S; ++i) {
+        for (Index j = 0; j <= i; ++j) {
+          products->push_back(
+              {first_coordinate_of(k) + i, first_coordinate_of(k) + j, block(k) + i, block(k) + j, weight});
+        }
+      }
+    }
+  }
+
+  void locate(const double* r, double* q) override {
+    for (std::size_t k = 0; k < size(); ++k) kernel.locate(k, load(r, points[k]), q + first_coordinate_of(k));
+  }
+  bool has_charts() const override { return kernel.has_charts(); }
+  void recentre(double t, double* q, double* q_dot, double* q_ddot) override {
+    if (!has_charts()) return;
+    kernel.begin_recentre(t);
+    for (std::size_t k = 0; k < size(); ++k) {
+      const Index first = first_coordinate_of(k);
+      kernel.recentre(k, q + first, q_dot + first, q_ddot + first);
+    }
+  }
+
+ private:
+  Index block(std::size_t k) const { return first_block + S * static_cast<Index>(k); }
+};
+
+}  // namespace tanor

@@ -1,0 +1,255 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "evaluate/charts.hpp"
+#include "evaluate/coordinate_family.hpp"
+#include "evaluate/kernels.hpp"
+
+/// \file The built-in coordinates of single points, hand-written; psi is the second derivative along (q + e q', t + e).
+namespace tanor {
+
+/// Two unit vectors orthogonal to a direction that may turn, from a helper axis that stays between steps. `recentre`
+/// chooses another one where the direction came near it; the pair then turns by an angle beta(t) in its plane.
+class TurningPair {
+ public:
+  MovingVec3 direction{}, first{}, second{};
+
+  TurningPair(const VectorFunction& d, double t) : function_(d) {
+    helper_ = farthest_axis(t);
+    set_time(t);
+  }
+  bool moves() const { return !function_.is_constant(); }
+  void set_time(double t) {
+    direction = ToUnit{}(function_(t));
+    jets_ = orthogonal_pair(function_(t), helper_);
+    first = make_moving(jets_[0]);
+    second = make_moving(jets_[1]);
+  }
+  /// beta; 0 where the pair stays.
+  Jet<2> recentre(double t) {
+    constexpr double near = 0.9;
+    if (!moves() || std::abs(dot(direction.value, helper_)) <= near) return 0.0;
+    const auto before = jets_;
+    helper_ = farthest_axis(t);
+    set_time(t);
+    const auto product = [](const std::array<Jet<2>, 3>& a, const std::array<Jet<2>, 3>& b) {
+      return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    };
+    return atan2(product(jets_[0], before[1]), product(jets_[0], before[0]));
+  }
+
+ private:
+  /// The axis that the direction is farthest from now and does not turn into.
+  Vec3 farthest_axis(double t) const {
+    const MovingVec3 d = ToUnit{}(function_(t));
+    const double turning = norm(d.first);
+    const Vec3 along = turning > 0.0 ? (1.0 / turning) * d.first : Vec3{};
+    const auto badness = [&](Vec3 axis) {
+      return std::pow(dot(axis, d.value), 2) + 0.5 * std::pow(dot(axis, along), 2);
+    };
+    Vec3 best{1.0, 0.0, 0.0};
+    for (const Vec3 axis : {Vec3{0.0, 1.0, 0.0}, Vec3{0.0, 0.0, 1.0}}) {
+      if (badness(axis) < badness(best)) best = axis;
+    }
+    return best;
+  }
+
+  VectorFunction function_;
+  Vec3 helper_;
+  std::array<std::array<Jet<2>, 3>, 2> jets_{};
+};
+
+/// q, q', q'' as a jet and back.
+inline Jet<2> make_jet(double value, double first, double second) {
+  Jet<2> jet;
+  jet.c = {value, first, 0.5 * second};
+  return jet;
+}
+inline void write_jet(const Jet<2>& jet, double* value, double* first, double* second) {
+  *value = jet.value();
+  *first = jet.derivative(1);
+  *second = jet.derivative(2);
+}
+
+/// Free points: r = q.
+struct FreeKernel {
+  static constexpr int num_coordinates = 3;
+
+  bool depends_on_time() const { return false; }
+  void set_time(double) {}
+  Place<3> place(std::size_t, const double* q, const double* q_dot) const {
+    return {load(q, 0), load(q_dot, 0), {}, {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
+  }
+  void locate(std::size_t, Vec3 r, double* q) const { store(q, 0, r); }
+  bool has_charts() const { return false; }
+  void begin_recentre(double) {}
+  void recentre(std::size_t, double*, double*, double*) const {}
+};
+
+/// r = o + q e
+struct LineChartKernel {
+  static constexpr int num_coordinates = 1;
+
+  std::vector<Index> entry;  ///< [member]
+  VectorTable<AsGiven> origin;
+  VectorTable<ToUnit> direction;
+
+  bool depends_on_time() const { return !origin.is_constant() || !direction.is_constant(); }
+  void set_time(double t) {
+    origin.set_time(t);
+    direction.set_time(t);
+  }
+  Place<1> place(std::size_t k, const double* q, const double* q_dot) const {
+    const MovingVec3 &o = origin[entry[k]], &e = direction[entry[k]];
+    return {o.value + *q * e.value,
+            o.first + *q_dot * e.value + *q * e.first,
+            o.second + 2.0 * *q_dot * e.first + *q * e.second,
+            {e.value}};
+  }
+  void locate(std::size_t k, Vec3 r, double* q) const {
+    *q = dot(direction[entry[k]].value, r - origin[entry[k]].value);
+  }
+  bool has_charts() const { return false; }
+  void begin_recentre(double) {}
+  void recentre(std::size_t, double*, double*, double*) const {}
+};
+
+/// r = (offset/|normal|) n + q1 e1 + q2 e2, n the unit normal, the e in the plane.
+struct PlaneChartKernel {
+  static constexpr int num_coordinates = 2;
+
+  std::vector<Index> entry;  ///< [member]
+  std::vector<TurningPair> axes;
+  std::vector<Jet<2>> turn;
+  VectorTable<PlaneNormal> normal;
+  ScalarTable offset;
+
+  bool depends_on_time() const { return !normal.is_constant() || !offset.is_constant(); }
+  void set_time(double t) {
+    normal.set_time(t);
+    offset.set_time(t);
+    for (TurningPair& pair : axes) {
+      if (pair.moves()) pair.set_time(t);
+    }
+  }
+  Place<2> place(std::size_t k, const double* q, const double* q_dot) const {
+    const auto& [n, c] = normal[entry[k]];
+    const TurningPair& pair = axes[entry[k]];
+    const MovingScalar& o = offset[k];
+    // height h = offset/|normal|, r = h n + q1 e1 + q2 e2
+    const double h = o.value * c.value, h1 = o.first * c.value + o.value * c.first;
+    const double h2 = o.second * c.value + 2.0 * o.first * c.first + o.value * c.second;
+    Place<2> result{h * n.value, h1 * n.value + h * n.first, h2 * n.value + 2.0 * h1 * n.first + h * n.second, {}};
+    const MovingVec3* const e[2] = {&pair.first, &pair.second};
+    for (int j = 0; j < 2; ++j) {
+      result.r = result.r + q[j] * e[j]->value;
+      result.v = result.v + q_dot[j] * e[j]->value + q[j] * e[j]->first;
+      result.psi = result.psi + 2.0 * q_dot[j] * e[j]->first + q[j] * e[j]->second;
+      result.tangent[j] = e[j]->value;
+    }
+    return result;
+  }
+  void locate(std::size_t k, Vec3 r, double* q) const {
+    q[0] = dot(axes[entry[k]].first.value, r);
+    q[1] = dot(axes[entry[k]].second.value, r);
+  }
+  bool has_charts() const { return !normal.is_constant(); }
+  void begin_recentre(double t) {
+    for (std::size_t i = 0; i < axes.size(); ++i) turn[i] = axes[i].recentre(t);
+  }
+  void recentre(std::size_t k, double* q, double* q_dot, double* q_ddot) const {
+    const Jet<2>& beta = turn[entry[k]];
+    if (beta.value() == 0.0) return;
+    const Jet<2> x = make_jet(q[0], q_dot[0], q_ddot[0]), y = make_jet(q[1], q_dot[1], q_ddot[1]);
+    const Jet<2> c = cos(beta), s = sin(beta);
+    write_jet(c * x + s * y, q, q_dot, q_ddot);
+    write_jet(c * y - s * x, q + 1, q_dot + 1, q_ddot + 1);
+  }
+};
+
+/// r = c + R u, u = cos q e1 + sin q e2 in the plane of the circle.
+struct CircleChartKernel {
+  static constexpr int num_coordinates = 1;
+
+  std::vector<Index> entry;  ///< [member]
+  VectorTable<AsGiven> center;
+  std::vector<TurningPair> axes;
+  std::vector<Jet<2>> turn;
+  ScalarTable radius;
+
+  bool turns() const {
+    return std::ranges::any_of(axes, [](const TurningPair& pair) { return pair.moves(); });
+  }
+  bool depends_on_time() const { return turns() || !radius.is_constant() || !center.is_constant(); }
+  void set_time(double t) {
+    center.set_time(t);
+    radius.set_time(t);
+    for (TurningPair& pair : axes) {
+      if (pair.moves()) pair.set_time(t);
+    }
+  }
+  Place<1> place(std::size_t k, const double* q, const double* q_dot) const {
+    const MovingVec3 &o = center[entry[k]], &e1 = axes[entry[k]].first, &e2 = axes[entry[k]].second;
+    const MovingScalar& R = radius[k];
+    const double c = std::cos(*q), s = std::sin(*q), rate = *q_dot;
+    const Vec3 u = c * e1.value + s * e2.value, t = c * e2.value - s * e1.value;
+    const Vec3 u1 = rate * t + c * e1.first + s * e2.first;
+    const Vec3 u2 = 2.0 * rate * (c * e2.first - s * e1.first) + c * e1.second + s * e2.second - rate * rate * u;
+    return {o.value + R.value * u,
+            o.first + R.first * u + R.value * u1,
+            o.second + R.second * u + 2.0 * R.first * u1 + R.value * u2,
+            {R.value * t}};
+  }
+  void locate(std::size_t k, Vec3 r, double* q) const {
+    const Vec3 a = r - center[entry[k]].value;
+    *q = std::atan2(dot(axes[entry[k]].second.value, a), dot(axes[entry[k]].first.value, a));
+  }
+  bool has_charts() const { return turns(); }
+  void begin_recentre(double t) {
+    for (std::size_t i = 0; i < axes.size(); ++i) turn[i] = axes[i].recentre(t);
+  }
+  void recentre(std::size_t k, double* q, double* q_dot, double* q_ddot) const {
+    const Jet<2>& beta = turn[entry[k]];
+    *q -= beta.value();
+    *q_dot -= beta.derivative(1);
+    *q_ddot -= beta.derivative(2);
+  }
+};
+
+/// r = c + R u(q), u in a chart around the present place.
+struct SphereChartKernel {
+  static constexpr int num_coordinates = 2;
+
+  std::vector<Index> entry;  ///< [member]
+  VectorTable<AsGiven> center;
+  ScalarTable radius;
+  std::vector<DirectionChart> chart;  ///< [member]
+
+  bool depends_on_time() const { return !center.is_constant() || !radius.is_constant(); }
+  void set_time(double t) {
+    center.set_time(t);
+    radius.set_time(t);
+  }
+  Place<2> place(std::size_t k, const double* q, const double* q_dot) const {
+    const MovingVec3& c = center[entry[k]];
+    const MovingScalar& R = radius[k];
+    const DirectionChart::Value u = chart[k](q, q_dot);
+    return {c.value + R.value * u.u,
+            c.first + R.first * u.u + R.value * u.first,
+            c.second + R.second * u.u + 2.0 * R.first * u.first + R.value * u.second,
+            {R.value * u.tangent[0], R.value * u.tangent[1]}};
+  }
+  void locate(std::size_t k, Vec3 r, double* q) {
+    const Vec3 a = r - center[entry[k]].value;
+    chart[k] = DirectionChart((1.0 / norm(a)) * a);
+    q[0] = q[1] = 0.0;
+  }
+  bool has_charts() const { return true; }
+  void begin_recentre(double) {}
+  void recentre(std::size_t k, double* q, double* q_dot, double* q_ddot) { chart[k].recentre(q, q_dot, q_ddot); }
+};
+
+}  // namespace tanor

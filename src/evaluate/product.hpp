@@ -1,0 +1,14 @@
+#pragma once
+
+namespace tanor {
+
+/// One product of X'WX (S, Gamma, H, G): weight * g_a.g_b of the blocks a, b belongs to the entry (row, column).
+/// weight = sign_a sign_b w of the point that both rows share, or the sum over several points where the blocks are the
+/// same.
+struct Product {
+  int row, column;  // row >= column
+  int block_a, block_b;
+  double weight;
+};
+
+}  // namespace tanor

@@ -1,0 +1,152 @@
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/QR>
+
+#include <tanor/kernel.hpp>
+
+#include "evaluate/coordinate_family.hpp"
+
+namespace tanor {
+
+/// A user's map from s coordinates to p points: one kernel, one loop.
+class UserCoordinateFamily final : public CoordinateFamily {
+ public:
+  CoordinateKernel kernel;
+  std::vector<Index> points;                 ///< [member][p] inner
+  std::vector<double> q_start, q_dot_start;  ///< [member][s]
+
+  std::size_t size() const override { return points.size() / num_points(); }
+  Index num_coordinates() const override { return static_cast<Index>(size() * s()); }
+  Index num_blocks() const override { return static_cast<Index>(size() * s() * num_points()); }
+  Index first_coordinate_of(std::size_t k) const override { return first_coordinate + static_cast<Index>(k * s()); }
+  bool depends_on_time() const override { return kernel.depends_on_time; }
+  void set_time(double t) override { t_ = t; }
+
+  void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v, double* psi,
+                double* blocks) const override {
+    const std::size_t width = 3 * num_points();
+    const auto evaluate_range = [&](std::size_t first, std::size_t last) {
+      // Coordinates of members lie side by side, as the kernel wants them; points are scattered from chunks.
+      constexpr std::size_t chunk = 32;
+      thread_local std::vector<double> places, rates, seconds;  // keep their size: no allocation in a steady step
+      for (std::vector<double>* array : {&places, &rates, &seconds}) {
+        if (array->size() < chunk * width) array->resize(chunk * width);
+      }
+      for (std::size_t begin = first; begin < last; begin += chunk) {
+        const std::size_t count = std::min(chunk, last - begin);
+        const auto own = static_cast<std::size_t>(first_coordinate_of(begin));
+        const bool rates_too = v != nullptr || psi != nullptr;
+        kernel.evaluate(kernel.context.get(), {count, t_, q + own, q_dot + own, places.data(),
+                                               rates_too ? rates.data() : nullptr, rates_too ? seconds.data() : nullptr,
+                                               blocks != nullptr ? blocks + 3 * block(begin) : nullptr});
+        for (std::size_t i = 0; i < count * num_points(); ++i) {
+          const Index point = points[begin * num_points() + i];
+          store(r, point, load(places.data(), i));
+          if (v != nullptr) store(v, point, load(rates.data(), i));
+          if (psi != nullptr) store(psi, point, load(seconds.data(), i));
+        }
+      }
+    };
+    if (kernel.thread_safe) {
+      parallel.for_ranges(size(), evaluate_range, 256);
+    } else {
+      evaluate_range(0, size());
+    }
+  }
+
+  void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const override {
+    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        for (std::size_t p = 0; p < num_points(); ++p) {
+          Vec3 sum{};
+          for (std::size_t j = 0; j < s(); ++j) {
+            sum = sum + x[static_cast<std::size_t>(first_coordinate_of(k)) + j] * load(blocks, block(k, j, p));
+          }
+          store(y, points[k * num_points() + p], sum);
+        }
+      }
+    });
+  }
+
+  void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const override {
+    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        for (std::size_t j = 0; j < s(); ++j) {
+          double sum = 0.0;
+          for (std::size_t p = 0; p < num_points(); ++p) {
+            sum += dot(load(blocks, block(k, j, p)), load(y, points[k * num_points() + p]));
+          }
+          x[static_cast<std::size_t>(first_coordinate_of(k)) + j] = sum;
+        }
+      }
+    });
+  }
+
+  void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
+    for (std::size_t k = 0; k < size(); ++k) {
+      for (std::size_t i = 0; i < s(); ++i) {
+        for (std::size_t j = 0; j <= i; ++j) {
+          for (std::size_t p = 0; p < num_points(); ++p) {
+            products->push_back({first_coordinate_of(k) + static_cast<Index>(i),
+                                 first_coordinate_of(k) + static_cast<Index>(j), static_cast<Index>(block(k, i, p)),
+                                 static_cast<Index>(block(k, j, p)),
+                                 weights[static_cast<std::size_t>(points[k * num_points() + p])]});
+          }
+        }
+      }
+    }
+  }
+
+  /// Gauss-Newton from the given q, in halves where a full step leads away.
+  void locate(const double* r, double* q) override {
+    const auto rows = static_cast<Eigen::Index>(3 * num_points()), columns = static_cast<Eigen::Index>(s());
+    Eigen::VectorXd wanted(rows), place(rows), trial(columns), step(columns);
+    Eigen::MatrixXd tangents(rows, columns);
+    const auto miss = [&](const double* at, bool with_tangents) {
+      kernel.evaluate(kernel.context.get(),
+                      {1, t_, at, at, place.data(), nullptr, nullptr, with_tangents ? tangents.data() : nullptr});
+      return (wanted - place).norm();
+    };
+    for (std::size_t k = 0; k < size(); ++k) {
+      for (std::size_t p = 0; p < num_points(); ++p) {
+        store(wanted.data(), p, load(r, points[k * num_points() + p]));
+      }
+      Eigen::Map<Eigen::VectorXd> own(q + first_coordinate_of(k), columns);
+      constexpr int most_iterations = 50;
+      for (int iteration = 0; iteration < most_iterations; ++iteration) {
+        const double before = miss(own.data(), true);
+        step = tangents.colPivHouseholderQr().solve(wanted - place);
+        if (!step.allFinite() || step.norm() <= 1e-16 * (1.0 + own.norm())) break;
+        double length = 1.0;
+        for (; length > 1e-3; length *= 0.5) {
+          trial = own + length * step;
+          if (miss(trial.data(), false) < before) break;
+        }
+        if (length <= 1e-3) break;
+        own = trial;
+      }
+    }
+  }
+
+  void write_start(double* q, double* q_dot) const override {
+    std::copy(q_start.begin(), q_start.end(), q + first_coordinate);
+    std::copy(q_dot_start.begin(), q_dot_start.end(), q_dot + first_coordinate);
+  }
+  void copy_where_given(const double* from, double* to) const override {
+    if (q_start.empty()) return;
+    for (const Index point : points) store(to, point, load(from, point));
+  }
+
+ private:
+  std::size_t num_points() const { return static_cast<std::size_t>(kernel.num_points); }
+  std::size_t s() const { return static_cast<std::size_t>(kernel.num_coordinates); }
+  std::size_t block(std::size_t k, std::size_t j = 0, std::size_t p = 0) const {
+    return static_cast<std::size_t>(first_block) + (k * s() + j) * num_points() + p;
+  }
+
+  double t_ = 0.0;
+};
+
+}  // namespace tanor
