@@ -169,7 +169,8 @@ std::vector<double> RankSolver::solve_normal(std::vector<double> y) const {
 void RankSolver::combine_dependent_columns() {
   constexpr int num_corrections = 2;
   std::vector<int> place(num_columns(), -1);  // column of C -> column of R11
-  for (std::size_t k = 0; k < rank(); ++k) place[static_cast<std::size_t>(factor_.independent[k])] = static_cast<int>(k);
+  for (std::size_t k = 0; k < rank(); ++k)
+    place[static_cast<std::size_t>(factor_.independent[k])] = static_cast<int>(k);
 
   dependences_.clear();
   largest_defect_ = 0.0;

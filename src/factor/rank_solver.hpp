@@ -70,11 +70,11 @@ class RankSolver {
   SparseColumns transposed_C_;  ///< [d x m]
   std::vector<double> scale_;   ///< [d] diagonal of D
   double tolerance_ = 0.0;
-  TriangularFactor factor_;     ///< of (C D)_I
+  TriangularFactor factor_;  ///< of (C D)_I
   double smallest_singular_value_ = 0.0;
   double largest_defect_ = 0.0;
   std::vector<Dependence> dependences_;
-  SparseColumns null_space_;    ///< [d x (d - rho)] Z = D [-X; 1], unit columns: they span the null space of C
+  SparseColumns null_space_;  ///< [d x (d - rho)] Z = D [-X; 1], unit columns: they span the null space of C
   TriangularFactor null_factor_;
 };
 

@@ -59,8 +59,7 @@ Vector solve(const RankSolver& solver, const Matrix& C, const Vector& b) {
 
 void expect_near(const Vector& x, const Vector& expected, double tolerance) {
   ASSERT_EQ(x.size(), expected.size());
-  EXPECT_LE((x - expected).cwiseAbs().maxCoeff(), tolerance)
-      << x.transpose() << "\nwanted\n" << expected.transpose();
+  EXPECT_LE((x - expected).cwiseAbs().maxCoeff(), tolerance) << x.transpose() << "\nwanted\n" << expected.transpose();
 }
 
 // Two rods in a row, the first one given again with a gradient twice as long: lambda_0 + 2 lambda_2 carries the load 5.
