@@ -192,7 +192,7 @@ void RankSolver::combine_dependent_columns() {
       }
       dx = solve_normal(std::move(dx));
       for (std::size_t k = 0; k < rank(); ++k) {
-        if (dx[k] == 0.0) continue;
+        if (std::abs(dx[k]) < 0.1 * eps) continue;  // of unit columns: nothing, but a full vector of it
         x[k] += dx[k];
         add_column(C_, factor_.independent[k], -dx[k], residual.data());
       }
@@ -200,7 +200,7 @@ void RankSolver::combine_dependent_columns() {
     largest_defect_ = std::max(largest_defect_, norm(residual));
     Dependence& dependence = dependences_.emplace_back(Dependence{j, {}});
     for (std::size_t k = 0; k < rank(); ++k)
-      if (std::abs(x[k]) > 0.1 * eps) dependence.terms.push_back({factor_.independent[k], x[k]});
+      if (x[k] != 0.0) dependence.terms.push_back({factor_.independent[k], x[k]});
   }
 }
 
