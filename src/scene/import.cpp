@@ -1,6 +1,7 @@
 #include "scene/import.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -22,6 +23,46 @@ Rods make_rods(const LammpsData& data, const std::vector<std::int64_t>& types, s
   return rods;
 }
 
+/// Sine of the angle between two vectors.
+double sine(const Vector3& a, const Vector3& b) {
+  const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
+  return std::hypot(x, y, z) / (std::hypot(a[0], a[1], a[2]) * std::hypot(b[0], b[1], b[2]));
+}
+
+/// All angles of the file, held as they are. `positions`: of molecules that are joined.
+Angles make_angles(const LammpsData& data, const std::vector<Vector3>& positions, const Cursor& wanted) {
+  // Below, the cosine has no slope to rounding.
+  constexpr double least_sine = 1e-7;
+  Angles angles{.name = "angles", .triples = {}, .cosine = {}};
+  std::string straight, torn;
+  const auto add = [](std::int64_t id, std::string* list) {
+    *list += list->empty() ? fmt::to_string(id) : fmt::format(", {}", id);
+  };
+  for (const LammpsData::Angle& angle : data.angles) {
+    const auto arm = [&](std::int32_t end) {
+      const Vector3 &from = positions[static_cast<std::size_t>(angle.atoms[1])],
+                    &to = positions[static_cast<std::size_t>(end)];
+      return Vector3{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+    };
+    const Vector3 a = arm(angle.atoms[0]), b = arm(angle.atoms[2]);
+    const std::array<std::int64_t, 3> here{};
+    if (data.cell.nearest_images(a) != here || data.cell.nearest_images(b) != here)
+      add(angle.id, &torn);
+    else if (!(sine(a, b) > least_sine))
+      add(angle.id, &straight);
+    angles.triples.push_back(angle.atoms);
+  }
+  if (!torn.empty())
+    wanted.complain(
+        fmt::format("found angles that reach through a periodic face: {}, wanted atoms side by side once the "
+                    "rods have joined them",
+                    torn));
+  if (!straight.empty())
+    wanted.complain(
+        fmt::format("found straight angles: {}, wanted angles that bend, which their cosines can hold", straight));
+  return angles;
+}
+
 std::vector<double> flatten(const std::vector<Vector3>& vectors) {
   std::vector<double> numbers;
   numbers.reserve(3 * vectors.size());
@@ -35,7 +76,7 @@ PointSet read_import(const Cursor& import, const Context& context) {
   import.object({"file", "format", "bonds", "types", "angles"});
   import["format"].choice<int>({{ "lammps-data", 0 }}, 0, {"obj", "ply", "gro", "pdb"});
   import["bonds"].choice<int>({{ "rods", 0 }}, 0);
-  import["angles"].choice<int>({{ "free", 0 }}, 0, {"rigid"});
+  const bool rigid_angles = import["angles"].choice<bool>({{"free", false}, {"rigid", true}}, false);
 
   const Cursor file = import["file"];
   LammpsData data = file.locate([path = context.file(file)] { return read_lammps_data(path); });
@@ -47,6 +88,7 @@ PointSet read_import(const Cursor& import, const Context& context) {
   PointSet set;
   set.source = fmt::format("import: {} (lammps-data)", file.string());
   set.constraints.emplace_back(make_rods(data, types, &data.positions));
+  if (rigid_angles) set.constraints.emplace_back(make_angles(data, data.positions, import["angles"]));
   set.positions = flatten(data.positions);
   set.velocities = flatten(data.velocities);
   set.masses = std::move(data.masses);

@@ -4,7 +4,8 @@
 
 namespace tanor::scene {
 
-/// "import": {"file", "format", "bonds", "types", "angles"}, points and rods (named `rods`) of another program's file.
+/// "import": {"file", "format", "bonds", "types", "angles"}, points, rods (named `rods`) and rigid
+/// angles (named `angles`) of another program's file.
 PointSet read_import(const Cursor& import, const Context& context);
 
 }  // namespace tanor::scene

@@ -60,6 +60,8 @@ class LammpsReader {
         read_velocity(words);
       } else if (section == "Bonds") {
         read_bond(words);
+      } else if (section == "Angles") {
+        read_angle(words);
       }
     }
     return finish();
@@ -76,6 +78,11 @@ class LammpsReader {
   };
   struct NamedBond {
     std::int64_t type, i, j;  ///< ids
+    std::size_t line;
+  };
+  struct NamedAngle {
+    std::int64_t id;
+    std::array<std::int64_t, 3> atoms;  ///< ids
     std::size_t line;
   };
 
@@ -122,6 +129,7 @@ class LammpsReader {
     Cell& cell = data_.cell;
     if (words.size() == 2 && ends_with({"atoms"})) num_atoms_ = count();
     if (words.size() == 2 && ends_with({"bonds"})) num_bonds_ = count();
+    if (words.size() == 2 && ends_with({"angles"})) num_angles_ = count();
     if (words.size() == 3 && ends_with({"atom", "types"})) num_atom_types_ = count();
     if (words.size() == 3 && ends_with({"bond", "types"})) data_.num_bond_types = count();
     if (words.size() == 4 && ends_with({"xlo", "xhi"})) cell.xx = edge();
@@ -197,10 +205,22 @@ class LammpsReader {
     if (bonds_.back().i == bonds_.back().j) lines_.fail(words[3], "two atoms that differ");
   }
 
-  /// Checks the counts, puts the atoms into the order of their ids, and lets the bonds name them by it.
+  void read_angle(const Words& words) {
+    check_columns(words, {5}, "5: id type atom atom atom");
+    NamedAngle angle{.id = integer(words[0], "an angle id", 1, any), .atoms = {}, .line = lines_.number()};
+    for (std::size_t k = 0; k < 3; ++k) {
+      angle.atoms[k] = integer(words[2 + k], "an atom id", 1, any);
+      if (std::find(angle.atoms.begin(), angle.atoms.begin() + k, angle.atoms[k]) != angle.atoms.begin() + k)
+        lines_.fail(words[2 + k], "three atoms that differ");
+    }
+    angles_.push_back(angle);
+  }
+
+  /// Checks the counts, puts the atoms into the order of their ids, and lets bonds and angles name them by it.
   LammpsData finish() {
     check_count("atoms", num_atoms_, atoms_.size());
     check_count("bonds", num_bonds_, bonds_.size());
+    check_count("angles", num_angles_, angles_.size());
     if (!velocities_.empty()) check_count("velocities", num_atoms_, velocities_.size());
     std::sort(atoms_.begin(), atoms_.end(), [](const Atom& a, const Atom& b) { return a.id < b.id; });
     const auto twin =
@@ -217,13 +237,11 @@ class LammpsReader {
       if (!atom) complain(fmt::format("found a velocity of atom {}, wanted one of the section Atoms", velocity.id));
       data_.velocities[static_cast<std::size_t>(*atom)] = velocity.velocity;
     }
-    for (const NamedBond& bond : bonds_) {
-      const auto i = find(bond.i), j = find(bond.j);
-      if (!i || !j)
-        complain(fmt::format("found atom {} in a bond, wanted one of the section Atoms", i ? bond.j : bond.i),
-                 bond.line);
-      data_.bonds.push_back({bond.type, {*i, *j}});
-    }
+    for (const NamedBond& bond : bonds_)
+      data_.bonds.push_back({bond.type, {find(bond.i, "a bond", bond.line), find(bond.j, "a bond", bond.line)}});
+    for (const auto& [id, atoms, line] : angles_)
+      data_.angles.push_back(
+          {id, {find(atoms[0], "an angle", line), find(atoms[1], "an angle", line), find(atoms[2], "an angle", line)}});
     return std::move(data_);
   }
 
@@ -252,16 +270,23 @@ class LammpsReader {
     if (found == atoms_.end() || found->id != id) return {};
     return static_cast<std::int32_t>(found - atoms_.begin());
   }
+  /// The same for an atom that a line names.
+  std::int32_t find(std::int64_t id, std::string_view owner, std::size_t line) const {
+    const auto found = find(id);
+    if (!found) complain(fmt::format("found atom {} in {}, wanted one of the section Atoms", id, owner), line);
+    return *found;
+  }
 
   const std::string name_;
   LineReader lines_;
   std::optional<AtomStyle> style_;
   std::string atom_columns_, atom_type_, image_flag_;
-  std::int64_t num_atoms_ = 0, num_bonds_ = 0, num_atom_types_ = 0;
+  std::int64_t num_atoms_ = 0, num_bonds_ = 0, num_angles_ = 0, num_atom_types_ = 0;
   std::map<std::int64_t, double> masses_;  ///< by atom type
   std::vector<Atom> atoms_;
   std::vector<Velocity> velocities_;
   std::vector<NamedBond> bonds_;
+  std::vector<NamedAngle> angles_;
   LammpsData data_;
 };
 

@@ -12,11 +12,15 @@
 
 namespace tanor::scene {
 
-/// Atoms and bonds of a LAMMPS data file; atoms in the order of their ids, so that ids 1 … n become points 0 … n - 1.
+/// Atoms, bonds and angles of a LAMMPS data file; atoms in the order of their ids, so that ids 1 … n become points 0 … n - 1.
 struct LammpsData {
   struct Bond {
     std::int64_t type;
     std::array<std::int32_t, 2> atoms;
+  };
+  struct Angle {
+    std::int64_t id;
+    std::array<std::int32_t, 3> atoms;  ///< the corner in the middle
   };
 
   Cell cell;
@@ -25,6 +29,7 @@ struct LammpsData {
   std::vector<Vector3> velocities;  ///< m/s; empty where the file has none
   std::vector<double> masses;       ///< kg; 1 where the file has no masses
   std::vector<Bond> bonds;
+  std::vector<Angle> angles;
 };
 
 /// Reads atom styles atomic, bond, angle, molecular, charge and full; the style is the comment behind `Atoms`, or else

@@ -40,6 +40,6 @@ run(${compiler} -std=c++20 ${CMAKE_CURRENT_LIST_DIR}/chain_host.cpp -o ${work_di
 # The host needs libtanor itself, not what libtanor is made of.
 execute_process(COMMAND ${readelf} -d ${work_dir}/build/chain_host ${work_dir}/chain_host_by_hand
   OUTPUT_VARIABLE needed COMMAND_ERROR_IS_FATAL ANY)
-if(NOT needed MATCHES "NEEDED[^\n]*libtanor\\.so" OR needed MATCHES "NEEDED[^\n]*(cholmod|metis|gomp|blas)")
+if(NOT needed MATCHES "NEEDED[^\n]*libtanor\\.so" OR needed MATCHES "NEEDED[^\n]*(cholmod|spqr|metis|gomp|blas)")
   message(FATAL_ERROR "chain_host should need libtanor.so and the standard libraries only:\n${needed}")
 endif()

@@ -244,8 +244,8 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /import/format: found string "obj", which this version of tanor does not have yet, wanted lammps-data)"},
     {"ImportFormatIsUnknown", R"({"tanor_scene": 1, "import": {"file": "a.xyz", "format": "xyz"}})",
      R"(scene.json: /import/format: found string "xyz", wanted lammps-data)"},
-    {"ImportedAnglesArePlanned", R"({"tanor_scene": 1, "import": {"file": "a", "angles": "rigid"}})",
-     R"(scene.json: /import/angles: found string "rigid", which this version of tanor does not have yet, wanted free)"},
+    {"ImportedAnglesAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "angles": "stiff"}})",
+     R"(scene.json: /import/angles: found string "stiff", wanted one of free, rigid)"},
 };
 // clang-format on
 

@@ -92,9 +92,40 @@ TEST(ImportLammps, RestsAndWeighsOneWhereTheFileDoesNotSay) {
   EXPECT_EQ(scene.system.masses, std::vector<double>(4, 1.0));
 }
 
+// Arms (0.8, 0.6) and (-0.8, 0.6): right rods of 1, cosine -0.28, in both molecules.
+TEST(ImportLammps, HoldsTheAnglesOfTheFileWhereTheyAreRigid) {
+  const Scene scene = import(R"("file": "water.data", "angles": "rigid")");
+
+  ASSERT_EQ(scene.system.constraints.size(), 2u);
+  const Angles& angles = std::get<Angles>(scene.system.constraints[1]);
+  EXPECT_EQ(angles.name, "angles");
+  EXPECT_EQ(angles.triples, (std::vector<std::array<Index, 3>>{{1, 0, 2}, {4, 3, 5}}));
+  EXPECT_TRUE(angles.cosine.is_initial());
+  EXPECT_NEAR(coordinates(scene, 0)[4], 10.3, 1e-15);  // beside its molecule, so that the angle is its own
+}
+
+TEST(ImportLammps, LeavesAnglesFreeUnlessAsked) {
+  EXPECT_EQ(import(R"("file": "water.data")").system.constraints.size(), 1u);
+}
+
+TEST(ImportLammps, NamesStraightAnglesThatCannotBeHeld) {
+  EXPECT_EQ(
+      error_of(R"({"tanor_scene": 1, "import": {"file": "polymer.data", "angles": "rigid"}})",
+               TANOR_TEST_DATA "/a.json"),
+      "a.json: /import/angles: found straight angles: 1, 2, 3, 4, wanted angles that bend, which their cosines can "
+      "hold");
+}
+
+TEST(ImportLammps, NamesAnglesThatReachThroughAPeriodicFace) {
+  EXPECT_EQ(
+      error_of(R"({"tanor_scene": 1, "import": {"file": "ring.data", "angles": "rigid"}})", TANOR_TEST_DATA "/a.json"),
+      "a.json: /import/angles: found angles that reach through a periodic face: 5, wanted atoms side by side once the "
+      "rods have joined them");
+}
+
 /// A data file of one atom type, two atoms and one bond type.
-std::string data_file(const std::string& body, const std::string& bonds = "0") {
-  return "comment\n\n2 atoms\n" + bonds +
+std::string data_file(const std::string& body, const std::string& bonds = "0", const std::string& angles = "0") {
+  return "comment\n" + angles + " angles\n2 atoms\n" + bonds +
          " bonds\n1 atom types\n1 bond types\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\n" + body;
 }
 
@@ -152,6 +183,12 @@ TEST(ImportLammps, NamesAtomsAndBondsThatDoNotFit) {
             "a.data, line 18: found \"2\", wanted two atoms that differ");
   EXPECT_EQ(data_error(data_file(atoms + "Bonds\n\n1 2 1 2\n", "1")),
             "a.data, line 18: found \"2\", wanted a bond type from 1 to 1");
+  EXPECT_EQ(data_error(data_file(atoms + "Angles\n\n1 1 1 2 3\n")),
+            "a.data: found 1 angles, wanted 0 as its header says");
+  EXPECT_EQ(data_error(data_file(atoms + "Angles\n\n1 1 1 2 3\n", "0", "1")),
+            "a.data, line 18: found atom 3 in an angle, wanted one of the section Atoms");
+  EXPECT_EQ(data_error(data_file(atoms + "Angles\n\n1 1 1 2 1\n", "0", "1")),
+            "a.data, line 18: found \"1\", wanted three atoms that differ");
   EXPECT_EQ(data_error(data_file(atoms + "Velocities\n\n1 0 0 0\n")),
             "a.data: found 1 velocities, wanted 2 as its header says");
 }

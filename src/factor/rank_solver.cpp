@@ -1,0 +1,345 @@
+#include "factor/rank_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <numeric>
+
+namespace tanor {
+
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+double norm(std::span<const double> x) {
+  double sum = 0.0;
+  for (const double value : x) sum += value * value;
+  return std::sqrt(sum);
+}
+
+void normalize(std::span<double> x) {
+  const double length = norm(x);
+  for (double& value : x) value /= length;
+}
+
+/// Calls visit(row, value) for column j.
+template <class Visit>
+void for_each_entry(const SparseColumns& A, int j, Visit&& visit) {
+  for (int k = A.start[static_cast<std::size_t>(j)]; k < A.start[static_cast<std::size_t>(j) + 1]; ++k)
+    visit(A.rows[static_cast<std::size_t>(k)], A.values[static_cast<std::size_t>(k)]);
+}
+
+SparseColumns columns_of(const SparseColumns& A, const std::vector<int>& wanted) {
+  SparseColumns result;
+  result.num_rows = A.num_rows;
+  for (const int j : wanted) {
+    for_each_entry(A, j, [&](int row, double value) {
+      result.rows.push_back(row);
+      result.values.push_back(value);
+    });
+    result.start.push_back(static_cast<int>(result.rows.size()));
+  }
+  return result;
+}
+
+/// y += factor * (column j of A)
+void add_column(const SparseColumns& A, int j, double factor, double* y) {
+  for_each_entry(A, j, [&](int row, double value) { y[row] += factor * value; });
+}
+
+/// (column j of A)' y
+double dot_column(const SparseColumns& A, int j, const double* y) {
+  double sum = 0.0;
+  for_each_entry(A, j, [&](int row, double value) { sum += value * y[row]; });
+  return sum;
+}
+
+/// QR of some columns of A; columns of the factor are numbered as those of A.
+TriangularFactor factorize_columns(const SparseColumns& A, const std::vector<int>& wanted, double tolerance) {
+  TriangularFactor factor = factorize_qr(columns_of(A, wanted), tolerance);
+  for (int& j : factor.independent) j = wanted[static_cast<std::size_t>(j)];
+  for (int& j : factor.dependent) j = wanted[static_cast<std::size_t>(j)];
+  return factor;
+}
+
+std::vector<int> all_but(const std::vector<int>& left_out, std::size_t d) {
+  std::vector<int> result;
+  for (int j = 0; j < static_cast<int>(d); ++j)
+    if (!std::binary_search(left_out.begin(), left_out.end(), j)) result.push_back(j);
+  return result;
+}
+
+SparseColumns transpose(const SparseColumns& A) {
+  SparseColumns result;
+  result.num_rows = static_cast<int>(A.num_columns());
+  result.start.assign(static_cast<std::size_t>(A.num_rows) + 2, 0);
+  for (const int row : A.rows) ++result.start[static_cast<std::size_t>(row) + 2];
+  std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
+  result.rows.resize(A.rows.size());
+  result.values.resize(A.rows.size());
+  for (int j = 0; j < result.num_rows; ++j) {
+    for_each_entry(A, j, [&](int row, double value) {
+      const auto place = static_cast<std::size_t>(result.start[static_cast<std::size_t>(row) + 1]++);
+      result.rows[place] = j;
+      result.values[place] = value;
+    });
+  }
+  result.start.pop_back();
+  return result;
+}
+
+struct SingularPair {
+  double value;
+  std::vector<double> vector;  ///< [rho] right singular vector, unit length
+};
+
+/// Smallest singular value of R, by inverse iteration with R'R: from above, near where it matters.
+SingularPair find_smallest_singular_value(const TriangularFactor& R) {
+  constexpr int most_iterations = 30;
+  SingularPair smallest{std::numeric_limits<double>::infinity(), std::vector<double>(R.rank())};
+  std::vector<double>& v = smallest.vector;
+  if (v.empty()) return smallest;
+  // Any start that no structure of a scene is orthogonal to.
+  for (std::size_t k = 0; k < v.size(); ++k) v[k] = 1.0 + std::sin(12.9898 * static_cast<double>(k + 1));
+  normalize(v);
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    // |R^-T v| <= 1/sigma
+    R.solve_transposed(v.data());
+    const double value = 1.0 / norm(v);
+    R.solve(v.data());
+    normalize(v);
+    const bool settled = value > 0.9 * smallest.value;
+    smallest.value = std::min(smallest.value, value);
+    if (settled) break;
+  }
+  return smallest;
+}
+
+std::size_t find_largest(const std::vector<double>& x) {
+  const auto is_smaller = [](double a, double b) { return std::abs(a) < std::abs(b); };
+  return static_cast<std::size_t>(std::max_element(x.begin(), x.end(), is_smaller) - x.begin());
+}
+
+}  // namespace
+
+RankSolver::RankSolver(SparseColumns C) : C_(std::move(C)) {
+  const std::size_t d = C_.num_columns();
+  tolerance_ = 20.0 * (static_cast<double>(C_.num_rows) + static_cast<double>(d)) * eps;
+  for (std::size_t j = 0; j < d; ++j) {
+    const std::span<double> column(C_.values.begin() + C_.start[j], C_.values.begin() + C_.start[j + 1]);
+    const double length = norm(column);
+    scale_.push_back(length > 0.0 ? 1.0 / length : 1.0);
+    for (double& value : column) value *= scale_[j];
+  }
+  transposed_C_ = transpose(C_);
+
+  find_independent_columns();
+  combine_dependent_columns();
+  if (exchange_columns()) combine_dependent_columns();
+  span_null_space();
+  drop_rounding();
+}
+
+/// Heath's method, then one more column left out for each singular value that it missed.
+void RankSolver::find_independent_columns() {
+  std::vector<int> left_out;
+  while (true) {
+    factor_ = factorize_columns(C_, all_but(left_out, num_columns()), tolerance_);
+    const SingularPair smallest = find_smallest_singular_value(factor_);
+    smallest_singular_value_ = smallest.value;
+    left_out.insert(left_out.end(), factor_.dependent.begin(), factor_.dependent.end());
+    if (smallest.value >= tolerance_) break;
+    left_out.push_back(factor_.independent[find_largest(smallest.vector)]);
+    std::sort(left_out.begin(), left_out.end());
+  }
+  std::sort(left_out.begin(), left_out.end());
+  factor_.dependent = std::move(left_out);
+}
+
+/// (R'R)^-1 y, [rho]
+std::vector<double> RankSolver::solve_normal(std::vector<double> y) const {
+  factor_.solve_transposed(y.data());
+  factor_.solve(y.data());
+  return y;
+}
+
+/// X_j = argmin |C_I x - c_j|, by the corrected seminormal equations (Bjorck, Linear Algebra Appl. 88/89, 1987).
+void RankSolver::combine_dependent_columns() {
+  constexpr int num_corrections = 2;
+  std::vector<int> place(num_columns(), -1);  // column of C -> column of R11
+  for (std::size_t k = 0; k < rank(); ++k)
+    place[static_cast<std::size_t>(factor_.independent[k])] = static_cast<int>(k);
+
+  dependences_.clear();
+  largest_defect_ = 0.0;
+  std::vector<double> residual(static_cast<std::size_t>(C_.num_rows));
+  for (const int j : factor_.dependent) {
+    std::vector<double> x(rank(), 0.0);
+    std::fill(residual.begin(), residual.end(), 0.0);
+    add_column(C_, j, 1.0, residual.data());
+    for (int pass = 0; pass <= num_corrections; ++pass) {
+      // R'R dx = C_I' (c_j - C_I x)
+      std::vector<double> dx(rank(), 0.0);
+      for (int row = 0; row < C_.num_rows; ++row) {
+        const double r = residual[static_cast<std::size_t>(row)];
+        if (r == 0.0) continue;
+        for_each_entry(transposed_C_, row, [&](int column, double value) {
+          const int k = place[static_cast<std::size_t>(column)];
+          if (k >= 0) dx[static_cast<std::size_t>(k)] += value * r;
+        });
+      }
+      dx = solve_normal(std::move(dx));
+      for (std::size_t k = 0; k < rank(); ++k) {
+        if (std::abs(dx[k]) < 0.1 * eps) continue;  // of unit columns: nothing, but a full vector of it
+        x[k] += dx[k];
+        add_column(C_, factor_.independent[k], -dx[k], residual.data());
+      }
+    }
+    largest_defect_ = std::max(largest_defect_, norm(residual));
+    Dependence& dependence = dependences_.emplace_back(Dependence{j, {}});
+    for (std::size_t k = 0; k < rank(); ++k)
+      if (x[k] != 0.0) dependence.terms.push_back({factor_.independent[k], x[k]});
+  }
+}
+
+/// Returns whether it exchanged any; then R11 is that of the new independent columns.
+bool RankSolver::exchange_columns() {
+  constexpr double largest_coefficient = 2.0, rounding = 1e-6;
+  std::map<int, std::map<int, double>> X;  // dependent column -> independent column -> coefficient
+  for (const Dependence& dependence : dependences_) {
+    std::map<int, double>& terms = X[dependence.column];
+    for (const Dependence::Term& term : dependence.terms)
+      if (std::abs(term.coefficient) > tolerance_) terms.emplace(term.column, term.coefficient);
+  }
+  const auto find_exchange = [&](int* j, int* i) {
+    for (const auto& [column, terms] : X) {
+      double largest = largest_coefficient;
+      *i = -1;
+      for (const auto& [other, coefficient] : terms) {
+        const bool is_equal_and_later = *i < 0 && other > column && std::abs(coefficient) > 1.0 - rounding;
+        if (std::abs(coefficient) <= largest && !is_equal_and_later) continue;
+        largest = std::max(largest, std::abs(coefficient));
+        *i = other;
+      }
+      *j = column;
+      if (*i >= 0) return true;
+    }
+    return false;
+  };
+
+  int j, i;
+  bool exchanged = false;
+  while (find_exchange(&j, &i)) {
+    exchanged = true;
+    // c_j = sum x_k c_k  =>  c_i = c_j/x_i - sum over k != i of x_k/x_i c_k
+    std::map<int, double> combination = std::move(X.at(j));
+    X.erase(j);
+    const double pivot = combination.at(i);
+    combination.erase(i);
+    for (auto& [column, coefficient] : combination) coefficient /= -pivot;
+    combination[j] = 1.0 / pivot;
+    for (auto& [column, terms] : X) {
+      const auto found = terms.find(i);
+      if (found == terms.end()) continue;
+      const double factor = found->second;
+      terms.erase(found);
+      for (const auto& [k, coefficient] : combination) terms[k] += factor * coefficient;
+    }
+    X.emplace(i, std::move(combination));
+  }
+  if (!exchanged) return false;
+
+  std::vector<int> dependent;
+  for (const auto& [column, terms] : X) dependent.push_back(column);
+  factor_ = factorize_columns(C_, all_but(dependent, num_columns()), -1.0);
+  factor_.dependent = std::move(dependent);
+  smallest_singular_value_ = find_smallest_singular_value(factor_).value;
+  return true;
+}
+
+/// Z = D [-X; 1] with unit columns, and its QR.
+void RankSolver::span_null_space() {
+  null_space_.num_rows = static_cast<int>(num_columns());
+  for (const Dependence& dependence : dependences_) {
+    const auto append = [&](int column, double value) {
+      null_space_.rows.push_back(column);
+      null_space_.values.push_back(value * scale_[static_cast<std::size_t>(column)]);
+    };
+    for (const Dependence::Term& term : dependence.terms) append(term.column, -term.coefficient);
+    append(dependence.column, 1.0);
+    normalize({null_space_.values.begin() + null_space_.start.back(), null_space_.values.end()});
+    null_space_.start.push_back(static_cast<int>(null_space_.rows.size()));
+  }
+  null_factor_ = factorize_qr(null_space_, -1.0);
+}
+
+/// X is known to eps/sigma_min: what is near that may be a zero. The largest terms come first.
+void RankSolver::drop_rounding() {
+  const double least = 1e3 * eps / std::min(smallest_singular_value_, 1.0);
+  for (Dependence& dependence : dependences_) {
+    std::erase_if(dependence.terms, [&](const Dependence::Term& term) { return std::abs(term.coefficient) < least; });
+    std::stable_sort(dependence.terms.begin(), dependence.terms.end(),
+                     [](const Dependence::Term& a, const Dependence::Term& b) {
+                       return std::abs(a.coefficient) > std::abs(b.coefficient);
+                     });
+  }
+}
+
+std::vector<bool> RankSolver::unique() const {
+  std::vector<bool> result(num_columns(), true);
+  for (const Dependence& dependence : dependences_) {
+    result[static_cast<std::size_t>(dependence.column)] = false;
+    for (const Dependence::Term& term : dependence.terms) result[static_cast<std::size_t>(term.column)] = false;
+  }
+  return result;
+}
+
+void RankSolver::solve(double* x) const {
+  // S = D^-1 [1 X]' R'R [1 X] D^-1
+  std::vector<double> y(rank());
+  for (std::size_t k = 0; k < rank(); ++k) {
+    const int j = factor_.independent[k];
+    y[k] = x[j] * scale_[static_cast<std::size_t>(j)];
+  }
+  y = solve_normal(std::move(y));
+  std::fill(x, x + num_columns(), 0.0);
+  for (std::size_t k = 0; k < rank(); ++k) {
+    const int j = factor_.independent[k];
+    x[j] = y[k] * scale_[static_cast<std::size_t>(j)];
+  }
+}
+
+void RankSolver::minimize_norm(double* x) const {
+  // The second pass takes away the rounding of the first.
+  for (int pass = 0; pass < 2; ++pass) {
+    // x -= Z (Z'Z)^-1 Z' x
+    std::vector<double> y;
+    for (const int j : null_factor_.independent) y.push_back(dot_column(null_space_, j, x));
+    null_factor_.solve_transposed(y.data());
+    null_factor_.solve(y.data());
+    for (std::size_t k = 0; k < y.size(); ++k) add_column(null_space_, null_factor_.independent[k], -y[k], x);
+  }
+}
+
+std::vector<RankSolver::Contradiction> RankSolver::contradictions(std::span<const double> b) const {
+  std::vector<Contradiction> result;
+  for (std::size_t k = 0; k < dependences_.size(); ++k) {
+    // b is in the range of C' if Z' b = 0
+    Contradiction contradiction{dependences_[k].column, 0.0, 0.0};
+    double own = 1.0;  // coefficient of the dependent column
+    for_each_entry(null_space_, static_cast<int>(k), [&](int column, double coefficient) {
+      const double part = coefficient * b[static_cast<std::size_t>(column)];
+      contradiction.excess += part;
+      contradiction.magnitude += std::abs(part);
+      if (column == contradiction.column) own = coefficient;
+    });
+    contradiction.excess /= own;
+    contradiction.magnitude /= own;
+    result.push_back(contradiction);
+  }
+  return result;
+}
+
+}  // namespace tanor

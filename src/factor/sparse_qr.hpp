@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace tanor {
+
+/// Sparse num_rows x d matrix by columns: entries of column j are start[j] … start[j + 1] - 1, each row once.
+struct SparseColumns {
+  int num_rows = 0;
+  std::vector<int> start{0};
+  std::vector<int> rows;
+  std::vector<double> values;
+
+  std::size_t num_columns() const { return start.size() - 1; }
+};
+
+/// Upper triangular factor R11 of C(:, independent) = Q R11, rho x rho; Q is not kept.
+struct TriangularFactor {
+  std::vector<int> independent;  ///< [rho] column of R11 -> column of C, in the order of elimination
+  std::vector<int> dependent;    ///< columns of C left out, increasing
+  std::vector<int> start{0};     ///< columns of R11 as in SparseColumns, the diagonal entry last
+  std::vector<int> rows;
+  std::vector<double> values;
+
+  std::size_t rank() const { return independent.size(); }
+  void solve(double* x) const;             ///< x := R11^-1 x, [rho]
+  void solve_transposed(double* x) const;  ///< x := R11^-T x, [rho]
+};
+
+/// QR factorization of C in a fill-reducing order of its columns. The door to SuiteSparseQR.
+///
+/// A column that is less than `tolerance` away from those before it is left out as dependent (Heath's method); that
+/// finds every dependence that shows in a single |R_jj|, not one that is spread over many. Throws std::bad_alloc.
+TriangularFactor factorize_qr(const SparseColumns& C, double tolerance);
+
+}  // namespace tanor

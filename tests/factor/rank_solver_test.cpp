@@ -1,0 +1,268 @@
+/// Rank, dependences and minimum-norm multipliers against hand examples and dense linear algebra.
+
+#include "factor/rank_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+#include <Eigen/Dense>
+
+namespace tanor {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+using Point = Eigen::Vector2d;
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+SparseColumns sparse(const Matrix& A) {
+  SparseColumns result;
+  result.num_rows = static_cast<int>(A.rows());
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    for (Eigen::Index i = 0; i < A.rows(); ++i) {
+      if (A(i, j) == 0.0) continue;
+      result.rows.push_back(static_cast<int>(i));
+      result.values.push_back(A(i, j));
+    }
+    result.start.push_back(static_cast<int>(result.rows.size()));
+  }
+  return result;
+}
+
+/// Gradients of rods between points of a plane, unit masses.
+Matrix rods(const std::vector<Point>& points, const std::vector<std::array<int, 2>>& pairs) {
+  Matrix K = Matrix::Zero(2 * static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(pairs.size()));
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto [i, j] = pairs[k];
+    const Point direction = (points[static_cast<std::size_t>(j)] - points[static_cast<std::size_t>(i)]).normalized();
+    K.col(static_cast<Eigen::Index>(k)).segment<2>(2 * i) = -direction;
+    K.col(static_cast<Eigen::Index>(k)).segment<2>(2 * j) = direction;
+  }
+  return K;
+}
+
+/// The solver's multipliers of S lambda = b with refinement.
+Vector solve(const RankSolver& solver, const Matrix& C, const Vector& b) {
+  Vector lambda = Vector::Zero(C.cols());
+  for (int pass = 0; pass < 3; ++pass) {
+    Vector correction = b - C.transpose() * (C * lambda);
+    solver.solve(correction.data());
+    lambda += correction;
+  }
+  return lambda;
+}
+
+void expect_near(const Vector& x, const Vector& expected, double tolerance) {
+  ASSERT_EQ(x.size(), expected.size());
+  EXPECT_LE((x - expected).cwiseAbs().maxCoeff(), tolerance) << x.transpose() << "\nwanted\n" << expected.transpose();
+}
+
+// Two rods in a row, the first one given again with a gradient twice as long: lambda_0 + 2 lambda_2 carries the load 5.
+TEST(RankSolver, SharesTheLoadOfARodThatIsGivenTwice) {
+  Matrix C = rods({{0, 0}, {1, 0}, {1, 1}}, {{0, 1}, {1, 2}, {0, 1}});
+  C.col(2) *= 2.0;
+
+  const RankSolver solver(sparse(C));
+
+  EXPECT_EQ(solver.rank(), 2u);
+  ASSERT_EQ(solver.dependences().size(), 1u);
+  EXPECT_EQ(solver.dependences()[0].column, 2);
+  ASSERT_EQ(solver.dependences()[0].terms.size(), 1u);
+  EXPECT_EQ(solver.dependences()[0].terms[0].column, 0);
+  EXPECT_NEAR(solver.dependences()[0].terms[0].coefficient, 1.0, 4 * eps);
+  EXPECT_EQ(solver.unique(), (std::vector<bool>{false, true, false}));
+  const Vector load = Vector::Map(std::vector<double>{5.0, 3.0, 0.0}.data(), 3);
+  Vector lambda = solve(solver, C, C.transpose() * (C * load));
+  expect_near(lambda, load, 1e-14);  // nothing at the dependent rod
+  solver.minimize_norm(lambda.data());
+  expect_near(lambda, Eigen::Vector3d(1.0, 3.0, 2.0), 1e-14);
+}
+
+//  3---2     Six rods on four points of a plane: 8 coordinates - 3 of the rigid motions = rank 5. The sides pull
+//  | X |     with 1 where the diagonals push with sqrt 2.
+//  0---1
+const std::vector<Point> square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+const Matrix braced_square = rods(square, {{0, 1}, {1, 2}, {2, 3}, {0, 3}, {0, 2}, {1, 3}});
+
+TEST(RankSolver, FindsTheSelfStressOfABracedSquare) {
+  const RankSolver solver(sparse(braced_square));
+
+  EXPECT_EQ(solver.rank(), 5u);
+  ASSERT_EQ(solver.dependences().size(), 1u);
+  const Dependence dependence = solver.dependences()[0];
+  EXPECT_EQ(dependence.column, 5);
+  ASSERT_EQ(dependence.terms.size(), 5u);
+  EXPECT_EQ(dependence.terms[0].column, 4);  // the other diagonal first
+  EXPECT_NEAR(dependence.terms[0].coefficient, -1.0, 16 * eps);
+  for (std::size_t k = 1; k < 5; ++k) EXPECT_NEAR(dependence.terms[k].coefficient, std::sqrt(0.5), 16 * eps);
+  EXPECT_EQ(solver.unique(), std::vector<bool>(6, false));
+}
+
+TEST(RankSolver, LeavesNoSelfStressInTheSmallestMultipliers) {
+  const RankSolver solver(sparse(braced_square));
+  Vector self_stress(6);
+  self_stress << 1, 1, 1, 1, -std::sqrt(2.0), -std::sqrt(2.0);
+  Vector smallest(6);  // any multipliers without it
+  smallest << 3, 1, -2, -2, 5, -5;
+  ASSERT_NEAR(smallest.dot(self_stress), 0.0, 1e-15);
+
+  Vector lambda = smallest + 7.0 * self_stress;
+  solver.minimize_norm(lambda.data());
+
+  expect_near(lambda, smallest, 1e-14);
+}
+
+// All rods of the square may grow together; one diagonal alone may not.
+TEST(RankSolver, TellsAContradictionFromARedundancy) {
+  const RankSolver solver(sparse(braced_square));
+  Vector together(6), alone(6);
+  together << 1, 1, 1, 1, std::sqrt(2.0), std::sqrt(2.0);
+  alone << 0, 0, 0, 0, 0, 0.5;
+
+  const auto excess = [&](const Vector& b) { return solver.contradictions({b.data(), 6}).at(0); };
+
+  EXPECT_NEAR(excess(together).excess, 0.0, 1e-14);
+  EXPECT_NEAR(excess(together).magnitude, 4.0 * std::sqrt(2.0), 1e-14);
+  EXPECT_EQ(excess(alone).column, 5);
+  EXPECT_NEAR(excess(alone).excess, 0.5, 1e-15);
+  EXPECT_NEAR(excess(alone).magnitude, 0.5, 1e-15);
+}
+
+//  \    \    \     Three equal parallel legs, direction (3, 4)/5, carry one bar (case 18a): along the bar the long rod
+//   0----1----2    says what the two short ones say. The legs are free of it.
+TEST(RankSolver, FindsTheRedundantRodOfAParallelogram) {
+  Matrix C = Matrix::Zero(6, 6);  // x0 y0 x1 y1 x2 y2; legs 0, 1, 2; rods 0-1, 1-2, 0-2
+  for (int leg = 0; leg < 3; ++leg) C.col(leg).segment<2>(2 * leg) = Point(0.6, 0.8);
+  C.rightCols(3) = rods({{0, 0}, {1, 0}, {2, 0}}, {{0, 1}, {1, 2}, {0, 2}});
+
+  const RankSolver solver(sparse(C));
+
+  EXPECT_EQ(solver.rank(), 5u);  // one motion is left: all three points along (-4, 3)/5
+  ASSERT_EQ(solver.dependences().size(), 1u);
+  EXPECT_EQ(solver.dependences()[0].column, 5);
+  ASSERT_EQ(solver.dependences()[0].terms.size(), 2u);
+  for (const Dependence::Term& term : solver.dependences()[0].terms) EXPECT_NEAR(term.coefficient, 1.0, 16 * eps);
+  EXPECT_EQ(solver.unique(), (std::vector<bool>{true, true, true, false, false, false}));
+  // Tension 2 along the whole bar goes one third through the short rods, two thirds through the long one.
+  Vector lambda(6);
+  lambda << 9, 8, 7, 2, 2, 0;
+  solver.minimize_norm(lambda.data());
+  Vector expected(6);
+  expected << 9, 8, 7, 2.0 / 3.0, 2.0 / 3.0, 4.0 / 3.0;
+  expect_near(lambda, expected, 1e-14);
+}
+
+TEST(RankSolver, KeepsColumnsThatAreNearlyParallel) {
+  for (const double angle : {1e-4, 1e-7, 1e-10}) {
+    Matrix C(3, 2);
+    C << 1, std::cos(angle), 0, std::sin(angle), 0, 0;
+
+    const RankSolver solver(sparse(C));
+
+    EXPECT_EQ(solver.rank(), 2u) << angle;
+    // sigma = sqrt(1 - cos) of two unit columns
+    EXPECT_NEAR(solver.smallest_singular_value(), std::sqrt(2.0) * std::sin(angle / 2.0), 0.05 * angle) << angle;
+    EXPECT_EQ(solver.unique(), std::vector<bool>(2, true)) << angle;
+  }
+}
+
+// R has ones on the diagonal and -1 above: no |R_jj| of unit columns is below 1/sqrt(d), but sigma_min is about 2^-d.
+TEST(RankSolver, SeesADependenceThatShowsInNoDiagonalEntry) {
+  constexpr Eigen::Index d = 60;
+  const Matrix R = 2.0 * Matrix::Identity(d, d) - Matrix(Matrix::Ones(d, d).triangularView<Eigen::Upper>());
+  std::mt19937 generator(1);
+  std::normal_distribution<double> normal;
+  Matrix any(80, d);
+  for (double& x : any.reshaped()) x = normal(generator);
+  const Matrix Q = Matrix(any.householderQr().householderQ()).leftCols(d);
+  const Matrix C = Q * R;
+
+  const RankSolver solver(sparse(C));
+
+  EXPECT_EQ(solver.rank(), d - 1);
+  EXPECT_GT(solver.smallest_singular_value(), 1e-3);
+  EXPECT_LT(solver.largest_defect(), solver.tolerance());
+}
+
+TEST(RankSolver, GivesAColumnOfZerosNoMultiplier) {
+  Matrix C = Matrix::Identity(3, 3);
+  C.col(1).setZero();
+
+  const RankSolver solver(sparse(C));
+
+  EXPECT_EQ(solver.rank(), 2u);
+  ASSERT_EQ(solver.dependences().size(), 1u);
+  EXPECT_EQ(solver.dependences()[0].column, 1);
+  EXPECT_TRUE(solver.dependences()[0].terms.empty());
+  Vector lambda(3);
+  lambda << 1, 2, 3;
+  solver.minimize_norm(lambda.data());
+  expect_near(lambda, Eigen::Vector3d(1, 0, 3), 0.0);
+}
+
+/// Sparse columns with planted dependences: some are sums of up to three others, in any order and of any length.
+Matrix make_dependent(std::uint32_t seed) {
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> normal;
+  const auto any_of = [&](Eigen::Index n) { return std::uniform_int_distribution<Eigen::Index>(0, n - 1)(generator); };
+  const Eigen::Index m = 6 + any_of(40), num_free = 1 + any_of(m), num_planted = any_of(8);
+  Matrix C = Matrix::Zero(m, num_free + num_planted);
+  for (Eigen::Index j = 0; j < num_free; ++j)
+    for (int entry = 0; entry < 4; ++entry) C(any_of(m), j) += normal(generator);
+  for (Eigen::Index j = num_free; j < C.cols(); ++j)
+    for (int term = 0; term < 3; ++term) C.col(j) += normal(generator) * C.col(any_of(num_free));
+  std::vector<int> order(static_cast<std::size_t>(C.cols()));
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), generator);
+  Matrix result(m, C.cols());
+  for (Eigen::Index j = 0; j < C.cols(); ++j)
+    result.col(j) = C.col(order[static_cast<std::size_t>(j)]).normalized() * std::exp(normal(generator));
+  return result;
+}
+
+RC_GTEST_PROP(RankSolver, AgreesWithDenseDecompositions, ()) {
+  const Matrix C = make_dependent(*rc::gen::arbitrary<std::uint32_t>());
+  const Eigen::Index d = C.cols();
+  const Matrix unit = C.colwise().normalized();
+  const Eigen::JacobiSVD<Matrix> svd(unit, Eigen::ComputeFullV);
+  const RankSolver solver(sparse(C));
+
+  // Rank: that of the singular values; R11 is nearly as well conditioned as C.
+  const auto rank = (svd.singularValues().array() > solver.tolerance()).count();
+  RC_ASSERT(static_cast<Eigen::Index>(solver.rank()) == rank);
+  const double smallest = svd.singularValues()[rank - 1];
+  RC_PRE(smallest > 1e-6);
+  RC_ASSERT(solver.smallest_singular_value() > smallest / (3.0 * static_cast<double>(d)));
+
+  // Minimum norm: C^+ of the load.
+  const Vector load = Vector::LinSpaced(C.rows(), -1.0, 2.0);
+  const Vector expected = C.completeOrthogonalDecomposition().solve(load);
+  Vector lambda = solve(solver, C, C.transpose() * load);
+  solver.minimize_norm(lambda.data());
+  RC_ASSERT((lambda - expected).norm() <= 1e-13 / smallest * (1.0 + expected.norm()) / smallest);
+
+  // Unique: zero in every null vector.
+  const std::vector<bool> unique = solver.unique();
+  for (Eigen::Index k = 0; k < d; ++k) {
+    const double freedom = svd.matrixV().row(k).tail(d - rank).norm();
+    RC_ASSERT(unique[static_cast<std::size_t>(k)] == (freedom < 1e-7));
+  }
+
+  // Each dependence holds.
+  for (const Dependence& dependence : solver.dependences()) {
+    Vector sum = unit.col(dependence.column);
+    for (const Dependence::Term& term : dependence.terms) {
+      sum -= term.coefficient * unit.col(term.column);
+      RC_ASSERT(std::abs(term.coefficient) <= 2.0 + 1e-6);
+    }
+    RC_ASSERT(sum.norm() < 1e-12 / smallest);
+  }
+}
+
+}  // namespace
+}  // namespace tanor
