@@ -1,8 +1,11 @@
 #include "dynamics/certificate.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <random>
+#include <span>
 
 #include "evaluate/definitions.hpp"
 #include "factor/sparse_qr.hpp"
@@ -25,7 +28,8 @@ double Certificate::certified_to() const {
 std::string Certificate::line() const {
   const auto digits = [](double x) {
     std::array<char, 16> buffer;
-    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), x, std::chars_format::scientific, 1).ptr;
+    const auto end =
+        std::to_chars(buffer.data(), buffer.data() + buffer.size(), x, std::chars_format::scientific, 1).ptr;
     return std::string(buffer.data(), end);
   };
   for (const CertificateCheck& check : checks) {
@@ -69,9 +73,11 @@ class Judge {
 
   Certificate judge() {
     result_.reciprocal_condition = 1.0;
+    has_both_ = d_ > 0 && forms_.tangent != nullptr && forms_.normal != nullptr;
+    if (has_both_) solve_other();
     if (d_ > 0) judge_constraints();
     if (forms_.tangent != nullptr) judge_coordinates();
-    if (d_ > 0 && forms_.tangent != nullptr) judge_both();
+    if (has_both_) judge_both();
     return std::move(result_);
   }
 
@@ -122,9 +128,8 @@ class Judge {
   }
   /// sum of m x y over the moving points
   double product(const Vector& x, const Vector& y) const {
-    return model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
-      return model_.mass[i] * dot(load(x.data(), i), load(y.data(), i));
-    });
+    return model_.parallel.sum(
+        model_.num_moving(), [&](std::size_t i) { return model_.mass[i] * dot(load(x.data(), i), load(y.data(), i)); });
   }
   double norm_of(const Vector& x) const { return std::sqrt(product(x, x)); }
 
@@ -162,7 +167,7 @@ class Judge {
       judge_normal_projector(definitions);
       judge_by_qr(definitions, scale);
     }
-    judge_split(definitions);
+    judge_split();
   }
 
   /// |column of K| of each of the user's rows.
@@ -304,8 +309,8 @@ class Judge {
     for (const Incidence& incidence : model_.incidences) {
       const double weight = model_.inverse_mass[static_cast<std::size_t>(incidence.point)];
       if (weight == 0.0) continue;
-      entries.push_back(
-          {incidence.row, (incidence.sign * std::sqrt(weight)) * load(blocks.data(), incidence.block), incidence.point});
+      entries.push_back({incidence.row, (incidence.sign * std::sqrt(weight)) * load(blocks.data(), incidence.block),
+                         incidence.point});
     }
     std::ranges::sort(entries, {}, [](const Entry& e) { return std::pair(e.row, e.point); });
     SparseColumns C;
@@ -326,7 +331,7 @@ class Judge {
   }
 
   /// With equal masses w_T lies in T and w_N in N: w_T'M w_N = 0, w_N = -K Gamma^-1 phi, Gamma = m S (36).
-  void judge_split(const Definitions& definitions) {
+  void judge_split() {
     const auto moving_masses = std::span(model_.mass).first(model_.num_moving());
     const bool is_one_mass = std::ranges::all_of(moving_masses, [&](double m) { return m == moving_masses[0]; });
     if (!is_one_mass || forms_.normal == nullptr) return;
@@ -341,7 +346,6 @@ class Judge {
     const double rcond = forms_.normal->last_solve().reciprocal_condition;
     add(&result_.orthogonality, "w_T'M w_N = 0", size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0,
         conditioned(rcond), "");
-    (void)definitions;
   }
 
   // ---- coordinates ----
@@ -375,13 +379,14 @@ class Judge {
     const Vector u = random_points(), y = random_points();
     const Vector Pu = project_by_coordinates(u), PPu = project_by_coordinates(Pu), Py = project_by_coordinates(y);
     for (std::size_t i = 0; i < n_; ++i) rest[i] = PPu[i] - Pu[i];
-    add_point(&result_.tangent_identity, "P P u = P u, P = A H^-1 A'M", worst_point(rest, model_.largest_norm(u.data())),
-              allowed);
+    add_point(&result_.tangent_identity, "P P u = P u, P = A H^-1 A'M",
+              worst_point(rest, model_.largest_norm(u.data())), allowed);
     const double asymmetry = std::abs(product(y, Pu) - product(u, Py)) / (norm_of(u) * norm_of(y));
     add(&result_.tangent_identity, "y'M P u = u'M P y", asymmetry, allowed, "");
   }
 
-  /// w = d2 r(q(t), t)/dt2 by differences of places alone, which share no derivative with A and psi: a stencil of order 8.
+  /// w = d2 r(q(t), t)/dt2 by differences of places alone, which share no derivative with A and psi: a stencil of
+  /// order 8.
   void judge_curve() {
     const double speed = std::max(model_.largest_norm(answer_.v.data()), 1e-3 * model_.velocity_scale);
     const double h = 0.02 * std::min(speed / acceleration_, model_.scene_size / speed);
@@ -389,7 +394,7 @@ class Judge {
     Vector sum(n_, 0.0), place(n_);
     try {
       for (int k = -4; k <= 4; ++k) {
-        forms_.tangent->place_along(answer_.t, k * h, place.data());
+        forms_.tangent->write_place_along(k * h, place.data());
         for (std::size_t i = 0; i < moving_; ++i) sum[i] += weights[std::abs(k)] * (place[i] - answer_.r[i]);
       }
     } catch (const InputError&) {
@@ -406,8 +411,8 @@ class Judge {
   // ---- both ----
 
   void judge_both() {
-    const double rcond = std::min(forms_.tangent->last_solve().reciprocal_condition,
-                                  forms_.normal->last_solve().reciprocal_condition);
+    const double rcond =
+        std::min(forms_.tangent->last_solve().reciprocal_condition, forms_.normal->last_solve().reciprocal_condition);
     result_.reciprocal_condition = std::min(result_.reciprocal_condition, rcond);
     const double allowed = conditioned(rcond) + rounding_of_places();
     // (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u;  (10) is M (9) M^-1
@@ -423,7 +428,8 @@ class Judge {
     std::normal_distribution<double> normal;
     for (double& value : x) value = normal(generator_);
     model_.coordinates.apply(model_.parallel, forms_.tangent->blocks().data(), x.data(), Ax.data());
-    model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr, rows.data());
+    model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr,
+                                        rows.data());
     Worst worst;
     const double size_of_Ax = model_.largest_norm(Ax.data());
     for (std::size_t a = 0; a < d_; ++a) {
@@ -432,12 +438,12 @@ class Judge {
     }
     add_row(&result_.bases_orthogonal, "K'A = 0 (3)", worst, 1e-11 + rounding_of_places());
 
-    judge_euclidean(size);
+    judge_euclidean();
     compare_forms();
   }
 
   /// (15): A G^-1 A'u + K Gamma^-1 K'u = u
-  void judge_euclidean(double) {
+  void judge_euclidean() {
     Vector unit(model_.inverse_mass);
     for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
     GramSolver gamma(model_.incidences, unit, model_.numbering, Ordering::Auto,
@@ -463,9 +469,19 @@ class Judge {
               worst_point(sum, model_.largest_norm(u.data())), conditioned(rcond) + rounding_of_places());
   }
 
+  /// First of all: then both forms stand at the answer.
+  void solve_other() {
+    other_w_.resize(n_);
+    other_eta_.resize(n_);
+    const Outcome outcome =
+        forms_.solve_other(answer_.t, answer_.r.data(), answer_.v.data(), other_w_.data(), other_eta_.data());
+    if (outcome.ok()) return;
+    has_both_ = false;
+    result_.checks.push_back({"the other form has an answer: " + outcome.what, Certificate::none, 0.0, ""});
+  }
+
   void compare_forms() {
-    Vector w(n_), eta(n_);
-    if (!forms_.other(answer_.t, answer_.r.data(), answer_.v.data(), w.data(), eta.data()).ok()) return;
+    Vector &w = other_w_, &eta = other_eta_;
     for (std::size_t i = 0; i < moving_; ++i) {
       w[i] -= answer_.w[i];
       eta[i] = model_.inverse_mass[i / 3] * (eta[i] - answer_.eta[i]);
@@ -482,10 +498,18 @@ class Judge {
   Certificate result_;
   std::mt19937 generator_{20261};
   Vector w0_, user_r_, row_norms_, phi_;
+  Vector other_w_, other_eta_;
+  bool has_both_ = false;
   double acceleration_ = 0.0;
 };
 
 }  // namespace
+
+Certificate make_failed_certificate(const Outcome& outcome) {
+  Certificate certificate;
+  certificate.checks.push_back({"there is an answer: " + outcome.what, Certificate::none, 0.0, ""});
+  return certificate;
+}
 
 Certificate certify(Forms& forms, const Answer& answer) {
   return Judge(forms, answer).judge();

@@ -13,8 +13,11 @@ struct Answer {
   const std::vector<double>& lambda;          ///< [d]
 };
 
-/// Tries an answer with the forms' matrices and factors as they stand (the last accelerations were those of the answer),
-/// and with second ways that share none of them.
+/// There is no answer to prove.
+Certificate make_failed_certificate(const Outcome& outcome);
+
+/// Tries an answer with the forms' matrices and factors as they stand (the last accelerations were those of the
+/// answer), and with second ways that share none of them.
 Certificate certify(Forms& forms, const Answer& answer);
 
 }  // namespace tanor
