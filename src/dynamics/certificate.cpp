@@ -455,6 +455,7 @@ class Judge {
     g.assemble(model_.parallel, A.data());
     const GramSolver::Quality a = gamma.factorize(model_.parallel), b = g.factorize(model_.parallel);
     if (!a.positive_definite || !b.positive_definite) return;
+    judge_direct_problem(&gamma, unit, a.reciprocal_condition);
     const Vector u = random_points();
     Vector x(model_.coordinates.num_coordinates()), lambda(d_), sum(n_, 0.0);
     model_.coordinates.apply_transposed(model_.parallel, A.data(), u.data(), x.data());
@@ -467,6 +468,19 @@ class Judge {
     const double rcond = std::min(a.reciprocal_condition, b.reciprocal_condition);
     add_point(&result_.tangent_identity, "A G^-1 A' + K Gamma^-1 K' = I (15)",
               worst_point(sum, model_.largest_norm(u.data())), conditioned(rcond) + rounding_of_places());
+  }
+
+  /// Forces from the motion: K Gamma^-1 K'(M w - f) is eta, and nothing is left of M w - f.
+  void judge_direct_problem(GramSolver* gamma, const Vector& unit, double reciprocal_condition) {
+    Vector force(n_, 0.0), lambda(d_);
+    for (std::size_t i = 0; i < moving_; ++i) force[i] = model_.mass[i / 3] * (answer_.w[i] - w0_[i]);
+    const Vector& K = forms_.normal->blocks();
+    model_.constraints.apply_transposed(model_.parallel, K.data(), force.data(), nullptr, lambda.data());
+    gamma->solve_negative(model_.parallel, lambda.data(), lambda.data());
+    model_.gather.add_scaled(model_.parallel, K.data(), lambda.data(), unit.data(), model_.num_moving(), force.data());
+    for (std::size_t i = 0; i < moving_; ++i) force[i] *= model_.inverse_mass[i / 3];
+    add_point(&result_.residual, "(M w - f)_T = 0, the direct problem", worst_point(force, acceleration_),
+              conditioned(reciprocal_condition) + rounding_of_places());
   }
 
   /// First of all: then both forms stand at the answer.
