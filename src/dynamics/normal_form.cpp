@@ -93,6 +93,7 @@ void NormalForm::plan_what_is_left_out() {
   if (moving_supports_.empty()) left_out.push_back("support motion: every support is fixed");
   if (!has_work()) left_out.push_back("work integral: energy is conserved");
   if (!forces_.has_springs()) left_out.push_back("spring forces: none");
+  if (!forces_.has_pairs()) left_out.push_back("pair forces: none");
 }
 
 // ---- one instant ----
@@ -338,10 +339,10 @@ double NormalForm::largest_move(const double* x, const double* y) const {
 Power NormalForm::power(const double* r, const double* v) const {
   Power result;
   if (is_rheonomic()) {
-    // eta'v on the moving points, eta = M (w - w0); and what supports do through springs
+    // eta'v on the moving points, eta = M (w - w0); and what supports do through springs and pairs
     result.supports = parallel_.sum(num_moving(), [&](std::size_t i) {
       return mass_[i] * dot(load(dw_.data(), i), load(v, i));
-    }) + forces_.spring_power_of_supports(parallel_, r, v);
+    }) + forces_.elastic_power_of_supports(parallel_, r, v);
   }
   if (forces_.has_work()) result.forces = forces_.power(parallel_, r, v);
   return result;

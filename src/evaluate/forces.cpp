@@ -51,7 +51,8 @@ Forces::Forces(const System& system, const Numbering& numbering)
                             for (const Index point : drag.points) {
                               drags.push_back({numbering.inner_point[point], {drag.linear, drag.quadratic}});
                             }
-                          }},
+                          },
+                          [&](const PairForces& pairs) { pairs_.emplace_back(system, pairs, numbering); }},
                force);
   }
 
@@ -95,6 +96,7 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
       store(f, i, sum);
     }
   });
+  for (PairField& pairs : pairs_) pairs.add_forces(parallel, r, f);
 }
 
 double Forces::potential(const Parallel& parallel, const double* r) const {
@@ -112,7 +114,9 @@ double Forces::potential(const Parallel& parallel, const double* r) const {
     const double stretch = norm(load(r, spring.j) - load(r, spring.i)) - spring.rest_length;
     return 0.5 * spring.stiffness * stretch * stretch;
   });
-  return of_points + of_springs;
+  double of_pairs = 0.0;
+  for (PairField& pairs : pairs_) of_pairs += pairs.potential(parallel, r);
+  return of_points + of_springs + of_pairs;
 }
 
 double Forces::power(const Parallel& parallel, const double* r, const double* v) const {
@@ -139,9 +143,11 @@ double Forces::power(const Parallel& parallel, const double* r, const double* v)
   return result;
 }
 
-double Forces::spring_power_of_supports(const Parallel& parallel, const double* r, const double* v) const {
+double Forces::elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const {
+  double of_pairs = 0.0;
+  for (PairField& pairs : pairs_) of_pairs += pairs.power_of_supports(parallel, r, v);
   // The support does the work -(force on it).velocity on the elastic energy.
-  return parallel.sum(springs_.size(), [&](std::size_t k) {
+  return of_pairs + parallel.sum(springs_.size(), [&](std::size_t k) {
     const Spring& spring = springs_[k];
     if (moves(spring.i) && moves(spring.j)) return 0.0;
     const Vec3 force = spring_force(spring, r, v, true, false);

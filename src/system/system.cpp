@@ -33,6 +33,8 @@ template <>
 constexpr std::string_view kind<Springs> = "spring";
 template <>
 constexpr std::string_view kind<Drag> = "drag";
+template <>
+constexpr std::string_view kind<PairForces> = "pair";
 
 template <class Entry>
 std::string_view kind_of(const Entry& entry) {
