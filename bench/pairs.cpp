@@ -35,7 +35,8 @@ System make_beads() {
 System make_sphere(int count) {
   System system;
   for (int i = 0; i < count; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / count, radius = std::sqrt(1.0 - z * z), angle = i * M_PI * (3.0 - std::sqrt(5.0));
+    const double z = 1.0 - (2.0 * i + 1.0) / count, radius = std::sqrt(1.0 - z * z),
+                 angle = i * M_PI * (3.0 - std::sqrt(5.0));
     for (const double x : {radius * std::cos(angle), radius * std::sin(angle), z}) system.positions.push_back(x);
     system.masses.push_back(1.0);
   }
@@ -76,9 +77,15 @@ void evaluate(benchmark::State& state, const System& system, double stride) {
   state.counters["ns_a_pair"] = nanoseconds_per(count_pairs(system, pairs));
 }
 
-void wca_32000(benchmark::State& state) { evaluate(state, make_beads(), 1e-3); }
-void wca_32000_new_lists(benchmark::State& state) { evaluate(state, make_beads(), 0.2); }
-void log_2000(benchmark::State& state) { evaluate(state, make_sphere(2000), 1e-3); }
+void wca_32000(benchmark::State& state) {
+  evaluate(state, make_beads(), 1e-3);
+}
+void wca_32000_new_lists(benchmark::State& state) {
+  evaluate(state, make_beads(), 0.2);
+}
+void log_2000(benchmark::State& state) {
+  evaluate(state, make_sphere(2000), 1e-3);
+}
 
 BENCHMARK(wca_32000)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMicrosecond);
 BENCHMARK(wca_32000_new_lists)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMicrosecond);

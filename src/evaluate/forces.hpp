@@ -55,7 +55,8 @@ class Forces {
   /// f [3n], N.
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f);
 
-  /// Potential energy of gravity, constant forces, springs and pairs, J. Supports take part in those of springs and pairs.
+  /// Potential energy of gravity, constant forces, springs and pairs, J. Supports take part as far as springs hold them
+  /// and pairs push them.
   double potential(const Parallel& parallel, const double* r) const;
   /// Power of the forces without potential on the moving points, W, at the (t, r, v) of the last `evaluate`.
   double power(const Parallel& parallel, const double* r, const double* v) const;

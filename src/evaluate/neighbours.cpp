@@ -24,7 +24,8 @@ bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& p
   const bool is_first = places_.size() != places.size();
   const double move2 = parallel.max_over_ranges(places.size(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;
-    for (std::size_t i = begin; i < end; ++i) worst = larger(worst, squared(is_first ? places[i] : places[i] - places_[i]));
+    for (std::size_t i = begin; i < end; ++i)
+      worst = larger(worst, squared(is_first ? places[i] : places[i] - places_[i]));
     return worst;
   });
   if (!std::isfinite(move2)) return false;
@@ -155,22 +156,26 @@ void NeighbourLists::make_lists(const Parallel& parallel, const std::vector<Vec3
   const std::size_t n = places.size();
   chunks_.resize(std::min(n, most_chunks));
   num_neighbours_.resize(n);
-  parallel.for_ranges(chunks_.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
-      Chunk& chunk = chunks_[c];
-      chunk.first = n * c / chunks_.size();
-      chunk.last = n * (c + 1) / chunks_.size();
-      chunk.neighbours.clear();
-      for (std::size_t i = chunk.first; i < chunk.last; ++i) {
-        const auto before = static_cast<std::ptrdiff_t>(chunk.neighbours.size());
-        visit_neighbours(places, i, [&](Index j) { chunk.neighbours.push_back(j); });
-        std::sort(chunk.neighbours.begin() + before, chunk.neighbours.end());
-        num_neighbours_[i] = chunk.neighbours.size() - static_cast<std::size_t>(before);
-      }
-      // Sizes swing from list to list: room to spare, so that they soon allocate no more.
-      chunk.neighbours.reserve(chunk.neighbours.size() + chunk.neighbours.size() / 4);
-    }
-  }, chunk_grain());
+  parallel.for_ranges(
+      chunks_.size(),
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t c = begin; c < end; ++c) {
+          Chunk& chunk = chunks_[c];
+          chunk.first = n * c / chunks_.size();
+          chunk.last = n * (c + 1) / chunks_.size();
+          chunk.neighbours.clear();
+          for (std::size_t i = chunk.first; i < chunk.last; ++i) {
+            const auto before = static_cast<std::ptrdiff_t>(chunk.neighbours.size());
+            visit_neighbours(places, i, [&](Index j) { chunk.neighbours.push_back(j); });
+            std::sort(chunk.neighbours.begin() + before, chunk.neighbours.end());
+            num_neighbours_[i] = chunk.neighbours.size() - static_cast<std::size_t>(before);
+          }
+          // Sizes swing from list to list: room to spare, so that they soon allocate no more.
+          const std::size_t size = chunk.neighbours.size();
+          if (chunk.neighbours.capacity() < size + size / 8) chunk.neighbours.reserve(size + size / 2);
+        }
+      },
+      chunk_grain());
 }
 
 }  // namespace tanor

@@ -38,16 +38,19 @@ class NeighbourLists {
   /// body(point, its neighbours by number) for every point.
   template <class Body>
   void for_each_point(const Parallel& parallel, const Body& body) const {
-    parallel.for_ranges(chunks_.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t c = begin; c < end; ++c) {
-        const Chunk& chunk = chunks_[c];
-        const Index* next = chunk.neighbours.data();
-        for (std::size_t i = chunk.first; i < chunk.last; ++i) {
-          body(i, std::span(next, num_neighbours_[i]));
-          next += num_neighbours_[i];
-        }
-      }
-    }, chunk_grain());
+    parallel.for_ranges(
+        chunks_.size(),
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t c = begin; c < end; ++c) {
+            const Chunk& chunk = chunks_[c];
+            const Index* next = chunk.neighbours.data();
+            for (std::size_t i = chunk.first; i < chunk.last; ++i) {
+              body(i, std::span(next, num_neighbours_[i]));
+              next += num_neighbours_[i];
+            }
+          }
+        },
+        chunk_grain());
   }
 
  private:
@@ -85,10 +88,10 @@ class NeighbourLists {
   std::vector<Chunk> chunks_;
   std::vector<std::size_t> num_neighbours_;  // [point]
   std::array<Axis, 3> axes_;
-  IndexLists cells_;                       // points in each cell, by number
+  IndexLists cells_;                           // points in each cell, by number
   std::vector<std::array<Index, 3>> cell_of_;  // [point]
-  std::vector<Vec3> cell_places_;          // beside cells_.numbers
-  std::vector<std::size_t> next_;          // [cell], scratch
+  std::vector<Vec3> cell_places_;              // beside cells_.numbers
+  std::vector<std::size_t> next_;              // [cell], scratch
 };
 
 }  // namespace tanor

@@ -36,7 +36,7 @@ class PairField {
   Feeling feel(std::size_t i, std::span<const Index> neighbours) const;
   Feeling feel_all(std::size_t i) const;
 
-  std::vector<Index> points_;     // inner ones, those that move first; numbered from 0 on in what follows
+  std::vector<Index> points_;  // inner ones, those that move first; numbered from 0 on in what follows
   std::size_t num_moving_ = 0;
   double epsilon_, sigma2_, cutoff2_, shift_ = 0.0;  // J, m^2, m^2, J
   double strength_;                                  // N m
@@ -45,9 +45,9 @@ class PairField {
   IndexLists skipped_;                        // log: the point itself and excluded ones, by number
 
   bool is_known_ = false;
-  std::vector<Vec3> places_;         // [point] of the last evaluation
-  std::vector<double> x_, y_, z_;    // the same, log
-  std::vector<Feeling> felt_;        // [point]
+  std::vector<Vec3> places_;       // [point] of the last evaluation
+  std::vector<double> x_, y_, z_;  // the same, log
+  std::vector<Feeling> felt_;      // [point]
 };
 
 }  // namespace tanor

@@ -48,7 +48,8 @@ Vector3 read_box(const Cursor& box, const Context& context) {
   if (!context.cell) box.fail("[lx, ly, lz], for no file with a box is imported");
   const Cell& cell = *context.cell;
   if (cell.xy != 0.0 || cell.xz != 0.0 || cell.yz != 0.0) {
-    box.fail(fmt::format("[lx, ly, lz], for the file's box is tilted (xy {}, xz {}, yz {})", cell.xy, cell.xz, cell.yz));
+    box.fail(
+        fmt::format("[lx, ly, lz], for the file's box is tilted (xy {}, xz {}, yz {})", cell.xy, cell.xz, cell.yz));
   }
   return {cell.xx, cell.yy, cell.zz};
 }
@@ -59,7 +60,8 @@ Force read_pair_forces(const Cursor& entry, const Context& context) {
   pairs.law = entry["law"].choice<PairLaw>({{"wca", PairLaw::Wca}, {"lj", PairLaw::Lj}, {"log", PairLaw::Log}});
   // Numbers of another law would be silently without effect.
   const auto keep_to = [&](bool law_has_it, const char* key, const char* laws) {
-    if (!law_has_it && entry[key]) entry[key].complain(fmt::format("found beside the law \"{}\", wanted with {} only", entry["law"].string(), laws));
+    if (!law_has_it && entry[key])
+      entry[key].complain(fmt::format("found beside the law \"{}\", wanted with {} only", entry["law"].string(), laws));
   };
   const bool is_log = pairs.law == PairLaw::Log;
   keep_to(!is_log, "epsilon", "wca or lj");
@@ -85,9 +87,7 @@ const std::vector<Kind<Force>> kinds = {
     {"constant", {"name", "points", "force"}, read_constant_force},
     {"spring", {"name", "pairs", "stiffness", "damping", "rest_length"}, read_springs},
     {"drag", {"name", "points", "linear", "quadratic"}, read_drag},
-    {"pair",
-     {"name", "points", "law", "epsilon", "sigma", "cutoff", "strength", "box", "exclude"},
-     read_pair_forces},
+    {"pair", {"name", "points", "law", "epsilon", "sigma", "cutoff", "strength", "box", "exclude"}, read_pair_forces},
 };
 
 }  // namespace

@@ -38,7 +38,8 @@ void check_box(const PairForces& pairs, const std::string& where) {
   check_vector(pairs.box, where, "box");
   if (pairs.box == Vector3{}) return;
   if (pairs.law == PairLaw::Log) {
-    throw InputError(where, "box " + text(pairs.box) + " is given to law log, whose force reaches every image; leave it out");
+    throw InputError(where,
+                     "box " + text(pairs.box) + " is given to law log, whose force reaches every image; leave it out");
   }
   const double least = 2.0 * cutoff_of(pairs);
   for (const double edge : pairs.box) {
@@ -83,8 +84,8 @@ void check_places(const System& system, const PairForces& pairs, const std::vect
     for (std::size_t b = a + 1; b < places.size() && places[b].r == places[a].r; ++b) {
       const Index i = places[a].point, j = places[b].point;
       if ((is_support(i) && is_support(j)) || (pairs.exclude_rods && are_joined(system, i, j))) continue;
-      throw InputError(where, "points " + text(i) + " and " + text(j) +
-                                  " are at the same place; their force has no direction");
+      throw InputError(
+          where, "points " + text(i) + " and " + text(j) + " are at the same place; their force has no direction");
     }
   }
 }
