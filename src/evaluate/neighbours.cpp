@@ -172,7 +172,7 @@ void NeighbourLists::make_lists(const Parallel& parallel, const std::vector<Vec3
           }
           // Sizes swing from list to list: room to spare, so that they soon allocate no more.
           const std::size_t size = chunk.neighbours.size();
-          if (chunk.neighbours.capacity() < size + size / 8) chunk.neighbours.reserve(size + size / 2);
+          if (chunk.neighbours.capacity() < size + size / 8) chunk.neighbours.reserve(2 * size);
         }
       },
       chunk_grain());
