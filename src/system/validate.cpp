@@ -8,6 +8,7 @@
 
 #include "base/vec3.hpp"
 #include "system/members.hpp"
+#include "system/pair_rules.hpp"
 #include "system/text.hpp"
 #include "system/tuples.hpp"
 #include "system/value_checks.hpp"
@@ -321,6 +322,11 @@ class Validation {
     check_members(drag, where);
     check_number(drag.linear, Rule::not_negative, where + "/linear", "linear");
     check_number(drag.quadratic, Rule::not_negative, where + "/quadratic", "quadratic");
+  }
+
+  void check_force(const PairForces& pairs, const std::string& where) {
+    check_members(pairs, where);
+    check_pair_rules(system_, pairs, [this](Index point) { return is_support(point); }, where);
   }
 
   // ---- members ----

@@ -96,7 +96,7 @@ TEST_P(Allocation, ConstraintsAndForcesOfAStepTakeNoMemory) {
     sum += constraints.apply_transposed(parallel, blocks.data(), r, nullptr, rows.data());
     forces.evaluate(parallel, t, r, r, f.data());
     sum +=
-        forces.potential(parallel, r) + forces.power(parallel, r, r) + forces.spring_power_of_supports(parallel, r, r);
+        forces.potential(parallel, r) + forces.power(parallel, r, r) + forces.elastic_power_of_supports(parallel, r, r);
   };
   evaluate_all(0.1);  // threads start
 

@@ -227,7 +227,7 @@ TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
     });
 
     const double by_points = -f.head(3 * num_moving).dot(v.head(3 * num_moving));
-    const double by_supports = forces.spring_power_of_supports(Parallel(1), scene.r.data(), scene.v.data());
+    const double by_supports = forces.elastic_power_of_supports(Parallel(1), scene.r.data(), scene.v.data());
     EXPECT_NEAR(rate, by_points + by_supports, 1e-9) << "seed " << seed;
   }
 }
@@ -300,7 +300,7 @@ TEST_F(ForceTest, AnyNumberOfThreadsGivesTheSameBits) {
     forces.evaluate(parallel, 0.3, r, v, result.f.data());
     result.potential = forces.potential(parallel, r);
     result.power = forces.power(parallel, r, v);
-    result.supports = forces.spring_power_of_supports(parallel, r, v);
+    result.supports = forces.elastic_power_of_supports(parallel, r, v);
     return result;
   };
 

@@ -218,6 +218,38 @@ TEST(Forces, FormulasOfAForceSeePositionVelocityAndTime) {
   EXPECT_FALSE(magnet.kernel.depends_on_velocity);
 }
 
+TEST(Forces, PairsHaveALawAndItsNumbers) {
+  const auto wca = read_force<PairForces>(R"("kind": "pair", "law": "wca")");
+  const auto lj = read_force<PairForces>(
+      R"("kind": "pair", "name": "beads", "law": "lj", "points": [0, 2], "epsilon": 2, "sigma": 0.5, "cutoff": 1.5,
+         "box": [3, 0, 4], "exclude": "rods")");
+  const auto log = read_force<PairForces>(R"("kind": "pair", "law": "log", "strength": -2)");
+
+  EXPECT_EQ(wca.law, PairLaw::Wca);
+  EXPECT_TRUE(wca.points.empty()) << "all of them";
+  EXPECT_EQ(wca.epsilon, 1.0);
+  EXPECT_EQ(wca.sigma, 1.0);
+  EXPECT_EQ(wca.box, Vector3{});
+  EXPECT_FALSE(wca.cutoff || wca.exclude_rods);
+  EXPECT_EQ(lj.law, PairLaw::Lj);
+  EXPECT_EQ(lj.name, "beads");
+  EXPECT_EQ(lj.points, (std::vector<Index>{0, 2}));
+  EXPECT_EQ(lj.epsilon, 2.0);
+  EXPECT_EQ(lj.sigma, 0.5);
+  EXPECT_EQ(lj.cutoff, 1.5);
+  EXPECT_EQ(lj.box, (Vector3{3, 0, 4}));
+  EXPECT_TRUE(lj.exclude_rods);
+  EXPECT_EQ(log.law, PairLaw::Log);
+  EXPECT_EQ(log.strength, -2.0);
+}
+
+TEST(Forces, BoxOfPairsMayBeThatOfTheImportedFile) {
+  const Scene scene = parse(R"({"tanor_scene": 1, "import": {"file": "polymer.data", "format": "lammps-data"},
+    "forces": [{"kind": "pair", "law": "wca", "epsilon": 1, "sigma": 0.1, "box": "import", "exclude": "rods"}]})");
+
+  EXPECT_EQ(std::get<PairForces>(scene.system.forces[0]).box, (Vector3{10, 10, 10}));
+}
+
 TEST(Forces, DragIsZeroByDefault) {
   const auto none = read_force<Drag>(R"("kind": "drag", "points": "all")");
   const auto drag = read_force<Drag>(R"("kind": "drag", "points": [1], "linear": 0.5, "quadratic": 0.25)");
