@@ -46,7 +46,7 @@ const Case cases[] = {
     TANOR_CASE("min", min(x, y) + min(x, 0.5) + min(5.0, y)),
     TANOR_CASE("max", max(x, y) * max(x, 0.5) * max(0.1, y)),
     TANOR_CASE("integer power", pow(x, 3.0) - pow(y, -2.0)),
-    TANOR_CASE("real power", pow(x, 1.7)),
+    TANOR_CASE("real power", pow(x, 1.7) * y),
     TANOR_CASE("power", pow(x, y) + pow(2.0, y)),
 };
 
