@@ -17,7 +17,8 @@ struct Found {
   std::vector<double> xi, rate, second;
 };
 
-Found taylor(const System& system, double t, const std::vector<double>& v, const std::vector<double>& w, int threads = 1) {
+Found taylor(const System& system, double t, const std::vector<double>& v, const std::vector<double>& w,
+             int threads = 1) {
   const Definitions definitions(system, 0.0);
   const std::size_t d = definitions.num_rows();
   Found found{std::vector<double>(d), std::vector<double>(d), std::vector<double>(d)};

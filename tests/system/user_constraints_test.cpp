@@ -51,9 +51,13 @@ TEST(UserConstraintsValidation, EachFaultIsNamed) {
             "/constraints/0/equation: a function of 257 points; 1 to 256 are right");
   EXPECT_EQ(with_constraint([](auto& user) { user.tuples[1] = {1}; }),
             "/constraints/0/points/1: 1 point for a function of 2 points");
-  EXPECT_EQ(with_constraint([](auto& user) { user.tuples[1] = {2, 2}; }),
+  EXPECT_EQ(with_constraint([](auto& user) {
+              user.tuples[1] = {2, 2};
+            }),
             "/constraints/0/points/1: [2, 2] names point 2 twice; the points of a tuple differ");
-  EXPECT_EQ(with_constraint([](auto& user) { user.tuples[1] = {2, 3}; }),
+  EXPECT_EQ(with_constraint([](auto& user) {
+              user.tuples[1] = {2, 3};
+            }),
             "/constraints/0/points/1: point 3 is out of range: the scene has 3 points, 0 to 2");
   EXPECT_EQ(with_constraint([](auto& user) { user.kernel = formula_constraint("log(x1) + x2", 2); }),
             "/constraints/0/points/0: [0, 1]: the function is -inf at the start");
@@ -74,9 +78,13 @@ TEST(FormulaForceValidation, EachFaultIsNamed) {
 
   EXPECT_EQ(with_force([](auto& force) { force.kernel = {}; }),
             "/forces/0/x: is missing: there is no function to call");
-  EXPECT_EQ(with_force([](auto& force) { force.points = {1, 5}; }),
+  EXPECT_EQ(with_force([](auto& force) {
+              force.points = {1, 5};
+            }),
             "/forces/0/points/1: point 5 is out of range: the scene has 3 points, 0 to 2");
-  EXPECT_EQ(with_force([](auto& force) { force.kernel = formula_force({"1/vx", "0", "0"}); }),
+  EXPECT_EQ(with_force([](auto& force) {
+              force.kernel = formula_force({"1/vx", "0", "0"});
+            }),
             "/forces/0/points/1: point 2: the force is [inf, 0, 0] at the start");
 }
 
