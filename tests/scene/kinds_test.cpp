@@ -204,8 +204,8 @@ TEST(Forces, SpringsRestAtTheirInitialLength) {
 }
 
 TEST(Forces, FormulasOfAForceSeePositionVelocityAndTime) {
-  const auto field = read_force<FormulaForce>(
-      R"("kind": "formula", "points": [2, 0], "x": "x + 10*vy", "z": "t*vz - z")");
+  const auto field =
+      read_force<FormulaForce>(R"("kind": "formula", "points": [2, 0], "x": "x + 10*vy", "z": "t*vz - z")");
   const auto magnet = read_force<FormulaForce>(R"json("kind": "formula", "points": [1], "y": "1/(1 + x^2)")json");
   const double r[] = {1, 2, 3}, v[] = {4, 5, 6};
   Vector3 f{};
