@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <tanor/certificate.hpp>
 #include <tanor/solver_options.hpp>
 #include <tanor/system.hpp>
 
@@ -117,6 +118,10 @@ class TANOR_API Dynamics {
   /// in v) and, where something is driven, "drive" (the other part: xi_t and the accelerations of supports). One factor
   /// of S (or H), one solve a cause; the parts add up to lambda and eta. Without constraints only eta is known.
   ReactionsByCause reactions_by_cause();
+
+  /// Proves the last solve, which is repeated for it: identities, and second ways to the same numbers. Costs about as
+  /// much as ten solves.
+  Certificate certify();
 
   /// Nearest r on xi(r, t) = 0 in the M-norm, by Newton's method from the given one.
   ProjectionReport project_positions(double t, std::span<double> positions);

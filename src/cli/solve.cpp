@@ -60,7 +60,7 @@ ExitCode execute(const SolveOptions& options) {
   solution.reactions = reactions;
   solution.support_forces = support_forces;
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
-    solution.certificate = {.residual = report.residual, .reciprocal_condition = report.reciprocal_condition};
+    solution.certificate = dynamics.certify();
   }
 
   const Split split = dynamics.split();

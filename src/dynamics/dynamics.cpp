@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/causes.hpp"
+#include "dynamics/certificate.hpp"
 #include "dynamics/forms.hpp"
 #include "dynamics/split.hpp"
 
@@ -213,6 +214,13 @@ ReactionsByCause Dynamics::reactions_by_cause() {
   if (!self.causes) self.causes = std::make_unique<Causes>(self.forms);
   result.parts = self.causes->find(self.t, self.r.data(), self.v.data(), self.x.data(), self.x_dot.data());
   return result;
+}
+
+Certificate Dynamics::certify() {
+  Implementation& self = *implementation_;
+  if (Outcome outcome = self.solve(); !outcome.ok()) return make_failed_certificate(outcome);
+  self.is_there = false;  // the other form, and other times, are tried
+  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda});
 }
 
 ProjectionReport Dynamics::project_positions(double t, std::span<double> positions) {

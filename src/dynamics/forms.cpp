@@ -6,7 +6,8 @@
 
 namespace tanor {
 
-Forms::Forms(System system, const SolverOptions& options, double t) : model(std::move(system), options, t) {
+Forms::Forms(System system, const SolverOptions& options, double t)
+    : model(std::move(system), options, t), start_time_(t) {
   const bool has_coordinates = !model.coordinates.empty(), has_constraints = model.num_rows() > 0;
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
@@ -68,6 +69,18 @@ Outcome Forms::reactions(double t, const double* r, const double* v, double* lam
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
   std::copy(scratch_.begin() + first_support, scratch_.end(), eta + first_support);
   return {};
+}
+
+Outcome Forms::solve_other(double t, const double* r, const double* v, double* w, double* eta) {
+  EquationsOfMotion* const other = is_tangent() ? static_cast<EquationsOfMotion*>(normal.get()) : tangent.get();
+  for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
+  std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
+  if (Outcome outcome = other->adopt(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
+  Outcome outcome = other->accelerations(t, x_.data(), x_dot_.data(), Gradients::Evaluate, x_ddot_.data());
+  if (!outcome.ok()) return outcome;
+  other->write_points(t, x_.data(), x_dot_.data(), x_ddot_.data(), places.data(), rates.data(), w);
+  other->reactions(eta);
+  return outcome;
 }
 
 }  // namespace tanor

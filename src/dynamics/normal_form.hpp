@@ -60,10 +60,13 @@ class NormalForm final : public EquationsOfMotion {
   void respond(const double* b, double* lambda, double* dw);
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
+  /// rows := -S^-1 rows with the last factor [d].
+  void solve_negative(double* rows) { solver_.solve_negative(model_.parallel, rows, rows); }
   /// K as blocks at the last linearisation.
   const std::vector<double>& blocks() const { return blocks_; }
 
  private:
+  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
   Outcome factorize(double t);
   void correct(double* rows, double* points);
   ProjectionReport iterate_onto_positions(double t, double* r, double* sum);

@@ -4,19 +4,14 @@
 #include <string>
 #include <vector>
 
+#include <tanor/certificate.hpp>
+
 #include "report/json_writer.hpp"
 
 /// What summary.json and the answer of `solve` have in common.
 namespace tanor::report {
 
-/// Proof of an answer. This version knows the normal form alone: the identities (9), (10), (15), (16) and the
-/// agreement of two forms are not computed.
-struct Certificate {
-  double residual = 0.0;              ///< max |K'w + phi| / (sum of the magnitudes of its terms)
-  double reciprocal_condition = 0.0;  ///< of the scaled S
-};
-
-/// The object `certificate` of the contract; without one every member is null.
+/// The object `certificate` of the contract, and every check one by one; without one every member is null.
 void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate);
 
 /// The list `left_out`: what this system does not need.
