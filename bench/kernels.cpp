@@ -74,17 +74,16 @@ struct Chain {
 };
 
 void report(benchmark::State& state) {
-  state.counters["time a rod"] = benchmark::Counter(num_points - 1, benchmark::Counter::kIsIterationInvariantRate |
-                                                                        benchmark::Counter::kInvert);
+  state.counters["time a rod"] =
+      benchmark::Counter(num_points - 1, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void right_side(benchmark::State& state, int kind) {
   Chain chain(kind);
   const Parallel serial(1);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(chain.constraints.evaluate_right_side(serial, chain.r.data(), chain.v.data(),
-                                                                   chain.w.data(), chain.phi.data(),
-                                                                   chain.blocks.data()));
+    benchmark::DoNotOptimize(chain.constraints.evaluate_right_side(
+        serial, chain.r.data(), chain.v.data(), chain.w.data(), chain.phi.data(), chain.blocks.data()));
   }
   report(state);
 }

@@ -174,8 +174,7 @@ inline std::vector<Number> user_xi(const UserConstraints& user, std::size_t k, c
   }
   std::vector<double> gradient(r.size());
   double value = 0.0, rate = 0.0, phi = 0.0;
-  user.kernel.evaluate(user.kernel.context.get(),
-                       {1, now.t, r.data(), v.data(), &value, &rate, &phi, gradient.data()});
+  user.kernel.evaluate(user.kernel.context.get(), {1, now.t, r.data(), v.data(), &value, &rate, &phi, gradient.data()});
   Number xi = Number::variable(value, rate);
   xi.c[2] = phi / 2.0;
   if (!now.time_runs) xi = Number::variable(value, vector(gradient).dot(vector(v)));

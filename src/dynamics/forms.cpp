@@ -51,6 +51,7 @@ void Forms::make_plan() {
   if (!model.has_moving_supports()) left_out.push_back("support motion: every support is fixed");
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");
   if (!model.forces.has_springs()) left_out.push_back("spring forces: none");
+  if (!model.forces.has_pairs()) left_out.push_back("pair forces: none");
 }
 
 Outcome Forms::reactions(double t, const double* r, const double* v, double* lambda, double* eta) {

@@ -13,7 +13,8 @@ namespace tanor {
 
 namespace {
 
-// ---- places over a scalar type ---------------------------------------------------------------------------------------
+// ---- places over a scalar type
+// ---------------------------------------------------------------------------------------
 
 template <class T>
 struct Place {
@@ -79,9 +80,10 @@ class Given {
   T shared_{};
 };
 
-// ---- the definitions -------------------------------------------------------------------------------------------------
-// Each is made once for an instant. xi(k, at) are the rows of member k, `at(i)` the place of point i; measure(k, at) is
-// what a parameter that is "initial" takes from the start.
+// ---- the definitions
+// ------------------------------------------------------------------------------------------------- Each is made once
+// for an instant. xi(k, at) are the rows of member k, `at(i)` the place of point i; measure(k, at) is what a parameter
+// that is "initial" takes from the start.
 
 template <class Group, class T>
 struct Definition;
@@ -276,7 +278,8 @@ bool takes_initial(const Group& group) {
   return false;
 }
 
-// ---- points ----------------------------------------------------------------------------------------------------------
+// ---- points
+// ----------------------------------------------------------------------------------------------------------
 
 /// r + e v + e^2/2 w
 struct Along {
@@ -427,9 +430,8 @@ void Definitions::reactions(double t, std::span<const double> r, std::span<const
 void Definitions::transposed(double t, std::span<const double> r, std::span<const double> u,
                              std::span<double> y) const {
   std::ranges::fill(y, 0.0);
-  for_each_gradient(t, r, [&](std::size_t row, Index point, Vec3 gradient) {
-    y[row] += dot(gradient, load(u.data(), point));
-  });
+  for_each_gradient(
+      t, r, [&](std::size_t row, Index point, Vec3 gradient) { y[row] += dot(gradient, load(u.data(), point)); });
 }
 
 }  // namespace tanor

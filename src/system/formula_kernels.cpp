@@ -150,11 +150,13 @@ void check_names(std::span<const std::string> names, const Constants& constants)
     const std::string& name = names[i];
     if (name == "t" || std::ranges::count(names, name) > 1 || constants.contains(name)) {
       throw InputError("", "the coordinate '" + name + "' has the name of " +
-                               (name == "t" ? "time" : constants.contains(name) ? "a constant" : "another coordinate"));
+                               (name == "t"                ? "time"
+                                : constants.contains(name) ? "a constant"
+                                                           : "another coordinate"));
     }
     if (!is_name(name)) {
-      throw InputError("", "the coordinate '" + name +
-                               "' has no name of letters, digits and '_' that is neither a function nor pi");
+      throw InputError(
+          "", "the coordinate '" + name + "' has no name of letters, digits and '_' that is neither a function nor pi");
     }
   }
 }

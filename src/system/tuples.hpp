@@ -15,10 +15,10 @@ namespace tanor {
 /// What a user's kernel says about some members that follow one another.
 struct TupleValues {
   std::size_t first, count;
-  std::size_t size;        ///< 3p
-  const double* xi;        ///< [count]
+  std::size_t size;          ///< 3p
+  const double* xi;          ///< [count]
   const double *rate, *phi;  ///< [count]; null without velocities
-  const double* gradient;  ///< [count][3p]
+  const double* gradient;    ///< [count][3p]
 };
 
 /// Evaluates members [first, last) of a user's constraint in chunks: gathers, calls the kernel, hands over what it says

@@ -309,7 +309,8 @@ TEST(AtwoodTest, StraightRopesGiveTheSchoolBookAnswer) {
 /// multipliers and reactions.
 TEST(RotatingHoopTest, FormulasGiveTheAnswerOfTheBuiltInKinds) {
   const std::vector<Instant> trajectory = read_trajectory("03_rotating_hoop");
-  Dynamics built_in(make_rotating_hoop(trajectory.front())), formulas(make_rotating_hoop_by_formulas(trajectory.front()));
+  Dynamics built_in(make_rotating_hoop(trajectory.front())),
+      formulas(make_rotating_hoop_by_formulas(trajectory.front()));
   const auto solve = [](Dynamics* dynamics, const Instant& instant) {
     std::vector<double> w(3), lambda(2), eta(3);
     EXPECT_TRUE(dynamics->solve(instant.t, instant.r, instant.v, w, lambda, eta).outcome.ok());

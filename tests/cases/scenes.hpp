@@ -112,11 +112,9 @@ inline System make_variable_length(const Instant& start) {
 /// A bead on a hoop of radius 1 that turns about its vertical diameter: a ball and a plane that turns.
 inline System make_rotating_hoop(const Instant& start) {
   System system = make_system(start, {}, {1.0});
-  system.constraints = {Spheres{"ball", {0}, Vector3{0, 0, 0}, 1.0},
-                        Planes{"hoop",
-                               {0},
-                               {ScalarFunction::formula("sin(5*t)"), ScalarFunction::formula("-cos(5*t)"), 0.0},
-                               0.0}};
+  system.constraints = {
+      Spheres{"ball", {0}, Vector3{0, 0, 0}, 1.0},
+      Planes{"hoop", {0}, {ScalarFunction::formula("sin(5*t)"), ScalarFunction::formula("-cos(5*t)"), 0.0}, 0.0}};
   system.forces = {Gravity{"gravity", {0, 0, -9.81}}};
   return system;
 }
@@ -125,9 +123,9 @@ inline System make_rotating_hoop(const Instant& start) {
 inline System make_rotating_hoop_by_formulas(const Instant& start) {
   System system = make_rotating_hoop(start);
   const Constants constants = {{"omega", 5.0}};
-  system.constraints = {UserConstraints{"ball", {{0}}, formula_constraint("(x1^2 + y1^2 + z1^2 - 1)/2", 1)},
-                        UserConstraints{
-                            "hoop", {{0}}, formula_constraint("x1*sin(omega*t) - y1*cos(omega*t)", 1, constants)}};
+  system.constraints = {
+      UserConstraints{"ball", {{0}}, formula_constraint("(x1^2 + y1^2 + z1^2 - 1)/2", 1)},
+      UserConstraints{"hoop", {{0}}, formula_constraint("x1*sin(omega*t) - y1*cos(omega*t)", 1, constants)}};
   return system;
 }
 

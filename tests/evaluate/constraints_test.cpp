@@ -536,14 +536,14 @@ class Knowledge : public testing::Test {
 };
 
 TEST_F(Knowledge, DependenceOnTimeIsFound) {
-  for (const char* kind :
-       {"RodMovingLength", "RodWithOffsetAndMovingLength", "PlaneMovingOffset", "PlaneMovingNormal",
-        "SphereMovingCenterAndRadius", "LineMovingOrigin", "LineMovingDirection", "CircleMovingCenter",
-        "CircleMovingNormal", "AngleMovingCosine", "PulleyMovingLength", "LinearMovingValue", "FormulaMovingSurface", "UserThreePoints"}) {
+  for (const char* kind : {"RodMovingLength", "RodWithOffsetAndMovingLength", "PlaneMovingOffset", "PlaneMovingNormal",
+                           "SphereMovingCenterAndRadius", "LineMovingOrigin", "LineMovingDirection",
+                           "CircleMovingCenter", "CircleMovingNormal", "AngleMovingCosine", "PulleyMovingLength",
+                           "LinearMovingValue", "FormulaMovingSurface", "UserThreePoints"}) {
     EXPECT_TRUE(constraints_of(kind).depends_on_time()) << kind;
   }
-  for (const char* kind :
-       {"RodInitial", "RodWithOffset", "Plane", "Sphere", "Line", "Circle", "Angle", "Pulley", "LinearOnePoint", "FormulaRod"}) {
+  for (const char* kind : {"RodInitial", "RodWithOffset", "Plane", "Sphere", "Line", "Circle", "Angle", "Pulley",
+                           "LinearOnePoint", "FormulaRod"}) {
     EXPECT_FALSE(constraints_of(kind).depends_on_time()) << kind;
   }
 }
@@ -552,8 +552,8 @@ TEST_F(Knowledge, GradientsAreConstantOnPlanesLinesAndLinearConstraintsThatDoNot
   for (const char* kind : {"Plane", "PlaneMovingOffset", "Line", "LineMovingOrigin", "LinearMovingValue"}) {
     EXPECT_TRUE(constraints_of(kind).gradients_are_constant()) << kind;
   }
-  for (const char* kind :
-       {"RodInitial", "PlaneMovingNormal", "Sphere", "LineMovingDirection", "Circle", "Angle", "Pulley", "FormulaRod"}) {
+  for (const char* kind : {"RodInitial", "PlaneMovingNormal", "Sphere", "LineMovingDirection", "Circle", "Angle",
+                           "Pulley", "FormulaRod"}) {
     EXPECT_FALSE(constraints_of(kind).gradients_are_constant()) << kind;
   }
 }

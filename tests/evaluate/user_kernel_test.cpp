@@ -56,8 +56,7 @@ TEST(UserKernel, MovingCylinderIsExactToRounding) {
       for (std::size_t k = 0; k < 100; ++k) {
         const double x = r[3 * k], y = r[3 * k + 1], vx = v[3 * k], vy = v[3 * k + 1];
         EXPECT_NEAR(found.xi[k], x * x + y * y - R * R, 4 * eps * (x * x + y * y + R * R));
-        EXPECT_NEAR(found.rate[k], 2 * (x * vx + y * vy - R * R1),
-                    8 * eps * (std::abs(x * vx) + std::abs(y * vy) + R));
+        EXPECT_NEAR(found.rate[k], 2 * (x * vx + y * vy - R * R1), 8 * eps * (std::abs(x * vx) + std::abs(y * vy) + R));
         EXPECT_NEAR(found.phi[k], 2 * (vx * vx + vy * vy - R1 * R1 - R * R2), 8 * eps * (vx * vx + vy * vy + 1.2));
         EXPECT_EQ(found.gradient[3 * k], 2 * x);
         EXPECT_EQ(found.gradient[3 * k + 1], 2 * y);
@@ -101,16 +100,26 @@ class RandomFormula {
     const int choice = std::uniform_int_distribution(0, depth > 0 ? 9 : 1)(random_);
     const auto part = [&] { return make(depth - 1); };
     switch (choice) {
-      case 0: return names_[std::uniform_int_distribution<std::size_t>(0, 5)(random_)];
-      case 1: return std::to_string(std::uniform_real_distribution(0.2, 2.0)(random_));
-      case 2: return "(" + part() + " + " + part() + ")";
-      case 3: return "(" + part() + " - " + part() + ")";
-      case 4: return "(" + part() + "*" + part() + ")";
-      case 5: return "(" + part() + "/(1 + (" + part() + ")^2))";
-      case 6: return "sin(" + part() + ")";
-      case 7: return "sqrt(1 + (" + part() + ")^2)";
-      case 8: return "exp(tanh(" + part() + "))";
-      default: return "atan2(" + part() + ", 2 + cos(" + part() + "))";
+      case 0:
+        return names_[std::uniform_int_distribution<std::size_t>(0, 5)(random_)];
+      case 1:
+        return std::to_string(std::uniform_real_distribution(0.2, 2.0)(random_));
+      case 2:
+        return "(" + part() + " + " + part() + ")";
+      case 3:
+        return "(" + part() + " - " + part() + ")";
+      case 4:
+        return "(" + part() + "*" + part() + ")";
+      case 5:
+        return "(" + part() + "/(1 + (" + part() + ")^2))";
+      case 6:
+        return "sin(" + part() + ")";
+      case 7:
+        return "sqrt(1 + (" + part() + ")^2)";
+      case 8:
+        return "exp(tanh(" + part() + "))";
+      default:
+        return "atan2(" + part() + ", 2 + cos(" + part() + "))";
     }
   }
 
@@ -141,7 +150,8 @@ TEST(UserKernel, GradientsOfRandomFormulasAreTheirDirectionalDerivatives) {
   EXPECT_GT(with_gradient, 100 * 40);
 }
 
-// ---- in a system -----------------------------------------------------------------------------------------------------
+// ---- in a system
+// -----------------------------------------------------------------------------------------------------
 
 constexpr double rod_length = 0.4;
 
@@ -196,7 +206,8 @@ TEST(UserConstraints, RodsInThreeWaysGiveTheSameMotionAlsoOnASupportThatMoves) {
     const Eigen::VectorXd found = solve(make_user_rods(n, kernel), &user_loads);
 
     EXPECT_LE((found - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff());
-    EXPECT_LE((reference::vector(user_loads) - reference::vector(loads)).norm(), 1e-12 * reference::vector(loads).norm());
+    EXPECT_LE((reference::vector(user_loads) - reference::vector(loads)).norm(),
+              1e-12 * reference::vector(loads).norm());
     EXPECT_GT(reference::vector(loads).norm(), 1.0);
   }
 }
@@ -211,8 +222,9 @@ Evaluation evaluate_all(const Constraints& constraints, int threads) {
   const Parallel parallel(threads);
   const std::size_t d = constraints.num_rows(), size = 3 * (d + 1);
   const std::vector<double> r = random_numbers(size, 1), v = random_numbers(size, 2), w = random_numbers(size, 3);
-  Evaluation e{std::vector<double>(d), std::vector<double>(d), std::vector<double>(d),
-               std::vector<double>(3 * constraints.num_blocks()), std::vector<double>(d), {}};
+  Evaluation e{std::vector<double>(d), std::vector<double>(d),
+               std::vector<double>(d), std::vector<double>(3 * constraints.num_blocks()),
+               std::vector<double>(d), {}};
   e.worst[0] = constraints.evaluate_values(parallel, r.data(), e.xi.data());
   e.worst[1] = constraints.evaluate_rates(parallel, r.data(), v.data(), e.rate.data());
   e.worst[2] = constraints.evaluate_right_side(parallel, r.data(), v.data(), w.data(), e.phi.data(), e.blocks.data());

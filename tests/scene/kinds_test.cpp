@@ -204,8 +204,8 @@ TEST(Forces, SpringsRestAtTheirInitialLength) {
 }
 
 TEST(Forces, FormulasOfAForceSeePositionVelocityAndTime) {
-  const auto field = read_force<FormulaForce>(
-      R"("kind": "formula", "points": [2, 0], "x": "x + 10*vy", "z": "t*vz - z")");
+  const auto field =
+      read_force<FormulaForce>(R"("kind": "formula", "points": [2, 0], "x": "x + 10*vy", "z": "t*vz - z")");
   const auto magnet = read_force<FormulaForce>(R"json("kind": "formula", "points": [1], "y": "1/(1 + x^2)")json");
   const double r[] = {1, 2, 3}, v[] = {4, 5, 6};
   Vector3 f{};
@@ -216,6 +216,38 @@ TEST(Forces, FormulasOfAForceSeePositionVelocityAndTime) {
   EXPECT_EQ(f, (Vector3{51, 0, 0}));
   EXPECT_TRUE(field.kernel.depends_on_velocity);
   EXPECT_FALSE(magnet.kernel.depends_on_velocity);
+}
+
+TEST(Forces, PairsHaveALawAndItsNumbers) {
+  const auto wca = read_force<PairForces>(R"("kind": "pair", "law": "wca")");
+  const auto lj = read_force<PairForces>(
+      R"("kind": "pair", "name": "beads", "law": "lj", "points": [0, 2], "epsilon": 2, "sigma": 0.5, "cutoff": 1.5,
+         "box": [3, 0, 4], "exclude": "rods")");
+  const auto log = read_force<PairForces>(R"("kind": "pair", "law": "log", "strength": -2)");
+
+  EXPECT_EQ(wca.law, PairLaw::Wca);
+  EXPECT_TRUE(wca.points.empty()) << "all of them";
+  EXPECT_EQ(wca.epsilon, 1.0);
+  EXPECT_EQ(wca.sigma, 1.0);
+  EXPECT_EQ(wca.box, Vector3{});
+  EXPECT_FALSE(wca.cutoff || wca.exclude_rods);
+  EXPECT_EQ(lj.law, PairLaw::Lj);
+  EXPECT_EQ(lj.name, "beads");
+  EXPECT_EQ(lj.points, (std::vector<Index>{0, 2}));
+  EXPECT_EQ(lj.epsilon, 2.0);
+  EXPECT_EQ(lj.sigma, 0.5);
+  EXPECT_EQ(lj.cutoff, 1.5);
+  EXPECT_EQ(lj.box, (Vector3{3, 0, 4}));
+  EXPECT_TRUE(lj.exclude_rods);
+  EXPECT_EQ(log.law, PairLaw::Log);
+  EXPECT_EQ(log.strength, -2.0);
+}
+
+TEST(Forces, BoxOfPairsMayBeThatOfTheImportedFile) {
+  const Scene scene = parse(R"({"tanor_scene": 1, "import": {"file": "polymer.data", "format": "lammps-data"},
+    "forces": [{"kind": "pair", "law": "wca", "epsilon": 1, "sigma": 0.1, "box": "import", "exclude": "rods"}]})");
+
+  EXPECT_EQ(std::get<PairForces>(scene.system.forces[0]).box, (Vector3{10, 10, 10}));
 }
 
 TEST(Forces, DragIsZeroByDefault) {

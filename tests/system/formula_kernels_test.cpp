@@ -20,10 +20,39 @@ const std::vector<std::string> variables = {"x1", "y1", "z1", "x2", "y2", "z2", 
 
 /// Each operation of formulas, also where branches lie: zeros, equal arguments, deep stacks.
 const char* const formulas[] = {
-    "x1", "t", "3", "-x1", "x1 + y2 - t", "x1*y1*z1*x2", "x1/(2 + y1)/t", "sqrt(x1^2 + 1)", "sqrt(x1*x1*0)",
-    "sqrt(abs(x1))", "exp(x1*t)", "log(3 + x1)", "sin(x1 + t)", "cos(y1*z2)", "tan(x1/4)", "asin(x1/3)", "acos(y1/3)",
-    "atan(x1*y1)", "atan2(y1, x1 + 3)", "sinh(x1)", "cosh(y2)", "tanh(z2)", "abs(x1 - y1)", "min(x1, y1, 0)",
-    "max(x1, y1)", "max(x1, x1*1)", "x1^2", "x1^3", "(x1 + 3)^-2", "(x1 + 3)^2.5", "(x1 + 3)^y1", "2^x2", "x1^0",
+    "x1",
+    "t",
+    "3",
+    "-x1",
+    "x1 + y2 - t",
+    "x1*y1*z1*x2",
+    "x1/(2 + y1)/t",
+    "sqrt(x1^2 + 1)",
+    "sqrt(x1*x1*0)",
+    "sqrt(abs(x1))",
+    "exp(x1*t)",
+    "log(3 + x1)",
+    "sin(x1 + t)",
+    "cos(y1*z2)",
+    "tan(x1/4)",
+    "asin(x1/3)",
+    "acos(y1/3)",
+    "atan(x1*y1)",
+    "atan2(y1, x1 + 3)",
+    "sinh(x1)",
+    "cosh(y2)",
+    "tanh(z2)",
+    "abs(x1 - y1)",
+    "min(x1, y1, 0)",
+    "max(x1, y1)",
+    "max(x1, x1*1)",
+    "x1^2",
+    "x1^3",
+    "(x1 + 3)^-2",
+    "(x1 + 3)^2.5",
+    "(x1 + 3)^y1",
+    "2^x2",
+    "x1^0",
     "x1+(y1+(z1+(x2+(y2+(z2+(t+(x1*(y1+(z1*(x2+y2))))))))))",
 };
 
@@ -105,8 +134,8 @@ TEST(FormulaConstraint, ErrorsGiveTheColumn) {
 TEST(FormulaCoordinates, PositionsVelocitiesAndCurvatureOfATurningRing) {
   // r = ((2 + cos b) cos(a + 3t), (2 + cos b) sin(a + 3t), sin b) and a second point on the axis, a t high.
   const std::vector<std::string> names = {"a", "b"};
-  const std::vector<std::string> components = {"(R + cos(b))*cos(a + 3*t)", "(R + cos(b))*sin(a + 3*t)", "sin(b)",
-                                               "0", "0", "a*t"};
+  const std::vector<std::string> components = {
+      "(R + cos(b))*cos(a + 3*t)", "(R + cos(b))*sin(a + 3*t)", "sin(b)", "0", "0", "a*t"};
   const CoordinateKernel kernel = formula_coordinates(names, components, {{"R", 2.0}});
   constexpr std::size_t count = 40;
   const std::vector<double> q = random_numbers(2 * count, 3), q_dot = random_numbers(2 * count, 4);
@@ -125,13 +154,16 @@ TEST(FormulaCoordinates, PositionsVelocitiesAndCurvatureOfATurningRing) {
                  rho2 = -std::cos(b) * b1 * b1;
     const double c = std::cos(angle), s = std::sin(angle);
     const double expected_r[] = {rho * c, rho * s, std::sin(b), 0, 0, a * t};
-    const double expected_v[] = {rho1 * c - rho * s * turn, rho1 * s + rho * c * turn, std::cos(b) * b1, 0, 0,
-                                 a1 * t + a};
+    const double expected_v[] = {
+        rho1 * c - rho * s * turn, rho1 * s + rho * c * turn, std::cos(b) * b1, 0, 0, a1 * t + a};
     const double expected_psi[] = {rho2 * c - 2 * rho1 * s * turn - rho * c * turn * turn,
-                                   rho2 * s + 2 * rho1 * c * turn - rho * s * turn * turn, -std::sin(b) * b1 * b1, 0, 0,
+                                   rho2 * s + 2 * rho1 * c * turn - rho * s * turn * turn,
+                                   -std::sin(b) * b1 * b1,
+                                   0,
+                                   0,
                                    2 * a1};
-    const double expected_tangents[] = {-rho * s, rho * c, 0, 0, 0, t, -std::sin(b) * c, -std::sin(b) * s,
-                                        std::cos(b), 0, 0, 0};
+    const double expected_tangents[] = {-rho * s,         rho * c,          0,           0, 0, t,
+                                        -std::sin(b) * c, -std::sin(b) * s, std::cos(b), 0, 0, 0};
     for (std::size_t i = 0; i < 6; ++i) {
       EXPECT_NEAR(r[6 * k + i], expected_r[i], 1e-15 * 4);
       EXPECT_NEAR(v[6 * k + i], expected_v[i], 1e-15 * 20);
