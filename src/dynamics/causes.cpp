@@ -29,9 +29,7 @@ std::vector<double> negative(const double* x, std::size_t size) {
 }  // namespace
 
 Causes::Causes(Forms& forms) : forms_(forms), model_(forms.model) {
-  System alone;
-  alone.positions = model_.system.positions;
-  alone.masses = model_.system.masses;
+  System alone = model_.system;
   for (const Force& force : model_.system.forces) {
     alone.forces = {force};
     forces_.push_back(std::make_unique<Forces>(alone, model_.numbering));
