@@ -63,7 +63,8 @@ struct StartReport {
   double relative = 0.0;  ///< the larger of both over the scene's size and velocity scale
 };
 
-/// The Euclidean split u = u_T + u_N by the projectors (15), (16), 3n each, in the user's order; rows of supports are 0.
+/// The Euclidean split u = u_T + u_N by the projectors (15), (16), 3n each, in the user's order; supports: 0. Friction's
+/// part comes with friction.
 struct Split {
   Outcome outcome;
   std::vector<double> tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21), (22), m/s^2

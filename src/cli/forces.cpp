@@ -67,9 +67,10 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
   }
   const Violation& violation = forces.samples[worst].position;
   if (violation.largest <= allowed_violation) return {};
-  return fmt::format("the motion breaks the constraints: worst by {} of its length, {} at t = {} s; at most {} counts "
-                     "as rounding",
-                     violation.largest, violation.where, forces.times[worst], allowed_violation);
+  return fmt::format(
+      "the motion breaks the constraints: worst by {} of its length, {} at t = {} s; at most {} counts "
+      "as rounding",
+      violation.largest, violation.where, forces.times[worst], allowed_violation);
 }
 
 }  // namespace

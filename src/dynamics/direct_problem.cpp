@@ -239,8 +239,9 @@ MotionState DirectProblem::place(double t, const MotionState& coordinates) {
   Model& model = self.model;
   if (model.coordinates.empty()) throw InputError("/coordinates", "a motion q(t) needs coordinates; none are given");
   if (model.coordinates.has_charts()) {
-    throw InputError("/coordinates", "a motion q(t) needs coordinates of one meaning; spheres, bodies and directions in "
-                                     "space have charts that move along: give r(t) instead");
+    throw InputError("/coordinates",
+                     "a motion q(t) needs coordinates of one meaning; spheres, bodies and directions in "
+                     "space have charts that move along: give r(t) instead");
   }
   const std::size_t s = num_coordinates();
   const auto gather = [&](const std::vector<double>& given, const char* name) {

@@ -14,8 +14,8 @@ namespace tanor {
 /// masses.
 class NormalSpace {
  public:
-  /// `one_mass`: null, or the normal form of a system whose masses are all m. Then Gamma = m S (36), and its factor of S
-  /// serves: it must stand at the same configuration.
+  /// `one_mass`: null, or the normal form of a system whose masses are all m. Then Gamma = m S (36), and its factor of
+  /// S serves: it must stand at the same configuration.
   explicit NormalSpace(Model& model, NormalForm* one_mass = nullptr);
 
   /// At t, with K as blocks, which must live as long as the factor.

@@ -28,8 +28,8 @@ struct ForcesOfMotion {
   }
 };
 
-/// `forces.json` in a folder, which is made; arrays over time (samples x 3 points, samples x equations) stand in it, or,
-/// above `largest_inline` rows of points, in `forces_<key>.npy` beside it. What was not found is null.
+/// `forces.json` in a folder, which is made; arrays over time (samples x 3 points, samples x equations) stand in it,
+/// or, above `largest_inline` rows of points, in `forces_<key>.npy` beside it. What was not found is null.
 void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& forces);
 
 }  // namespace tanor::report

@@ -86,8 +86,7 @@ TEST(DirectProblem, PlacesAreThoseOfTheCoordinatesInTheUsersOrder) {
       FreeCoordinates{"free", {1}}};
   DirectProblem problem(system);
 
-  const MotionState points =
-      problem.place(3.0, {{0.5, 1.0, 2.0, 3.0}, {0.25, 4.0, 5.0, 6.0}, {0.125, 7.0, 8.0, 9.0}});
+  const MotionState points = problem.place(3.0, {{0.5, 1.0, 2.0, 3.0}, {0.25, 4.0, 5.0, 6.0}, {0.125, 7.0, 8.0, 9.0}});
 
   EXPECT_EQ(points.value, (std::vector<double>{9.0, 0.5, 0.0, 1.0, 2.0, 3.0}));
   EXPECT_EQ(points.rate, (std::vector<double>{6.0, 0.25, 0.0, 4.0, 5.0, 6.0}));
@@ -106,7 +105,9 @@ struct RoundTrip {
     std::vector<double> times, values;
     std::vector<std::vector<double>> reactions_there;
     for (std::size_t k = 0; k <= steps; ++k) {
-      if (k > 0) EXPECT_TRUE(simulation.advance(static_cast<double>(k) * h).ok());
+      if (k > 0) {
+        EXPECT_TRUE(simulation.advance(static_cast<double>(k) * h).ok());
+      }
       times.push_back(simulation.time());
       values.insert(values.end(), simulation.positions().begin(), simulation.positions().end());
       reactions_there.emplace_back(simulation.reactions().begin(), simulation.reactions().end());
@@ -172,10 +173,11 @@ TEST(DirectProblem, ControlForceAppliedBringsTheProgrammedMotionBack) {
     for (std::size_t c = 0; c < 3; ++c) control[c].push_back(forces.control_forces[3 + c]);
   }
   system.velocities = turn(0.0).rate;
-  system.forces.push_back(ConstantForce{"control", {1},
-                                        {ScalarFunction::table(times, control[0]),
-                                         ScalarFunction::table(times, control[1]),
-                                         ScalarFunction::table(times, control[2])}});
+  system.forces.push_back(
+      ConstantForce{"control",
+                    {1},
+                    {ScalarFunction::table(times, control[0]), ScalarFunction::table(times, control[1]),
+                     ScalarFunction::table(times, control[2])}});
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-13});
 
   ASSERT_TRUE(simulation.advance(2.0).ok());

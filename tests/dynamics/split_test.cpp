@@ -50,6 +50,21 @@ RC_GTEST_PROP(Split, Equations15And16_ForcesAreProjectedOntoTAndN, ()) {
   RC_ASSERT((halves.paper.K.transpose() * halves.f_T).norm() <= 1e-13 * (1.0 + halves.paper.K.norm() * f.norm()));
 }
 
+RC_GTEST_PROP(Split, Equation4_PIsNonsingularAndItsInverseSplitsAnyForce, ()) {
+  const Halves halves(any_system());
+  const reference::Paper& paper = halves.paper;
+
+  // f = K a + A b
+  const auto lu = paper.P().fullPivLu();
+  const VectorXd parts = lu.solve(paper.f);
+
+  const Eigen::Index d = paper.K.cols();
+  const double rounding = 10.0 * halves.accuracy * (1.0 + paper.f.norm());
+  RC_ASSERT(lu.isInvertible());
+  RC_ASSERT((halves.f_N - paper.K * parts.head(d)).norm() <= rounding);
+  RC_ASSERT((halves.f_T - paper.A * parts.tail(parts.size() - d)).norm() <= rounding);
+}
+
 RC_GTEST_PROP(Split, Equations21And22_NormalAccelerationNeedsNoMass, ()) {
   const Halves halves(any_system());
 
@@ -103,11 +118,11 @@ RC_GTEST_PROP(Split, Equations36To40_WithOneMassBothHalvesAreExplicit, ()) {
   std::fill(random.system.masses.begin(), random.system.masses.end(), m);
   const Halves halves(std::move(random));
 
-  RC_ASSERT(halves.agree(halves.w_T, halves.f_T / m));                                   // (37)
-  RC_ASSERT(halves.agree(halves.w_N, halves.paper.w_N()));                               // (38)
-  RC_ASSERT(halves.agree(halves.solved.eta / m, halves.w_N - halves.f_N / m));           // (39)
-  RC_ASSERT(halves.agree(halves.solved.w, halves.w_N + halves.f_T / m));                 // (40)
-  RC_ASSERT(halves.solved.dynamics.counters().split_factorizations == 0U);               // Gamma = m S
+  RC_ASSERT(halves.agree(halves.w_T, halves.f_T / m));                          // (37)
+  RC_ASSERT(halves.agree(halves.w_N, halves.paper.w_N()));                      // (38)
+  RC_ASSERT(halves.agree(halves.solved.eta / m, halves.w_N - halves.f_N / m));  // (39)
+  RC_ASSERT(halves.agree(halves.solved.w, halves.w_N + halves.f_T / m));        // (40)
+  RC_ASSERT(halves.solved.dynamics.counters().split_factorizations == 0U);      // Gamma = m S
 }
 
 // ---- what it costs -----------------------------------------------------------------------------------------------
@@ -205,7 +220,7 @@ TEST(ReactionsByCause, ByCoordinatesAddUpToEtaAndForcesCountAsByConstraints) {
   const ReactionsByCause expected = by_K.reactions_by_cause(), causes = by_A.reactions_by_cause();
 
   ASSERT_EQ(causes.parts.size(), 4U);
-  std::vector<double> sum(6, 0.0), motion(6, 0.0);
+  std::vector<double> sum(6, 0.0);
   for (const ReactionPart& part : causes.parts) {
     for (std::size_t i = 0; i < 6; ++i) sum[i] += part.reactions[i];
     EXPECT_TRUE(part.multipliers.empty());
@@ -291,7 +306,8 @@ TEST(ReactionsByCause, BeadOnATurningPlaneByHand) {
   System system;
   system.positions = {1.0, 0.0, 0.0};
   system.masses = {1.0};
-  system.constraints = {Planes{"blade", {0}, {ScalarFunction::formula("-sin(2*t)"), ScalarFunction::formula("cos(2*t)"), 0.0}, 0.0}};
+  system.constraints = {
+      Planes{"blade", {0}, {ScalarFunction::formula("-sin(2*t)"), ScalarFunction::formula("cos(2*t)"), 0.0}, 0.0}};
   Dynamics dynamics(system);
   std::vector<double> w(3);
   ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector<double>{3, 2, 0}, w).outcome.ok());
