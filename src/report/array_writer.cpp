@@ -25,7 +25,11 @@ void ArrayWriter::write_list(std::string_view key, const Numbers& numbers) {
 }
 
 void ArrayWriter::write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) {
-  write(key, numbers, columns);
+  if (numbers && !prefix_) {
+    json_->key(key).rows(*numbers, columns);
+  } else {
+    write(key, numbers, columns);
+  }
 }
 
 void ArrayWriter::write_booleans(std::string_view key, const std::vector<bool>& values) {

@@ -30,6 +30,7 @@ class ArrayWriter {
 
   void write_points(std::string_view key, const Numbers& numbers);  ///< n x 3
   void write_list(std::string_view key, const Numbers& numbers);    ///< d
+  /// Rows of any width; one column: rows of one number inline, a plain vector in a file.
   void write_rows(std::string_view key, const Numbers& numbers, std::size_t columns);
   void write_booleans(std::string_view key, const std::vector<bool>& values);
 
