@@ -14,7 +14,7 @@ from typing import NamedTuple
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "time_function", "kernel", "user_kernel", "system",
-                  "solver_options", "certificate", "dynamics", "motion", "tanor"]
+                  "solver_options", "certificate", "dynamics", "direct_problem", "motion", "tanor"]
 
 
 class Sees(NamedTuple):
@@ -32,7 +32,7 @@ ROOMS = {
     "factor":   Sees("base", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp metis.h Eigen/"),
     "plan":     Sees("base system factor", "solver_options", ""),
     "solve":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
-    "dynamics": Sees("base system evaluate assembly factor plan solve", "dynamics", "Eigen/"),
+    "dynamics": Sees("base system evaluate assembly factor plan solve", "direct_problem", "Eigen/"),
     "motion":   Sees("base system dynamics/mechanics.hpp", "motion", ""),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/"),
     "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h"),

@@ -381,4 +381,72 @@ inline Solution solve_kkt(const Mechanics& mechanics) {
   return {x.head(s).cwiseQuotient(root).cast<double>(), x.tail(d).cwiseQuotient(length).cast<double>()};
 }
 
+// ---- the paper's equations, dense ---------------------------------------------------------------------------------
+
+/// K, any basis A of its complement, and what the paper makes of them; each equation solved as it is written.
+struct Paper {
+  using Matrix = Eigen::MatrixXd;
+  using Vector = Eigen::VectorXd;
+
+  Matrix K, A, M;
+  Vector f, phi;
+
+  explicit Paper(const Mechanics& mechanics)
+      : K(mechanics.K), M(mechanics.M.asDiagonal()), f(mechanics.f), phi(mechanics.phi) {
+    const Eigen::Index size = M.rows(), d = K.cols();
+    const Matrix Q = d == 0 ? Matrix(Matrix::Identity(size, size)) : Matrix(K.householderQr().householderQ());
+    A = Q.rightCols(size - d);
+  }
+
+  /// Gamma^-1, S^-1, G^-1, H^-1 of (5), one right-hand side
+  static Vector solve(const Matrix& gram, const Vector& b) {
+    return gram.rows() == 0 ? b : Vector(gram.ldlt().solve(b));
+  }
+  Matrix S() const { return K.transpose() * M.inverse() * K; }
+  Matrix H() const { return A.transpose() * M * A; }
+
+  /// (15), (16)
+  Vector normal_part(const Vector& u) const { return K * solve(K.transpose() * K, K.transpose() * u); }
+  Vector tangent_part(const Vector& u) const { return A * solve(A.transpose() * A, A.transpose() * u); }
+  /// (4)
+  Matrix P() const { return beside(K, A); }
+  /// (8)
+  Matrix P_M() const { return beside(-K, M * A); }
+
+  /// (21), (22)
+  Vector w_N() const { return -K * solve(K.transpose() * K, phi); }
+  Vector w_N_by_A(const Vector& psi) const { return psi - tangent_part(psi); }
+  /// (19), (20), (32), (33) for the force that is given
+  Vector w_T_by_K(const Vector& force) const {
+    const Vector given = M.inverse() * force - w_N();
+    return given - M.inverse() * K * solve(S(), K.transpose() * given);
+  }
+  Vector w_T_by_A(const Vector& force) const {
+    return A * solve(H(), A.transpose() * (force - M * w_N()));
+  }
+  /// (23), (24)
+  Vector eta_by_K(const Vector& force) const {
+    return K * solve(S(), K.transpose() * (w_N() - M.inverse() * force));
+  }
+  Vector eta_by_A(const Vector& force) const {
+    const Vector given = M * w_N() - force;
+    return given - M * A * solve(H(), A.transpose() * given);
+  }
+  /// (27): P_M [lambda; w^(q)] = f - M w_N
+  Vector solve_27() const { return P_M().fullPivLu().solve(f - M * w_N()); }
+
+ private:
+  static Matrix beside(const Matrix& left, const Matrix& right) {
+    Matrix result(right.rows(), left.cols() + right.cols());
+    result << left, right;
+    return result;
+  }
+};
+
+/// One point on one surface with gradient k: w = f/m - (k'f/m + phi) k/k'k, lambda = -m (k'f/m + phi)/k'k.
+inline Solution solve_single_point(double m, const Eigen::Vector3d& f, const Eigen::Vector3d& k, double phi) {
+  const double excess = (k.dot(f) / m + phi) / k.squaredNorm();
+  return {f / m - excess * k, Eigen::VectorXd::Constant(1, -m * excess)};
+}
+
 }  // namespace tanor::reference

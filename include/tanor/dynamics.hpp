@@ -20,6 +20,7 @@ struct PhaseTimes {
 /// Work done so far by a Dynamics or a Simulation.
 struct Counters {
   std::size_t evaluations = 0, factorizations = 0, solves = 0;
+  std::size_t split_factorizations = 0;  ///< of Gamma and G: none where nobody asks for the split
 };
 
 /// What the plan found out about a system before any number was computed.
@@ -62,6 +63,26 @@ struct StartReport {
   double relative = 0.0;  ///< the larger of both over the scene's size and velocity scale
 };
 
+/// The Euclidean split u = u_T + u_N by the projectors (15), (16), 3n each, in the user's order; supports: 0. Friction's
+/// part comes with friction.
+struct Split {
+  Outcome outcome;
+  std::vector<double> tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21), (22), m/s^2
+  std::vector<double> tangent_forces, normal_forces;                ///< f_T, f_N, N
+};
+
+/// What one cause does to the constraints.
+struct ReactionPart {
+  std::string cause;                ///< name of a force, "inertia" or "drive"
+  std::vector<double> multipliers;  ///< its part of lambda, [equations]
+  std::vector<double> reactions;    ///< its part of eta, 3n, N; at supports: what the constraints do there
+};
+
+struct ReactionsByCause {
+  Outcome outcome;
+  std::vector<ReactionPart> parts;
+};
+
 /// The inverse problem, in normal or tangent form: accelerations and reactions of a system at one instant.
 ///
 /// All arrays are the host's own: point by point, 3n doubles, in the user's order; rows of multipliers in the order of
@@ -89,9 +110,15 @@ class TANOR_API Dynamics {
   void active_forces(std::span<double> forces) const;
   void support_forces(std::span<double> forces) const;
 
-  /// The split of the last solve, w = w_T + w_N: w_N = -K Gamma^-1 phi (21), w_T = w - w_N (19); rows of supports are 0.
-  /// Both arrays are wanted, 3n each. Makes and factorizes Gamma anew in each call: for looking, not for stepping.
-  Outcome split(std::span<double> tangent_accelerations, std::span<double> normal_accelerations);
+  /// The split of the last solve: w_N = -K Gamma^-1 phi (21), f_N = K Gamma^-1 K'f, or, without constraints,
+  /// w_N = (I - A G^-1 A') psi (22), f_T = A G^-1 A'f. Gamma and G are planned where this is first called and factorized
+  /// in each call; where all masses are equal, Gamma = m S (36) needs no factor of its own.
+  Split split();
+
+  /// The reaction of the last solve by its causes, in the order of the forces, then "inertia" (the part of phi quadratic
+  /// in v) and, where something is driven, "drive" (the other part: xi_t and the accelerations of supports). One factor
+  /// of S (or H), one solve a cause; the parts add up to lambda and eta. Without constraints only eta is known.
+  ReactionsByCause reactions_by_cause();
 
   /// Proves the last solve, which is repeated for it: identities, and second ways to the same numbers. Costs about as
   /// much as ten solves.

@@ -71,6 +71,15 @@ void add_solve(CLI::App* app, SolveOptions* options) {
   command->add_option("--out", options->out, "JSON file; default standard output")->check(require_text);
 }
 
+void add_forces(CLI::App* app, ForcesOptions* options) {
+  CLI::App* command = app->add_subcommand("forces", "Reactions and control forces of a given motion");
+  add_scene(command, &options->scene);
+  command->add_option("--motion", options->motion, ".csv or .npy, rows t, x1, y1, z1, x2, …")
+      ->required()
+      ->check(require_text);
+  command->add_option("--out", options->out, "folder of the results; default <name>.out")->check(require_text);
+}
+
 void add_info(CLI::App* app, InfoOptions* options) {
   CLI::App* command = app->add_subcommand("info", "Tell what a scene needs and what a step will cost; solves nothing");
   add_scene(command, &options->scene);
@@ -88,12 +97,13 @@ void add_error_time(CLI::App* app, ErrorTimeOptions* options) {
 
 /// Commands of the contract that this version lacks: they are known, but not advertised.
 void add_missing(CLI::App* app) {
-  for (const std::string name : {"forces", "check", "selftest"}) {
+  for (const std::string name : {"check", "selftest"}) {
     CLI::App* command = app->add_subcommand(name)->group("")->prefix_command();
     command->set_help_flag();
     command->callback([name] {
       throw InputError("",
-                       "'" + name + "' is not in version " TANOR_VERSION "; there are run, solve, info and error-time");
+                       "'" + name + "' is not in version " TANOR_VERSION "; there are run, solve, forces, info and "
+                       "error-time");
     });
   }
 }
@@ -103,6 +113,7 @@ void add_missing(CLI::App* app) {
 Command parse_command_line(int argc, const char* const* argv) {
   RunOptions run;
   SolveOptions solve;
+  ForcesOptions forces;
   InfoOptions info;
   ErrorTimeOptions error_time;
   CLI::App app("Motion and reactions of large systems of material points under constraints.", "tanor");
@@ -110,6 +121,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   app.require_subcommand(0, 1);  // none is our complaint: CLI11 would not name an unknown one
   add_run(&app, &run);
   add_solve(&app, &solve);
+  add_forces(&app, &forces);
   add_info(&app, &info);
   add_error_time(&app, &error_time);
   add_missing(&app);
@@ -125,6 +137,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (app.get_subcommands().empty()) throw InputError("", "a subcommand is required; see tanor --help");
   if (app.got_subcommand("run")) return run;
   if (app.got_subcommand("solve")) return solve;
+  if (app.got_subcommand("forces")) return forces;
   if (app.got_subcommand("error-time")) return error_time;
   return info;
 }

@@ -26,6 +26,13 @@ struct SolveOptions {
   std::optional<std::filesystem::path> out;  ///< file; default: standard output
 };
 
+/// `tanor forces`
+struct ForcesOptions {
+  std::filesystem::path scene;
+  std::filesystem::path motion;              ///< .csv or .npy, rows t, x1, y1, z1, x2, … or t, q1, q2, …
+  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
+};
+
 /// `tanor info`
 struct InfoOptions {
   std::filesystem::path scene;
@@ -45,7 +52,7 @@ struct TextRequest {
   std::string text;
 };
 
-using Command = std::variant<RunOptions, SolveOptions, InfoOptions, ErrorTimeOptions, TextRequest>;
+using Command = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, ErrorTimeOptions, TextRequest>;
 
 /// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
 Command parse_command_line(int argc, const char* const* argv);
@@ -53,6 +60,7 @@ Command parse_command_line(int argc, const char* const* argv);
 // One for each command, in the file of its name.
 ExitCode execute(const RunOptions& options);
 ExitCode execute(const SolveOptions& options);
+ExitCode execute(const ForcesOptions& options);
 ExitCode execute(const InfoOptions& options);
 ExitCode execute(const ErrorTimeOptions& options);
 ExitCode execute(const TextRequest& request);

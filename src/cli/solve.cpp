@@ -63,14 +63,17 @@ ExitCode execute(const SolveOptions& options) {
     solution.certificate = dynamics.certify();
   }
 
-  std::vector<double> tangent(size), normal(size);
-  const Outcome split = dynamics.split(tangent, normal);
-  if (split.ok()) {
-    solution.tangent_accelerations = tangent;
-    solution.normal_accelerations = normal;
+  const Split split = dynamics.split();
+  if (split.outcome.ok()) {
+    solution.tangent_accelerations = split.tangent_accelerations;
+    solution.normal_accelerations = split.normal_accelerations;
+    solution.tangent_forces = split.tangent_forces;
+    solution.normal_forces = split.normal_forces;
   }
+  const ReactionsByCause by_cause = dynamics.reactions_by_cause();
+  if (by_cause.outcome.ok()) solution.reactions_by_cause = by_cause.parts;
   write(options, solution);
-  return split.ok() ? ExitCode::Done : tell(options, split);
+  return split.outcome.ok() ? ExitCode::Done : tell(options, split.outcome);
 }
 
 }  // namespace tanor::cli

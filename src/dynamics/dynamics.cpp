@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include "dynamics/causes.hpp"
 #include "dynamics/certificate.hpp"
+#include "dynamics/forms.hpp"
+#include "dynamics/split.hpp"
 
 namespace tanor {
 
@@ -29,6 +32,12 @@ struct Dynamics::Implementation {
   std::vector<double> x, x_dot, x_ddot;
   // … and what the other calls work on.
   std::vector<double> y, z, before;
+  // The forms stand where the last solve was; no later call took them elsewhere.
+  bool is_there = false, has_solved = false;
+  // Made when first asked for.
+  std::unique_ptr<NormalSpace> normal_space;
+  std::unique_ptr<TangentSpace> tangent_space;
+  std::unique_ptr<Causes> causes;
 
   Implementation(System system, const SolverOptions& options) : forms(std::move(system), options) {
     for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(num_numbers());
@@ -59,10 +68,60 @@ struct Dynamics::Implementation {
   Outcome solve() {
     if (Outcome outcome = form.adopt(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
     Outcome outcome = form.accelerations(t, x.data(), x_dot.data(), Gradients::Evaluate, x_ddot.data());
-    if (outcome.ok()) form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
+    if (!outcome.ok()) return outcome;
+    form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
+    outcome = forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data());
+    is_there = outcome.ok();
     return outcome;
   }
+
+  /// Back to the last solve, where a later call took the forms elsewhere.
+  Outcome come_back() {
+    if (!has_solved) throw InputError("", "nothing was solved so far: solve comes before what looks at its answer");
+    if (is_there) return {};
+    model.prescribe_all(t, r.data(), v.data());
+    return solve();
+  }
+
+  Outcome split(double* w_N, double* f_N);
+  Outcome split_by_constraints(double* w_N, double* f_N);
+  Outcome split_by_coordinates(double* w_N, double* f_N);
 };
+
+/// w_N and f_N of the last solve.
+Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
+  if (Outcome outcome = come_back(); !outcome.ok()) return outcome;
+  return forms.normal != nullptr ? split_by_constraints(w_N, f_N) : split_by_coordinates(w_N, f_N);
+}
+
+Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N) {
+  NormalForm& normal = *forms.normal;
+  if (!normal_space) normal_space = std::make_unique<NormalSpace>(model, has_one_mass(model) ? &normal : nullptr);
+  if (Outcome outcome = normal_space->factorize(t, normal.blocks().data()); !outcome.ok()) return outcome;
+  std::vector<double> c(model.num_rows()), mu(model.num_rows()), given(num_numbers(), 0.0);
+  std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
+            given.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()));
+  // K'w_N = -phi, with the supports' accelerations in phi (21)
+  model.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), given.data(), c.data(), nullptr);
+  for (double& each : c) each = -each;
+  normal_space->find_least(c.data(), w_N, mu.data());
+  normal_space->project(model.f.data(), f_N, mu.data());
+  return {};
+}
+
+Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N) {
+  const TangentForm& tangent = *forms.tangent;
+  if (!tangent_space) tangent_space = std::make_unique<TangentSpace>(model);
+  if (Outcome outcome = tangent_space->factorize(t, tangent.blocks().data()); !outcome.ok()) return outcome;
+  // u_N = (I - A G^-1 A') u (22)
+  const auto normal_part = [&](const std::vector<double>& u, double* u_N) {
+    tangent_space->project(u.data(), u_N);
+    for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) u_N[i] = u[i] - u_N[i];
+  };
+  normal_part(tangent.psi(), w_N);
+  normal_part(model.f, f_N);
+  return {};
+}
 
 Dynamics::Dynamics(System system, SolverOptions options)
     : implementation_(std::make_unique<Implementation>(std::move(system), options)) {}
@@ -101,12 +160,10 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   check_wanted(reactions, self.num_numbers(), "reactions");
   self.gather(t, positions, velocities, &self.r, &self.v);
   self.t = t;
+  self.is_there = false;
+  self.has_solved = true;
   if (Outcome outcome = self.solve(); !outcome.ok()) return {std::move(outcome)};
   const SolveReport report = self.form.last_solve();
-  if (Outcome outcome = self.forms.reactions(t, self.r.data(), self.v.data(), self.lambda.data(), self.eta.data());
-      !outcome.ok()) {
-    return {std::move(outcome)};
-  }
   if (!accelerations.empty()) self.numbering().scatter_points(self.w, accelerations);
   if (!multipliers.empty()) self.numbering().scatter_rows(self.lambda, multipliers);
   if (!reactions.empty()) self.numbering().scatter_points(self.eta, reactions);
@@ -129,37 +186,46 @@ void Dynamics::support_forces(std::span<double> forces) const {
   }
 }
 
-Outcome Dynamics::split(std::span<double> tangent_accelerations, std::span<double> normal_accelerations) {
+Split Dynamics::split() {
   Implementation& self = *implementation_;
-  check_size(tangent_accelerations, self.num_numbers(), "tangent accelerations");
-  check_size(normal_accelerations, self.num_numbers(), "normal accelerations");
-  std::vector<double> normal(self.num_numbers());
-  self.model.prescribe_all(self.t, self.r.data(), self.v.data());
-  if (Outcome outcome = self.forms.normal->normal_accelerations(self.t, self.r.data(), self.v.data(), normal.data());
-      !outcome.ok()) {
-    return outcome;
-  }
-  self.numbering().scatter_points(normal, normal_accelerations);
-  // w_T = w - w_N (25); supports have no part in either.
-  std::vector<double>& tangent = normal;
-  const std::size_t moving = 3 * self.numbering().num_moving;
-  for (std::size_t i = 0; i < moving; ++i) tangent[i] = self.w[i] - normal[i];
-  self.numbering().scatter_points(tangent, tangent_accelerations);
-  return {};
+  const std::size_t size = self.num_numbers(), moving = 3 * self.numbering().num_moving;
+  std::vector<double> w_N(size), f_N(size), rest(size, 0.0);
+  Split result;
+  result.outcome = self.split(w_N.data(), f_N.data());
+  if (!result.outcome.ok()) return result;
+  // u_T = u - u_N; supports have no part in either.
+  const auto write = [&](const std::vector<double>& u, const std::vector<double>& u_N, std::vector<double>* tangent,
+                         std::vector<double>* normal) {
+    tangent->resize(size);
+    normal->resize(size);
+    for (std::size_t i = 0; i < moving; ++i) rest[i] = u[i] - u_N[i];
+    self.numbering().scatter_points(rest, *tangent);
+    self.numbering().scatter_points(u_N, *normal);
+  };
+  write(self.w, w_N, &result.tangent_accelerations, &result.normal_accelerations);
+  write(self.model.f, f_N, &result.tangent_forces, &result.normal_forces);
+  return result;
+}
+
+ReactionsByCause Dynamics::reactions_by_cause() {
+  Implementation& self = *implementation_;
+  ReactionsByCause result{self.come_back(), {}};
+  if (!result.outcome.ok()) return result;
+  if (!self.causes) self.causes = std::make_unique<Causes>(self.forms);
+  result.parts = self.causes->find(self.t, self.r.data(), self.v.data(), self.x.data(), self.x_dot.data());
+  return result;
 }
 
 Certificate Dynamics::certify() {
   Implementation& self = *implementation_;
-  Outcome outcome = self.solve();
-  if (outcome.ok()) {
-    outcome = self.forms.reactions(self.t, self.r.data(), self.v.data(), self.lambda.data(), self.eta.data());
-  }
-  if (!outcome.ok()) return make_failed_certificate(outcome);
+  if (Outcome outcome = self.solve(); !outcome.ok()) return make_failed_certificate(outcome);
+  self.is_there = false;  // the other form, and other times, are tried
   return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda});
 }
 
 ProjectionReport Dynamics::project_positions(double t, std::span<double> positions) {
   Implementation& self = *implementation_;
+  self.is_there = false;
   self.gather(t, positions, {}, &self.y, &self.z);
   self.before = self.y;
   ProjectionReport report = self.form.put_positions(t, self.y.data());
@@ -171,6 +237,7 @@ ProjectionReport Dynamics::project_positions(double t, std::span<double> positio
 ProjectionReport Dynamics::project_velocities(double t, std::span<const double> positions,
                                               std::span<double> velocities) {
   Implementation& self = *implementation_;
+  self.is_there = false;
   self.gather(t, positions, velocities, &self.y, &self.z);
   self.before = self.z;
   ProjectionReport report = self.form.put_velocities(t, self.y.data(), self.z.data());
@@ -181,6 +248,7 @@ ProjectionReport Dynamics::project_velocities(double t, std::span<const double> 
 
 StartReport Dynamics::start(double t, std::span<double> positions, std::span<double> velocities, StartMode mode) {
   Implementation& self = *implementation_;
+  self.is_there = false;
   self.gather(t, positions, velocities, &self.y, &self.z);
   const StartReport report = self.form.start(t, self.y.data(), self.z.data(), mode);
   if (report.outcome.ok()) {
@@ -192,12 +260,14 @@ StartReport Dynamics::start(double t, std::span<double> positions, std::span<dou
 
 double Dynamics::position_violation(double t, std::span<const double> positions) {
   Implementation& self = *implementation_;
+  self.is_there = false;
   self.gather(t, positions, {}, &self.y, &self.z);
   return self.model.position_violation(t, self.y.data());
 }
 
 double Dynamics::velocity_violation(double t, std::span<const double> positions, std::span<const double> velocities) {
   Implementation& self = *implementation_;
+  self.is_there = false;
   self.gather(t, positions, velocities, &self.y, &self.z);
   return self.model.velocity_violation(t, self.y.data(), self.z.data());
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "dynamics/split.hpp"
+
 namespace tanor {
 
 Forms::Forms(System system, const SolverOptions& options, double t)
@@ -40,6 +42,7 @@ void Forms::make_plan() {
   }
   auto& left_out = plan.left_out;
   left_out.push_back("friction stage: constraints are ideal");
+  if (model.num_rows() > 0 && has_one_mass(model)) left_out.push_back("Gamma: S times the one mass (36)");
   if (tangent == nullptr) left_out.push_back("tangent form: no coordinates are given");
   if (normal == nullptr) left_out.push_back("normal form: no constraints are given");
   if (normal != nullptr && tangent != nullptr)

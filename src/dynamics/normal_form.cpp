@@ -186,33 +186,17 @@ Outcome NormalForm::explain_singular(double t, std::size_t weakest_row) const {
 
 // ---- outputs ----
 
-Outcome NormalForm::normal_accelerations(double t, const double* r, const double* v, double* w_normal) {
-  model_.set_time(t);
-  std::fill(w_normal, w_normal + size(), 0.0);
-  if (num_rows() == 0) return {};
-  std::vector<double> unit(model_.inverse_mass);
-  for (double& mass : unit) mass = mass > 0.0 ? 1.0 : 0.0;
-  // phi, with the supports' accelerations in it
-  std::vector<double> blocks(blocks_.size()), given(size(), 0.0), phi(num_rows());
-  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
-            given.data() + 3 * model_.num_moving());
-  model_.constraints.evaluate_right_side(model_.parallel, r, v, given.data(), phi.data(), blocks.data());
-  // Gamma has the pattern of S: the same machinery with unit masses.
-  GramSolver gamma(model_.incidences, unit, model_.numbering, Ordering::Auto,
-                   model_.constraints.squared_gradient_norms());
-  gamma.assemble(model_.parallel, blocks.data());
-  const GramSolver::Quality quality = gamma.factorize(model_.parallel);
-  if (!quality.positive_definite || quality.reciprocal_condition <= GramSolver::singular_below) {
-    return {Status::Singular, "Gamma = K'K is singular at " + name_row(quality.weakest_row)};
+void NormalForm::respond(const double* b, double* lambda, double* dw) {
+  std::fill(lambda, lambda + num_rows(), 0.0);
+  std::fill(dw, dw + size(), 0.0);
+  std::copy(b, b + num_rows(), rows_.begin());
+  // rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho
+  constexpr int passes = 3;
+  for (int pass = 0; pass < passes && num_rows() > 0; ++pass) {
+    correct(rows_.data(), dw);
+    for (std::size_t a = 0; a < num_rows(); ++a) lambda[a] += rows_[a];
+    model_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw, b, rows_.data());
   }
-  // w_N = -K Gamma^-1 phi (21), refined once: rho = K'w_N + phi
-  std::vector<double> x = phi;
-  for (int pass = 0; pass < 2; ++pass) {
-    gamma.solve_negative(model_.parallel, x.data(), x.data());
-    model_.gather.add_scaled(model_.parallel, blocks.data(), x.data(), unit.data(), model_.num_moving(), w_normal);
-    model_.constraints.apply_transposed(model_.parallel, blocks.data(), w_normal, phi.data(), x.data());
-  }
-  return {};
 }
 
 double NormalForm::error_ratio(double, const StepErrors& errors, double atol, double rtol) {

@@ -55,8 +55,9 @@ class NormalForm final : public EquationsOfMotion {
 
   /// Nearest point of xi = 0 to r in the M-norm, however far.
   ProjectionReport project_far(double t, double* r);
-  /// w_N = -K Gamma^-1 phi (21), with what is prescribed at t in r and v.
-  Outcome normal_accelerations(double t, const double* r, const double* v, double* w_normal);
+  /// lambda = -S^-1 b [d] and dw = M^-1 K lambda [3n] for one more right-hand side, refined to rounding; with the
+  /// factor of the last linearisation.
+  void respond(const double* b, double* lambda, double* dw);
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
   /// rows := -S^-1 rows with the last factor [d].

@@ -248,6 +248,22 @@ void TangentForm::resume(const Counters& counters, const PhaseTimes& times) {
   model_.times = times;
 }
 
+void TangentForm::respond(const double* force, double* eta) {
+  const std::size_t moving = 3 * model_.num_moving();
+  std::fill(eta, eta + 3 * model_.num_points(), 0.0);
+  std::copy(force, force + moving, eta);
+  // eta -= M A H^-1 A'eta, until A'eta = 0 to rounding
+  constexpr int passes = 3;
+  for (int pass = 0; pass < passes; ++pass) {
+    ++model_.counters.solves;
+    model_.coordinates.apply_transposed(model_.parallel, blocks_.data(), eta, right_side_.data());
+    solver_.solve_negative(model_.parallel, right_side_.data(), right_side_.data());
+    model_.coordinates.apply(model_.parallel, blocks_.data(), right_side_.data(), points_.data());
+    for (std::size_t i = 0; i < moving; ++i) eta[i] += model_.mass[i / 3] * points_[i];
+  }
+  model_.coordinates.add_support_reactions(eta);
+}
+
 void TangentForm::reactions(double* eta) const {
   // eta = M w - f (24); what the coordinates hold at their supports is the opposite of what they do to their points.
   std::fill(eta, eta + 3 * model_.num_points(), 0.0);

@@ -47,6 +47,9 @@ class TangentForm final : public EquationsOfMotion {
   void set_exact(bool exact) override { exact_ = exact; }
   void reactions(double* eta) const override;
   void describe(PlanSummary* plan) const override;
+  /// eta = [I - M A H^-1 A'] force [3n] (24), refined to rounding, with the factor of the last linearisation; of
+  /// supports: what the coordinates do there.
+  void respond(const double* force, double* eta);
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
 

@@ -11,11 +11,25 @@ ArrayWriter::ArrayWriter(JsonWriter* json, std::filesystem::path prefix, std::si
   if (num_points > largest_inline) prefix_ = std::move(prefix);
 }
 
+ArrayWriter ArrayWriter::with_prefix(std::string_view words) const {
+  ArrayWriter result(*this);
+  if (prefix_) result.prefix_ = prefix_->string() + std::string(words);
+  return result;
+}
+
 void ArrayWriter::write_points(std::string_view key, const Numbers& numbers) {
   write(key, numbers, 3);
 }
 void ArrayWriter::write_list(std::string_view key, const Numbers& numbers) {
   write(key, numbers, 1);
+}
+
+void ArrayWriter::write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) {
+  if (numbers && !prefix_) {
+    json_->key(key).rows(*numbers, columns);
+  } else {
+    write(key, numbers, columns);
+  }
 }
 
 void ArrayWriter::write_booleans(std::string_view key, const std::vector<bool>& values) {

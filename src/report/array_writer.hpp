@@ -25,8 +25,13 @@ class ArrayWriter {
   /// Inline up to `largest_inline` points. `prefix`: folder and beginning of the files' names.
   ArrayWriter(JsonWriter* json, std::filesystem::path prefix, std::size_t num_points);
 
+  /// The same with more words in front of the files' names.
+  ArrayWriter with_prefix(std::string_view words) const;
+
   void write_points(std::string_view key, const Numbers& numbers);  ///< n x 3
   void write_list(std::string_view key, const Numbers& numbers);    ///< d
+  /// Rows of any width; one column: rows of one number inline, a plain vector in a file.
+  void write_rows(std::string_view key, const Numbers& numbers, std::size_t columns);
   void write_booleans(std::string_view key, const std::vector<bool>& values);
 
  private:

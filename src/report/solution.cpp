@@ -6,6 +6,26 @@ namespace tanor::report {
 
 namespace {
 
+/// A list of {cause, multipliers, reactions}, in their order; large arrays in files numbered like the list.
+void write_causes(JsonWriter* json, const ArrayWriter& arrays, const std::optional<std::vector<ReactionPart>>& parts) {
+  json->key("reactions_by_cause");
+  if (!parts) {
+    json->null();
+    return;
+  }
+  json->begin_array();
+  for (std::size_t k = 0; k < parts->size(); ++k) {
+    const ReactionPart& part = (*parts)[k];
+    ArrayWriter numbered = arrays.with_prefix("cause" + std::to_string(k) + "_");
+    json->begin_object();
+    json->key("cause").value(part.cause);
+    numbered.write_list("multipliers", part.multipliers);
+    numbered.write_points("reactions", part.reactions);
+    json->end_object();
+  }
+  json->end_array();
+}
+
 void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solution) {
   json->begin_object();
   arrays.write_points("positions", solution.positions);
@@ -13,10 +33,13 @@ void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solutio
   arrays.write_points("accelerations", solution.accelerations);
   arrays.write_points("tangent_accelerations", solution.tangent_accelerations);
   arrays.write_points("normal_accelerations", solution.normal_accelerations);
+  arrays.write_points("tangent_forces", solution.tangent_forces);
+  arrays.write_points("normal_forces", solution.normal_forces);
   arrays.write_list("multipliers", solution.multipliers);
   solution.multipliers ? arrays.write_booleans("multipliers_unique", solution.multipliers_unique)
                        : arrays.write_list("multipliers_unique", std::nullopt);
   arrays.write_points("reactions", solution.reactions);
+  write_causes(json, arrays, solution.reactions_by_cause);
   arrays.write_points("friction", std::nullopt);
   arrays.write_points("support_forces", solution.support_forces);
   write_certificate(json, solution.certificate);

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <tanor/dynamics.hpp>
+
 #include "report/array_writer.hpp"
 #include "report/shared_parts.hpp"
 
@@ -15,8 +17,10 @@ struct Solution {
   std::size_t num_points = 0;
   Numbers positions, velocities, accelerations;
   Numbers tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21)
+  Numbers tangent_forces, normal_forces;                ///< f_T, f_N
   Numbers multipliers, reactions, support_forces;
   std::vector<bool> multipliers_unique;  ///< one for each multiplier
+  std::optional<std::vector<ReactionPart>> reactions_by_cause;
   std::optional<Certificate> certificate;
   std::vector<std::string> left_out;
 };

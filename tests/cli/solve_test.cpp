@@ -36,8 +36,9 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
   Words keys;
   for (const auto& [key, value] : solution.items()) keys.push_back(key);
   EXPECT_EQ(keys, (Words{"accelerations", "certificate", "form", "friction", "left_out", "multipliers",
-                         "multipliers_unique", "normal_accelerations", "positions", "reactions", "support_forces",
-                         "tangent_accelerations", "velocities"}));
+                         "multipliers_unique", "normal_accelerations", "normal_forces", "positions", "reactions",
+                         "reactions_by_cause", "support_forces", "tangent_accelerations", "tangent_forces",
+                         "velocities"}));
   expect_row(solution["velocities"][1], 3, 0, 0);
   expect_row(solution["accelerations"][1], 0, 0, 18);
   expect_row(solution["tangent_accelerations"][1], 0, 0, 0);
@@ -45,6 +46,15 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
   expect_row(solution["reactions"][1], 0, 0, 55.62);
   expect_row(solution["support_forces"][0], 0, 0, -55.62);
   EXPECT_NEAR(solution["multipliers"][0], -55.62, 1e-13);
+  expect_row(solution["tangent_forces"][1], 0, 0, 0);
+  expect_row(solution["normal_forces"][1], 0, 0, -19.62);
+  const json& causes = solution["reactions_by_cause"];
+  ASSERT_EQ(causes.size(), 2U);
+  EXPECT_EQ(causes[0]["cause"], "gravity0");
+  EXPECT_NEAR(causes[0]["multipliers"][0], -19.62, 1e-13);
+  expect_row(causes[0]["reactions"][1], 0, 0, 19.62);
+  EXPECT_EQ(causes[1]["cause"], "inertia");
+  EXPECT_NEAR(causes[1]["multipliers"][0], -36.0, 1e-13);
   EXPECT_EQ(solution["multipliers_unique"], json::array({true}));
   EXPECT_TRUE(solution["friction"].is_null());
   EXPECT_EQ(solution["form"], "normal");
@@ -76,6 +86,7 @@ TEST(SolveTest, LargeArraysGoToFilesBesideIt) {
   EXPECT_EQ(solution["accelerations"], "answer_accelerations.npy");
   EXPECT_EQ(solution["multipliers_unique"], "answer_multipliers_unique.npy");
   EXPECT_TRUE(solution["friction"].is_null());
+  EXPECT_EQ(solution["reactions_by_cause"][1]["reactions"], "answer_cause1_reactions.npy");
   const scene::NpyArray array = report::read_npy(folder / "answer_accelerations.npy");
   EXPECT_EQ(array.shape, (std::vector<std::size_t>{20001, 3}));
 }

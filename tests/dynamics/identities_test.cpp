@@ -133,9 +133,9 @@ RC_GTEST_PROP(NormalForm, Equation31_MultipliersSolveSLambdaPlusPhiPlusKtMinvF, 
 RC_GTEST_PROP(NormalForm, Equation23_ReactionsFromTheSplitAreKLambda, ()) {
   Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
-  const Solved::Split split = solved.split();
+  const Split split = solved.split();
   RC_ASSERT(split.outcome.ok());
-  const VectorXd w_N = dense.pick(split.normal);
+  const VectorXd w_N = dense.pick(split.normal_accelerations);
 
   // eta = K S^-1 K'[w_N - M^-1 f]
   const VectorXd right_side = dense.K.transpose() * (w_N - dense.f.cwiseQuotient(dense.M));
@@ -185,10 +185,10 @@ RC_GTEST_PROP(NormalForm, Equations19And21_SplitIsNormalAndTangent, ()) {
   Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
 
-  const Solved::Split split = solved.split();
+  const Split split = solved.split();
 
   RC_ASSERT(split.outcome.ok());
-  const VectorXd w_T = dense.pick(split.tangent), w_N = dense.pick(split.normal);
+  const VectorXd w_T = dense.pick(split.tangent_accelerations), w_N = dense.pick(split.normal_accelerations);
   RC_ASSERT(solved.is_small(w_T + w_N - solved.w));
   RC_ASSERT(solved.is_small((dense.K.transpose() * w_N + dense.phi) / dense.K.norm()) || dense.K.cols() == 0);
   RC_ASSERT(solved.is_small((dense.K.transpose() * w_T) / dense.K.norm()) || dense.K.cols() == 0);
@@ -202,13 +202,14 @@ RC_GTEST_PROP(NormalForm, Equations19And21_SplitIsNormalAndTangent, ()) {
 RC_GTEST_PROP(NormalForm, SplitLeavesSupportsAtZero, ()) {
   Solved solved(any_system());
 
-  const Solved::Split split = solved.split();
+  const Split split = solved.split();
 
   RC_ASSERT(split.outcome.ok());
   for (const Support& support : solved.random.system.supports) {
     for (const Index i : support.points) {
       for (std::size_t c = 3 * static_cast<std::size_t>(i), k = 0; k < 3; ++k) {
-        RC_ASSERT(split.tangent[c + k] == 0.0 && split.normal[c + k] == 0.0);
+        RC_ASSERT(split.tangent_accelerations[c + k] == 0.0 && split.normal_accelerations[c + k] == 0.0);
+        RC_ASSERT(split.tangent_forces[c + k] == 0.0 && split.normal_forces[c + k] == 0.0);
       }
     }
   }

@@ -34,15 +34,7 @@ struct Solved {
         accuracy(1e-12 * dense.sqrt_condition()),
         size(1.0 + w.norm() + dense.f.cwiseQuotient(dense.M).norm() + dense.phi.norm()) {}
 
-  struct Split {
-    Outcome outcome;
-    std::vector<double> tangent, normal;  ///< w_T, w_N, 3n
-  };
-  Split split() {
-    Split result{{}, reactions, reactions};  // wrong numbers, to be replaced
-    result.outcome = dynamics.split(result.tangent, result.normal);
-    return result;
-  }
+  Split split() { return dynamics.split(); }
   std::vector<double> active_forces() const {
     std::vector<double> result(accelerations);
     dynamics.active_forces(result);

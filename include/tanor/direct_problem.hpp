@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/dynamics.hpp>
+
+/// \file The paper's direct problem: forces from a given motion (theory, section 4).
+namespace tanor {
+
+/// Numbers of a motion at one instant: r, v, w (3n, in the user's order) or q, q_dot, q_ddot.
+struct MotionState {
+  std::vector<double> value, rate, acceleration;
+};
+
+/// A motion given as samples, C4 between them (splines of degree 5; errors at distance h of the samples: O(h^6) of the
+/// values, O(h^4) of the accelerations).
+class TANOR_API MotionTable {
+ public:
+  /// `values` [times][columns]. Throws InputError naming the row where the times do not increase or a number is not
+  /// finite.
+  MotionTable(std::vector<double> times, std::vector<double> values, std::size_t columns);
+  MotionTable(MotionTable&&) noexcept;
+  MotionTable& operator=(MotionTable&&) noexcept;
+  ~MotionTable();
+
+  std::span<const double> times() const;
+  std::size_t num_columns() const;
+  /// Throws InputError outside the samples.
+  MotionState at(double t) const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// By how much a motion breaks the constraints on one level, and where: a row ("rods[3]") or a point ("point 4").
+struct Violation {
+  double largest = 0.0;
+  std::string where;  ///< empty: nowhere
+};
+
+/// What makes a motion.
+struct MotionForces {
+  Outcome outcome;         ///< Singular: rows depend on each other, what follows `acceleration` is empty
+  Violation position;      ///< |xi|/|gradient|/length; supports and coordinates: distance over the scene's size
+  Violation velocity;      ///< |K'v + xi_t|/|gradient|, m/s; likewise
+  Violation acceleration;  ///< |K'w + phi|/|gradient|, m/s^2; likewise
+  std::vector<double> multipliers;     ///< lambda = Gamma^-1 K'(Mw - f), [equations]; none by coordinates alone
+  std::vector<double> reactions;       ///< eta = (Mw)_N - f_N, 3n, N; at supports: what the constraints do there
+  std::vector<double> control_forces;  ///< u_T = (Mw - f)_T, 3n, N: the least one that, with f, makes the motion
+  std::vector<double> support_forces;  ///< 3n, N: the load each support carries
+  double largest_control = 0.0;        ///< of one point, N
+  Index controlled_point = 0;          ///< which one
+};
+
+/// Forces from a given motion: Mw = f + eta + u, eta in N by the constraints, u in T by whoever controls the motion.
+/// Constraints are ideal. Supports move as prescribed: where the given motion says otherwise it is a violation.
+/// Not thread-safe; one object per host thread.
+class TANOR_API DirectProblem {
+ public:
+  /// Validates; throws InputError.
+  explicit DirectProblem(System system, SolverOptions options = {});
+  DirectProblem(DirectProblem&&) noexcept;
+  DirectProblem& operator=(DirectProblem&&) noexcept;
+  ~DirectProblem();
+
+  const System& system() const;
+  std::size_t num_equations() const;
+  std::size_t num_coordinates() const;
+
+  /// At (t, r, v, w), 3n each.
+  MotionForces evaluate(double t, const MotionState& points);
+  /// r, v and w of (t, q, q_dot, q_ddot): w = A q_ddot + psi. Coordinates stand entry by entry as the system lists them.
+  /// Throws InputError where there are none, or where some have charts of their own (spheres, bodies, chains in space).
+  MotionState place(double t, const MotionState& coordinates);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+#include <tanor/direct_problem.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/messages.hpp"
+#include "cli/output_folder.hpp"
+#include "report/motion_forces.hpp"
+#include "scene/number_table.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A motion whose positions break the constraints by more is none of the scene's. The samples decide: velocities and
+/// accelerations are those of the spline between them, and their violations tell how well it is sampled.
+constexpr double allowed_violation = 1e-6;
+
+/// A motion from its file: r(t), or q(t) where the scene has coordinates.
+struct GivenMotion {
+  MotionTable table;
+  bool by_coordinates;
+};
+
+GivenMotion read_motion(const fs::path& file, std::size_t num_points, std::size_t num_coordinates) {
+  const scene::NumberTable rows = scene::read_number_table(file);
+  const std::size_t by_points = 1 + 3 * num_points, by_coordinates = 1 + num_coordinates;
+  const bool takes_coordinates = num_coordinates > 0 && by_coordinates != by_points;
+  if (rows.columns != by_points && !(takes_coordinates && rows.columns == by_coordinates)) {
+    std::string wanted = fmt::format("{} (t, then x, y, z of {} points)", by_points, num_points);
+    if (takes_coordinates) wanted += fmt::format(" or {} (t, then {} coordinates)", by_coordinates, num_coordinates);
+    throw InputError(file.string(), fmt::format("found {} columns, wanted {}", rows.columns, wanted));
+  }
+  std::vector<double> times, values;
+  for (std::size_t k = 0; k < rows.rows; ++k) {
+    times.push_back(rows(k, 0));
+    for (std::size_t j = 1; j < rows.columns; ++j) values.push_back(rows(k, j));
+  }
+  return {naming_file(file, [&] { return MotionTable(std::move(times), std::move(values), rows.columns - 1); }),
+          rows.columns != by_points};
+}
+
+report::ForcesOfMotion find_forces(const GivenMotion& motion, DirectProblem* problem) {
+  report::ForcesOfMotion result;
+  result.num_points = problem->system().num_points();
+  result.num_equations = problem->num_equations();
+  result.by_coordinates = motion.by_coordinates;
+  for (const double t : motion.table.times()) {
+    MotionState state = motion.table.at(t);
+    if (motion.by_coordinates) state = problem->place(t, state);
+    result.times.push_back(t);
+    result.samples.push_back(problem->evaluate(t, state));
+  }
+  return result;
+}
+
+/// Why the answer is incomplete, or no motion of this scene; empty: neither.
+std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst) {
+  for (const MotionForces& sample : forces.samples) {
+    if (!sample.outcome.ok()) return sample.outcome.what;
+  }
+  const Violation& violation = forces.samples[worst].position;
+  if (violation.largest <= allowed_violation) return {};
+  return fmt::format(
+      "the motion breaks the constraints: worst by {} of its length, {} at t = {} s; at most {} counts "
+      "as rounding",
+      violation.largest, violation.where, forces.times[worst], allowed_violation);
+}
+
+}  // namespace
+
+ExitCode execute(const ForcesOptions& options) {
+  scene::Scene scene = scene::load_scene(options.scene);
+  const fs::path directory = choose_folder(options.out, scene);
+  DirectProblem problem =
+      naming_file(options.scene, [&] { return DirectProblem(std::move(scene.system), scene.solver); });
+  const GivenMotion motion = read_motion(options.motion, problem.system().num_points(), problem.num_coordinates());
+  report::ForcesOfMotion forces = naming_file(options.scene, [&] { return find_forces(motion, &problem); });
+  forces.scene = scene.name;
+  forces.motion = options.motion.string();
+  report::write_forces(directory, forces);
+
+  const auto violation = [](const MotionForces& sample) { return sample.position.largest; };
+  const auto control = [](const MotionForces& sample) { return sample.largest_control; };
+  const std::size_t worst = forces.find_worst(violation), largest = forces.find_worst(control);
+  const MotionForces& controlled = forces.samples[largest];
+  fmt::print("largest control force {:.3g} N (point {}, t = {} s); largest violation {:.3g}{}; results in {}\n",
+             controlled.largest_control, controlled.controlled_point, forces.times[largest],
+             forces.samples[worst].position.largest,
+             forces.samples[worst].position.where.empty()
+                 ? ""
+                 : fmt::format(" ({}, t = {} s)", forces.samples[worst].position.where, forces.times[worst]),
+             directory.string());
+  const std::string trouble = find_trouble(forces, worst);
+  if (trouble.empty()) return ExitCode::Done;
+  print_message(options.scene.string() + ": " + trouble);
+  return ExitCode::NoAnswer;
+}
+
+}  // namespace tanor::cli

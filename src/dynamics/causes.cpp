@@ -1,0 +1,146 @@
+#include "dynamics/causes.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace tanor {
+
+namespace {
+
+/// The terms of a function quadratic in a velocity, phi(v) = quadratic + rest, from phi(v), phi(-v), phi(0).
+struct Terms {
+  std::vector<double> quadratic, rest;
+
+  Terms(const std::vector<double>& at_v, const std::vector<double>& at_minus_v, const std::vector<double>& at_0)
+      : quadratic(at_v.size()), rest(at_v.size()) {
+    for (std::size_t a = 0; a < at_v.size(); ++a) {
+      quadratic[a] = 0.5 * (at_v[a] + at_minus_v[a]) - at_0[a];
+      rest[a] = at_v[a] - quadratic[a];
+    }
+  }
+};
+
+std::vector<double> negative(const double* x, std::size_t size) {
+  std::vector<double> result(x, x + size);
+  for (double& each : result) each = -each;
+  return result;
+}
+
+}  // namespace
+
+Causes::Causes(Forms& forms) : forms_(forms), model_(forms.model) {
+  System alone = model_.system;
+  for (const Force& force : model_.system.forces) {
+    alone.forces = {force};
+    forces_.push_back(std::make_unique<Forces>(alone, model_.numbering));
+  }
+}
+
+template <class Use>
+void Causes::for_each_force(double t, const double* r, const double* v, const Use& use) {
+  std::vector<double> f(3 * model_.num_points());
+  for (std::size_t k = 0; k < forces_.size(); ++k) {
+    forces_[k]->evaluate(model_.parallel, t, r, v, f.data());
+    use(force_name(model_.system, k), f);
+  }
+}
+
+std::vector<ReactionPart> Causes::find(double t, const double* r, const double* v, const double* q,
+                                       const double* q_dot) {
+  return forms_.normal != nullptr ? find_by_constraints(t, r, v) : find_by_coordinates(t, r, v, q, q_dot);
+}
+
+std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r, const double* v) {
+  NormalForm& normal = *forms_.normal;
+  const std::size_t size = 3 * model_.num_points(), num_rows = model_.num_rows();
+  std::vector<ReactionPart> result;
+  std::vector<double> lambda(num_rows), dw(size), eta(size);
+  // S lambda = -b
+  const auto add = [&](std::string cause, const std::vector<double>& b) {
+    normal.respond(b.data(), lambda.data(), dw.data());
+    model_.gather.reactions(model_.parallel, normal.blocks().data(), lambda.data(), eta.data());
+    ReactionPart part{std::move(cause), std::vector<double>(num_rows), std::vector<double>(size)};
+    model_.numbering.scatter_rows(lambda, part.multipliers);
+    model_.numbering.scatter_points(eta, part.reactions);
+    result.push_back(std::move(part));
+  };
+
+  std::vector<double> b(num_rows), w0(size, 0.0);
+  for_each_force(t, r, v, [&](const std::string& name, const std::vector<double>& f) {
+    // b = K'M^-1 f
+    for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] = model_.inverse_mass[i / 3] * f[i];
+    if (num_rows > 0) {
+      model_.constraints.apply_transposed(model_.parallel, normal.blocks().data(), w0.data(), nullptr, b.data());
+    }
+    add(name, b);
+  });
+
+  const std::vector<double> nothing(size, 0.0), minus_v = negative(v, size);
+  const auto phi = [&](const double* velocities, const std::vector<double>& accelerations) {
+    std::vector<double> rows(num_rows);
+    model_.constraints.evaluate_right_side(model_.parallel, r, velocities, accelerations.data(), rows.data(), nullptr);
+    return rows;
+  };
+  const std::vector<double> whole = phi(v, nothing);
+  Terms terms(whole, phi(minus_v.data(), nothing), phi(nothing.data(), nothing));
+  if (!model_.is_rheonomic()) {
+    add("inertia", whole);
+    return result;
+  }
+  add("inertia", terms.quadratic);
+  // K_s'a_s
+  std::vector<double> given(nothing);
+  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+            given.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  if (num_rows > 0) {
+    model_.constraints.apply_transposed(model_.parallel, normal.blocks().data(), given.data(), terms.rest.data(),
+                                        b.data());
+  }
+  add("drive", b);
+  return result;
+}
+
+std::vector<ReactionPart> Causes::find_by_coordinates(double t, const double* r, const double* v, const double* q,
+                                                      const double* q_dot) {
+  const std::size_t size = 3 * model_.num_points(), moving = 3 * model_.num_moving();
+  std::vector<ReactionPart> result;
+  std::vector<double> eta(size), force(size, 0.0);
+  // eta = [I - M A H^-1 A'] (M psi - f) (24): what psi has in T takes no part
+  const auto add = [&](std::string cause) {
+    forms_.tangent->respond(force.data(), eta.data());
+    ReactionPart part{std::move(cause), {}, std::vector<double>(size)};
+    model_.numbering.scatter_points(eta, part.reactions);
+    result.push_back(std::move(part));
+  };
+  for_each_force(t, r, v, [&](const std::string& name, const std::vector<double>& f) {
+    for (std::size_t i = 0; i < moving; ++i) force[i] = -f[i];
+    add(name);
+  });
+
+  const std::size_t s = model_.coordinates.num_coordinates();
+  const auto psi = [&](const double* rates) {
+    std::vector<double> places(r, r + size), velocities(v, v + size), result_psi(size, 0.0);
+    std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+              result_psi.begin() + static_cast<std::ptrdiff_t>(moving));
+    model_.coordinates.evaluate(model_.parallel, q, rates, places.data(), velocities.data(), result_psi.data(),
+                                nullptr);
+    return result_psi;
+  };
+  const std::vector<double> rest(s, 0.0), minus_q_dot = negative(q_dot, s), whole = psi(q_dot);
+  const Terms terms(whole, psi(minus_q_dot.data()), psi(rest.data()));
+  const auto weigh = [&](const std::vector<double>& accelerations) {
+    for (std::size_t i = 0; i < moving; ++i) force[i] = model_.mass[i / 3] * accelerations[i];
+  };
+  if (!model_.is_rheonomic()) {
+    weigh(whole);
+    add("inertia");
+    return result;
+  }
+  weigh(terms.quadratic);
+  add("inertia");
+  weigh(terms.rest);
+  add("drive");
+  return result;
+}
+
+}  // namespace tanor

@@ -1,0 +1,274 @@
+#include <tanor/direct_problem.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "dynamics/split.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+std::size_t count_coordinates(const Coordinates& entry) {
+  struct Count {
+    std::size_t operator()(const FreeCoordinates& group) const { return 3 * group.points.size(); }
+    std::size_t operator()(const LineCoordinates& group) const { return group.points.size(); }
+    std::size_t operator()(const PlaneCoordinates& group) const { return 2 * group.points.size(); }
+    std::size_t operator()(const CircleCoordinates& group) const { return group.points.size(); }
+    std::size_t operator()(const SphereCoordinates& group) const { return 2 * group.points.size(); }
+    std::size_t operator()(const ChainAngles& group) const {
+      return (group.normal == Vector3{} ? 2 : 1) * group.points.size();
+    }
+    std::size_t operator()(const RigidBody&) const { return 6; }
+    std::size_t operator()(const UserCoordinates& group) const { return group.q.size(); }
+  };
+  return std::visit(Count(), entry);
+}
+
+/// [place in the user's order] -> inner coordinate: inside, entries stand kind by kind, in the order of the variant.
+std::vector<std::size_t> order_coordinates(const System& system) {
+  std::vector<std::size_t> entries(system.coordinates.size()), first(entries.size());
+  std::iota(entries.begin(), entries.end(), std::size_t{0});
+  std::stable_sort(entries.begin(), entries.end(), [&](std::size_t a, std::size_t b) {
+    return system.coordinates[a].index() < system.coordinates[b].index();
+  });
+  std::size_t next = 0;
+  for (const std::size_t entry : entries) {
+    first[entry] = next;
+    next += count_coordinates(system.coordinates[entry]);
+  }
+  std::vector<std::size_t> result;
+  for (std::size_t entry = 0; entry < first.size(); ++entry) {
+    for (std::size_t j = 0; j < count_coordinates(system.coordinates[entry]); ++j) result.push_back(first[entry] + j);
+  }
+  return result;
+}
+
+void check_size(const std::vector<double>& array, std::size_t wanted, const char* name) {
+  if (array.size() != wanted) {
+    throw InputError("", std::string(name) + ": " + text(array.size()) + " numbers; " + text(wanted) + " are needed");
+  }
+}
+
+}  // namespace
+
+struct DirectProblem::Implementation {
+  Model model;
+  std::optional<NormalSpace> normal;    // none: coordinates alone are given
+  std::optional<TangentSpace> tangent;  // only where they are
+  std::vector<double> blocks;           // of K or A
+  std::vector<double> row_norms;        // [d] |gradient|
+  std::vector<double> r, v, w, w0;      // [3n] inner
+  std::vector<double> q, q_dot;         // [s]
+  std::vector<std::size_t> coordinate;  // [user's] -> inner
+
+  Implementation(System system, const SolverOptions& options)
+      : model(std::move(system), options, 0.0),
+        row_norms(model.num_rows()),
+        q(model.coordinates.num_coordinates()),
+        q_dot(q.size()),
+        coordinate(order_coordinates(model.system)) {
+    for (std::vector<double>* array : {&r, &v, &w, &w0}) array->resize(size());
+    if (model.coordinates.empty() || model.num_rows() > 0) {
+      normal.emplace(model);
+      blocks.resize(3 * model.constraints.num_blocks());
+    } else {
+      tangent.emplace(model);
+      blocks.resize(3 * model.coordinates.num_blocks());
+      model.coordinates.write_start(q.data(), q_dot.data());
+    }
+  }
+
+  std::size_t size() const { return 3 * model.num_points(); }
+  std::size_t moving() const { return 3 * model.num_moving(); }
+
+  std::string name_point(std::size_t inner) const { return "point " + text(model.numbering.user_point[inner]); }
+
+  /// The violation grows to |x_i - y_i|/scale where that is more, over a range of inner points.
+  void compare(const std::vector<double>& x, const std::vector<double>& y, double scale, std::size_t begin,
+               std::size_t end, Violation* violation) const {
+    for (std::size_t i = begin; i < end; ++i) {
+      const double by = norm(load(x.data(), i) - load(y.data(), i)) / scale;
+      if (by > violation->largest) *violation = {by, name_point(i)};
+    }
+  }
+  void compare(const std::vector<double>& rows, Violation* violation) const {
+    for (std::size_t a = 0; a < rows.size(); ++a) {
+      if (std::abs(rows[a]) > violation->largest) *violation = {std::abs(rows[a]), model.name_row(a)};
+    }
+  }
+
+  MotionForces evaluate(double t, const MotionState& points);
+  void put_supports(double t, MotionForces* result);
+  Outcome measure_constraints(double t, MotionForces* result);
+  Outcome measure_coordinates(double t, MotionForces* result);
+  void divide_force(MotionForces* result);
+};
+
+/// Supports move as prescribed; the given motion is judged by that.
+void DirectProblem::Implementation::put_supports(double t, MotionForces* result) {
+  const std::vector<double> r_given = r, v_given = v, w_given = w;
+  model.prescribe_all(t, r.data(), v.data());
+  std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
+            w.begin() + static_cast<std::ptrdiff_t>(moving()));
+  const std::size_t first = model.num_moving(), end = model.num_points();
+  compare(r_given, r, model.scene_size, first, end, &result->position);
+  compare(v_given, v, 1.0, first, end, &result->velocity);
+  compare(w_given, w, 1.0, first, end, &result->acceleration);
+}
+
+Outcome DirectProblem::Implementation::measure_constraints(double t, MotionForces* result) {
+  std::vector<double> position(model.num_rows()), velocity(position), acceleration(position);
+  if (!position.empty()) {
+    model.constraints.measure(r.data(), v.data(), position.data(), velocity.data());
+    // K'w + phi
+    model.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), w.data(), acceleration.data(),
+                                          blocks.data());
+    std::fill(row_norms.begin(), row_norms.end(), 0.0);
+    for (const Incidence& incidence : model.incidences) {
+      double& largest = row_norms[static_cast<std::size_t>(incidence.row)];
+      largest = std::max(largest, norm(load(blocks.data(), incidence.block)));
+    }
+    for (std::size_t a = 0; a < acceleration.size(); ++a) acceleration[a] /= row_norms[a];
+  }
+  compare(position, &result->position);
+  compare(velocity, &result->velocity);
+  compare(acceleration, &result->acceleration);
+  return normal->factorize(t, blocks.data());
+}
+
+/// What coordinates say of r, v, w: the nearest r(q, t), A q_dot + r_t, A q_ddot + psi.
+Outcome DirectProblem::Implementation::measure_coordinates(double t, MotionForces* result) {
+  std::vector<double> places = r, rates = v, psi(size()), part(size()), rest(size(), 0.0);
+  const std::vector<double> no_rates(q.size(), 0.0);
+  model.coordinates.locate(r.data(), q.data());
+  model.coordinates.evaluate(model.parallel, q.data(), no_rates.data(), places.data(), rates.data(), psi.data(),
+                             blocks.data());
+  compare(r, places, model.scene_size, 0, model.num_moving(), &result->position);
+  if (Outcome outcome = tangent->factorize(t, blocks.data()); !outcome.ok()) return outcome;
+  // G q_dot = A'(v - r_t)
+  for (std::size_t i = 0; i < moving(); ++i) rest[i] = v[i] - rates[i];
+  tangent->project(rest.data(), part.data(), q_dot.data());
+  compare(rest, part, 1.0, 0, model.num_moving(), &result->velocity);
+  model.coordinates.evaluate(model.parallel, q.data(), q_dot.data(), places.data(), rates.data(), psi.data(), nullptr);
+  for (std::size_t i = 0; i < moving(); ++i) rest[i] = w[i] - psi[i];
+  tangent->project(rest.data(), part.data());
+  compare(rest, part, 1.0, 0, model.num_moving(), &result->acceleration);
+  return {};
+}
+
+/// Mw - f = eta + u_T
+void DirectProblem::Implementation::divide_force(MotionForces* result) {
+  std::vector<double> force(size(), 0.0), eta(size(), 0.0), control(size(), 0.0);
+  for (std::size_t i = 0; i < moving(); ++i) force[i] = model.mass[i / 3] * w[i] - model.f[i];
+  if (normal) {
+    std::vector<double> lambda(model.num_rows(), 0.0);
+    normal->project(force.data(), eta.data(), lambda.data());
+    for (std::size_t i = 0; i < moving(); ++i) control[i] = force[i] - eta[i];
+    model.gather.reactions(model.parallel, blocks.data(), lambda.data(), eta.data());
+    result->multipliers.resize(lambda.size());
+    model.numbering.scatter_rows(lambda, result->multipliers);
+  } else {
+    tangent->project(force.data(), control.data());
+    for (std::size_t i = 0; i < moving(); ++i) eta[i] = force[i] - control[i];
+    model.coordinates.add_support_reactions(eta.data());
+  }
+  for (std::size_t i = 0; i < model.num_moving(); ++i) {
+    const double by = norm(load(control.data(), i));
+    if (by <= result->largest_control) continue;
+    result->largest_control = by;
+    result->controlled_point = model.numbering.user_point[i];
+  }
+  for (std::vector<double>* array : {&result->reactions, &result->control_forces, &result->support_forces}) {
+    array->resize(size());
+  }
+  model.numbering.scatter_points(eta, result->reactions);
+  model.numbering.scatter_points(control, result->control_forces);
+  // What the constraints do there, and f.
+  std::fill_n(eta.begin(), moving(), 0.0);
+  for (std::size_t i = moving(); i < size(); ++i) eta[i] += model.f[i];
+  model.numbering.scatter_points(eta, result->support_forces);
+}
+
+MotionForces DirectProblem::Implementation::evaluate(double t, const MotionState& points) {
+  check_size(points.value, size(), "positions");
+  check_size(points.rate, size(), "velocities");
+  check_size(points.acceleration, size(), "accelerations");
+  model.set_time(t);
+  model.numbering.gather_points(points.value, r);
+  model.numbering.gather_points(points.rate, v);
+  model.numbering.gather_points(points.acceleration, w);
+  MotionForces result;
+  put_supports(t, &result);
+  if (!std::isfinite(model.evaluate_free(t, r.data(), v.data(), w0.data()) + model.largest_norm(r.data()) +
+                     model.largest_norm(v.data()) + model.largest_norm(w.data()))) {
+    result.outcome = model.not_finite(t);
+    return result;
+  }
+  result.outcome = normal ? measure_constraints(t, &result) : measure_coordinates(t, &result);
+  if (result.outcome.ok()) divide_force(&result);
+  return result;
+}
+
+DirectProblem::DirectProblem(System system, SolverOptions options)
+    : implementation_(std::make_unique<Implementation>(std::move(system), options)) {}
+DirectProblem::DirectProblem(DirectProblem&&) noexcept = default;
+DirectProblem& DirectProblem::operator=(DirectProblem&&) noexcept = default;
+DirectProblem::~DirectProblem() = default;
+
+const System& DirectProblem::system() const {
+  return implementation_->model.system;
+}
+std::size_t DirectProblem::num_equations() const {
+  return implementation_->model.num_rows();
+}
+std::size_t DirectProblem::num_coordinates() const {
+  return implementation_->coordinate.size();
+}
+
+MotionForces DirectProblem::evaluate(double t, const MotionState& points) {
+  return implementation_->evaluate(t, points);
+}
+
+MotionState DirectProblem::place(double t, const MotionState& coordinates) {
+  Implementation& self = *implementation_;
+  Model& model = self.model;
+  if (model.coordinates.empty()) throw InputError("/coordinates", "a motion q(t) needs coordinates; none are given");
+  if (model.coordinates.has_charts()) {
+    throw InputError("/coordinates",
+                     "a motion q(t) needs coordinates of one meaning; spheres, bodies and directions in "
+                     "space have charts that move along: give r(t) instead");
+  }
+  const std::size_t s = num_coordinates();
+  const auto gather = [&](const std::vector<double>& given, const char* name) {
+    check_size(given, s, name);
+    std::vector<double> result(s);
+    for (std::size_t j = 0; j < s; ++j) result[self.coordinate[j]] = given[j];
+    return result;
+  };
+  const std::vector<double> q = gather(coordinates.value, "q"), q_dot = gather(coordinates.rate, "q_dot"),
+                            q_ddot = gather(coordinates.acceleration, "q_ddot");
+  std::vector<double> r(self.size()), v(self.size()), psi(self.size()), w(self.size()),
+      blocks(3 * model.coordinates.num_blocks());
+  model.set_time(t);
+  model.prescribe_all(t, r.data(), v.data());
+  std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
+            psi.begin() + static_cast<std::ptrdiff_t>(self.moving()));
+  model.coordinates.evaluate(model.parallel, q.data(), q_dot.data(), r.data(), v.data(), psi.data(), blocks.data());
+  // w = A q_ddot + psi
+  model.coordinates.apply(model.parallel, blocks.data(), q_ddot.data(), w.data());
+  for (std::size_t i = 0; i < self.size(); ++i) w[i] = (i < self.moving() ? w[i] : 0.0) + psi[i];
+
+  MotionState result{std::vector<double>(self.size()), std::vector<double>(self.size()),
+                     std::vector<double>(self.size())};
+  model.numbering.scatter_points(r, result.value);
+  model.numbering.scatter_points(v, result.rate);
+  model.numbering.scatter_points(w, result.acceleration);
+  return result;
+}
+
+}  // namespace tanor

@@ -1,0 +1,123 @@
+#include "dynamics/split.hpp"
+
+#include <algorithm>
+
+#include "base/stopwatch.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr int passes = 3;  // of refinement, the first solve included
+
+std::vector<double> unit_masses(const Model& model) {
+  std::vector<double> result(model.num_points(), 0.0);
+  std::fill_n(result.begin(), model.num_moving(), 1.0);
+  return result;
+}
+
+}  // namespace
+
+bool has_one_mass(const Model& model) {
+  const auto end = model.mass.begin() + static_cast<std::ptrdiff_t>(model.num_moving());
+  return model.num_moving() > 0 && std::all_of(model.mass.begin(), end, [&](double m) { return m == model.mass[0]; });
+}
+
+// ---- N ----
+
+NormalSpace::NormalSpace(Model& model, NormalForm* one_mass)
+    : model_(model),
+      one_mass_(one_mass),
+      unit_(unit_masses(model)),
+      c_(model.num_rows()),
+      rows_(model.num_rows()),
+      points_(3 * model.num_points(), 0.0) {
+  if (one_mass_ != nullptr || model.num_rows() == 0) return;
+  solver_ = std::make_unique<GramSolver>(model.incidences, unit_, model.numbering, Ordering::Auto,
+                                         model.constraints.squared_gradient_norms());
+}
+
+Outcome NormalSpace::factorize(double t, const double* blocks) {
+  blocks_ = blocks;
+  if (!solver_) return {};
+  const Stopwatch watch(&model_.times.factor);
+  ++model_.counters.split_factorizations;
+  solver_->assemble(model_.parallel, blocks);
+  const GramSolver::Quality quality = solver_->factorize(model_.parallel);
+  if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
+  return {Status::Singular, "Gamma = K'K is singular at t = " + text(t) + ": " + model_.name_row(quality.weakest_row) +
+                                " depends on other constraints, or its gradient vanishes"};
+}
+
+void NormalSpace::find_least(const double* c, double* x, double* mu) {
+  std::fill(x, x + 3 * model_.num_points(), 0.0);
+  if (model_.num_rows() == 0) return;
+  std::transform(c, c + rows_.size(), c_.begin(), [](double a) { return -a; });
+  if (one_mass_ != nullptr) {
+    // M^-1 K S^-1 c = K Gamma^-1 c, Gamma^-1 c = S^-1 c/m
+    one_mass_->respond(c_.data(), mu, x);
+    for (std::size_t a = 0; a < rows_.size(); ++a) mu[a] /= model_.mass[0];
+    return;
+  }
+  std::fill(mu, mu + rows_.size(), 0.0);
+  rows_ = c_;
+  // rho = K'x - c, mu -= Gamma^-1 rho, x -= K Gamma^-1 rho
+  for (int pass = 0; pass < passes; ++pass) {
+    solver_->solve_negative(model_.parallel, rows_.data(), rows_.data());
+    for (std::size_t a = 0; a < rows_.size(); ++a) mu[a] += rows_[a];
+    model_.gather.add_scaled(model_.parallel, blocks_, rows_.data(), unit_.data(), model_.num_moving(), x);
+    model_.constraints.apply_transposed(model_.parallel, blocks_, x, c_.data(), rows_.data());
+  }
+}
+
+void NormalSpace::project(const double* u, double* u_N, double* mu) {
+  // K'u of the points that move
+  std::copy(u, u + 3 * model_.num_moving(), points_.begin());
+  std::vector<double> c(rows_.size());
+  if (!c.empty()) {
+    model_.constraints.apply_transposed(model_.parallel, blocks_, points_.data(), nullptr, c.data());
+  }
+  find_least(c.data(), u_N, mu);
+}
+
+// ---- T ----
+
+TangentSpace::TangentSpace(Model& model)
+    : model_(model),
+      solver_(model.coordinates.list_products(unit_masses(model)),
+              {model.coordinates.island_start(), model.coordinates.num_coordinates()}, Ordering::Auto),
+      columns_(model.coordinates.num_coordinates()),
+      points_(3 * model.num_points(), 0.0),
+      rest_(3 * model.num_points(), 0.0) {}
+
+Outcome TangentSpace::factorize(double t, const double* blocks) {
+  blocks_ = blocks;
+  const Stopwatch watch(&model_.times.factor);
+  ++model_.counters.split_factorizations;
+  solver_.assemble(model_.parallel, blocks);
+  const GramSolver::Quality quality = solver_.factorize(model_.parallel);
+  if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
+  return {Status::Singular, "G = A'A is singular at t = " + text(t) + ": coordinate " + text(quality.weakest_row) +
+                                " moves no point, or others move the points the same way"};
+}
+
+void TangentSpace::project(const double* u, double* u_T, double* x) {
+  const std::size_t moving = 3 * model_.num_moving();
+  if (x != nullptr) std::fill(x, x + columns_.size(), 0.0);
+  std::fill(u_T, u_T + 3 * model_.num_points(), 0.0);
+  std::copy(u, u + moving, rest_.begin());
+  // rest = u - u_T; u_T += A G^-1 A'rest
+  for (int pass = 0; pass < passes; ++pass) {
+    model_.coordinates.apply_transposed(model_.parallel, blocks_, rest_.data(), columns_.data());
+    solver_.solve_negative(model_.parallel, columns_.data(), columns_.data());
+    model_.coordinates.apply(model_.parallel, blocks_, columns_.data(), points_.data());
+    for (std::size_t j = 0; x != nullptr && j < columns_.size(); ++j) x[j] -= columns_[j];
+    for (std::size_t i = 0; i < moving; ++i) {
+      u_T[i] -= points_[i];
+      rest_[i] += points_[i];
+    }
+  }
+}
+
+}  // namespace tanor

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dynamics/model.hpp"
+#include "dynamics/normal_form.hpp"
+#include "solve/gram_solver.hpp"
+
+/// \file The Euclidean split u = u_T + u_N (16) of R^{3n}; mass does not enter. Rows of supports have no part in it.
+namespace tanor {
+
+/// N, spanned by K: u_N = K Gamma^-1 K'u (15), Gamma = K'K. Gamma has the pattern of S: the same machinery with unit
+/// masses.
+class NormalSpace {
+ public:
+  /// `one_mass`: null, or the normal form of a system whose masses are all m. Then Gamma = m S (36), and its factor of
+  /// S serves: it must stand at the same configuration.
+  explicit NormalSpace(Model& model, NormalForm* one_mass = nullptr);
+
+  /// At t, with K as blocks, which must live as long as the factor.
+  Outcome factorize(double t, const double* blocks);
+  /// The least x [3n] with K'x = c, x = K mu, mu = Gamma^-1 c [d]; refined to rounding.
+  void find_least(const double* c, double* x, double* mu);
+  /// u_N = K mu, mu = Gamma^-1 K'u.
+  void project(const double* u, double* u_N, double* mu);
+
+ private:
+  Model& model_;
+  NormalForm* one_mass_;
+  std::vector<double> unit_;            // [point] 1; supports: 0
+  std::unique_ptr<GramSolver> solver_;  // null with one mass
+  const double* blocks_ = nullptr;
+  std::vector<double> c_, rows_;  // [d] scratch
+  std::vector<double> points_;    // [3n] scratch
+};
+
+/// T, spanned by A: u_T = A G^-1 A'u (15), G = A'A: H with unit masses.
+class TangentSpace {
+ public:
+  explicit TangentSpace(Model& model);
+
+  /// At t, with A as blocks, which must live as long as the factor.
+  Outcome factorize(double t, const double* blocks);
+  /// u_T = A x [3n], refined to rounding; x = G^-1 A'u [s] as well unless null.
+  void project(const double* u, double* u_T, double* x = nullptr);
+
+ private:
+  Model& model_;
+  GramSolver solver_;
+  const double* blocks_ = nullptr;
+  std::vector<double> columns_;        // [s] scratch
+  std::vector<double> points_, rest_;  // [3n] scratch
+};
+
+/// All points that move have one mass.
+bool has_one_mass(const Model& model);
+
+}  // namespace tanor

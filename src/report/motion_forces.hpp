@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <tanor/direct_problem.hpp>
+
+namespace tanor::report {
+
+/// What `forces` found, sample by sample.
+struct ForcesOfMotion {
+  std::string scene, motion;  ///< names
+  std::size_t num_points = 0, num_equations = 0;
+  bool by_coordinates = false;  ///< the motion was given as q(t)
+  std::vector<double> times;
+  std::vector<MotionForces> samples;  ///< one a time
+
+  /// The sample whose number is largest; `number` of a MotionForces.
+  template <class Number>
+  std::size_t find_worst(const Number& number) const {
+    std::size_t worst = 0;
+    for (std::size_t k = 1; k < samples.size(); ++k) {
+      if (number(samples[k]) > number(samples[worst])) worst = k;
+    }
+    return worst;
+  }
+};
+
+/// `forces.json` in a folder, which is made; arrays over time (samples x 3 points, samples x equations) stand in it,
+/// or, above `largest_inline` rows of points, in `forces_<key>.npy` beside it. What was not found is null.
+void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& forces);
+
+}  // namespace tanor::report
