@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -29,6 +30,8 @@ struct PlanSummary {
   std::size_t pattern_nonzeros = 0;   ///< of the lower triangle of S, or H
   std::size_t factor_nonzeros = 0;    ///< of L
   double factor_flops = 0.0;          ///< of one numeric factorization
+  double normal_flops = 0.0;          ///< predicted, of one evaluation and solve in normal form; 0: not made
+  double tangent_flops = 0.0;         ///< likewise in tangent form
   std::string ordering;               ///< used: "natural", "amd", …; several joined by '+'
   std::string factorization;          ///< "simplicial", "supernodal", "none"
   std::vector<std::string> left_out;  ///< what this system does not need
@@ -41,6 +44,8 @@ struct SolveReport {
   double residual = 0.0;  ///< max |K'w + phi| over its largest term; tangent form: last correction of w, relative
   double reciprocal_condition = 1.0;   ///< of the scaled S or H, CHOLMOD's cheap estimate; smallest over the parts
   int refinements = 0;
+  /// Form::Both: largest relative difference of w, and of eta, between the two forms; else NaN.
+  double forms_disagreement = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct ProjectionReport {
@@ -87,6 +92,11 @@ class TANOR_API Dynamics {
   /// Forces that the last solve found on the points, 3n, N: active ones, and the load each support carries (K lambda + f there).
   void active_forces(std::span<double> forces) const;
   void support_forces(std::span<double> forces) const;
+
+  /// q, q_dot, q_ddot of the last solve, `plan().coordinates` numbers each where the tangent form answers; entry by
+  /// entry, member by member, as `System::coordinates` lists them. Charts are centred at the present place: spheres,
+  /// directions and rotations have q = 0 there. An empty span is not wanted.
+  void coordinates(std::span<double> q, std::span<double> q_dot, std::span<double> q_ddot) const;
 
   /// The split of the last solve, w = w_T + w_N: w_N = -K Gamma^-1 phi (21), w_T = w - w_N (19); rows of supports are 0.
   /// Both arrays are wanted, 3n each. Makes and factorizes Gamma anew in each call: for looking, not for stepping.

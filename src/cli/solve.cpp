@@ -1,3 +1,4 @@
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -35,6 +36,7 @@ ExitCode execute(const SolveOptions& options) {
   report::Solution solution;
   solution.num_points = dynamics.num_points();
   solution.left_out = dynamics.plan().left_out;
+  solution.form = report::name_form(dynamics.plan());
   const StartReport start =
       naming_file(options.scene, [&] { return dynamics.start(0.0, positions, velocities, scene.motion.start); });
   if (!start.outcome.ok()) {
@@ -53,7 +55,7 @@ ExitCode execute(const SolveOptions& options) {
   }
   dynamics.support_forces(support_forces);
   solution.accelerations = accelerations;
-  solution.multipliers = multipliers;
+  if (report::has_multipliers(dynamics.plan())) solution.multipliers = multipliers;
   // Unique where S has a Cholesky factor; an equation between supports alone is no part of it.
   solution.multipliers_unique.assign(multipliers.size(), true);
   for (const std::size_t row : dynamics.plan().idle_equations) solution.multipliers_unique[row] = false;
@@ -61,6 +63,7 @@ ExitCode execute(const SolveOptions& options) {
   solution.support_forces = support_forces;
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
     solution.certificate = {.residual = report.residual, .reciprocal_condition = report.reciprocal_condition};
+    if (!std::isnan(report.forms_disagreement)) solution.certificate->forms_agree = report.forms_disagreement;
   }
 
   std::vector<double> tangent(size), normal(size);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "dynamics/model.hpp"
 #include "dynamics/normal_form.hpp"
@@ -23,6 +25,14 @@ class Forms {
 
   bool is_tangent() const { return main == tangent.get(); }
 
+  /// Consistent start of `main`. Where both coordinates and constraints are given they must describe the same motion:
+  /// the coordinates say where the points are, and the constraints are checked there.
+  StartReport start(double t, double* r, double* v, StartMode mode);
+  /// The other form at the state of `main`'s last accelerations w [3n] with its eta [3n]: the largest difference of w
+  /// over the largest acceleration there, and of eta over the largest force, whichever is larger.
+  Outcome compare(double t, const double* r, const double* v, const double* w, const double* eta,
+                  double* disagreement);
+
   /// lambda [d] and eta [3n] that belong to `main`'s last accelerations, at (t, r, v). The tangent form knows eta;
   /// lambda then costs a solve of the normal form.
   Outcome reactions(double t, const double* r, const double* v, double* lambda, double* eta);
@@ -31,7 +41,12 @@ class Forms {
   void choose(Form wanted);
   void make_plan();
 
+  std::string reason_;  // why the other form does not step
+
   std::vector<double> scratch_;  // [3n]
+  struct {
+    std::vector<double> q, q_dot, q_ddot, r, v, w, eta;
+  } other_;  // of `compare`
 };
 
 }  // namespace tanor

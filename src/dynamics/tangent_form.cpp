@@ -69,7 +69,8 @@ Outcome TangentForm::factorize(double t) {
   const GramSolver::Quality quality = solver_.factorize(model_.parallel);
   last_.reciprocal_condition = quality.reciprocal_condition;
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
-  return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " + text(quality.weakest_row) +
+  return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " +
+                                model_.coordinates.name_coordinate(model_.system, quality.weakest_row) +
                                 " moves no point, or others move the points the same way"};
 }
 

@@ -2,10 +2,19 @@
 
 namespace tanor::report {
 
+std::string_view name_form(const PlanSummary& plan) {
+  return plan.form == Form::Tangent ? "tangent" : "normal";
+}
+
+bool has_multipliers(const PlanSummary& plan) {
+  return plan.form == Form::Normal || plan.equations > 0;
+}
+
 void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate) {
-  std::optional<double> residual, reciprocal_condition;
+  std::optional<double> residual, reciprocal_condition, forms_agree;
   if (certificate) {
     residual = certificate->residual;
+    forms_agree = certificate->forms_agree;
     reciprocal_condition = certificate->reciprocal_condition;
   }
   json->key("certificate").begin_object();
@@ -13,7 +22,7 @@ void write_certificate(JsonWriter* json, const std::optional<Certificate>& certi
   json->key("tangent_identity").null();
   json->key("orthogonality").null();
   json->key("residual").value(residual);
-  json->key("forms_agree").null();
+  json->key("forms_agree").value(forms_agree);
   json->key("power_balance").null();
   json->key("reciprocal_condition").value(reciprocal_condition);
   json->end_object();

@@ -2,18 +2,26 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include <tanor/dynamics.hpp>
 
 #include "report/json_writer.hpp"
 
 /// What summary.json and the answer of `solve` have in common.
 namespace tanor::report {
 
-/// Proof of an answer. This version knows the normal form alone: the identities (9), (10), (15), (16) and the
-/// agreement of two forms are not computed.
+/// "normal" or "tangent": the form that answers.
+std::string_view name_form(const PlanSummary& plan);
+/// Coordinates alone have reactions, but no multipliers.
+bool has_multipliers(const PlanSummary& plan);
+
+/// Proof of an answer. The identities (9), (10), (15), (16) are not computed in this version.
 struct Certificate {
   double residual = 0.0;              ///< max |K'w + phi| / (sum of the magnitudes of its terms)
-  double reciprocal_condition = 0.0;  ///< of the scaled S
+  double reciprocal_condition = 0.0;  ///< of the scaled S or H
+  std::optional<double> forms_agree{};  ///< relative difference of w and eta between both forms
 };
 
 /// The object `certificate` of the contract; without one every member is null.

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "report/array_writer.hpp"
@@ -18,6 +19,7 @@ struct Solution {
   Numbers multipliers, reactions, support_forces;
   std::vector<bool> multipliers_unique;  ///< one for each multiplier
   std::optional<Certificate> certificate;
+  std::string_view form = "normal";
   std::vector<std::string> left_out;
 };
 
