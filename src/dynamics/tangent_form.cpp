@@ -193,7 +193,13 @@ Outcome TangentForm::adopt(double t, const double* r, const double* v, double* q
   model_.set_time(t);
   model_.coordinates.locate(r, q_.data());
   std::copy(q_.begin(), q_.end(), q);
-  return find_rates(t, v, q, q_dot);
+  if (Outcome outcome = find_rates(t, v, q, q_dot); !outcome.ok()) return outcome;
+  constexpr double allowed = 1e-3;  // as at the start
+  const double distance = model_.largest_move(r_.data(), r);
+  if (distance <= allowed * model_.scene_size) return {};
+  return {Status::NotConverged, "the positions at t = " + text(t) +
+                                    " are not those of the coordinates: the nearest that were found lie " +
+                                    text(distance) + " m away"};
 }
 
 ProjectionReport TangentForm::put_positions(double t, double* r) {
