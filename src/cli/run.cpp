@@ -49,22 +49,39 @@ struct Ending {
   std::string why;
 };
 
+/// Whether the answer after this step is to be proven; the last one is anyway.
+bool is_due(const scene::CertificatePolicy& policy, std::size_t step) {
+  using When = scene::CertificatePolicy::When;
+  return policy.when == When::Always || (policy.when == When::Every && step % static_cast<std::size_t>(policy.every) == 0);
+}
+
+/// Certifies the present state; returns why it failed, nothing where it passed.
+std::string prove(Simulation* simulation, RunFolder* folder) {
+  const Certificate certificate = simulation->certify();
+  folder->take_certificate(certificate);
+  return certificate.passed() ? std::string() : certificate.line();
+}
+
 /// From output time to output time until t_end, a failure, or a signal.
 Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* folder, report::Progress* progress) {
+  std::string not_proven;
   const auto observe = [&](const MotionReport& report) {
     progress->update(report);
-    return caught_interrupt() == nullptr;
+    if (is_due(scene.certificate, report.steps)) not_proven = prove(simulation, folder);
+    return not_proven.empty() && caught_interrupt() == nullptr;
   };
   while (simulation->time() < scene.t_end) {
     const double begin = simulation->time();
     const Outcome outcome = simulation->advance(next_output_time(begin, scene.output_every, scene.t_end), observe);
     if (simulation->time() > begin) folder->write_frame(*simulation);
     if (!outcome.ok()) return {ExitCode::NoAnswer, outcome.what};
+    if (!not_proven.empty()) return {ExitCode::NoAnswer, not_proven};
     if (const char* signal = caught_interrupt(); signal && simulation->time() < scene.t_end) {
       return {ExitCode::NoAnswer, fmt::format("{} came", signal)};
     }
   }
-  return {};
+  if (scene.certificate.when != scene::CertificatePolicy::When::Off) not_proven = prove(simulation, folder);
+  return {not_proven.empty() ? ExitCode::Done : ExitCode::NoAnswer, not_proven};
 }
 
 /// The start and all that follows; trouble of any kind is an ending.

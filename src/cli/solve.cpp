@@ -1,4 +1,3 @@
-#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -62,8 +61,7 @@ ExitCode execute(const SolveOptions& options) {
   solution.reactions = reactions;
   solution.support_forces = support_forces;
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
-    solution.certificate = {.residual = report.residual, .reciprocal_condition = report.reciprocal_condition};
-    if (!std::isnan(report.forms_disagreement)) solution.certificate->forms_agree = report.forms_disagreement;
+    solution.certificate = dynamics.certify();
   }
 
   std::vector<double> tangent(size), normal(size);

@@ -1,11 +1,11 @@
 #include "dynamics/forms.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace tanor {
 
-Forms::Forms(System system, const SolverOptions& options, double t) : model(std::move(system), options, t) {
+Forms::Forms(System system, const SolverOptions& options, double t)
+    : model(std::move(system), options, t), start_time_(t) {
   const bool has_coordinates = !model.coordinates.empty(), has_constraints = model.num_rows() > 0;
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
@@ -51,6 +51,7 @@ void Forms::make_plan() {
   if (!model.has_moving_supports()) left_out.push_back("support motion: every support is fixed");
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");
   if (!model.forces.has_springs()) left_out.push_back("spring forces: none");
+  if (!model.forces.has_pairs()) left_out.push_back("pair forces: none");
 }
 
 StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
@@ -66,22 +67,13 @@ StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
 
 Outcome Forms::compare(double t, const double* r, const double* v, const double* w, const double* eta,
                        double* disagreement) {
-  EquationsOfMotion& form = is_tangent() ? static_cast<EquationsOfMotion&>(*normal) : *tangent;
-  const std::size_t size = 3 * model.num_points(), moving = model.num_moving();
-  for (std::vector<double>* array : {&other_.r, &other_.v, &other_.w, &other_.eta}) array->resize(size);
-  for (std::vector<double>* array : {&other_.q, &other_.q_dot, &other_.q_ddot}) array->resize(form.size());
-  auto& [q, q_dot, q_ddot, other_r, other_v, other_w, other_eta] = other_;
-  if (Outcome outcome = form.adopt(t, r, v, q.data(), q_dot.data()); !outcome.ok()) return outcome;
-  Outcome outcome = form.accelerations(t, q.data(), q_dot.data(), Gradients::Evaluate, q_ddot.data());
-  if (!outcome.ok()) return outcome;
-  form.write_points(t, q.data(), q_dot.data(), q_ddot.data(), other_r.data(), other_v.data(), other_w.data());
-  form.reactions(other_eta.data());
-
+  for (std::vector<double>* array : {&other_w_, &other_eta_}) array->resize(3 * model.num_points());
+  if (Outcome outcome = solve_other(t, r, v, other_w_.data(), other_eta_.data()); !outcome.ok()) return outcome;
   double w_error = 0.0, w_scale = 0.0, eta_error = 0.0, eta_scale = 0.0;
-  for (std::size_t i = 0; i < moving; ++i) {
+  for (std::size_t i = 0; i < model.num_moving(); ++i) {
     const Vec3 f = load(model.f.data(), i);
-    w_error = larger(w_error, norm(load(w, i) - load(other_w.data(), i)));
-    eta_error = larger(eta_error, norm(load(eta, i) - load(other_eta.data(), i)));
+    w_error = larger(w_error, norm(load(w, i) - load(other_w_.data(), i)));
+    eta_error = larger(eta_error, norm(load(eta, i) - load(other_eta_.data(), i)));
     w_scale = std::max({w_scale, norm(load(w, i)), model.inverse_mass[i] * norm(f)});
     eta_scale = std::max({eta_scale, norm(load(eta, i)), norm(f)});
   }
@@ -106,6 +98,18 @@ Outcome Forms::reactions(double t, const double* r, const double* v, double* lam
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
   std::copy(scratch_.begin() + first_support, scratch_.end(), eta + first_support);
   return {};
+}
+
+Outcome Forms::solve_other(double t, const double* r, const double* v, double* w, double* eta) {
+  EquationsOfMotion* const other = is_tangent() ? static_cast<EquationsOfMotion*>(normal.get()) : tangent.get();
+  for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
+  std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
+  if (Outcome outcome = other->adopt(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
+  Outcome outcome = other->accelerations(t, x_.data(), x_dot_.data(), Gradients::Evaluate, x_ddot_.data());
+  if (!outcome.ok()) return outcome;
+  other->write_points(t, x_.data(), x_dot_.data(), x_ddot_.data(), places.data(), rates.data(), w);
+  other->reactions(eta);
+  return outcome;
 }
 
 }  // namespace tanor

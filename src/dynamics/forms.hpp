@@ -23,6 +23,7 @@ class Forms {
   EquationsOfMotion* main = nullptr;     ///< the form that steps and answers
   PlanSummary plan;
 
+  double start_time() const { return start_time_; }  ///< where "initial" values stand
   bool is_tangent() const { return main == tangent.get(); }
 
   /// Consistent start of `main`. Where both coordinates and constraints are given they must describe the same motion:
@@ -36,17 +37,17 @@ class Forms {
   /// lambda [d] and eta [3n] that belong to `main`'s last accelerations, at (t, r, v). The tangent form knows eta;
   /// lambda then costs a solve of the normal form.
   Outcome reactions(double t, const double* r, const double* v, double* lambda, double* eta);
+  /// w and eta [3n] by the form that does not step, at (t, r, v); both forms are there.
+  Outcome solve_other(double t, const double* r, const double* v, double* w, double* eta);
 
  private:
   void choose(Form wanted);
   void make_plan();
 
-  std::string reason_;  // why the other form does not step
-
-  std::vector<double> scratch_;  // [3n]
-  struct {
-    std::vector<double> q, q_dot, q_ddot, r, v, w, eta;
-  } other_;  // of `compare`
+  double start_time_;
+  std::string reason_;                        // why the other form does not step
+  std::vector<double> scratch_, other_w_, other_eta_;  // [3n]
+  std::vector<double> x_, x_dot_, x_ddot_;    // of the other form
 };
 
 }  // namespace tanor

@@ -59,10 +59,13 @@ class NormalForm final : public EquationsOfMotion {
   Outcome normal_accelerations(double t, const double* r, const double* v, double* w_normal);
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
+  /// rows := -S^-1 rows with the last factor [d].
+  void solve_negative(double* rows) { solver_.solve_negative(model_.parallel, rows, rows); }
   /// K as blocks at the last linearisation.
   const std::vector<double>& blocks() const { return blocks_; }
 
  private:
+  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
   Outcome factorize(double t);
   void correct(double* rows, double* points);
   ProjectionReport iterate_onto_positions(double t, double* r, double* sum);

@@ -15,6 +15,25 @@ std::size_t count_rods(const System& system) {
   return count;
 }
 
+std::string_view name_law(PairLaw law) {
+  return law == PairLaw::Wca ? "wca" : law == PairLaw::Lj ? "lj" : "log";
+}
+
+/// "gravity, pair (wca)"
+std::string list_forces(const System& system) {
+  std::string list;
+  for (const Force& force : system.forces) {
+    list += fmt::format("{}{}", list.empty() ? "" : ", ", kind_name(force));
+    if (const auto* pairs = std::get_if<PairForces>(&force)) {
+      list += fmt::format(" ({}", name_law(pairs->law));
+      if (pairs->box != Vector3{})
+        list += fmt::format(", box {} x {} x {} m", pairs->box[0], pairs->box[1], pairs->box[2]);
+      list += pairs->exclude_rods ? ", not along rods)" : ")";
+    }
+  }
+  return list.empty() ? "none" : list;
+}
+
 std::string line(const std::string& key, const std::string& text) {
   return fmt::format("  {:14}{}\n", key, text);
 }
@@ -29,6 +48,7 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
   page += line("source", facts.source);
   page += line("system", fmt::format("{} points, {} supports, {} rods, {} equations, {} islands", plan.points,
                                      plan.supports, count_rods(simulation.system()), plan.equations, plan.islands));
+  page += line("forces", list_forces(simulation.system()));
   page += line("start", fmt::format("corrected by {:.2g} m and {:.2g} m/s at most (M-norm projection)",
                                     report.start.position_correction, report.start.velocity_correction));
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
@@ -45,6 +65,7 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                            report.position_violation, report.velocity_violation, report.acceleration_violation));
   page += line("energy", fmt::format("{:.10g} J at the start, {:.10g} J at the end, relative drift {:.1e}",
                                      report.energy.start, report.energy.now, report.energy.drift_relative()));
+  if (facts.certificate) page += line("certificate", facts.certificate->line());
   return page;
 }
 

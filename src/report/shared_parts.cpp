@@ -1,5 +1,7 @@
 #include "report/shared_parts.hpp"
 
+#include <cmath>
+
 namespace tanor::report {
 
 std::string_view name_form(const PlanSummary& plan) {
@@ -11,20 +13,33 @@ bool has_multipliers(const PlanSummary& plan) {
 }
 
 void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate) {
-  std::optional<double> residual, reciprocal_condition, forms_agree;
-  if (certificate) {
-    residual = certificate->residual;
-    forms_agree = certificate->forms_agree;
-    reciprocal_condition = certificate->reciprocal_condition;
-  }
+  const auto write = [&](const char* key, double Certificate::* figure) {
+    const bool is_known = certificate && !std::isnan(*certificate.*figure);
+    json->key(key).value(is_known ? std::optional(*certificate.*figure) : std::nullopt);
+  };
   json->key("certificate").begin_object();
-  json->key("normal_identity").null();
-  json->key("tangent_identity").null();
-  json->key("orthogonality").null();
-  json->key("residual").value(residual);
-  json->key("forms_agree").value(forms_agree);
-  json->key("power_balance").null();
-  json->key("reciprocal_condition").value(reciprocal_condition);
+  write("normal_identity", &Certificate::normal_identity);
+  write("tangent_identity", &Certificate::tangent_identity);
+  write("bases_orthogonal", &Certificate::bases_orthogonal);
+  write("orthogonality", &Certificate::orthogonality);
+  write("residual", &Certificate::residual);
+  write("forms_agree", &Certificate::forms_agree);
+  write("second_factorization", &Certificate::second_factorization);
+  write("power_balance", &Certificate::power_balance);
+  write("reciprocal_condition", &Certificate::reciprocal_condition);
+  json->key("verdict");
+  certificate ? json->value(certificate->line()) : json->null();
+  json->key("checks").begin_array();
+  for (const CertificateCheck& check : certificate ? certificate->checks : std::vector<CertificateCheck>()) {
+    json->begin_object();
+    json->key("identity").value(check.identity);
+    json->key("error").value(std::isnan(check.error) ? std::nullopt : std::optional(check.error));
+    json->key("allowed").value(check.allowed);
+    json->key("where");
+    check.where.empty() ? json->null() : json->value(check.where);
+    json->end_object();
+  }
+  json->end_array();
   json->end_object();
 }
 

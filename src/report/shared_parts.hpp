@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include <tanor/certificate.hpp>
 #include <tanor/dynamics.hpp>
 
 #include "report/json_writer.hpp"
@@ -17,14 +18,7 @@ std::string_view name_form(const PlanSummary& plan);
 /// Coordinates alone have reactions, but no multipliers.
 bool has_multipliers(const PlanSummary& plan);
 
-/// Proof of an answer. The identities (9), (10), (15), (16) are not computed in this version.
-struct Certificate {
-  double residual = 0.0;              ///< max |K'w + phi| / (sum of the magnitudes of its terms)
-  double reciprocal_condition = 0.0;  ///< of the scaled S or H
-  std::optional<double> forms_agree{};  ///< relative difference of w and eta between both forms
-};
-
-/// The object `certificate` of the contract; without one every member is null.
+/// The object `certificate` of the contract, and every check one by one; without one every member is null.
 void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate);
 
 /// The list `left_out`: what this system does not need.

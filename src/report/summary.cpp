@@ -101,11 +101,7 @@ void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& 
   json->key("work_of_forces").value(found(report.energy.work_of_forces));
   json->end_object();
 
-  std::optional<Certificate> certificate;
-  if (facts.with_certificate && facts.has_started) {
-    certificate = {.residual = report.acceleration_violation, .reciprocal_condition = report.reciprocal_condition};
-  }
-  write_certificate(json, certificate);
+  write_certificate(json, facts.certificate);
 }
 
 /// Friction is not in this version.
