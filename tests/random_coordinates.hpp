@@ -170,7 +170,7 @@ class RandomCoordinatesMaker {
   }
 
   void add_sphere() {
-    const Curve center = any_vector(1.0, 0.3), way = any_vector(2.0, 0.0), swing = any_curve(0.0, 1.0);
+    const Curve center = any_vector(1.0, 0.3), way = any_vector(2.0, 0.0), swing = any_curve(0.0, 0.6);
     const Swing radius = any_parameter(1.1, 0.2);
     const Index i = add_point([=](const Number& t) {
       const Place u = unit(reference::operator+(way(t), swing(t)));
@@ -195,10 +195,12 @@ class RandomCoordinatesMaker {
     const Place n = normal != nullptr ? *normal : Place{};
     const bool is_planar = normal != nullptr;
     for (int link = 0; link < 4; ++link) {
-      const Curve way = any_vector(2.0, 0.0), swing = any_curve(0.0, 1.0);
+      const Curve way = any_vector(2.0, 0.0), swing = any_curve(0.0, 0.6);
       const Swing length = any_parameter(0.7, 0.1);
       const Curve place = [=](const Number& t) {
-        Place direction = reference::operator+(way(t), swing(t));
+        // Longer than what swings: a direction does not turn round in no time
+        const Place main = is_planar ? reference::operator*(2.0, unit(across(way(t), n))) : way(t);
+        Place direction = reference::operator+(main, swing(t));
         if (is_planar) direction = across(direction, n);
         return reference::operator+(before(t), reference::operator*(length(t), unit(direction)));
       };
@@ -311,9 +313,9 @@ class RandomCoordinatesMaker {
 
 /// Inside a RapidCheck property: up to 5 entries of any kinds.
 inline RandomCoordinates any_coordinates() {
-  const auto kinds = *rc::gen::resize(
-      5, rc::gen::nonEmpty(rc::gen::container<std::vector<int>>(rc::gen::inRange(0, RandomCoordinatesMaker::num_kinds))))
-                          .as("kinds");
+  // The range of a number grows with the size: full, while lists stay short
+  const auto kind = rc::gen::resize(rc::kNominalSize, rc::gen::inRange(0, RandomCoordinatesMaker::num_kinds));
+  const auto kinds = *rc::gen::resize(5, rc::gen::nonEmpty(rc::gen::container<std::vector<int>>(kind))).as("kinds");
   const auto seed = *rc::gen::noShrink(rc::gen::arbitrary<std::uint32_t>()).as("seed");
   return RandomCoordinatesMaker(seed).make(kinds);
 }

@@ -8,6 +8,7 @@
 #include <rapidcheck/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "dynamics/forms.hpp"
 #include "random_coordinates.hpp"
 
 namespace tanor {
@@ -96,6 +97,50 @@ RC_GTEST_PROP(TangentForm, AccelerationsAreSecondDifferencesOfTheMotion, ()) {
 
   RC_ASSERT(answer.report.outcome.ok());
   RC_ASSERT((vector(answer.w) - difference).norm() <= 1e-6 * (1.0 + difference.norm()));
+}
+
+// ---- the paper's formulas, dense ---------------------------------------------------------------------------------
+
+RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
+  const RandomCoordinates random = any_coordinates();
+  const double t = 0.7;
+  Forms forms(random.system, {.form = Form::Tangent});
+  forms.tangent->set_exact(true);
+  const Model& model = forms.model;
+  const auto size = static_cast<Eigen::Index>(3 * model.num_points()), moving = static_cast<Eigen::Index>(3 * model.num_moving());
+  const auto s = static_cast<Eigen::Index>(model.coordinates.num_coordinates());
+  VectorXd r(size), v(size), w(size), eta(size), q(s), q_dot(s), q_ddot(s);
+  const auto gather = [&](int k, VectorXd* inner) {
+    model.numbering.gather_points(random.derivative(t, k), {inner->data(), static_cast<std::size_t>(size)});
+  };
+  gather(0, &r);
+  gather(1, &v);
+  RC_ASSERT(forms.tangent->adopt(t, r.data(), v.data(), q.data(), q_dot.data()).ok());
+  RC_ASSERT(forms.tangent->accelerations(t, q.data(), q_dot.data(), Gradients::Evaluate, q_ddot.data()).ok());
+  forms.tangent->write_points(t, q.data(), q_dot.data(), q_ddot.data(), r.data(), v.data(), w.data());
+  forms.tangent->reactions(eta.data());
+
+  MatrixXd A = MatrixXd::Zero(size, s);
+  for (Eigen::Index j = 0; j < s; ++j) {
+    const VectorXd e = VectorXd::Unit(s, j);
+    model.coordinates.apply(model.parallel, forms.tangent->blocks().data(), e.data(), A.col(j).data());
+  }
+  A = A.topRows(moving).eval();
+  const VectorXd psi = vector(forms.tangent->psi()).head(moving), f = vector(model.f).head(moving);
+  VectorXd M(moving);
+  for (Eigen::Index c = 0; c < moving; ++c) M[c] = model.mass[static_cast<std::size_t>(c / 3)];
+  const auto H = MatrixXd(A.transpose() * M.asDiagonal() * A).ldlt();
+  const auto G = MatrixXd(A.transpose() * A).ldlt();
+  const VectorXd w_N = psi - A * G.solve(A.transpose() * psi);                        // (22)
+  const VectorXd w_q = H.solve(A.transpose() * (f - M.cwiseProduct(w_N)));            // (30)
+  const VectorXd w_T = A * w_q;                                                       // (20)
+  const VectorXd rest = M.cwiseProduct(w_N) - f;
+  const VectorXd eta_24 = rest - M.cwiseProduct(A * H.solve(A.transpose() * rest));   // (24)
+  const double scale = 1.0 + w.norm() + f.norm() + psi.norm();
+  RC_ASSERT((w.head(moving) - w_T - w_N).norm() <= 1e-11 * scale);
+  RC_ASSERT((eta.head(moving) - eta_24).norm() <= 1e-11 * scale);
+  // q_ddot = w^(q) - G^-1 A'psi
+  RC_ASSERT((A * (q_ddot - w_q + G.solve(A.transpose() * psi))).norm() <= 1e-11 * scale);
 }
 
 // ---- both forms --------------------------------------------------------------------------------------------------
