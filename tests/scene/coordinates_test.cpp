@@ -9,7 +9,7 @@ std::string with_coordinates(const std::string& entries, const std::string& more
 }
 
 TEST(CoordinatesTest, EveryKindIsRead) {
-  const System system = parse(R"({"tanor_scene": 1, "parameters": {"R": 2.5},
+  const System system = parse(R"json({"tanor_scene": 1, "parameters": {"R": 2.5},
     "points": {"positions": [[0,0,0],[1,0,0],[2,0,0],[3,0,0],[4,0,0],[5,0,0],[6,0,0],[7,0,0],[8,1,0],[9,0,1],[2.5,0,0],[2.5,0,1]]},
     "supports": [{"points": [0]}],
     "coordinates": [
@@ -21,7 +21,7 @@ TEST(CoordinatesTest, EveryKindIsRead) {
       {"kind": "chain_angles", "points": [6], "anchor": 0, "length": 6, "normal": [0,0,1]},
       {"kind": "rigid_body", "points": [7,8,9]},
       {"kind": "formula", "points": [10,11], "q": {"a": 0, "h": 1}, "q_dot": {"h": 0.5},
-       "x": ["R*cos(a)", "R*cos(a)"], "y": ["R*sin(a)", "R*sin(a)"], "z": ["0", "h"]}]})")
+       "x": ["R*cos(a)", "R*cos(a)"], "y": ["R*sin(a)", "R*sin(a)"], "z": ["0", "h"]}]})json")
                             .system;
 
   ASSERT_EQ(system.coordinates.size(), 8u);
