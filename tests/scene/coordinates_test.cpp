@@ -66,6 +66,8 @@ TEST(CoordinatesTest, MissingTextsOfAFormulaAreZero) {
 
 struct Mistake {
   const char *name, *entries, *message;
+
+  friend std::ostream& operator<<(std::ostream& out, const Mistake& mistake) { return out << mistake.name; }
 };
 
 class WrongCoordinatesTest : public testing::TestWithParam<Mistake> {};
@@ -89,7 +91,7 @@ const Mistake mistakes[] = {
     {"SupportIsCovered", R"({"kind": "free", "points": [1, 2, 0]})",
      "/coordinates/0/points/2: point 0 belongs to /supports/0 already: its motion is prescribed, no coordinates move it"},
     {"NormalIsZero", R"({"kind": "free", "points": [1]}, {"kind": "plane", "points": [2], "normal": [0,0,0]})",
-     "/coordinates/1/normal: normal [0, 0, 0] is zero"},
+     "/coordinates/1/normal: normal [0, 0, 0] is zero; it must have a direction"},
     {"RadiusIsNegative", R"({"kind": "free", "points": [1]}, {"kind": "sphere", "points": [2], "center": [0,0,0], "radius": -1})",
      "/coordinates/1/radius: radius -1 is not positive"},
     {"PointAtTheCenter", R"({"kind": "free", "points": [1]}, {"kind": "sphere", "points": [2], "center": [2,0,0], "radius": 1})",
@@ -99,7 +101,7 @@ const Mistake mistakes[] = {
     {"AnchorMoves", R"({"kind": "free", "points": [1]}, {"kind": "chain_angles", "points": [2], "anchor": 1})",
      "/coordinates/1/anchor: point 1 is not a support; a chain's anchor is one, fixed or moving"},
     {"AnchorIsMissing", R"({"kind": "chain_angles", "points": [1, 2]})",
-     "/coordinates/0/anchor: missing, wanted a point, an integer from 0 to 2"},
+     "/coordinates/0/anchor: missing, wanted a whole number from 0 to 2"},
     {"ChainNormalIsZero", R"({"kind": "chain_angles", "points": [1, 2], "anchor": 0, "normal": [0,0,0]})",
      "/coordinates/0/normal: found a list of 3, wanted a normal that is not zero; without one directions are spatial"},
     {"BodyOfTwo", R"({"kind": "rigid_body", "points": [1, 2]})",
