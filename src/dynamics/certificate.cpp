@@ -72,9 +72,11 @@ class Judge {
   }
 
   Certificate judge() {
-    result_.reciprocal_condition = 1.0;
     has_both_ = d_ > 0 && forms_.tangent != nullptr && forms_.normal != nullptr;
     if (has_both_) solve_other();
+    if (d_ > 0 && forms_.normal != nullptr) rcond_of_S_ = forms_.normal->estimate_reciprocal_condition();
+    if (forms_.tangent != nullptr) rcond_of_H_ = forms_.tangent->estimate_reciprocal_condition();
+    result_.reciprocal_condition = std::min(rcond_of_S_, rcond_of_H_);
     if (d_ > 0) judge_constraints();
     if (forms_.tangent != nullptr) judge_coordinates();
     if (has_both_) judge_both();
@@ -238,8 +240,7 @@ class Judge {
   static double conditioned(double reciprocal_condition) { return std::max(1e-11, 1e2 * eps / reciprocal_condition); }
 
   void judge_normal_projector(const Definitions& definitions) {
-    const double rcond = forms_.normal->last_solve().reciprocal_condition;
-    result_.reciprocal_condition = std::min(result_.reciprocal_condition, rcond);
+    const double rcond = rcond_of_S_;
     const double allowed = conditioned(rcond) + rounding_of_places();
     const Vector u = random_points(), y = random_points();
     const Vector Qu = project_onto_tangent(u), QQu = project_onto_tangent(Qu), Qy = project_onto_tangent(y);
@@ -292,8 +293,8 @@ class Judge {
                                model_.num_moving(), w.data());
     }
     for (std::size_t i = 0; i < n_; ++i) w[i] -= answer_.w[i];
-    // Both stand on rounded places, which S feels by its condition.
-    const double rcond = forms_.normal->last_solve().reciprocal_condition;
+    // Both stand on the same rounded places; each is refined in w.
+    const double rcond = rcond_of_S_;
     add_point(&result_.second_factorization, "w of QR = w of Cholesky", worst_point(w, scale),
               std::max(1e-9, 10.0 * eps / rcond) + rounding_of_places());
   }
@@ -343,7 +344,7 @@ class Judge {
                              model_.num_moving(), w_N.data());
     for (std::size_t i = 0; i < moving_; ++i) w_T[i] = answer_.w[i] - w_N[i];
     const double size = std::max(norm_of(w_T) * norm_of(w_N), std::pow(norm_of(w0_), 2) * 1e-3);
-    const double rcond = forms_.normal->last_solve().reciprocal_condition;
+    const double rcond = rcond_of_S_;
     add(&result_.orthogonality, "w_T'M w_N = 0", size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0,
         conditioned(rcond), "");
   }
@@ -364,8 +365,7 @@ class Judge {
   }
 
   void judge_coordinates() {
-    const double rcond = forms_.tangent->last_solve().reciprocal_condition;
-    result_.reciprocal_condition = std::min(result_.reciprocal_condition, rcond);
+    const double rcond = rcond_of_H_;
     const double allowed = conditioned(rcond);
 
     // A'(M w - f) = 0, seen as an acceleration: A H^-1 A'(M w - f)
@@ -413,7 +413,6 @@ class Judge {
   void judge_both() {
     const double rcond =
         std::min(forms_.tangent->last_solve().reciprocal_condition, forms_.normal->last_solve().reciprocal_condition);
-    result_.reciprocal_condition = std::min(result_.reciprocal_condition, rcond);
     const double allowed = conditioned(rcond) + rounding_of_places();
     // (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u;  (10) is M (9) M^-1
     const Vector u = random_points();
@@ -514,6 +513,7 @@ class Judge {
   Vector w0_, user_r_, row_norms_, phi_;
   Vector other_w_, other_eta_;
   bool has_both_ = false;
+  double rcond_of_S_ = 1.0, rcond_of_H_ = 1.0;
   double acceleration_ = 0.0;
 };
 

@@ -51,6 +51,7 @@ class TangentForm final : public EquationsOfMotion {
   double predicted_flops() const;
 
   /// x := -H^-1 x with the last factor [s].
+  double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
   void solve_negative(double* x) { solver_.solve_negative(model_.parallel, x, x); }
   /// r(q + h q_dot + h^2/2 q_ddot, t + h) [3n] from the last accelerations.
   void write_place_along(double h, double* r);

@@ -1,6 +1,8 @@
 #include "solve/gram_solver.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "plan/partition.hpp"
 
@@ -27,6 +29,10 @@ std::string ordering_name(Ordering ordering) {
 void add_word(const std::string& word, std::string* list) {
   if (*list == "none") *list = word;
   if (("+" + *list + "+").find("+" + word + "+") == std::string::npos) *list += "+" + word;
+}
+
+double norm_of(const std::vector<double>& x) {
+  return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
 }
 
 /// The incidences that make products, grouped by point, split into the parts of their rows.
@@ -125,6 +131,36 @@ GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
   Quality worst;
   for (const Part& part : parts_) {
     if (badness(part.quality) <= badness(worst)) worst = part.quality;
+  }
+  return worst;
+}
+
+double GramSolver::estimate_reciprocal_condition() {
+  constexpr int iterations = 4;
+  double worst = 1.0;
+  for (Part& part : parts_) {
+    const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
+    const double* const values = part.cholesky.values();
+    // |S|_1 from one triangle: the other one mirrors it
+    std::vector<double> column_sum(part.x.size(), 0.0);
+    for (std::size_t column = 0; column < part.x.size(); ++column) {
+      for (int k = start[column]; k < start[column + 1]; ++k) {
+        const auto row = static_cast<std::size_t>(rows[static_cast<std::size_t>(k)]);
+        column_sum[column] += std::abs(values[k]);
+        if (row != column) column_sum[row] += std::abs(values[k]);
+      }
+    }
+    // |S^-1| from x, S^-1 x, S^-2 x, …
+    double inverse = 0.0;
+    for (std::size_t k = 0; k < part.x.size(); ++k) part.x[k] = std::sin(1.0 + 2.399963 * static_cast<double>(k));
+    for (int i = 0; i < iterations; ++i) {
+      const double before = norm_of(part.x);
+      part.cholesky.solve(part.x.data());
+      inverse = norm_of(part.x) / before;
+      for (double& x : part.x) x /= inverse * before;
+    }
+    const double largest = *std::max_element(column_sum.begin(), column_sum.end());
+    worst = std::min(worst, 1.0 / (largest * inverse));
   }
   return worst;
 }

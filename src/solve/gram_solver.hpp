@@ -43,6 +43,9 @@ class GramSolver {
 
   void assemble(const Parallel& parallel, const double* blocks);
   [[nodiscard]] Quality factorize(const Parallel& parallel);
+  /// 1/cond of the scaled matrix by a few inverse iterations with the last factor: closer than what `factorize` says,
+  /// which is the cheap bound from above. For certificates.
+  double estimate_reciprocal_condition();
   /// x = -(X'WX)^-1 b with the last factor: the sign that (31) and every projection want. x may be b. Idle rows get 0.
   void solve_negative(const Parallel& parallel, const double* b, double* x);
 
@@ -54,6 +57,8 @@ class GramSolver {
   const Summary& summary() const { return summary_; }
 
  private:
+  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+
   struct Part {
     Index first_row;
     std::vector<int> permutation;  // [place] -> row of the part; empty: as it is

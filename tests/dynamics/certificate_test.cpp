@@ -1,0 +1,268 @@
+/// The certificate: it passes what is right, and finds every single corrupted number.
+
+#include "dynamics/certificate.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "random_systems.hpp"
+#include "reference.hpp"
+
+namespace tanor {
+
+/// A hand in the works.
+struct Tampering {
+  static std::size_t num_slots(GramSolver& solver) {
+    std::size_t count = 0;
+    for (auto& part : solver.parts_) count += part.plan.rows().size();
+    return count;
+  }
+  /// One number of the scaled matrix, then factorized as if nothing had happened.
+  static void corrupt_slot(GramSolver& solver, std::size_t slot, double by) {
+    for (auto& part : solver.parts_) {
+      if (slot < part.plan.rows().size()) {
+        part.cholesky.values()[slot] += by;
+        break;
+      }
+      slot -= part.plan.rows().size();
+    }
+    (void)solver.factorize(Parallel(1));
+  }
+  static GramSolver& S(const Forms& forms) { return forms.normal->solver_; }
+  static GramSolver& H(const Forms& forms) { return forms.tangent->solver_; }
+  static std::vector<double>& K(const Forms& forms) { return forms.normal->blocks_; }
+  static void refactorize(Forms& forms) {
+    S(forms).assemble(Parallel(1), K(forms).data());
+    (void)S(forms).factorize(Parallel(1));
+  }
+};
+
+namespace {
+
+/// A system solved at its start, and what was found, inner order.
+struct Case {
+  Forms forms;
+  double t = 0.0;
+  std::vector<double> r, v, w, eta, lambda;
+
+  explicit Case(System system, const SolverOptions& options = {}) : forms(std::move(system), options) {
+    Model& model = forms.model;
+    for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(3 * model.num_points());
+    lambda.resize(model.num_rows());
+    model.numbering.gather_points(model.system.positions, r);
+    model.numbering.gather_points(model.system.velocities, v);
+    if (forms.normal != nullptr) forms.normal->set_exact(true);
+    EXPECT_TRUE(forms.main->start(t, r.data(), v.data(), StartMode::Check).outcome.ok());
+    solve();
+  }
+  Case(const RandomSystem& random, const SolverOptions& options) : forms(random.system, options), t(random.t) {
+    Model& model = forms.model;
+    for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(3 * model.num_points());
+    lambda.resize(model.num_rows());
+    model.numbering.gather_points(random.positions, r);
+    model.numbering.gather_points(random.velocities, v);
+    model.prescribe_all(t, r.data(), v.data());
+    forms.normal->set_exact(true);
+    solve();
+  }
+
+  void solve() {
+    const std::size_t size = forms.main->size();
+    std::vector<double> x(size), x_dot(size), x_ddot(size);
+    ASSERT_TRUE(forms.main->adopt(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
+    ASSERT_TRUE(forms.main->accelerations(t, x.data(), x_dot.data(), Gradients::Evaluate, x_ddot.data()).ok());
+    forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
+    ASSERT_TRUE(forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data()).ok());
+  }
+  Certificate certify() { return tanor::certify(forms, {t, r, v, w, eta, lambda}); }
+};
+
+/// Three unequal rods on a driven support; the last bead on a sphere that breathes.
+System make_driven_chain() {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.1, 1.5, 0.6, 0.0, 1.2, 0.9, -0.7};
+  system.masses = {1.0, 0.3, 2.0, 0.7};
+  system.velocities.assign(12, 0.0);
+  system.supports = {{"", {0}, VectorFunction(ScalarFunction::formula("0.1*t^2"), 0.0, 0.0)}};
+  system.constraints = {Rods{"rods", {{0, 1}, {1, 2}, {2, 3}}, {}, {}},
+                        Spheres{"ball", {3}, Vector3{1.0, 0.0, -2.0}, ScalarFunction::formula("sqrt(2.54)+0.3*t^2")}};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, Springs{"spring", {{1, 3}}, 5.0, 0.2, 0.5}};
+  return system;
+}
+
+/// The same rods alone, and what moves them: directions in space.
+System make_chain_with_coordinates() {
+  System system = make_driven_chain();
+  system.constraints.pop_back();
+  system.velocities = {0.0, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.4, 0.0, 0.0, 0.4, 0.0};
+  system.coordinates = {ChainAngles{"chain", {1, 2, 3}, 0, {}, {}}};
+  return system;
+}
+
+System only_coordinates() {
+  System system = make_chain_with_coordinates();
+  system.constraints.clear();
+  return system;
+}
+
+/// "<identity>" of the first check that failed.
+std::string failed(const Certificate& certificate) {
+  for (const CertificateCheck& check : certificate.checks) {
+    if (!(check.error <= check.allowed)) return check.identity;
+  }
+  return "";
+}
+
+TEST(Certificate, PassesARightAnswerInEachForm) {
+  for (const System& system : {make_driven_chain(), make_chain_with_coordinates(), only_coordinates()}) {
+    Case solved(system);
+
+    const Certificate certificate = solved.certify();
+
+    EXPECT_TRUE(certificate.passed()) << certificate.line();
+    EXPECT_LE(certificate.certified_to(), 1e-13);
+    EXPECT_EQ(certificate.line().rfind("certified to ", 0), 0u) << certificate.line();
+  }
+}
+
+TEST(Certificate, KnowsWhatItCannotKnow) {
+  const Certificate constraints = Case(make_driven_chain()).certify();
+  const Certificate both = Case(make_chain_with_coordinates()).certify();
+  const Certificate coordinates = Case(only_coordinates()).certify();
+
+  EXPECT_TRUE(std::isnan(constraints.forms_agree) && std::isnan(constraints.tangent_identity));
+  EXPECT_FALSE(std::isnan(constraints.second_factorization) || std::isnan(constraints.normal_identity));
+  EXPECT_FALSE(std::isnan(both.forms_agree) || std::isnan(both.normal_identity) || std::isnan(both.tangent_identity) ||
+               std::isnan(both.bases_orthogonal));
+  EXPECT_TRUE(std::isnan(coordinates.forms_agree) && std::isnan(coordinates.normal_identity));
+  EXPECT_FALSE(std::isnan(coordinates.tangent_identity));
+  EXPECT_TRUE(std::isnan(both.orthogonality)) << "masses differ";
+}
+
+RC_GTEST_PROP(Certificate, PassesRandomSystems, ()) {
+  Case solved(any_system(), {.form = Form::Normal});
+
+  const Certificate certificate = solved.certify();
+
+  RC_LOG() << certificate.line() << "\n";
+  RC_ASSERT(certificate.passed());
+}
+
+TEST(Certificate, FindsEveryCorruptedSlotOfS) {
+  for (const System& system : {make_driven_chain(), make_chain_with_coordinates()}) {
+    const std::size_t slots = Tampering::num_slots(Tampering::S(Case(system, {.form = Form::Normal}).forms));
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      Case solved(system, {.form = Form::Normal});
+      Tampering::corrupt_slot(Tampering::S(solved.forms), slot, 1e-6);
+      EXPECT_FALSE(solved.certify().passed()) << "slot " << slot;
+    }
+  }
+}
+
+TEST(Certificate, FindsEveryCorruptedSlotOfH) {
+  for (const System& system : {only_coordinates(), make_chain_with_coordinates()}) {
+    const std::size_t slots = Tampering::num_slots(Tampering::H(Case(system, {.form = Form::Tangent}).forms));
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      Case solved(system, {.form = Form::Tangent});
+      Tampering::corrupt_slot(Tampering::H(solved.forms), slot, 1e-6);
+      EXPECT_FALSE(solved.certify().passed()) << "slot " << slot;
+    }
+  }
+}
+
+TEST(Certificate, FindsEveryCorruptedNumberOfK) {
+  const std::size_t numbers = Tampering::K(Case(make_driven_chain()).forms).size();
+  for (std::size_t k = 0; k < numbers; ++k) {
+    Case solved(make_driven_chain());
+    Tampering::K(solved.forms)[k] += 1e-6;
+    Tampering::refactorize(solved.forms);
+    EXPECT_FALSE(solved.certify().passed()) << "number " << k;
+  }
+}
+
+TEST(Certificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
+  for (std::size_t a = 0; a < 4; ++a) {
+    Case solved(make_driven_chain());
+    // What a wrong phi does to the answer: S dlambda = -dphi, dw = M^-1 K dlambda.
+    Model& model = solved.forms.model;
+    std::vector<double> rows(model.num_rows(), 0.0), change(solved.w.size(), 0.0);
+    rows[a] = 1e-6;
+    solved.forms.normal->solve_negative(rows.data());
+    model.gather.add_scaled(model.parallel, Tampering::K(solved.forms).data(), rows.data(), model.inverse_mass.data(),
+                            model.num_moving(), change.data());
+    for (std::size_t i = 0; i < change.size(); ++i) {
+      solved.w[i] += change[i];
+      solved.eta[i] += model.mass[i / 3] * change[i];
+    }
+    for (std::size_t b = 0; b < rows.size(); ++b) solved.lambda[b] += rows[b];
+
+    const Certificate certificate = solved.certify();
+
+    EXPECT_EQ(failed(certificate), "K'w + phi = 0");
+    EXPECT_NE(certificate.line().find(model.name_row(a)), std::string::npos) << certificate.line();
+  }
+}
+
+TEST(Certificate, FindsACorruptedPsi) {
+  Case solved(only_coordinates());
+  // w = A q_ddot + psi keeps A'(M w - f) = 0 whatever psi is: only the curve itself tells.
+  for (std::size_t i = 0; i < 9; ++i) {
+    Case wrong(only_coordinates());
+    Model& model = wrong.forms.model;
+    std::vector<double> force(wrong.w.size(), 0.0), x(model.coordinates.num_coordinates()), change(wrong.w.size(), 0.0);
+    // dw = (I - A H^-1 A'M) dpsi
+    force[i] = model.mass[i / 3] * 1e-3;
+    const std::vector<double>& A = wrong.forms.tangent->blocks();
+    model.coordinates.apply_transposed(model.parallel, A.data(), force.data(), x.data());
+    wrong.forms.tangent->solve_negative(x.data());
+    model.coordinates.apply(model.parallel, A.data(), x.data(), change.data());
+    change[i] += 1e-3;
+    for (std::size_t k = 0; k < 9; ++k) wrong.w[k] += change[k];
+
+    EXPECT_EQ(failed(wrong.certify()), "w = d2/dt2 r(q(t), t)") << i;
+  }
+}
+
+TEST(Certificate, FindsAWrongMultiplierWhoseAccelerationIsRight) {
+  for (std::size_t a = 0; a < 4; ++a) {
+    Case solved(make_driven_chain());
+    solved.lambda[a] *= 1.0 + 1e-7;
+
+    EXPECT_EQ(failed(solved.certify()), "M w = f + K lambda");
+  }
+}
+
+TEST(Certificate, OrthogonalityOfTheSplitIsTriedWhereMassesAreEqual) {
+  System system = make_driven_chain();
+  system.masses.assign(4, 0.5);
+  Case solved(system);
+
+  const Certificate certificate = solved.certify();
+
+  EXPECT_LE(certificate.orthogonality, 1e-12);
+  EXPECT_TRUE(certificate.passed()) << certificate.line();
+}
+
+TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
+  // Twenty light beads and a heavy one (ratio 1e9): Cholesky of S alone leaves |K'w + phi| = 8e-6 (theory, section 8).
+  System system;
+  Rods rods;
+  for (Index i = 0; i <= 20; ++i) {
+    const double s = 0.1 * i;
+    system.positions.insert(system.positions.end(), {s, 0.0, -0.3 * s * s});
+    system.masses.push_back(i == 20 ? 1e9 : 1.0);
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  Case solved(system);
+
+  const Certificate certificate = solved.certify();
+
+  EXPECT_TRUE(certificate.passed()) << certificate.line();
+  EXPECT_LE(certificate.certified_to(), 1e-13);
+}
+
+}  // namespace
+}  // namespace tanor
