@@ -57,7 +57,8 @@ System make_bodies(int count, int size) {
   return system;
 }
 
-/// One body, and rods that hold it: each point to three others before it, the last three or the nearest.
+/// One body, and rods that hold it: each point to three others before it, the last three, or the nearest ones that are
+/// seen in different directions (rods in one plane would not hold it).
 System make_framework(int size, bool nearest) {
   System system = make_bodies(1, size);
   const auto distance = [&](Index i, Index j) {
@@ -68,7 +69,15 @@ System make_framework(int size, bool nearest) {
     std::vector<Index> others(static_cast<std::size_t>(i));
     for (Index j = 0; j < i; ++j) others[static_cast<std::size_t>(j)] = i - 1 - j;
     if (nearest) std::ranges::sort(others, {}, [&](Index j) { return distance(i, j); });
-    for (std::size_t k = 0; k < std::min<std::size_t>(others.size(), 3); ++k) rods.pairs.push_back({others[k], i});
+    std::vector<Vec3> taken;
+    for (const Index j : others) {
+      const Vec3 arm = load(system.positions.data(), j) - load(system.positions.data(), i);
+      Vec3 rest = (1.0 / norm(arm)) * arm;
+      for (const Vec3& other : taken) rest = rest - dot(other, rest) * other;
+      if (taken.size() == 3 || (nearest && norm(rest) < 0.5 && i > 3)) continue;
+      taken.push_back((1.0 / norm(rest)) * rest);
+      rods.pairs.push_back({j, i});
+    }
   }
   system.constraints = {rods};
   return system;
@@ -181,10 +190,11 @@ void compare_forms(const char* name, int size, bool nearest) {
     difference = std::max(difference, std::abs(w[c] - w_normal[c]));
     largest = std::max(largest, std::abs(w[c]));
   }
-  std::printf("rigid body of %d points, rods to %s: tangent %.3g ms, normal %.3g ms, ratio %.1f, chosen by itself: %s, "
-              "w agree to %.1e\n",
-              size, name, 1e3 * times[0][7], 1e3 * times[1][7], times[1][7] / times[0][7], is_chosen ? "yes" : "no",
-              difference / largest);
+  std::printf(
+      "rigid body of %d points, rods to %s: tangent %.3g ms, normal %.3g ms, ratio %.1f, chosen by itself: %s, "
+      "w agree to %.1e\n",
+      size, name, 1e3 * times[0][7], 1e3 * times[1][7], times[1][7] / times[0][7], is_chosen ? "yes" : "no",
+      difference / largest);
 }
 
 }  // namespace

@@ -104,7 +104,8 @@ class RandomCoordinatesMaker {
   }
   static VectorFunction as_function(const Curve& curve) {
     VectorFunction result;
-    for (std::size_t k = 0; k < 3; ++k) result.components[k] = as_function([curve, k](const Number& t) { return curve(t)[k]; });
+    for (std::size_t k = 0; k < 3; ++k)
+      result.components[k] = as_function([curve, k](const Number& t) { return curve(t)[k]; });
     return result;
   }
   static Place unit(const Place& a) { return reference::operator*(1.0 / reference::norm(a), a); }
@@ -125,7 +126,9 @@ class RandomCoordinatesMaker {
 
   // ---- kinds ----
 
-  void add_free() { add(FreeCoordinates{name("free"), {add_point(any_curve(2.0, 1.0)), add_point(any_curve(2.0, 1.0))}}); }
+  void add_free() {
+    add(FreeCoordinates{name("free"), {add_point(any_curve(2.0, 1.0)), add_point(any_curve(2.0, 1.0))}});
+  }
 
   void add_line() {
     const Curve origin = any_vector(1.0, 0.3), direction = any_vector(1.5, 0.4);
@@ -146,7 +149,8 @@ class RandomCoordinatesMaker {
         return reference::operator+(across(p(t), u), reference::operator*(offset(t) / reference::norm(n), u));
       };
     };
-    const std::vector<Index> points = {add_point(on_plane(any_curve(1.0, 1.0))), add_point(on_plane(any_curve(1.0, 1.0)))};
+    const std::vector<Index> points = {add_point(on_plane(any_curve(1.0, 1.0))),
+                                       add_point(on_plane(any_curve(1.0, 1.0)))};
     add(PlaneCoordinates{name("plane"), points, as_function(normal), as_function(offset)});
     hold(Planes{name("plane"), points, as_function(normal), as_function(offset)});
   }
@@ -163,7 +167,9 @@ class RandomCoordinatesMaker {
       e[axis] = 1.0;
       const Place e1 = unit(across(e, n)), e2 = reference::cross(n, e1);
       const Number a = angle(t), c = cos(a), s = sin(a);
-      return reference::operator+(center(t), reference::operator*(radius(t), reference::operator+(reference::operator*(c, e1), reference::operator*(s, e2))));
+      return reference::operator+(
+          center(t), reference::operator*(
+                         radius(t), reference::operator+(reference::operator*(c, e1), reference::operator*(s, e2))));
     });
     add(CircleCoordinates{name("circle"), {i}, as_function(center), as_function(normal), as_function(radius)});
     hold(Circles{name("circle"), {i}, as_function(center), as_function(normal), as_function(radius)});
@@ -237,7 +243,8 @@ class RandomCoordinatesMaker {
       body.points.push_back(add_point([=](const Number& t) {
         const Number c1 = cos(a(t)), s1 = sin(a(t)), c2 = cos(b(t)), s2 = sin(b(t));
         const Place once = {c1 * rho[0] - s1 * rho[1], s1 * rho[0] + c1 * rho[1], rho[2]};
-        return reference::operator+(center(t), Place{once[0], c2 * once[1] - s2 * once[2], s2 * once[1] + c2 * once[2]});
+        return reference::operator+
+            (center(t), Place{once[0], c2 * once[1] - s2 * once[2], s2 * once[1] + c2 * once[2]});
       }));
     }
     Rods rods{name("frame"), {}, {}, {}};
@@ -260,12 +267,15 @@ class RandomCoordinatesMaker {
     const auto map = [=](const auto& q, const auto& t) {
       using T = std::decay_t<decltype(t)>;
       const T r = 0.9 + 0.2 * sin(rate * t);
-      return std::array<T, 3>{0.3 * sin(rate * t) + r * sin(q[0]) * cos(q[1]), r * sin(q[0]) * sin(q[1]), r * cos(q[0])};
+      return std::array<T, 3>{0.3 * sin(rate * t) + r * sin(q[0]) * cos(q[1]), r * sin(q[0]) * sin(q[1]),
+                              r * cos(q[0])};
     };
     const Index i = add_point([=](const Number& t) { return map(std::array<Number, 2>{a(t), b(t)}, t); });
     add(UserCoordinates{name("angles"), {{i}}, make_coordinate_kernel<1, 2>(map), start({a, b}, 0), start({a, b}, 1)});
     const Curve center = [=](const Number& t) { return Place{0.3 * sin(rate * t), 0.0, 0.0}; };
-    hold(Spheres{name("ball"), {i}, as_function(center), as_function([=](const Number& t) { return 0.9 + 0.2 * sin(rate * t); })});
+    hold(Spheres{name("ball"), {i}, as_function(center), as_function([=](const Number& t) {
+                   return 0.9 + 0.2 * sin(rate * t);
+                 })});
   }
 
   /// Two points on a rod: where it is, and its angles.
@@ -276,7 +286,8 @@ class RandomCoordinatesMaker {
     const auto map = [=](const auto& x, const auto& t) {
       using T = std::decay_t<decltype(t)>;
       const T l = 0.7 + 0.1 * cos(rate * t);
-      return std::array<T, 6>{x[0], x[1], x[2], x[0] + l * sin(x[3]) * cos(x[4]), x[1] + l * sin(x[3]) * sin(x[4]), x[2] + l * cos(x[3])};
+      return std::array<T, 6>{
+          x[0], x[1], x[2], x[0] + l * sin(x[3]) * cos(x[4]), x[1] + l * sin(x[3]) * sin(x[4]), x[2] + l * cos(x[3])};
     };
     std::array<Index, 2> pair;
     for (std::size_t p = 0; p < 2; ++p) {
@@ -287,7 +298,8 @@ class RandomCoordinatesMaker {
         return Place{r[3 * p], r[3 * p + 1], r[3 * p + 2]};
       });
     }
-    add(UserCoordinates{name("dumbbell"), {{pair[0], pair[1]}}, make_coordinate_kernel<2, 5>(map), start(q, 0), start(q, 1)});
+    add(UserCoordinates{
+        name("dumbbell"), {{pair[0], pair[1]}}, make_coordinate_kernel<2, 5>(map), start(q, 0), start(q, 1)});
     hold(Rods{name("bar"), {pair}, as_function([=](const Number& t) { return 0.7 + 0.1 * cos(rate * t); }), {}});
   }
 

@@ -95,7 +95,7 @@ ExitCode execute(const InfoOptions& options) {
   print("ordering", plan.ordering);
   print("factorization", plan.factorization);
   print("nonzeros", fmt::format("{} in {}, {} in L", plan.pattern_nonzeros, plan.form == Form::Tangent ? "H" : "S",
-                                 plan.factor_nonzeros));
+                                plan.factor_nonzeros));
   print("motion", describe_motion(scene, method));
   print("predicted factorization", fmt::format("{:.3g} flops", plan.factor_flops));
   print("predicted memory", describe_bytes(cost.bytes));

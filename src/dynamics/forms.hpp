@@ -31,8 +31,7 @@ class Forms {
   StartReport start(double t, double* r, double* v, StartMode mode);
   /// The other form at the state of `main`'s last accelerations w [3n] with its eta [3n]: the largest difference of w
   /// over the largest acceleration there, and of eta over the largest force, whichever is larger.
-  Outcome compare(double t, const double* r, const double* v, const double* w, const double* eta,
-                  double* disagreement);
+  Outcome compare(double t, const double* r, const double* v, const double* w, const double* eta, double* disagreement);
 
   /// lambda [d] and eta [3n] that belong to `main`'s last accelerations, at (t, r, v). The tangent form knows eta;
   /// lambda then costs a solve of the normal form.
@@ -45,9 +44,9 @@ class Forms {
   void make_plan();
 
   double start_time_;
-  std::string reason_;                        // why the other form does not step
+  std::string reason_;                                 // why the other form does not step
   std::vector<double> scratch_, other_w_, other_eta_;  // [3n]
-  std::vector<double> x_, x_dot_, x_ddot_;    // of the other form
+  std::vector<double> x_, x_dot_, x_ddot_;             // of the other form
 };
 
 }  // namespace tanor

@@ -11,8 +11,8 @@ namespace tanor {
 /// Rigid bodies: q = (c, theta), r_p = c + R(theta) rho_p with rho measured from the centre of mass.
 /// v = c' + omega x y, psi = omega x (omega x y) + alpha x y with y = R rho.
 ///
-/// A body's part of H = A'MA needs no sum over its points: sum m rho = 0, and sum m |a x rho|^2 = |Q a|^2 for any a with
-/// the root Q of its tensor of inertia, Q'Q = J. Three more blocks, Q R'axis_j, make its 9 products.
+/// A body's part of H = A'MA needs no sum over its points: sum m rho = 0, and sum m |a x rho|^2 = |Q a|^2 for any a
+/// with the root Q of its tensor of inertia, Q'Q = J. Three more blocks, Q R'axis_j, make its 9 products.
 class BodyCoordinates final : public CoordinateFamily {
  public:
   std::vector<Index> points;          ///< inner, body after body

@@ -116,7 +116,8 @@ class UserCoordinateFamily final : public CoordinateFamily {
         // ratio's powers fill a box evenly.
         for (Eigen::Index j = 0; j < columns; ++j) {
           const double turns = search * std::pow(0.6180339887498949, static_cast<double>(j + 1));
-          other[j] = given[j] + (1.0 + 0.25 * search) * (1.0 + std::abs(given[j])) * (2.0 * (turns - std::floor(turns)) - 1.0);
+          other[j] =
+              given[j] + (1.0 + 0.25 * search) * (1.0 + std::abs(given[j])) * (2.0 * (turns - std::floor(turns)) - 1.0);
         }
         const double found = approach(wanted, &other);
         if (found < best) {

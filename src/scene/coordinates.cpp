@@ -82,7 +82,8 @@ std::vector<std::string> read_texts(const Cursor& axis, std::size_t num_points) 
   if (!axis) return std::vector<std::string>(num_points, "0");
   if (axis.is_string() && num_points == 1) return {axis.string()};
   std::vector<std::string> texts;
-  const std::string wanted = num_points == 1 ? "a formula" : fmt::format("a list of {} formulas, one a point", num_points);
+  const std::string wanted =
+      num_points == 1 ? "a formula" : fmt::format("a list of {} formulas, one a point", num_points);
   for (const Cursor text : axis.list(wanted)) texts.push_back(text.string());
   if (texts.size() != num_points) axis.fail(wanted);
   return texts;

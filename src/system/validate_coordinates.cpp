@@ -66,8 +66,8 @@ class CoordinateValidation {
   void check(const ChainAngles& chain, const std::string& where) {
     check_range(chain.anchor, where + "/anchor");
     if (support_of_point_[static_cast<std::size_t>(chain.anchor)] == no_support) {
-      throw InputError(where + "/anchor", "point " + text(chain.anchor) +
-                                              " is not a support; a chain's anchor is one, fixed or moving");
+      throw InputError(where + "/anchor",
+                       "point " + text(chain.anchor) + " is not a support; a chain's anchor is one, fixed or moving");
     }
     cover(chain.points, where);
     check_parameter(chain.length, chain.points.size(), Rule::positive, t_, where + "/length", "length");
@@ -107,8 +107,8 @@ class CoordinateValidation {
     }
     constexpr double rounding = 64.0 * std::numeric_limits<double>::epsilon();
     if (!(height > rounding * size * norm(along))) {
-      throw InputError(where + "/points", "all " + text(body.points.size()) +
-                                              " points are on one line; a rigid body needs one beside it");
+      throw InputError(where + "/points",
+                       "all " + text(body.points.size()) + " points are on one line; a rigid body needs one beside it");
     }
   }
 
@@ -122,8 +122,8 @@ class CoordinateValidation {
     for (std::size_t k = 0; k < user.tuples.size(); ++k) {
       const std::string tuple = user.tuples.size() == 1 ? where + "/points" : element(where + "/points", k);
       if (user.tuples[k].size() != p) {
-        throw InputError(
-            tuple, text_of_count(user.tuples[k].size(), "point") + " for a map to " + text_of_count(p, "point"));
+        throw InputError(tuple,
+                         text_of_count(user.tuples[k].size(), "point") + " for a map to " + text_of_count(p, "point"));
       }
       cover_at(user.tuples[k], tuple);
     }
@@ -190,8 +190,8 @@ class CoordinateValidation {
   void check_cover() const {
     for (std::size_t i = 0; i < owner_of_point_.size(); ++i) {
       if (owner_of_point_[i] == none && support_of_point_[i] == no_support) {
-        throw InputError("/coordinates", "point " + text(i) +
-                                             " moves and no entry covers it; every point that moves is covered once");
+        throw InputError("/coordinates",
+                         "point " + text(i) + " moves and no entry covers it; every point that moves is covered once");
       }
     }
   }
@@ -202,8 +202,7 @@ class CoordinateValidation {
       const auto [owner, is_new] = owners.emplace(coordinates_name(system_, i), i);
       if (is_new) continue;
       throw InputError(entry_pointer(i) + "/name", "\"" + owner->first + "\" is the name of " +
-                                                       entry_pointer(owner->second) +
-                                                       " already; a name is used once");
+                                                       entry_pointer(owner->second) + " already; a name is used once");
     }
   }
 

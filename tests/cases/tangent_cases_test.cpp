@@ -139,8 +139,8 @@ TEST(RotatingHoopTest, CoordinatesGiveTheAnswerOfTheConstraints) {
   System alone = make_rotating_hoop(trajectory.front());
   alone.constraints.clear();
   alone.coordinates = {hoop(trajectory.front())};
-  Dynamics built_in(make_rotating_hoop(trajectory.front())), formulas(make_rotating_hoop_by_formulas(trajectory.front())),
-      coordinates(alone);
+  Dynamics built_in(make_rotating_hoop(trajectory.front())),
+      formulas(make_rotating_hoop_by_formulas(trajectory.front())), coordinates(alone);
   for (const Instant& instant : trajectory) {
     std::vector<double> w[3] = {instant.w, instant.w, instant.w}, eta[3] = {instant.w, instant.w, instant.w};
 

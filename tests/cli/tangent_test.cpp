@@ -18,7 +18,8 @@ std::string hoop(const std::string& more = "", double radius = 0.5) {
       "normal": {"formula": ["-sin(O*t)", "cos(O*t)", "0"]}, "radius": )json" +
          std::to_string(radius) + R"json(}],
     "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
-    "motion": {"t_end": 1, "step": 0.001, "output_every": 0.125})json" + more + "}";
+    "motion": {"t_end": 1, "step": 0.001, "output_every": 0.125})json" +
+         more + "}";
 }
 
 /// Without its constraints.
@@ -91,7 +92,8 @@ TEST(TangentTest, ResumedRunEndsWhereTheWholeOneDoes) {
   const json whole = read_json(folder / "whole/summary.json"), parts = read_json(folder / "parts/summary.json");
   EXPECT_EQ(whole["steps"], parts["steps"]);
   for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_NEAR(whole["final"]["positions"][0][k].get<double>(), parts["final"]["positions"][0][k].get<double>(), 1e-12);
+    EXPECT_NEAR(whole["final"]["positions"][0][k].get<double>(), parts["final"]["positions"][0][k].get<double>(),
+                1e-12);
   }
 }
 
@@ -104,7 +106,8 @@ TEST(TangentTest, WhatDoesNotFitIsOneLine) {
             "tanor: rattle.json: /motion/method: rattle projects onto constraints, the tangent form has none; rk4 and "
             "dopri5 step in coordinates\n");
   const std::string wide = complaint(folder, {"run", "wide.json"});
-  EXPECT_TRUE(contains(wide, "wide.json: /coordinates: the places that the coordinates describe violate wire[0].1 by")) << wide;
+  EXPECT_TRUE(contains(wide, "wide.json: /coordinates: the places that the coordinates describe violate wire[0].1 by"))
+      << wide;
 }
 
 }  // namespace

@@ -50,7 +50,8 @@ VectorXd add_driving_forces(RandomCoordinates* random, double t) {
       continue;
     }
     Vector3 f;
-    for (Eigen::Index k = 0; k < 3; ++k) f[static_cast<std::size_t>(k)] = system.masses[i] * w[static_cast<std::size_t>(c + k)] - n[c + k];
+    for (Eigen::Index k = 0; k < 3; ++k)
+      f[static_cast<std::size_t>(k)] = system.masses[i] * w[static_cast<std::size_t>(c + k)] - n[c + k];
     system.forces.push_back(ConstantForce{"", {static_cast<Index>(i)}, f});
   }
   return n;
@@ -107,7 +108,8 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   Forms forms(random.system, {.form = Form::Tangent});
   forms.tangent->set_exact(true);
   const Model& model = forms.model;
-  const auto size = static_cast<Eigen::Index>(3 * model.num_points()), moving = static_cast<Eigen::Index>(3 * model.num_moving());
+  const auto size = static_cast<Eigen::Index>(3 * model.num_points()),
+             moving = static_cast<Eigen::Index>(3 * model.num_moving());
   const auto s = static_cast<Eigen::Index>(model.coordinates.num_coordinates());
   VectorXd r(size), v(size), w(size), eta(size), q(s), q_dot(s), q_ddot(s);
   const auto gather = [&](int k, VectorXd* inner) {
@@ -131,11 +133,11 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   for (Eigen::Index c = 0; c < moving; ++c) M[c] = model.mass[static_cast<std::size_t>(c / 3)];
   const auto H = MatrixXd(A.transpose() * M.asDiagonal() * A).ldlt();
   const auto G = MatrixXd(A.transpose() * A).ldlt();
-  const VectorXd w_N = psi - A * G.solve(A.transpose() * psi);                        // (22)
-  const VectorXd w_q = H.solve(A.transpose() * (f - M.cwiseProduct(w_N)));            // (30)
-  const VectorXd w_T = A * w_q;                                                       // (20)
+  const VectorXd w_N = psi - A * G.solve(A.transpose() * psi);              // (22)
+  const VectorXd w_q = H.solve(A.transpose() * (f - M.cwiseProduct(w_N)));  // (30)
+  const VectorXd w_T = A * w_q;                                             // (20)
   const VectorXd rest = M.cwiseProduct(w_N) - f;
-  const VectorXd eta_24 = rest - M.cwiseProduct(A * H.solve(A.transpose() * rest));   // (24)
+  const VectorXd eta_24 = rest - M.cwiseProduct(A * H.solve(A.transpose() * rest));  // (24)
   const double scale = 1.0 + w.norm() + f.norm() + psi.norm();
   RC_ASSERT((w.head(moving) - w_T - w_N).norm() <= 1e-11 * scale);
   RC_ASSERT((eta.head(moving) - eta_24).norm() <= 1e-11 * scale);
@@ -186,7 +188,8 @@ RC_GTEST_PROP(TangentForm, ThreadsGiveTheSameBits, ()) {
   const RandomCoordinates random = any_coordinates();
   std::vector<double> ends[2];
   for (const int threads : {1, 2}) {
-    Simulation simulation(random.system, {.method = Method::Rk4, .step = 0.01}, {.form = Form::Tangent, .threads = threads});
+    Simulation simulation(random.system, {.method = Method::Rk4, .step = 0.01},
+                          {.form = Form::Tangent, .threads = threads});
     RC_ASSERT(simulation.advance(0.05).ok());
     ends[threads - 1].assign(simulation.positions().begin(), simulation.positions().end());
   }
@@ -277,9 +280,10 @@ System make_spinning_body(const Vector3& omega) {
   system.positions = {0.5, 0.1, 0, -0.4, 0.3, 0.1, 0, -0.6, 0.2, 0.1, 0.2, 0.7, -0.2, -0.1, -0.5};
   system.masses = {1.0, 0.5, 2.0, 0.7, 1.2};
   for (std::size_t i = 0; i < 15; i += 3) {
-    const double *const r = &system.positions[i];
-    system.velocities.insert(system.velocities.end(), {omega[1] * r[2] - omega[2] * r[1], omega[2] * r[0] - omega[0] * r[2],
-                                                       omega[0] * r[1] - omega[1] * r[0]});
+    const double* const r = &system.positions[i];
+    system.velocities.insert(
+        system.velocities.end(),
+        {omega[1] * r[2] - omega[2] * r[1], omega[2] * r[0] - omega[0] * r[2], omega[0] * r[1] - omega[1] * r[0]});
   }
   system.coordinates = {RigidBody{"body", {0, 1, 2, 3, 4}}};
   return system;
@@ -288,7 +292,8 @@ System make_spinning_body(const Vector3& omega) {
 Eigen::Vector3d angular_momentum(const System& system, std::span<const double> r, std::span<const double> v) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < system.num_points(); ++i) {
-    sum += system.masses[i] * reference::point(r, static_cast<Index>(i)).cross(reference::point(v, static_cast<Index>(i)));
+    sum +=
+        system.masses[i] * reference::point(r, static_cast<Index>(i)).cross(reference::point(v, static_cast<Index>(i)));
   }
   return sum;
 }
@@ -307,7 +312,8 @@ TEST(RigidBodyTest, FreeTopKeepsEnergyMomentumAndShape) {
   for (Index i = 0; i < 5; ++i) {
     for (Index j = 0; j < i; ++j) {
       const double length = (reference::point(system.positions, i) - reference::point(system.positions, j)).norm();
-      EXPECT_NEAR((reference::point(simulation.positions(), i) - reference::point(simulation.positions(), j)).norm(), length, 1e-14);
+      EXPECT_NEAR((reference::point(simulation.positions(), i) - reference::point(simulation.positions(), j)).norm(),
+                  length, 1e-14);
     }
   }
 }
@@ -321,7 +327,7 @@ TEST(RigidBodyTest, SymmetricTopPrecessesAsEulerSays) {
   system.masses = {1, 1, 1, 1};
   for (std::size_t i = 0; i < 12; i += 3) {
     // omega = (wobble, 0, spin)
-    const double *const r = &system.positions[i];
+    const double* const r = &system.positions[i];
     system.velocities.insert(system.velocities.end(), {-spin * r[1], spin * r[0] - wobble * r[2], wobble * r[1]});
   }
   system.coordinates = {RigidBody{"", {0, 1, 2, 3}}};
@@ -331,10 +337,11 @@ TEST(RigidBodyTest, SymmetricTopPrecessesAsEulerSays) {
   ASSERT_TRUE(simulation.advance(t_end).ok());
 
   const Eigen::Vector3d L(I1 * wobble, 0.0, I3 * spin);
-  const Eigen::Vector3d axis =
-      Eigen::AngleAxisd(L.norm() / I1 * t_end, L.normalized()) * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d axis = Eigen::AngleAxisd(L.norm() / I1 * t_end, L.normalized()) * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d found =
-      (reference::point(simulation.positions(), 0) - reference::point(simulation.positions(), 2)).cross(reference::point(simulation.positions(), 1) - reference::point(simulation.positions(), 3)).normalized();
+      (reference::point(simulation.positions(), 0) - reference::point(simulation.positions(), 2))
+          .cross(reference::point(simulation.positions(), 1) - reference::point(simulation.positions(), 3))
+          .normalized();
   EXPECT_LE((found - axis).norm(), 1e-10);
 }
 
@@ -361,15 +368,16 @@ TEST(SphereTest, FreeBeadRunsOnItsGreatCircle) {
 /// A plane and a circle whose normal turns through all axes, with what was chosen as helper: beads without forces agree
 /// with the normal form.
 TEST(TurningNormalTest, MotionIsThatOfTheNormalForm) {
-  const VectorFunction normal = {ScalarFunction::formula("sin(2*t)*cos(3*t)"), ScalarFunction::formula("sin(2*t)*sin(3*t)"),
-                                 ScalarFunction::formula("cos(2*t)")};
+  const VectorFunction normal = {ScalarFunction::formula("sin(2*t)*cos(3*t)"),
+                                 ScalarFunction::formula("sin(2*t)*sin(3*t)"), ScalarFunction::formula("cos(2*t)")};
   System system;
   system.positions = {0.6, 0.2, 0, 0.5, 0, 0};
   system.masses = {1, 2};
   system.constraints = {Planes{"sheet", {0}, normal, 0.0}, Circles{"wire", {1}, Vector3{0, 0, 0}, normal, 0.5}};
   system.forces = {Gravity{"", {0, 0, -9.81}}, Springs{"", {{0, 1}}, 5.0, 0.0, 0.1}};
   System both = system;
-  both.coordinates = {PlaneCoordinates{"", {0}, normal, 0.0}, CircleCoordinates{"", {1}, Vector3{0, 0, 0}, normal, 0.5}};
+  both.coordinates = {PlaneCoordinates{"", {0}, normal, 0.0},
+                      CircleCoordinates{"", {1}, Vector3{0, 0, 0}, normal, 0.5}};
   const MotionOptions options{.rtol = 1e-12, .atol = 1e-13, .start = StartMode::Project};
   Simulation by_constraints(system, options), by_coordinates(both, options, {.form = Form::Tangent});
 
@@ -469,12 +477,14 @@ TEST(RefusalTest, ConstraintsThatTheCoordinatesBreak) {
     system.constraints = {Rods{"spoke", {{0, 1}}, {}, {}}};
     EXPECT_EQ(error_of([&] { (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check); }), "no error");
     system.constraints = {Rods{"spoke", {{0, 1}}, 1.1, {}}};
-    EXPECT_NE(error_of([&] { (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check); })
-                  .find("/coordinates: the places that the coordinates describe violate spoke[0]"),
+    EXPECT_NE(error_of([&] {
+                (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+              }).find("/coordinates: the places that the coordinates describe violate spoke[0]"),
               std::string::npos);
     system.constraints = {Linears{"wall", {{1}}, {{1, 1, 0}}, 1.0}};
-    EXPECT_NE(error_of([&] { (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check); })
-                  .find("/coordinates: K'A is not 0: the coordinates move along the gradient of wall[0]"),
+    EXPECT_NE(error_of([&] {
+                (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+              }).find("/coordinates: K'A is not 0: the coordinates move along the gradient of wall[0]"),
               std::string::npos);
   }
 }

@@ -1,11 +1,11 @@
-/// r(q, t) of every kind: its derivatives against differences, its charts against motions that must not notice them, and
-/// A'WA against dense matrices.
+/// r(q, t) of every kind: its derivatives against differences, its charts against motions that must not notice them,
+/// and A'WA against dense matrices.
 
 #include <random>
 
-#include <Eigen/Dense>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
+#include <Eigen/Dense>
 
 #include "evaluate/charts.hpp"
 #include "evaluate/parametrisation.hpp"
@@ -109,9 +109,8 @@ class KindTest : public testing::TestWithParam<int> {
 TEST_P(KindTest, VelocityAndPsiAreDerivativesAlongTheMotion) {
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
     Placed placed = make(0.6, seed);
-    const auto [first, second] = differentiate(0.01, [&](double e) {
-      return VectorXd(placed.at(placed.t + e, placed.q + e * placed.q_dot, placed.q_dot).r);
-    });
+    const auto [first, second] = differentiate(
+        0.01, [&](double e) { return VectorXd(placed.at(placed.t + e, placed.q + e * placed.q_dot, placed.q_dot).r); });
 
     const auto [r, v, psi, blocks] = placed.at(placed.t, placed.q, placed.q_dot);
 
@@ -125,9 +124,10 @@ TEST_P(KindTest, BlocksAreTheDerivativesInEachCoordinate) {
     Placed placed = make(0.6, seed);
     const MatrixXd A = placed.A(placed.at(placed.t, placed.q, placed.q_dot).blocks);
     for (Eigen::Index j = 0; j < placed.size(); ++j) {
-      const VectorXd column = differentiate(0.01, [&](double e) {
-                                return VectorXd(placed.at(placed.t, placed.q + e * VectorXd::Unit(placed.size(), j), placed.q_dot).r);
-                              }).first;
+      const VectorXd column =
+          differentiate(0.01, [&](double e) {
+            return VectorXd(placed.at(placed.t, placed.q + e * VectorXd::Unit(placed.size(), j), placed.q_dot).r);
+          }).first;
       EXPECT_LE((A.col(j) - column).norm(), 1e-11 * (1.0 + column.norm())) << "seed " << seed << ", coordinate " << j;
     }
   }
@@ -151,7 +151,8 @@ TEST_P(KindTest, ProductsMakeTheGramMatrix) {
     std::vector<double> weights(placed.numbering.num_points(), 0.0);
     VectorXd W = VectorXd::Zero(placed.num_numbers());
     for (std::size_t i = 0; i < placed.numbering.num_moving; ++i) {
-      weights[i] = with_masses ? placed.random.system.masses[static_cast<std::size_t>(placed.numbering.user_point[i])] : 1.0;
+      weights[i] =
+          with_masses ? placed.random.system.masses[static_cast<std::size_t>(placed.numbering.user_point[i])] : 1.0;
       W.segment<3>(static_cast<Eigen::Index>(3 * i)).setConstant(weights[i]);
     }
 
@@ -204,12 +205,14 @@ TEST_P(KindTest, PlacesAreFoundAgain) {
 
     placed.coordinates.locate(wanted.data(), placed.q.data());
 
-    EXPECT_LE((placed.at(placed.t, placed.q, placed.q_dot).r - wanted).norm(), 1e-13 * (1.0 + wanted.norm())) << "seed " << seed;
+    EXPECT_LE((placed.at(placed.t, placed.q, placed.q_dot).r - wanted).norm(), 1e-13 * (1.0 + wanted.norm()))
+        << "seed " << seed;
   }
 }
 
 std::string name_kind(const testing::TestParamInfo<int>& kind) {
-  static constexpr const char* names[] = {"free", "line", "plane", "circle", "sphere", "chain", "chain_in_plane", "rigid_body", "user_direction", "user_dumbbell"};
+  static constexpr const char* names[] = {"free",  "line",           "plane",      "circle",         "sphere",
+                                          "chain", "chain_in_plane", "rigid_body", "user_direction", "user_dumbbell"};
   static_assert(std::size(names) == RandomCoordinatesMaker::num_kinds);
   return names[kind.param];
 }

@@ -40,7 +40,8 @@ TEST(CoordinatesTest, EveryKindIsRead) {
   EXPECT_EQ(user.q, (std::vector<double>{0, 1}));
   EXPECT_EQ(user.q_dot, (std::vector<double>{0, 0.5}));
   std::vector<double> r(6), v(6), psi(6);
-  user.kernel.evaluate(user.kernel.context.get(), {1, 0.0, user.q.data(), user.q_dot.data(), r.data(), v.data(), psi.data(), nullptr});
+  user.kernel.evaluate(user.kernel.context.get(),
+                       {1, 0.0, user.q.data(), user.q_dot.data(), r.data(), v.data(), psi.data(), nullptr});
   EXPECT_EQ(r, (std::vector<double>{2.5, 0, 0, 2.5, 0, 1}));
   EXPECT_EQ(v, (std::vector<double>{0, 0, 0, 0, 0, 0.5}));
 }
@@ -56,11 +57,15 @@ TEST(CoordinatesTest, FormOfTheSolverIsRead) {
 }
 
 TEST(CoordinatesTest, MissingTextsOfAFormulaAreZero) {
-  const System system = parse(with_coordinates(R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"s": 2}, "x": "s"})")).system;
+  const System system =
+      parse(with_coordinates(
+                R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"s": 2}, "x": "s"})"))
+          .system;
 
   const auto& user = std::get<UserCoordinates>(system.coordinates[1]);
   std::vector<double> r(3);
-  user.kernel.evaluate(user.kernel.context.get(), {1, 0.0, user.q.data(), user.q.data(), r.data(), nullptr, nullptr, nullptr});
+  user.kernel.evaluate(user.kernel.context.get(),
+                       {1, 0.0, user.q.data(), user.q.data(), r.data(), nullptr, nullptr, nullptr});
   EXPECT_EQ(r, (std::vector<double>{2, 0, 0}));
 }
 

@@ -54,11 +54,20 @@ const Mistake mistakes[] = {
      "/coordinates/1/q: a map of no coordinates; at least 1 is right"},
     {"NoPoints", [](System& s) { user(s).kernel.num_points = 0; },
      "/coordinates/1/x: a map to no point; at least 1 is right"},
-    {"TupleOfAnotherSize", [](System& s) { user(s).tuples = {{1, 1}}; },
+    {"TupleOfAnotherSize",
+     [](System& s) {
+       user(s).tuples = {{1, 1}};
+     },
      "/coordinates/1/points: 2 points for a map to 1 point"},
-    {"NumberOfQ", [](System& s) { user(s).q = {0.0, 1.0}; },
+    {"NumberOfQ",
+     [](System& s) {
+       user(s).q = {0.0, 1.0};
+     },
      "/coordinates/1/q: 2 numbers; one for each coordinate of each tuple, 1, are right"},
-    {"NumberOfRates", [](System& s) { user(s).q_dot = {0.0, 1.0}; },
+    {"NumberOfRates",
+     [](System& s) {
+       user(s).q_dot = {0.0, 1.0};
+     },
      "/coordinates/1/q_dot: 2 numbers; one for each coordinate of each tuple, 1, are right"},
     {"RateIsNoNumber", [](System& s) { user(s).q_dot = {std::numeric_limits<double>::quiet_NaN()}; },
      "/coordinates/1/q_dot/0: q_dot nan is not finite"},
