@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -31,6 +32,8 @@ struct PlanSummary {
   std::size_t pattern_nonzeros = 0;   ///< of the lower triangle of S, or H
   std::size_t factor_nonzeros = 0;    ///< of L
   double factor_flops = 0.0;          ///< of one numeric factorization
+  double normal_flops = 0.0;          ///< predicted, of one evaluation and solve in normal form; 0: not made
+  double tangent_flops = 0.0;         ///< likewise in tangent form
   std::string ordering;               ///< used: "natural", "amd", …; several joined by '+'
   std::string factorization;          ///< "simplicial", "supernodal", "none"
   std::vector<std::string> left_out;  ///< what this system does not need
@@ -43,6 +46,8 @@ struct SolveReport {
   double residual = 0.0;  ///< max |K'w + phi| over its largest term; tangent form: last correction of w, relative
   double reciprocal_condition = 1.0;   ///< of the scaled S or H, CHOLMOD's cheap estimate; smallest over the parts
   int refinements = 0;
+  /// Form::Both: largest relative difference of w, and of eta, between the two forms; else NaN.
+  double forms_disagreement = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct ProjectionReport {
@@ -119,6 +124,11 @@ class TANOR_API Dynamics {
   /// in v) and, where something is driven, "drive" (the other part: xi_t and the accelerations of supports). One factor
   /// of S (or H), one solve a cause; the parts add up to lambda and eta. Without constraints only eta is known.
   ReactionsByCause reactions_by_cause();
+
+  /// q, q_dot, q_ddot of the last solve, `plan().coordinates` numbers each where the tangent form answers; entry by
+  /// entry, member by member, as `System::coordinates` lists them. Charts are centred at the present place: spheres,
+  /// directions and rotations have q = 0 there. An empty span is not wanted.
+  void coordinates(std::span<double> q, std::span<double> q_dot, std::span<double> q_ddot) const;
 
   /// Proves the last solve, which is repeated for it: identities, and second ways to the same numbers. Costs about as
   /// much as ten solves.

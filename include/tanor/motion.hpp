@@ -90,7 +90,7 @@ class TANOR_API Simulation {
   Snapshot snapshot() const;
   /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew. With
   /// equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding of
-  /// its projections). Throws InputError where sizes do not fit or numbers are not finite.
+  /// its projections; tangent form: up to rounding, since coordinates are found anew from the positions). Throws InputError where sizes do not fit or numbers are not finite.
   void restore(const Snapshot& snapshot);
 
   const System& system() const;
@@ -100,6 +100,8 @@ class TANOR_API Simulation {
   double time() const;
 
   // The state, in the user's order; valid until the next call of a non-const function.
+  std::span<const double> coordinates() const;      ///< q as in Dynamics::coordinates; empty in normal form
+  std::span<const double> coordinate_rates() const; ///< q_dot
   std::span<const double> positions() const;      ///< 3n, m
   std::span<const double> velocities() const;     ///< 3n, m/s
   std::span<const double> accelerations() const;  ///< 3n, m/s^2

@@ -35,7 +35,8 @@ Method choose_method(const MotionOptions& motion) {
 }
 
 StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method method) {
-  const double points = static_cast<double>(num_points), equations = static_cast<double>(plan.equations);
+  const double points = static_cast<double>(num_points),
+               equations = static_cast<double>(plan.form == Form::Tangent ? plan.coordinates : plan.equations);
   const double factor_nonzeros = static_cast<double>(plan.factor_nonzeros);
 
   StepCost cost;

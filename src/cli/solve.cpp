@@ -35,6 +35,7 @@ ExitCode execute(const SolveOptions& options) {
   report::Solution solution;
   solution.num_points = dynamics.num_points();
   solution.left_out = dynamics.plan().left_out;
+  solution.form = report::name_form(dynamics.plan());
   const StartReport start =
       naming_file(options.scene, [&] { return dynamics.start(0.0, positions, velocities, scene.motion.start); });
   if (!start.outcome.ok()) {
@@ -53,7 +54,7 @@ ExitCode execute(const SolveOptions& options) {
   }
   dynamics.support_forces(support_forces);
   solution.accelerations = accelerations;
-  solution.multipliers = multipliers;
+  if (report::has_multipliers(dynamics.plan())) solution.multipliers = multipliers;
   // Unique where S has a Cholesky factor; an equation between supports alone is no part of it.
   solution.multipliers_unique.assign(multipliers.size(), true);
   for (const std::size_t row : dynamics.plan().idle_equations) solution.multipliers_unique[row] = false;

@@ -25,6 +25,7 @@ struct Dynamics::Implementation {
   Forms forms;
   Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
+  const Form form_wanted;
   // In the inner order, the last solve …
   double t = 0.0;
   std::vector<double> r, v, w, eta, lambda;
@@ -39,12 +40,13 @@ struct Dynamics::Implementation {
   std::unique_ptr<TangentSpace> tangent_space;
   std::unique_ptr<Causes> causes;
 
-  Implementation(System system, const SolverOptions& options) : forms(std::move(system), options) {
+  Implementation(System system, const SolverOptions& options)
+      : forms(std::move(system), options), form_wanted(options.form) {
     for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(num_numbers());
     for (std::vector<double>* array : {&x, &x_dot, &x_ddot}) array->resize(form.size());
     lambda.resize(model.num_rows());
-    form.set_exact(true);
     if (forms.normal != nullptr) forms.normal->set_exact(true);
+    if (forms.tangent != nullptr) forms.tangent->set_exact(true);
   }
 
   const Numbering& numbering() const { return model.numbering; }
@@ -163,7 +165,14 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   self.is_there = false;
   self.has_solved = true;
   if (Outcome outcome = self.solve(); !outcome.ok()) return {std::move(outcome)};
-  const SolveReport report = self.form.last_solve();
+  SolveReport report = self.form.last_solve();
+  if (self.form_wanted == Form::Both) {
+    if (Outcome outcome = self.forms.compare(t, self.r.data(), self.v.data(), self.w.data(), self.eta.data(),
+                                             &report.forms_disagreement);
+        !outcome.ok()) {
+      return {std::move(outcome)};
+    }
+  }
   if (!accelerations.empty()) self.numbering().scatter_points(self.w, accelerations);
   if (!multipliers.empty()) self.numbering().scatter_rows(self.lambda, multipliers);
   if (!reactions.empty()) self.numbering().scatter_points(self.eta, reactions);
@@ -173,6 +182,19 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
 void Dynamics::active_forces(std::span<double> forces) const {
   check_size(forces, implementation_->num_numbers(), "forces");
   implementation_->numbering().scatter_points(implementation_->model.f, forces);
+}
+
+void Dynamics::coordinates(std::span<double> q, std::span<double> q_dot, std::span<double> q_ddot) const {
+  const Implementation& self = *implementation_;
+  const std::size_t wanted = self.forms.is_tangent() ? plan().coordinates : 0;
+  const auto write = [&](const std::vector<double>& inner, std::span<double> users, const char* name) {
+    if (users.empty()) return;
+    check_size(users, wanted, name);
+    self.model.coordinates.scatter(inner.data(), users.data());
+  };
+  write(self.x, q, "q");
+  write(self.x_dot, q_dot, "q_dot");
+  write(self.x_ddot, q_ddot, "q_ddot");
 }
 
 void Dynamics::support_forces(std::span<double> forces) const {
@@ -250,7 +272,7 @@ StartReport Dynamics::start(double t, std::span<double> positions, std::span<dou
   Implementation& self = *implementation_;
   self.is_there = false;
   self.gather(t, positions, velocities, &self.y, &self.z);
-  const StartReport report = self.form.start(t, self.y.data(), self.z.data(), mode);
+  const StartReport report = self.forms.start(t, self.y.data(), self.z.data(), mode);
   if (report.outcome.ok()) {
     self.numbering().scatter_points(self.y, positions);
     self.numbering().scatter_points(self.z, velocities);

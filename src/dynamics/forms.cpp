@@ -27,6 +27,7 @@ void Forms::choose(Form wanted) {
   const bool prefers_tangent =
       normal == nullptr || (tangent != nullptr && tangent->predicted_flops() <= normal->predicted_flops());
   const bool is_tangent = wanted == Form::Tangent || (wanted != Form::Normal && tangent != nullptr && prefers_tangent);
+  reason_ = prefers_tangent == is_tangent ? "more flops" : "the other one was asked for";
   main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();
 }
 
@@ -46,12 +47,42 @@ void Forms::make_plan() {
   if (tangent == nullptr) left_out.push_back("tangent form: no coordinates are given");
   if (normal == nullptr) left_out.push_back("normal form: no constraints are given");
   if (normal != nullptr && tangent != nullptr)
-    left_out.push_back(is_tangent() ? "normal form in steps: more flops" : "tangent form in steps: more flops");
+    left_out.push_back(std::string(is_tangent() ? "normal" : "tangent") + " form in steps: " + reason_);
+  if (normal != nullptr) plan.normal_flops = normal->predicted_flops();
+  if (tangent != nullptr) plan.tangent_flops = tangent->predicted_flops();
   main->describe(&plan);
   if (!model.has_moving_supports()) left_out.push_back("support motion: every support is fixed");
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");
   if (!model.forces.has_springs()) left_out.push_back("spring forces: none");
   if (!model.forces.has_pairs()) left_out.push_back("pair forces: none");
+}
+
+StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
+  if (tangent == nullptr || is_tangent()) return main->start(t, r, v, mode);
+  const StartReport placed = tangent->start(t, r, v, mode);
+  if (!placed.outcome.ok()) return placed;
+  StartReport report = main->start(t, r, v, mode);
+  report.position_correction = std::max(report.position_correction, placed.position_correction);
+  report.velocity_correction = std::max(report.velocity_correction, placed.velocity_correction);
+  report.relative = std::max(report.relative, placed.relative);
+  return report;
+}
+
+Outcome Forms::compare(double t, const double* r, const double* v, const double* w, const double* eta,
+                       double* disagreement) {
+  for (std::vector<double>* array : {&other_w_, &other_eta_}) array->resize(3 * model.num_points());
+  if (Outcome outcome = solve_other(t, r, v, other_w_.data(), other_eta_.data()); !outcome.ok()) return outcome;
+  double w_error = 0.0, w_scale = 0.0, eta_error = 0.0, eta_scale = 0.0;
+  for (std::size_t i = 0; i < model.num_moving(); ++i) {
+    const Vec3 f = load(model.f.data(), i);
+    w_error = larger(w_error, norm(load(w, i) - load(other_w_.data(), i)));
+    eta_error = larger(eta_error, norm(load(eta, i) - load(other_eta_.data(), i)));
+    w_scale = std::max({w_scale, norm(load(w, i)), model.inverse_mass[i] * norm(f)});
+    eta_scale = std::max({eta_scale, norm(load(eta, i)), norm(f)});
+  }
+  const auto relative = [](double error, double scale) { return scale > 0.0 ? error / scale : error; };
+  *disagreement = larger(relative(w_error, w_scale), relative(eta_error, eta_scale));
+  return {};
 }
 
 Outcome Forms::reactions(double t, const double* r, const double* v, double* lambda, double* eta) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "dynamics/model.hpp"
 #include "dynamics/normal_form.hpp"
@@ -24,6 +26,13 @@ class Forms {
   double start_time() const { return start_time_; }  ///< where "initial" values stand
   bool is_tangent() const { return main == tangent.get(); }
 
+  /// Consistent start of `main`. Where both coordinates and constraints are given they must describe the same motion:
+  /// the coordinates say where the points are, and the constraints are checked there.
+  StartReport start(double t, double* r, double* v, StartMode mode);
+  /// The other form at the state of `main`'s last accelerations w [3n] with its eta [3n]: the largest difference of w
+  /// over the largest acceleration there, and of eta over the largest force, whichever is larger.
+  Outcome compare(double t, const double* r, const double* v, const double* w, const double* eta, double* disagreement);
+
   /// lambda [d] and eta [3n] that belong to `main`'s last accelerations, at (t, r, v). The tangent form knows eta;
   /// lambda then costs a solve of the normal form.
   Outcome reactions(double t, const double* r, const double* v, double* lambda, double* eta);
@@ -35,8 +44,9 @@ class Forms {
   void make_plan();
 
   double start_time_;
-  std::vector<double> scratch_;             // [3n]
-  std::vector<double> x_, x_dot_, x_ddot_;  // of the other form
+  std::string reason_;                                 // why the other form does not step
+  std::vector<double> scratch_, other_w_, other_eta_;  // [3n]
+  std::vector<double> x_, x_dot_, x_ddot_;             // of the other form
 };
 
 }  // namespace tanor

@@ -72,7 +72,8 @@ Outcome TangentForm::factorize(double t) {
   const GramSolver::Quality quality = solver_.factorize(model_.parallel);
   last_.reciprocal_condition = quality.reciprocal_condition;
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
-  return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " + text(quality.weakest_row) +
+  return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " +
+                                model_.coordinates.name_coordinate(model_.system, quality.weakest_row) +
                                 " moves no point, or others move the points the same way"};
 }
 
@@ -186,19 +187,24 @@ Energy TangentForm::energy(double t, const double* q, const double* q_dot) {
 
 // ---- points and coordinates ----
 
-/// H q_dot = A'M (v - r_t): the nearest rates in the M-norm.
+/// H q_dot = A'M (v - r_t): the nearest rates in the M-norm. r_ are the places.
 Outcome TangentForm::find_rates(double t, const double* v, const double* q, double* q_dot) {
   std::fill(q_dot, q_dot + size(), 0.0);
   evaluate(t, q, q_dot, true);
   if (Outcome outcome = factorize(t); !outcome.ok()) return outcome;
-  const std::size_t moving = 3 * model_.num_moving();
+  // v_ = r_t; A q_dot of what has been found is added, and the rest found again
+  const auto missing = [&](std::size_t i) {
+    store(points_.data(), i, model_.mass[i] * (load(v_.data(), i) + load(error_rates_.data(), i) - load(v, i)));
+  };
+  std::fill(error_rates_.begin(), error_rates_.end(), 0.0);
   for (int pass = 0; pass < 2; ++pass) {
-    // v_ holds r_t, then what has been found
-    for (std::size_t i = 0; i < moving; ++i) points_[i] = model_.mass[i / 3] * (v_[i] - v[i]);
+    if (pass > 0) model_.coordinates.apply(model_.parallel, blocks_.data(), q_dot, error_rates_.data());
+    model_.parallel.for_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) missing(i);
+    });
     model_.coordinates.apply_transposed(model_.parallel, blocks_.data(), points_.data(), right_side_.data());
     solver_.solve_negative(model_.parallel, right_side_.data(), right_side_.data());
     for (std::size_t j = 0; j < size(); ++j) q_dot[j] += right_side_[j];
-    evaluate(t, q, q_dot, false);
   }
   return {};
 }
@@ -207,7 +213,13 @@ Outcome TangentForm::adopt(double t, const double* r, const double* v, double* q
   model_.set_time(t);
   model_.coordinates.locate(r, q_.data());
   std::copy(q_.begin(), q_.end(), q);
-  return find_rates(t, v, q, q_dot);
+  if (Outcome outcome = find_rates(t, v, q, q_dot); !outcome.ok()) return outcome;
+  constexpr double allowed = 1e-3;  // as at the start
+  const double distance = model_.largest_move(r_.data(), r);
+  if (distance <= allowed * model_.scene_size) return {};
+  return {Status::NotConverged, "the positions at t = " + text(t) +
+                                    " are not those of the coordinates: the nearest that were found lie " +
+                                    text(distance) + " m away"};
 }
 
 ProjectionReport TangentForm::put_positions(double t, double* r) {
@@ -224,6 +236,7 @@ ProjectionReport TangentForm::put_velocities(double t, const double* r, double* 
   ProjectionReport report;
   report.outcome = find_rates(t, v, q_.data(), rates_.data());
   if (!report.outcome.ok()) return report;
+  evaluate(t, q_.data(), rates_.data(), false);
   std::copy(v_.begin(), v_.end(), v);
   report.violation = model_.velocity_violation(t, r, v);
   report.iterations = 1;

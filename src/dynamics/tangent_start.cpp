@@ -29,10 +29,11 @@ std::size_t worst_point(const std::vector<double>& a, const std::vector<double>&
 
 StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
   const std::size_t n = 3 * model_.num_points();
+  model_.set_time(t);
+  model_.prescribe_all(t, r, v);  // what is said about supports does not count
   const std::vector<double> r_given(r, r + n);
   std::vector<double> v_given(v, v + n), q(size()), q_dot(size());
   StartReport report;
-  model_.set_time(t);
 
   // q of the given places, but where the user gave q himself
   model_.coordinates.locate(r, q_.data());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 #include "evaluate/charts.hpp"
@@ -9,6 +10,9 @@ namespace tanor {
 
 /// Rigid bodies: q = (c, theta), r_p = c + R(theta) rho_p with rho measured from the centre of mass.
 /// v = c' + omega x y, psi = omega x (omega x y) + alpha x y with y = R rho.
+///
+/// A body's part of H = A'MA needs no sum over its points: sum m rho = 0, and sum m |a x rho|^2 = |Q a|^2 for any a
+/// with the root Q of its tensor of inertia, Q'Q = J. Three more blocks, Q R'axis_j, make its 9 products.
 class BodyCoordinates final : public CoordinateFamily {
  public:
   std::vector<Index> points;          ///< inner, body after body
@@ -16,6 +20,8 @@ class BodyCoordinates final : public CoordinateFamily {
   std::vector<Vec3> rho;              ///< beside `points`, m, in the body's frame
   std::vector<double> mass;           ///< beside `points`, kg
   std::vector<RotationChart> chart;   ///< [body]
+  std::vector<double> total_mass;     ///< [body] kg
+  std::vector<Eigen::Matrix3d> root;  ///< [body] Q, kg^1/2 m
 
   /// `places` of its points now, m.
   void add(const std::vector<Index>& inner_points, const std::vector<Vec3>& places, const std::vector<double>& masses) {
@@ -26,18 +32,26 @@ class BodyCoordinates final : public CoordinateFamily {
       total += masses[p];
     }
     centre = (1.0 / total) * centre;
+    // J = sum m (|rho|^2 I - rho rho')
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
     for (std::size_t p = 0; p < places.size(); ++p) {
+      const Vec3 arm = places[p] - centre;
+      const Eigen::Vector3d a(arm.x, arm.y, arm.z);
+      inertia += masses[p] * (a.squaredNorm() * Eigen::Matrix3d::Identity() - a * a.transpose());
       points.push_back(inner_points[p]);
-      rho.push_back(places[p] - centre);
+      rho.push_back(arm);
       mass.push_back(masses[p]);
     }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia);
+    root.push_back(eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose());
+    total_mass.push_back(total);
     point_start.push_back(static_cast<Index>(points.size()));
     chart.emplace_back();
   }
 
   std::size_t size() const override { return chart.size(); }
   Index num_coordinates() const override { return 6 * static_cast<Index>(size()); }
-  Index num_blocks() const override { return 3 + 3 * static_cast<Index>(points.size()); }
+  Index num_blocks() const override { return 3 + 3 * static_cast<Index>(points.size() + size()); }
   Index first_coordinate_of(std::size_t k) const override { return first_coordinate + 6 * static_cast<Index>(k); }
   bool depends_on_time() const override { return false; }
   void set_time(double) override {}
@@ -51,6 +65,13 @@ class BodyCoordinates final : public CoordinateFamily {
       const double* const x = q + first_coordinate_of(k);
       const double* const x_dot = q_dot + first_coordinate_of(k);
       const RotationChart::Value now = chart[k](x + 3, x_dot + 3);
+      if (blocks != nullptr) {
+        for (int j = 0; j < 3; ++j) {
+          const Eigen::Vector3d axis(now.axis[j].x, now.axis[j].y, now.axis[j].z);
+          const Eigen::Vector3d turned = root[k] * (now.rotation.transpose() * axis);
+          store(blocks, inertia_block(k) + j, Vec3{turned[0], turned[1], turned[2]});
+        }
+      }
       for (Index p = begin; p < end; ++p) {
         const Eigen::Vector3d rotated = now.rotation * Eigen::Vector3d(rho[p].x, rho[p].y, rho[p].z);
         const Vec3 y{rotated[0], rotated[1], rotated[2]};
@@ -93,6 +114,17 @@ class BodyCoordinates final : public CoordinateFamily {
   void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
     for (std::size_t k = 0; k < size(); ++k) {
       const Index row = first_coordinate_of(k);
+      if (are_masses(weights, k)) {
+        for (Index i = 0; i < 3; ++i) {
+          products->push_back({row + i, row + i, first_block + i, first_block + i, total_mass[k]});
+        }
+        for (Index i = 0; i < 3; ++i) {
+          for (Index j = 0; j <= i; ++j) {
+            products->push_back({row + 3 + i, row + 3 + j, inertia_block(k) + i, inertia_block(k) + j, 1.0});
+          }
+        }
+        continue;
+      }
       for (Index p = point_start[k]; p < point_start[k + 1]; ++p) {
         const double weight = weights[static_cast<std::size_t>(points[p])];
         for (Index i = 0; i < 6; ++i) {
@@ -139,7 +171,17 @@ class BodyCoordinates final : public CoordinateFamily {
 
  private:
   static Vec3 unit(int j) { return {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0}; }
-  // Three unit vectors for all translations, then three blocks a point.
+  bool are_masses(const std::vector<double>& weights, std::size_t k) const {
+    for (Index p = point_start[k]; p < point_start[k + 1]; ++p) {
+      if (weights[static_cast<std::size_t>(points[p])] != mass[p]) return false;
+    }
+    return true;
+  }
+
+  // Three unit vectors for all translations, then three blocks a point, then three a body.
+  Index inertia_block(std::size_t k) const {
+    return first_block + 3 + 3 * static_cast<Index>(points.size()) + 3 * static_cast<Index>(k);
+  }
   Index block(Index p) const { return first_block + 3 + 3 * p; }
   Index block_of(Index i, Index p) const { return i < 3 ? first_block + i : block(p) + i - 3; }
 

@@ -7,6 +7,7 @@
 #include "evaluate/chain_coordinates.hpp"
 #include "evaluate/coordinate_kernels.hpp"
 #include "evaluate/user_coordinates.hpp"
+#include "system/text.hpp"
 
 namespace tanor {
 
@@ -15,7 +16,7 @@ class Parametrisation::Builder {
  public:
   Builder(const System& system, const Numbering& numbering, double t) : system_(system), numbering_(numbering), t_(t) {
     for (std::size_t i = 0; i < system.coordinates.size(); ++i) {
-      std::visit([&](const auto& entry) { add(entry); }, system.coordinates[i]);
+      std::visit([&](const auto& entry) { add_entry(entry); }, system.coordinates[i]);
     }
   }
 
@@ -34,8 +35,29 @@ class Parametrisation::Builder {
     for (auto& family : users_) keep(std::move(family));
     return result;
   }
+  const std::vector<Entry>& entries() const { return entries_; }
 
  private:
+  const CoordinateFamily& family_of(const FreeCoordinates&) const { return *free_; }
+  const CoordinateFamily& family_of(const LineCoordinates&) const { return *lines_; }
+  const CoordinateFamily& family_of(const PlaneCoordinates&) const { return *planes_; }
+  const CoordinateFamily& family_of(const CircleCoordinates&) const { return *circles_; }
+  const CoordinateFamily& family_of(const SphereCoordinates&) const { return *spheres_; }
+  const CoordinateFamily& family_of(const ChainAngles&) const { return *chains_; }
+  const CoordinateFamily& family_of(const RigidBody&) const { return *bodies_; }
+
+  template <class Group>
+  void add_entry(const Group& group) {
+    const CoordinateFamily& family = family_of(group);
+    const Index before = family.num_coordinates();
+    add(group);
+    entries_.push_back({&family, before, family.num_coordinates() - before});
+  }
+  void add_entry(const UserCoordinates& group) {
+    add(group);
+    entries_.push_back({users_.back().get(), 0, users_.back()->num_coordinates()});
+  }
+
   Index inner(Index user) const { return numbering_.inner_point[static_cast<std::size_t>(user)]; }
   Vec3 initial(Index user) const { return load(system_.positions.data(), user); }
 
@@ -114,6 +136,7 @@ class Parametrisation::Builder {
         });
   }
   void add(const ChainAngles& group) {
+    if (group.points.empty()) return;
     const Vec3 normal = make_vec3(group.normal);
     const bool is_planar = dot(normal, normal) > 0.0;
     const auto first_link = static_cast<Index>(chains_->points.size());
@@ -159,6 +182,7 @@ class Parametrisation::Builder {
   const System& system_;
   const Numbering& numbering_;
   const double t_;
+  std::vector<Entry> entries_;
   std::unique_ptr<PointCoordinates<FreeKernel>> free_ = std::make_unique<PointCoordinates<FreeKernel>>();
   std::unique_ptr<PointCoordinates<LineChartKernel>> lines_ = std::make_unique<PointCoordinates<LineChartKernel>>();
   std::unique_ptr<PointCoordinates<PlaneChartKernel>> planes_ = std::make_unique<PointCoordinates<PlaneChartKernel>>();
@@ -174,7 +198,9 @@ class Parametrisation::Builder {
 Parametrisation::Parametrisation(const System& system, const Numbering& numbering, double t) {
   if (system.coordinates.empty()) return;
   island_start_.clear();
-  families_ = Builder(system, numbering, t).take();
+  Builder builder(system, numbering, t);
+  entries_ = builder.entries();
+  families_ = builder.take();
   for (const auto& family : families_) {
     family->first_coordinate = static_cast<Index>(num_coordinates_);
     family->first_block = static_cast<Index>(num_blocks_);
@@ -214,6 +240,22 @@ void Parametrisation::apply_transposed(const Parallel& parallel, const double* b
 
 void Parametrisation::add_support_reactions(double* eta) const {
   for (const auto& family : families_) family->add_support_reactions(eta);
+}
+
+void Parametrisation::scatter(const double* inner, double* users) const {
+  for (const auto& [family, first, count] : entries_) {
+    if (count > 0) users = std::copy_n(inner + family->first_coordinate + first, count, users);
+  }
+}
+
+std::string Parametrisation::name_coordinate(const System& system, std::size_t inner) const {
+  const auto j = static_cast<Index>(inner);
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const auto& [family, first, count] = entries_[i];
+    const Index own = count > 0 ? j - family->first_coordinate - first : -1;
+    if (own >= 0 && own < count) return coordinates_name(system, i) + "[" + text(own) + "]";
+  }
+  return text(inner);
 }
 
 std::vector<Product> Parametrisation::list_products(const std::vector<double>& weights) const {

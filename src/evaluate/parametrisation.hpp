@@ -41,6 +41,11 @@ class Parametrisation {
   /// First coordinate of each member, then s.
   const std::vector<Index>& island_start() const { return island_start_; }
 
+  /// Numbers of coordinates, [s] from this order into the user's: entry by entry, member by member.
+  void scatter(const double* inner, double* users) const;
+  /// Whose an inner coordinate is: "wire[3]", the number counting the entry's own.
+  std::string name_coordinate(const System& system, std::size_t inner) const;
+
   /// q of the places r, in charts centred there; where several q say the same: near the given one.
   void locate(const double* r, double* q);
   /// Where the user gave q and q_dot.
@@ -52,8 +57,14 @@ class Parametrisation {
 
  private:
   class Builder;
+  /// Coordinates of one entry of the user's list: side by side, since a family keeps the order of its members.
+  struct Entry {
+    const CoordinateFamily* family;
+    Index first, count;  // first: of the family's
+  };
 
   std::vector<std::unique_ptr<CoordinateFamily>> families_;
+  std::vector<Entry> entries_;
   std::size_t num_coordinates_ = 0, num_blocks_ = 0;
   std::vector<Index> island_start_{0};
 };

@@ -99,34 +99,33 @@ class UserCoordinateFamily final : public CoordinateFamily {
     }
   }
 
-  /// Gauss-Newton from the given q, in halves where a full step leads away.
+  /// Near the given q; where that leads nowhere, the best of searches from other places around it.
   void locate(const double* r, double* q) override {
     const auto rows = static_cast<Eigen::Index>(3 * num_points()), columns = static_cast<Eigen::Index>(s());
-    Eigen::VectorXd wanted(rows), place(rows), trial(columns), step(columns);
-    Eigen::MatrixXd tangents(rows, columns);
-    const auto miss = [&](const double* at, bool with_tangents) {
-      kernel.evaluate(kernel.context.get(),
-                      {1, t_, at, at, place.data(), nullptr, nullptr, with_tangents ? tangents.data() : nullptr});
-      return (wanted - place).norm();
-    };
+    Eigen::VectorXd wanted(rows), own(columns), other(columns);
     for (std::size_t k = 0; k < size(); ++k) {
       for (std::size_t p = 0; p < num_points(); ++p) {
         store(wanted.data(), p, load(r, points[k * num_points() + p]));
       }
-      Eigen::Map<Eigen::VectorXd> own(q + first_coordinate_of(k), columns);
-      constexpr int most_iterations = 50;
-      for (int iteration = 0; iteration < most_iterations; ++iteration) {
-        const double before = miss(own.data(), true);
-        step = tangents.colPivHouseholderQr().solve(wanted - place);
-        if (!step.allFinite() || step.norm() <= 1e-16 * (1.0 + own.norm())) break;
-        double length = 1.0;
-        for (; length > 1e-3; length *= 0.5) {
-          trial = own + length * step;
-          if (miss(trial.data(), false) < before) break;
+      Eigen::Map<Eigen::VectorXd> given(q + first_coordinate_of(k), columns);
+      own = given;
+      double best = approach(wanted, &own);
+      constexpr int most_searches = 24;
+      for (int search = 1; search <= most_searches && best > 0.01; ++search) {
+        // Far in terms of what the coordinates do: their tangents, times q. Other places: multiples of the golden
+        // ratio's powers fill a box evenly.
+        for (Eigen::Index j = 0; j < columns; ++j) {
+          const double turns = search * std::pow(0.6180339887498949, static_cast<double>(j + 1));
+          other[j] =
+              given[j] + (1.0 + 0.25 * search) * (1.0 + std::abs(given[j])) * (2.0 * (turns - std::floor(turns)) - 1.0);
         }
-        if (length <= 1e-3) break;
-        own = trial;
+        const double found = approach(wanted, &other);
+        if (found < best) {
+          best = found;
+          own = other;
+        }
       }
+      given = own;
     }
   }
 
@@ -140,6 +139,33 @@ class UserCoordinateFamily final : public CoordinateFamily {
   }
 
  private:
+  /// Gauss-Newton from q, in halves where a full step leads away. Returns the distance that is left, over what the
+  /// tangents do to |q| + 1.
+  double approach(const Eigen::VectorXd& wanted, Eigen::VectorXd* q) const {
+    Eigen::VectorXd place(wanted.size()), trial(q->size()), step(q->size());
+    Eigen::MatrixXd tangents(wanted.size(), q->size());
+    const auto miss = [&](const double* at, bool with_tangents) {
+      kernel.evaluate(kernel.context.get(),
+                      {1, t_, at, at, place.data(), nullptr, nullptr, with_tangents ? tangents.data() : nullptr});
+      return (wanted - place).norm();
+    };
+    constexpr int most_iterations = 50;
+    double left = miss(q->data(), true);
+    for (int iteration = 0; iteration < most_iterations; ++iteration) {
+      step = tangents.colPivHouseholderQr().solve(wanted - place);
+      if (!step.allFinite() || step.norm() <= 1e-16 * (1.0 + q->norm())) break;
+      double length = 1.0;
+      for (; length > 1e-3; length *= 0.5) {
+        trial = *q + length * step;
+        if (miss(trial.data(), false) < left) break;
+      }
+      if (length <= 1e-3) break;
+      *q = trial;
+      left = miss(q->data(), true);
+    }
+    return left / (tangents.norm() * (1.0 + q->norm()));
+  }
+
   std::size_t num_points() const { return static_cast<std::size_t>(kernel.num_points); }
   std::size_t s() const { return static_cast<std::size_t>(kernel.num_coordinates); }
   std::size_t block(std::size_t k, std::size_t j = 0, std::size_t p = 0) const {

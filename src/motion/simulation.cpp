@@ -29,6 +29,17 @@ Method resolve(const MotionOptions& options) {
   return options.step > 0.0 ? Method::Rk4 : Method::Dopri5;
 }
 
+/// rattle projects onto constraints: it steps in normal form.
+SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
+  if (method != Method::Rattle || system.coordinates.empty()) return solver;
+  if (solver.form == Form::Tangent || num_equations(system) == 0) {
+    throw InputError("/motion/method", "rattle projects onto constraints, the tangent form has none; rk4 and dopri5 "
+                                       "step in coordinates");
+  }
+  solver.form = Form::Normal;
+  return solver;
+}
+
 void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   const auto check_finite = [](const char* where, std::span<const double> numbers) {
     const auto bad = std::find_if_not(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
@@ -65,6 +76,7 @@ struct Simulation::Implementation {
   static constexpr int most_splits = 8;  // of a fixed step that fails
 
   MotionOptions options;
+  SolverOptions solver_options;
   Forms forms;
   Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
@@ -76,15 +88,16 @@ struct Simulation::Implementation {
   Outcome outcome;
   MotionReport report;
   // The state in the user's order.
-  std::vector<double> r, v, w, lambda, eta, carried;
+  std::vector<double> r, v, w, lambda, eta, carried, q, q_dot;
   struct {
     std::vector<double> r, v, w;
   } points;  // the state [3n] in the inner order
   std::vector<double> rows;  // [d]
 
-  Implementation(System system, const MotionOptions& motion, SolverOptions solver, double t_start)
+  Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
       : options((check_options(motion), motion)),
-        forms(std::move(system), solver, t_start),
+        solver_options(resolve(solver, system, resolve(motion))),
+        forms(std::move(system), solver_options, t_start),
         scheme(make_scheme(resolve(motion), options, form)),
         control(scheme->order()) {
     report.method = resolve(motion);
@@ -98,6 +111,7 @@ struct Simulation::Implementation {
     for (std::vector<double>* array : {&points.r, &points.v, &points.w, &r, &v, &w, &eta, &carried}) {
       array->resize(3 * model.num_points());
     }
+    for (std::vector<double>* array : {&q, &q_dot}) array->resize(forms.is_tangent() ? form.size() : 0);
     lambda.resize(model.num_rows());
     rows.resize(model.num_rows());
 
@@ -105,7 +119,7 @@ struct Simulation::Implementation {
     model.numbering.gather_points(model.system.positions, points.r);
     model.numbering.gather_points(model.system.velocities, points.v);
     report.time = t_start;
-    report.start = form.start(t_start, points.r.data(), points.v.data(), options.start);
+    report.start = forms.start(t_start, points.r.data(), points.v.data(), options.start);
     outcome = report.start.outcome;
     if (outcome.ok()) outcome = complete_state();
     measure_start();
@@ -211,6 +225,10 @@ struct Simulation::Implementation {
     numbering.scatter_points(points.r, r);
     numbering.scatter_points(points.v, v);
     numbering.scatter_points(points.w, w);
+    if (forms.is_tangent()) {
+      model.coordinates.scatter(state.x.data(), q.data());
+      model.coordinates.scatter(state.v.data(), q_dot.data());
+    }
     const Outcome known = forms.reactions(state.t, points.r.data(), points.v.data(), rows.data(), points.w.data());
     if (outcome.ok()) outcome = known;
     numbering.scatter_rows(rows, lambda);
@@ -376,6 +394,12 @@ const MotionReport& Simulation::report() const {
 }
 double Simulation::time() const {
   return implementation_->state.t;
+}
+std::span<const double> Simulation::coordinates() const {
+  return implementation_->q;
+}
+std::span<const double> Simulation::coordinate_rates() const {
+  return implementation_->q_dot;
 }
 std::span<const double> Simulation::positions() const {
   return implementation_->r;

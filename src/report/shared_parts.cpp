@@ -4,6 +4,14 @@
 
 namespace tanor::report {
 
+std::string_view name_form(const PlanSummary& plan) {
+  return plan.form == Form::Tangent ? "tangent" : "normal";
+}
+
+bool has_multipliers(const PlanSummary& plan) {
+  return plan.form == Form::Normal || plan.equations > 0;
+}
+
 void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate) {
   const auto write = [&](const char* key, double Certificate::* figure) {
     const bool is_known = certificate && !std::isnan(*certificate.*figure);

@@ -2,14 +2,21 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tanor/certificate.hpp>
+#include <tanor/dynamics.hpp>
 
 #include "report/json_writer.hpp"
 
 /// What summary.json and the answer of `solve` have in common.
 namespace tanor::report {
+
+/// "normal" or "tangent": the form that answers.
+std::string_view name_form(const PlanSummary& plan);
+/// Coordinates alone have reactions, but no multipliers.
+bool has_multipliers(const PlanSummary& plan);
 
 /// The object `certificate` of the contract, and every check one by one; without one every member is null.
 void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate);

@@ -43,7 +43,7 @@ void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solutio
   arrays.write_points("friction", std::nullopt);
   arrays.write_points("support_forces", solution.support_forces);
   write_certificate(json, solution.certificate);
-  json->key("form").value("normal");
+  json->key("form").value(solution.form);
   write_left_out(json, solution.left_out);
   json->end_object();
   json->finish();

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
@@ -22,6 +23,7 @@ struct Solution {
   std::vector<bool> multipliers_unique;  ///< one for each multiplier
   std::optional<std::vector<ReactionPart>> reactions_by_cause;
   std::optional<Certificate> certificate;
+  std::string_view form = "normal";
   std::vector<std::string> left_out;
 };
 

@@ -13,6 +13,8 @@ namespace {
 /// The equations are independent when every factorization of S succeeded (but for those that join supports alone); else
 /// nothing is known.
 std::optional<std::size_t> find_rank(const RunFacts& facts, const Simulation& simulation) {
+  // Coordinates alone hold as many equations as they leave out; nobody wrote them down.
+  if (simulation.plan().form == Form::Tangent && simulation.plan().equations == 0) return std::nullopt;
   const bool is_regular = facts.has_started && simulation.outcome().status != Status::Singular;
   const PlanSummary& plan = simulation.plan();
   return is_regular ? std::optional(plan.equations - plan.idle_equations.size()) : std::nullopt;
@@ -28,7 +30,11 @@ void write_sizes(JsonWriter* json, const RunFacts& facts, const Simulation& simu
   json->key("rank");
   rank ? json->value(*rank) : json->null();
   json->key("degrees_of_freedom");
-  rank ? json->value(3 * (num_points - plan.supports) - *rank) : json->null();
+  if (plan.form == Form::Tangent) {
+    json->value(plan.coordinates);
+  } else {
+    rank ? json->value(3 * (num_points - plan.supports) - *rank) : json->null();
+  }
   json->key("islands").value(plan.islands);
 }
 
@@ -72,7 +78,7 @@ void write_final(JsonWriter* json, const std::filesystem::path& directory, const
   arrays.write_points("positions", found(simulation.positions()));
   arrays.write_points("velocities", found(simulation.velocities()));
   arrays.write_points("accelerations", found(simulation.accelerations()));
-  arrays.write_list("multipliers", found(simulation.multipliers()));
+  arrays.write_list("multipliers", has_multipliers(simulation.plan()) ? found(simulation.multipliers()) : std::nullopt);
   arrays.write_points("reactions", found(simulation.reactions()));
   arrays.write_points("support_forces", found(simulation.support_forces()));
   json->end_object();
@@ -119,7 +125,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.key("source").value(facts.source);
     json.key("tanor_version").value(TANOR_VERSION);
     json.key("method").value(method_name(report.method));
-    json.key("form").value("normal");
+    json.key("form").value(name_form(simulation.plan()));
     json.key("threads").value(facts.threads);
     write_sizes(&json, facts, simulation);
     json.key("t_end").value(facts.t_end);

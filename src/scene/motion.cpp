@@ -83,7 +83,9 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
 
 void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene) {
   solver.object({"form", "ordering", "threads", "certificate"});
-  solver["form"].choice<int>({{"auto", 0}, {"normal", 0}}, 0, {"tangent", "both"});
+  scene->solver.form = solver["form"].choice<Form>(
+      {{"auto", Form::Auto}, {"normal", Form::Normal}, {"tangent", Form::Tangent}, {"both", Form::Both}},
+      scene->solver.form);
   scene->solver.ordering = solver["ordering"].choice<Ordering>({{"auto", Ordering::Auto},
                                                                 {"amd", Ordering::Amd},
                                                                 {"metis", Ordering::Metis},

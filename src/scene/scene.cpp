@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "scene/constraints.hpp"
+#include "scene/coordinates.hpp"
 #include "scene/forces.hpp"
 #include "scene/motion.hpp"
 #include "scene/points.hpp"
@@ -159,7 +160,6 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   if (!points.constraints.empty()) name_by_scene_index(&constraints);
   append(std::move(constraints), &points.constraints);
   append(read_supports(root["supports"], context), &points.supports);
-  refuse(root["coordinates"], "coordinates");
   refuse(root["friction"], "friction");
 
   scene.source = points.source;
@@ -169,7 +169,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
                   .masses = std::move(points.masses),
                   .supports = std::move(points.supports),
                   .constraints = std::move(points.constraints),
-                  .forces = read_forces(root["forces"], context)};
+                  .forces = read_forces(root["forces"], context),
+                  .coordinates = read_coordinates(root["coordinates"], context)};
   try {
     validate(scene.system);
   } catch (const InputError& error) {

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <limits>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -9,8 +8,10 @@
 #include "base/vec3.hpp"
 #include "system/members.hpp"
 #include "system/pair_rules.hpp"
+#include "system/surface_checks.hpp"
 #include "system/text.hpp"
 #include "system/tuples.hpp"
+#include "system/validate_coordinates.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor {
@@ -63,6 +64,7 @@ class Validation {
       std::visit([&](const auto& force) { check_force(force, element("/forces", i)); }, system_.forces[i]);
     }
     check_names();
+    validate_coordinates(system_, support_of_point_, t_);
   }
 
  private:
@@ -144,39 +146,13 @@ class Validation {
     }
   }
 
-  void check_values(const Planes& planes, const std::string& where) const {
-    check_direction(planes.normal, t_, where + "/normal", "normal");
-    check_parameter(planes.offset, planes.points.size(), Rule::any, t_, where + "/offset", "offset");
-  }
-
+  void check_values(const Planes& planes, const std::string& where) const { check_plane(planes, t_, where); }
+  void check_values(const Lines& lines, const std::string& where) const { check_line(lines, t_, where); }
   void check_values(const Spheres& spheres, const std::string& where) const {
-    const Vec3 center = make_vec3(check_function(spheres.center, t_, where + "/center", "center"));
-    check_parameter(spheres.radius, spheres.points.size(), Rule::positive, t_, where + "/radius", "radius");
-    if (!spheres.radius.is_initial()) return;
-    for (std::size_t k = 0; k < spheres.points.size(); ++k) {
-      if (!(norm(position(spheres.points[k]) - center) > 0.0)) {
-        fail_member(spheres, k, where, "it is at the center: the initial radius is 0; a radius is positive");
-      }
-    }
+    check_sphere(spheres, system_.positions, t_, where);
   }
-
-  void check_values(const Lines& lines, const std::string& where) const {
-    check_function(lines.origin, t_, where + "/origin", "origin");
-    check_direction(lines.direction, t_, where + "/direction", "direction");
-  }
-
   void check_values(const Circles& circles, const std::string& where) const {
-    const Vec3 center = make_vec3(check_function(circles.center, t_, where + "/center", "center"));
-    const Vec3 normal = make_vec3(check_direction(circles.normal, t_, where + "/normal", "normal"));
-    check_parameter(circles.radius, circles.points.size(), Rule::positive, t_, where + "/radius", "radius");
-    if (!circles.radius.is_initial()) return;
-    for (std::size_t k = 0; k < circles.points.size(); ++k) {
-      // |n x (r - c)| = |n| (distance from the axis), zero up to rounding on the axis
-      const Vec3 arm = position(circles.points[k]) - center;
-      if (!(norm(cross(normal, arm)) > rounding * norm(normal) * norm(arm))) {
-        fail_member(circles, k, where, "it is on the axis: the initial radius is 0; a radius is positive");
-      }
-    }
+    check_circle(circles, system_.positions, t_, where);
   }
 
   void check_values(const Angles& angles, const std::string& where) const {
@@ -396,8 +372,7 @@ class Validation {
   bool is_support(Index point) const { return support_of_point_[point] != none; }
   Vec3 position(Index point) const { return load(system_.positions.data(), point); }
 
-  static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  static constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
+  static constexpr std::size_t none = no_support;
 
   const System& system_;
   const double t_;

@@ -12,64 +12,12 @@
 #include <gtest/gtest.h>
 #include <tanor/dynamics.hpp>
 
+#include "cases/judge.hpp"
 #include "cases/scenes.hpp"
 #include "cases/ways.hpp"
 
 namespace tanor::cases {
 namespace {
-
-// ---- distances from a reference ------------------------------------------------------------------------------------
-
-double largest(std::span<const double> array) {
-  double result = 0.0;
-  for (const double x : array) result = std::max(result, std::abs(x));
-  return result;
-}
-
-double largest_difference(std::span<const double> a, std::span<const double> b) {
-  if (a.size() != b.size()) return INFINITY;
-  double result = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) result = std::max(result, std::abs(a[i] - b[i]));
-  return result;
-}
-
-/// r, v, w, K lambda and lambda, each beside the largest value that it takes in its case.
-class Judge {
- public:
-  explicit Judge(const CaseScene& scene) : scene_(scene), trajectory_(read_trajectory(scene.reference)) {
-    for (const Instant& instant : trajectory_) {
-      const Quantities wanted = read(instant);
-      for (std::size_t k = 0; k < wanted.size(); ++k) scale_[k] = std::max(scale_[k], largest(wanted[k]));
-    }
-  }
-
-  const Instant& start() const { return trajectory_.front(); }
-  /// The instants behind the start.
-  std::span<const Instant> instants() const { return std::span(trajectory_).subspan(1); }
-
-  /// The worst of the five relative errors on the masses.
-  double error(const Answer& answer, const Instant& instant) const {
-    const auto masses = [&](std::span<const double> all) { return all.subspan(3 * scene_.num_supports); };
-    const std::span<const double> found[]{masses(answer.positions), masses(answer.velocities),
-                                          masses(answer.accelerations), masses(answer.reactions), answer.multipliers};
-    const Quantities wanted = read(instant);
-    double result = 0.0;
-    for (std::size_t k = 0; k < wanted.size(); ++k) {
-      result = std::max(result, largest_difference(found[k], wanted[k]) / scale_[k]);
-    }
-    return result;
-  }
-
- private:
-  using Quantities = std::array<std::vector<double>, 5>;
-  Quantities read(const Instant& instant) const {
-    return {instant.r, instant.v, instant.w, scene_.reactions(instant), scene_.multipliers(instant)};
-  }
-
-  const CaseScene& scene_;
-  std::vector<Instant> trajectory_;
-  std::array<double, 5> scale_{};
-};
 
 struct NamedWay {
   std::string name;

@@ -235,6 +235,33 @@ inline System make_melt(int size) {
   return system;
 }
 
+/// Coordinates of every kind, falling; no constraint says the same.
+inline System make_coordinates() {
+  System system;
+  system.supports = {{"anchor", {add_point({0, 0, 0}, &system)}, {}}};
+  ChainAngles chain{"chain", {}, 0, spacing, {}};
+  for (int k = 1; k <= 3; ++k) chain.points.push_back(add_point({spacing * k, 0, 0}, &system));
+  RigidBody body{"body", {}};
+  for (const Vector3& place : {Vector3{1, 0, 0}, Vector3{1.1, 0, 0}, Vector3{1, 0.1, 0}, Vector3{1, 0, 0.1}}) {
+    body.points.push_back(add_point(place, &system));
+  }
+  const Index free = add_point({2, 0, 0}, &system), bead = add_point({3, 0, 0}, &system);
+  const Index leaf = add_point({4, 0, 0}, &system), ball = add_point({5, 0, 0}, &system);
+  const Index ring = add_point({6, 0, 0}, &system), user = add_point({7, 0, 0}, &system);
+  const VectorFunction turning = {ScalarFunction::formula("sin(20*t)"), 0.0, ScalarFunction::formula("cos(20*t)")};
+  const std::vector<std::string> names = {"a"}, components = {"7 + sin(a)", "0.1*t", "1 - cos(a)"};
+  system.coordinates = {chain,
+                        body,
+                        FreeCoordinates{"free", {free}},
+                        LineCoordinates{"line", {bead}, Vector3{3, 0, 0}, Vector3{1, 0, -1}},
+                        PlaneCoordinates{"plane", {leaf}, turning, 0.0},
+                        SphereCoordinates{"sphere", {ball}, Vector3{5, 0, -1}, 1.0},
+                        CircleCoordinates{"circle", {ring}, Vector3{6, 0.2, 0}, turning, 0.2},
+                        UserCoordinates{"formula", {{user}}, formula_coordinates(names, components), {0.0}, {1.0}}};
+  system.forces = {gravity, Springs{"springs", {{free, bead}, {leaf, ball}}, 1.0, 0.0, {}}};
+  return system;
+}
+
 // ---- what the tests measure
 // -------------------------------------------------------------------------------------------
 

@@ -85,6 +85,11 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SteadyStepTest,
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
                                           testing::Values(1, 2)),
                          name_instance);
+// Which rattle cannot step
+INSTANTIATE_TEST_SUITE_P(Coordinates, SteadyStepTest,
+                         testing::Combine(testing::Values(Scene{"coordinates", scenes::make_coordinates}),
+                                          testing::Values(Method::Rk4, Method::Dopri5), testing::Values(1, 2)),
+                         name_instance);
 
 TEST(AllocationCounterTest, SeesMallocAndNew) {
   const AllocationCounter counter;

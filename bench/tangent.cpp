@@ -1,0 +1,211 @@
+// Google Benchmark of the tangent form, by scene and threads: evaluate A and psi, assemble H, factorize, solve, and the
+// accelerations as a whole; then rigid bodies held by 3n - 6 rods, both forms in turn, with the ratio of their medians.
+//   tangent [--benchmark_filter=beads]
+// `items_per_second` counts points.
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include <tanor/dynamics.hpp>
+
+#include "dynamics/forms.hpp"
+
+namespace {
+
+using namespace tanor;
+
+/// Beads on circles side by side, each joined to the next one by a spring.
+System make_beads(int count) {
+  System system;
+  Springs springs{"", {}, 10.0, 0.0, 0.1};
+  for (Index i = 0; i < count; ++i) {
+    const double x = 0.1 * i, angle = std::sin(7.0 * x);
+    system.positions.insert(system.positions.end(), {x, 0.5 * std::cos(angle), 0.5 * std::sin(angle)});
+    system.masses.push_back(0.1);
+    system.coordinates.push_back(CircleCoordinates{"", {i}, Vector3{x, 0, 0}, Vector3{1, 0, 0}, 0.5});
+    if (i > 0) springs.pairs.push_back({i - 1, i});
+  }
+  system.forces = {Gravity{"", {0, 0, -9.81}}, springs};
+  return system;
+}
+
+/// Bodies of `size` points within a ball, spinning.
+System make_bodies(int count, int size) {
+  System system;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> component(-0.5, 0.5);
+  for (int body = 0; body < count; ++body) {
+    RigidBody group;
+    for (int p = 0; p < size; ++p) {
+      const std::array<double, 3> y = {component(random), component(random), component(random)};
+      group.points.push_back(static_cast<Index>(system.masses.size()));
+      system.positions.insert(system.positions.end(), {2.0 * body + y[0], y[1], y[2]});
+      system.velocities.insert(system.velocities.end(), {-3.0 * y[1], 3.0 * y[0] - y[2], y[1]});
+      system.masses.push_back(1.0);
+    }
+    system.coordinates.push_back(std::move(group));
+  }
+  system.forces = {Gravity{"", {0, 0, -9.81}}};
+  return system;
+}
+
+/// One body, and rods that hold it: each point to three others before it, the last three, or the nearest ones that are
+/// seen in different directions (rods in one plane would not hold it).
+System make_framework(int size, bool nearest) {
+  System system = make_bodies(1, size);
+  const auto distance = [&](Index i, Index j) {
+    return norm(load(system.positions.data(), i) - load(system.positions.data(), j));
+  };
+  Rods rods;
+  for (Index i = 1; i < size; ++i) {
+    std::vector<Index> others(static_cast<std::size_t>(i));
+    for (Index j = 0; j < i; ++j) others[static_cast<std::size_t>(j)] = i - 1 - j;
+    if (nearest) std::ranges::sort(others, {}, [&](Index j) { return distance(i, j); });
+    std::vector<Vec3> taken;
+    for (const Index j : others) {
+      const Vec3 arm = load(system.positions.data(), j) - load(system.positions.data(), i);
+      Vec3 rest = (1.0 / norm(arm)) * arm;
+      for (const Vec3& other : taken) rest = rest - dot(other, rest) * other;
+      if (taken.size() == 3 || (nearest && norm(rest) < 0.5 && i > 3)) continue;
+      taken.push_back((1.0 / norm(rest)) * rest);
+      rods.pairs.push_back({j, i});
+    }
+  }
+  system.constraints = {rods};
+  return system;
+}
+
+struct Instant {
+  Forms forms;
+  std::vector<double> r, v, q, q_dot, q_ddot, psi, blocks, rows;
+  GramSolver solver;
+
+  Instant(System system, int threads)
+      : forms(std::move(system), {.form = Form::Tangent, .threads = threads}),
+        r(3 * forms.model.num_points()),
+        v(r),
+        q(forms.tangent->size()),
+        q_dot(q),
+        q_ddot(q),
+        psi(r),
+        blocks(3 * forms.model.coordinates.num_blocks()),
+        rows(q.size(), 1.0),
+        solver(forms.model.coordinates.list_products(forms.model.mass),
+               {forms.model.coordinates.island_start(), q.size()}, Ordering::Auto) {
+    const System& given = forms.model.system;
+    std::vector<double> velocities = given.velocities;
+    velocities.resize(r.size());
+    forms.model.numbering.gather_points(given.positions, r);
+    forms.model.numbering.gather_points(velocities, v);
+    (void)forms.tangent->adopt(0.0, r.data(), v.data(), q.data(), q_dot.data());
+    evaluate();
+    assemble();
+    (void)factorize();
+  }
+
+  const Parallel& parallel() const { return forms.model.parallel; }
+  void evaluate() {
+    forms.model.coordinates.evaluate(parallel(), q.data(), q_dot.data(), r.data(), v.data(), psi.data(), blocks.data());
+  }
+  void assemble() { solver.assemble(parallel(), blocks.data()); }
+  GramSolver::Quality factorize() { return solver.factorize(parallel()); }
+  void solve() { solver.solve_negative(parallel(), rows.data(), q_ddot.data()); }
+  void accelerations() {
+    (void)forms.tangent->accelerations(0.0, q.data(), q_dot.data(), Gradients::Evaluate, q_ddot.data());
+  }
+};
+
+template <class Phase>
+void run(benchmark::State& state, const Phase& phase) {
+  const bool beads = state.range(1) == 1;
+  const auto members = static_cast<int>(state.range(0)), points = static_cast<int>(state.range(1));
+  Instant instant(beads ? make_beads(members) : make_bodies(members, points), static_cast<int>(state.range(2)));
+  for (auto _ : state) phase(instant);
+  state.SetItemsProcessed(state.iterations() * members * points);
+}
+
+void evaluate(benchmark::State& state) {
+  run(state, [](Instant& i) { i.evaluate(); });
+}
+void assemble(benchmark::State& state) {
+  run(state, [](Instant& i) { i.assemble(); });
+}
+void factorize(benchmark::State& state) {
+  run(state, [](Instant& i) { benchmark::DoNotOptimize(i.factorize()); });
+}
+void solve(benchmark::State& state) {
+  run(state, [](Instant& i) { i.solve(); });
+}
+void accelerations(benchmark::State& state) {
+  run(state, [](Instant& i) { i.accelerations(); });
+}
+
+/// 1e5 beads on circles, 1e4 bodies of 20 points.
+void scenes(benchmark::internal::Benchmark* benchmark) {
+  benchmark->ArgNames({"members", "points", "threads"})->UseRealTime()->Unit(benchmark::kMillisecond);
+  for (const int threads : {1, 2}) benchmark->Args({100'000, 1, threads})->Args({10'000, 20, threads});
+}
+
+BENCHMARK(evaluate)->Apply(scenes);
+BENCHMARK(assemble)->Apply(scenes);
+BENCHMARK(factorize)->Apply(scenes);
+BENCHMARK(solve)->Apply(scenes);
+BENCHMARK(accelerations)->Apply(scenes);
+
+double seconds_of_solve(Dynamics* dynamics, const System& system, std::vector<double>* w) {
+  const auto begin = std::chrono::steady_clock::now();
+  const SolveReport report = dynamics->solve(0.0, system.positions, system.velocities, *w);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!report.outcome.ok()) throw std::runtime_error(report.outcome.what);
+  return seconds;
+}
+
+/// Both forms in turn, without constraints in the tangent one: nobody asks for multipliers.
+void compare_forms(const char* name, int size, bool nearest) {
+  const System with_rods = make_framework(size, nearest);
+  System alone = with_rods, rods_alone = with_rods;
+  alone.constraints.clear();
+  rods_alone.coordinates.clear();
+  SolverOptions one_thread;
+  one_thread.threads = 1;
+  Dynamics tangent(alone, one_thread), normal(rods_alone, one_thread);
+  const bool is_chosen = Dynamics(with_rods, one_thread).plan().form == Form::Tangent;
+  std::vector<double> w(with_rods.positions.size()), w_normal(w);
+  std::array<std::vector<double>, 2> times;
+  for (int round = 0; round < 15; ++round) {
+    times[0].push_back(seconds_of_solve(&tangent, with_rods, &w));
+    times[1].push_back(seconds_of_solve(&normal, with_rods, &w_normal));
+  }
+  for (auto& list : times) std::nth_element(list.begin(), list.begin() + 7, list.end());
+  double difference = 0.0, largest = 0.0;
+  for (std::size_t c = 0; c < w.size(); ++c) {
+    difference = std::max(difference, std::abs(w[c] - w_normal[c]));
+    largest = std::max(largest, std::abs(w[c]));
+  }
+  std::printf(
+      "rigid body of %d points, rods to %s: tangent %.3g ms, normal %.3g ms, ratio %.1f, chosen by itself: %s, "
+      "w agree to %.1e\n",
+      size, name, 1e3 * times[0][7], 1e3 * times[1][7], times[1][7] / times[0][7], is_chosen ? "yes" : "no",
+      difference / largest);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  compare_forms("the last three", 1000, false);
+  compare_forms("the nearest three", 1000, true);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "tangent: %s\n", error.what());
+  return 1;
+}

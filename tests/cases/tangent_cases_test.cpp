@@ -1,0 +1,159 @@
+/// The cases once more in coordinates.
+
+#include <functional>
+
+#include <gtest/gtest.h>
+#include <tanor/dynamics.hpp>
+
+#include "cases/judge.hpp"
+
+namespace tanor::cases {
+namespace {
+
+/// Coordinates of a point or more as formulas in the plane z = 0, named a, b, …; `q` at the start.
+UserCoordinates in_plane(const std::vector<Index>& points, const std::vector<std::string>& names,
+                         const std::vector<std::string>& xy, const std::vector<double>& q,
+                         const std::vector<double>& q_dot) {
+  std::vector<std::string> components;
+  for (std::size_t i = 0; i < xy.size(); i += 2) components.insert(components.end(), {xy[i], xy[i + 1], "0"});
+  return {"", {points}, formula_coordinates(names, components), q, q_dot};
+}
+
+Coordinates planar_chain(const Instant& start, Parameter length) {
+  ChainAngles chain{"", {}, 0, std::move(length), {0, 0, 1}};
+  for (std::size_t k = 0; k < start.r.size() / 3; ++k) chain.points.push_back(static_cast<Index>(k + 1));
+  return chain;
+}
+
+/// The right angle at the origin: s (-yb, xb) on the left, an axle of length 1.
+Coordinates car_axis(const Instant&) {
+  const std::string xb = "sqrt(1 - (0.1*sin(10*t))^2)", yb = "(0.1*sin(10*t))";
+  // yb' = cos(10 t) at the start: the left bead moves with s (-yb', 0) = (-0.5, 0) by itself
+  return in_plane({2, 3}, {"s", "a"}, {"-s*" + yb, "s*" + xb, "-s*" + yb + " + cos(a)", "s*" + xb + " + sin(a)"},
+                  {0.5, 0.0}, {0.0, 0.0});
+}
+
+/// Angles of both ropes and the length of the left one.
+Coordinates atwood(const Instant& start) {
+  const double x = start.r[0] + 1.0, y = start.r[1], l = std::hypot(x, y), X = start.r[3] - 1.0, Y = start.r[4];
+  const double vx = start.v[0], vy = start.v[1], VX = start.v[3], VY = start.v[4], L = std::hypot(X, Y);
+  return in_plane({0, 1}, {"a", "b", "l"}, {"-1 + l*sin(a)", "-l*cos(a)", "1 + (3-l)*sin(b)", "-(3-l)*cos(b)"},
+                  {std::atan2(x, -y), std::atan2(X, -Y), l},
+                  {(x * vy - y * vx) / (l * l), (X * VY - Y * VX) / (L * L), (x * vx + y * vy) / l});
+}
+
+/// r = (cos 5t sin q, sin 5t sin q, -cos q) or the like, as a circle whose plane turns.
+Coordinates hoop(const Instant&) {
+  return CircleCoordinates{
+      "", {0}, Vector3{0, 0, 0}, {ScalarFunction::formula("sin(5*t)"), ScalarFunction::formula("-cos(5*t)"), 0.0}, 1.0};
+}
+
+struct CoordinateCase {
+  std::string name;  // of the case that it says once more
+  std::function<Coordinates(const Instant&)> coordinates;
+
+  friend std::ostream& operator<<(std::ostream& out, const CoordinateCase& given) { return out << given.name; }
+};
+
+std::vector<CoordinateCase> coordinate_cases() {
+  return {
+      {"01_planar_pendulum", [](const Instant& start) { return planar_chain(start, 1.0); }},
+      {"01_pendulum_on_circle",
+       [](const Instant&) {
+         return CircleCoordinates{"", {0}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0};
+       }},
+      {"02_spherical_pendulum",
+       [](const Instant&) {
+         return ChainAngles{"", {1}, 0, 1.0, {}};
+       }},
+      {"02_pendulum_on_sphere",
+       [](const Instant&) {
+         return SphereCoordinates{"", {0}, Vector3{0, 0, 0}, 1.0};
+       }},
+      {"03_rotating_hoop", hoop},
+      {"03_rotating_hoop_by_formulas", hoop},
+      {"05_atwood_swinging", atwood},
+      {"07_chain2", [](const Instant& start) { return planar_chain(start, 1.0); }},
+      {"07_chain2_in_plane", [](const Instant& start) { return planar_chain(start, 1.0); }},
+      {"08_chain10", [](const Instant& start) { return planar_chain(start, 0.1); }},
+      {"11_variable_length",
+       [](const Instant& start) { return planar_chain(start, ScalarFunction::formula("1 + 0.3*sin(2*t)")); }},
+      {"12_car_axis", car_axis},
+  };
+}
+
+class CoordinateCaseTest : public testing::TestWithParam<CoordinateCase> {
+ protected:
+  const CaseScene& scene = *std::find_if(moving_cases().begin(), moving_cases().end(),
+                                         [&](const CaseScene& candidate) { return candidate.name == GetParam().name; });
+  const Judge judge{scene};
+  System make_system() const {
+    System system = scene.build(judge.start());
+    system.coordinates = {GetParam().coordinates(judge.start())};
+    return system;
+  }
+};
+
+TEST_P(CoordinateCaseTest, TenDigitsOfMotionReactionsAndMultipliers) {
+  Simulation simulation(make_system(), {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14},
+                        {.form = Form::Tangent});
+  const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };
+
+  for (const Instant& instant : judge.instants()) {
+    ASSERT_TRUE(simulation.advance(instant.t).ok()) << simulation.outcome().what;
+
+    const Answer answer{.t = simulation.time(),
+                        .positions = copy(simulation.positions()),
+                        .velocities = copy(simulation.velocities()),
+                        .accelerations = copy(simulation.accelerations()),
+                        .multipliers = copy(simulation.multipliers()),
+                        .reactions = copy(simulation.reactions()),
+                        .support_forces = copy(simulation.support_forces())};
+    EXPECT_LT(judge.error(answer, instant), 1e-10) << "t = " << instant.t;
+    EXPECT_LE(simulation.report().position_violation, 1e-12);
+    EXPECT_LE(simulation.report().velocity_violation, 1e-12);
+  }
+}
+
+TEST_P(CoordinateCaseTest, BothFormsAgreeToTwelveDigits) {
+  const System system = make_system();
+  Dynamics dynamics(system, {.form = Form::Both});
+  std::vector<double> w(system.positions.size());
+  Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14}, {.form = Form::Tangent});
+  for (const Instant& instant : judge.instants()) {
+    ASSERT_TRUE(simulation.advance(instant.t).ok());
+
+    const SolveReport report = dynamics.solve(instant.t, simulation.positions(), simulation.velocities(), w);
+
+    ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
+    EXPECT_LE(report.forms_disagreement, 1e-12) << "t = " << instant.t;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, CoordinateCaseTest, testing::ValuesIn(coordinate_cases()),
+                         [](const auto& instance) { return instance.param.name; });
+
+/// Three ways to say it: constraints of the built-in kinds, formulas, coordinates.
+TEST(RotatingHoopTest, CoordinatesGiveTheAnswerOfTheConstraints) {
+  const std::vector<Instant> trajectory = read_trajectory("03_rotating_hoop");
+  System alone = make_rotating_hoop(trajectory.front());
+  alone.constraints.clear();
+  alone.coordinates = {hoop(trajectory.front())};
+  Dynamics built_in(make_rotating_hoop(trajectory.front())),
+      formulas(make_rotating_hoop_by_formulas(trajectory.front())), coordinates(alone);
+  for (const Instant& instant : trajectory) {
+    std::vector<double> w[3] = {instant.w, instant.w, instant.w}, eta[3] = {instant.w, instant.w, instant.w};
+
+    ASSERT_TRUE(built_in.solve(instant.t, instant.r, instant.v, w[0], {}, eta[0]).outcome.ok());
+    ASSERT_TRUE(formulas.solve(instant.t, instant.r, instant.v, w[1], {}, eta[1]).outcome.ok());
+    ASSERT_TRUE(coordinates.solve(instant.t, instant.r, instant.v, w[2], {}, eta[2]).outcome.ok());
+
+    for (const int other : {0, 1}) {
+      EXPECT_LE(largest_difference(w[2], w[other]), 1e-12 * largest(w[2])) << "t = " << instant.t;
+      EXPECT_LE(largest_difference(eta[2], eta[other]), 1e-12 * largest(eta[2])) << "t = " << instant.t;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tanor::cases
