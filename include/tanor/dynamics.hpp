@@ -74,6 +74,9 @@ struct Split {
   Outcome outcome;
   std::vector<double> tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21), (22), m/s^2
   std::vector<double> tangent_forces, normal_forces;                ///< f_T, f_N, N
+  /// How far M takes N out of itself: the largest |(I - K Gamma^-1 K') M^-1 K x| over |M^-1 K x| for a random x (by A
+  /// the same of T). At rounding, (44) K'M^-1 A = 0 holds here: w_T = M^-1 f_T, and each half of (18) stands alone.
+  double mass_coupling = 0.0;
 };
 
 /// What one cause does to the constraints.

@@ -68,6 +68,7 @@ ExitCode execute(const SolveOptions& options) {
   if (split.outcome.ok()) {
     solution.tangent_accelerations = split.tangent_accelerations;
     solution.normal_accelerations = split.normal_accelerations;
+    solution.mass_coupling = split.mass_coupling;
     solution.tangent_forces = split.tangent_forces;
     solution.normal_forces = split.normal_forces;
   }

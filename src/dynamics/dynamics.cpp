@@ -1,6 +1,8 @@
 #include <tanor/dynamics.hpp>
 
 #include <algorithm>
+#include <limits>
+#include <random>
 
 #include "dynamics/causes.hpp"
 #include "dynamics/certificate.hpp"
@@ -17,6 +19,17 @@ void check_size(std::span<const double> array, std::size_t wanted, const char* n
                              std::to_string(wanted) + " are needed");
   }
 }
+
+/// Numbers that nothing holds for by chance, the same ones each time.
+std::vector<double> random_numbers(std::size_t count) {
+  std::mt19937 generator(44);
+  std::normal_distribution<double> normal;
+  std::vector<double> result(count);
+  for (double& number : result) number = normal(generator);
+  return result;
+}
+
+constexpr double smallest_number = std::numeric_limits<double>::min();
 
 }  // namespace
 
@@ -88,6 +101,7 @@ struct Dynamics::Implementation {
   Outcome split(double* w_N, double* f_N);
   Outcome split_by_constraints(double* w_N, double* f_N);
   Outcome split_by_coordinates(double* w_N, double* f_N);
+  double mass_coupling = 0.0;  // of the last split
 };
 
 /// w_N and f_N of the last solve.
@@ -108,6 +122,14 @@ Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N)
   for (double& each : c) each = -each;
   normal_space->find_least(c.data(), w_N, mu.data());
   normal_space->project(model.f.data(), f_N, mu.data());
+
+  // (44): M^-1 K x stays in N?
+  std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers());
+  const std::vector<double> any = random_numbers(model.num_rows());
+  model.gather.add_scaled(model.parallel, normal.blocks().data(), any.data(), model.inverse_mass.data(),
+                          model.num_moving(), u.data());
+  normal_space->project(u.data(), u_N.data(), mu.data());
+  mass_coupling = model.largest_move(u.data(), u_N.data()) / std::max(model.largest_norm(u.data()), smallest_number);
   return {};
 }
 
@@ -122,6 +144,14 @@ Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N)
   };
   normal_part(tangent.psi(), w_N);
   normal_part(model.f, f_N);
+
+  // (44): M A x stays in T?
+  std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers(), 0.0);
+  const std::vector<double> any = random_numbers(tangent.size());
+  model.coordinates.apply(model.parallel, tangent.blocks().data(), any.data(), u.data());
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] *= model.mass[i / 3];
+  normal_part(u, u_N.data());
+  mass_coupling = model.largest_norm(u_N.data()) / std::max(model.largest_norm(u.data()), smallest_number);
   return {};
 }
 
@@ -226,6 +256,7 @@ Split Dynamics::split() {
   };
   write(self.w, w_N, &result.tangent_accelerations, &result.normal_accelerations);
   write(self.model.f, f_N, &result.tangent_forces, &result.normal_forces);
+  result.mass_coupling = self.mass_coupling;
   return result;
 }
 

@@ -77,14 +77,6 @@ Outcome TangentForm::factorize(double t) {
                                 " moves no point, or others move the points the same way"};
 }
 
-Outcome TangentForm::linearise(double t, const double* q) {
-  {
-    const Stopwatch watch(&model_.times.evaluate);
-    evaluate(t, q, rates_.data(), true);
-  }
-  return factorize(t);
-}
-
 Outcome TangentForm::accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) {
   ++model_.counters.evaluations;
   double scale = 0.0;

@@ -24,7 +24,8 @@ class TangentForm final : public EquationsOfMotion {
   bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work(); }
 
   void prescribe(double, double*, double*) override {}
-  Outcome linearise(double t, const double* q) override;
+  /// Nothing is projected, so nothing needs a factor but the accelerations, which make their own.
+  Outcome linearise(double, const double*) override { return {}; }
   Outcome accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) override;
   Outcome free_accelerations(double t, const double* q, const double* q_dot, double* q_ddot) override;
   ProjectionReport project_positions(double, double*) override { return {}; }

@@ -33,6 +33,7 @@ void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solutio
   arrays.write_points("accelerations", solution.accelerations);
   arrays.write_points("tangent_accelerations", solution.tangent_accelerations);
   arrays.write_points("normal_accelerations", solution.normal_accelerations);
+  json->key("mass_coupling").value(solution.mass_coupling);
   arrays.write_points("tangent_forces", solution.tangent_forces);
   arrays.write_points("normal_forces", solution.normal_forces);
   arrays.write_list("multipliers", solution.multipliers);

@@ -19,6 +19,7 @@ struct Solution {
   Numbers positions, velocities, accelerations;
   Numbers tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21)
   Numbers tangent_forces, normal_forces;                ///< f_T, f_N
+  std::optional<double> mass_coupling;                  ///< 0: (44) holds here
   Numbers multipliers, reactions, support_forces;
   std::vector<bool> multipliers_unique;  ///< one for each multiplier
   std::optional<std::vector<ReactionPart>> reactions_by_cause;

@@ -1,0 +1,175 @@
+/// What a scene does not need is left out: each omission is proven by counting.
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include <tanor/tanor.hpp>
+
+namespace tanor {
+namespace {
+
+/// Bent, on a support.
+System make_chain(Index rods, double last_mass = 0.1) {
+  System system;
+  Rods group{"rods", {}, {}, {}};
+  for (Index i = 0; i <= rods; ++i) {
+    system.positions.insert(system.positions.end(), {0.1 * i, 0.0, 0.03 * i * i});
+    system.masses.push_back(0.1);
+    if (i > 0) group.pairs.push_back({i - 1, i});
+  }
+  system.masses.back() = last_mass;
+  system.velocities.assign(system.positions.size(), 0.0);
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {group};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  return system;
+}
+
+/// Beads on rails, all linear.
+System make_rails() {
+  System system;
+  for (Index i = 0; i < 5; ++i) {
+    system.positions.insert(system.positions.end(), {0.0, 1.0 * i, 0.0});
+    system.velocities.insert(system.velocities.end(), {1.0, 0.0, 0.0});
+    system.masses.push_back(1.0 + i);
+  }
+  system.constraints = {Lines{"rails", {0, 1, 2, 3, 4}, Vector3{}, Vector3{1.0, 0.0, 0.0}}};
+  auto& rails = std::get<Lines>(system.constraints[0]);
+  rails.points = {0};
+  for (Index i = 1; i < 5; ++i) {
+    system.constraints.push_back(Lines{"", {i}, Vector3{0.0, 1.0 * i, 0.0}, Vector3{1.0, 0.0, 0.0}});
+  }
+  system.forces = {Springs{"springs", {{0, 1}, {1, 2}, {3, 4}}, 10.0, 0.1, 0.5}};
+  return system;
+}
+
+bool says(const PlanSummary& plan, const std::string& words) {
+  return std::ranges::any_of(plan.left_out, [&](const std::string& what) { return what.find(words) == 0; });
+}
+
+struct Solved {
+  Dynamics dynamics;
+  std::vector<double> r, v;
+  SolveReport report;
+
+  explicit Solved(const System& system, const SolverOptions& options = {})
+      : dynamics(system, options), r(system.positions), v(system.velocities) {
+    EXPECT_TRUE(dynamics.start(0.0, r, v, StartMode::Check).outcome.ok());
+    report = dynamics.solve(0.0, r, v, {});
+  }
+};
+
+TEST(LeftOut, ConstantKIsFactorizedOnceInAWholeRun) {
+  Simulation simulation(make_rails(), {.step = 0.01});
+
+  ASSERT_TRUE(simulation.advance(1.0).ok());
+
+  EXPECT_EQ(simulation.report().steps, 100U);
+  EXPECT_EQ(simulation.report().counters.factorizations, 1U);
+  EXPECT_TRUE(says(simulation.plan(), "refactorization"));
+}
+
+TEST(LeftOut, MovingRodsAreFactorizedAtEveryStage) {
+  Simulation simulation(make_chain(5), {.step = 0.01});
+
+  ASSERT_TRUE(simulation.advance(0.1).ok());
+
+  EXPECT_GE(simulation.report().counters.factorizations, 40U);
+  EXPECT_FALSE(says(simulation.plan(), "refactorization"));
+}
+
+TEST(LeftOut, NothingIsFactorizedWithoutConstraints) {
+  System system = make_chain(5);
+  system.constraints.clear();
+  Simulation simulation(system, {.step = 0.01});
+
+  ASSERT_TRUE(simulation.advance(0.1).ok());
+
+  EXPECT_EQ(simulation.report().counters.factorizations, 0U);
+  EXPECT_EQ(simulation.report().counters.solves, 0U);
+  EXPECT_EQ(simulation.plan().factor_nonzeros, 0U);
+  EXPECT_TRUE(says(simulation.plan(), "factorization"));
+}
+
+TEST(LeftOut, GammaIsMadeForTheSplitAlone) {
+  Solved solved(make_chain(5, 0.7));
+  EXPECT_EQ(solved.dynamics.counters().split_factorizations, 0U);
+
+  const Split split = solved.dynamics.split();
+
+  EXPECT_TRUE(split.outcome.ok());
+  EXPECT_EQ(solved.dynamics.counters().split_factorizations, 1U);
+}
+
+TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
+  Solved solved(make_chain(5));
+
+  const Split split = solved.dynamics.split();
+
+  EXPECT_TRUE(split.outcome.ok());
+  EXPECT_EQ(solved.dynamics.counters().split_factorizations, 0U);
+  EXPECT_TRUE(says(solved.dynamics.plan(), "Gamma"));
+}
+
+TEST(LeftOut, Equation44_IsMeasuredWhereItHoldsAndWhereNot) {
+  // Equal masses: always; beads on rails of their own, of any masses: always; a heavy tip: not where the chain is bent,
+  // and yes where it is straight (theory, section 5).
+  EXPECT_LT(Solved(make_chain(5)).dynamics.split().mass_coupling, 1e-13);
+  EXPECT_GT(Solved(make_chain(5, 0.7)).dynamics.split().mass_coupling, 1e-2);
+  EXPECT_LT(Solved(make_rails()).dynamics.split().mass_coupling, 1e-13);
+  System straight = make_chain(5, 0.7);
+  for (std::size_t i = 2; i < straight.positions.size(); i += 3) straight.positions[i] = 0.0;
+  EXPECT_LT(Solved(straight).dynamics.split().mass_coupling, 1e-13);
+}
+
+TEST(LeftOut, Equation44_IsTheSameByCoordinates) {
+  System system = make_chain(4, 0.7);
+  system.coordinates = {ChainAngles{"angles", {1, 2, 3, 4}, 0, {}, {}}};
+  System coordinates_alone = system;
+  coordinates_alone.constraints.clear();
+
+  EXPECT_GT(Solved(coordinates_alone).dynamics.split().mass_coupling, 1e-2);
+  coordinates_alone.masses.assign(5, 0.3);
+  EXPECT_LT(Solved(coordinates_alone).dynamics.split().mass_coupling, 1e-13);
+}
+
+TEST(LeftOut, TangentFormNeitherProjectsNorFactorizesS) {
+  // One angle each on circles: H is diagonal, S would have two rows a bead.
+  System system;
+  for (Index i = 0; i < 8; ++i) {
+    system.positions.insert(system.positions.end(), {1.0, 0.0, 1.0 * i});
+    system.velocities.insert(system.velocities.end(), {0.0, 0.1 * i, 0.0});
+    system.masses.push_back(1.0 + i);
+    const Vector3 center{0.0, 0.0, 1.0 * i}, normal{0.0, 0.0, 1.0};
+    system.constraints.push_back(Circles{"", {i}, center, normal, 1.0});
+    system.coordinates.push_back(CircleCoordinates{"", {i}, center, normal, 1.0});
+  }
+  system.forces = {Gravity{"", {-1.0, 0.0, 0.0}}};
+  Simulation simulation(system, {.step = 0.01});
+
+  ASSERT_TRUE(simulation.advance(0.1).ok());
+
+  EXPECT_EQ(simulation.plan().form, Form::Tangent);
+  EXPECT_TRUE(says(simulation.plan(), "normal form in steps"));
+  // Ten steps of four stages, one solve each; S once for the multipliers that are published at start and end.
+  const Counters& counters = simulation.report().counters;
+  EXPECT_LE(counters.factorizations, 10U * 4U + 8U);
+  EXPECT_LE(counters.solves, 10U * 4U + 12U);
+  EXPECT_LE(simulation.report().position_violation, 1e-15);
+}
+
+TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
+  const Dynamics still(make_chain(3));
+  System moving = make_chain(3);
+  std::get<Rods>(moving.constraints[0]).length = ScalarFunction::formula("0.1 + 0.01*sin(t)");
+  const Dynamics driven(moving);
+
+  EXPECT_TRUE(says(still.plan(), "xi_t terms"));
+  EXPECT_TRUE(says(still.plan(), "work integral"));
+  EXPECT_FALSE(says(driven.plan(), "xi_t terms"));
+  EXPECT_FALSE(says(driven.plan(), "work integral"));
+}
+
+}  // namespace
+}  // namespace tanor
