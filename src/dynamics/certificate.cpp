@@ -167,7 +167,7 @@ class Judge {
     judge_power(definitions, lambda, K_lambda);
     if (forms_.tangent == nullptr) {
       judge_normal_projector(definitions);
-      judge_by_qr(definitions, scale);
+      judge_by_qr(scale);
     }
     judge_split();
   }
@@ -204,8 +204,10 @@ class Judge {
   /// eta'v + lambda'xi_t = 0 over all points, supports too.
   void judge_power(const Definitions& definitions, const Vector& lambda, const Vector& eta) {
     const Vector user_v = to_user(answer_.v), zero(n_, 0.0);
-    Vector xi(d_), xi_t(d_), second(d_);
-    definitions.taylor(model_.parallel, answer_.t, user_r_, zero, zero, xi, xi_t, second);
+    Vector xi(d_), xi_t(d_, 0.0), second(d_);
+    if (model_.constraints.depends_on_time()) {
+      definitions.taylor(model_.parallel, answer_.t, user_r_, zero, zero, xi, xi_t, second);
+    }
     double sum = 0.0, size = 0.0;
     for (std::size_t i = 0; i < n_ / 3; ++i) {
       sum += dot(load(eta.data(), i), load(user_v.data(), i));
@@ -262,7 +264,7 @@ class Judge {
 
   /// w once more from scratch: C = M^-1/2 K with unit columns, R of its QR, C'C lambda = -(phi + K'w0) by seminormal
   /// equations, refined in w.
-  void judge_by_qr(const Definitions& definitions, double scale) {
+  void judge_by_qr(double scale) {
     constexpr std::size_t most_rows = 200000;
     if (d_ > most_rows) return;
     Vector blocks(3 * model_.constraints.num_blocks());
@@ -271,28 +273,28 @@ class Judge {
     const SparseColumns C = scaled_columns(blocks, &lengths);
     const TriangularFactor R = factorize_qr(C, 20.0 * static_cast<double>(d_ + n_) * eps);
 
-    Vector w = w0_, rows(d_), inner(d_), packed(R.rank()), xi(d_), rate(d_);
-    std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(), w.data() + moving_);
+    Vector w(n_, 0.0), phi(d_), rows(d_), packed(R.rank());
+    std::copy_n(w0_.begin(), moving_, w.begin());
+    for (std::size_t a = 0; a < d_; ++a) phi[a] = phi_[static_cast<std::size_t>(model_.numbering.user_row[a])];
     constexpr int passes = 3;
     for (int pass = 0; pass < passes; ++pass) {
-      // rho = K'w + phi by the definitions; w -= M^-1 K (R'R)^-1 rho
-      definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(answer_.v), to_user(w), xi, rate, rows);
-      for (std::size_t a = 0; a < d_; ++a) inner[a] = rows[static_cast<std::size_t>(model_.numbering.user_row[a])];
+      // rho = K'w + phi, with what is prescribed at supports in phi; w -= M^-1 K (R'R)^-1 rho
+      model_.constraints.apply_transposed(model_.parallel, blocks.data(), w.data(), phi.data(), rows.data());
       for (std::size_t k = 0; k < R.rank(); ++k) {
         const auto row = static_cast<std::size_t>(R.independent[k]);
-        packed[k] = -inner[row] / lengths[row];
+        packed[k] = -rows[row] / lengths[row];
       }
       R.solve_transposed(packed.data());
       R.solve(packed.data());
-      std::fill(inner.begin(), inner.end(), 0.0);
+      std::fill(rows.begin(), rows.end(), 0.0);
       for (std::size_t k = 0; k < R.rank(); ++k) {
         const auto row = static_cast<std::size_t>(R.independent[k]);
-        inner[row] = packed[k] / lengths[row];
+        rows[row] = packed[k] / lengths[row];
       }
-      model_.gather.add_scaled(model_.parallel, blocks.data(), inner.data(), model_.inverse_mass.data(),
+      model_.gather.add_scaled(model_.parallel, blocks.data(), rows.data(), model_.inverse_mass.data(),
                                model_.num_moving(), w.data());
     }
-    for (std::size_t i = 0; i < n_; ++i) w[i] -= answer_.w[i];
+    for (std::size_t i = 0; i < moving_; ++i) w[i] -= answer_.w[i];
     // Both stand on the same rounded places; each is refined in w.
     const double rcond = rcond_of_S_;
     add_point(&result_.second_factorization, "w of QR = w of Cholesky", worst_point(w, scale),
