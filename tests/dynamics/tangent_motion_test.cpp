@@ -1,0 +1,249 @@
+/// Motions in coordinates: bodies that spin, charts that are left behind, normals that turn; which form is chosen, and
+/// what is refused.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+
+#include "reference.hpp"
+
+namespace tanor {
+namespace {
+
+using reference::vector;
+
+// ---- a spinning body ---------------------------------------------------------------------------------------------
+
+/// Points of a body that has no symmetry, without forces, spinning with omega.
+System make_spinning_body(const Vector3& omega) {
+  System system;
+  system.positions = {0.5, 0.1, 0, -0.4, 0.3, 0.1, 0, -0.6, 0.2, 0.1, 0.2, 0.7, -0.2, -0.1, -0.5};
+  system.masses = {1.0, 0.5, 2.0, 0.7, 1.2};
+  for (std::size_t i = 0; i < 15; i += 3) {
+    const double* const r = &system.positions[i];
+    system.velocities.insert(
+        system.velocities.end(),
+        {omega[1] * r[2] - omega[2] * r[1], omega[2] * r[0] - omega[0] * r[2], omega[0] * r[1] - omega[1] * r[0]});
+  }
+  system.coordinates = {RigidBody{"body", {0, 1, 2, 3, 4}}};
+  return system;
+}
+
+Eigen::Vector3d angular_momentum(const System& system, std::span<const double> r, std::span<const double> v) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < system.num_points(); ++i) {
+    sum +=
+        system.masses[i] * reference::point(r, static_cast<Index>(i)).cross(reference::point(v, static_cast<Index>(i)));
+  }
+  return sum;
+}
+
+/// Tumbling many times over: no pole of any chart is met, and what is conserved stays.
+TEST(RigidBodyTest, FreeTopKeepsEnergyMomentumAndShape) {
+  const System system = make_spinning_body({0.3, 7.0, -2.0});
+  Simulation simulation(system, {.rtol = 1e-13, .atol = 1e-14});
+  const Eigen::Vector3d before = angular_momentum(system, simulation.positions(), simulation.velocities());
+
+  ASSERT_TRUE(simulation.advance(10.0).ok());
+
+  const Eigen::Vector3d after = angular_momentum(system, simulation.positions(), simulation.velocities());
+  EXPECT_LE((after - before).norm(), 1e-10 * before.norm());
+  EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-10);
+  for (Index i = 0; i < 5; ++i) {
+    for (Index j = 0; j < i; ++j) {
+      const double length = (reference::point(system.positions, i) - reference::point(system.positions, j)).norm();
+      EXPECT_NEAR((reference::point(simulation.positions(), i) - reference::point(simulation.positions(), j)).norm(),
+                  length, 1e-14);
+    }
+  }
+}
+
+/// A body of revolution without forces precesses evenly: its axis turns around L with |L|/I1 (Euler).
+TEST(RigidBodyTest, SymmetricTopPrecessesAsEulerSays) {
+  // Four points of 1 kg on a square of half-diagonal a: I1 = I2 = 2 a^2, I3 = 4 a^2.
+  constexpr double a = 0.5, I1 = 2.0 * a * a, I3 = 4.0 * a * a, spin = 5.0, wobble = 1.0;
+  System system;
+  system.positions = {a, 0, 0, 0, a, 0, -a, 0, 0, 0, -a, 0};
+  system.masses = {1, 1, 1, 1};
+  for (std::size_t i = 0; i < 12; i += 3) {
+    // omega = (wobble, 0, spin)
+    const double* const r = &system.positions[i];
+    system.velocities.insert(system.velocities.end(), {-spin * r[1], spin * r[0] - wobble * r[2], wobble * r[1]});
+  }
+  system.coordinates = {RigidBody{"", {0, 1, 2, 3}}};
+  Simulation simulation(system, {.rtol = 1e-13, .atol = 1e-14});
+  const double t_end = 4.0;
+
+  ASSERT_TRUE(simulation.advance(t_end).ok());
+
+  const Eigen::Vector3d L(I1 * wobble, 0.0, I3 * spin);
+  const Eigen::Vector3d axis = Eigen::AngleAxisd(L.norm() / I1 * t_end, L.normalized()) * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d found =
+      (reference::point(simulation.positions(), 0) - reference::point(simulation.positions(), 2))
+          .cross(reference::point(simulation.positions(), 1) - reference::point(simulation.positions(), 3))
+          .normalized();
+  EXPECT_LE((found - axis).norm(), 1e-10);
+}
+
+// ---- charts ------------------------------------------------------------------------------------------------------
+
+/// A great circle over both poles of every axis: exactly known, through thousands of recentrings.
+TEST(SphereTest, FreeBeadRunsOnItsGreatCircle) {
+  constexpr double speed = 3.0, t_end = 40.0;
+  System system;
+  system.positions = {0, 0, 1};
+  system.velocities = {speed, 0, 0};
+  system.masses = {1};
+  system.coordinates = {SphereCoordinates{"", {0}, Vector3{0, 0, 0}, 1.0}};
+  Simulation simulation(system, {.method = Method::Rk4, .step = 1e-3});
+
+  ASSERT_TRUE(simulation.advance(t_end).ok());
+
+  EXPECT_NEAR(simulation.positions()[0], std::sin(speed * t_end), 1e-9);
+  EXPECT_EQ(simulation.positions()[1], 0.0);
+  EXPECT_NEAR(simulation.positions()[2], std::cos(speed * t_end), 1e-9);
+  EXPECT_EQ(simulation.report().steps, 40'000u);
+}
+
+/// A plane and a circle whose normal turns through all axes, with what was chosen as helper: beads without forces agree
+/// with the normal form.
+TEST(TurningNormalTest, MotionIsThatOfTheNormalForm) {
+  const VectorFunction normal = {ScalarFunction::formula("sin(2*t)*cos(3*t)"),
+                                 ScalarFunction::formula("sin(2*t)*sin(3*t)"), ScalarFunction::formula("cos(2*t)")};
+  System system;
+  system.positions = {0.6, 0.2, 0, 0.5, 0, 0};
+  system.masses = {1, 2};
+  system.constraints = {Planes{"sheet", {0}, normal, 0.0}, Circles{"wire", {1}, Vector3{0, 0, 0}, normal, 0.5}};
+  system.forces = {Gravity{"", {0, 0, -9.81}}, Springs{"", {{0, 1}}, 5.0, 0.0, 0.1}};
+  System both = system;
+  both.coordinates = {PlaneCoordinates{"", {0}, normal, 0.0},
+                      CircleCoordinates{"", {1}, Vector3{0, 0, 0}, normal, 0.5}};
+  const MotionOptions options{.rtol = 1e-12, .atol = 1e-13, .start = StartMode::Project};
+  Simulation by_constraints(system, options), by_coordinates(both, options, {.form = Form::Tangent});
+
+  for (const double t : {0.7, 1.5, 3.0}) {
+    ASSERT_TRUE(by_constraints.advance(t).ok());
+    ASSERT_TRUE(by_coordinates.advance(t).ok());
+
+    EXPECT_LE((vector(by_coordinates.positions()) - vector(by_constraints.positions())).norm(), 1e-9) << "t = " << t;
+    EXPECT_LE((vector(by_coordinates.reactions()) - vector(by_constraints.reactions())).norm(), 1e-7) << "t = " << t;
+  }
+}
+
+// ---- choices and refusals ----------------------------------------------------------------------------------------
+
+/// Points on a helix, each held by rods to three earlier ones: a rigid body of 3n - 6 rods.
+System make_framework(std::size_t num_points, bool with_coordinates) {
+  System system;
+  Rods rods{"frame", {}, {}, {}};
+  RigidBody body{"body", {}};
+  for (std::size_t i = 0; i < num_points; ++i) {
+    const double x = static_cast<double>(i);
+    system.positions.insert(system.positions.end(), {0.1 * std::cos(2.0 * x), 0.1 * std::sin(2.0 * x), 0.05 * x});
+    system.masses.push_back(1.0);
+    for (std::size_t k = 1; k <= std::min<std::size_t>(i, 3); ++k) {
+      rods.pairs.push_back({static_cast<Index>(i - k), static_cast<Index>(i)});
+    }
+    body.points.push_back(static_cast<Index>(i));
+  }
+  system.constraints = {rods};
+  if (with_coordinates) system.coordinates = {body};
+  return system;
+}
+
+TEST(ChoiceTest, RigidBodyOfManyPointsIsSolvedInTangentForm) {
+  const Dynamics dynamics(make_framework(1000, true));
+
+  EXPECT_EQ(dynamics.plan().form, Form::Tangent);
+  EXPECT_EQ(dynamics.plan().coordinates, 6u);
+  EXPECT_EQ(dynamics.plan().equations, 2994u);
+  EXPECT_GE(dynamics.plan().normal_flops, 20.0 * dynamics.plan().tangent_flops / 3.0);
+}
+
+TEST(ChoiceTest, LongChainIsSolvedInNormalForm) {
+  System chain;
+  Rods rods{"rods", {}, 0.1, {}};
+  ChainAngles angles{"", {}, 0, 0.1, {}};
+  for (Index i = 0; i <= 200; ++i) {
+    chain.positions.insert(chain.positions.end(), {0.1 * i, 0, 0});
+    chain.masses.push_back(1.0);
+    if (i == 0) continue;
+    rods.pairs.push_back({i - 1, i});
+    angles.points.push_back(i);
+  }
+  chain.supports = {{"", {0}, {}}};
+  chain.constraints = {rods};
+  chain.coordinates = {angles};
+
+  EXPECT_EQ(Dynamics(chain).plan().form, Form::Normal);
+  EXPECT_EQ(Dynamics(chain, {.form = Form::Tangent}).plan().form, Form::Tangent);
+}
+
+/// What an action complains about: "<where>: <what>".
+template <class Action>
+std::string error_of(const Action& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.where() + ": " + error.what();
+  }
+  return "no error";
+}
+
+TEST(RefusalTest, FormsThatTheSystemDoesNotHave) {
+  System constraints = make_framework(4, false), coordinates = make_framework(4, true);
+  coordinates.constraints.clear();
+
+  EXPECT_EQ(error_of([&] { Dynamics(constraints, {.form = Form::Tangent}); }),
+            "/solver/form: the tangent form needs coordinates; none are given");
+  EXPECT_EQ(error_of([&] { Dynamics(coordinates, {.form = Form::Both}); }),
+            "/solver/form: both forms need constraints too; coordinates alone are given");
+  EXPECT_EQ(error_of([&] { Simulation(coordinates, {.method = Method::Rattle, .step = 1e-3}); }),
+            "/motion/method: rattle projects onto constraints, the tangent form has none; rk4 and dopri5 step in "
+            "coordinates");
+  EXPECT_EQ(Simulation(make_framework(1000, true), {.method = Method::Rattle, .step = 1e-3}).plan().form, Form::Normal);
+}
+
+TEST(RefusalTest, ConstraintsThatTheCoordinatesBreak) {
+  // A bead on a circle of radius 1, which a rod to a support at its centre allows, to another place does not.
+  System system;
+  system.positions = {0, 0, 0, 1, 0, 0, 0.5, 0, 0};
+  system.masses = {1, 1, 1};
+  system.supports = {{"", {0, 2}, {}}};
+  system.coordinates = {CircleCoordinates{"", {1}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0}};
+  system.constraints = {Rods{"spoke", {{0, 1}}, {}, {}}};
+  std::vector<double> r = system.positions, v(9, 0.0);
+  for (const Form form : {Form::Auto, Form::Normal, Form::Tangent}) {
+    system.constraints = {Rods{"spoke", {{0, 1}}, {}, {}}};
+    EXPECT_EQ(error_of([&] { (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check); }), "no error");
+    system.constraints = {Rods{"spoke", {{0, 1}}, 1.1, {}}};
+    EXPECT_NE(error_of([&] {
+                (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+              }).find("/coordinates: the places that the coordinates describe violate spoke[0]"),
+              std::string::npos);
+    system.constraints = {Linears{"wall", {{1}}, {{1, 1, 0}}, 1.0}};
+    EXPECT_NE(error_of([&] {
+                (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+              }).find("/coordinates: K'A is not 0: the coordinates move along the gradient of wall[0]"),
+              std::string::npos);
+  }
+}
+
+TEST(RefusalTest, CoordinateThatMovesNothingIsNamed) {
+  System system;
+  system.positions = {1, 0, 0};
+  system.masses = {1};
+  const std::vector<std::string> names = {"a", "b"}, components = {"cos(a)", "sin(a)", "0"};
+  system.coordinates = {UserCoordinates{"wheel", {{0}}, formula_coordinates(names, components), {0.0, 0.0}, {}}};
+  Dynamics dynamics(system);
+  std::vector<double> w(3);
+
+  const SolveReport report = dynamics.solve(0.0, system.positions, std::vector<double>(3, 0.0), w);
+
+  EXPECT_EQ(report.outcome.status, Status::Singular);
+  EXPECT_NE(report.outcome.what.find("coordinate wheel[1] moves no point"), std::string::npos) << report.outcome.what;
+}
+
+}  // namespace
+}  // namespace tanor
