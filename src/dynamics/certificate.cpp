@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <span>
 
@@ -204,9 +205,10 @@ class Judge {
   /// eta'v + lambda'xi_t = 0 over all points, supports too.
   void judge_power(const Definitions& definitions, const Vector& lambda, const Vector& eta) {
     const Vector user_v = to_user(answer_.v), zero(n_, 0.0);
-    Vector xi(d_), xi_t(d_, 0.0), second(d_);
+    Vector xi(d_), second(d_);
+    xi_t_.assign(d_, 0.0);
     if (model_.constraints.depends_on_time()) {
-      definitions.taylor(model_.parallel, answer_.t, user_r_, zero, zero, xi, xi_t, second);
+      definitions.taylor(model_.parallel, answer_.t, user_r_, zero, zero, xi, xi_t_, second);
     }
     double sum = 0.0, size = 0.0;
     for (std::size_t i = 0; i < n_ / 3; ++i) {
@@ -214,8 +216,8 @@ class Judge {
       size += norm(load(eta.data(), i)) * std::max(norm(load(user_v.data(), i)), model_.velocity_scale * 1e-3);
     }
     for (std::size_t a = 0; a < d_; ++a) {
-      sum += lambda[a] * xi_t[a];
-      size += std::abs(lambda[a] * xi_t[a]);
+      sum += lambda[a] * xi_t_[a];
+      size += std::abs(lambda[a] * xi_t_[a]);
     }
     // Velocities satisfy K'v + xi_t = 0 to the tolerance of their projection.
     add(&result_.power_balance, "eta'v = -lambda'xi_t", size > 0.0 ? std::abs(sum) / size : 0.0, 1e-9, "");
@@ -248,10 +250,12 @@ class Judge {
     const Vector Qu = project_onto_tangent(u), QQu = project_onto_tangent(Qu), Qy = project_onto_tangent(y);
     const double size = model_.largest_norm(u.data());
 
-    Vector rows(d_);
-    definitions.transposed(answer_.t, user_r_, to_user(Qu), rows);
+    // K'Q u is the rate of xi along Q u, without xi_t
+    const Vector zero(n_, 0.0);
+    Vector xi(d_), rate(d_), second(d_);
+    definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(Qu), zero, xi, rate, second);
     Worst worst;
-    for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(rows[a]) / (row_norms_[a] * size), a);
+    for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(rate[a] - xi_t_[a]) / (row_norms_[a] * size), a);
     add_row(&result_.normal_identity, "K'Q u = 0", worst, allowed);
 
     Vector rest(n_);
@@ -271,12 +275,13 @@ class Judge {
     model_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), blocks.data());
     Vector lengths;
     const SparseColumns C = scaled_columns(blocks, &lengths);
-    const TriangularFactor R = factorize_qr(C, 20.0 * static_cast<double>(d_ + n_) * eps);
+    const ColumnOrder order = forms_.normal->is_without_fill() ? ColumnOrder::Given : ColumnOrder::FillReducing;
+    const TriangularFactor R = factorize_qr(C, 20.0 * static_cast<double>(d_ + n_) * eps, order);
 
     Vector w(n_, 0.0), phi(d_), rows(d_), packed(R.rank());
     std::copy_n(w0_.begin(), moving_, w.begin());
     for (std::size_t a = 0; a < d_; ++a) phi[a] = phi_[static_cast<std::size_t>(model_.numbering.user_row[a])];
-    constexpr int passes = 3;
+    constexpr int passes = 2;
     for (int pass = 0; pass < passes; ++pass) {
       // rho = K'w + phi, with what is prescribed at supports in phi; w -= M^-1 K (R'R)^-1 rho
       model_.constraints.apply_transposed(model_.parallel, blocks.data(), w.data(), phi.data(), rows.data());
@@ -303,29 +308,36 @@ class Judge {
 
   /// Columns of M^-1/2 K of the rows that take part, to unit length; `lengths` [inner row].
   SparseColumns scaled_columns(const Vector& blocks, Vector* lengths) const {
+    // Incidences by row, then by the order of its points.
     struct Entry {
-      Index row;
-      Vec3 value;
       Index point;
+      Vec3 value;
     };
-    std::vector<Entry> entries;
-    for (const Incidence& incidence : model_.incidences) {
-      const double weight = model_.inverse_mass[static_cast<std::size_t>(incidence.point)];
-      if (weight == 0.0) continue;
-      entries.push_back({incidence.row, (incidence.sign * std::sqrt(weight)) * load(blocks.data(), incidence.block),
-                         incidence.point});
+    std::vector<std::size_t> first(d_ + 1, 0);
+    const auto weight_of = [&](const Incidence& i) { return model_.inverse_mass[static_cast<std::size_t>(i.point)]; };
+    for (const Incidence& i : model_.incidences) first[static_cast<std::size_t>(i.row) + 1] += weight_of(i) > 0.0;
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<Entry> entries(first.back());
+    std::vector<std::size_t> next(first.begin(), first.end() - 1);
+    for (const Incidence& i : model_.incidences) {
+      if (weight_of(i) == 0.0) continue;
+      const Vec3 value = (i.sign * std::sqrt(weight_of(i))) * load(blocks.data(), i.block);
+      entries[next[static_cast<std::size_t>(i.row)]++] = {i.point, value};
     }
-    std::ranges::sort(entries, {}, [](const Entry& e) { return std::pair(e.row, e.point); });
     SparseColumns C;
     C.num_rows = static_cast<int>(moving_);
-    lengths->assign(d_, 0.0);
-    for (const Entry& e : entries) (*lengths)[static_cast<std::size_t>(e.row)] += dot(e.value, e.value);
-    for (double& length : *lengths) length = length > 0.0 ? std::sqrt(length) : 1.0;
-    std::size_t next = 0;
+    C.rows.reserve(3 * entries.size());
+    C.values.reserve(3 * entries.size());
+    lengths->assign(d_, 1.0);
     for (std::size_t row = 0; row < d_; ++row) {
-      for (; next < entries.size() && static_cast<std::size_t>(entries[next].row) == row; ++next) {
-        const Vec3 value = (1.0 / (*lengths)[row]) * entries[next].value;
-        for (int c = 0; c < 3; ++c) C.rows.push_back(3 * entries[next].point + c);
+      const auto own = std::span(entries).subspan(first[row], first[row + 1] - first[row]);
+      std::ranges::sort(own, {}, &Entry::point);
+      double square = 0.0;
+      for (const Entry& e : own) square += dot(e.value, e.value);
+      if (square > 0.0) (*lengths)[row] = std::sqrt(square);
+      for (const auto& [point, vector] : own) {
+        const Vec3 value = (1.0 / (*lengths)[row]) * vector;
+        for (int c = 0; c < 3; ++c) C.rows.push_back(3 * point + c);
         C.values.insert(C.values.end(), {value.x, value.y, value.z});
       }
       C.start.push_back(static_cast<int>(C.rows.size()));
@@ -512,7 +524,7 @@ class Judge {
   const std::size_t n_, moving_, d_;
   Certificate result_;
   std::mt19937 generator_{20261};
-  Vector w0_, user_r_, row_norms_, phi_;
+  Vector w0_, user_r_, row_norms_, phi_, xi_t_;
   Vector other_w_, other_eta_;
   bool has_both_ = false;
   double rcond_of_S_ = 1.0, rcond_of_H_ = 1.0;

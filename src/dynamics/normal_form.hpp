@@ -61,6 +61,8 @@ class NormalForm final : public EquationsOfMotion {
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
   /// rows := -S^-1 rows with the last factor [d].
+  /// Rows stand in an order whose elimination makes no fill.
+  bool is_without_fill() const { return solver_.summary().ordering == "natural"; }
   double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
   void solve_negative(double* rows) { solver_.solve_negative(model_.parallel, rows, rows); }
   /// K as blocks at the last linearisation.

@@ -38,7 +38,7 @@ struct Result {
 
 }  // namespace
 
-TriangularFactor factorize_qr(const SparseColumns& C, double tolerance) {
+TriangularFactor factorize_qr(const SparseColumns& C, double tolerance, ColumnOrder wanted) {
   const std::size_t d = C.num_columns();
   TriangularFactor factor;
   if (C.rows.empty()) {
@@ -61,8 +61,9 @@ TriangularFactor factorize_qr(const SparseColumns& C, double tolerance) {
 
   Result result;
   result.num_columns = static_cast<SuiteSparse_long>(d);
+  const int ordering = wanted == ColumnOrder::Given ? SPQR_ORDERING_FIXED : SPQR_ORDERING_DEFAULT;
   const SuiteSparse_long rank =
-      SuiteSparseQR<double>(SPQR_ORDERING_DEFAULT, tolerance, 0, &view, &result.R, &result.order, &result.common.c);
+      SuiteSparseQR<double>(ordering, tolerance, 0, &view, &result.R, &result.order, &result.common.c);
   const int status = result.common.c.status;
   if (status == CHOLMOD_OUT_OF_MEMORY || status == CHOLMOD_TOO_LARGE) throw std::bad_alloc();
   ensure(rank >= 0 && status >= CHOLMOD_OK, "SuiteSparseQR takes the matrices that we build");
