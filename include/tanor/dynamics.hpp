@@ -43,6 +43,37 @@ struct SolveReport {
   int refinements = 0;
 };
 
+/// An equation whose gradient is a combination of others': redundant where it agrees with them.
+struct RowDependence {
+  struct Term {
+    std::size_t row;
+    double coefficient;  ///< of gradients scaled to unit length in the norm of M^-1
+  };
+  std::size_t row = 0;      ///< user's order
+  std::vector<Term> terms;  ///< largest first; none: it joins supports alone
+  std::string what;         ///< "rods[17] depends on rods[3], rods[9]"
+};
+
+/// The rank of K at one place.
+struct RankReport {
+  std::size_t rank = 0;
+  std::size_t degrees_of_freedom = 0;       ///< 3(n - supports) - rank
+  std::vector<RowDependence> dependences;   ///< one for each equation that the rank lacks
+  std::vector<bool> multipliers_unique;     ///< [d] false: others give the same reactions; the smallest are reported
+  double smallest_singular_value = 0.0;     ///< of the independent unit gradients; 0: nothing was suspected, not computed
+};
+
+/// When the equations that depend became others.
+struct RankChange {
+  double time = 0.0;     ///< s
+  std::size_t rank = 0;  ///< from then on
+};
+struct RankChanges {
+  static constexpr std::size_t most_kept = 100;
+  std::vector<RankChange> first;  ///< the first `most_kept`
+  std::size_t count = 0;
+};
+
 struct ProjectionReport {
   Outcome outcome;
   double correction = 0.0;  ///< largest move of a point (m or m/s)
@@ -91,6 +122,9 @@ class TANOR_API Dynamics {
   /// The split of the last solve, w = w_T + w_N: w_N = -K Gamma^-1 phi (21), w_T = w - w_N (19); rows of supports are 0.
   /// Both arrays are wanted, 3n each. Makes and factorizes Gamma anew in each call: for looking, not for stepping.
   Outcome split(std::span<double> tangent_accelerations, std::span<double> normal_accelerations);
+
+  /// Rank of K at the last solve: decided where S = K'M^-1K raised a suspicion, else d. `thoroughly`: decides now.
+  RankReport rank(bool thoroughly = false);
 
   /// Nearest r on xi(r, t) = 0 in the M-norm, by Newton's method from the given one.
   ProjectionReport project_positions(double t, std::span<double> positions);

@@ -49,6 +49,7 @@ struct MotionReport {
   double velocity_violation = 0.0;      ///< likewise, over the velocity scale
   double acceleration_violation = 0.0;  ///< largest scaled residual |K'w + phi|
   double reciprocal_condition = 1.0;    ///< smallest met
+  RankChanges rank_changes;             ///< met on the way; one at the start where equations are redundant there
   EnergyReport energy;
   Counters counters;
   PhaseTimes times;
@@ -95,6 +96,8 @@ class TANOR_API Simulation {
   const Outcome& outcome() const;      ///< of the start, the last advance or restore
   const MotionReport& report() const;
   double time() const;
+  /// At the present state; see Dynamics::rank.
+  RankReport rank() const;
 
   // The state, in the user's order; valid until the next call of a non-const function.
   std::span<const double> positions() const;      ///< 3n, m

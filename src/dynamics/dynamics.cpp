@@ -113,6 +113,11 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   return report;
 }
 
+RankReport Dynamics::rank(bool thoroughly) {
+  Implementation& self = *implementation_;
+  return self.forms.rank(self.r.data(), thoroughly);
+}
+
 void Dynamics::active_forces(std::span<double> forces) const {
   check_size(forces, implementation_->num_numbers(), "forces");
   implementation_->numbering().scatter_points(implementation_->model.f, forces);

@@ -53,6 +53,7 @@ Outcome Forms::reactions(double t, const double* r, const double* v, double* lam
   main->reactions(eta);
   if (!is_tangent()) {
     std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
+    normal->minimize_multipliers(r, lambda);
     return {};
   }
   if (normal == nullptr) return {};
@@ -60,11 +61,20 @@ Outcome Forms::reactions(double t, const double* r, const double* v, double* lam
   Outcome outcome = normal->accelerations(t, r, v, Gradients::Evaluate, scratch_.data());
   if (!outcome.ok()) return outcome;
   std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
+  normal->minimize_multipliers(r, lambda);
   // Supports carry what the constraints do there.
   normal->reactions(scratch_.data());
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
   std::copy(scratch_.begin() + first_support, scratch_.end(), eta + first_support);
   return {};
+}
+
+RankReport Forms::rank(const double* r, bool thoroughly) {
+  if (normal != nullptr) return normal->find_rank(r, thoroughly);
+  // Coordinates alone: as many degrees of freedom as there are coordinates.
+  RankReport report;
+  report.degrees_of_freedom = model.coordinates.num_coordinates();
+  return report;
 }
 
 }  // namespace tanor

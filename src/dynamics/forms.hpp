@@ -23,9 +23,12 @@ class Forms {
 
   bool is_tangent() const { return main == tangent.get(); }
 
-  /// lambda [d] and eta [3n] that belong to `main`'s last accelerations, at (t, r, v). The tangent form knows eta;
-  /// lambda then costs a solve of the normal form.
+  /// lambda [d] (the smallest where several serve) and eta [3n] that belong to `main`'s last accelerations, at
+  /// (t, r, v). The tangent form knows eta; lambda then costs a solve of the normal form.
   Outcome reactions(double t, const double* r, const double* v, double* lambda, double* eta);
+
+  /// Rank of K at r, where the last `reactions` were asked for.
+  RankReport rank(const double* r, bool thoroughly);
 
  private:
   void choose(Form wanted);

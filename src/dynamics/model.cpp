@@ -58,6 +58,11 @@ Model::Model(System given, const SolverOptions& options, double t)
   }
 }
 
+void Model::note_rank(double t, std::size_t rank) {
+  ++rank_changes.count;
+  if (rank_changes.first.size() < RankChanges::most_kept) rank_changes.first.push_back({t, rank});
+}
+
 void Model::set_time(double t) {
   if (t == time_) return;
   time_ = std::numeric_limits<double>::quiet_NaN();  // should a table end before t: no time at all

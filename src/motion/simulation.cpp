@@ -202,6 +202,12 @@ struct Simulation::Implementation {
     report.energy.work_of_forces = state.work.forces;
     report.counters = model.counters;
     report.times = model.times;
+    if (report.rank_changes.count != model.rank_changes.count) report.rank_changes = model.rank_changes;
+  }
+
+  RankReport find_rank() {
+    write_points();
+    return forms.rank(points.r.data(), false);
   }
 
   /// The state in the user's order.
@@ -221,6 +227,7 @@ struct Simulation::Implementation {
     numbering.scatter_points(points.w, carried);
     report.counters = model.counters;
     report.times = model.times;
+    report.rank_changes = model.rank_changes;
   }
 
   /// Accelerations and multipliers at the state itself, after steps that left others behind.
@@ -363,6 +370,9 @@ const MotionReport& Simulation::report() const {
 }
 double Simulation::time() const {
   return implementation_->state.t;
+}
+RankReport Simulation::rank() const {
+  return implementation_->find_rank();
 }
 std::span<const double> Simulation::positions() const {
   return implementation_->r;
