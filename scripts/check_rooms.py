@@ -14,7 +14,7 @@ from typing import NamedTuple
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "time_function", "kernel", "user_kernel", "system",
-                  "solver_options", "dynamics", "motion", "tanor"]
+                  "solver_options", "certificate", "dynamics", "motion", "tanor"]
 
 
 class Sees(NamedTuple):
@@ -42,7 +42,7 @@ ROOMS = {
 # Single files that may see more: an adaptor between two rooms, with its reason.
 ADAPTORS = {
     # the public Simulation gives the schemes, which know Mechanics only, a system in its forms
-    "motion/simulation.cpp": Sees("base system dynamics/mechanics.hpp dynamics/forms.hpp", "motion", ""),
+    "motion/simulation.cpp": Sees("base system dynamics/mechanics.hpp dynamics/certificate.hpp", "motion", ""),
 }
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"]', re.MULTILINE)
@@ -159,7 +159,7 @@ def self_test() -> int:
         ("src/dynamics/a.cpp", '#include "solve/gram_solver.hpp"'),
         ("src/motion/a.cpp", "#include <tanor/dynamics.hpp>"),
         ("src/motion/a.cpp", '#include "dynamics/mechanics.hpp"'),
-        ("src/motion/simulation.cpp", '#include "dynamics/forms.hpp"'),
+        ("src/motion/simulation.cpp", '#include "dynamics/certificate.hpp"'),
         ("src/dynamics/mechanics.hpp", '#include "base/parallel.hpp"'),
         ("src/cli/a.cpp", '#include "report/summary.hpp"'),
         ("include/tanor/dynamics.hpp", "#include <tanor/system.hpp>"),

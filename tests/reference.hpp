@@ -163,6 +163,24 @@ struct Xi {
   }
 };
 
+/// Users' kernels are their own definition.
+inline std::vector<Number> user_xi(const UserConstraints& user, std::size_t k, const Configuration& now) {
+  std::vector<double> r, v;
+  for (const Index i : user.tuples[k]) {
+    for (const Number& x : now[i]) {
+      r.push_back(x.value());
+      v.push_back(x.derivative(1));
+    }
+  }
+  std::vector<double> gradient(r.size());
+  double value = 0.0, rate = 0.0, phi = 0.0;
+  user.kernel.evaluate(user.kernel.context.get(), {1, now.t, r.data(), v.data(), &value, &rate, &phi, gradient.data()});
+  Number xi = Number::variable(value, rate);
+  xi.c[2] = phi / 2.0;
+  if (!now.time_runs) xi = Number::variable(value, vector(gradient).dot(vector(v)));
+  return {xi};
+}
+
 inline std::size_t num_members(const Rods& group) {
   return group.pairs.size();
 }
@@ -173,6 +191,9 @@ inline std::size_t num_members(const Pulleys& group) {
   return group.pairs.size();
 }
 inline std::size_t num_members(const Linears& group) {
+  return group.tuples.size();
+}
+inline std::size_t num_members(const UserConstraints& group) {
   return group.tuples.size();
 }
 template <class Group>
@@ -186,9 +207,13 @@ inline std::vector<Number> constraint_values(const System& system, const Configu
   std::vector<Number> result;
   for (const Constraint& constraint : system.constraints) {
     std::visit(
-        [&](const auto& group) {
+        [&]<class Group>(const Group& group) {
           for (std::size_t k = 0; k < num_members(group); ++k) {
-            for (const Number& xi : Xi{now, start}(group, k)) result.push_back(xi);
+            if constexpr (std::is_same_v<Group, UserConstraints>) {
+              for (const Number& xi : user_xi(group, k, now)) result.push_back(xi);
+            } else {
+              for (const Number& xi : Xi{now, start}(group, k)) result.push_back(xi);
+            }
           }
         },
         constraint);
@@ -251,6 +276,13 @@ inline Eigen::VectorXd evaluate_forces(const System& system, double t, Numbers r
     } else if (const auto* drag = std::get_if<Drag>(&force)) {
       for (const Index i : drag->points) {
         on(i) -= (drag->linear + drag->quadratic * point(v, i).norm()) * point(v, i);
+      }
+    } else if (const auto* formula = std::get_if<FormulaForce>(&force)) {
+      for (const Index i : formula->points) {
+        const std::size_t c = 3 * static_cast<std::size_t>(i);
+        Eigen::Vector3d value;
+        formula->kernel.evaluate(formula->kernel.context.get(), {1, t, &r[c], &v[c], value.data()});
+        on(i) += value;
       }
     } else {
       const auto& springs = std::get<Springs>(force);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <tanor/certificate.hpp>
 #include <tanor/solver_options.hpp>
 #include <tanor/system.hpp>
 
@@ -125,6 +126,10 @@ class TANOR_API Dynamics {
 
   /// Rank of K at the last solve: decided where S = K'M^-1K raised a suspicion, else d. `thoroughly`: decides now.
   RankReport rank(bool thoroughly = false);
+
+  /// Proves the last solve, which is repeated for it: identities, and second ways to the same numbers. Costs about as
+  /// much as ten solves.
+  Certificate certify();
 
   /// Nearest r on xi(r, t) = 0 in the M-norm, by Newton's method from the given one.
   ProjectionReport project_positions(double t, std::span<double> positions);

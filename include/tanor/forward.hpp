@@ -3,8 +3,8 @@
 /// \file Forward derivatives: a value with its partial derivatives in N variables.
 ///
 /// A function written once over a scalar type yields its gradient: K from xi(r, t), A from r(q, t). It knows the same
-/// functions as the jet, with the same choices: where a function has no derivative the partials are infinite or NaN, the
-/// value stays right; a variable that does not take part has the partial 0, whatever the slope of the function is.
+/// functions as the jet, with the same choices: where a function has no derivative the partials are infinite or NaN,
+/// the value stays right; a variable that does not take part has the partial 0, whatever the slope of the function is.
 
 #include <array>
 #include <cmath>
@@ -20,8 +20,8 @@ template <int N>
 struct Forward {
   static_assert(N >= 0);
 
-  double v = 0.0;               ///< value
-  std::array<double, N> d{};    ///< d[i] = partial derivative in variable i
+  double v = 0.0;             ///< value
+  std::array<double, N> d{};  ///< d[i] = partial derivative in variable i
 
   constexpr Forward() = default;
   constexpr Forward(double constant) : v(constant) {}  // NOLINT(google-explicit-constructor): constants fit everywhere

@@ -3,9 +3,9 @@
 /// \file What a user's own constraint, coordinate map or force hands over: one plain function for a batch of members.
 ///
 /// Made by the templates of user_kernel.hpp from a generic callable, or by the formula factories from text. A batch is
-/// evaluated in one call, so nothing is called through a pointer member by member. All arrays are row by row; the number
-/// of members in a call is the caller's choice. A kernel that is thread_safe may be called from several threads at once;
-/// what it throws is rethrown where the evaluation was asked for.
+/// evaluated in one call, so nothing is called through a pointer member by member. All arrays are row by row; the
+/// number of members in a call is the caller's choice. A kernel that is thread_safe may be called from several threads
+/// at once; what it throws is rethrown where the evaluation was asked for.
 
 #include <array>
 #include <cstddef>
@@ -88,7 +88,8 @@ TANOR_API CoordinateKernel formula_coordinates(std::span<const std::string> name
                                                std::span<const std::string> components,
                                                const Constants& constants = {});
 
-/// Three components in x, y, z, vx, vy, vz, t, pi and the constants, N. Throws InputError whose where() is "/x", "/y" or
+/// Three components in x, y, z, vx, vy, vz, t, pi and the constants, N. Throws InputError whose where() is "/x", "/y"
+/// or
 /// "/z".
 TANOR_API ForceKernel formula_force(const std::array<std::string, 3>& components, const Constants& constants = {});
 

@@ -84,6 +84,9 @@ class TANOR_API Simulation {
   /// Steps to exactly t_end (> time()); on a failure the state stays at the last good step.
   Outcome advance(double t_end, const Observer& observer = {});
 
+  /// Proves accelerations, multipliers and reactions at the present state, also inside an observer.
+  Certificate certify();
+
   /// The present state, also inside an observer.
   Snapshot snapshot() const;
   /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew. With

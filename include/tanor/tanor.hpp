@@ -2,6 +2,7 @@
 
 /// \file tanor: motion and reactions of large systems of material points under constraints.
 
+#include <tanor/certificate.hpp>
 #include <tanor/dynamics.hpp>
 #include <tanor/error.hpp>
 #include <tanor/forward.hpp>

@@ -7,9 +7,9 @@
 ///       return x[2] - (1.0 + 0.1 * sin(t)) * (x[0] * x[0] + x[1] * x[1]);
 ///     });
 ///
-/// The callable runs on Jet<2>, which yields xi, its rate and phi (r, v and psi) in one go, and on Forward, which yields
-/// the gradient (the tangents). It is instantiated here, on the user's side; the library gets a plain function that loops
-/// over a batch. A callable without arguments that change it is called from several threads.
+/// The callable runs on Jet<2>, which yields xi, its rate and phi (r, v and psi) in one go, and on Forward, which
+/// yields the gradient (the tangents). It is instantiated here, on the user's side; the library gets a plain function
+/// that loops over a batch. A callable without arguments that change it is called from several threads.
 
 #include <array>
 #include <cstddef>

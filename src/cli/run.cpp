@@ -11,6 +11,7 @@
 #include "cli/output_times.hpp"
 #include "cli/run_folder.hpp"
 #include "report/progress.hpp"
+#include "report/shared_parts.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -49,22 +50,39 @@ struct Ending {
   std::string why;
 };
 
+/// Whether the answer after this step is to be proven; the last one is anyway.
+bool is_due(const scene::CertificatePolicy& policy, std::size_t step) {
+  using When = scene::CertificatePolicy::When;
+  return policy.when == When::Always || (policy.when == When::Every && step % static_cast<std::size_t>(policy.every) == 0);
+}
+
+/// Certifies the present state; returns why it failed, nothing where it passed.
+std::string prove(Simulation* simulation, RunFolder* folder) {
+  const Certificate certificate = simulation->certify();
+  folder->take_certificate(certificate);
+  return certificate.passed() ? std::string() : certificate.line();
+}
+
 /// From output time to output time until t_end, a failure, or a signal.
 Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* folder, report::Progress* progress) {
+  std::string not_proven;
   const auto observe = [&](const MotionReport& report) {
     progress->update(report);
-    return caught_interrupt() == nullptr;
+    if (is_due(scene.certificate, report.steps)) not_proven = prove(simulation, folder);
+    return not_proven.empty() && caught_interrupt() == nullptr;
   };
   while (simulation->time() < scene.t_end) {
     const double begin = simulation->time();
     const Outcome outcome = simulation->advance(next_output_time(begin, scene.output_every, scene.t_end), observe);
     if (simulation->time() > begin) folder->write_frame(*simulation);
     if (!outcome.ok()) return {ExitCode::NoAnswer, outcome.what};
+    if (!not_proven.empty()) return {ExitCode::NoAnswer, not_proven};
     if (const char* signal = caught_interrupt(); signal && simulation->time() < scene.t_end) {
       return {ExitCode::NoAnswer, fmt::format("{} came", signal)};
     }
   }
-  return {};
+  if (scene.certificate.when != scene::CertificatePolicy::When::Off) not_proven = prove(simulation, folder);
+  return {not_proven.empty() ? ExitCode::Done : ExitCode::NoAnswer, not_proven};
 }
 
 /// The start and all that follows; trouble of any kind is an ending.
@@ -88,6 +106,12 @@ std::string finish(const Ending& ending, const Simulation& simulation, RunFolder
     if (ending.code != ExitCode::MachineFailure) throw;
     return {};
   }
+}
+
+/// Redundant equations are no fault, but nothing to be silent about.
+void tell_redundancy(const RunOptions& options, const Simulation& simulation) {
+  if (const std::string redundancy = report::describe_redundancy(simulation.rank()); !redundancy.empty())
+    print_message(options.scene.string() + ": " + redundancy);
 }
 
 std::string describe_end(const Ending& ending, const Simulation& simulation, double t_end, const fs::path& directory) {
@@ -115,6 +139,7 @@ ExitCode execute(const RunOptions& options) {
   report::Progress progress(report::Progress::choose_style(options.quiet), simulation.time(), scene.t_end);
   const Ending ending = simulate(scene, !plan.before, &simulation, &folder, &progress);
   progress.end();
+  if (simulation.outcome().ok() && !options.quiet) tell_redundancy(options, simulation);
   const std::string page = finish(ending, simulation, &folder);
 
   if (!options.quiet) fmt::print("{}", page);

@@ -21,7 +21,6 @@ report::RunFacts collect_facts(const scene::Scene& scene, const Simulation& simu
   facts.threads = scene.solver.threads > 0 ? scene.solver.threads : count_threads();
   facts.t_end = scene.t_end;
   facts.has_started = simulation.outcome().ok();
-  facts.with_certificate = scene.certificate.when != scene::CertificatePolicy::When::Off;
   return facts;
 }
 
@@ -67,6 +66,10 @@ std::string RunFolder::finish(const Simulation& simulation) {
   report::replace_file(directory_ / "report.txt",
                        [&](report::OutputFile* file) { file->write(std::string_view(page)); });
   return page;
+}
+
+void RunFolder::take_certificate(const Certificate& certificate) {
+  if (!facts_.certificate || facts_.certificate->passed()) facts_.certificate = certificate;
 }
 
 void RunFolder::publish(const Simulation& simulation) {

@@ -34,6 +34,8 @@ class RunFolder {
   /// Appends the simulation's state to the trajectory; every file is complete afterwards. The list of frames and the
   /// checkpoint follow at once, or, where frames come fast, so often that they take a twentieth of the time.
   void write_frame(const Simulation& simulation);
+  /// Keeps the last certificate, or the first one that failed, for the summary.
+  void take_certificate(const Certificate& certificate);
   /// Writes what is due at the end, however the run ended, and returns the page `report.txt`.
   std::string finish(const Simulation& simulation);
 

@@ -54,13 +54,13 @@ ExitCode execute(const SolveOptions& options) {
   dynamics.support_forces(support_forces);
   solution.accelerations = accelerations;
   solution.multipliers = multipliers;
-  // Unique where S has a Cholesky factor; an equation between supports alone is no part of it.
-  solution.multipliers_unique.assign(multipliers.size(), true);
-  for (const std::size_t row : dynamics.plan().idle_equations) solution.multipliers_unique[row] = false;
+  solution.rank = dynamics.rank();
+  if (const std::string redundancy = report::describe_redundancy(*solution.rank); !redundancy.empty())
+    print_message(options.scene.string() + ": " + redundancy);
   solution.reactions = reactions;
   solution.support_forces = support_forces;
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
-    solution.certificate = {.residual = report.residual, .reciprocal_condition = report.reciprocal_condition};
+    solution.certificate = dynamics.certify();
   }
 
   std::vector<double> tangent(size), normal(size);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "dynamics/forms.hpp"
+#include "dynamics/certificate.hpp"
 
 namespace tanor {
 
@@ -151,6 +151,16 @@ Outcome Dynamics::split(std::span<double> tangent_accelerations, std::span<doubl
   for (std::size_t i = 0; i < moving; ++i) tangent[i] = self.w[i] - normal[i];
   self.numbering().scatter_points(tangent, tangent_accelerations);
   return {};
+}
+
+Certificate Dynamics::certify() {
+  Implementation& self = *implementation_;
+  Outcome outcome = self.solve();
+  if (outcome.ok()) {
+    outcome = self.forms.reactions(self.t, self.r.data(), self.v.data(), self.lambda.data(), self.eta.data());
+  }
+  if (!outcome.ok()) return make_failed_certificate(outcome);
+  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda});
 }
 
 ProjectionReport Dynamics::project_positions(double t, std::span<double> positions) {

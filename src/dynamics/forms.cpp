@@ -4,7 +4,8 @@
 
 namespace tanor {
 
-Forms::Forms(System system, const SolverOptions& options, double t) : model(std::move(system), options, t) {
+Forms::Forms(System system, const SolverOptions& options, double t)
+    : model(std::move(system), options, t), start_time_(t) {
   const bool has_coordinates = !model.coordinates.empty(), has_constraints = model.num_rows() > 0;
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
@@ -47,6 +48,7 @@ void Forms::make_plan() {
   if (!model.has_moving_supports()) left_out.push_back("support motion: every support is fixed");
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");
   if (!model.forces.has_springs()) left_out.push_back("spring forces: none");
+  if (!model.forces.has_pairs()) left_out.push_back("pair forces: none");
 }
 
 Outcome Forms::reactions(double t, const double* r, const double* v, double* lambda, double* eta) {
@@ -75,6 +77,18 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
   RankReport report;
   report.degrees_of_freedom = model.coordinates.num_coordinates();
   return report;
+}
+
+Outcome Forms::solve_other(double t, const double* r, const double* v, double* w, double* eta) {
+  EquationsOfMotion* const other = is_tangent() ? static_cast<EquationsOfMotion*>(normal.get()) : tangent.get();
+  for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
+  std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
+  if (Outcome outcome = other->adopt(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
+  Outcome outcome = other->accelerations(t, x_.data(), x_dot_.data(), Gradients::Evaluate, x_ddot_.data());
+  if (!outcome.ok()) return outcome;
+  other->write_points(t, x_.data(), x_dot_.data(), x_ddot_.data(), places.data(), rates.data(), w);
+  other->reactions(eta);
+  return outcome;
 }
 
 }  // namespace tanor

@@ -121,7 +121,7 @@ Power Model::power(const double* reaction_accelerations, const double* r, const 
     // eta'v on the moving points, eta = M (M^-1 eta); and what supports do through springs
     result.supports = parallel.sum(num_moving(), [&](std::size_t i) {
       return mass[i] * dot(load(reaction_accelerations, i), load(v, i));
-    }) + forces.spring_power_of_supports(parallel, r, v);
+    }) + forces.elastic_power_of_supports(parallel, r, v);
   }
   if (forces.has_work()) result.forces = forces.power(parallel, r, v);
   return result;

@@ -201,7 +201,7 @@ Outcome NormalForm::explain_stall(double t, double violation) const {
   }
   // The independent rows are satisfied, what depends on them is not.
   if (largest_active(rows_) < 1e-3 * largest_dependent(rows_)) {
-    if (Outcome outcome = explain_contradiction(t, rows_, 1e-9, " m"); !outcome.ok()) return outcome;
+    if (Outcome outcome = explain_contradiction(t, rows_, 0.0, 1e-9, " m"); !outcome.ok()) return outcome;
   }
   return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place};
 }

@@ -66,10 +66,13 @@ class NormalForm final : public EquationsOfMotion {
 
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
+  /// rows := -S^-1 rows with the last factor [d].
+  void solve_negative(double* rows) { solve_negative(rows, rows); }
   /// K as blocks at the last linearisation.
   const std::vector<double>& blocks() const { return blocks_; }
 
  private:
+  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
   Outcome factorize(double t, const double* r);
   GramSolver::Quality factorize_gram();
   double find_multipliers(double scale);
@@ -92,7 +95,8 @@ class NormalForm final : public EquationsOfMotion {
   void adopt_rank(double t, bool has_changed);
   double largest_active(const std::vector<double>& rows) const;
   double largest_dependent(const std::vector<double>& rows) const;
-  Outcome explain_contradiction(double t, const std::vector<double>& rows, double allowed, const char* unit) const;
+  Outcome explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,
+                                const char* unit) const;
   std::string describe(const Redundancy::Found& found, const char* verb) const;
 
   std::string name_row(std::size_t inner_row) const { return model_.name_row(inner_row); }

@@ -138,7 +138,7 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
       // A dependent row stays behind: it became independent, or contradicts the others.
       decided_here = true;
       if (!decide_rank_again(t, r)) {
-        report.outcome = explain_contradiction(t, rows_, rounding, " m/s");
+        report.outcome = explain_contradiction(t, rows_, model_.velocity_scale, rounding, " m/s");
         return report;
       }
     }

@@ -82,7 +82,7 @@ Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
     if (largest_active(rows_) <= rounding * scale && largest_dependent(rows_) <= allowed * scale) return {};
   }
   if (redundancy_.is_found()) {
-    if (Outcome outcome = explain_contradiction(t, right_side_, allowed, " m/s^2"); !outcome.ok()) return outcome;
+    if (Outcome outcome = explain_contradiction(t, right_side_, scale, allowed, " m/s^2"); !outcome.ok()) return outcome;
   }
   if (violation > rounding) return {};  // not where rank has a meaning: the step's error decides
   for (const Redundancy::Rows& rows : solver_.weak_parts(1.0)) {
@@ -129,12 +129,15 @@ std::string NormalForm::describe(const Redundancy::Found& found, const char* ver
   return text + (found.terms.size() > most_names ? ", …" : "");
 }
 
-Outcome NormalForm::explain_contradiction(double t, const std::vector<double>& rows, double allowed,
+/// `rows`: xi, K'v + xi_t or phi + K'w0, whose size for unit gradients is `scale`.
+Outcome NormalForm::explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,
                                           const char* unit) const {
-  const auto found = redundancy_.find_contradiction(rows, allowed);
-  if (!found) return {};
-  return {Status::Contradictory, describe(*found, "contradicts") + " at t = " + text(t) + " (by " +
-                                     text(rows[static_cast<std::size_t>(found->row)]) + unit + ")"};
+  std::vector<double> scales = gradient_norms_;
+  for (double& size : scales) size *= scale;
+  const auto contradiction = redundancy_.find_contradiction(rows, scales, allowed);
+  if (!contradiction) return {};
+  return {Status::Contradictory, describe(contradiction->found, "contradicts") + " at t = " + text(t) + " (by " +
+                                     text(std::abs(contradiction->excess)) + unit + ")"};
 }
 
 // ---- outputs ----

@@ -19,6 +19,9 @@ TangentForm::TangentForm(Model& model, const SolverOptions& options, const std::
       blocks_(3 * model.coordinates.num_blocks()),
       right_side_(size()),
       rates_(size()),
+      last_q_(size()),
+      last_q_dot_(size()),
+      last_q_ddot_(size()),
       q_(size(), 0.0) {
   for (std::vector<double>* array : {&r_, &v_, &psi_, &w_, &w0_, &points_, &error_rates_, &r_from_, &v_from_}) {
     array->resize(3 * model.num_points(), 0.0);
@@ -111,7 +114,19 @@ Outcome TangentForm::accelerations(double t, const double* q, const double* q_do
     last_.residual = pass == 0 ? expected : (scale > 0.0 ? correction / scale : 0.0);
     if (last_.residual <= good_enough || (pass > 1 && !(correction < 0.5 * before))) break;
   }
+  t_ = t;
+  std::copy(q, q + size(), last_q_.begin());
+  std::copy(q_dot, q_dot + size(), last_q_dot_.begin());
+  std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
   return last_.outcome = std::isfinite(correction) ? Outcome{} : model_.not_finite(t);
+}
+
+void TangentForm::write_place_along(double h, double* r) {
+  std::vector<double> q(size()), rates(3 * model_.num_points());
+  for (std::size_t j = 0; j < size(); ++j) q[j] = last_q_[j] + h * last_q_dot_[j] + 0.5 * h * h * last_q_ddot_[j];
+  model_.set_time(t_ + h);
+  model_.prescribe_all(t_ + h, r, rates.data());
+  model_.coordinates.evaluate(model_.parallel, q.data(), last_q_dot_.data(), r, nullptr, nullptr, nullptr);
 }
 
 /// q_ddot -= H^-1 A'(M w - f), w the same way; returns the largest change of w.

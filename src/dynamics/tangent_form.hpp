@@ -50,12 +50,18 @@ class TangentForm final : public EquationsOfMotion {
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
 
+  /// x := -H^-1 x with the last factor [s].
+  void solve_negative(double* x) { solver_.solve_negative(model_.parallel, x, x); }
+  /// r(q + h q_dot + h^2/2 q_ddot, t + h) [3n] from the last accelerations.
+  void write_place_along(double h, double* r);
   /// Of the last accelerations: A as blocks, psi and w [3n].
   const std::vector<double>& blocks() const { return blocks_; }
   const std::vector<double>& psi() const { return psi_; }
   const std::vector<double>& w() const { return w_; }
 
  private:
+  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+
   TangentForm(Model& model, const SolverOptions& options, const std::vector<Product>& products);
 
   /// r_, v_, psi_ and A at (t, q, q_dot).
@@ -71,12 +77,14 @@ class TangentForm final : public EquationsOfMotion {
 
   // The last instant.
   bool exact_ = false;
+  double t_ = 0.0;
   SolveReport last_;
   std::vector<double> blocks_;                         // A
   std::vector<double> r_, v_, psi_, w_, w0_;           // [3n]; w0 = M^-1 f
   mutable std::vector<double> points_;                 // [3n] scratch
   std::vector<double> error_rates_, r_from_, v_from_;  // [3n] of error estimates
   std::vector<double> right_side_, rates_;             // [s]
+  std::vector<double> last_q_, last_q_dot_, last_q_ddot_;  // [s] of the last accelerations
   std::vector<double> q_;                              // where the last (r, v) was found: the next search starts there
 };
 

@@ -19,50 +19,51 @@ Forces::Forces(const System& system, const Numbering& numbering)
   std::vector<std::pair<Index, DragNumbers>> drags;
 
   for (const Force& force : system.forces) {
-    std::visit(Overloaded{[&](const Gravity& gravity) { gravity_ = gravity_ + make_vec3(gravity.acceleration); },
-                          [&](const ConstantForce& given) {
-                            const auto slot = static_cast<Index>(given_.add(given.force));
-                            given_is_constant_.push_back(given.force.is_constant());
-                            forces_depend_on_time_ = forces_depend_on_time_ || !given.force.is_constant();
-                            for (const Index point : given.points)
-                              given_forces.push_back({numbering.inner_point[point], slot});
-                          },
-                          [&](const Springs& group) {
-                            has_damping_ = has_damping_ || group.damping > 0.0;
-                            const auto& rest = group.rest_length;
-                            for (std::size_t k = 0; k < group.pairs.size(); ++k) {
-                              const auto [i, j] = group.pairs[k];
-                              double rest_length = 0.0;
-                              if (rest.is_initial()) {
-                                rest_length = norm(initial(j) - initial(i));
-                              } else if (!rest.constants.empty()) {
-                                rest_length = rest.constants[rest.constants.size() == 1 ? 0 : k];
-                              } else {
-                                rest_length = rest.functions[rest.functions.size() == 1 ? 0 : k](0.0).value();
-                              }
-                              const Index spring = static_cast<Index>(springs_.size());
-                              springs_.push_back({numbering.inner_point[i], numbering.inner_point[j], group.stiffness,
-                                                  group.damping, rest_length});
-                              spring_ends.push_back({springs_.back().i, ~spring});
-                              spring_ends.push_back({springs_.back().j, spring});
-                            }
-                          },
-                          [&](const Drag& drag) {
-                            for (const Index point : drag.points) {
-                              drags.push_back({numbering.inner_point[point], {drag.linear, drag.quadratic}});
-                            }
-                          },
-                          [&](const FormulaForce& formula) {
-                            FormulaGroup group{formula.kernel, {}, formula_forces.size()};
-                            for (const Index point : formula.points) {
-                              group.points.push_back(numbering.inner_point[point]);
-                              formula_forces.push_back({group.points.back(), static_cast<Index>(formula_forces.size())});
-                            }
-                            formulas_depend_on_velocity_ =
-                                formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
-                            if (!group.points.empty()) formulas_.push_back(std::move(group));
-                          }},
-               force);
+    std::visit(
+        Overloaded{[&](const Gravity& gravity) { gravity_ = gravity_ + make_vec3(gravity.acceleration); },
+                   [&](const ConstantForce& given) {
+                     const auto slot = static_cast<Index>(given_.add(given.force));
+                     given_is_constant_.push_back(given.force.is_constant());
+                     forces_depend_on_time_ = forces_depend_on_time_ || !given.force.is_constant();
+                     for (const Index point : given.points)
+                       given_forces.push_back({numbering.inner_point[point], slot});
+                   },
+                   [&](const Springs& group) {
+                     has_damping_ = has_damping_ || group.damping > 0.0;
+                     const auto& rest = group.rest_length;
+                     for (std::size_t k = 0; k < group.pairs.size(); ++k) {
+                       const auto [i, j] = group.pairs[k];
+                       double rest_length = 0.0;
+                       if (rest.is_initial()) {
+                         rest_length = norm(initial(j) - initial(i));
+                       } else if (!rest.constants.empty()) {
+                         rest_length = rest.constants[rest.constants.size() == 1 ? 0 : k];
+                       } else {
+                         rest_length = rest.functions[rest.functions.size() == 1 ? 0 : k](0.0).value();
+                       }
+                       const Index spring = static_cast<Index>(springs_.size());
+                       springs_.push_back({numbering.inner_point[i], numbering.inner_point[j], group.stiffness,
+                                           group.damping, rest_length});
+                       spring_ends.push_back({springs_.back().i, ~spring});
+                       spring_ends.push_back({springs_.back().j, spring});
+                     }
+                   },
+                   [&](const Drag& drag) {
+                     for (const Index point : drag.points) {
+                       drags.push_back({numbering.inner_point[point], {drag.linear, drag.quadratic}});
+                     }
+                   },
+                   [&](const FormulaForce& formula) {
+                     FormulaGroup group{formula.kernel, {}, formula_forces.size()};
+                     for (const Index point : formula.points) {
+                       group.points.push_back(numbering.inner_point[point]);
+                       formula_forces.push_back({group.points.back(), static_cast<Index>(formula_forces.size())});
+                     }
+                     formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
+                     if (!group.points.empty()) formulas_.push_back(std::move(group));
+                   },
+                   [&](const PairForces& pairs) { pairs_.emplace_back(system, pairs, numbering); }},
+        force);
   }
 
   spring_force_.resize(3 * springs_.size());
@@ -109,6 +110,7 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
       store(f, i, sum);
     }
   });
+  for (PairField& pairs : pairs_) pairs.add_forces(parallel, r, f);
 }
 
 /// In chunks: gather, call the kernel, which writes into the slots.
@@ -147,7 +149,9 @@ double Forces::potential(const Parallel& parallel, const double* r) const {
     const double stretch = norm(load(r, spring.j) - load(r, spring.i)) - spring.rest_length;
     return 0.5 * spring.stiffness * stretch * stretch;
   });
-  return of_points + of_springs;
+  double of_pairs = 0.0;
+  for (PairField& pairs : pairs_) of_pairs += pairs.potential(parallel, r);
+  return of_points + of_springs + of_pairs;
 }
 
 double Forces::power(const Parallel& parallel, const double* r, const double* v) const {
@@ -175,9 +179,11 @@ double Forces::power(const Parallel& parallel, const double* r, const double* v)
   return result;
 }
 
-double Forces::spring_power_of_supports(const Parallel& parallel, const double* r, const double* v) const {
+double Forces::elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const {
+  double of_pairs = 0.0;
+  for (PairField& pairs : pairs_) of_pairs += pairs.power_of_supports(parallel, r, v);
   // The support does the work -(force on it).velocity on the elastic energy.
-  return parallel.sum(springs_.size(), [&](std::size_t k) {
+  return of_pairs + parallel.sum(springs_.size(), [&](std::size_t k) {
     const Spring& spring = springs_[k];
     if (moves(spring.i) && moves(spring.j)) return 0.0;
     const Vec3 force = spring_force(spring, r, v, true, false);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "evaluate/pair_field.hpp"
 #include "evaluate/tables.hpp"
 #include "system/numbering.hpp"
 
@@ -49,16 +50,18 @@ class Forces {
   bool has_work() const { return !drags_.empty() || has_damping_ || forces_depend_on_time_ || !formulas_.empty(); }
   bool depends_on_velocity() const { return !drags_.empty() || has_damping_ || formulas_depend_on_velocity_; }
   bool has_springs() const { return !springs_.empty(); }
+  bool has_pairs() const { return !pairs_.empty(); }
 
   /// f [3n], N.
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f);
 
-  /// Potential energy of gravity, constant forces and springs, J. Supports take part as far as springs hold them.
+  /// Potential energy of gravity, constant forces, springs and pairs, J. Supports take part as far as springs hold them
+  /// and pairs push them.
   double potential(const Parallel& parallel, const double* r) const;
   /// Power of the forces without potential on the moving points, W, at the (t, r, v) of the last `evaluate`.
   double power(const Parallel& parallel, const double* r, const double* v) const;
-  /// Power that moving supports put in through springs, W.
-  double spring_power_of_supports(const Parallel& parallel, const double* r, const double* v) const;
+  /// Power that moving supports put in through springs and pairs, W.
+  double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const;
 
  private:
   struct Spring {
@@ -87,6 +90,7 @@ class Forces {
   std::vector<Spring> springs_;
   std::vector<double> spring_force_;  // [spring] on its point j
   ByPoint<Index> spring_ends_;        // k, or ~k where the point is the spring's point i
+  mutable std::vector<PairField> pairs_;  // each keeps what belongs to the positions it saw last
   bool has_damping_ = false, forces_depend_on_time_ = false;
   std::vector<FormulaGroup> formulas_;
   std::vector<double> formula_force_;  // group by group, 3 numbers a point

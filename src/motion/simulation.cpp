@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/forms.hpp"
+#include "dynamics/certificate.hpp"
 #include "motion/equal_steps.hpp"
 #include "motion/scheme.hpp"
 #include "motion/step_control.hpp"
@@ -230,6 +230,16 @@ struct Simulation::Implementation {
     report.rank_changes = model.rank_changes;
   }
 
+  Certificate certify() {
+    Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, trial.a.data());
+    if (!found.ok()) return make_failed_certificate(found);
+    std::vector<double> at_r(points.r.size()), at_v(at_r), at_w(at_r), at_eta(at_r);
+    form.write_points(state.t, state.x.data(), state.v.data(), trial.a.data(), at_r.data(), at_v.data(), at_w.data());
+    found = forms.reactions(state.t, at_r.data(), at_v.data(), rows.data(), at_eta.data());
+    if (!found.ok()) return make_failed_certificate(found);
+    return tanor::certify(forms, {state.t, at_r, at_v, at_w, at_eta, rows});
+  }
+
   /// Accelerations and multipliers at the state itself, after steps that left others behind.
   Outcome refresh(Gradients gradients) {
     return form.accelerations(state.t, state.x.data(), state.v.data(), gradients, state.a.data());
@@ -351,6 +361,9 @@ Outcome Simulation::advance(double t_end, const Observer& observer) {
 
 Snapshot Simulation::snapshot() const {
   return implementation_->snapshot();
+}
+Certificate Simulation::certify() {
+  return implementation_->certify();
 }
 void Simulation::restore(const Snapshot& snapshot) {
   implementation_->restore(snapshot);

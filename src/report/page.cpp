@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "report/shared_parts.hpp"
+
 namespace tanor::report {
 
 namespace {
@@ -13,6 +17,35 @@ std::size_t count_rods(const System& system) {
     if (const auto* rods = std::get_if<Rods>(&constraint)) count += rods->pairs.size();
   }
   return count;
+}
+
+std::string_view name_law(PairLaw law) {
+  return law == PairLaw::Wca ? "wca" : law == PairLaw::Lj ? "lj" : "log";
+}
+
+/// "gravity, pair (wca)"
+std::string list_forces(const System& system) {
+  std::string list;
+  for (const Force& force : system.forces) {
+    list += fmt::format("{}{}", list.empty() ? "" : ", ", kind_name(force));
+    if (const auto* pairs = std::get_if<PairForces>(&force)) {
+      list += fmt::format(" ({}", name_law(pairs->law));
+      if (pairs->box != Vector3{})
+        list += fmt::format(", box {} x {} x {} m", pairs->box[0], pairs->box[1], pairs->box[2]);
+      list += pairs->exclude_rods ? ", not along rods)" : ")";
+    }
+  }
+  return list.empty() ? "none" : list;
+}
+
+/// "at t = 0 s to 11, at t = 0.25 s to 12"
+std::string list_changes(const RankChanges& changes) {
+  constexpr std::size_t most_named = 5;
+  std::string list;
+  for (std::size_t k = 0; k < std::min(changes.first.size(), most_named); ++k) {
+    list += fmt::format("{}at t = {:g} s to {}", k > 0 ? ", " : "", changes.first[k].time, changes.first[k].rank);
+  }
+  return list + (changes.count > most_named ? fmt::format(", … ({} in all)", changes.count) : "");
 }
 
 std::string line(const std::string& key, const std::string& text) {
@@ -29,6 +62,13 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
   page += line("source", facts.source);
   page += line("system", fmt::format("{} points, {} supports, {} rods, {} equations, {} islands", plan.points,
                                      plan.supports, count_rods(simulation.system()), plan.equations, plan.islands));
+  if (facts.has_started) {
+    if (const std::string redundancy = describe_redundancy(simulation.rank()); !redundancy.empty())
+      page += line("rank", redundancy);
+  }
+  if (const std::string times_met = list_changes(report.rank_changes); !times_met.empty())
+    page += line("rank changes", times_met);
+  page += line("forces", list_forces(simulation.system()));
   page += line("start", fmt::format("corrected by {:.2g} m and {:.2g} m/s at most (M-norm projection)",
                                     report.start.position_correction, report.start.velocity_correction));
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
@@ -45,6 +85,7 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                            report.position_violation, report.velocity_violation, report.acceleration_violation));
   page += line("energy", fmt::format("{:.10g} J at the start, {:.10g} J at the end, relative drift {:.1e}",
                                      report.energy.start, report.energy.now, report.energy.drift_relative()));
+  if (facts.certificate) page += line("certificate", facts.certificate->line());
   return page;
 }
 

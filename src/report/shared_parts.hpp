@@ -4,20 +4,21 @@
 #include <string>
 #include <vector>
 
+#include <tanor/dynamics.hpp>
+
 #include "report/json_writer.hpp"
 
 /// What summary.json and the answer of `solve` have in common.
 namespace tanor::report {
 
-/// Proof of an answer. This version knows the normal form alone: the identities (9), (10), (15), (16) and the
-/// agreement of two forms are not computed.
-struct Certificate {
-  double residual = 0.0;              ///< max |K'w + phi| / (sum of the magnitudes of its terms)
-  double reciprocal_condition = 0.0;  ///< of the scaled S
-};
-
-/// The object `certificate` of the contract; without one every member is null.
+/// The object `certificate` of the contract, and every check one by one; without one every member is null.
 void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate);
+
+/// `rank`, `degrees_of_freedom`, and `redundant`: a line for each equation that the rank lacks; without a rank null.
+void write_rank(JsonWriter* json, const std::optional<RankReport>& rank);
+
+/// "2 of 12 equations are redundant: bar[2] depends on bar[0], bar[1]; …"; empty where none is.
+std::string describe_redundancy(const RankReport& rank);
 
 /// The list `left_out`: what this system does not need.
 void write_left_out(JsonWriter* json, const std::vector<std::string>& left_out);

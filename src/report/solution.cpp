@@ -14,8 +14,9 @@ void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solutio
   arrays.write_points("tangent_accelerations", solution.tangent_accelerations);
   arrays.write_points("normal_accelerations", solution.normal_accelerations);
   arrays.write_list("multipliers", solution.multipliers);
-  solution.multipliers ? arrays.write_booleans("multipliers_unique", solution.multipliers_unique)
-                       : arrays.write_list("multipliers_unique", std::nullopt);
+  solution.rank ? arrays.write_booleans("multipliers_unique", solution.rank->multipliers_unique)
+                : arrays.write_list("multipliers_unique", std::nullopt);
+  write_rank(json, solution.rank);
   arrays.write_points("reactions", solution.reactions);
   arrays.write_points("friction", std::nullopt);
   arrays.write_points("support_forces", solution.support_forces);

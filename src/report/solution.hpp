@@ -16,7 +16,7 @@ struct Solution {
   Numbers positions, velocities, accelerations;
   Numbers tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21)
   Numbers multipliers, reactions, support_forces;
-  std::vector<bool> multipliers_unique;  ///< one for each multiplier
+  std::optional<RankReport> rank;
   std::optional<Certificate> certificate;
   std::vector<std::string> left_out;
 };

@@ -10,26 +10,28 @@ namespace tanor::report {
 
 namespace {
 
-/// The equations are independent when every factorization of S succeeded (but for those that join supports alone); else
-/// nothing is known.
-std::optional<std::size_t> find_rank(const RunFacts& facts, const Simulation& simulation) {
-  const bool is_regular = facts.has_started && simulation.outcome().status != Status::Singular;
-  const PlanSummary& plan = simulation.plan();
-  return is_regular ? std::optional(plan.equations - plan.idle_equations.size()) : std::nullopt;
-}
-
 void write_sizes(JsonWriter* json, const RunFacts& facts, const Simulation& simulation) {
   const PlanSummary& plan = simulation.plan();
-  const std::optional<std::size_t> rank = find_rank(facts, simulation);
-  const std::size_t num_points = simulation.system().num_points();
-  json->key("points").value(num_points);
+  json->key("points").value(simulation.system().num_points());
   json->key("supports").value(plan.supports);
   json->key("equations").value(plan.equations);
-  json->key("rank");
-  rank ? json->value(*rank) : json->null();
-  json->key("degrees_of_freedom");
-  rank ? json->value(3 * (num_points - plan.supports) - *rank) : json->null();
+  write_rank(json, facts.has_started ? std::optional(simulation.rank()) : std::nullopt);
   json->key("islands").value(plan.islands);
+}
+
+/// When the redundant equations became others, `count` times.
+void write_rank_changes(JsonWriter* json, const RankChanges& changes) {
+  json->key("rank_changes").begin_object();
+  json->key("count").value(changes.count);
+  json->key("first").begin_array();
+  for (const RankChange& change : changes.first) {
+    json->begin_object();
+    json->key("t").value(change.time);
+    json->key("rank").value(change.rank);
+    json->end_object();
+  }
+  json->end_array();
+  json->end_object();
 }
 
 void write_work(JsonWriter* json, const MotionReport& report) {
@@ -95,11 +97,7 @@ void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& 
   json->key("work_of_forces").value(found(report.energy.work_of_forces));
   json->end_object();
 
-  std::optional<Certificate> certificate;
-  if (facts.with_certificate && facts.has_started) {
-    certificate = {.residual = report.acceleration_violation, .reciprocal_condition = report.reciprocal_condition};
-  }
-  write_certificate(json, certificate);
+  write_certificate(json, facts.certificate);
 }
 
 /// Friction is not in this version.
@@ -128,6 +126,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     write_sizes(&json, facts, simulation);
     json.key("t_end").value(facts.t_end);
     json.key("t_reached").value(simulation.time());
+    write_rank_changes(&json, report.rank_changes);
     write_work(&json, report);
     write_start(&json, facts, report.start);
     write_times(&json, facts, report.times);

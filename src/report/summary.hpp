@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include <tanor/motion.hpp>
@@ -19,7 +20,7 @@ struct RunFacts {
   int threads = 1;          ///< used
   double t_end = 0.0;       ///< asked for, s
   bool has_started = true;  ///< a start was found; else no state is known
-  bool with_certificate = true;
+  std::optional<Certificate> certificate;  ///< of the end, or the first one that failed
   WallTimes wall;
 };
 

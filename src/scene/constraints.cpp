@@ -106,8 +106,8 @@ Constraint read_formula(const Cursor& entry, const Context& context) {
   }
   const Cursor equation = entry["equation"];
   const std::string& text = equation.string();
-  user.kernel = equation.locate(
-      [&] { return formula_constraint(text, static_cast<int>(num_points), context.parameters); });
+  user.kernel =
+      equation.locate([&] { return formula_constraint(text, static_cast<int>(num_points), context.parameters); });
   return user;
 }
 

@@ -2,12 +2,14 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include <tanor/system.hpp>
 
 #include "scene/cursor.hpp"
 #include "scene/number_table.hpp"
+#include "scene/periodic_cell.hpp"
 
 namespace tanor::scene {
 
@@ -18,7 +20,8 @@ struct Context {
   std::vector<std::filesystem::path>* files;  ///< where those that are read are listed
   Constants parameters;
   std::size_t num_points = 0;
-  double t_end = 0.0;  ///< s; a table must reach it
+  double t_end = 0.0;          ///< s; a table must reach it
+  std::optional<Cell> cell{};  ///< of the file that the points come from
 
   Index point(const Cursor& cursor) const;
   /// [0, 4, 7], "all" or {"first", "count", "stride"}

@@ -92,6 +92,7 @@ PointSet read_import(const Cursor& import, const Context& context) {
   set.positions = flatten(data.positions);
   set.velocities = flatten(data.velocities);
   set.masses = std::move(data.masses);
+  set.cell = data.cell;
   return set;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct PointSet {
   std::vector<double> masses;      ///< n, kg
   std::vector<Support> supports;
   std::vector<Constraint> constraints;
+  std::optional<Cell> cell;  ///< periodic box of an imported file
 
   Index add_point(const Vector3& position) {
     positions.insert(positions.end(), position.begin(), position.end());

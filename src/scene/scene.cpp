@@ -150,6 +150,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   PointSet points = read_point_source(root, context);
   const PlaceTranslator places(root, points);
   context.num_points = points.positions.size() / 3;
+  context.cell = points.cell;
   read_motion(root["motion"], context, overrides, &scene);
   read_solver(root["solver"], overrides, &scene);
   context.t_end = scene.t_end;

@@ -167,21 +167,25 @@ void Redundancy::mark_unique(std::vector<bool>* is_unique) const {
   }
 }
 
-std::optional<Redundancy::Found> Redundancy::find_contradiction(std::span<const double> b, double allowed) const {
+std::optional<Redundancy::Contradiction> Redundancy::find_contradiction(std::span<const double> b,
+                                                                        std::span<const double> scale,
+                                                                        double allowed) const {
   constexpr double eps = std::numeric_limits<double>::epsilon();
   constexpr double safety = 1e3;  // what a bound by norms may be short of
-  std::optional<Found> worst;
+  std::optional<Contradiction> worst;
   double largest = 1.0;
   for (const Island& island : islands_) {
     const RankSolver& solver = *island.solver;
-    const auto size = static_cast<std::size_t>(island.end - island.first);
+    const auto first = static_cast<std::size_t>(island.first), size = static_cast<std::size_t>(island.end) - first;
     const double rounding = safety * eps / std::min(1.0, solver.smallest_singular_value());
-    const auto contradictions = solver.contradictions(b.subspan(static_cast<std::size_t>(island.first), size));
+    const auto contradictions = solver.contradictions(b.subspan(first, size));
     for (std::size_t k = 0; k < contradictions.size(); ++k) {
-      const double explained = std::max(allowed, rounding) * contradictions[k].magnitude;
-      if (!(std::abs(contradictions[k].excess) > largest * explained)) continue;
-      largest = std::abs(contradictions[k].excess) / explained;
-      worst = translate(island, solver.dependences()[k]);
+      const auto& [column, excess, magnitude] = contradictions[k];
+      const double terms = std::max(magnitude, scale[first + static_cast<std::size_t>(column)]);
+      const double explained = std::max(allowed, rounding) * terms;
+      if (!(std::abs(excess) > largest * explained)) continue;
+      largest = std::abs(excess) / explained;
+      worst = {translate(island, solver.dependences()[k]), excess};
     }
   }
   return worst;

@@ -53,9 +53,15 @@ class Redundancy {
   };
   std::vector<Found> list() const;
 
-  /// The row whose right side b [d] contradicts those that it depends on most, by more than `allowed` of its terms and
-  /// what rounding explains. With the K of the last decision.
-  std::optional<Found> find_contradiction(std::span<const double> b, double allowed) const;
+  /// The dependent row whose right side b [d] is farthest from what the others' ask of it.
+  struct Contradiction {
+    Found found;
+    double excess;  ///< unit of b
+  };
+  /// None where it lies within `allowed` times its terms, or times `scale` [d], or within what rounding explains. With
+  /// the K of the last decision.
+  std::optional<Contradiction> find_contradiction(std::span<const double> b, std::span<const double> scale,
+                                                  double allowed) const;
 
   /// lambda := the solution with the smallest Euclidean norm; `is_unique` [row]: false where others are as good. With
   /// the K of the last decision.

@@ -86,9 +86,9 @@ T Formula::evaluate_loading(const Load& load) const {
 
 template <int depth, class T, class Load>
 T Formula::run(std::span<const Instruction> program, const Load& load) {
+  using detail::signed_integer_power;
   using std::sqrt, std::exp, std::log, std::sin, std::cos, std::tan, std::asin, std::acos, std::atan, std::atan2,
       std::sinh, std::cosh, std::tanh, std::abs, std::min, std::max, std::pow;
-  using detail::signed_integer_power;
   std::array<T, depth + 1> stack;
   T* top = stack.data();  // slot 0 stays unused
   // clang-format off

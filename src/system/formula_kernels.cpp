@@ -136,19 +136,27 @@ void evaluate_coordinates(const void* context, const CoordinateBatch& batch) {
   });
 }
 
-/// Names of coordinates are right where a formula that is just the name is right.
+/// Is a formula that is just the name this variable?
+bool is_name(const std::string& name) {
+  try {
+    return name != "pi" && Formula(name, {&name, 1}).depends_on(0);
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 void check_names(std::span<const std::string> names, const Constants& constants) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string& name = names[i];
     if (name == "t" || std::ranges::count(names, name) > 1 || constants.contains(name)) {
       throw InputError("", "the coordinate '" + name + "' has the name of " +
-                               (name == "t" ? "time" : constants.contains(name) ? "a constant" : "another coordinate"));
+                               (name == "t"                ? "time"
+                                : constants.contains(name) ? "a constant"
+                                                           : "another coordinate"));
     }
-    try {
-      (void)Formula(name, {}, {{name, 0.0}});  // functions and pi are no constants
-    } catch (const InputError&) {
-      throw InputError("", "the coordinate '" + name +
-                               "' has no name of letters, digits and '_' that is neither a function nor pi");
+    if (!is_name(name)) {
+      throw InputError(
+          "", "the coordinate '" + name + "' has no name of letters, digits and '_' that is neither a function nor pi");
     }
   }
 }

@@ -67,8 +67,12 @@ struct Lanes {
     }
     return r;
   }
-  friend Lanes operator*(Lanes a, const Lanes& b) { return a *= b; }
-  friend Lanes operator/(Lanes a, const Lanes& b) { return a /= b; }
+  friend Lanes operator*(Lanes a, const Lanes& b) {
+    return a *= b;
+  }
+  friend Lanes operator/(Lanes a, const Lanes& b) {
+    return a /= b;
+  }
 };
 
 namespace detail {

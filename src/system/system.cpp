@@ -53,6 +53,8 @@ template <>
 constexpr std::string_view kind<RigidBody> = "rigid_body";
 template <>
 constexpr std::string_view kind<UserCoordinates> = "formula";
+template <>
+constexpr std::string_view kind<PairForces> = "pair";
 
 template <class Entry>
 std::string_view kind_of(const Entry& entry) {

@@ -15,15 +15,15 @@ namespace tanor {
 /// What a user's kernel says about some members that follow one another.
 struct TupleValues {
   std::size_t first, count;
-  std::size_t size;        ///< 3p
-  const double* xi;        ///< [count]
+  std::size_t size;          ///< 3p
+  const double* xi;          ///< [count]
   const double *rate, *phi;  ///< [count]; null without velocities
-  const double* gradient;  ///< [count][3p]
+  const double* gradient;    ///< [count][3p]
 };
 
 /// Evaluates members [first, last) of a user's constraint in chunks: gathers, calls the kernel, hands over what it says
 /// to use(TupleValues). `points`: [member][p]; `v` may be null. No allocation.
-template <class Use>
+template <bool WithGradients = true, class Use>
 void for_each_chunk(const ConstraintKernel& kernel, std::span<const Index> points, std::size_t first, std::size_t last,
                     double t, const double* r, const double* v, const Use& use) {
   // Large enough that the call costs nothing, small enough for the first cache.
@@ -45,9 +45,9 @@ void for_each_chunk(const ConstraintKernel& kernel, std::span<const Index> point
                                 xi.data(),
                                 v != nullptr ? rate.data() : nullptr,
                                 v != nullptr ? phi.data() : nullptr,
-                                gradient.data()};
+                                WithGradients ? gradient.data() : nullptr};
     kernel.evaluate(kernel.context.get(), batch);
-    use(TupleValues{begin, count, size, xi.data(), batch.rate, batch.phi, gradient.data()});
+    use(TupleValues{begin, count, size, xi.data(), batch.rate, batch.phi, batch.gradient});
   }
 }
 

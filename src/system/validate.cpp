@@ -8,6 +8,7 @@
 
 #include "base/vec3.hpp"
 #include "system/members.hpp"
+#include "system/pair_rules.hpp"
 #include "system/text.hpp"
 #include "system/tuples.hpp"
 #include "system/value_checks.hpp"
@@ -323,6 +324,11 @@ class Validation {
     check_number(drag.quadratic, Rule::not_negative, where + "/quadratic", "quadratic");
   }
 
+  void check_force(const PairForces& pairs, const std::string& where) {
+    check_members(pairs, where);
+    check_pair_rules(system_, pairs, [this](Index point) { return is_support(point); }, where);
+  }
+
   // ---- members ----
 
   /// Points in range, none twice in a member.
@@ -373,7 +379,15 @@ class Validation {
     };
     for (std::size_t i = 0; i < system_.constraints.size(); ++i)
       add(constraint_name(system_, i), element("/constraints", i));
-    for (std::size_t i = 0; i < system_.forces.size(); ++i) add(force_name(system_, i), element("/forces", i));
+    for (std::size_t i = 0; i < system_.forces.size(); ++i) {
+      // Constraint 0 and force 0 may both be a "formula0" by default.
+      const std::string name = force_name(system_, i);
+      const bool is_own = std::visit([](const auto& force) { return !force.name.empty(); }, system_.forces[i]);
+      const auto owner = owners.find(name);
+      if (is_own || owner == owners.end() || !owner->second.starts_with("/constraints")) {
+        add(name, element("/forces", i));
+      }
+    }
   }
 
   // ---- the system ----

@@ -305,6 +305,29 @@ TEST(AtwoodTest, StraightRopesGiveTheSchoolBookAnswer) {
   EXPECT_NEAR(-lambda[0], number(straight.at("tension")), 1e-13);
 }
 
+/// One instant of the rotating hoop, written as a ball and a plane and as two formulas: the same accelerations,
+/// multipliers and reactions.
+TEST(RotatingHoopTest, FormulasGiveTheAnswerOfTheBuiltInKinds) {
+  const std::vector<Instant> trajectory = read_trajectory("03_rotating_hoop");
+  Dynamics built_in(make_rotating_hoop(trajectory.front())),
+      formulas(make_rotating_hoop_by_formulas(trajectory.front()));
+  const auto solve = [](Dynamics* dynamics, const Instant& instant) {
+    std::vector<double> w(3), lambda(2), eta(3);
+    EXPECT_TRUE(dynamics->solve(instant.t, instant.r, instant.v, w, lambda, eta).outcome.ok());
+    w.insert(w.end(), lambda.begin(), lambda.end());
+    w.insert(w.end(), eta.begin(), eta.end());
+    return w;
+  };
+
+  for (const Instant& instant : trajectory) {
+    const std::vector<double> one = solve(&built_in, instant), other = solve(&formulas, instant);
+
+    EXPECT_LT(largest_difference(one, other), 1e-12 * largest(one)) << "t = " << instant.t;
+    EXPECT_LT(largest_difference(std::span(other).first(3), instant.w), 1e-12 * largest(instant.w));
+    EXPECT_LT(largest_difference(std::span(other).subspan(3, 2), instant.lambda), 1e-12 * largest(one));
+  }
+}
+
 TEST(ReferenceTest, TheCopyIsWhatTheProjectShares) {
   const std::filesystem::path copy = std::filesystem::path(TANOR_SOURCE_DIR) / "tests/cases/reference";
   if (std::filesystem::equivalent(reference_folder(), copy)) return;  // the copy is all there is: nothing to compare

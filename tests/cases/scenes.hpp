@@ -109,6 +109,26 @@ inline System make_variable_length(const Instant& start) {
   return make_hanging_chain(start, 1.0, {0, -9.81, 0}, ScalarFunction::formula("1 + 0.3*sin(2*t)"));
 }
 
+/// A bead on a hoop of radius 1 that turns about its vertical diameter: a ball and a plane that turns.
+inline System make_rotating_hoop(const Instant& start) {
+  System system = make_system(start, {}, {1.0});
+  system.constraints = {
+      Spheres{"ball", {0}, Vector3{0, 0, 0}, 1.0},
+      Planes{"hoop", {0}, {ScalarFunction::formula("sin(5*t)"), ScalarFunction::formula("-cos(5*t)"), 0.0}, 0.0}};
+  system.forces = {Gravity{"gravity", {0, 0, -9.81}}};
+  return system;
+}
+
+/// The same in the words of the case: one formula each.
+inline System make_rotating_hoop_by_formulas(const Instant& start) {
+  System system = make_rotating_hoop(start);
+  const Constants constants = {{"omega", 5.0}};
+  system.constraints = {
+      UserConstraints{"ball", {{0}}, formula_constraint("(x1^2 + y1^2 + z1^2 - 1)/2", 1)},
+      UserConstraints{"hoop", {{0}}, formula_constraint("x1*sin(omega*t) - y1*cos(omega*t)", 1, constants)}};
+  return system;
+}
+
 /// IVP test set. The right angle at the origin guides the left mass, the support at (xb, yb) = (sqrt(1 - yb^2), sin(10
 /// t)/10) drives the right one:
 ///
@@ -171,6 +191,14 @@ inline std::vector<double> car_axis_reactions(const Instant& instant) {
   return result;
 }
 
+/// (|r|^2 - 1)/2 and x sin 5t - y cos 5t
+inline std::vector<double> hoop_reactions(const Instant& instant) {
+  std::vector<double> result(3, 0.0);
+  add(instant.lambda[0], point(instant.r, 0), 0, &result);
+  add(instant.lambda[1], {std::sin(5.0 * instant.t), -std::cos(5.0 * instant.t), 0}, 0, &result);
+  return result;
+}
+
 // ---- multipliers ---------------------------------------------------------------------------------------------------
 
 /// The gradient of |dr| - l is that of (|dr|^2 - l^2)/2 over l: lambda times l is ours.
@@ -198,6 +226,11 @@ inline std::vector<double> pulley_multipliers(const Instant& instant) {
   return instant.lambda;
 }
 
+/// The radius is 1, so both gradients have the length 1 in each way to write them.
+inline std::vector<double> hoop_multipliers(const Instant& instant) {
+  return instant.lambda;
+}
+
 /// cos = (rl.rb)/(|rl| |rb|) with |rb| = 1 at the right angle, and a rod of length 1.
 inline std::vector<double> car_axis_multipliers(const Instant& instant) {
   return {instant.lambda[0] * length(point(instant.r, 0)), 2.0 * instant.lambda[1]};
@@ -213,6 +246,9 @@ inline const std::vector<CaseScene>& moving_cases() {
        chain_multipliers},
       {"02_pendulum_on_sphere", "02_spherical_pendulum", 0, make_pendulum_on_sphere, chain_reactions,
        chain_multipliers},
+      {"03_rotating_hoop", "03_rotating_hoop", 0, make_rotating_hoop, hoop_reactions, hoop_multipliers},
+      {"03_rotating_hoop_by_formulas", "03_rotating_hoop", 0, make_rotating_hoop_by_formulas, hoop_reactions,
+       hoop_multipliers},
       {"05_atwood_swinging", "05_atwood_swinging", 0, make_swinging_atwood, pulley_reactions, pulley_multipliers},
       {"07_chain2", "07_chain2", 1, make_double_pendulum, chain_reactions, chain_multipliers},
       {"07_chain2_in_plane", "07_chain2", 1, make_double_pendulum_in_plane, chain_reactions,

@@ -18,6 +18,7 @@ std::string moving_scene(const std::string& motion) {
                     {"name": "ball", "kind": "sphere", "points": [3], "center": {"formula": ["0", "1+0.1*t", "0"]}}],
     "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
                {"kind": "spring", "pairs": [[2,3]], "stiffness": 3},
+               {"kind": "pair", "law": "lj", "epsilon": 0.1, "sigma": 0.3, "exclude": "rods"},
                {"kind": "drag", "points": [1], "linear": 0.1}],
     "motion": {)" +
          motion + "}}";

@@ -262,6 +262,7 @@ class Renamed {
   void rename_members(Angles* group) const { rename_each(&group->triples); }
   void rename_members(Pulleys* group) const { rename_each(&group->pairs); }
   void rename_members(Linears* group) const { rename_each(&group->tuples); }
+  void rename_members(UserConstraints* group) const { rename_each(&group->tuples); }
   void rename_members(Springs* group) const { rename_each(&group->pairs); }
   void rename_members(Gravity*) const {}
   template <class Group>

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <tanor/user_kernel.hpp>
 
 #include "evaluate/constraints.hpp"
 #include "evaluate/forces.hpp"
@@ -45,11 +46,16 @@ System make_system() {
   Pulleys pulleys{"", {}, {0.0, 9.0, 0.0}, {1.0, 9.0, 0.0}, {}, 2.0};
   Linears linears{"", {}, {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}}, swinging};
   ConstantForce wind{"", {}, VectorFunction(swinging, 0.0, 1.0)};
+  UserConstraints user{
+      "", {}, make_constraint_kernel<2>([](const auto& x, const auto& s) { return x[0] * x[5] + sin(s) * x[3]; })};
+  UserConstraints formula{"", {}, formula_constraint("sqrt(x1^2 + y2^2 + 1) - exp(0.1*t)*z1^3", 2)};
+  FormulaForce field{"", {}, formula_force({"sin(x)*t", "-vy^2", "z"})};
   Springs springs{"", {}, 5.0, 0.1, {}};
   Drag drag{"", {}, 0.1, 0.2};
   for (Index i = 0; i < n; ++i) {
     system.positions.insert(system.positions.end(), {0.1 * i, 0.05 * (i % 2), 0.01 * (i % 3)});
-    for (auto* points : {&planes.points, &spheres.points, &lines.points, &circles.points, &wind.points, &drag.points}) {
+    for (auto* points :
+         {&planes.points, &spheres.points, &lines.points, &circles.points, &wind.points, &drag.points, &field.points}) {
       points->push_back(i);
     }
     if (i < 2) continue;
@@ -59,11 +65,13 @@ System make_system() {
     angles.triples.push_back({i - 2, i - 1, i});
     pulleys.pairs.push_back({i - 1, i});
     linears.tuples.push_back({i - 1, i});
+    user.tuples.push_back({i - 1, i});
+    formula.tuples.push_back({i, i - 1});
   }
   system.masses.assign(n, 1.0);
   system.supports = {{"", {0, n - 1}, {}}};
-  system.constraints = {rods, breathing, planes, spheres, lines, circles, angles, pulleys, linears};
-  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, wind, springs, drag};
+  system.constraints = {rods, breathing, planes, spheres, lines, circles, angles, pulleys, linears, user, formula};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, wind, springs, drag, field};
   return system;
 }
 
@@ -87,7 +95,7 @@ TEST_P(Allocation, ConstraintsAndForcesOfAStepTakeNoMemory) {
     sum += constraints.apply_transposed(parallel, blocks.data(), r, nullptr, rows.data());
     forces.evaluate(parallel, t, r, r, f.data());
     sum +=
-        forces.potential(parallel, r) + forces.power(parallel, r, r) + forces.spring_power_of_supports(parallel, r, r);
+        forces.potential(parallel, r) + forces.power(parallel, r, r) + forces.elastic_power_of_supports(parallel, r, r);
   };
   evaluate_all(0.1);  // threads start
 

@@ -9,7 +9,9 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <tanor/user_kernel.hpp>
 
+#include "evaluate/definitions.hpp"
 #include "reference.hpp"
 
 namespace tanor {
@@ -91,6 +93,14 @@ const Kind kinds[] = {
     {"LinearMovingValue", [](Random& any) {
        return Linears{"", {{0, 1, 2, 5}, {3, 4, 0, 1}},
                       {any.vector(), any.vector(), any.vector(), any.vector()}, any.length()}; }},
+    {"FormulaRod", [](Random&) {
+       return UserConstraints{"", {{0, 1}, {5, 2}, {3, 1}},
+                              formula_constraint("sqrt((x2-x1)^2 + (y2-y1)^2 + (z2-z1)^2) - 1.2", 2)}; }},
+    {"FormulaMovingSurface", [](Random&) {
+       return UserConstraints{"", {{0}, {4}}, formula_constraint("x1^2+y1^2-(1+0.1*sin(3*t))^2", 1)}; }},
+    {"UserThreePoints", [](Random&) {
+       return UserConstraints{"", {{0, 1, 2}, {3, 5, 4}}, make_constraint_kernel<3>([](const auto& x, const auto& t) {
+         return exp(0.3 * x[0]) * cos(x[4] - t) + x[2] * x[8] * x[5] - atan2(x[7], 3.0 + x[6] * x[1]) + x[3]; })}; }},
 };
 // clang-format on
 
@@ -284,8 +294,32 @@ TEST_P(ConstraintKind, SquaredNormsOfTheBlocksAreKnownWhereTheyNeverChange) {
     for (std::size_t k = 0; k < squares.size(); ++k) {
       EXPECT_NEAR(reference::point(blocks, static_cast<Index>(k)).squaredNorm(), squares[k], 1e-14 * squares[k]);
     }
-    const bool changes = std::holds_alternative<Angles>(scene.system.constraints[0]);
+    const bool changes = std::holds_alternative<Angles>(scene.system.constraints[0]) ||
+                         std::holds_alternative<UserConstraints>(scene.system.constraints[0]);
     EXPECT_EQ(squares.size(), changes ? 0 : blocks.size() / 3);
+  });
+}
+
+TEST_P(ConstraintKind, SecondDefinitionOfTheHouseSaysTheSame) {
+  for_random_scenes([](const Scene& scene, const reference::ConstraintNumbers& expected) {
+    const auto d = static_cast<std::size_t>(expected.xi.size());
+    const double terms = std::max(10.0, expected.phi.cwiseAbs().maxCoeff());
+    const Definitions definitions(scene.system, 0.0);
+    Evaluated evaluated(scene);
+    const Eigen::VectorXd second = evaluated.right_side();
+    std::vector<double> xi(d), rate(d), curvature(d), y(d), lambda(d), eta(18);
+    for (std::size_t a = 0; a < d; ++a) lambda[a] = std::sin(1.0 + 2.0 * static_cast<double>(a));
+
+    definitions.taylor(Parallel(1), t, scene.r, scene.v, scene.w, xi, rate, curvature);
+    definitions.transposed(t, scene.r, scene.w, y);
+    definitions.reactions(t, scene.r, lambda, eta);
+
+    ASSERT_EQ(definitions.num_rows(), d);
+    expect_close(evaluated.xi(), reference::vector(xi));
+    expect_close(evaluated.rate(), reference::vector(rate));
+    expect_close(second, reference::vector(curvature), terms);
+    expect_close(evaluated.transposed_times_w(0.0), reference::vector(y), 10.0);
+    expect_close(evaluated.K() * reference::vector(lambda), reference::vector(eta), 10.0);
   });
 }
 
@@ -502,14 +536,14 @@ class Knowledge : public testing::Test {
 };
 
 TEST_F(Knowledge, DependenceOnTimeIsFound) {
-  for (const char* kind :
-       {"RodMovingLength", "RodWithOffsetAndMovingLength", "PlaneMovingOffset", "PlaneMovingNormal",
-        "SphereMovingCenterAndRadius", "LineMovingOrigin", "LineMovingDirection", "CircleMovingCenter",
-        "CircleMovingNormal", "AngleMovingCosine", "PulleyMovingLength", "LinearMovingValue"}) {
+  for (const char* kind : {"RodMovingLength", "RodWithOffsetAndMovingLength", "PlaneMovingOffset", "PlaneMovingNormal",
+                           "SphereMovingCenterAndRadius", "LineMovingOrigin", "LineMovingDirection",
+                           "CircleMovingCenter", "CircleMovingNormal", "AngleMovingCosine", "PulleyMovingLength",
+                           "LinearMovingValue", "FormulaMovingSurface", "UserThreePoints"}) {
     EXPECT_TRUE(constraints_of(kind).depends_on_time()) << kind;
   }
-  for (const char* kind :
-       {"RodInitial", "RodWithOffset", "Plane", "Sphere", "Line", "Circle", "Angle", "Pulley", "LinearOnePoint"}) {
+  for (const char* kind : {"RodInitial", "RodWithOffset", "Plane", "Sphere", "Line", "Circle", "Angle", "Pulley",
+                           "LinearOnePoint", "FormulaRod"}) {
     EXPECT_FALSE(constraints_of(kind).depends_on_time()) << kind;
   }
 }
@@ -518,16 +552,17 @@ TEST_F(Knowledge, GradientsAreConstantOnPlanesLinesAndLinearConstraintsThatDoNot
   for (const char* kind : {"Plane", "PlaneMovingOffset", "Line", "LineMovingOrigin", "LinearMovingValue"}) {
     EXPECT_TRUE(constraints_of(kind).gradients_are_constant()) << kind;
   }
-  for (const char* kind :
-       {"RodInitial", "PlaneMovingNormal", "Sphere", "LineMovingDirection", "Circle", "Angle", "Pulley"}) {
+  for (const char* kind : {"RodInitial", "PlaneMovingNormal", "Sphere", "LineMovingDirection", "Circle", "Angle",
+                           "Pulley", "FormulaRod"}) {
     EXPECT_FALSE(constraints_of(kind).gradients_are_constant()) << kind;
   }
 }
 
-TEST_F(Knowledge, GradientNormsChangeOnlyWithAngles) {
+TEST_F(Knowledge, GradientNormsChangeOnlyWithAnglesAndUsersFunctions) {
   for (const Kind& kind : kinds) {
-    const bool is_angle = std::string(kind.name).starts_with("Angle");
-    EXPECT_EQ(constraints_of(kind.name).gradient_norms_are_constant(), !is_angle) << kind.name;
+    const std::string name = kind.name;
+    const bool changes = name.starts_with("Angle") || name.starts_with("Formula") || name.starts_with("User");
+    EXPECT_EQ(constraints_of(kind.name).gradient_norms_are_constant(), !changes) << kind.name;
   }
 }
 

@@ -136,6 +136,20 @@ TEST_F(ForceTest, DragIsLinearPlusQuadraticInTheVelocity) {
   EXPECT_NEAR(f.norm(), 4.0, 1e-15);
 }
 
+TEST_F(ForceTest, FormulasActOnTheirPointsAndAddUp) {
+  // A magnetic field of 2 T along z turns the velocity, 3 t along x pushes; point 5 is a support.
+  Scene scene = make_scene({FormulaForce{"", {1, 5}, formula_force({"2*vy", "-2*vx", "0"})},
+                            FormulaForce{"", {5, 1}, formula_force({"k*t", "y", "0"}, {{"k", 3.0}})}});
+
+  const Eigen::VectorXd f = forces_at(scene, 0.5);
+
+  for (const Index i : {1, 5}) {
+    const Eigen::Vector3d r = reference::point(scene.r, i), v = reference::point(scene.v, i);
+    EXPECT_EQ(on(f, i), Eigen::Vector3d(2.0 * v.y() + 1.5, -2.0 * v.x() + r.y(), 0.0));
+  }
+  EXPECT_EQ(on(f, 0).norm() + on(f, 2).norm() + on(f, 3).norm() + on(f, 4).norm(), 0.0);
+}
+
 // ---- all together, on random scenes ------------------------------------------------------------------------------
 
 Scene any_scene(unsigned seed) {
@@ -151,6 +165,7 @@ Scene any_dissipative_scene(unsigned seed) {
   scene.system.forces.push_back(Drag{"", {0, 3, 4}, 0.6, 0.2});
   const auto swinging = ScalarFunction::formula("3*sin(2*t)");
   scene.system.forces.push_back(ConstantForce{"", {1, 4}, VectorFunction(swinging, 0.5, swinging)});
+  scene.system.forces.push_back(FormulaForce{"", {3, 0, 5}, formula_force({"vy - t*x", "-vx*z", "sin(x + y)"})});
   return scene;
 }
 
@@ -227,7 +242,7 @@ TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
     });
 
     const double by_points = -f.head(3 * num_moving).dot(v.head(3 * num_moving));
-    const double by_supports = forces.spring_power_of_supports(Parallel(1), scene.r.data(), scene.v.data());
+    const double by_supports = forces.elastic_power_of_supports(Parallel(1), scene.r.data(), scene.v.data());
     EXPECT_NEAR(rate, by_points + by_supports, 1e-9) << "seed " << seed;
   }
 }
@@ -245,6 +260,8 @@ TEST_F(ForceTest, OneKnowsWhetherForcesDoWorkAndDependOnVelocity) {
       {Springs{"", {{0, 1}}, 1.0, 0.0, 1.0}, false, false},
       {Springs{"", {{0, 1}}, 1.0, 0.1, 1.0}, true, true},
       {Drag{"", {0}, 1.0, 0.0}, true, true},
+      {FormulaForce{"", {0}, formula_force({"-x", "0", "0"})}, true, false},
+      {FormulaForce{"", {0}, formula_force({"0", "0", "vz*t"})}, true, true},
   };
   for (const Expectation& expectation : expectations) {
     const Scene scene = make_scene({expectation.force});
@@ -280,7 +297,8 @@ System make_large_system() {
   }
   system.masses.assign(n, 0.3);
   system.supports = {{"", {n - 2, n - 1}, {}}};
-  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, springs, drag, wind, oil, push};
+  const FormulaForce field{"", drag.points, formula_force({"vy*sin(t)", "-vx*exp(-x^2)", "0.1*z"})};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, springs, drag, wind, oil, push, field};
   return system;
 }
 
@@ -300,7 +318,7 @@ TEST_F(ForceTest, AnyNumberOfThreadsGivesTheSameBits) {
     forces.evaluate(parallel, 0.3, r, v, result.f.data());
     result.potential = forces.potential(parallel, r);
     result.power = forces.power(parallel, r, v);
-    result.supports = forces.spring_power_of_supports(parallel, r, v);
+    result.supports = forces.elastic_power_of_supports(parallel, r, v);
     return result;
   };
 

@@ -223,6 +223,37 @@ TEST(RattleTest, EnergyOfARingSwingsButDoesNotDriftOver1e5Steps) {
   EXPECT_LT(std::abs(energy.last - energy.first), 1e-2 * energy.swing);
 }
 
+/// In 0.1 s, in which beads meet and part.
+EnergyReport run_melt(double step, double* swing) {
+  Simulation simulation(scenes::make_melt(8), {.method = Method::Rattle, .step = step, .start = StartMode::Project});
+  const Outcome outcome = simulation.advance(0.1, [&](const MotionReport& report) {
+    *swing = std::max(*swing, std::abs(report.energy.now - report.energy.start));
+    return true;
+  });
+  EXPECT_TRUE(outcome.ok()) << outcome.what;
+  return simulation.report().energy;
+}
+
+TEST(RattleTest, EnergyOfAMeltSwingsWithTheSquareOfTheStep) {
+  double coarse = 0.0, fine = 0.0;
+
+  const EnergyReport energy = run_melt(4e-4, &coarse);
+  run_melt(2e-4, &fine);
+
+  EXPECT_LT(coarse, 1e-3 * energy.scale);
+  EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.3) << coarse << " and " << fine;
+}
+
+TEST(MomentumTest, BeadsThatMeetKeepIt) {
+  Simulation simulation(scenes::make_melt(8), {.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project});
+  const Momenta before = measure_momenta(simulation);
+
+  ASSERT_TRUE(simulation.advance(0.3).ok());
+
+  const Momenta after = measure_momenta(simulation);
+  EXPECT_LT(scenes::largest_difference(before.linear, after.linear), 1e-13 * scenes::mass * 512);
+}
+
 /// Symmetric: with v turned round the same steps lead back.
 TEST(RattleTest, RunsBackToItsStart) {
   System system = scenes::make_damped_chain();

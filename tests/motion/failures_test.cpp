@@ -74,6 +74,21 @@ TEST_P(FailuresTest, ASingularForceEndsBeforeItsPole) {
 INSTANTIATE_TEST_SUITE_P(Methods, FailuresTest, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
                          [](const auto& instance) { return std::string(method_name(instance.param)); });
 
+/// Two beads of 0.1 kg, 1 m apart, that attract each other with 0.1/D: D'' = -2/D ends at t = sqrt(pi)/2.
+TEST(PairFailuresTest, BeadsThatFallIntoEachOtherEndWhereTheyMeet) {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  scenes::add_point({1, 0, 0}, &system);
+  system.forces = {PairForces{.law = PairLaw::Log, .strength = -0.1}};
+  Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12});
+
+  const Outcome outcome = simulation.advance(2.0);
+
+  EXPECT_EQ(outcome.status, Status::StepTooSmall) << outcome.what;
+  EXPECT_NEAR(simulation.time(), 0.5 * std::sqrt(M_PI), 1e-6);
+  expect_finite_state(simulation);
+}
+
 /// Without an error estimate nothing keeps a step small.
 class FixedStepFailuresTest : public FailuresTest {};
 

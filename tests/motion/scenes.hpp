@@ -217,6 +217,24 @@ inline System make_driven_chain(std::size_t count = 5) {
   return system;
 }
 
+/// Chains of three rods side by side in a periodic box, `size`^3 beads (a multiple of 4 along an edge) that repel each
+/// other, with random velocities: to be started with StartMode::Project.
+inline System make_melt(int size) {
+  System system = make_grid({size, size, size});
+  Rods& rods = std::get<Rods>(system.constraints[0]);
+  std::erase_if(rods.pairs,
+                [](const std::array<Index, 2>& pair) { return pair[1] - pair[0] != 1 || pair[1] % 4 == 0; });
+  const double edge = spacing * size;
+  system.forces = {PairForces{.name = "beads",
+                              .law = PairLaw::Wca,
+                              .epsilon = 0.1,
+                              .sigma = 0.95 * spacing,
+                              .box = {edge, edge, edge},
+                              .exclude_rods = true}};
+  set_random_velocities(1.0, 11, &system);
+  return system;
+}
+
 // ---- what the tests measure
 // -------------------------------------------------------------------------------------------
 

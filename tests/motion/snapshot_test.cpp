@@ -63,6 +63,24 @@ TEST_P(SnapshotTest, ARestoredRunGoesOnBitByBit) {
   expect_same_history(second.report(), whole.report());
 }
 
+/// Neighbour lists of pair forces are made anew, at other times than in the whole run.
+TEST_P(SnapshotTest, ARestoredMeltGoesOnBitByBit) {
+  MotionOptions options = GetParam();
+  options.start = StartMode::Project;
+  Simulation whole(scenes::make_melt(8), options), first(scenes::make_melt(8), options),
+      second(scenes::make_melt(8), options);
+
+  ASSERT_TRUE(whole.advance(0.1).ok());
+  ASSERT_TRUE(first.advance(0.1).ok());
+  second.restore(first.snapshot());
+  ASSERT_TRUE(whole.advance(0.2).ok());
+  ASSERT_TRUE(second.advance(0.2).ok());
+
+  EXPECT_GT(scenes::largest_difference(whole.positions(), whole.system().positions), 0.02) << "lists were made anew";
+  expect_same_bits(second, whole);
+  expect_same_history(second.report(), whole.report());
+}
+
 /// The second advance is stopped by its observer, which takes the snapshot: the steps that were left are taken
 /// elsewhere.
 TEST_P(SnapshotTest, ARunStoppedOnItsWayTakesTheStepsThatWereLeft) {

@@ -38,6 +38,7 @@ const BigScene big_scenes[]{
     {"net_60x60", [] { return scenes::make_net(60, 60); }, "simplicial"},
     {"clusters_of_200", [] { return scenes::make_clusters(200); }, "simplicial"},
     {"lattice_11x11x11", [] { return scenes::make_lattice(11); }, "supernodal"},
+    {"melt_of_8000", [] { return scenes::make_melt(20); }, "simplicial"},
     {"beads_of_6000", [] { return scenes::make_beads(1'500); }, "simplicial"},
 };
 

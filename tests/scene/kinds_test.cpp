@@ -135,6 +135,26 @@ TEST(Constraints, LinearsHaveACoefficientForEachPoint) {
   EXPECT_EQ(linears.value.constants, (std::vector<double>{-1.0, -1.0}));
 }
 
+/// xi, its rate and phi of one member.
+std::array<double, 3> evaluate(const ConstraintKernel& kernel, double t, const std::vector<double>& r,
+                               const std::vector<double>& v) {
+  std::array<double, 3> result{};
+  kernel.evaluate(kernel.context.get(), {1, t, r.data(), v.data(), &result[0], &result[1], &result[2], nullptr});
+  return result;
+}
+
+TEST(Constraints, FormulasHaveTuplesAndParameters) {
+  const auto user = read_constraint<UserConstraints>(
+      R"("kind": "formula", "name": "gear", "points": [[0, 1], [2, 1]], "equation": "omega*x1^2 - y2*t + z1")");
+
+  EXPECT_EQ(user.name, "gear");
+  EXPECT_EQ(user.tuples, (std::vector<std::vector<Index>>{{0, 1}, {2, 1}}));
+  EXPECT_EQ(user.kernel.num_points, 2);
+  // 3 x^2 - y t along x = 2 + e, y = 5 + e, t = 7 + e
+  EXPECT_EQ(evaluate(user.kernel, 7.0, {2, 0, 0, 0, 5, 0}, {1, 0, 0, 0, 1, 0}),
+            (std::array<double, 3>{12.0 - 35.0, 12.0 - 7.0 - 5.0, 6.0 - 2.0}));
+}
+
 // ---- supports ----
 
 TEST(Supports, MoveByFormulasAndTables) {
@@ -181,6 +201,53 @@ TEST(Forces, SpringsRestAtTheirInitialLength) {
   EXPECT_TRUE(springs.rest_length.is_initial());
   EXPECT_EQ(dampers.damping, 2.0);
   EXPECT_EQ(dampers.rest_length.constants, (std::vector<double>{0.0, 0.5}));
+}
+
+TEST(Forces, FormulasOfAForceSeePositionVelocityAndTime) {
+  const auto field =
+      read_force<FormulaForce>(R"("kind": "formula", "points": [2, 0], "x": "x + 10*vy", "z": "t*vz - z")");
+  const auto magnet = read_force<FormulaForce>(R"json("kind": "formula", "points": [1], "y": "1/(1 + x^2)")json");
+  const double r[] = {1, 2, 3}, v[] = {4, 5, 6};
+  Vector3 f{};
+
+  field.kernel.evaluate(field.kernel.context.get(), {1, 0.5, r, v, f.data()});
+
+  EXPECT_EQ(field.points, (std::vector<Index>{2, 0}));
+  EXPECT_EQ(f, (Vector3{51, 0, 0}));
+  EXPECT_TRUE(field.kernel.depends_on_velocity);
+  EXPECT_FALSE(magnet.kernel.depends_on_velocity);
+}
+
+TEST(Forces, PairsHaveALawAndItsNumbers) {
+  const auto wca = read_force<PairForces>(R"("kind": "pair", "law": "wca")");
+  const auto lj = read_force<PairForces>(
+      R"("kind": "pair", "name": "beads", "law": "lj", "points": [0, 2], "epsilon": 2, "sigma": 0.5, "cutoff": 1.5,
+         "box": [3, 0, 4], "exclude": "rods")");
+  const auto log = read_force<PairForces>(R"("kind": "pair", "law": "log", "strength": -2)");
+
+  EXPECT_EQ(wca.law, PairLaw::Wca);
+  EXPECT_TRUE(wca.points.empty()) << "all of them";
+  EXPECT_EQ(wca.epsilon, 1.0);
+  EXPECT_EQ(wca.sigma, 1.0);
+  EXPECT_EQ(wca.box, Vector3{});
+  EXPECT_FALSE(wca.cutoff || wca.exclude_rods);
+  EXPECT_EQ(lj.law, PairLaw::Lj);
+  EXPECT_EQ(lj.name, "beads");
+  EXPECT_EQ(lj.points, (std::vector<Index>{0, 2}));
+  EXPECT_EQ(lj.epsilon, 2.0);
+  EXPECT_EQ(lj.sigma, 0.5);
+  EXPECT_EQ(lj.cutoff, 1.5);
+  EXPECT_EQ(lj.box, (Vector3{3, 0, 4}));
+  EXPECT_TRUE(lj.exclude_rods);
+  EXPECT_EQ(log.law, PairLaw::Log);
+  EXPECT_EQ(log.strength, -2.0);
+}
+
+TEST(Forces, BoxOfPairsMayBeThatOfTheImportedFile) {
+  const Scene scene = parse(R"({"tanor_scene": 1, "import": {"file": "polymer.data", "format": "lammps-data"},
+    "forces": [{"kind": "pair", "law": "wca", "epsilon": 1, "sigma": 0.1, "box": "import", "exclude": "rods"}]})");
+
+  EXPECT_EQ(std::get<PairForces>(scene.system.forces[0]).box, (Vector3{10, 10, 10}));
 }
 
 TEST(Forces, DragIsZeroByDefault) {

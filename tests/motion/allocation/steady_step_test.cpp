@@ -27,6 +27,7 @@ const Scene steady_scenes[]{
     {"damped_springs", [] { return scenes::make_damped_chain(100); }},
     {"shaken_support", [] { return scenes::make_shaken_chain(100); }},
     {"breathing_rods", [] { return scenes::make_breathing_chain(100); }},
+    {"melt", [] { return scenes::make_melt(12); }},
     {"driven_bead", [] { return scenes::make_driven_chain(100); }},
 };
 

@@ -1,0 +1,437 @@
+#include "evaluate/definitions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <tanor/forward.hpp>
+
+#include "system/members.hpp"
+#include "system/tuples.hpp"
+
+namespace tanor {
+
+namespace {
+
+// ---- places over a scalar type
+// ---------------------------------------------------------------------------------------
+
+template <class T>
+struct Place {
+  T x, y, z;
+
+  friend Place operator+(const Place& a, const Place& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend Place operator-(const Place& a, const Place& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend Place operator*(const T& s, const Place& a) { return {s * a.x, s * a.y, s * a.z}; }
+  friend Place operator/(const Place& a, const T& s) { return {a.x / s, a.y / s, a.z / s}; }
+};
+
+template <class T>
+T inner_product(const Place<T>& a, const Place<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+T length(const Place<T>& a) {
+  using std::sqrt;
+  return sqrt(inner_product(a, a));
+}
+template <class T>
+Place<T> vector_product(const Place<T>& a, const Place<T>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class T>
+Place<T> place(const Vector3& a) {
+  return {T(a[0]), T(a[1]), T(a[2])};
+}
+
+/// Functions of time: a jet runs along with time, all others look at it standing still.
+template <class T>
+struct Clock {
+  double t;
+
+  T operator()(const ScalarFunction& function) const {
+    if constexpr (std::is_same_v<T, Jet<2>>) return function(t);
+    return T(function(t).value());
+  }
+  Place<T> operator()(const VectorFunction& function) const {
+    return {(*this)(function.components[0]), (*this)(function.components[1]), (*this)(function.components[2])};
+  }
+};
+
+/// A parameter's number for each member; a function that all share is evaluated once.
+template <class T>
+class Given {
+ public:
+  Given(const Parameter& parameter, std::span<const double> initial, const Clock<T>& clock)
+      : parameter_(parameter), initial_(initial), clock_(clock) {
+    if (parameter.functions.size() == 1) shared_ = clock(parameter.functions[0]);
+  }
+  T operator[](std::size_t k) const {
+    if (parameter_.is_initial()) return T(initial_[k]);
+    if (parameter_.functions.size() == 1) return shared_;
+    if (!parameter_.functions.empty()) return clock_(parameter_.functions[k]);
+    return T(parameter_.constants[parameter_.constants.size() == 1 ? 0 : k]);
+  }
+
+ private:
+  const Parameter& parameter_;
+  std::span<const double> initial_;
+  Clock<T> clock_;
+  T shared_{};
+};
+
+// ---- the definitions
+// ------------------------------------------------------------------------------------------------- Each is made once
+// for an instant. xi(k, at) are the rows of member k, `at(i)` the place of point i; measure(k, at) is what a parameter
+// that is "initial" takes from the start.
+
+template <class Group, class T>
+struct Definition;
+
+template <class T>
+struct Definition<Rods, T> {
+  const Rods& rods;
+  Given<T> wanted;
+
+  Definition(const Rods& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+      : rods(group), wanted(group.length, initial, clock) {}
+
+  template <class At>
+  T measure(std::size_t k, const At& at) const {
+    const auto [i, j] = rods.pairs[k];
+    return length(at(j) - at(i) + place<T>(rods.offsets.empty() ? Vector3{} : rods.offsets[k]));
+  }
+  template <class At>
+  std::array<T, 1> xi(std::size_t k, const At& at) const {
+    return {measure(k, at) - wanted[k]};
+  }
+};
+
+template <class T>
+struct Definition<Planes, T> {
+  const Planes& planes;
+  Place<T> normal;
+  Given<T> offset;
+
+  Definition(const Planes& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+      : planes(group), normal(clock(group.normal)), offset(group.offset, initial, clock) {}
+
+  template <class At>
+  T measure(std::size_t k, const At& at) const {
+    return inner_product(normal, at(planes.points[k]));
+  }
+  template <class At>
+  std::array<T, 1> xi(std::size_t k, const At& at) const {
+    return {(measure(k, at) - offset[k]) / length(normal)};
+  }
+};
+
+template <class T>
+struct Definition<Spheres, T> {
+  const Spheres& spheres;
+  Place<T> center;
+  Given<T> radius;
+
+  Definition(const Spheres& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+      : spheres(group), center(clock(group.center)), radius(group.radius, initial, clock) {}
+
+  template <class At>
+  T measure(std::size_t k, const At& at) const {
+    return length(at(spheres.points[k]) - center);
+  }
+  template <class At>
+  std::array<T, 1> xi(std::size_t k, const At& at) const {
+    return {measure(k, at) - radius[k]};
+  }
+};
+
+double value_of(double x) {
+  return x;
+}
+template <class T>
+double value_of(const T& x) {
+  return x.value();
+}
+
+/// The axis that a direction is farthest from.
+template <class T>
+Vector3 farthest_axis(const Place<T>& d) {
+  const double x = std::abs(value_of(d.x)), y = std::abs(value_of(d.y)), z = std::abs(value_of(d.z));
+  if (x <= y && x <= z) return {1.0, 0.0, 0.0};
+  return y <= z ? Vector3{0.0, 1.0, 0.0} : Vector3{0.0, 0.0, 1.0};
+}
+
+template <class T>
+struct Definition<Lines, T> {
+  const Lines& lines;
+  Place<T> origin, first, second;
+
+  Definition(const Lines& group, const Clock<T>& clock, std::span<const double>, const Vector3& start_helper)
+      : lines(group), origin(clock(group.origin)) {
+    const Place<T> given = clock(group.direction), d = given / length(given);
+    Place<T> helper = place<T>(start_helper);
+    // The rule of Lines: another helper where the direction comes within 6 degrees.
+    if (!(std::abs(value_of(inner_product(helper, d))) <= 0.995)) helper = place<T>(farthest_axis(d));
+    const Place<T> e = helper - inner_product(helper, d) * d;
+    first = e / length(e);
+    second = vector_product(d, first);
+  }
+
+  template <class At>
+  std::array<T, 2> xi(std::size_t k, const At& at) const {
+    const Place<T> a = at(lines.points[k]) - origin;
+    return {inner_product(first, a), inner_product(second, a)};
+  }
+};
+
+template <class T>
+struct Definition<Circles, T> {
+  const Circles& circles;
+  Place<T> center, normal;
+  Given<T> radius;
+
+  Definition(const Circles& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+      : circles(group),
+        center(clock(group.center)),
+        normal(clock(group.normal)),
+        radius(group.radius, initial, clock) {}
+
+  /// |n x a|/|n|, the distance from the axis.
+  template <class At>
+  T measure(std::size_t k, const At& at) const {
+    return length(vector_product(normal, at(circles.points[k]) - center)) / length(normal);
+  }
+  template <class At>
+  std::array<T, 2> xi(std::size_t k, const At& at) const {
+    return {inner_product(normal, at(circles.points[k]) - center) / length(normal), measure(k, at) - radius[k]};
+  }
+};
+
+template <class T>
+struct Definition<Angles, T> {
+  const Angles& angles;
+  Given<T> cosine;
+
+  Definition(const Angles& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+      : angles(group), cosine(group.cosine, initial, clock) {}
+
+  template <class At>
+  T measure(std::size_t m, const At& at) const {
+    const auto [i, j, k] = angles.triples[m];
+    const Place<T> a = at(i) - at(j), b = at(k) - at(j);
+    return inner_product(a, b) / (length(a) * length(b));
+  }
+  template <class At>
+  std::array<T, 1> xi(std::size_t k, const At& at) const {
+    return {measure(k, at) - cosine[k]};
+  }
+};
+
+template <class T>
+struct Definition<Pulleys, T> {
+  const Pulleys& pulleys;
+  Given<T> rope;
+
+  Definition(const Pulleys& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+      : pulleys(group), rope(group.length, initial, clock) {}
+
+  template <class At>
+  T measure(std::size_t k, const At& at) const {
+    const auto [i, j] = pulleys.pairs[k];
+    return length(at(i) - place<T>(pulleys.a)) + T(pulleys.ratio) * length(at(j) - place<T>(pulleys.b));
+  }
+  template <class At>
+  std::array<T, 1> xi(std::size_t k, const At& at) const {
+    return {measure(k, at) - rope[k]};
+  }
+};
+
+template <class T>
+struct Definition<Linears, T> {
+  const Linears& linears;
+  Given<T> value;
+
+  Definition(const Linears& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+      : linears(group), value(group.value, initial, clock) {}
+
+  template <class At>
+  T measure(std::size_t k, const At& at) const {
+    T sum(0.0);
+    for (std::size_t p = 0; p < linears.coefficients.size(); ++p) {
+      sum += inner_product(place<T>(linears.coefficients[p]), at(linears.tuples[k][p]));
+    }
+    return sum;
+  }
+  template <class At>
+  std::array<T, 1> xi(std::size_t k, const At& at) const {
+    return {measure(k, at) - value[k]};
+  }
+};
+
+template <class Group>
+bool takes_initial(const Group& group) {
+  if constexpr (requires { group.length; }) return group.length.is_initial();
+  if constexpr (requires { group.offset; }) return group.offset.is_initial();
+  if constexpr (requires { group.radius; }) return group.radius.is_initial();
+  if constexpr (requires { group.cosine; }) return group.cosine.is_initial();
+  if constexpr (requires { group.value; }) return group.value.is_initial();
+  return false;
+}
+
+// ---- points
+// ----------------------------------------------------------------------------------------------------------
+
+/// r + e v + e^2/2 w
+struct Along {
+  const double *r, *v, *w;
+
+  Place<Jet<2>> operator()(Index i) const {
+    const auto first = 3 * static_cast<std::size_t>(i);
+    Place<Jet<2>> result;
+    for (std::size_t k = 0; k < 3; ++k) {
+      Jet<2>& x = k == 0 ? result.x : k == 1 ? result.y : result.z;
+      x.c = {r[first + k], v[first + k], 0.5 * w[first + k]};
+    }
+    return result;
+  }
+};
+
+/// Point `active` varies, the others stand.
+struct Varying {
+  const double* r;
+  Index active;
+
+  Place<Forward<3>> operator()(Index i) const {
+    const double* const p = r + 3 * static_cast<std::size_t>(i);
+    if (i != active) return {p[0], p[1], p[2]};
+    using Number = Forward<3>;
+    return {Number::variable(p[0], 0), Number::variable(p[1], 1), Number::variable(p[2], 2)};
+  }
+};
+
+/// Tuples of a user's group, one after the other.
+std::vector<Index> flatten(const UserConstraints& user) {
+  std::vector<Index> points;
+  for (const auto& tuple : user.tuples) points.insert(points.end(), tuple.begin(), tuple.end());
+  return points;
+}
+
+}  // namespace
+
+Definitions::Definitions(const System& system, double t0) : system_(system), starts_(system.constraints.size()) {
+  const auto at = [&](Index i) {
+    const Vec3 r = load(system.positions.data(), i);
+    return Place<double>{r.x, r.y, r.z};
+  };
+  for (std::size_t g = 0; g < starts_.size(); ++g) {
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          Start& start = starts_[g];
+          start.first_row = num_rows_;
+          num_rows_ += num_members(group) * rows_per_member<Group>();
+          const Clock<double> clock{t0};
+          if constexpr (std::is_same_v<Group, Lines>) {
+            start.helper = farthest_axis(clock(group.direction));
+          } else if constexpr (!std::is_same_v<Group, UserConstraints>) {
+            if (!takes_initial(group)) return;
+            const Definition<Group, double> definition(group, clock, {}, {});
+            for (std::size_t k = 0; k < num_members(group); ++k) start.values.push_back(definition.measure(k, at));
+          }
+        },
+        system.constraints[g]);
+  }
+}
+
+void Definitions::taylor(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> v,
+                         std::span<const double> w, std::span<double> xi, std::span<double> rate,
+                         std::span<double> second) const {
+  const Along at{r.data(), v.data(), w.data()};
+  for (std::size_t g = 0; g < starts_.size(); ++g) {
+    const Start& start = starts_[g];
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          if constexpr (std::is_same_v<Group, UserConstraints>) {
+            const std::vector<Index> points = flatten(group);
+            const Parallel serial(1);
+            const Parallel& loop = group.kernel.thread_safe ? parallel : serial;
+            loop.for_ranges(num_members(group), [&](std::size_t begin, std::size_t end) {
+              for_each_chunk(group.kernel, points, begin, end, t, r.data(), v.data(), [&](const TupleValues& values) {
+                for (std::size_t k = 0; k < values.count; ++k) {
+                  const std::size_t row = start.first_row + values.first + k;
+                  xi[row] = values.xi[k];
+                  rate[row] = values.rate[k];
+                  second[row] = values.phi[k];
+                  const std::vector<Index>& tuple = group.tuples[values.first + k];
+                  for (std::size_t p = 0; p < tuple.size(); ++p) {
+                    second[row] += dot(load(values.gradient + k * values.size, p), load(w.data(), tuple[p]));
+                  }
+                }
+              });
+            });
+          } else {
+            const Definition<Group, Jet<2>> definition(group, Clock<Jet<2>>{t}, start.values, start.helper);
+            parallel.for_ranges(num_members(group), [&](std::size_t begin, std::size_t end) {
+              for (std::size_t k = begin; k < end; ++k) {
+                std::size_t row = start.first_row + k * rows_per_member<Group>();
+                for (const Jet<2>& jet : definition.xi(k, at)) {
+                  xi[row] = jet.value();
+                  rate[row] = jet.derivative(1);
+                  second[row++] = jet.derivative(2);
+                }
+              }
+            });
+          }
+        },
+        system_.constraints[g]);
+  }
+}
+
+template <class Use>
+void Definitions::for_each_gradient(double t, std::span<const double> r, const Use& use) const {
+  for (std::size_t g = 0; g < starts_.size(); ++g) {
+    const Start& start = starts_[g];
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          if constexpr (std::is_same_v<Group, UserConstraints>) {
+            for_each_chunk(group.kernel, flatten(group), 0, num_members(group), t, r.data(), nullptr,
+                           [&](const TupleValues& values) {
+                             for (std::size_t k = 0; k < values.count; ++k) {
+                               const std::size_t member = values.first + k;
+                               for (std::size_t p = 0; p < group.tuples[member].size(); ++p) {
+                                 use(start.first_row + member, group.tuples[member][p],
+                                     load(values.gradient + k * values.size, p));
+                               }
+                             }
+                           });
+          } else {
+            const Definition<Group, Forward<3>> definition(group, Clock<Forward<3>>{t}, start.values, start.helper);
+            for (std::size_t k = 0; k < num_members(group); ++k) {
+              for (const Index point : member_points(group, k)) {
+                std::size_t row = start.first_row + k * rows_per_member<Group>();
+                for (const Forward<3>& xi : definition.xi(k, Varying{r.data(), point})) {
+                  use(row++, point, Vec3{xi.d[0], xi.d[1], xi.d[2]});
+                }
+              }
+            }
+          }
+        },
+        system_.constraints[g]);
+  }
+}
+
+void Definitions::reactions(double t, std::span<const double> r, std::span<const double> lambda,
+                            std::span<double> eta) const {
+  std::ranges::fill(eta, 0.0);
+  for_each_gradient(t, r, [&](std::size_t row, Index point, Vec3 gradient) {
+    store(eta.data(), point, load(eta.data(), point) + lambda[row] * gradient);
+  });
+}
+
+void Definitions::transposed(double t, std::span<const double> r, std::span<const double> u,
+                             std::span<double> y) const {
+  std::ranges::fill(y, 0.0);
+  for_each_gradient(
+      t, r, [&](std::size_t row, Index point, Vec3 gradient) { y[row] += dot(gradient, load(u.data(), point)); });
+}
+
+}  // namespace tanor

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "base/parallel.hpp"
+
+namespace tanor {
+
+/// Every constraint a second time: xi written once as the contract of scene files says it, over a scalar type, straight
+/// from the System; all derivatives come from the scalar type. It shares nothing with the families and their
+/// hand-written kernels, so it can be their witness. Users' own kernels are their own definition.
+///
+/// Everything stands in the user's order of points and rows. The two unit vectors of a line follow the rule of `Lines`
+/// at the start; once a direction has turned within 6 degrees of its helper axis, the pair that the families carry on
+/// may differ from this one by a rotation.
+class Definitions {
+ public:
+  /// `system` must outlive this; `t0`: where "initial" values stand when they are measured from something that moves.
+  Definitions(const System& system, double t0);
+
+  std::size_t num_rows() const { return num_rows_; }
+
+  /// Derivatives along the curve (r + e v + e^2/2 w, t + e) at e = 0, each [d]: xi, rate = K'v + xi_t and
+  /// second = K'w + phi. r, v, w [3n].
+  void taylor(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> v,
+              std::span<const double> w, std::span<double> xi, std::span<double> rate, std::span<double> second) const;
+
+  /// eta = K lambda [3n].
+  void reactions(double t, std::span<const double> r, std::span<const double> lambda, std::span<double> eta) const;
+
+  /// y = K'u [d].
+  void transposed(double t, std::span<const double> r, std::span<const double> u, std::span<double> y) const;
+
+ private:
+  /// What a group keeps of the start.
+  struct Start {
+    std::size_t first_row = 0;
+    std::vector<double> values;  ///< [member] of a parameter that is "initial", else empty
+    Vector3 helper{};            ///< of lines: the axis that the direction is farthest from
+  };
+
+  /// use(row, point, gradient) for each point of each row: a column of K.
+  template <class Use>
+  void for_each_gradient(double t, std::span<const double> r, const Use& use) const;
+
+  const System& system_;
+  std::vector<Start> starts_;  // [group]
+  std::size_t num_rows_ = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,181 @@
+#include "evaluate/neighbours.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+namespace {
+
+/// Sizes swing from list to list: room to spare, so that they soon allocate no more.
+template <class Number>
+void resize_with_room(std::size_t size, std::vector<Number>* vector) {
+  if (size > vector->capacity()) vector->reserve(size + size / 4);
+  vector->resize(size);
+}
+
+double squared(Vec3 a) {
+  return dot(a, a);
+}
+
+}  // namespace
+
+bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& places) {
+  const bool is_first = places_.size() != places.size();
+  const double move2 = parallel.max_over_ranges(places.size(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i)
+      worst = larger(worst, squared(is_first ? places[i] : places[i] - places_[i]));
+    return worst;
+  });
+  if (!std::isfinite(move2)) return false;
+  if (!is_first && move2 <= 0.2499 * skin_ * skin_) return true;  // a hair below a quarter, for rounding
+  places_ = places;
+  lay_out_cells(places);
+  sort_into_cells(places);
+  make_lists(parallel, places);
+  return true;
+}
+
+Index NeighbourLists::Axis::cell(double x) const {
+  if (count == 1) return 0;
+  double s = scale * (x - origin);
+  if (is_periodic) s -= std::floor(s);
+  return std::min(static_cast<Index>(s * count), count - 1);
+}
+
+int NeighbourLists::Axis::around(Index cell, std::array<std::array<Index, 2>, 3>* runs) const {
+  Index first = cell - 1, last = cell + 2;
+  int found = 0;
+  if (count < 3) {
+    first = 0;
+    last = count;
+  } else if (is_periodic && first < 0) {
+    (*runs)[found++] = {count - 1, count};
+  } else if (is_periodic && last > count) {
+    (*runs)[found++] = {0, 1};
+  }
+  (*runs)[found++] = {std::max(first, Index{0}), std::min(last, count)};
+  return found;
+}
+
+/// The box, or the extent of the points, in cells not narrower than the radius, and not many more of them than points.
+void NeighbourLists::lay_out_cells(const std::vector<Vec3>& places) {
+  Vec3 low = places[0], high = places[0];
+  for (const Vec3& place : places) {
+    low = {std::min(low.x, place.x), std::min(low.y, place.y), std::min(low.z, place.z)};
+    high = {std::max(high.x, place.x), std::max(high.y, place.y), std::max(high.z, place.z)};
+  }
+  const Vec3 edges = box_.edges();
+  const auto axis = [](double edge, double from, double to) {
+    return edge > 0.0 ? Axis{true, 0.0, 1.0 / edge, 1} : Axis{false, from, to > from ? 1.0 / (to - from) : 0.0, 1};
+  };
+  axes_ = {axis(edges.x, low.x, high.x), axis(edges.y, low.y, high.y), axis(edges.z, low.z, high.z)};
+
+  // A hair less than fits, so that rounding finds no neighbour two cells away.
+  const double most = 1.0 + 2.0 * static_cast<double>(places.size());
+  std::array<double, 3> counts;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double fits = axes_[k].scale > 0.0 ? (1.0 - 1e-9) / (axes_[k].scale * radius_) : 1.0;
+    counts[k] = std::clamp(std::floor(fits), 1.0, most);
+  }
+  while (counts[0] * counts[1] * counts[2] > most) {
+    double& longest = *std::max_element(counts.begin(), counts.end());
+    longest = std::ceil(0.5 * longest);
+  }
+  for (std::size_t k = 0; k < 3; ++k) axes_[k].count = static_cast<Index>(counts[k]);
+}
+
+/// Counting sort.
+void NeighbourLists::sort_into_cells(const std::vector<Vec3>& places) {
+  const auto number_of = [&](const std::array<Index, 3>& c) {
+    return (static_cast<std::size_t>(c[0]) * axes_[1].count + c[1]) * axes_[2].count + c[2];
+  };
+  const std::size_t num_cells = number_of({axes_[0].count - 1, axes_[1].count - 1, axes_[2].count - 1}) + 1;
+  cell_of_.resize(places.size());
+  cell_places_.resize(places.size());
+  cells_.numbers.resize(places.size());
+  resize_with_room(num_cells + 1, &cells_.start);
+  resize_with_room(num_cells, &next_);
+  std::fill(next_.begin(), next_.end(), 0);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    cell_of_[i] = {axes_[0].cell(places[i].x), axes_[1].cell(places[i].y), axes_[2].cell(places[i].z)};
+    ++next_[number_of(cell_of_[i])];
+  }
+  std::size_t sum = 0;
+  for (std::size_t c = 0; c < num_cells; ++c) {
+    cells_.start[c] = sum;
+    sum += next_[c];
+    next_[c] = cells_.start[c];
+  }
+  cells_.start[num_cells] = sum;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const std::size_t slot = next_[number_of(cell_of_[i])]++;
+    cells_.numbers[slot] = static_cast<Index>(i);
+    cell_places_[slot] = places[i];
+  }
+}
+
+bool NeighbourLists::is_pair(std::size_t i, Index j) const {
+  if (static_cast<std::size_t>(j) == i) return false;
+  if (i >= num_moving_ && static_cast<std::size_t>(j) >= num_moving_) return false;
+  const std::span<const Index> excluded = excluded_[i];
+  return std::find(excluded.begin(), excluded.end(), j) == excluded.end();
+}
+
+template <class Visit>
+void NeighbourLists::visit_neighbours(const std::vector<Vec3>& places, std::size_t i, const Visit& visit) const {
+  std::array<std::array<std::array<Index, 2>, 3>, 3> runs;
+  std::array<int, 3> count;
+  for (std::size_t k = 0; k < 3; ++k) count[k] = axes_[k].around(cell_of_[i][k], &runs[k]);
+  const auto visit_slots = [&](std::size_t begin, std::size_t end) {
+    const double radius2 = radius_ * radius_;
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      if (squared(box_.nearest_image(cell_places_[slot] - places[i])) > radius2) continue;
+      if (is_pair(i, cells_.numbers[slot])) visit(cells_.numbers[slot]);
+    }
+  };
+  for (int run_a = 0; run_a < count[0]; ++run_a) {
+    for (Index a = runs[0][run_a][0]; a < runs[0][run_a][1]; ++a) {
+      for (int run_b = 0; run_b < count[1]; ++run_b) {
+        for (Index b = runs[1][run_b][0]; b < runs[1][run_b][1]; ++b) {
+          // Cells along the last axis lie side by side.
+          const std::size_t row = (static_cast<std::size_t>(a) * axes_[1].count + b) * axes_[2].count;
+          for (int run_c = 0; run_c < count[2]; ++run_c) {
+            const auto [first, last] = runs[2][run_c];
+            visit_slots(cells_.start[row + first], cells_.start[row + last]);
+          }
+        }
+      }
+    }
+  }
+}
+
+void NeighbourLists::make_lists(const Parallel& parallel, const std::vector<Vec3>& places) {
+  constexpr std::size_t most_chunks = 64;
+  const std::size_t n = places.size();
+  chunks_.resize(std::min(n, most_chunks));
+  num_neighbours_.resize(n);
+  parallel.for_ranges(
+      chunks_.size(),
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t c = begin; c < end; ++c) {
+          Chunk& chunk = chunks_[c];
+          chunk.first = n * c / chunks_.size();
+          chunk.last = n * (c + 1) / chunks_.size();
+          chunk.neighbours.clear();
+          for (std::size_t i = chunk.first; i < chunk.last; ++i) {
+            const auto before = static_cast<std::ptrdiff_t>(chunk.neighbours.size());
+            visit_neighbours(places, i, [&](Index j) { chunk.neighbours.push_back(j); });
+            std::sort(chunk.neighbours.begin() + before, chunk.neighbours.end());
+            num_neighbours_[i] = chunk.neighbours.size() - static_cast<std::size_t>(before);
+          }
+          // Sizes swing from list to list: room to spare, so that they soon allocate no more.
+          const std::size_t size = chunk.neighbours.size();
+          if (chunk.neighbours.capacity() < size + size / 8) chunk.neighbours.reserve(2 * size);
+        }
+      },
+      chunk_grain());
+}
+
+}  // namespace tanor

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "base/parallel.hpp"
+#include "evaluate/periodic_box.hpp"
+
+namespace tanor {
+
+/// For each point, numbers that belong to it: those of point i stand at start[i] … start[i + 1] - 1.
+struct IndexLists {
+  std::vector<std::size_t> start{};
+  std::vector<Index> numbers{};
+
+  std::span<const Index> operator[](std::size_t i) const {
+    return {numbers.data() + start[i], numbers.data() + start[i + 1]};
+  }
+};
+
+/// For each point, all others nearer than a cutoff, and some that are a little farther.
+///
+/// Cells as wide as cutoff + skin give the lists of all pairs nearer than that; they serve until a point has moved by
+/// half the skin (Verlet). What a list holds beyond the cutoff depends on when it was made. Its order, by number, does
+/// not: a sum over the pairs within the cutoff has the same bits whatever came before.
+class NeighbourLists {
+ public:
+  /// Points from `num_moving` on are supports; two of them are no pair, nor are those that `excluded` [point] names.
+  NeighbourLists(double cutoff, double skin, const PeriodicBox& box, std::size_t num_moving, IndexLists excluded)
+      : radius_(cutoff + skin), skin_(skin), box_(box), num_moving_(num_moving), excluded_(std::move(excluded)) {}
+
+  /// Makes the lists good for these places; false where one is not finite or too far away for its square to be.
+  bool follow(const Parallel& parallel, const std::vector<Vec3>& places);
+
+  /// body(point, its neighbours by number) for every point.
+  template <class Body>
+  void for_each_point(const Parallel& parallel, const Body& body) const {
+    parallel.for_ranges(
+        chunks_.size(),
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t c = begin; c < end; ++c) {
+            const Chunk& chunk = chunks_[c];
+            const Index* next = chunk.neighbours.data();
+            for (std::size_t i = chunk.first; i < chunk.last; ++i) {
+              body(i, std::span(next, num_neighbours_[i]));
+              next += num_neighbours_[i];
+            }
+          }
+        },
+        chunk_grain());
+  }
+
+ private:
+  /// Points next to each other and their lists, one behind the other. Each chunk is made by itself, so threads need not
+  /// know of each other, nor lists be counted before they are written.
+  struct Chunk {
+    std::size_t first = 0, last = 0;
+    std::vector<Index> neighbours{};
+  };
+  /// Cells along one axis.
+  struct Axis {
+    bool is_periodic = false;
+    double origin = 0.0, scale = 0.0;  // m, 1/m
+    Index count = 1;
+
+    Index cell(double x) const;
+    /// Runs [first, last) of the cells next to a cell and itself, each once; returns how many.
+    int around(Index cell, std::array<std::array<Index, 2>, 3>* runs) const;
+  };
+
+  void lay_out_cells(const std::vector<Vec3>& places);
+  void sort_into_cells(const std::vector<Vec3>& places);
+  void make_lists(const Parallel& parallel, const std::vector<Vec3>& places);
+  template <class Visit>
+  void visit_neighbours(const std::vector<Vec3>& places, std::size_t i, const Visit& visit) const;
+  bool is_pair(std::size_t i, Index j) const;
+  /// Chunks that are worth a thread.
+  std::size_t chunk_grain() const { return 1 + 256 * chunks_.size() / (places_.size() + 1); }
+
+  double radius_, skin_;
+  PeriodicBox box_;
+  std::size_t num_moving_;
+  IndexLists excluded_;
+  std::vector<Vec3> places_;  // where the lists were made; empty: not yet
+  std::vector<Chunk> chunks_;
+  std::vector<std::size_t> num_neighbours_;  // [point]
+  std::array<Axis, 3> axes_;
+  IndexLists cells_;                           // points in each cell, by number
+  std::vector<std::array<Index, 3>> cell_of_;  // [point]
+  std::vector<Vec3> cell_places_;              // beside cells_.numbers
+  std::vector<std::size_t> next_;              // [cell], scratch
+};
+
+}  // namespace tanor

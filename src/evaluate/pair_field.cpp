@@ -1,0 +1,197 @@
+#include "evaluate/pair_field.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "system/pair_rules.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// Sorted lists from pairs; both of a pair appear in the other's list, once.
+IndexLists make_lists(std::size_t num_points, std::vector<std::array<Index, 2>> pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  IndexLists lists;
+  lists.start.assign(num_points + 1, 0);
+  for (const auto& [i, j] : pairs) {
+    ++lists.start[static_cast<std::size_t>(i) + 1];
+    lists.numbers.push_back(j);
+  }
+  for (std::size_t i = 0; i < num_points; ++i) lists.start[i + 1] += lists.start[i];
+  return lists;
+}
+
+/// Sum of many terms to the rounding of a few (Neumaier).
+struct CompensatedSum {
+  double sum = 0.0, rest = 0.0;
+
+  void add(double term) {
+    const double total = sum + term;
+    rest += std::abs(sum) >= std::abs(term) ? (sum - total) + term : (term - total) + sum;
+    sum = total;
+  }
+  double value() const { return sum + rest; }
+};
+
+}  // namespace
+
+PairField::PairField(const System& system, const PairForces& pairs, const Numbering& numbering)
+    : epsilon_(pairs.epsilon),
+      sigma2_(pairs.sigma * pairs.sigma),
+      cutoff2_(cutoff_of(pairs) * cutoff_of(pairs)),
+      strength_(pairs.strength),
+      box_(pairs.box) {
+  std::vector<Index> number_of(numbering.num_points(), -1);  // [inner point]
+  for (const Index point : pairs.points) number_of[numbering.inner_point[point]] = 0;
+  for (std::size_t inner = 0; inner < numbering.num_points(); ++inner) {
+    if (!pairs.points.empty() && number_of[inner] < 0) continue;
+    number_of[inner] = static_cast<Index>(points_.size());
+    points_.push_back(static_cast<Index>(inner));
+    if (inner < numbering.num_moving) ++num_moving_;
+  }
+  const std::size_t n = points_.size();
+  places_.resize(n);
+  felt_.resize(n);
+
+  std::vector<std::array<Index, 2>> excluded;
+  for (const Constraint& constraint : system.constraints) {
+    const auto* rods = std::get_if<Rods>(&constraint);
+    if (!pairs.exclude_rods || !rods) continue;
+    for (const auto& [a, b] : rods->pairs) {
+      const Index i = number_of[numbering.inner_point[a]], j = number_of[numbering.inner_point[b]];
+      if (i < 0 || j < 0) continue;
+      excluded.push_back({i, j});
+      excluded.push_back({j, i});
+    }
+  }
+  if (pairs.law == PairLaw::Log) {
+    for (std::size_t i = 0; i < n; ++i) excluded.push_back({static_cast<Index>(i), static_cast<Index>(i)});
+    skipped_ = make_lists(n, std::move(excluded));
+    for (std::vector<double>* coordinate : {&x_, &y_, &z_}) coordinate->resize(n);
+  } else {
+    constexpr double skin = 0.3;  // of sigma: lists of a melt last some ten steps and are twice as long as needed
+    neighbours_.emplace(cutoff_of(pairs), skin * pairs.sigma, box_, num_moving_, make_lists(n, std::move(excluded)));
+    const double s6 = std::pow(sigma2_ / cutoff2_, 3);
+    shift_ = 4.0 * epsilon_ * (s6 * s6 - s6);
+  }
+}
+
+/// u = 4 epsilon (s^12 - s^6) - shift, s = sigma/r;  force = 24 epsilon (2 s^12 - s^6)/r^2 (r_i - r_j)
+PairField::Feeling PairField::feel(std::size_t i, std::span<const Index> neighbours) const {
+  const Vec3 here = places_[i];
+  Feeling sum{};
+  for (const Index j : neighbours) {
+    const Vec3 d = box_.nearest_image(here - places_[j]);
+    const double r2 = dot(d, d);
+    if (r2 >= cutoff2_) continue;
+    const double inverse2 = 1.0 / r2, s2 = sigma2_ * inverse2, s6 = s2 * s2 * s2;
+    sum.force = sum.force + (24.0 * epsilon_ * s6 * (2.0 * s6 - 1.0) * inverse2) * d;
+    sum.potential += 0.5 * (4.0 * epsilon_ * s6 * (s6 - 1.0) - shift_);
+  }
+  return sum;
+}
+
+/// u = -strength ln r;  force = strength (r_i - r_j)/r^2
+///
+/// Blocks of 32 pairs are added up in vector lanes, the blocks with compensation: a sum over thousands is good to a few
+/// roundings of its terms. ln of a block's product: r^2 = m 2^e, the m are multiplied and the e added.
+PairField::Feeling PairField::feel_all(std::size_t i) const {
+  constexpr std::size_t block = 32;
+  constexpr std::uint64_t mantissa_bits = (std::uint64_t{1} << 52) - 1, exponent_of_one = std::uint64_t{1023} << 52;
+  const double hx = x_[i], hy = y_[i], hz = z_[i];
+  CompensatedSum fx, fy, fz;
+  double logs = 0.0;
+  const auto add_range = [&](std::size_t first, std::size_t last) {
+    for (std::size_t begin = first; begin < last; begin += block) {
+      const std::size_t end = std::min(begin + block, last);
+      double sx = 0.0, sy = 0.0, sz = 0.0, product = 1.0;
+      std::uint64_t exponents = 0;
+#pragma omp simd reduction(+ : sx, sy, sz, exponents) reduction(* : product)
+      for (std::size_t j = begin; j < end; ++j) {
+        const double dx = hx - x_[j], dy = hy - y_[j], dz = hz - z_[j];
+        const double r2 = dx * dx + dy * dy + dz * dz, inverse2 = 1.0 / r2;
+        sx += dx * inverse2;
+        sy += dy * inverse2;
+        sz += dz * inverse2;
+        const auto bits = std::bit_cast<std::uint64_t>(r2);
+        exponents += bits >> 52;
+        product *= std::bit_cast<double>((bits & mantissa_bits) | exponent_of_one);
+      }
+      fx.add(sx);
+      fy.add(sy);
+      fz.add(sz);
+      logs += std::log(product) + M_LN2 * (static_cast<double>(exponents) - 1023.0 * static_cast<double>(end - begin));
+    }
+  };
+  // All others, between those that are skipped; of a support those that move.
+  const std::size_t count = i < num_moving_ ? points_.size() : num_moving_;
+  std::size_t begin = 0;
+  for (const Index skipped : skipped_[i]) {
+    add_range(begin, std::min(static_cast<std::size_t>(skipped), count));
+    begin = static_cast<std::size_t>(skipped) + 1;
+  }
+  add_range(begin, count);
+  return {strength_ * Vec3{fx.value(), fy.value(), fz.value()}, -0.25 * strength_ * logs};
+}
+
+/// Forces and energies at r, unless they are known.
+void PairField::follow(const Parallel& parallel, const double* r) {
+  const double changes = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
+    bool found = false;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 place = load(r, points_[i]), before = places_[i];
+      found = found || !(place.x == before.x && place.y == before.y && place.z == before.z);
+      places_[i] = place;
+    }
+    return found ? 1.0 : 0.0;
+  });
+  if (is_known_ && changes == 0.0) return;
+  is_known_ = true;
+  if (!neighbours_) {
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      x_[i] = places_[i].x;
+      y_[i] = places_[i].y;
+      z_[i] = places_[i].z;
+    }
+    parallel.for_ranges(
+        places_.size(),
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) felt_[i] = feel_all(i);
+        },
+        16);
+  } else if (neighbours_->follow(parallel, places_)) {
+    neighbours_->for_each_point(
+        parallel, [&](std::size_t i, std::span<const Index> neighbours) { felt_[i] = feel(i, neighbours); });
+  } else {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    std::fill(felt_.begin(), felt_.end(), Feeling{{unknown, unknown, unknown}, unknown});
+  }
+}
+
+void PairField::add_forces(const Parallel& parallel, const double* r, double* f) {
+  follow(parallel, r);
+  parallel.for_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) store(f, points_[i], load(f, points_[i]) + felt_[i].force);
+  });
+}
+
+double PairField::potential(const Parallel& parallel, const double* r) {
+  follow(parallel, r);
+  return parallel.sum(points_.size(), [&](std::size_t i) { return felt_[i].potential; });
+}
+
+double PairField::power_of_supports(const Parallel& parallel, const double* r, const double* v) {
+  follow(parallel, r);
+  // The support does the work -(force on it).velocity on the potential energy.
+  return parallel.sum(points_.size() - num_moving_, [&](std::size_t k) {
+    const std::size_t i = num_moving_ + k;
+    return -dot(felt_[i].force, load(v, points_[i]));
+  });
+}
+
+}  // namespace tanor

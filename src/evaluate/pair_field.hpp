@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "base/parallel.hpp"
+#include "evaluate/neighbours.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Pair forces of one group, in the inner order.
+///
+/// Each point gathers the forces of all its partners, in the order of their numbers: every pair is evaluated from both
+/// sides, and any number of threads gives the same bits. Forces and energies are kept until the positions change; they
+/// are a function of these positions alone.
+class PairField {
+ public:
+  PairField(const System& system, const PairForces& pairs, const Numbering& numbering);
+
+  void add_forces(const Parallel& parallel, const double* r, double* f);
+  double potential(const Parallel& parallel, const double* r);
+  /// That supports put in by their velocities, W.
+  double power_of_supports(const Parallel& parallel, const double* r, const double* v);
+
+ private:
+  /// What one point feels.
+  struct Feeling {
+    Vec3 force;              // N
+    double potential = 0.0;  // J, half of that of its pairs
+  };
+
+  void follow(const Parallel& parallel, const double* r);
+  Feeling feel(std::size_t i, std::span<const Index> neighbours) const;
+  Feeling feel_all(std::size_t i) const;
+
+  std::vector<Index> points_;  // inner ones, those that move first; numbered from 0 on in what follows
+  std::size_t num_moving_ = 0;
+  double epsilon_, sigma2_, cutoff2_, shift_ = 0.0;  // J, m^2, m^2, J
+  double strength_;                                  // N m
+  PeriodicBox box_;
+  std::optional<NeighbourLists> neighbours_;  // of laws with a cutoff
+  IndexLists skipped_;                        // log: the point itself and excluded ones, by number
+
+  bool is_known_ = false;
+  std::vector<Vec3> places_;       // [point] of the last evaluation
+  std::vector<double> x_, y_, z_;  // the same, log
+  std::vector<Feeling> felt_;      // [point]
+};
+
+}  // namespace tanor

@@ -1,0 +1,119 @@
+#include "system/pair_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "system/text.hpp"
+#include "system/value_checks.hpp"
+
+namespace tanor {
+
+namespace {
+
+const double lowest_point = std::exp2(1.0 / 6.0);  // of the Lennard-Jones potential, in sigma
+
+/// All of them, or those of the list; none twice.
+std::vector<Index> points_of(const System& system, const PairForces& pairs, const std::string& where) {
+  if (pairs.points.empty()) {
+    std::vector<Index> all(system.num_points());
+    std::iota(all.begin(), all.end(), Index{0});
+    return all;
+  }
+  std::vector<char> is_named(system.num_points());
+  for (std::size_t k = 0; k < pairs.points.size(); ++k) {
+    char& named = is_named[static_cast<std::size_t>(pairs.points[k])];
+    if (named) {
+      throw InputError(element(where + "/points", k),
+                       "point " + text(pairs.points[k]) + " is named twice; a point makes no pair with itself");
+    }
+    named = true;
+  }
+  return pairs.points;
+}
+
+void check_box(const PairForces& pairs, const std::string& where) {
+  check_vector(pairs.box, where, "box");
+  if (pairs.box == Vector3{}) return;
+  if (pairs.law == PairLaw::Log) {
+    throw InputError(where,
+                     "box " + text(pairs.box) + " is given to law log, whose force reaches every image; leave it out");
+  }
+  const double least = 2.0 * cutoff_of(pairs);
+  for (const double edge : pairs.box) {
+    check_number(edge, Rule::not_negative, where, "box edge");
+    if (edge > 0.0 && edge < least) {
+      throw InputError(where, "box edge " + text(edge) + " is shorter than twice the cutoff; " + text(least) +
+                                  " or longer is right, or 0 along an axis that is not periodic");
+    }
+  }
+}
+
+bool are_joined(const System& system, Index i, Index j) {
+  for (const Constraint& constraint : system.constraints) {
+    const auto* rods = std::get_if<Rods>(&constraint);
+    if (!rods) continue;
+    for (const auto& [a, b] : rods->pairs) {
+      if ((a == i && b == j) || (a == j && b == i)) return true;
+    }
+  }
+  return false;
+}
+
+/// Points on top of each other push in no direction.
+void check_places(const System& system, const PairForces& pairs, const std::vector<Index>& points,
+                  const std::function<bool(Index)>& is_support, const std::string& where) {
+  struct Place {
+    Vector3 r;
+    Index point;
+  };
+  std::vector<Place> places;
+  for (const Index point : points) {
+    Place place{{}, point};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double x = system.positions[3 * static_cast<std::size_t>(point) + k], edge = pairs.box[k];
+      place.r[k] = edge > 0.0 ? x - edge * std::floor(x / edge) : x;
+    }
+    places.push_back(place);
+  }
+  std::sort(places.begin(), places.end(),
+            [](const Place& a, const Place& b) { return a.r != b.r ? a.r < b.r : a.point < b.point; });
+  for (std::size_t a = 0; a < places.size(); ++a) {
+    for (std::size_t b = a + 1; b < places.size() && places[b].r == places[a].r; ++b) {
+      const Index i = places[a].point, j = places[b].point;
+      if ((is_support(i) && is_support(j)) || (pairs.exclude_rods && are_joined(system, i, j))) continue;
+      throw InputError(
+          where, "points " + text(i) + " and " + text(j) + " are at the same place; their force has no direction");
+    }
+  }
+}
+
+}  // namespace
+
+double cutoff_of(const PairForces& pairs) {
+  if (pairs.law == PairLaw::Log) return std::numeric_limits<double>::infinity();
+  if (pairs.law == PairLaw::Wca) return lowest_point * pairs.sigma;
+  return pairs.cutoff.value_or(2.5 * pairs.sigma);
+}
+
+void check_pair_rules(const System& system, const PairForces& pairs, const std::function<bool(Index)>& is_support,
+                      const std::string& where) {
+  const std::vector<Index> points = points_of(system, pairs, where);
+  check_number(pairs.epsilon, Rule::positive, where + "/epsilon", "epsilon");
+  check_number(pairs.sigma, Rule::positive, where + "/sigma", "sigma");
+  check_number(pairs.strength, Rule::any, where + "/strength", "strength");
+  if (pairs.cutoff) {
+    if (pairs.law != PairLaw::Lj) {
+      throw InputError(where + "/cutoff", "cutoff " + text(*pairs.cutoff) + " is given to a law that " +
+                                              (pairs.law == PairLaw::Wca ? "has its own, 2^(1/6) sigma" : "has none") +
+                                              "; leave it out");
+    }
+    check_number(*pairs.cutoff, Rule::positive, where + "/cutoff", "cutoff");
+  }
+  check_box(pairs, where + "/box");
+  check_places(system, pairs, points, is_support, where);
+}
+
+}  // namespace tanor
