@@ -33,6 +33,8 @@ struct PlanSummary {
   std::string ordering;               ///< used: "natural", "amd", …; several joined by '+'
   std::string factorization;          ///< "simplicial", "supernodal", "none"
   std::vector<std::string> left_out;  ///< what this system does not need
+  std::vector<Index> taut_points;   ///< that a Simulation made supports of, see RankReport::taut_points …
+  std::vector<std::size_t> taut_equations;  ///< … and the rods between them and supports
   std::vector<std::size_t> idle_equations;  ///< rows (user's order) that join supports alone: no part of S, multiplier 0
 };
 
@@ -61,6 +63,9 @@ struct RankReport {
   std::size_t degrees_of_freedom = 0;       ///< 3(n - supports) - rank
   std::vector<RowDependence> dependences;   ///< one for each equation that the rank lacks
   std::vector<bool> multipliers_unique;     ///< [d] false: others give the same reactions; the smallest are reported
+  /// Held by taut rods between fixed supports: they cannot move, now or later, though K'w = -phi alone would let them.
+  /// Dynamics answers by K alone; a Simulation that starts so makes supports of them (PlanSummary::taut_points).
+  std::vector<Index> taut_points;
   double smallest_singular_value = 0.0;     ///< of the independent unit gradients; 0: nothing was suspected, not computed
 };
 

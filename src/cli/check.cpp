@@ -45,6 +45,8 @@ void print_rank(const RankReport& rank, std::size_t num_equations) {
     }
     print("redundant", line);
   }
+  if (!rank.taut_points.empty())
+    print("taut", fmt::format("{} points are held by taut rods between supports; a run lets them stand", rank.taut_points.size()));
 }
 
 void print_certificate(const Certificate& certificate) {

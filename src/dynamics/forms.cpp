@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "dynamics/taut.hpp"
+
 namespace tanor {
 
 Forms::Forms(System system, const SolverOptions& options, double t)
@@ -38,6 +40,7 @@ void Forms::make_plan() {
   for (std::size_t a = model.numbering.first_idle_row(); a < model.num_rows(); ++a) {
     plan.idle_equations.push_back(static_cast<std::size_t>(model.numbering.user_row[a]));
   }
+  std::sort(plan.idle_equations.begin(), plan.idle_equations.end());
   auto& left_out = plan.left_out;
   left_out.push_back("friction stage: constraints are ideal");
   if (tangent == nullptr) left_out.push_back("tangent form: no coordinates are given");
@@ -72,7 +75,11 @@ Outcome Forms::reactions(double t, const double* r, const double* v, double* lam
 }
 
 RankReport Forms::rank(const double* r, bool thoroughly) {
-  if (normal != nullptr) return normal->find_rank(r, thoroughly);
+  if (normal != nullptr) {
+    RankReport report = normal->find_rank(r, thoroughly);
+    report.taut_points = find_taut_points(model.system, report);
+    return report;
+  }
   // Coordinates alone: as many degrees of freedom as there are coordinates.
   RankReport report;
   report.degrees_of_freedom = model.coordinates.num_coordinates();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "dynamics/certificate.hpp"
@@ -205,6 +206,13 @@ struct Simulation::Implementation {
     if (report.rank_changes.count != model.rank_changes.count) report.rank_changes = model.rank_changes;
   }
 
+  /// Points that do not move though K alone would let them.
+  std::vector<Index> find_taut() {
+    constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
+    if (!outcome.ok() || model.rank_changes.count == 0 || report.start.relative > rounding) return {};
+    return find_rank().taut_points;
+  }
+
   RankReport find_rank() {
     write_points();
     return forms.rank(points.r.data(), false);
@@ -350,7 +358,21 @@ struct Simulation::Implementation {
 };
 
 Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver, double t_start)
-    : implementation_(std::make_unique<Implementation>(std::move(system), motion, solver, t_start)) {}
+    : implementation_(std::make_unique<Implementation>(std::move(system), motion, solver, t_start)) {
+  const std::vector<std::size_t> idle = plan().idle_equations;
+  std::vector<Index> all;
+  for (std::vector<Index> taut; !(taut = implementation_->find_taut()).empty();) {
+    all.insert(all.end(), taut.begin(), taut.end());
+    System held = implementation_->model.system;
+    held.supports.push_back({"taut rods", taut, {}});
+    implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, t_start);
+  }
+  if (all.empty()) return;
+  PlanSummary& plan = implementation_->forms.plan;
+  plan.taut_points = std::move(all);
+  std::set_difference(plan.idle_equations.begin(), plan.idle_equations.end(), idle.begin(), idle.end(),
+                      std::back_inserter(plan.taut_equations));
+}
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
@@ -385,7 +407,13 @@ double Simulation::time() const {
   return implementation_->state.t;
 }
 RankReport Simulation::rank() const {
-  return implementation_->find_rank();
+  RankReport report = implementation_->find_rank();
+  const std::vector<std::size_t>& taut = plan().taut_equations;
+  for (RowDependence& dependence : report.dependences) {
+    if (std::binary_search(taut.begin(), taut.end(), dependence.row))
+      dependence.what = equation_name(system(), dependence.row) + " is taut between supports, its force not determined";
+  }
+  return report;
 }
 std::span<const double> Simulation::positions() const {
   return implementation_->r;

@@ -68,6 +68,11 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
   }
   if (const std::string times_met = list_changes(report.rank_changes); !times_met.empty())
     page += line("rank changes", times_met);
+  if (!plan.taut_points.empty()) {
+    page += line("taut", fmt::format("{} points are held by taut rods between supports and do not move; the forces in "
+                                     "these rods are not determined",
+                                     plan.taut_points.size()));
+  }
   page += line("forces", list_forces(simulation.system()));
   page += line("start", fmt::format("corrected by {:.2g} m and {:.2g} m/s at most (M-norm projection)",
                                     report.start.position_correction, report.start.velocity_correction));
