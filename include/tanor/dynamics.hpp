@@ -20,6 +20,7 @@ struct PhaseTimes {
 /// Work done so far by a Dynamics or a Simulation.
 struct Counters {
   std::size_t evaluations = 0, factorizations = 0, solves = 0;
+  std::size_t rank_decisions = 0;  ///< by QR, where S raised a suspicion
 };
 
 /// What the plan found out about a system before any number was computed.

@@ -27,6 +27,7 @@ double NormalForm::rank_tolerance(const double* r) {
 Outcome NormalForm::decide_rank(double t, const double* r) {
   if (Outcome outcome = check_gradients(t); !outcome.ok()) return outcome;
   const double tolerance = rank_tolerance(r);
+  ++model_.counters.rank_decisions;
   bool has_changed = false;
   for (const Redundancy::Rows& rows : solver_.weak_parts(suspect_below_)) {
     has_changed = redundancy_.decide(blocks_.data(), rows, tolerance) || has_changed;
@@ -63,6 +64,7 @@ void NormalForm::adopt_rank(double t, bool has_changed) {
 /// Where a dependent row stays behind: did it become independent? Returns whether the dependent rows changed.
 bool NormalForm::decide_rank_again(double t, const double* r) {
   if (!redundancy_.is_found()) return false;
+  ++model_.counters.rank_decisions;
   const bool has_changed = redundancy_.decide_again(blocks_.data(), rank_tolerance(r));
   if (has_changed) adopt_rank(t, true);
   return has_changed;
@@ -85,6 +87,7 @@ Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
     if (Outcome outcome = explain_contradiction(t, right_side_, scale, allowed, " m/s^2"); !outcome.ok()) return outcome;
   }
   if (violation > rounding) return {};  // not where rank has a meaning: the step's error decides
+  ++model_.counters.rank_decisions;
   for (const Redundancy::Rows& rows : solver_.weak_parts(1.0)) {
     const auto is_poor = [&](double value) { return !(std::abs(value) <= rounding * scale); };
     if (std::none_of(rows_.begin() + rows.first, rows_.begin() + rows.second, is_poor)) continue;
@@ -151,6 +154,7 @@ void NormalForm::minimize_multipliers(const double* r, double* lambda) {
 
 RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
   if (thoroughly && num_rows() > 0) {
+    ++model_.counters.rank_decisions;
     const auto end = static_cast<Index>(model_.numbering.first_idle_row());
     if (redundancy_.decide(blocks_.data(), {0, end}, rank_tolerance(r))) adopt_rank(model_.time(), true);
   }

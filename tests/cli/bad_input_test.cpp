@@ -49,7 +49,6 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(MissingCommands, WrongUsageTest,
                          testing::Values(WrongUsage{{"forces", "s.json", "--motion", "m.csv"},
                                                     "'forces' is not in version"},
-                                         WrongUsage{{"check", "s.json"}, "'check' is not in version"},
                                          WrongUsage{{"selftest"}, "'selftest' is not in version"}));
 
 TEST(HelpTest, IsNoError) {

@@ -35,9 +35,9 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
   const json solution = json::parse(ended.out);
   Words keys;
   for (const auto& [key, value] : solution.items()) keys.push_back(key);
-  EXPECT_EQ(keys, (Words{"accelerations", "certificate", "form", "friction", "left_out", "multipliers",
-                         "multipliers_unique", "normal_accelerations", "positions", "reactions", "support_forces",
-                         "tangent_accelerations", "velocities"}));
+  EXPECT_EQ(keys, (Words{"accelerations", "certificate", "degrees_of_freedom", "form", "friction", "left_out",
+                         "multipliers", "multipliers_unique", "normal_accelerations", "positions", "rank", "reactions",
+                         "redundant", "support_forces", "tangent_accelerations", "velocities"}));
   expect_row(solution["velocities"][1], 3, 0, 0);
   expect_row(solution["accelerations"][1], 0, 0, 18);
   expect_row(solution["tangent_accelerations"][1], 0, 0, 0);

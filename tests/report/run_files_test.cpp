@@ -229,6 +229,8 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                                       "method",
                                       "points",
                                       "rank",
+                                      "rank_changes",
+                                      "redundant",
                                       "rejected",
                                       "scene",
                                       "solves",
