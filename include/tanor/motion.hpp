@@ -48,7 +48,8 @@ struct MotionReport {
   double position_violation = 0.0;      ///< largest after any step, relative
   double velocity_violation = 0.0;      ///< likewise, over the velocity scale
   double acceleration_violation = 0.0;  ///< largest scaled residual |K'w + phi|
-  double reciprocal_condition = 1.0;    ///< smallest met
+  double reciprocal_condition = 1.0;    ///< smallest met after a step …
+  double reciprocal_condition_time = 0.0;  ///< … and when, s: where the motion came nearest to a singular place
   RankChanges rank_changes;             ///< met on the way; one at the start where equations are redundant there
   EnergyReport energy;
   Counters counters;

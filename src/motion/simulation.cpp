@@ -175,6 +175,7 @@ struct Simulation::Implementation {
     report.position_violation = position_violation();
     report.velocity_violation = velocity_violation();
     report.reciprocal_condition = form.last_solve().reciprocal_condition;
+    report.reciprocal_condition_time = state.t;
     report.acceleration_violation = form.last_solve().residual;
   }
 
@@ -194,7 +195,10 @@ struct Simulation::Implementation {
     ++report.steps;
     report.time = state.t;
     measure_violations(step);
-    report.reciprocal_condition = std::min(report.reciprocal_condition, form.last_solve().reciprocal_condition);
+    if (form.last_solve().reciprocal_condition < report.reciprocal_condition) {
+      report.reciprocal_condition = form.last_solve().reciprocal_condition;
+      report.reciprocal_condition_time = state.t;
+    }
     report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;

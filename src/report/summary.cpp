@@ -34,6 +34,15 @@ void write_rank_changes(JsonWriter* json, const RankChanges& changes) {
   json->end_object();
 }
 
+/// Where the motion came nearest to a place at which constraints depend on each other.
+void write_nearest_to_singular(JsonWriter* json, const RunFacts& facts, const MotionReport& report) {
+  const auto found = [&](double number) { return facts.has_started ? std::optional(number) : std::nullopt; };
+  json->key("nearest_to_singular").begin_object();
+  json->key("t").value(found(report.reciprocal_condition_time));
+  json->key("reciprocal_condition").value(found(report.reciprocal_condition));
+  json->end_object();
+}
+
 void write_work(JsonWriter* json, const MotionReport& report) {
   json->key("steps").value(report.steps);
   json->key("rejected").value(report.rejected);
@@ -127,6 +136,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.key("t_end").value(facts.t_end);
     json.key("t_reached").value(simulation.time());
     write_rank_changes(&json, report.rank_changes);
+    write_nearest_to_singular(&json, facts, report);
     write_work(&json, report);
     write_start(&json, facts, report.start);
     write_times(&json, facts, report.times);

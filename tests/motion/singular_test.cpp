@@ -98,6 +98,8 @@ TEST_P(FourBar, PassesTheFlatPlace) {
   EXPECT_NEAR(simulation.positions()[6], std::cos(1.0), 1e-6);
   EXPECT_NEAR(simulation.positions()[7], -std::sin(1.0), 1e-6);
   EXPECT_NEAR(simulation.positions()[10], -std::sin(1.0), 1e-6);
+  EXPECT_NEAR(simulation.report().reciprocal_condition_time, 0.5, 1e-2);
+  EXPECT_LT(simulation.report().reciprocal_condition, 1e-4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Motion, FourBar, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle));

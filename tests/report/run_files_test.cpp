@@ -227,6 +227,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                                       "islands",
                                       "left_out",
                                       "method",
+                                      "nearest_to_singular",
                                       "points",
                                       "rank",
                                       "rank_changes",
