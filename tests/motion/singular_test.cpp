@@ -90,7 +90,10 @@ TEST_P(FourBar, LeavesTheFlatPlaceOnTheBranchOfItsMomentum) {
 }
 
 TEST_P(FourBar, PassesTheFlatPlace) {
-  Simulation simulation(make_four_bar(0.5, -1.0), with(GetParam(), 0.9e-3));
+  // No step ends at the flat place, or so near that velocities would be rounding: K takes them with eps/sigma there.
+  MotionOptions options = with(GetParam(), 0.9e-3);
+  options.rtol = options.atol = 1e-10;
+  Simulation simulation(make_four_bar(0.5, -1.0), options);
 
   ASSERT_TRUE(simulation.advance(1.5).ok()) << simulation.outcome().what;
 
