@@ -22,6 +22,7 @@ struct PhaseTimes {
 struct Counters {
   std::size_t evaluations = 0, factorizations = 0, solves = 0;
   std::size_t split_factorizations = 0;  ///< of Gamma and G: none where nobody asks for the split
+  std::size_t rank_decisions = 0;  ///< by QR, where S raised a suspicion
 };
 
 /// What the plan found out about a system before any number was computed.
@@ -37,6 +38,8 @@ struct PlanSummary {
   std::string ordering;               ///< used: "natural", "amd", …; several joined by '+'
   std::string factorization;          ///< "simplicial", "supernodal", "none"
   std::vector<std::string> left_out;  ///< what this system does not need
+  std::vector<Index> taut_points;   ///< that a Simulation made supports of, see RankReport::taut_points …
+  std::vector<std::size_t> taut_equations;  ///< … and the rods between them and supports
   std::vector<std::size_t> idle_equations;  ///< rows (user's order) that join supports alone: no part of S, multiplier 0
 };
 
@@ -48,6 +51,40 @@ struct SolveReport {
   int refinements = 0;
   /// Form::Both: largest relative difference of w, and of eta, between the two forms; else NaN.
   double forms_disagreement = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// An equation whose gradient is a combination of others': redundant where it agrees with them.
+struct RowDependence {
+  struct Term {
+    std::size_t row;
+    double coefficient;  ///< of gradients scaled to unit length in the norm of M^-1
+  };
+  std::size_t row = 0;      ///< user's order
+  std::vector<Term> terms;  ///< largest first; none: it joins supports alone
+  std::string what;         ///< "rods[17] depends on rods[3], rods[9]"
+};
+
+/// The rank of K at one place.
+struct RankReport {
+  std::size_t rank = 0;
+  std::size_t degrees_of_freedom = 0;       ///< 3(n - supports) - rank
+  std::vector<RowDependence> dependences;   ///< one for each equation that the rank lacks
+  std::vector<bool> multipliers_unique;     ///< [d] false: others give the same reactions; the smallest are reported
+  /// Held by taut rods between fixed supports: they cannot move, now or later, though K'w = -phi alone would let them.
+  /// Dynamics answers by K alone; a Simulation that starts so makes supports of them (PlanSummary::taut_points).
+  std::vector<Index> taut_points;
+  double smallest_singular_value = 0.0;     ///< of the independent unit gradients; 0: nothing was suspected, not computed
+};
+
+/// When the equations that depend became others.
+struct RankChange {
+  double time = 0.0;     ///< s
+  std::size_t rank = 0;  ///< from then on
+};
+struct RankChanges {
+  static constexpr std::size_t most_kept = 100;
+  std::vector<RankChange> first;  ///< the first `most_kept`
+  std::size_t count = 0;
 };
 
 struct ProjectionReport {
@@ -132,6 +169,9 @@ class TANOR_API Dynamics {
   /// entry, member by member, as `System::coordinates` lists them. Charts are centred at the present place: spheres,
   /// directions and rotations have q = 0 there. An empty span is not wanted.
   void coordinates(std::span<double> q, std::span<double> q_dot, std::span<double> q_ddot) const;
+
+  /// Rank of K at the last solve: decided where S = K'M^-1K raised a suspicion, else d. `thoroughly`: decides now.
+  RankReport rank(bool thoroughly = false);
 
   /// Proves the last solve, which is repeated for it: identities, and second ways to the same numbers. Costs about as
   /// much as ten solves.

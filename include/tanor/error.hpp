@@ -22,8 +22,8 @@ class TANOR_API InputError : public std::runtime_error {
 /// How a computation ended. A numerical outcome is an answer, not an exception.
 enum class Status {
   Ok,
-  Singular,       ///< S = K'M^-1K has no Cholesky factor: redundant or contradictory constraints
-  Contradictory,  ///< constraints that join supports alone are broken by what is prescribed there
+  Singular,       ///< a gradient vanishes or does not exist; coordinates that move the points the same way
+  Contradictory,  ///< constraints that no motion satisfies together, or with what is prescribed at supports
   NotConverged,   ///< an iteration (projection onto the constraints) stalled
   NotFinite,      ///< the state or the forces left the range of double
   StepTooSmall    ///< the tolerance asks for steps below the resolution of time

@@ -48,7 +48,9 @@ struct MotionReport {
   double position_violation = 0.0;      ///< largest after any step, relative
   double velocity_violation = 0.0;      ///< likewise, over the velocity scale
   double acceleration_violation = 0.0;  ///< largest scaled residual |K'w + phi|
-  double reciprocal_condition = 1.0;    ///< smallest met
+  double reciprocal_condition = 1.0;    ///< smallest met after a step …
+  double reciprocal_condition_time = 0.0;  ///< … and when, s: where the motion came nearest to a singular place
+  RankChanges rank_changes;             ///< met on the way; one at the start where equations are redundant there
   EnergyReport energy;
   Counters counters;
   PhaseTimes times;
@@ -98,6 +100,8 @@ class TANOR_API Simulation {
   const Outcome& outcome() const;      ///< of the start, the last advance or restore
   const MotionReport& report() const;
   double time() const;
+  /// At the present state; see Dynamics::rank.
+  RankReport rank() const;
 
   // The state, in the user's order; valid until the next call of a non-const function.
   std::span<const double> coordinates() const;      ///< q as in Dynamics::coordinates; empty in normal form

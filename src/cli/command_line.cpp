@@ -85,6 +85,11 @@ void add_info(CLI::App* app, InfoOptions* options) {
   add_scene(command, &options->scene);
 }
 
+void add_check(CLI::App* app, CheckOptions* options) {
+  CLI::App* command = app->add_subcommand("check", "Consistency of the start, rank, redundant constraints, identities");
+  add_scene(command, &options->scene);
+}
+
 void add_error_time(CLI::App* app, ErrorTimeOptions* options) {
   CLI::App* command = app->add_subcommand("error-time", "Error against run time: table, CSV and plot");
   add_scene(command, &options->scene);
@@ -97,13 +102,14 @@ void add_error_time(CLI::App* app, ErrorTimeOptions* options) {
 
 /// Commands of the contract that this version lacks: they are known, but not advertised.
 void add_missing(CLI::App* app) {
-  for (const std::string name : {"check", "selftest"}) {
+  for (const std::string name : {"selftest"}) {
     CLI::App* command = app->add_subcommand(name)->group("")->prefix_command();
     command->set_help_flag();
     command->callback([name] {
-      throw InputError("",
-                       "'" + name + "' is not in version " TANOR_VERSION "; there are run, solve, forces, info and "
-                       "error-time");
+      throw InputError("", "'" + name +
+                               "' is not in version " TANOR_VERSION
+                               "; there are run, solve, forces, info, check and "
+                               "error-time");
     });
   }
 }
@@ -115,6 +121,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   SolveOptions solve;
   ForcesOptions forces;
   InfoOptions info;
+  CheckOptions check;
   ErrorTimeOptions error_time;
   CLI::App app("Motion and reactions of large systems of material points under constraints.", "tanor");
   app.set_version_flag("--version", "tanor " TANOR_VERSION);
@@ -123,6 +130,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   add_solve(&app, &solve);
   add_forces(&app, &forces);
   add_info(&app, &info);
+  add_check(&app, &check);
   add_error_time(&app, &error_time);
   add_missing(&app);
   try {
@@ -138,6 +146,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   if (app.got_subcommand("run")) return run;
   if (app.got_subcommand("solve")) return solve;
   if (app.got_subcommand("forces")) return forces;
+  if (app.got_subcommand("check")) return check;
   if (app.got_subcommand("error-time")) return error_time;
   return info;
 }

@@ -38,6 +38,11 @@ struct InfoOptions {
   std::filesystem::path scene;
 };
 
+/// `tanor check`: consistency of the start, rank, redundant constraints, conditioning, identities.
+struct CheckOptions {
+  std::filesystem::path scene;
+};
+
 /// `tanor error-time`: each method with four step sizes or tolerances against a finer run of another method.
 struct ErrorTimeOptions {
   std::filesystem::path scene;
@@ -52,7 +57,8 @@ struct TextRequest {
   std::string text;
 };
 
-using Command = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, ErrorTimeOptions, TextRequest>;
+using Command =
+    std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions, TextRequest>;
 
 /// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
 Command parse_command_line(int argc, const char* const* argv);
@@ -62,6 +68,7 @@ ExitCode execute(const RunOptions& options);
 ExitCode execute(const SolveOptions& options);
 ExitCode execute(const ForcesOptions& options);
 ExitCode execute(const InfoOptions& options);
+ExitCode execute(const CheckOptions& options);
 ExitCode execute(const ErrorTimeOptions& options);
 ExitCode execute(const TextRequest& request);
 

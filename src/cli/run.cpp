@@ -11,6 +11,7 @@
 #include "cli/output_times.hpp"
 #include "cli/run_folder.hpp"
 #include "report/progress.hpp"
+#include "report/shared_parts.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -52,7 +53,8 @@ struct Ending {
 /// Whether the answer after this step is to be proven; the last one is anyway.
 bool is_due(const scene::CertificatePolicy& policy, std::size_t step) {
   using When = scene::CertificatePolicy::When;
-  return policy.when == When::Always || (policy.when == When::Every && step % static_cast<std::size_t>(policy.every) == 0);
+  return policy.when == When::Always ||
+         (policy.when == When::Every && step % static_cast<std::size_t>(policy.every) == 0);
 }
 
 /// Certifies the present state; returns why it failed, nothing where it passed.
@@ -107,6 +109,12 @@ std::string finish(const Ending& ending, const Simulation& simulation, RunFolder
   }
 }
 
+/// Redundant equations are no fault, but nothing to be silent about.
+void tell_redundancy(const RunOptions& options, const Simulation& simulation) {
+  if (const std::string redundancy = report::describe_redundancy(simulation.rank()); !redundancy.empty())
+    print_message(options.scene.string() + ": " + redundancy);
+}
+
 std::string describe_end(const Ending& ending, const Simulation& simulation, double t_end, const fs::path& directory) {
   const MotionReport& report = simulation.report();
   if (ending.code != ExitCode::Done) {
@@ -132,6 +140,7 @@ ExitCode execute(const RunOptions& options) {
   report::Progress progress(report::Progress::choose_style(options.quiet), simulation.time(), scene.t_end);
   const Ending ending = simulate(scene, !plan.before, &simulation, &folder, &progress);
   progress.end();
+  if (simulation.outcome().ok() && !options.quiet) tell_redundancy(options, simulation);
   const std::string page = finish(ending, simulation, &folder);
 
   if (!options.quiet) fmt::print("{}", page);

@@ -55,9 +55,9 @@ ExitCode execute(const SolveOptions& options) {
   dynamics.support_forces(support_forces);
   solution.accelerations = accelerations;
   if (report::has_multipliers(dynamics.plan())) solution.multipliers = multipliers;
-  // Unique where S has a Cholesky factor; an equation between supports alone is no part of it.
-  solution.multipliers_unique.assign(multipliers.size(), true);
-  for (const std::size_t row : dynamics.plan().idle_equations) solution.multipliers_unique[row] = false;
+  solution.rank = dynamics.rank();
+  if (const std::string redundancy = report::describe_redundancy(*solution.rank); !redundancy.empty())
+    print_message(options.scene.string() + ": " + redundancy);
   solution.reactions = reactions;
   solution.support_forces = support_forces;
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {

@@ -138,7 +138,7 @@ Outcome DirectProblem::Implementation::measure_constraints(double t, MotionForce
   compare(position, &result->position);
   compare(velocity, &result->velocity);
   compare(acceleration, &result->acceleration);
-  return normal->factorize(t, blocks.data());
+  return normal->factorize(t, r.data(), blocks.data());
 }
 
 /// What coordinates say of r, v, w: the nearest r(q, t), A q_dot + r_t, A q_ddot + psi.

@@ -113,7 +113,7 @@ Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
 Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N) {
   NormalForm& normal = *forms.normal;
   if (!normal_space) normal_space = std::make_unique<NormalSpace>(model, has_one_mass(model) ? &normal : nullptr);
-  if (Outcome outcome = normal_space->factorize(t, normal.blocks().data()); !outcome.ok()) return outcome;
+  if (Outcome outcome = normal_space->factorize(t, r.data(), normal.blocks().data()); !outcome.ok()) return outcome;
   std::vector<double> c(model.num_rows()), mu(model.num_rows()), given(num_numbers(), 0.0);
   std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
             given.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()));
@@ -207,6 +207,11 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   if (!multipliers.empty()) self.numbering().scatter_rows(self.lambda, multipliers);
   if (!reactions.empty()) self.numbering().scatter_points(self.eta, reactions);
   return report;
+}
+
+RankReport Dynamics::rank(bool thoroughly) {
+  Implementation& self = *implementation_;
+  return self.forms.rank(self.r.data(), thoroughly);
 }
 
 void Dynamics::active_forces(std::span<double> forces) const {

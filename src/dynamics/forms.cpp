@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/split.hpp"
+#include "dynamics/taut.hpp"
 
 namespace tanor {
 
@@ -41,6 +42,7 @@ void Forms::make_plan() {
   for (std::size_t a = model.numbering.first_idle_row(); a < model.num_rows(); ++a) {
     plan.idle_equations.push_back(static_cast<std::size_t>(model.numbering.user_row[a]));
   }
+  std::sort(plan.idle_equations.begin(), plan.idle_equations.end());
   auto& left_out = plan.left_out;
   left_out.push_back("friction stage: constraints are ideal");
   if (model.num_rows() > 0 && has_one_mass(model)) left_out.push_back("Gamma: S times the one mass (36)");
@@ -89,6 +91,7 @@ Outcome Forms::reactions(double t, const double* r, const double* v, double* lam
   main->reactions(eta);
   if (!is_tangent()) {
     std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
+    normal->minimize_multipliers(r, lambda);
     return {};
   }
   if (normal == nullptr) return {};
@@ -96,11 +99,24 @@ Outcome Forms::reactions(double t, const double* r, const double* v, double* lam
   Outcome outcome = normal->accelerations(t, r, v, Gradients::Evaluate, scratch_.data());
   if (!outcome.ok()) return outcome;
   std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
+  normal->minimize_multipliers(r, lambda);
   // Supports carry what the constraints do there.
   normal->reactions(scratch_.data());
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
   std::copy(scratch_.begin() + first_support, scratch_.end(), eta + first_support);
   return {};
+}
+
+RankReport Forms::rank(const double* r, bool thoroughly) {
+  if (normal != nullptr) {
+    RankReport report = normal->find_rank(r, thoroughly);
+    report.taut_points = find_taut_points(model.system, report);
+    return report;
+  }
+  // Coordinates alone: as many degrees of freedom as there are coordinates.
+  RankReport report;
+  report.degrees_of_freedom = model.coordinates.num_coordinates();
+  return report;
 }
 
 Outcome Forms::solve_other(double t, const double* r, const double* v, double* w, double* eta) {

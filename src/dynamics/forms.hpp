@@ -33,11 +33,14 @@ class Forms {
   /// over the largest acceleration there, and of eta over the largest force, whichever is larger.
   Outcome compare(double t, const double* r, const double* v, const double* w, const double* eta, double* disagreement);
 
-  /// lambda [d] and eta [3n] that belong to `main`'s last accelerations, at (t, r, v). The tangent form knows eta;
-  /// lambda then costs a solve of the normal form.
+  /// lambda [d] (the smallest where several serve) and eta [3n] that belong to `main`'s last accelerations, at
+  /// (t, r, v). The tangent form knows eta; lambda then costs a solve of the normal form.
   Outcome reactions(double t, const double* r, const double* v, double* lambda, double* eta);
   /// w and eta [3n] by the form that does not step, at (t, r, v); both forms are there.
   Outcome solve_other(double t, const double* r, const double* v, double* w, double* eta);
+
+  /// Rank of K at r, where the last `reactions` were asked for.
+  RankReport rank(const double* r, bool thoroughly);
 
  private:
   void choose(Form wanted);

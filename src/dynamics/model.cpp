@@ -58,6 +58,11 @@ Model::Model(System given, const SolverOptions& options, double t)
   }
 }
 
+void Model::note_rank(double t, std::size_t rank) {
+  ++rank_changes.count;
+  if (rank_changes.first.size() < RankChanges::most_kept) rank_changes.first.push_back({t, rank});
+}
+
 void Model::set_time(double t) {
   if (t == time_) return;
   time_ = std::numeric_limits<double>::quiet_NaN();  // should a table end before t: no time at all
@@ -125,6 +130,12 @@ Power Model::power(const double* reaction_accelerations, const double* r, const 
 double Model::position_violation(double t, const double* r) {
   set_time(t);
   return constraints.evaluate_values(parallel, r, rows_.data());
+}
+
+double Model::rank_tolerance(const double* r) {
+  // On the way to xi = 0 and back K may differ by so much from the one there, for each unit of violation.
+  constexpr double spread = 1e2, largest = 1e-6;  // what S cannot see lies below
+  return std::min(largest, spread * constraints.evaluate_values(parallel, r, rows_.data()));
 }
 
 double Model::velocity_violation(double t, const double* r, const double* v) {

@@ -42,6 +42,9 @@ class Model {
   double velocity_scale = 1.0;                   ///< m/s
   PhaseTimes times;
   Counters counters;
+  RankChanges rank_changes;
+
+  void note_rank(double t, std::size_t rank);
 
   std::size_t num_points() const { return numbering.num_points(); }
   std::size_t num_moving() const { return numbering.num_moving; }
@@ -68,6 +71,8 @@ class Model {
   Energy energy(const double* r, const double* v) const;
   /// Power of the reactions on the moving points, and of the forces without potential; at the last `evaluate_free`.
   Power power(const double* reaction_accelerations, const double* r, const double* v) const;
+  /// How well K is known at r for decisions on its rank: to the distance from xi = 0.
+  double rank_tolerance(const double* r);
   /// Largest relative violation of positions; of velocities, over the velocity scale.
   double position_violation(double t, const double* r);
   double velocity_violation(double t, const double* r, const double* v);

@@ -9,10 +9,20 @@
 
 namespace tanor {
 
+namespace {
+
+// Far above `GramSolver::singular_below`: the estimate of the condition is from above.
+constexpr double first_suspicion = 1e-11;
+constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
+
+}  // namespace
+
 NormalForm::NormalForm(Model& model, const SolverOptions& options)
     : model_(model),
       solver_(model.incidences, model.inverse_mass, model.numbering, options.ordering,
               model.constraints.squared_gradient_norms()),
+      redundancy_(model.incidences, model.inverse_mass, model.numbering),
+      suspect_below_(first_suspicion),
       blocks_(3 * model.constraints.num_blocks()),
       dw_(size(), 0.0),
       right_side_(num_rows()),
@@ -52,7 +62,7 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
   return std::isfinite(model_.evaluate_free(t, r, v, w)) ? Outcome{} : model_.not_finite(t);
 }
 
-Outcome NormalForm::factorize(double t) {
+GramSolver::Quality NormalForm::factorize_gram() {
   {
     const Stopwatch watch(&model_.times.assemble);
     solver_.assemble(model_.parallel, blocks_.data());
@@ -61,9 +71,17 @@ Outcome NormalForm::factorize(double t) {
   ++model_.counters.factorizations;
   const GramSolver::Quality quality = solver_.factorize(model_.parallel);
   last_.reciprocal_condition = quality.reciprocal_condition;
-  is_factorized_ = quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below;
-  if (is_factorized_) return {};
-  return explain_singular(t, quality.weakest_row);
+  return quality;
+}
+
+Outcome NormalForm::factorize(double t, const double* r) {
+  if (redundancy_.uses_qr()) {
+    redundancy_.release_qr();
+    solver_.set_active(redundancy_.rows_for_gram());
+  }
+  const GramSolver::Quality quality = factorize_gram();
+  is_factorized_ = quality.positive_definite && quality.reciprocal_condition > suspect_below_;
+  return is_factorized_ ? Outcome{} : decide_rank(t, r);
 }
 
 Outcome NormalForm::linearise(double t, const double* r) {
@@ -73,14 +91,21 @@ Outcome NormalForm::linearise(double t, const double* r) {
     const Stopwatch watch(&model_.times.evaluate);
     model_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   }
-  return factorize(t);
+  return factorize(t, r);
+}
+
+void NormalForm::solve_negative(const double* b, double* x) {
+  if (!redundancy_.uses_qr()) return solver_.solve_negative(model_.parallel, b, x);
+  right_side_of_qr_.assign(b, b + num_rows());
+  solver_.solve_negative(model_.parallel, b, x);
+  redundancy_.solve_negative(right_side_of_qr_.data(), x);
 }
 
 /// rows := -S^-1 rows, points += M^-1 K rows.
 void NormalForm::correct(double* rows, double* points) {
   const Stopwatch watch(&model_.times.solve);
   ++model_.counters.solves;
-  solver_.solve_negative(model_.parallel, rows, rows);
+  solve_negative(rows, rows);
   model_.gather.add_scaled(model_.parallel, blocks_.data(), rows, model_.inverse_mass.data(), model_.num_moving(),
                            points);
 }
@@ -104,33 +129,15 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
   if (num_rows() == 0) return last_.outcome = {};
   if (fresh) {
-    if (Outcome outcome = factorize(t); !outcome.ok()) return last_.outcome = outcome;
+    if (Outcome outcome = factorize(t, r); !outcome.ok()) return last_.outcome = outcome;
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
-  // S lambda = -b, dw = M^-1 K lambda; then refinement in w (theory, section 8):
-  // rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho.
-  const double good_enough = exact_ ? 1e-15 : 1e-12;
-  constexpr int most_passes = 5;
-  {
-    const Stopwatch watch(&model_.times.solve);
-    ++model_.counters.solves;
-    solver_.solve_negative(model_.parallel, right_side_.data(), lambda_.data());
-    model_.gather.write_scaled(model_.parallel, blocks_.data(), lambda_.data(), model_.inverse_mass.data(),
-                               model_.num_moving(), dw_.data());
+  double residual = find_multipliers(scale);
+  if (residual > doubtful_above) {
+    if (Outcome outcome = reconsider_rank(t, r, scale); !outcome.ok()) return last_.outcome = outcome;
+    residual = last_.residual;
   }
-  double residual = 0.0;
-  for (int pass = 0;; ++pass) {
-    const double before = residual;
-    residual = model_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw_.data(), right_side_.data(),
-                                                   rows_.data()) /
-               (scale > 0.0 ? scale : 1.0);
-    if (residual <= good_enough || pass == most_passes || (pass > 0 && !(residual < 0.5 * before))) break;
-    ++last_.refinements;
-    correct(rows_.data(), dw_.data());
-    for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
-  }
-  last_.residual = residual;
   if (!std::isfinite(residual)) return last_.outcome = model_.not_finite(t);
 
   // w = w0 + M^-1 K lambda (25)
@@ -138,6 +145,36 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
     for (std::size_t i = begin; i < end; ++i) w[i] += dw_[i];
   });
   return last_.outcome = {};
+}
+
+/// S lambda = -b, dw = M^-1 K lambda; then refinement in w (theory, section 8):
+/// rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho. Returns |rho|/scale over all rows.
+double NormalForm::find_multipliers(double scale) {
+  const double good_enough = exact_ ? 1e-15 : 1e-12;
+  constexpr int most_passes = 5;
+  {
+    const Stopwatch watch(&model_.times.solve);
+    ++model_.counters.solves;
+    solve_negative(right_side_.data(), lambda_.data());
+    model_.gather.write_scaled(model_.parallel, blocks_.data(), lambda_.data(), model_.inverse_mass.data(),
+                               model_.num_moving(), dw_.data());
+  }
+  const double unit = scale > 0.0 ? scale : 1.0;
+  double residual = 0.0;
+  last_.refinements = 0;
+  for (int pass = 0;; ++pass) {
+    const double before = residual;
+    last_.residual = residual = model_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw_.data(),
+                                                                    right_side_.data(), rows_.data()) /
+                                unit;
+    // What dependent rows leave over is not for the others to mend.
+    if (redundancy_.is_found()) residual = largest_active(rows_) / unit;
+    if (residual <= good_enough || pass == most_passes || (pass > 0 && !(residual < 0.5 * before))) break;
+    ++last_.refinements;
+    correct(rows_.data(), dw_.data());
+    for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
+  }
+  return last_.residual;
 }
 
 /// Rows that join supports alone take no part in S: what is prescribed must satisfy them by itself.
@@ -162,26 +199,31 @@ Outcome NormalForm::explain_stall(double t, double violation) const {
   if (row >= model_.numbering.first_idle_row()) {
     return {Status::Contradictory, "what is prescribed at supports breaks " + place};
   }
+  // The independent rows are satisfied, what depends on them is not.
+  if (largest_active(rows_) < 1e-3 * largest_dependent(rows_)) {
+    if (Outcome outcome = explain_contradiction(t, rows_, 0.0, 1e-9, " m"); !outcome.ok()) return outcome;
+  }
   return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place};
 }
 
-/// A gradient that does not exist, or one that depends on others.
-Outcome NormalForm::explain_singular(double t, std::size_t weakest_row) const {
-  double largest2 = 0.0;  // |gradient|^2 of the weakest row
+/// A gradient that does not exist, or vanishes: no combination of others, but a constraint that has no direction here.
+Outcome NormalForm::check_gradients(double t) const {
+  std::vector<double> largest(num_rows(), 0.0);  // over the moving points of a row
   for (const Incidence& incidence : model_.incidences) {
-    const Vec3 gradient = load(blocks_.data(), incidence.block);
-    const double norm2 = dot(gradient, gradient);
-    if (!std::isfinite(norm2)) {
-      return {Status::Singular, "the gradient of " + name_row(static_cast<std::size_t>(incidence.row)) +
-                                    " does not exist at t = " + text(t) + ": a point lies where it is measured from"};
+    const double length = norm(load(blocks_.data(), incidence.block));
+    const auto row = static_cast<std::size_t>(incidence.row);
+    if (!std::isfinite(length)) {
+      return {Status::Singular, "the gradient of " + name_row(row) + " does not exist at t = " + text(t) +
+                                    ": a point lies where it is measured from"};
     }
-    if (static_cast<std::size_t>(incidence.row) == weakest_row) largest2 = std::max(largest2, norm2);
+    if (model_.inverse_mass[static_cast<std::size_t>(incidence.point)] > 0.0)
+      largest[row] = std::max(largest[row], length);
   }
-  if (std::sqrt(largest2) * model_.scene_size < 1e-12) {
-    return {Status::Singular, "the gradient of " + name_row(weakest_row) + " vanishes at t = " + text(t)};
+  for (std::size_t a = 0; a < model_.numbering.first_idle_row(); ++a) {
+    if (largest[a] * model_.scene_size < 1e-12)
+      return {Status::Singular, "the gradient of " + name_row(a) + " vanishes at t = " + text(t)};
   }
-  return {Status::Singular, "S = K'M^-1K is singular at t = " + text(t) + ": " + name_row(weakest_row) +
-                                " depends on other constraints (redundant or contradictory)"};
+  return {};
 }
 
 // ---- outputs ----

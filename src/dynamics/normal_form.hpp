@@ -6,6 +6,7 @@
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/model.hpp"
 #include "solve/gram_solver.hpp"
+#include "solve/redundancy.hpp"
 
 namespace tanor {
 
@@ -58,32 +59,57 @@ class NormalForm final : public EquationsOfMotion {
   /// lambda = -S^-1 b [d] and dw = M^-1 K lambda [3n] for one more right-hand side, refined to rounding; with the
   /// factor of the last linearisation.
   void respond(const double* b, double* lambda, double* dw);
+  /// lambda := the multipliers of the same reactions with the smallest norm, at the last accelerations (at r).
+  void minimize_multipliers(const double* r, double* lambda);
+  /// Rank of K at the last linearisation, at r: as it was decided where S raised a suspicion, else d. `thoroughly`:
+  /// decides now.
+  RankReport find_rank(const double* r, bool thoroughly);
+
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
-  /// rows := -S^-1 rows with the last factor [d].
   /// Rows stand in an order whose elimination makes no fill.
   bool is_without_fill() const { return solver_.summary().ordering == "natural"; }
   double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
-  void solve_negative(double* rows) { solver_.solve_negative(model_.parallel, rows, rows); }
+  /// rows := -S^-1 rows with the last factor [d].
+  void solve_negative(double* rows) { solve_negative(rows, rows); }
   /// K as blocks at the last linearisation.
   const std::vector<double>& blocks() const { return blocks_; }
 
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
-  Outcome factorize(double t);
+  Outcome factorize(double t, const double* r);
+  GramSolver::Quality factorize_gram();
+  double find_multipliers(double scale);
   void correct(double* rows, double* points);
+  void solve_negative(const double* b, double* x);
+  ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
   ProjectionReport iterate_onto_positions(double t, double* r, double* sum);
   ProjectionReport reach_constraints(double t, double* r);
   Outcome slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d);
   double rounding_floor(const double* r) const;
   Outcome explain_stall(double t, double violation) const;
-  Outcome explain_singular(double t, std::size_t weakest_row) const;
+  Outcome check_gradients(double t) const;
   Outcome check_idle_rows(double t, double scale) const;
+
+  // The rank of K, in rank.cpp.
+  Outcome decide_rank(double t, const double* r);
+  bool decide_rank_again(double t, const double* r);
+  Outcome reconsider_rank(double t, const double* r, double scale);
+  void adopt_rank(double t, bool has_changed);
+  double largest_active(const std::vector<double>& rows) const;
+  double largest_dependent(const std::vector<double>& rows) const;
+  Outcome explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,
+                                const char* unit) const;
+  std::string describe(const Redundancy::Found& found, const char* verb) const;
+
   std::string name_row(std::size_t inner_row) const { return model_.name_row(inner_row); }
   std::size_t num_rows() const { return model_.num_rows(); }
 
   Model& model_;
   GramSolver solver_;
+  Redundancy redundancy_;
+  double suspect_below_;                // reciprocal condition of S
+  std::vector<double> gradient_norms_;  // [d] at the last decision, where rows depend
 
   // The last instant.
   bool is_factorized_ = false, exact_ = false;
@@ -95,6 +121,8 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> sum;           // of this step's iterations
     std::vector<double> last, before;  // of the last two steps, over h^2
   } step_multipliers_;
+  std::vector<double> right_side_of_qr_;  // [d] where QR takes part
+  std::vector<double> step_start_;        // [3n] where rows depend
 };
 
 }  // namespace tanor

@@ -12,6 +12,7 @@ namespace tanor {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double rounding = 1e-9;  // of velocities, relative; more is no rounding
 
 }  // namespace
 
@@ -34,10 +35,12 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
       step.sum[a] = scale * (2.0 * step.last[a] - step.before[a]);
     }
   });
+  if (redundancy_.is_found()) step_start_.assign(r, r + size());
   model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
                            model_.num_moving(), r);
 
   const ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
+  if (!report.outcome.ok() && redundancy_.is_found()) return project_singular_step(t, h, r, step_velocity);
   if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
 
   model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
@@ -53,6 +56,16 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
   return report;
 }
 
+/// Away from a place where K has less rank than around it: its range does not lead onto xi = 0, Newton's own does.
+ProjectionReport NormalForm::project_singular_step(double t, double h, double* r, double* step_velocity) {
+  std::copy(step_start_.begin(), step_start_.end(), r);
+  if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome)};
+  const ProjectionReport report = project_positions(t, r);
+  if (!report.outcome.ok()) return report;
+  for (std::size_t i = 0; i < size(); ++i) step_velocity[i] += (r[i] - step_start_[i]) / h;
+  return report;
+}
+
 /// Chord iterations along M^-1 K of the last linearisation; adds up the multipliers where wanted (and then the slope is
 /// never renewed, since they belong to one K).
 ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double* sum) {
@@ -62,7 +75,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
   constexpr double target = 1e-13, good_enough = 1e-11;
   constexpr int most_iterations = 100;
   double before = std::numeric_limits<double>::infinity();
-  bool linearised_here = false;
+  bool linearised_here = false, decided_here = false;
   for (;; ++report.iterations) {
     {
       const Stopwatch watch(&model_.times.evaluate);
@@ -77,6 +90,11 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
     if (stalls && report.violation <= rounding_floor(r)) return report;
     const bool hopeless = stalls && report.violation > before && (linearised_here || sum != nullptr);
     if (report.iterations == most_iterations || hopeless) {
+      // Rows that depended when K was seen last may be independent here.
+      if (report.violation > good_enough && sum == nullptr && !decided_here) {
+        decided_here = true;
+        if (decide_rank_again(t, r)) continue;
+      }
       if (report.violation > good_enough) report.outcome = explain_stall(t, report.violation);
       return report;
     }
@@ -102,6 +120,7 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
   if (num_rows() == 0) return report;
   constexpr double target = 1e-13;
   double before = std::numeric_limits<double>::infinity();
+  bool decided_here = false;
   for (;; ++report.iterations) {
     double rate = 0.0;
     {
@@ -114,7 +133,15 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
       return report;
     }
     // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
-    if (report.violation <= target || report.iterations == 4 || !(rate < 0.5 * before)) return report;
+    if (report.violation <= target || report.iterations == 4 || !(rate < 0.5 * before)) {
+      if (!redundancy_.is_found() || decided_here || report.violation <= rounding) return report;
+      // A dependent row stays behind: it became independent, or contradicts the others.
+      decided_here = true;
+      if (!decide_rank_again(t, r)) {
+        report.outcome = explain_contradiction(t, rows_, model_.velocity_scale, rounding, " m/s");
+        return report;
+      }
+    }
     before = rate;
     // S nu = -(K'v + xi_t), v += M^-1 K nu
     correct(rows_.data(), v);

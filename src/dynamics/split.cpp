@@ -9,7 +9,8 @@ namespace tanor {
 
 namespace {
 
-constexpr int passes = 3;  // of refinement, the first solve included
+constexpr double suspicion = 1e-11;  // reciprocal condition from which on a QR decides whether rows depend
+constexpr int passes = 3;            // of refinement, the first solve included
 
 std::vector<double> unit_masses(const Model& model) {
   std::vector<double> result(model.num_points(), 0.0);
@@ -30,6 +31,7 @@ NormalSpace::NormalSpace(Model& model, NormalForm* one_mass)
     : model_(model),
       one_mass_(one_mass),
       unit_(unit_masses(model)),
+      redundancy_(model.incidences, unit_, model.numbering),
       c_(model.num_rows()),
       rows_(model.num_rows()),
       points_(3 * model.num_points(), 0.0) {
@@ -38,13 +40,21 @@ NormalSpace::NormalSpace(Model& model, NormalForm* one_mass)
                                          model.constraints.squared_gradient_norms());
 }
 
-Outcome NormalSpace::factorize(double t, const double* blocks) {
+Outcome NormalSpace::factorize(double t, const double* r, const double* blocks) {
   blocks_ = blocks;
   if (!solver_) return {};
   const Stopwatch watch(&model_.times.factor);
   ++model_.counters.split_factorizations;
   solver_->assemble(model_.parallel, blocks);
-  const GramSolver::Quality quality = solver_->factorize(model_.parallel);
+  GramSolver::Quality quality = solver_->factorize(model_.parallel);
+  if (!quality.positive_definite || quality.reciprocal_condition <= suspicion) {
+    for (const Redundancy::Rows& rows : solver_->weak_parts(suspicion)) {
+      (void)redundancy_.decide(blocks, rows, model_.rank_tolerance(r));
+    }
+    solver_->set_active(redundancy_.rows_for_gram());
+    solver_->assemble(model_.parallel, blocks);
+    quality = solver_->factorize(model_.parallel);
+  }
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
   return {Status::Singular, "Gamma = K'K is singular at t = " + text(t) + ": " + model_.name_row(quality.weakest_row) +
                                 " depends on other constraints, or its gradient vanishes"};

@@ -18,8 +18,8 @@ class NormalSpace {
   /// S serves: it must stand at the same configuration.
   explicit NormalSpace(Model& model, NormalForm* one_mass = nullptr);
 
-  /// At t, with K as blocks, which must live as long as the factor.
-  Outcome factorize(double t, const double* blocks);
+  /// At (t, r), with K as blocks, which must live as long as the factor. Rows that depend on others take no part.
+  Outcome factorize(double t, const double* r, const double* blocks);
   /// The least x [3n] with K'x = c, x = K mu, mu = Gamma^-1 c [d]; refined to rounding.
   void find_least(const double* c, double* x, double* mu);
   /// u_N = K mu, mu = Gamma^-1 K'u.
@@ -30,6 +30,7 @@ class NormalSpace {
   NormalForm* one_mass_;
   std::vector<double> unit_;            // [point] 1; supports: 0
   std::unique_ptr<GramSolver> solver_;  // null with one mass
+  Redundancy redundancy_;               // of K'K
   const double* blocks_ = nullptr;
   std::vector<double> c_, rows_;  // [d] scratch
   std::vector<double> points_;    // [3n] scratch

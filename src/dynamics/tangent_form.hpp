@@ -84,13 +84,13 @@ class TangentForm final : public EquationsOfMotion {
   bool exact_ = false;
   double t_ = 0.0;
   SolveReport last_;
-  std::vector<double> blocks_;                         // A
-  std::vector<double> r_, v_, psi_, w_, w0_;           // [3n]; w0 = M^-1 f
-  mutable std::vector<double> points_;                 // [3n] scratch
-  std::vector<double> error_rates_, r_from_, v_from_;  // [3n] of error estimates
-  std::vector<double> right_side_, rates_;             // [s]
+  std::vector<double> blocks_;                             // A
+  std::vector<double> r_, v_, psi_, w_, w0_;               // [3n]; w0 = M^-1 f
+  mutable std::vector<double> points_;                     // [3n] scratch
+  std::vector<double> error_rates_, r_from_, v_from_;      // [3n] of error estimates
+  std::vector<double> right_side_, rates_;                 // [s]
   std::vector<double> last_q_, last_q_dot_, last_q_ddot_;  // [s] of the last accelerations
-  std::vector<double> q_;                              // where the last (r, v) was found: the next search starts there
+  std::vector<double> q_;  // where the last (r, v) was found: the next search starts there
 };
 
 }  // namespace tanor

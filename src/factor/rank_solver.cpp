@@ -124,9 +124,9 @@ std::size_t find_largest(const std::vector<double>& x) {
 
 }  // namespace
 
-RankSolver::RankSolver(SparseColumns C) : C_(std::move(C)) {
+RankSolver::RankSolver(SparseColumns C, double least_tolerance) : C_(std::move(C)) {
   const std::size_t d = C_.num_columns();
-  tolerance_ = 20.0 * (static_cast<double>(C_.num_rows) + static_cast<double>(d)) * eps;
+  tolerance_ = std::max(least_tolerance, 20.0 * (static_cast<double>(C_.num_rows) + static_cast<double>(d)) * eps);
   for (std::size_t j = 0; j < d; ++j) {
     const std::span<double> column(C_.values.begin() + C_.start[j], C_.values.begin() + C_.start[j + 1]);
     const double length = norm(column);

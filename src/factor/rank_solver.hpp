@@ -28,8 +28,8 @@ struct Dependence {
 /// Multipliers and right sides below are those of C; the scaling stays inside.
 class RankSolver {
  public:
-  /// Tolerance of unit columns: 20 (m + d) eps. Throws std::bad_alloc.
-  explicit RankSolver(SparseColumns C);
+  /// Tolerance of unit columns: 20 (m + d) eps, or what C itself is known to where that is more. Throws std::bad_alloc.
+  explicit RankSolver(SparseColumns C, double least_tolerance = 0.0);
 
   std::size_t rank() const { return factor_.rank(); }
   std::size_t num_columns() const { return scale_.size(); }

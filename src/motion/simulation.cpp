@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "dynamics/certificate.hpp"
@@ -33,8 +34,9 @@ Method resolve(const MotionOptions& options) {
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
   if (method != Method::Rattle || system.coordinates.empty()) return solver;
   if (solver.form == Form::Tangent || num_equations(system) == 0) {
-    throw InputError("/motion/method", "rattle projects onto constraints, the tangent form has none; rk4 and dopri5 "
-                                       "step in coordinates");
+    throw InputError("/motion/method",
+                     "rattle projects onto constraints, the tangent form has none; rk4 and dopri5 "
+                     "step in coordinates");
   }
   solver.form = Form::Normal;
   return solver;
@@ -91,7 +93,7 @@ struct Simulation::Implementation {
   std::vector<double> r, v, w, lambda, eta, carried, q, q_dot;
   struct {
     std::vector<double> r, v, w;
-  } points;  // the state [3n] in the inner order
+  } points;                  // the state [3n] in the inner order
   std::vector<double> rows;  // [d]
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
@@ -188,6 +190,7 @@ struct Simulation::Implementation {
     report.position_violation = position_violation();
     report.velocity_violation = velocity_violation();
     report.reciprocal_condition = form.last_solve().reciprocal_condition;
+    report.reciprocal_condition_time = state.t;
     report.acceleration_violation = form.last_solve().residual;
   }
 
@@ -207,7 +210,10 @@ struct Simulation::Implementation {
     ++report.steps;
     report.time = state.t;
     measure_violations(step);
-    report.reciprocal_condition = std::min(report.reciprocal_condition, form.last_solve().reciprocal_condition);
+    if (form.last_solve().reciprocal_condition < report.reciprocal_condition) {
+      report.reciprocal_condition = form.last_solve().reciprocal_condition;
+      report.reciprocal_condition_time = state.t;
+    }
     report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;
@@ -216,6 +222,19 @@ struct Simulation::Implementation {
     report.energy.work_of_forces = state.work.forces;
     report.counters = model.counters;
     report.times = model.times;
+    if (report.rank_changes.count != model.rank_changes.count) report.rank_changes = model.rank_changes;
+  }
+
+  /// Points that do not move though K alone would let them.
+  std::vector<Index> find_taut() {
+    constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
+    if (!outcome.ok() || model.rank_changes.count == 0 || report.start.relative > rounding) return {};
+    return find_rank().taut_points;
+  }
+
+  RankReport find_rank() {
+    write_points();
+    return forms.rank(points.r.data(), false);
   }
 
   /// The state in the user's order.
@@ -239,6 +258,7 @@ struct Simulation::Implementation {
     numbering.scatter_points(points.w, carried);
     report.counters = model.counters;
     report.times = model.times;
+    report.rank_changes = model.rank_changes;
   }
 
   Certificate certify() {
@@ -361,7 +381,21 @@ struct Simulation::Implementation {
 };
 
 Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver, double t_start)
-    : implementation_(std::make_unique<Implementation>(std::move(system), motion, solver, t_start)) {}
+    : implementation_(std::make_unique<Implementation>(std::move(system), motion, solver, t_start)) {
+  const std::vector<std::size_t> idle = plan().idle_equations;
+  std::vector<Index> all;
+  for (std::vector<Index> taut; !(taut = implementation_->find_taut()).empty();) {
+    all.insert(all.end(), taut.begin(), taut.end());
+    System held = implementation_->model.system;
+    held.supports.push_back({"taut rods", taut, {}});
+    implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, t_start);
+  }
+  if (all.empty()) return;
+  PlanSummary& plan = implementation_->forms.plan;
+  plan.taut_points = std::move(all);
+  std::set_difference(plan.idle_equations.begin(), plan.idle_equations.end(), idle.begin(), idle.end(),
+                      std::back_inserter(plan.taut_equations));
+}
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
@@ -400,6 +434,15 @@ std::span<const double> Simulation::coordinates() const {
 }
 std::span<const double> Simulation::coordinate_rates() const {
   return implementation_->q_dot;
+}
+RankReport Simulation::rank() const {
+  RankReport report = implementation_->find_rank();
+  const std::vector<std::size_t>& taut = plan().taut_equations;
+  for (RowDependence& dependence : report.dependences) {
+    if (std::binary_search(taut.begin(), taut.end(), dependence.row))
+      dependence.what = equation_name(system(), dependence.row) + " is taut between supports, its force not determined";
+  }
+  return report;
 }
 std::span<const double> Simulation::positions() const {
   return implementation_->r;

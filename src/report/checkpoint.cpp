@@ -22,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 2;
+constexpr int format = 3;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -53,6 +53,7 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("velocity_violation", report.velocity_violation);
   visit("acceleration_violation", report.acceleration_violation);
   visit("reciprocal_condition", report.reciprocal_condition);
+  visit("reciprocal_condition_time", report.reciprocal_condition_time);
   visit("energy_start", report.energy.start);
   visit("energy_now", report.energy.now);
   visit("work_of_supports", report.energy.work_of_supports);

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "report/shared_parts.hpp"
+
 namespace tanor::report {
 
 namespace {
@@ -34,6 +38,16 @@ std::string list_forces(const System& system) {
   return list.empty() ? "none" : list;
 }
 
+/// "at t = 0 s to 11, at t = 0.25 s to 12"
+std::string list_changes(const RankChanges& changes) {
+  constexpr std::size_t most_named = 5;
+  std::string list;
+  for (std::size_t k = 0; k < std::min(changes.first.size(), most_named); ++k) {
+    list += fmt::format("{}at t = {:g} s to {}", k > 0 ? ", " : "", changes.first[k].time, changes.first[k].rank);
+  }
+  return list + (changes.count > most_named ? fmt::format(", … ({} in all)", changes.count) : "");
+}
+
 std::string line(const std::string& key, const std::string& text) {
   return fmt::format("  {:14}{}\n", key, text);
 }
@@ -48,6 +62,17 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
   page += line("source", facts.source);
   page += line("system", fmt::format("{} points, {} supports, {} rods, {} equations, {} islands", plan.points,
                                      plan.supports, count_rods(simulation.system()), plan.equations, plan.islands));
+  if (facts.has_started) {
+    if (const std::string redundancy = describe_redundancy(simulation.rank()); !redundancy.empty())
+      page += line("rank", redundancy);
+  }
+  if (const std::string times_met = list_changes(report.rank_changes); !times_met.empty())
+    page += line("rank changes", times_met);
+  if (!plan.taut_points.empty()) {
+    page += line("taut", fmt::format("{} points are held by taut rods between supports and do not move; the forces in "
+                                     "these rods are not determined",
+                                     plan.taut_points.size()));
+  }
   page += line("forces", list_forces(simulation.system()));
   page += line("start", fmt::format("corrected by {:.2g} m and {:.2g} m/s at most (M-norm projection)",
                                     report.start.position_correction, report.start.velocity_correction));
@@ -60,6 +85,8 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                                         "solve {:.3g}, output {:.3g}",
                                         facts.wall.total, facts.wall.setup, times.evaluate, times.assemble,
                                         times.factor, times.solve, facts.wall.output));
+  page += line("condition", fmt::format("reciprocal condition {:.1e} (estimate), smallest at t = {:g} s", report.reciprocal_condition,
+                                        report.reciprocal_condition_time));
   page += line("violation",
                fmt::format("{:.1e} positions, {:.1e} velocities, {:.1e} accelerations (largest, relative)",
                            report.position_violation, report.velocity_violation, report.acceleration_violation));

@@ -1,5 +1,9 @@
 #include "report/shared_parts.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include <cmath>
 
 namespace tanor::report {
@@ -13,7 +17,7 @@ bool has_multipliers(const PlanSummary& plan) {
 }
 
 void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate) {
-  const auto write = [&](const char* key, double Certificate::* figure) {
+  const auto write = [&](const char* key, double Certificate::*figure) {
     const bool is_known = certificate && !std::isnan(*certificate.*figure);
     json->key(key).value(is_known ? std::optional(*certificate.*figure) : std::nullopt);
   };
@@ -41,6 +45,33 @@ void write_certificate(JsonWriter* json, const std::optional<Certificate>& certi
   }
   json->end_array();
   json->end_object();
+}
+
+void write_rank(JsonWriter* json, const std::optional<RankReport>& rank) {
+  json->key("rank");
+  rank ? json->value(rank->rank) : json->null();
+  json->key("degrees_of_freedom");
+  rank ? json->value(rank->degrees_of_freedom) : json->null();
+  json->key("redundant");
+  if (!rank) {
+    json->null();
+    return;
+  }
+  json->begin_array();
+  for (const RowDependence& dependence : rank->dependences) json->value(dependence.what);
+  json->end_array();
+}
+
+std::string describe_redundancy(const RankReport& rank) {
+  constexpr std::size_t most_lines = 3;
+  const std::size_t count = rank.dependences.size();
+  if (count == 0) return {};
+  std::string text =
+      fmt::format("{} of {} equations {} redundant: ", count, rank.rank + count, count == 1 ? "is" : "are");
+  for (std::size_t k = 0; k < std::min(count, most_lines); ++k) {
+    text += (k > 0 ? "; " : "") + rank.dependences[k].what;
+  }
+  return text + (count > most_lines ? "; …" : "");
 }
 
 void write_left_out(JsonWriter* json, const std::vector<std::string>& left_out) {

@@ -37,8 +37,9 @@ void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solutio
   arrays.write_points("tangent_forces", solution.tangent_forces);
   arrays.write_points("normal_forces", solution.normal_forces);
   arrays.write_list("multipliers", solution.multipliers);
-  solution.multipliers ? arrays.write_booleans("multipliers_unique", solution.multipliers_unique)
-                       : arrays.write_list("multipliers_unique", std::nullopt);
+  solution.rank ? arrays.write_booleans("multipliers_unique", solution.rank->multipliers_unique)
+                : arrays.write_list("multipliers_unique", std::nullopt);
+  write_rank(json, solution.rank);
   arrays.write_points("reactions", solution.reactions);
   write_causes(json, arrays, solution.reactions_by_cause);
   arrays.write_points("friction", std::nullopt);

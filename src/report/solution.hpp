@@ -21,8 +21,8 @@ struct Solution {
   Numbers tangent_forces, normal_forces;                ///< f_T, f_N
   std::optional<double> mass_coupling;                  ///< 0: (44) holds here
   Numbers multipliers, reactions, support_forces;
-  std::vector<bool> multipliers_unique;  ///< one for each multiplier
   std::optional<std::vector<ReactionPart>> reactions_by_cause;
+  std::optional<RankReport> rank;
   std::optional<Certificate> certificate;
   std::string_view form = "normal";
   std::vector<std::string> left_out;

@@ -10,32 +10,37 @@ namespace tanor::report {
 
 namespace {
 
-/// The equations are independent when every factorization of S succeeded (but for those that join supports alone); else
-/// nothing is known.
-std::optional<std::size_t> find_rank(const RunFacts& facts, const Simulation& simulation) {
-  // Coordinates alone hold as many equations as they leave out; nobody wrote them down.
-  if (simulation.plan().form == Form::Tangent && simulation.plan().equations == 0) return std::nullopt;
-  const bool is_regular = facts.has_started && simulation.outcome().status != Status::Singular;
-  const PlanSummary& plan = simulation.plan();
-  return is_regular ? std::optional(plan.equations - plan.idle_equations.size()) : std::nullopt;
-}
-
 void write_sizes(JsonWriter* json, const RunFacts& facts, const Simulation& simulation) {
   const PlanSummary& plan = simulation.plan();
-  const std::optional<std::size_t> rank = find_rank(facts, simulation);
-  const std::size_t num_points = simulation.system().num_points();
-  json->key("points").value(num_points);
+  json->key("points").value(simulation.system().num_points());
   json->key("supports").value(plan.supports);
   json->key("equations").value(plan.equations);
-  json->key("rank");
-  rank ? json->value(*rank) : json->null();
-  json->key("degrees_of_freedom");
-  if (plan.form == Form::Tangent) {
-    json->value(plan.coordinates);
-  } else {
-    rank ? json->value(3 * (num_points - plan.supports) - *rank) : json->null();
-  }
+  write_rank(json, facts.has_started ? std::optional(simulation.rank()) : std::nullopt);
   json->key("islands").value(plan.islands);
+}
+
+/// When the redundant equations became others, `count` times.
+void write_rank_changes(JsonWriter* json, const RankChanges& changes) {
+  json->key("rank_changes").begin_object();
+  json->key("count").value(changes.count);
+  json->key("first").begin_array();
+  for (const RankChange& change : changes.first) {
+    json->begin_object();
+    json->key("t").value(change.time);
+    json->key("rank").value(change.rank);
+    json->end_object();
+  }
+  json->end_array();
+  json->end_object();
+}
+
+/// Where the motion came nearest to a place at which constraints depend on each other.
+void write_nearest_to_singular(JsonWriter* json, const RunFacts& facts, const MotionReport& report) {
+  const auto found = [&](double number) { return facts.has_started ? std::optional(number) : std::nullopt; };
+  json->key("nearest_to_singular").begin_object();
+  json->key("t").value(found(report.reciprocal_condition_time));
+  json->key("reciprocal_condition").value(found(report.reciprocal_condition));
+  json->end_object();
 }
 
 void write_work(JsonWriter* json, const MotionReport& report) {
@@ -130,6 +135,8 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     write_sizes(&json, facts, simulation);
     json.key("t_end").value(facts.t_end);
     json.key("t_reached").value(simulation.time());
+    write_rank_changes(&json, report.rank_changes);
+    write_nearest_to_singular(&json, facts, report);
     write_work(&json, report);
     write_start(&json, facts, report.start);
     write_times(&json, facts, report.times);

@@ -106,13 +106,48 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
                     std::move(plan),
                     std::move(cholesky),
                     std::vector<double>(num_rows),
+                    {},
+                    {},
+                    {},
                     {}});
+}
+
+void GramSolver::set_active(std::span<const char> active) {
+  for (Part& part : parts_) {
+    for (std::vector<int>* list : {&part.zero_slots, &part.unit_slots, &part.inactive_places}) list->clear();
+    if (active.empty()) continue;
+    const auto is_inactive = [&](std::size_t place) {
+      const std::size_t row = part.permutation.empty() ? place : static_cast<std::size_t>(part.permutation[place]);
+      return active[static_cast<std::size_t>(part.first_row) + row] == 0;
+    };
+    const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
+    for (std::size_t column = 0; column < part.x.size(); ++column) {
+      if (is_inactive(column)) part.inactive_places.push_back(static_cast<int>(column));
+      for (int slot = start[column]; slot < start[column + 1]; ++slot) {
+        const auto row = static_cast<std::size_t>(rows[static_cast<std::size_t>(slot)]);
+        if (!is_inactive(column) && !is_inactive(row)) continue;
+        (row == column ? part.unit_slots : part.zero_slots).push_back(slot);
+      }
+    }
+  }
+}
+
+std::vector<std::pair<Index, Index>> GramSolver::weak_parts(double reciprocal_condition) const {
+  std::vector<std::pair<Index, Index>> result;
+  for (const Part& part : parts_) {
+    if (part.quality.positive_definite && part.quality.reciprocal_condition > reciprocal_condition) continue;
+    result.emplace_back(part.first_row, part.first_row + static_cast<Index>(part.x.size()));
+  }
+  return result;
 }
 
 void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
   parallel.for_tasks(parts_.size(), [&](std::size_t p) {
     Part& part = parts_[p];
-    part.plan.assemble(blocks, part.cholesky.values());
+    double* const values = part.cholesky.values();
+    part.plan.assemble(blocks, values);
+    for (const int slot : part.zero_slots) values[slot] = 0.0;
+    for (const int slot : part.unit_slots) values[slot] = 1.0;
   });
 }
 
@@ -179,6 +214,7 @@ void GramSolver::solve_negative(const Parallel& parallel, const double* b, doubl
       return permutation != nullptr ? static_cast<std::size_t>(permutation[k]) : k;
     };
     for (std::size_t k = 0; k < n; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
+    for (const int place : part.inactive_places) part.x[static_cast<std::size_t>(place)] = 0.0;
     part.cholesky.solve(part.x.data());
     for (std::size_t k = 0; k < n; ++k) x_rows[row(k)] = scale[k] * part.x[k];
   });

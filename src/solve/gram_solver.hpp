@@ -2,6 +2,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "assembly/gather_plan.hpp"
@@ -41,11 +42,18 @@ class GramSolver {
   /// Below this the scaled matrix counts as singular: CHOLMOD may call an exactly singular matrix fine (measured).
   static constexpr double singular_below = 3e-14;
 
+  /// From the next `assemble` on: rows that take part; an inactive one is a unit row of the same pattern, its x is 0.
+  /// [row]; empty: all of them.
+  void set_active(std::span<const char> active);
+
   void assemble(const Parallel& parallel, const double* blocks);
   [[nodiscard]] Quality factorize(const Parallel& parallel);
   /// 1/cond of the scaled matrix by a few inverse iterations with the last factor: closer than what `factorize` says,
   /// which is the cheap bound from above. For certificates.
   double estimate_reciprocal_condition();
+  /// Rows [first, end) of each part that the last factorization found singular, or worse than `reciprocal_condition`.
+  std::vector<std::pair<Index, Index>> weak_parts(double reciprocal_condition) const;
+
   /// x = -(X'WX)^-1 b with the last factor: the sign that (31) and every projection want. x may be b. Idle rows get 0.
   void solve_negative(const Parallel& parallel, const double* b, double* x);
 
@@ -66,6 +74,7 @@ class GramSolver {
     Cholesky cholesky;
     std::vector<double> x;  // right-hand side in the order of elimination
     Quality quality;
+    std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
   };
 
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <tanor/dynamics.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/messages.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor::cli {
+
+namespace {
+
+void print(std::string_view key, const std::string& value) {
+  fmt::print("{:<24} {}\n", fmt::format("{}:", key), value);
+}
+
+ExitCode tell(const CheckOptions& options, const Outcome& outcome) {
+  print("result", outcome.what);
+  print_message(options.scene.string() + ": " + outcome.what);
+  return ExitCode::NoAnswer;
+}
+
+void print_start(Dynamics* dynamics, const std::vector<double>& positions, const std::vector<double>& velocities) {
+  print("positions violate",
+        fmt::format("{:.2e} (largest |xi|/|gradient|/length)", dynamics->position_violation(0.0, positions)));
+  print("velocities violate", fmt::format("{:.2e} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
+                                          dynamics->velocity_violation(0.0, positions, velocities)));
+}
+
+void print_rank(const RankReport& rank, std::size_t num_equations) {
+  print("rank", fmt::format("{} of {} equations", rank.rank, num_equations));
+  print("degrees of freedom", fmt::format("{}", rank.degrees_of_freedom));
+  if (rank.smallest_singular_value > 0.0)
+    print("smallest singular value",
+          fmt::format("{:.3g} (of the independent unit gradients)", rank.smallest_singular_value));
+  for (const RowDependence& dependence : rank.dependences) {
+    std::string line = dependence.what;
+    if (!dependence.terms.empty() && dependence.terms.size() <= 6) {
+      line += " with";
+      for (const RowDependence::Term& term : dependence.terms) line += fmt::format(" {:+.4g}", term.coefficient);
+    }
+    print("redundant", line);
+  }
+  if (!rank.taut_points.empty())
+    print("taut", fmt::format("{} points are held by taut rods between supports; a run lets them stand",
+                              rank.taut_points.size()));
+}
+
+void print_certificate(const Certificate& certificate) {
+  for (const CertificateCheck& check : certificate.checks) {
+    print("identity", fmt::format("{:<40} {:.1e} (rounding explains {:.1e}){}", check.identity, check.error,
+                                  check.allowed, check.error <= check.allowed ? "" : " FAILS at " + check.where));
+  }
+  print("certificate", certificate.line());
+}
+
+}  // namespace
+
+ExitCode execute(const CheckOptions& options) {
+  scene::Scene scene = scene::load_scene(options.scene);
+  std::vector<double> positions = scene.system.positions;
+  std::vector<double> velocities = scene.system.velocities;
+  velocities.resize(positions.size(), 0.0);
+  Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
+  print("scene", scene.name);
+  print_start(&dynamics, positions, velocities);
+  const StartReport start =
+      naming_file(options.scene, [&] { return dynamics.start(0.0, positions, velocities, scene.motion.start); });
+  if (!start.outcome.ok()) return tell(options, start.outcome);
+  print("start",
+        fmt::format("corrected by {:.2g} m and {:.2g} m/s", start.position_correction, start.velocity_correction));
+
+  std::vector<double> accelerations(positions.size());
+  const SolveReport solved = dynamics.solve(0.0, positions, velocities, accelerations);
+  if (!solved.outcome.ok()) return tell(options, solved.outcome);
+  print_rank(dynamics.rank(true), dynamics.num_equations());
+  print("reciprocal condition", fmt::format("{:.2e} (of the scaled {})", solved.reciprocal_condition,
+                                            dynamics.plan().form == Form::Tangent ? "H = A'MA" : "S = K'M^-1K"));
+  print("residual", fmt::format("{:.1e} ({} refinements)", solved.residual, solved.refinements));
+  const Certificate certificate = dynamics.certify();
+  print_certificate(certificate);
+  if (certificate.passed()) return ExitCode::Done;
+  print_message(options.scene.string() + ": " + certificate.line());
+  return ExitCode::NoAnswer;
+}
+
+}  // namespace tanor::cli

@@ -1,0 +1,180 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/normal_form.hpp"
+#include "system/text.hpp"
+
+/// \file The rank of K in NormalForm: suspected by S, decided by QR, kept from place to place.
+namespace tanor {
+
+namespace {
+
+constexpr double rounding = 1e-9;  // |K'w + phi| and |K'v + xi_t| over their terms; more is no rounding
+
+/// On the way to xi = 0 and back, by how much K may differ from the one there, for each unit of violation.
+constexpr double spread = 1e3;
+
+}  // namespace
+
+/// Where S has no factor, or one that looks singular.
+Outcome NormalForm::decide_rank(double t, const double* r) {
+  if (Outcome outcome = check_gradients(t); !outcome.ok()) return outcome;
+  const double tolerance = model_.rank_tolerance(r);
+  ++model_.counters.rank_decisions;
+  bool has_changed = false;
+  for (const Redundancy::Rows& rows : solver_.weak_parts(suspect_below_)) {
+    has_changed = redundancy_.decide(blocks_.data(), rows, tolerance) || has_changed;
+  }
+  adopt_rank(t, has_changed);
+  // Independent all the same: the next suspicion wants a better reason.
+  suspect_below_ = std::clamp(0.1 * last_.reciprocal_condition, GramSolver::singular_below, suspect_below_);
+  return {};
+}
+
+/// With the rows that depend now: S of the others, or their QR where S is singular to rounding.
+void NormalForm::adopt_rank(double t, bool has_changed) {
+  if (has_changed) {
+    gradient_norms_.assign(num_rows(), 0.0);
+    for (const Incidence& incidence : model_.incidences) {
+      const Vec3 g = load(blocks_.data(), incidence.block);
+      gradient_norms_[static_cast<std::size_t>(incidence.row)] += dot(g, g);
+    }
+    for (double& norm : gradient_norms_) norm = std::sqrt(norm);
+    model_.note_rank(t, model_.numbering.first_idle_row() - redundancy_.num_dependent());
+    solver_.set_active(redundancy_.rows_for_gram());
+    (void)factorize_gram();
+  }
+  for (const Redundancy::Rows& rows : solver_.weak_parts(GramSolver::singular_below)) redundancy_.take_qr(rows);
+  if (redundancy_.uses_qr()) {
+    const double reciprocal_condition = last_.reciprocal_condition;
+    solver_.set_active(redundancy_.rows_for_gram());
+    (void)factorize_gram();
+    last_.reciprocal_condition = std::min(last_.reciprocal_condition, reciprocal_condition);
+  }
+  is_factorized_ = true;
+}
+
+/// Where a dependent row stays behind: did it become independent? Returns whether the dependent rows changed.
+bool NormalForm::decide_rank_again(double t, const double* r) {
+  if (!redundancy_.is_found()) return false;
+  ++model_.counters.rank_decisions;
+  const bool has_changed = redundancy_.decide_again(blocks_.data(), model_.rank_tolerance(r));
+  if (has_changed) adopt_rank(t, true);
+  return has_changed;
+}
+
+/// K'w + phi is not 0 in all rows. Off xi = 0 dependent rows may differ; else the rank changed, or the rows contradict
+/// each other, or S is too poor.
+Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
+  std::vector<double> xi(num_rows());
+  const double violation = model_.constraints.evaluate_values(model_.parallel, r, xi.data());
+  const double allowed = std::max(rounding, spread * violation);
+  const bool is_active_fine = largest_active(rows_) <= rounding * scale;
+  if (is_active_fine && largest_dependent(rows_) <= allowed * scale) return {};
+
+  if (decide_rank_again(t, r)) {
+    (void)find_multipliers(scale);
+    if (largest_active(rows_) <= rounding * scale && largest_dependent(rows_) <= allowed * scale) return {};
+  }
+  if (redundancy_.is_found()) {
+    if (Outcome outcome = explain_contradiction(t, right_side_, scale, allowed, " m/s^2"); !outcome.ok())
+      return outcome;
+  }
+  if (violation > rounding) return {};  // not where rank has a meaning: the step's error decides
+  ++model_.counters.rank_decisions;
+  for (const Redundancy::Rows& rows : solver_.weak_parts(1.0)) {
+    const auto is_poor = [&](double value) { return !(std::abs(value) <= rounding * scale); };
+    if (std::none_of(rows_.begin() + rows.first, rows_.begin() + rows.second, is_poor)) continue;
+    (void)redundancy_.decide(blocks_.data(), rows, model_.rank_tolerance(r));
+    redundancy_.take_qr(rows);
+  }
+  solver_.set_active(redundancy_.rows_for_gram());
+  (void)factorize_gram();
+  (void)find_multipliers(scale);
+  return {};
+}
+
+// ---- rows ----
+
+/// Largest |row|/|gradient| of the rows that take part …
+double NormalForm::largest_active(const std::vector<double>& rows) const {
+  double largest = 0.0;
+  for (std::size_t a = 0; a < rows.size(); ++a) {
+    if (redundancy_.is_dependent(a)) continue;
+    largest = larger(largest, std::abs(rows[a]) / (gradient_norms_.empty() ? 1.0 : gradient_norms_[a]));
+  }
+  return largest;
+}
+
+/// … and of those that depend on them.
+double NormalForm::largest_dependent(const std::vector<double>& rows) const {
+  if (!redundancy_.is_found()) return 0.0;
+  double largest = 0.0;
+  for (std::size_t a = 0; a < rows.size(); ++a) {
+    if (redundancy_.is_dependent(a)) largest = larger(largest, std::abs(rows[a]) / gradient_norms_[a]);
+  }
+  return largest;
+}
+
+/// "rods[5] depends on rods[0], rods[3], …"
+std::string NormalForm::describe(const Redundancy::Found& found, const char* verb) const {
+  constexpr std::size_t most_names = 6;
+  std::string text = name_row(static_cast<std::size_t>(found.row)) + " " + verb + " ";
+  for (std::size_t k = 0; k < std::min(found.terms.size(), most_names); ++k) {
+    text += (k > 0 ? ", " : "") + name_row(static_cast<std::size_t>(found.terms[k].first));
+  }
+  return text + (found.terms.size() > most_names ? ", …" : "");
+}
+
+/// `rows`: xi, K'v + xi_t or phi + K'w0, whose size for unit gradients is `scale`.
+Outcome NormalForm::explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,
+                                          const char* unit) const {
+  std::vector<double> scales = gradient_norms_;
+  for (double& size : scales) size *= scale;
+  const auto contradiction = redundancy_.find_contradiction(rows, scales, allowed);
+  if (!contradiction) return {};
+  return {Status::Contradictory, describe(contradiction->found, "contradicts") + " at t = " + text(t) + " (by " +
+                                     text(std::abs(contradiction->excess)) + unit + ")"};
+}
+
+// ---- outputs ----
+
+void NormalForm::minimize_multipliers(const double* r, double* lambda) {
+  if (!redundancy_.is_found()) return;
+  // The null space turns with K.
+  (void)decide_rank_again(model_.time(), r);
+  redundancy_.minimize_norm(lambda);
+}
+
+RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
+  if (thoroughly && num_rows() > 0) {
+    ++model_.counters.rank_decisions;
+    const auto end = static_cast<Index>(model_.numbering.first_idle_row());
+    if (redundancy_.decide(blocks_.data(), {0, end}, model_.rank_tolerance(r))) adopt_rank(model_.time(), true);
+  }
+  const auto user_row = [&](std::size_t a) { return static_cast<std::size_t>(model_.numbering.user_row[a]); };
+  RankReport report;
+  std::vector<bool> unique(num_rows(), true);
+  redundancy_.mark_unique(&unique);
+  for (const Redundancy::Found& found : redundancy_.list()) {
+    RowDependence& dependence = report.dependences.emplace_back();
+    dependence.row = user_row(static_cast<std::size_t>(found.row));
+    dependence.what = describe(found, "depends on");
+    for (const auto& [row, coefficient] : found.terms) {
+      dependence.terms.push_back({user_row(static_cast<std::size_t>(row)), coefficient});
+    }
+  }
+  for (std::size_t a = model_.numbering.first_idle_row(); a < num_rows(); ++a) {
+    report.dependences.push_back({user_row(a), {}, name_row(a) + " joins supports alone"});
+    unique[a] = false;
+  }
+  report.rank = num_rows() - report.dependences.size();
+  report.degrees_of_freedom = 3 * model_.num_moving() - report.rank;
+  if (redundancy_.has_decided()) report.smallest_singular_value = redundancy_.smallest_singular_value();
+  report.multipliers_unique.resize(num_rows());
+  for (std::size_t a = 0; a < num_rows(); ++a) report.multipliers_unique[user_row(a)] = unique[a];
+  return report;
+}
+
+}  // namespace tanor

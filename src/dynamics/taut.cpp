@@ -1,0 +1,77 @@
+#include "dynamics/taut.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// Ends of each row that is a rod of constant length, [row].
+std::vector<std::optional<std::array<Index, 2>>> list_constant_rods(const System& system) {
+  std::vector<std::optional<std::array<Index, 2>>> result;
+  for (const Constraint& constraint : system.constraints) {
+    const auto* rods = std::get_if<Rods>(&constraint);
+    const bool is_constant = rods != nullptr && rods->offsets.empty() &&
+                             std::ranges::all_of(rods->length.functions, &ScalarFunction::is_constant);
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          for (std::size_t k = 0; k < num_members(group); ++k) {
+            for (int part = 0; part < rows_per_member<Group>(); ++part) {
+              is_constant ? result.emplace_back(rods->pairs[k]) : result.emplace_back();
+            }
+          }
+        },
+        constraint);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<Index> find_taut_points(const System& system, const RankReport& rank) {
+  if (rank.dependences.empty() || !system.coordinates.empty()) return {};
+  const auto rods = list_constant_rods(system);
+  enum class Place { Free, Fixed, Moving };
+  std::vector<Place> places(system.num_points(), Place::Free);
+  for (const Support& support : system.supports) {
+    for (const Index point : support.points)
+      places[static_cast<std::size_t>(point)] = support.displacement.is_constant() ? Place::Fixed : Place::Moving;
+  }
+  const auto stands = [&](Index point) {
+    const auto i = 3 * static_cast<std::size_t>(point);
+    return system.velocities.empty() ||
+           std::all_of(&system.velocities[i], &system.velocities[i] + 3, [](double v) { return v == 0.0; });
+  };
+
+  std::vector<Index> taut;
+  for (const RowDependence& dependence : rank.dependences) {
+    // K_row = sum of coefficient K_a: omega is 1 there and -coefficient at the others.
+    const bool has_one_sign = !dependence.terms.empty() &&
+                              std::all_of(dependence.terms.begin(), dependence.terms.end(),
+                                          [](const RowDependence::Term& term) { return term.coefficient < 0.0; });
+    if (!has_one_sign) continue;
+    std::vector<Index> found;
+    bool is_held = true;
+    const auto add_row = [&](std::size_t row) {
+      is_held = is_held && rods[row].has_value();
+      if (!is_held) return;
+      for (const Index point : *rods[row]) {
+        const Place place = places[static_cast<std::size_t>(point)];
+        is_held = is_held && place != Place::Moving && (place == Place::Fixed || stands(point));
+        if (place == Place::Free) found.push_back(point);
+      }
+    };
+    add_row(dependence.row);
+    for (const RowDependence::Term& term : dependence.terms) add_row(term.row);
+    if (is_held) taut.insert(taut.end(), found.begin(), found.end());
+  }
+  std::sort(taut.begin(), taut.end());
+  taut.erase(std::unique(taut.begin(), taut.end()), taut.end());
+  return taut;
+}
+
+}  // namespace tanor

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include <tanor/dynamics.hpp>
+
+namespace tanor {
+
+/// Points that taut rods hold between fixed supports: K says less about them than the rods do.
+///
+///   X---o---o---o---X    five rods in a line, as long together as the supports are apart
+///
+/// A dependence sum of omega_a K_a = 0 makes omega'phi = 0 a condition on velocities. Where all omega_a are rods and of
+/// one sign that is sum of omega_a |dv_a|^2/l_a = 0: no rod of it turns, and since their tensions are in balance, they
+/// end at supports. So no point of it moves, now or later, though K'w = -phi alone would let it; what a rod carries
+/// there is not determined (it would be infinite under any load across it).
+///
+/// `rank`: at the initial positions. Users' order, increasing; empty where something of it moves.
+std::vector<Index> find_taut_points(const System& system, const RankReport& rank);
+
+}  // namespace tanor

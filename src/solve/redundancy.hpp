@@ -1,0 +1,94 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "evaluate/family.hpp"
+#include "factor/rank_solver.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Which rows of K depend on others, and what follows for S lambda = b: decided by QR of M^-1/2 K, island by island,
+/// where S alone raises the suspicion; kept until somebody decides anew. Costs nothing where nothing was suspected.
+///
+/// Dependent rows take no part in S (their multipliers are 0) unless `minimize_norm` shares the load out again.
+class Redundancy {
+ public:
+  /// `incidences` of K, `inverse_mass` [point]; all three are kept as they are given.
+  Redundancy(std::span<const Incidence> incidences, std::span<const double> inverse_mass, const Numbering& numbering);
+
+  using Rows = std::pair<Index, Index>;  ///< [first, end), whole islands
+
+  /// Decides for all islands in `rows` with K in `blocks`, known to `tolerance` (of unit columns). Returns whether the
+  /// dependent rows are others than before.
+  bool decide(const double* blocks, Rows rows, double tolerance);
+  /// The same for those islands that have dependent rows.
+  bool decide_again(const double* blocks, double tolerance);
+
+  bool has_decided() const { return !islands_.empty(); }
+  /// Does any row depend?
+  bool is_found() const { return num_dependent_ > 0; }
+  std::size_t num_dependent() const { return num_dependent_; }
+  bool is_dependent(std::size_t row) const { return num_dependent_ > 0 && dependent_[row] != 0; }
+  /// Smallest singular value of the independent unit columns, over the islands that were decided; 1 where none was.
+  double smallest_singular_value() const;
+
+  /// From now on the islands in `rows`, just decided, are solved by their QR factors, until `release_qr`.
+  void take_qr(Rows rows);
+  void release_qr();
+  bool uses_qr() const { return num_qr_ > 0; }
+  /// Rows that are left to the factor of S, for GramSolver::set_active; empty: all of them.
+  std::span<const char> rows_for_gram();
+  /// x = -S^-1 b on the islands that are solved by QR; others are left alone. b and x are [d] and may be one.
+  void solve_negative(const double* b, double* x);
+
+  /// One dependent row and the rows that it is made of (inner rows, coefficients of unit columns).
+  struct Found {
+    Index row;
+    std::vector<std::pair<Index, double>> terms;
+  };
+  std::vector<Found> list() const;
+
+  /// The dependent row whose right side b [d] is farthest from what the others' ask of it.
+  struct Contradiction {
+    Found found;
+    double excess;  ///< unit of b
+  };
+  /// None where it lies within `allowed` times its terms, or times `scale` [d], or within what rounding explains. With
+  /// the K of the last decision.
+  std::optional<Contradiction> find_contradiction(std::span<const double> b, std::span<const double> scale,
+                                                  double allowed) const;
+
+  /// lambda := the solution with the smallest Euclidean norm; `is_unique` [row]: false where others are as good. With
+  /// the K of the last decision.
+  void minimize_norm(double* lambda) const;
+  void mark_unique(std::vector<bool>* is_unique) const;
+
+ private:
+  struct Island {
+    Index first, end;
+    std::unique_ptr<RankSolver> solver;
+    bool by_qr = false;
+  };
+  Rows island_of(Index row) const;
+  SparseColumns scaled_columns(const double* blocks, Rows rows);
+  bool decide_island(const double* blocks, Rows rows, double tolerance);
+  void group_by_row();
+  Found translate(const Island& island, const Dependence& dependence) const;
+
+  std::span<const Incidence> incidences_;
+  std::span<const double> inverse_mass_;
+  const Numbering& numbering_;
+  std::vector<Index> row_start_;            // [row] its incidences in by_row_; made at the first decision
+  std::vector<Index> by_row_;               // places in incidences_
+  std::vector<Index> local_point_;          // [point] in the island at hand
+  std::vector<Island> islands_;             // that were decided, by rows
+  std::vector<char> dependent_, for_gram_;  // [row]
+  std::size_t num_dependent_ = 0, num_qr_ = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,177 @@
+/// Motions through places where the constraints are redundant, all the time or for a moment.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+
+namespace tanor {
+namespace {
+
+MotionOptions with(Method method, double step) {
+  MotionOptions options;
+  options.method = method;
+  if (method == Method::Dopri5) {
+    options.rtol = options.atol = 1e-12;
+  } else {
+    options.step = step;
+  }
+  return options;
+}
+
+/// Three parallel cranks of length 1 that carry rods 3-4, 4-5 and 3-5 in a line: one rod too many (case 18a).
+System make_parallelogram() {
+  System system;
+  for (const double x : {0.0, 1.0, 2.5}) system.positions.insert(system.positions.end(), {x, 0.0, 0.0});
+  for (const double x : {0.0, 1.0, 2.5})
+    system.positions.insert(system.positions.end(), {x + std::sin(0.7), -std::cos(0.7), 0.0});
+  system.masses = {1, 1, 1, 1, 2, 3};
+  system.supports = {{"", {0, 1, 2}, {}}};
+  system.constraints = {Rods{"cranks", {{0, 3}, {1, 4}, {2, 5}}, 1.0, {}},
+                        Rods{"couplers", {{3, 4}, {4, 5}, {3, 5}}, std::vector{1.0, 1.5, 2.5}, {}}};
+  system.forces = {Gravity{"", {0, -9.81, 0}}};
+  return system;
+}
+
+TEST(Singular, RedundantParallelogramMovesAsThePendulumItIs) {
+  Simulation simulation(make_parallelogram(), with(Method::Dopri5, 0.0));
+
+  ASSERT_TRUE(simulation.advance(5.0).ok()) << simulation.outcome().what;
+
+  // The first mass at t = 5, case 18a
+  EXPECT_NEAR(simulation.positions()[9], -0.5703965679671275, 1e-11);
+  EXPECT_NEAR(simulation.positions()[10], -0.8213694389562604, 1e-11);
+  EXPECT_NEAR(simulation.velocities()[9], -0.8650017313892577, 1e-10);
+  EXPECT_NEAR(simulation.accelerations()[9], 5.228653577295534, 1e-9);
+  EXPECT_EQ(simulation.rank().rank, 5U);
+  EXPECT_EQ(simulation.report().rank_changes.count, 1U) << "decided once, at the start";
+}
+
+TEST(Singular, MultipliersOfTheParallelogramAreTheSmallest) {
+  Simulation simulation(make_parallelogram(), with(Method::Dopri5, 0.0));
+
+  // Case 18a at t = 0: the cranks carry, the couplers do nothing
+  const std::vector<double> expected{-7.503101857260695, -15.006203714521602, -22.50930557178245, 0, 0, 0};
+  for (std::size_t a = 0; a < 6; ++a) EXPECT_NEAR(simulation.multipliers()[a], expected[a], 1e-12);
+  EXPECT_EQ(simulation.rank().multipliers_unique, (std::vector<bool>{true, true, true, false, false, false}));
+}
+
+/// Two cranks of length 1 on pivots 1 apart and a coupler of length 1, in a plane: flat at angle 0, where it could
+/// leave as a parallelogram or as an antiparallelogram.
+System make_four_bar(double angle, double rate) {
+  System system;
+  const double c = std::cos(angle), s = std::sin(angle);
+  system.positions = {0, 0, 0, 1, 0, 0, c, s, 0, 1 + c, s, 0};
+  system.velocities = {0, 0, 0, 0, 0, 0, -rate * s, rate * c, 0, -rate * s, rate * c, 0};
+  system.masses.assign(4, 1.0);
+  system.supports = {{"", {0, 1}, {}}};
+  system.constraints = {Rods{"rods", {{0, 2}, {1, 3}, {2, 3}}, {}, {}}, Planes{"plane", {2, 3}, {0, 0, 1}, 0.0}};
+  return system;
+}
+
+class FourBar : public testing::TestWithParam<Method> {};
+
+TEST_P(FourBar, LeavesTheFlatPlaceOnTheBranchOfItsMomentum) {
+  Simulation simulation(make_four_bar(0.0, -1.0), with(GetParam(), 1e-3));
+  EXPECT_EQ(simulation.rank().rank, 4U);
+
+  ASSERT_TRUE(simulation.advance(1.0).ok()) << simulation.outcome().what;
+
+  // Both cranks turn at the same constant rate: the parallelogram.
+  EXPECT_NEAR(simulation.positions()[6], std::cos(1.0), 1e-6);
+  EXPECT_NEAR(simulation.positions()[7], -std::sin(1.0), 1e-6);
+  EXPECT_NEAR(simulation.positions()[9], 1.0 + std::cos(1.0), 1e-6);
+  EXPECT_NEAR(simulation.positions()[10], -std::sin(1.0), 1e-6);
+  EXPECT_EQ(simulation.rank().rank, 5U);
+  const RankChanges& changes = simulation.report().rank_changes;
+  ASSERT_GE(changes.count, 2U);
+  EXPECT_EQ(changes.first[0].time, 0.0);
+  EXPECT_EQ(changes.first[0].rank, 4U);
+}
+
+TEST_P(FourBar, PassesTheFlatPlace) {
+  // No step ends at the flat place, or so near that velocities would be rounding: K takes them with eps/sigma there.
+  MotionOptions options = with(GetParam(), 0.9e-3);
+  options.rtol = options.atol = 1e-10;
+  Simulation simulation(make_four_bar(0.5, -1.0), options);
+
+  ASSERT_TRUE(simulation.advance(1.5).ok()) << simulation.outcome().what;
+
+  EXPECT_NEAR(simulation.positions()[6], std::cos(1.0), 1e-6);
+  EXPECT_NEAR(simulation.positions()[7], -std::sin(1.0), 1e-6);
+  EXPECT_NEAR(simulation.positions()[10], -std::sin(1.0), 1e-6);
+  EXPECT_NEAR(simulation.report().reciprocal_condition_time, 0.5, 5e-2);
+  EXPECT_LT(simulation.report().reciprocal_condition, 1e-2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Motion, FourBar, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle));
+
+/// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut.
+System make_net_on_adjacent_corners() {
+  constexpr Index m = 10;
+  System system;
+  Rods rods;
+  for (Index x = 0; x < m; ++x) {
+    for (Index y = 0; y < m; ++y) {
+      system.positions.insert(system.positions.end(), {0.1 * x, 0.1 * y, 0.0});
+      if (x > 0) rods.pairs.push_back({(x - 1) * m + y, x * m + y});
+      if (y > 0) rods.pairs.push_back({x * m + y - 1, x * m + y});
+    }
+  }
+  system.masses.assign(m * m, 0.1);
+  system.supports = {{"", {0, m - 1}, {}}};
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0, 0, -9.81}}};
+  return system;
+}
+
+TEST(Singular, NetOnAdjacentCornersHangsFromItsTautEdge) {
+  std::vector<std::vector<double>> ends;
+  for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
+    Simulation simulation(make_net_on_adjacent_corners(), with(method, 2.5e-4));
+    EXPECT_EQ(simulation.plan().taut_points, (std::vector<Index>{1, 2, 3, 4, 5, 6, 7, 8}));
+    EXPECT_EQ(simulation.rank().dependences.size(), 9U);
+    EXPECT_EQ(simulation.rank().dependences[0].what.find("is taut between supports") != std::string::npos, true);
+
+    ASSERT_TRUE(simulation.advance(0.1).ok()) << simulation.outcome().what;
+
+    EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-6);
+    for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(simulation.positions()[3 * i + 2], 0.0);
+    EXPECT_LT(simulation.positions()[3 * 99 + 2], -0.01) << "the far edge falls";
+    ends.emplace_back(simulation.positions().begin(), simulation.positions().end());
+  }
+  for (std::size_t i = 0; i < ends[0].size(); ++i) {
+    EXPECT_NEAR(ends[0][i], ends[1][i], 1e-8);
+    EXPECT_NEAR(ends[2][i], ends[1][i], 1e-5);
+  }
+}
+
+TEST(Singular, DiamondOfFiveRodsKeepsItsEnergyForALongTime) {
+  // Atoms 0, 1, 2 in a triangle, 3 on the other side of 1-2: two triangles on a hinge.
+  const double l01 = 0.4904, l02 = 0.6019, l12 = 0.2719, l31 = 0.7237, l32 = 0.5376;
+  const double x2 = (l01 * l01 + l02 * l02 - l12 * l12) / (2 * l01), y2 = std::sqrt(l02 * l02 - x2 * x2);
+  const double a = (l31 * l31 + l12 * l12 - l32 * l32) / (2 * l12), h = std::sqrt(l31 * l31 - a * a);
+  const double ex = (x2 - l01) / l12, ey = y2 / l12;
+  System system;
+  system.positions = {0, 0, 0, l01, 0, 0, x2, y2, 0,
+                      l01 + a * ex + h * std::cos(2.0) * ey, a * ey - h * std::cos(2.0) * ex, h * std::sin(2.0)};
+  system.velocities = {0.3, -1.0, 0.5, 0.2, 0.9, -0.4, -0.7, 0.1, 1.1, 0.6, -0.2, -0.8};
+  system.masses = {12, 14, 12, 16};
+  system.constraints = {Rods{"rods", {{0, 1}, {0, 2}, {1, 2}, {3, 1}, {3, 2}}, std::vector{l01, l02, l12, l31, l32}, {}}};
+  MotionOptions options = with(Method::Rattle, 1e-3);
+  options.start = StartMode::Project;
+  Simulation simulation(system, options);
+  double largest = 0.0;
+
+  const Outcome outcome = simulation.advance(100.0, [&](const MotionReport& report) {
+    largest = std::max(largest, std::abs(report.energy.drift_relative()));
+    return true;
+  });
+
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  EXPECT_EQ(simulation.report().steps, 100'000U);
+  EXPECT_LT(largest, 1e-5);
+}
+
+}  // namespace
+}  // namespace tanor
