@@ -10,6 +10,7 @@
 
 #include "evaluate/definitions.hpp"
 #include "factor/sparse_qr.hpp"
+#include "system/members.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -157,6 +158,7 @@ class Judge {
     // M w = f + K lambda
     Vector lambda(d_), K_lambda(n_), inner(n_);
     model_.numbering.scatter_rows(answer_.lambda, lambda);
+    turn_pairs_of_lines(definitions, &lambda);
     definitions.reactions(answer_.t, user_r_, lambda, K_lambda);
     model_.numbering.gather_points(K_lambda, inner);
     Vector rest(n_, 0.0);
@@ -171,6 +173,34 @@ class Judge {
       judge_by_qr(scale);
     }
     judge_split();
+  }
+
+  /// The two unit vectors of a line that turns are a convention, which the definitions may keep otherwise: what the
+  /// pair carries, K lambda at its point, is taken apart along theirs.
+  void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const {
+    std::vector<char> turns(d_, 0);
+    std::size_t row = 0;
+    for (const Constraint& constraint : model_.system.constraints) {
+      const auto* const lines = std::get_if<Lines>(&constraint);
+      const bool moves = lines != nullptr && !lines->direction.is_constant();
+      const std::size_t rows = std::visit(
+          []<class Group>(const Group& group) { return num_members(group) * rows_per_member<Group>(); }, constraint);
+      std::fill_n(turns.begin() + static_cast<std::ptrdiff_t>(row), rows, moves);
+      row += rows;
+    }
+    if (std::ranges::none_of(turns, [](char turn) { return turn != 0; })) return;
+    Vector blocks(3 * model_.constraints.num_blocks()), carried(n_, 0.0), along(d_);
+    model_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), blocks.data());
+    for (const Incidence& i : model_.incidences) {
+      const auto user_row = static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(i.row)]);
+      if (turns[user_row] == 0) continue;
+      const double factor = i.sign * answer_.lambda[static_cast<std::size_t>(i.row)];
+      store(carried.data(), i.point, load(carried.data(), i.point) + factor * load(blocks.data(), i.block));
+    }
+    definitions.transposed(answer_.t, user_r_, to_user(carried), along);
+    for (std::size_t a = 0; a < d_; ++a) {
+      if (turns[a] != 0) (*lambda)[a] = along[a];
+    }
   }
 
   /// |column of K| of each of the user's rows.

@@ -51,6 +51,7 @@ void NormalForm::describe(PlanSummary* plan) const {
     left_out.push_back("factorization: no constraints");
   else if (model_.constraints.gradients_are_constant())
     left_out.push_back("refactorization: K is constant");
+  if (summary.factorization == "closed form") left_out.push_back("sparse factorization: closed form, row by row");
   if (model_.constraints.gradient_norms_are_constant()) left_out.push_back("rescaling of S: its diagonal is constant");
   if (!model_.constraints.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
 }

@@ -93,18 +93,21 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   for (std::size_t k = 0; k < place.size(); ++k)
     place[static_cast<std::size_t>(analysis.permutation[k])] = static_cast<int>(k);
   GatherPlan plan(products, num_rows, place, analysis.supernodal ? Triangle::Lower : Triangle::Upper, squared_norms);
-  Cholesky cholesky({plan.column_start(), plan.rows()}, analysis.supernodal);
+  const TrianglePattern pattern{plan.column_start(), plan.rows()};
+  const bool is_simple = !analysis.supernodal && ClosedForm::serves(pattern);
+  auto factor = is_simple ? std::variant<ClosedForm, Cholesky>(ClosedForm(pattern))
+                          : std::variant<ClosedForm, Cholesky>(Cholesky(pattern, analysis.supernodal));
 
   summary_.pattern_nonzeros += plan.rows().size();
   summary_.factor_nonzeros += analysis.factor_nonzeros;
   summary_.flops += analysis.flops;
   ++summary_.parts;
   add_word(ordering_name(analysis.ordering), &summary_.ordering);
-  add_word(analysis.supernodal ? "supernodal" : "simplicial", &summary_.factorization);
+  add_word(is_simple ? "closed form" : analysis.supernodal ? "supernodal" : "simplicial", &summary_.factorization);
   parts_.push_back({first_row,
                     std::move(analysis.permutation),
                     std::move(plan),
-                    std::move(cholesky),
+                    std::move(factor),
                     std::vector<double>(num_rows),
                     {},
                     {},
@@ -144,7 +147,7 @@ std::vector<std::pair<Index, Index>> GramSolver::weak_parts(double reciprocal_co
 void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
   parallel.for_tasks(parts_.size(), [&](std::size_t p) {
     Part& part = parts_[p];
-    double* const values = part.cholesky.values();
+    double* const values = part.values();
     part.plan.assemble(blocks, values);
     for (const int slot : part.zero_slots) values[slot] = 0.0;
     for (const int slot : part.unit_slots) values[slot] = 1.0;
@@ -154,7 +157,7 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
 GramSolver::Quality GramSolver::factorize(const Parallel& parallel) {
   parallel.for_tasks(parts_.size(), [&](std::size_t p) {
     Part& part = parts_[p];
-    const Cholesky::Quality quality = part.cholesky.factorize();
+    const Cholesky::Quality quality = std::visit([](auto& any) { return any.factorize(); }, part.factor);
     const std::size_t column = quality.weakest_column;
     const bool ordered = !part.permutation.empty() && column < part.permutation.size();
     const std::size_t row = ordered ? static_cast<std::size_t>(part.permutation[column]) : column;
@@ -175,7 +178,7 @@ double GramSolver::estimate_reciprocal_condition() {
   double worst = 1.0;
   for (Part& part : parts_) {
     const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
-    const double* const values = part.cholesky.values();
+    const double* const values = part.values();
     // |S|_1 from one triangle: the other one mirrors it
     std::vector<double> column_sum(part.x.size(), 0.0);
     for (std::size_t column = 0; column < part.x.size(); ++column) {
@@ -190,7 +193,7 @@ double GramSolver::estimate_reciprocal_condition() {
     for (std::size_t k = 0; k < part.x.size(); ++k) part.x[k] = std::sin(1.0 + 2.399963 * static_cast<double>(k));
     for (int i = 0; i < iterations; ++i) {
       const double before = norm_of(part.x);
-      part.cholesky.solve(part.x.data());
+      part.solve(part.x.data());
       inverse = norm_of(part.x) / before;
       for (double& x : part.x) x /= inverse * before;
     }
@@ -215,7 +218,7 @@ void GramSolver::solve_negative(const Parallel& parallel, const double* b, doubl
     };
     for (std::size_t k = 0; k < n; ++k) part.x[k] = -scale[k] * b_rows[row(k)];
     for (const int place : part.inactive_places) part.x[static_cast<std::size_t>(place)] = 0.0;
-    part.cholesky.solve(part.x.data());
+    part.solve(part.x.data());
     for (std::size_t k = 0; k < n; ++k) x_rows[row(k)] = scale[k] * part.x[k];
   });
 }

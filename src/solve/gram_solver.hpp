@@ -3,11 +3,13 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "assembly/gather_plan.hpp"
 #include "base/parallel.hpp"
 #include "factor/cholesky.hpp"
+#include "factor/closed_form.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -23,8 +25,9 @@ struct RowIslands {
 };
 
 /// Solves X'WX x = b for a basis X in blocks and diagonal weights W, part by part (groups of islands): assembly +
-/// CHOLMOD, the general way. S = K'M^-1K, Gamma = K'K, H = A'MA and G = A'A are the paper's four.
-/// The symbolic work is done once, in the constructor; `factorize` and `solve` only fill numbers.
+/// CHOLMOD, the general way, or a closed form where a part is diagonal or a single point's. S = K'M^-1K, Gamma = K'K, H
+/// = A'MA and G = A'A are the paper's four. The symbolic work is done once, in the constructor; `factorize` and `solve`
+/// only fill numbers.
 class GramSolver {
  public:
   /// `incidences` of all points, `weights` [point]: 0 where it takes no part (supports). `squared_norms` [block] as
@@ -71,9 +74,15 @@ class GramSolver {
     Index first_row;
     std::vector<int> permutation;  // [place] -> row of the part; empty: as it is
     GatherPlan plan;
-    Cholesky cholesky;
+    std::variant<ClosedForm, Cholesky> factor;
     std::vector<double> x;  // right-hand side in the order of elimination
     Quality quality;
+    double* values() {
+      return std::visit([](auto& any) { return any.values(); }, factor);
+    }
+    void solve(double* b) {
+      std::visit([&](auto& any) { any.solve(b); }, factor);
+    }
     std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
   };
 

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <tanor/motion.hpp>
+
 #include "random_systems.hpp"
 #include "reference.hpp"
 
@@ -21,7 +23,7 @@ struct Tampering {
   static void corrupt_slot(GramSolver& solver, std::size_t slot, double by) {
     for (auto& part : solver.parts_) {
       if (slot < part.plan.rows().size()) {
-        part.cholesky.values()[slot] += by;
+        part.values()[slot] += by;
         break;
       }
       slot -= part.plan.rows().size();
@@ -241,6 +243,25 @@ TEST(Certificate, OrthogonalityOfTheSplitIsTriedWhereMassesAreEqual) {
 
   EXPECT_LE(certificate.orthogonality, 1e-12);
   EXPECT_TRUE(certificate.passed()) << certificate.line();
+}
+
+TEST(Certificate, LineThatTurnedIntoItsHelperAxisIsNoFailure) {
+  // The direction turns from z, over x and y, so that the pair of unit vectors changes its helper on the way.
+  const auto f = [](const char* text) { return ScalarFunction::formula(text); };
+  System system;
+  system.positions = {0.0, 0.0, 1.0};
+  system.velocities = {1.0, 0.0, 0.0};
+  system.masses = {2.0};
+  system.constraints = {
+      Lines{"wire", {0}, Vector3{}, VectorFunction(f("sin(t)*cos(0.7*t^2)"), f("sin(t)*sin(0.7*t^2)"), f("cos(t)"))}};
+  system.forces = {Gravity{"", {1.0, -2.0, -9.81}}};
+  Simulation simulation(system, {.step = 0.01});
+
+  for (int k = 1; k <= 30; ++k) {
+    ASSERT_TRUE(simulation.advance(0.1 * k).ok());
+    const Certificate certificate = simulation.certify();
+    EXPECT_TRUE(certificate.passed()) << simulation.time() << ": " << certificate.line();
+  }
 }
 
 TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {

@@ -159,6 +159,38 @@ TEST(LeftOut, TangentFormNeitherProjectsNorFactorizesS) {
   EXPECT_LE(simulation.report().position_violation, 1e-15);
 }
 
+TEST(LeftOut, SinglePointAndBeadsOnTheirOwnSurfacesAreSolvedInClosedForm) {
+  System bead;
+  bead.positions = {1.0, 0.0, 0.5};
+  bead.velocities = {0.0, 2.0, 0.0};
+  bead.masses = {2.0};
+  bead.constraints = {Circles{"hoop", {0}, Vector3{0.0, 0.0, 0.5}, Vector3{0.0, 0.0, 1.0}, {}}};
+  bead.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  System beads;
+  for (Index i = 0; i < 2000; ++i) {
+    beads.positions.insert(beads.positions.end(), {1.0 + i, 0.0, 0.0});
+    beads.masses.push_back(1.0 + i % 3);
+  }
+  beads.velocities.assign(beads.positions.size(), 0.0);
+  beads.constraints = {Planes{"floor", {}, Vector3{0.0, 0.0, 2.0}, 0.0}};
+  for (Index i = 0; i < 2000; ++i) std::get<Planes>(beads.constraints[0]).points.push_back(i);
+  beads.forces = bead.forces;
+  Dynamics on_hoop(bead), on_floor(beads);
+  std::vector<double> w(3), lambda(2), w_floor(6000), lambda_floor(2000);
+
+  ASSERT_TRUE(on_hoop.solve(0.0, bead.positions, bead.velocities, w, lambda).outcome.ok());
+  ASSERT_TRUE(on_floor.solve(0.0, beads.positions, beads.velocities, w_floor, lambda_floor).outcome.ok());
+
+  // v^2/r towards the axis, and the weight carried by the plane
+  EXPECT_NEAR(w[0], -4.0, 1e-15);
+  EXPECT_NEAR(lambda[0], 2.0 * 9.81, 1e-14);
+  EXPECT_NEAR(lambda[1], -8.0, 1e-14);
+  for (Index i = 0; i < 2000; ++i) EXPECT_NEAR(lambda_floor[i], (1.0 + i % 3) * 9.81, 1e-13);
+  EXPECT_EQ(on_hoop.plan().factorization, "closed form");
+  EXPECT_EQ(on_floor.plan().factorization, "closed form");
+  EXPECT_EQ(Dynamics(make_chain(5)).plan().factorization, "simplicial");
+}
+
 TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
   const Dynamics still(make_chain(3));
   System moving = make_chain(3);

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "factor/cholesky.hpp"
+
+namespace tanor {
+
+/// L L' = S where no sparse factorization is needed: S diagonal (beads on surfaces of their own), or of one point,
+/// which has at most three rows. Takes the upper triangle; otherwise as Cholesky.
+class ClosedForm {
+ public:
+  static bool serves(const TrianglePattern& upper);
+
+  explicit ClosedForm(TrianglePattern upper);
+
+  double* values() { return values_.data(); }
+  [[nodiscard]] Cholesky::Quality factorize();
+  /// x := S^-1 x, [n].
+  void solve(double* x) const;
+
+ private:
+  static constexpr std::size_t most_rows = 3;
+  bool is_diagonal() const { return pattern_.rows.size() == pattern_.size(); }
+
+  TrianglePattern pattern_;
+  std::vector<double> values_;
+  std::vector<double> inverse_;                               // diagonal: 1/S_ii
+  std::array<std::array<double, most_rows>, most_rows> L_{};  // else
+};
+
+}  // namespace tanor
