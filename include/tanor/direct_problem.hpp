@@ -33,7 +33,7 @@ class TANOR_API MotionTable {
   MotionState at(double t) const;
 
  private:
-  struct Implementation;
+  struct TANOR_LOCAL Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 
@@ -79,7 +79,7 @@ class TANOR_API DirectProblem {
   MotionState place(double t, const MotionState& coordinates);
 
  private:
-  struct Implementation;
+  struct TANOR_LOCAL Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 

@@ -66,8 +66,9 @@ struct RowDependence {
 
 /// The rank of K at one place.
 struct RankReport {
+  bool is_known = true;  ///< false: coordinates alone say what can move, no equation is written down
   std::size_t rank = 0;
-  std::size_t degrees_of_freedom = 0;       ///< 3(n - supports) - rank
+  std::size_t degrees_of_freedom = 0;       ///< 3(n - supports) - rank; as many as coordinates where these stand alone
   std::vector<RowDependence> dependences;   ///< one for each equation that the rank lacks
   std::vector<bool> multipliers_unique;     ///< [d] false: others give the same reactions; the smallest are reported
   /// Held by taut rods between fixed supports: they cannot move, now or later, though K'w = -phi alone would let them.
@@ -193,7 +194,7 @@ class TANOR_API Dynamics {
   Counters counters() const;
 
  private:
-  struct Implementation;
+  struct TANOR_LOCAL Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 

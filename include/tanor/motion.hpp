@@ -114,7 +114,7 @@ class TANOR_API Simulation {
   std::span<const double> support_forces() const; ///< 3n, N: load that each support carries, 0 elsewhere
 
  private:
-  struct Implementation;
+  struct TANOR_LOCAL Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 

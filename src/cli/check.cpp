@@ -33,7 +33,7 @@ void print_start(Dynamics* dynamics, const std::vector<double>& positions, const
 }
 
 void print_rank(const RankReport& rank, std::size_t num_equations) {
-  print("rank", fmt::format("{} of {} equations", rank.rank, num_equations));
+  if (rank.is_known) print("rank", fmt::format("{} of {} equations", rank.rank, num_equations));
   print("degrees of freedom", fmt::format("{}", rank.degrees_of_freedom));
   if (rank.smallest_singular_value > 0.0)
     print("smallest singular value",

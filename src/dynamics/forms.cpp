@@ -115,6 +115,7 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
   }
   // Coordinates alone: as many degrees of freedom as there are coordinates.
   RankReport report;
+  report.is_known = false;
   report.degrees_of_freedom = model.coordinates.num_coordinates();
   return report;
 }

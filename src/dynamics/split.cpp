@@ -79,6 +79,7 @@ void NormalSpace::find_least(const double* c, double* x, double* mu) {
     model_.gather.add_scaled(model_.parallel, blocks_, rows_.data(), unit_.data(), model_.num_moving(), x);
     model_.constraints.apply_transposed(model_.parallel, blocks_, x, c_.data(), rows_.data());
   }
+  if (redundancy_.is_found()) redundancy_.minimize_norm(mu);
 }
 
 void NormalSpace::project(const double* u, double* u_N, double* mu) {

@@ -85,8 +85,8 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                                         "solve {:.3g}, output {:.3g}",
                                         facts.wall.total, facts.wall.setup, times.evaluate, times.assemble,
                                         times.factor, times.solve, facts.wall.output));
-  page += line("condition", fmt::format("reciprocal condition {:.1e} (estimate), smallest at t = {:g} s", report.reciprocal_condition,
-                                        report.reciprocal_condition_time));
+  page += line("condition", fmt::format("reciprocal condition {:.1e} (estimate), smallest at t = {:g} s",
+                                        report.reciprocal_condition, report.reciprocal_condition_time));
   page += line("violation",
                fmt::format("{:.1e} positions, {:.1e} velocities, {:.1e} accelerations (largest, relative)",
                            report.position_violation, report.velocity_violation, report.acceleration_violation));

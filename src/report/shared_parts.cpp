@@ -49,7 +49,7 @@ void write_certificate(JsonWriter* json, const std::optional<Certificate>& certi
 
 void write_rank(JsonWriter* json, const std::optional<RankReport>& rank) {
   json->key("rank");
-  rank ? json->value(rank->rank) : json->null();
+  rank && rank->is_known ? json->value(rank->rank) : json->null();
   json->key("degrees_of_freedom");
   rank ? json->value(rank->degrees_of_freedom) : json->null();
   json->key("redundant");

@@ -15,11 +15,11 @@ struct WallTimes {
 
 /// What is told about a run that a Simulation does not know itself.
 struct RunFacts {
-  std::string scene;        ///< its name
-  std::string source;       ///< where its points come from
-  int threads = 1;          ///< used
-  double t_end = 0.0;       ///< asked for, s
-  bool has_started = true;  ///< a start was found; else no state is known
+  std::string scene;                       ///< its name
+  std::string source;                      ///< where its points come from
+  int threads = 1;                         ///< used
+  double t_end = 0.0;                      ///< asked for, s
+  bool has_started = true;                 ///< a start was found; else no state is known
   std::optional<Certificate> certificate;  ///< of the end, or the first one that failed
   WallTimes wall;
 };

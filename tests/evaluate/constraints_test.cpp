@@ -99,8 +99,8 @@ const Kind kinds[] = {
     {"FormulaMovingSurface", [](Random&) {
        return UserConstraints{"", {{0}, {4}}, formula_constraint("x1^2+y1^2-(1+0.1*sin(3*t))^2", 1)}; }},
     {"UserThreePoints", [](Random&) {
-       return UserConstraints{"", {{0, 1, 2}, {3, 5, 4}}, make_constraint_kernel<3>([](const auto& x, const auto& t) {
-         return exp(0.3 * x[0]) * cos(x[4] - t) + x[2] * x[8] * x[5] - atan2(x[7], 3.0 + x[6] * x[1]) + x[3]; })}; }},
+       return UserConstraints{"", {{0, 1, 2}, {3, 5, 4}}, make_constraint_kernel<3>([](const auto& x, const auto& now) {
+         return exp(0.3 * x[0]) * cos(x[4] - now) + x[2] * x[8] * x[5] - atan2(x[7], 3.0 + x[6] * x[1]) + x[3]; })}; }},
 };
 // clang-format on
 

@@ -216,36 +216,21 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   write_summary(folder.path(), {}, simulation);
 
   const json summary = read_json(folder / "summary.json");
-  EXPECT_EQ(list_keys(summary), (Keys{"certificate",
-                                      "degrees_of_freedom",
-                                      "energy",
-                                      "equations",
-                                      "factorizations",
-                                      "final",
-                                      "form",
-                                      "friction",
-                                      "islands",
-                                      "left_out",
-                                      "method",
-                                      "nearest_to_singular",
-                                      "points",
-                                      "rank",
-                                      "rank_changes",
-                                      "redundant",
-                                      "rejected",
-                                      "scene",
-                                      "solves",
-                                      "source",
-                                      "start",
-                                      "start_correction",
-                                      "steps",
-                                      "supports",
-                                      "t_end",
-                                      "t_reached",
-                                      "tanor_version",
-                                      "threads",
-                                      "violation",
-                                      "wall_s"}));
+  EXPECT_EQ(list_keys(summary), (Keys{"certificate",    "degrees_of_freedom",
+                                      "energy",         "equations",
+                                      "factorizations", "final",
+                                      "form",           "friction",
+                                      "islands",        "left_out",
+                                      "method",         "nearest_to_singular",
+                                      "points",         "rank",
+                                      "rank_changes",   "redundant",
+                                      "rejected",       "scene",
+                                      "solves",         "source",
+                                      "start",          "start_correction",
+                                      "steps",          "supports",
+                                      "t_end",          "t_reached",
+                                      "tanor_version",  "threads",
+                                      "violation",      "wall_s"}));
   EXPECT_EQ(list_keys(summary["wall_s"]),
             (Keys{"assemble", "evaluate", "factor", "friction", "output", "setup", "solve", "total"}));
   EXPECT_EQ(list_keys(summary["final"]),
@@ -253,8 +238,9 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   EXPECT_EQ(list_keys(summary["violation"]), (Keys{"acceleration_max", "position_max", "velocity_max"}));
   EXPECT_EQ(list_keys(summary["energy"]),
             (Keys{"drift_relative", "end", "start", "work_of_forces", "work_of_friction", "work_of_supports"}));
-  EXPECT_EQ(list_keys(summary["certificate"]), (Keys{"forms_agree", "normal_identity", "orthogonality", "power_balance",
-                                                     "reciprocal_condition", "residual", "tangent_identity"}));
+  EXPECT_EQ(list_keys(summary["certificate"]),
+            (Keys{"bases_orthogonal", "checks", "forms_agree", "normal_identity", "orthogonality", "power_balance",
+                  "reciprocal_condition", "residual", "second_factorization", "tangent_identity", "verdict"}));
   EXPECT_EQ(list_keys(summary["friction"]),
             (Keys{"contraction_max", "error_bound", "iterations_max", "iterations_mean", "method_used", "uniqueness"}));
 }
@@ -311,16 +297,22 @@ TEST(SummaryTest, WhatWasNotComputedIsNull) {
   }
 }
 
-TEST(SummaryTest, WithoutItsPolicyTheCertificateIsNull) {
+TEST(SummaryTest, CertificateIsTheOneThatWasMadeOrNull) {
   const Folder folder;
-  const Simulation simulation = make_simulation();
+  Simulation simulation = make_simulation();
 
   RunFacts facts;
-  facts.with_certificate = false;
+  write_summary(folder.path(), facts, simulation);
+  const json without = read_json(folder / "summary.json");
+  facts.certificate = simulation.certify();
   write_summary(folder.path(), facts, simulation);
 
   const json summary = read_json(folder / "summary.json");
-  EXPECT_TRUE(summary["certificate"]["residual"].is_null());
+  EXPECT_TRUE(without["certificate"]["residual"].is_null());
+  EXPECT_TRUE(without["certificate"]["verdict"].is_null());
+  EXPECT_EQ(summary["certificate"]["residual"], facts.certificate->residual);
+  EXPECT_EQ(summary["certificate"]["verdict"], facts.certificate->line());
+  EXPECT_EQ(summary["certificate"]["checks"].size(), facts.certificate->checks.size());
   EXPECT_FALSE(summary["violation"]["position_max"].is_null());
 }
 
