@@ -7,7 +7,8 @@
 #include <vector>
 
 /// What anybody would write first with Eigen: K from triplets, S = K'M^-1K by sparse products, SimplicialLDLT whose
-/// analysis is kept, w = M^-1 (f + K lambda). Rods and points without supports, gravity. The yardstick of the benchmarks.
+/// analysis is kept, w = M^-1 (f + K lambda). Rods and points without supports, gravity. The yardstick of the
+/// benchmarks.
 class EigenBaseline {
  public:
   EigenBaseline(std::vector<std::array<int, 2>> rods, const std::vector<double>& masses, Eigen::Vector3d gravity)

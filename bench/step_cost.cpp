@@ -1,6 +1,7 @@
 // Cost of a step beside the Eigen baseline, in turn in one process, one thread:
 //   step_cost [scene.json …]      default: chain, clusters, net, lattice of tanor's own generator
-// Prints nanoseconds a rod (medians) and the ratio baseline/ours: of one evaluation of the accelerations and of one RATTLE step.
+// Prints nanoseconds a rod (medians) and the ratio baseline/ours: of one evaluation of the accelerations and of one
+// RATTLE step.
 
 #include <fmt/format.h>
 

@@ -74,8 +74,9 @@ class TANOR_API DirectProblem {
 
   /// At (t, r, v, w), 3n each.
   MotionForces evaluate(double t, const MotionState& points);
-  /// r, v and w of (t, q, q_dot, q_ddot): w = A q_ddot + psi. Coordinates stand entry by entry as the system lists them.
-  /// Throws InputError where there are none, or where some have charts of their own (spheres, bodies, chains in space).
+  /// r, v and w of (t, q, q_dot, q_ddot): w = A q_ddot + psi. Coordinates stand entry by entry as the system lists
+  /// them. Throws InputError where there are none, or where some have charts of their own (spheres, bodies, chains in
+  /// space).
   MotionState place(double t, const MotionState& coordinates);
 
  private:

@@ -22,32 +22,33 @@ struct PhaseTimes {
 struct Counters {
   std::size_t evaluations = 0, factorizations = 0, solves = 0;
   std::size_t split_factorizations = 0;  ///< of Gamma and G: none where nobody asks for the split
-  std::size_t rank_decisions = 0;  ///< by QR, where S raised a suspicion
+  std::size_t rank_decisions = 0;        ///< by QR, where S raised a suspicion
 };
 
 /// What the plan found out about a system before any number was computed.
 struct PlanSummary {
-  Form form = Form::Normal;           ///< that steps and answers: Normal or Tangent
+  Form form = Form::Normal;  ///< that steps and answers: Normal or Tangent
   std::size_t points = 0, supports = 0, equations = 0, coordinates = 0, islands = 0;
-  std::size_t parts = 0;              ///< groups of islands with a factor of their own
-  std::size_t pattern_nonzeros = 0;   ///< of the lower triangle of S, or H
-  std::size_t factor_nonzeros = 0;    ///< of L
-  double factor_flops = 0.0;          ///< of one numeric factorization
-  double normal_flops = 0.0;          ///< predicted, of one evaluation and solve in normal form; 0: not made
-  double tangent_flops = 0.0;         ///< likewise in tangent form
-  std::string ordering;               ///< used: "natural", "amd", …; several joined by '+'
-  std::string factorization;          ///< "simplicial", "supernodal", "none"
-  std::vector<std::string> left_out;  ///< what this system does not need
-  std::vector<Index> taut_points;   ///< that a Simulation made supports of, see RankReport::taut_points …
+  std::size_t parts = 0;                    ///< groups of islands with a factor of their own
+  std::size_t pattern_nonzeros = 0;         ///< of the lower triangle of S, or H
+  std::size_t factor_nonzeros = 0;          ///< of L
+  double factor_flops = 0.0;                ///< of one numeric factorization
+  double normal_flops = 0.0;                ///< predicted, of one evaluation and solve in normal form; 0: not made
+  double tangent_flops = 0.0;               ///< likewise in tangent form
+  std::string ordering;                     ///< used: "natural", "amd", …; several joined by '+'
+  std::string factorization;                ///< "simplicial", "supernodal", "none"
+  std::vector<std::string> left_out;        ///< what this system does not need
+  std::vector<Index> taut_points;           ///< that a Simulation made supports of, see RankReport::taut_points …
   std::vector<std::size_t> taut_equations;  ///< … and the rods between them and supports
-  std::vector<std::size_t> idle_equations;  ///< rows (user's order) that join supports alone: no part of S, multiplier 0
+  std::vector<std::size_t>
+      idle_equations;  ///< rows (user's order) that join supports alone: no part of S, multiplier 0
 };
 
 /// Quality of the last solve.
 struct SolveReport {
   Outcome outcome;
   double residual = 0.0;  ///< max |K'w + phi| over its largest term; tangent form: last correction of w, relative
-  double reciprocal_condition = 1.0;   ///< of the scaled S or H, CHOLMOD's cheap estimate; smallest over the parts
+  double reciprocal_condition = 1.0;  ///< of the scaled S or H, CHOLMOD's cheap estimate; smallest over the parts
   int refinements = 0;
   /// Form::Both: largest relative difference of w, and of eta, between the two forms; else NaN.
   double forms_disagreement = std::numeric_limits<double>::quiet_NaN();
@@ -68,13 +69,13 @@ struct RowDependence {
 struct RankReport {
   bool is_known = true;  ///< false: coordinates alone say what can move, no equation is written down
   std::size_t rank = 0;
-  std::size_t degrees_of_freedom = 0;       ///< 3(n - supports) - rank; as many as coordinates where these stand alone
-  std::vector<RowDependence> dependences;   ///< one for each equation that the rank lacks
-  std::vector<bool> multipliers_unique;     ///< [d] false: others give the same reactions; the smallest are reported
+  std::size_t degrees_of_freedom = 0;      ///< 3(n - supports) - rank; as many as coordinates where these stand alone
+  std::vector<RowDependence> dependences;  ///< one for each equation that the rank lacks
+  std::vector<bool> multipliers_unique;    ///< [d] false: others give the same reactions; the smallest are reported
   /// Held by taut rods between fixed supports: they cannot move, now or later, though K'w = -phi alone would let them.
   /// Dynamics answers by K alone; a Simulation that starts so makes supports of them (PlanSummary::taut_points).
   std::vector<Index> taut_points;
-  double smallest_singular_value = 0.0;     ///< of the independent unit gradients; 0: nothing was suspected, not computed
+  double smallest_singular_value = 0.0;  ///< of the independent unit gradients; 0: nothing was suspected, not computed
 };
 
 /// When the equations that depend became others.
@@ -106,8 +107,8 @@ struct StartReport {
   double relative = 0.0;  ///< the larger of both over the scene's size and velocity scale
 };
 
-/// The Euclidean split u = u_T + u_N by the projectors (15), (16), 3n each, in the user's order; supports: 0. Friction's
-/// part comes with friction.
+/// The Euclidean split u = u_T + u_N by the projectors (15), (16), 3n each, in the user's order; supports: 0.
+/// Friction's part comes with friction.
 struct Split {
   Outcome outcome;
   std::vector<double> tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21), (22), m/s^2
@@ -152,18 +153,20 @@ class TANOR_API Dynamics {
                     std::span<double> accelerations, std::span<double> multipliers = {},
                     std::span<double> reactions = {});
 
-  /// Forces that the last solve found on the points, 3n, N: active ones, and the load each support carries (K lambda + f there).
+  /// Forces that the last solve found on the points, 3n, N: active ones, and the load each support carries (K lambda +
+  /// f there).
   void active_forces(std::span<double> forces) const;
   void support_forces(std::span<double> forces) const;
 
   /// The split of the last solve: w_N = -K Gamma^-1 phi (21), f_N = K Gamma^-1 K'f, or, without constraints,
-  /// w_N = (I - A G^-1 A') psi (22), f_T = A G^-1 A'f. Gamma and G are planned where this is first called and factorized
-  /// in each call; where all masses are equal, Gamma = m S (36) needs no factor of its own.
+  /// w_N = (I - A G^-1 A') psi (22), f_T = A G^-1 A'f. Gamma and G are planned where this is first called and
+  /// factorized in each call; where all masses are equal, Gamma = m S (36) needs no factor of its own.
   Split split();
 
-  /// The reaction of the last solve by its causes, in the order of the forces, then "inertia" (the part of phi quadratic
-  /// in v) and, where something is driven, "drive" (the other part: xi_t and the accelerations of supports). One factor
-  /// of S (or H), one solve a cause; the parts add up to lambda and eta. Without constraints only eta is known.
+  /// The reaction of the last solve by its causes, in the order of the forces, then "inertia" (the part of phi
+  /// quadratic in v) and, where something is driven, "drive" (the other part: xi_t and the accelerations of supports).
+  /// One factor of S (or H), one solve a cause; the parts add up to lambda and eta. Without constraints only eta is
+  /// known.
   ReactionsByCause reactions_by_cause();
 
   /// q, q_dot, q_ddot of the last solve, `plan().coordinates` numbers each where the tangent form answers; entry by

@@ -45,12 +45,12 @@ struct MotionReport {
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;
   StartReport start;
-  double position_violation = 0.0;      ///< largest after any step, relative
-  double velocity_violation = 0.0;      ///< likewise, over the velocity scale
-  double acceleration_violation = 0.0;  ///< largest scaled residual |K'w + phi|
-  double reciprocal_condition = 1.0;    ///< smallest met after a step …
+  double position_violation = 0.0;         ///< largest after any step, relative
+  double velocity_violation = 0.0;         ///< likewise, over the velocity scale
+  double acceleration_violation = 0.0;     ///< largest scaled residual |K'w + phi|
+  double reciprocal_condition = 1.0;       ///< smallest met after a step …
   double reciprocal_condition_time = 0.0;  ///< … and when, s: where the motion came nearest to a singular place
-  RankChanges rank_changes;             ///< met on the way; one at the start where equations are redundant there
+  RankChanges rank_changes;                ///< met on the way; one at the start where equations are redundant there
   EnergyReport energy;
   Counters counters;
   PhaseTimes times;
@@ -58,10 +58,10 @@ struct MotionReport {
 
 /// All that another simulation of the same system needs to go on from here; plain data, to be kept in any form.
 struct Snapshot {
-  double time = 0.0;              ///< s
-  std::vector<double> positions;  ///< 3n, m, in the user's order
-  std::vector<double> velocities; ///< 3n, m/s
-  MotionReport report;            ///< its counts, times, works and extremes go on
+  double time = 0.0;               ///< s
+  std::vector<double> positions;   ///< 3n, m, in the user's order
+  std::vector<double> velocities;  ///< 3n, m/s
+  MotionReport report;             ///< its counts, times, works and extremes go on
 
   // What the next step depends on beside the state; the defaults are those of a start.
   double next_step = 0.0;      ///< s, adaptive methods; 0: not known yet
@@ -90,28 +90,29 @@ class TANOR_API Simulation {
 
   /// The present state, also inside an observer.
   Snapshot snapshot() const;
-  /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew. With
-  /// equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding of
-  /// its projections; tangent form: up to rounding, since coordinates are found anew from the positions). Throws InputError where sizes do not fit or numbers are not finite.
+  /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew.
+  /// With equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding
+  /// of its projections; tangent form: up to rounding, since coordinates are found anew from the positions). Throws
+  /// InputError where sizes do not fit or numbers are not finite.
   void restore(const Snapshot& snapshot);
 
   const System& system() const;
   const PlanSummary& plan() const;
-  const Outcome& outcome() const;      ///< of the start, the last advance or restore
+  const Outcome& outcome() const;  ///< of the start, the last advance or restore
   const MotionReport& report() const;
   double time() const;
   /// At the present state; see Dynamics::rank.
   RankReport rank() const;
 
   // The state, in the user's order; valid until the next call of a non-const function.
-  std::span<const double> coordinates() const;      ///< q as in Dynamics::coordinates; empty in normal form
-  std::span<const double> coordinate_rates() const; ///< q_dot
-  std::span<const double> positions() const;      ///< 3n, m
-  std::span<const double> velocities() const;     ///< 3n, m/s
-  std::span<const double> accelerations() const;  ///< 3n, m/s^2
-  std::span<const double> multipliers() const;    ///< d
-  std::span<const double> reactions() const;      ///< 3n, N: K lambda
-  std::span<const double> support_forces() const; ///< 3n, N: load that each support carries, 0 elsewhere
+  std::span<const double> coordinates() const;       ///< q as in Dynamics::coordinates; empty in normal form
+  std::span<const double> coordinate_rates() const;  ///< q_dot
+  std::span<const double> positions() const;         ///< 3n, m
+  std::span<const double> velocities() const;        ///< 3n, m/s
+  std::span<const double> accelerations() const;     ///< 3n, m/s^2
+  std::span<const double> multipliers() const;       ///< d
+  std::span<const double> reactions() const;         ///< 3n, N: K lambda
+  std::span<const double> support_forces() const;    ///< 3n, N: load that each support carries, 0 elsewhere
 
  private:
   struct TANOR_LOCAL Implementation;

@@ -23,15 +23,15 @@ using Index = std::int32_t;
 /// one for all, or one each; constant or depending on time.
 struct TANOR_API Parameter {
   Parameter() = default;
-  Parameter(double constant) : constants{constant} {}                     // NOLINT
-  Parameter(std::vector<double> each) : constants(std::move(each)) {}     // NOLINT
-  Parameter(ScalarFunction function) : functions{std::move(function)} {}  // NOLINT
+  Parameter(double constant) : constants{constant} {}                          // NOLINT
+  Parameter(std::vector<double> each) : constants(std::move(each)) {}          // NOLINT
+  Parameter(ScalarFunction function) : functions{std::move(function)} {}       // NOLINT
   Parameter(std::vector<ScalarFunction> each) : functions(std::move(each)) {}  // NOLINT
 
   bool is_initial() const { return constants.empty() && functions.empty(); }
 
-  std::vector<double> constants{};           ///< size 1 (for all) or one each
-  std::vector<ScalarFunction> functions{};   ///< likewise; at most one of the two lists is filled
+  std::vector<double> constants{};          ///< size 1 (for all) or one each
+  std::vector<ScalarFunction> functions{};  ///< likewise; at most one of the two lists is filled
 };
 
 /// Points whose motion is prescribed: r = initial position + displacement(t). They are no unknowns.
@@ -136,9 +136,9 @@ struct ConstantForce {
 struct Springs {
   std::string name{};
   std::vector<std::array<Index, 2>> pairs{};
-  double stiffness = 0.0;  ///< N/m, >= 0
-  double damping = 0.0;    ///< N s/m, >= 0
-  Parameter rest_length{};   ///< m, >= 0, constant
+  double stiffness = 0.0;   ///< N/m, >= 0
+  double damping = 0.0;     ///< N s/m, >= 0
+  Parameter rest_length{};  ///< m, >= 0, constant
 };
 
 /// -c1 v - c2 |v| v
@@ -280,9 +280,9 @@ TANOR_API std::string_view kind_name(const Constraint& constraint);
 TANOR_API std::string_view kind_name(const Force& force);
 TANOR_API std::string_view kind_name(const Coordinates& coordinates);
 
-/// Checks every rule of the contract: sizes, indices, finite numbers (and at most 1e100, so that squares are finite too),
-/// positive masses and lengths, nonzero normals, pairs of distinct points, no straight angles, names that are used once.
-/// What depends on time is checked at t, where the motion starts. Throws InputError with a JSON pointer.
+/// Checks every rule of the contract: sizes, indices, finite numbers (and at most 1e100, so that squares are finite
+/// too), positive masses and lengths, nonzero normals, pairs of distinct points, no straight angles, names that are
+/// used once. What depends on time is checked at t, where the motion starts. Throws InputError with a JSON pointer.
 TANOR_API void validate(const System& system, double t = 0.0);
 
 }  // namespace tanor

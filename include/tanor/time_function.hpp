@@ -25,7 +25,8 @@ class TANOR_API ScalarFunction {
   /// Text in `t`, `pi` and the given constants, e.g. "0.1*sin(omega*t)".
   /// Throws InputError naming the position inside the text.
   static ScalarFunction formula(std::string_view text, const Constants& constants = {});
-  /// C4 interpolation of samples; `times` strictly increasing, at least 2 rows. Outside the table: InputError at evaluation.
+  /// C4 interpolation of samples; `times` strictly increasing, at least 2 rows. Outside the table: InputError at
+  /// evaluation.
   static ScalarFunction table(std::vector<double> times, std::vector<double> values);
   /// A user's own function, written over jets (`[](auto t) { return sin(3.0 * t); }` fits).
   static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function);

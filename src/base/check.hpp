@@ -13,8 +13,7 @@ class InternalError : public std::logic_error {
 };
 
 /// Stops on our own mistake. `thought` says why the condition must hold.
-inline void ensure(bool condition, const char* thought,
-                   std::source_location here = std::source_location::current()) {
+inline void ensure(bool condition, const char* thought, std::source_location here = std::source_location::current()) {
   if (!condition) {
     throw InternalError(std::string(here.file_name()) + ":" + std::to_string(here.line()) + ": " + thought);
   }

@@ -16,9 +16,15 @@ struct Vec3 {
   friend Vec3 operator*(double s, Vec3 a) { return {s * a.x, s * a.y, s * a.z}; }
 };
 
-inline double dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline double norm(Vec3 a) { return std::sqrt(dot(a, a)); }
-inline Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+inline double dot(Vec3 a, Vec3 b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline double norm(Vec3 a) {
+  return std::sqrt(dot(a, a));
+}
+inline Vec3 cross(Vec3 a, Vec3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 
 /// Point `i` of an array stored point by point.
 template <class Integer>
@@ -33,6 +39,8 @@ inline void store(double* array, Integer i, Vec3 a) {
   p[1] = a.y;
   p[2] = a.z;
 }
-inline Vec3 make_vec3(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
+inline Vec3 make_vec3(const std::array<double, 3>& a) {
+  return {a[0], a[1], a[2]};
+}
 
 }  // namespace tanor

@@ -88,8 +88,8 @@ class Forces {
   ByPoint<Index> given_forces_;  // slots in given_
   ByPoint<DragNumbers> drags_;
   std::vector<Spring> springs_;
-  std::vector<double> spring_force_;  // [spring] on its point j
-  ByPoint<Index> spring_ends_;        // k, or ~k where the point is the spring's point i
+  std::vector<double> spring_force_;      // [spring] on its point j
+  ByPoint<Index> spring_ends_;            // k, or ~k where the point is the spring's point i
   mutable std::vector<PairField> pairs_;  // each keeps what belongs to the positions it saw last
   bool has_damping_ = false, forces_depend_on_time_ = false;
   std::vector<FormulaGroup> formulas_;

@@ -115,7 +115,7 @@ struct Cholesky::Implementation {
   cholmod_sparse matrix{};
   cholmod_factor* factor = nullptr;
   std::vector<double> unit_lower, inverse_pivots;  // simplicial: L D^-1 beside L's entries, D^-2
-  cholmod_dense* solution = nullptr;  // kept workspace of cholmod_solve2
+  cholmod_dense* solution = nullptr;               // kept workspace of cholmod_solve2
   cholmod_dense* y = nullptr;
   cholmod_dense* e = nullptr;
 
@@ -141,8 +141,8 @@ struct Cholesky::Implementation {
   }
 };
 
-/// L = (L D^-1) D with D its diagonal: solves then divide by nothing, and the chain of dependent operations along a path
-/// is one multiplication and one subtraction a row.
+/// L = (L D^-1) D with D its diagonal: solves then divide by nothing, and the chain of dependent operations along a
+/// path is one multiplication and one subtraction a row.
 void Cholesky::Implementation::prepare_solves() {
   const auto [n, start, count, rows, l] = simplicial();
   unit_lower.resize(factor->nzmax);
@@ -157,7 +157,8 @@ void Cholesky::Implementation::prepare_solves() {
 /// Column of the smallest pivot: where a matrix that is singular to rounding shows it.
 std::size_t Cholesky::Implementation::weakest_column() const {
   if (!factor->is_super) {
-    return static_cast<std::size_t>(std::max_element(inverse_pivots.begin(), inverse_pivots.end()) - inverse_pivots.begin());
+    return static_cast<std::size_t>(std::max_element(inverse_pivots.begin(), inverse_pivots.end()) -
+                                    inverse_pivots.begin());
   }
   // A supernode's columns lie side by side, its diagonal block first: stride (number of rows) + 1.
   const int* first_column = static_cast<const int*>(factor->super);
@@ -213,8 +214,12 @@ Cholesky::Cholesky(Cholesky&&) noexcept = default;
 Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
 Cholesky::~Cholesky() = default;
 
-const TrianglePattern& Cholesky::pattern() const { return implementation_->pattern; }
-double* Cholesky::values() { return implementation_->values.data(); }
+const TrianglePattern& Cholesky::pattern() const {
+  return implementation_->pattern;
+}
+double* Cholesky::values() {
+  return implementation_->values.data();
+}
 
 Cholesky::Quality Cholesky::factorize() {
   Implementation& self = *implementation_;

@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// Pattern of one triangle of a symmetric n x n matrix, by columns: entries of column j are start[j] … start[j + 1] - 1,
-/// rows increasing, the diagonal always present.
+/// Pattern of one triangle of a symmetric n x n matrix, by columns: entries of column j are start[j] … start[j + 1] -
+/// 1, rows increasing, the diagonal always present.
 struct TrianglePattern {
   std::vector<int> start{0};
   std::vector<int> rows;
@@ -45,8 +45,8 @@ class Cholesky {
 
   struct Quality {
     bool positive_definite = true;
-    std::size_t weakest_column = 0;      ///< smallest pivot; the failed one where not positive definite
-    double reciprocal_condition = 1.0;   ///< (min/max diagonal of L)^2: a cheap estimate from above
+    std::size_t weakest_column = 0;     ///< smallest pivot; the failed one where not positive definite
+    double reciprocal_condition = 1.0;  ///< (min/max diagonal of L)^2: a cheap estimate from above
   };
   [[nodiscard]] Quality factorize();
 

@@ -302,7 +302,8 @@ class Validation {
 
   void check_force(const PairForces& pairs, const std::string& where) {
     check_members(pairs, where);
-    check_pair_rules(system_, pairs, [this](Index point) { return is_support(point); }, where);
+    check_pair_rules(
+        system_, pairs, [this](Index point) { return is_support(point); }, where);
   }
 
   // ---- members ----

@@ -35,10 +35,26 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
   const json solution = json::parse(ended.out);
   Words keys;
   for (const auto& [key, value] : solution.items()) keys.push_back(key);
-  EXPECT_EQ(keys, (Words{"accelerations", "certificate", "degrees_of_freedom", "form", "friction", "left_out",
-                         "mass_coupling", "multipliers", "multipliers_unique", "normal_accelerations", "normal_forces",
-                         "positions", "rank", "reactions", "reactions_by_cause", "redundant", "support_forces",
-                         "tangent_accelerations", "tangent_forces", "velocities"}));
+  EXPECT_EQ(keys, (Words{"accelerations",
+                         "certificate",
+                         "degrees_of_freedom",
+                         "form",
+                         "friction",
+                         "left_out",
+                         "mass_coupling",
+                         "multipliers",
+                         "multipliers_unique",
+                         "normal_accelerations",
+                         "normal_forces",
+                         "positions",
+                         "rank",
+                         "reactions",
+                         "reactions_by_cause",
+                         "redundant",
+                         "support_forces",
+                         "tangent_accelerations",
+                         "tangent_forces",
+                         "velocities"}));
   expect_row(solution["velocities"][1], 3, 0, 0);
   expect_row(solution["accelerations"][1], 0, 0, 18);
   expect_row(solution["tangent_accelerations"][1], 0, 0, 0);

@@ -16,7 +16,8 @@ using Eigen::VectorXd;
 /// loaded: no multiplier of the octahedron is determined, both of the tail are.
 System make_truss() {
   System system;
-  system.positions = {1.1, 0, 0, -0.9, 0, 0.1, 0, 1.2, 0, 0.1, -1, 0, 0, 0.2, 1.3, 0, 0, -0.8, 2.0, 0.3, 0.2, 2.6, 0.9, 0.1};
+  system.positions = {1.1, 0,   0,   -0.9, 0, 0.1,  0,   1.2, 0,   0.1, -1,  0,
+                      0,   0.2, 1.3, 0,    0, -0.8, 2.0, 0.3, 0.2, 2.6, 0.9, 0.1};
   system.masses = {1, 2, 0.5, 3, 1, 1.5, 0.7, 1.2};
   Rods rods{"rods", {}, {}, {}};
   for (Index i = 0; i < 6; ++i) {
@@ -47,7 +48,8 @@ Dense make_dense(const System& system) {
   Dense dense{MatrixXd::Zero(n, d), VectorXd(d), VectorXd::Zero(n), VectorXd(n)};
   for (Eigen::Index a = 0; a < d; ++a) {
     const auto [i, j] = pairs[static_cast<std::size_t>(a)];
-    const Eigen::Vector3d dr = r.segment<3>(3 * j) - r.segment<3>(3 * i), dv = v.segment<3>(3 * j) - v.segment<3>(3 * i);
+    const Eigen::Vector3d dr = r.segment<3>(3 * j) - r.segment<3>(3 * i),
+                          dv = v.segment<3>(3 * j) - v.segment<3>(3 * i);
     const double length = dr.norm();
     dense.K.block<3, 1>(3 * i, a) = -dr / length;
     dense.K.block<3, 1>(3 * j, a) = dr / length;
@@ -69,8 +71,8 @@ TEST(Rank, OverBracedTrussHasTheAccelerationsAndMultipliersOfThePseudoInverse) {
   Dynamics dynamics(system);
   VectorXd w(24), lambda(17), eta(24);
 
-  const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, {w.data(), 24}, {lambda.data(), 17},
-                                            {eta.data(), 24});
+  const SolveReport report =
+      dynamics.solve(0.0, system.positions, system.velocities, {w.data(), 24}, {lambda.data(), 17}, {eta.data(), 24});
   const RankReport rank = dynamics.rank();
 
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;

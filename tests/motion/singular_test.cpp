@@ -153,11 +153,22 @@ TEST(Singular, DiamondOfFiveRodsKeepsItsEnergyForALongTime) {
   const double a = (l31 * l31 + l12 * l12 - l32 * l32) / (2 * l12), h = std::sqrt(l31 * l31 - a * a);
   const double ex = (x2 - l01) / l12, ey = y2 / l12;
   System system;
-  system.positions = {0, 0, 0, l01, 0, 0, x2, y2, 0,
-                      l01 + a * ex + h * std::cos(2.0) * ey, a * ey - h * std::cos(2.0) * ex, h * std::sin(2.0)};
+  system.positions = {0,
+                      0,
+                      0,
+                      l01,
+                      0,
+                      0,
+                      x2,
+                      y2,
+                      0,
+                      l01 + a * ex + h * std::cos(2.0) * ey,
+                      a * ey - h * std::cos(2.0) * ex,
+                      h * std::sin(2.0)};
   system.velocities = {0.3, -1.0, 0.5, 0.2, 0.9, -0.4, -0.7, 0.1, 1.1, 0.6, -0.2, -0.8};
   system.masses = {12, 14, 12, 16};
-  system.constraints = {Rods{"rods", {{0, 1}, {0, 2}, {1, 2}, {3, 1}, {3, 2}}, std::vector{l01, l02, l12, l31, l32}, {}}};
+  system.constraints = {
+      Rods{"rods", {{0, 1}, {0, 2}, {1, 2}, {3, 1}, {3, 2}}, std::vector{l01, l02, l12, l31, l32}, {}}};
   MotionOptions options = with(Method::Rattle, 1e-3);
   options.start = StartMode::Project;
   Simulation simulation(system, options);
