@@ -205,7 +205,8 @@ struct PlaneCoordinates {
   Parameter offset = 0.0;
 };
 
-/// The angle around the circle's axis, rad.
+/// The angle around the circle's axis n, rad, from e1 towards n x e1; e1 is the part orthogonal to n of the coordinate
+/// axis that n is farthest from (and does not turn into) at the start.
 struct CircleCoordinates {
   std::string name{};
   std::vector<Index> points{};
@@ -223,7 +224,8 @@ struct SphereCoordinates {
 };
 
 /// A chain of rods on a support, link by link: the direction of each in a stereographic chart (two numbers), or, in a
-/// given plane, its angle, rad.
+/// given plane with unit normal n, its angle, rad, from e1 = n x a (to unit length) towards n x e1; a is the coordinate
+/// axis that n is farthest from.
 struct ChainAngles {
   std::string name{};
   std::vector<Index> points{};  ///< along the chain, from the anchor on

@@ -58,6 +58,7 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
   // S lambda = -b
   const auto add = [&](std::string cause, const std::vector<double>& b) {
     normal.respond(b.data(), lambda.data(), dw.data());
+    normal.minimize_multipliers(r, lambda.data());
     model_.gather.reactions(model_.parallel, normal.blocks().data(), lambda.data(), eta.data());
     ReactionPart part{std::move(cause), std::vector<double>(num_rows), std::vector<double>(size)};
     model_.numbering.scatter_rows(lambda, part.multipliers);

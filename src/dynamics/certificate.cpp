@@ -39,6 +39,7 @@ std::string Certificate::line() const {
     return "not certified: " + check.identity + " fails by " + digits(check.error) +
            (check.where.empty() ? "" : " at " + check.where) + " (rounding explains " + digits(check.allowed) + ")";
   }
+  if (checks.empty()) return "nothing to certify: no point moves";
   return "certified to " + digits(certified_to());
 }
 
@@ -74,6 +75,8 @@ class Judge {
   }
 
   Certificate judge() {
+    if (model_.num_moving() == 0) return std::move(result_);
+    if (d_ == 0 && forms_.tangent == nullptr) judge_free();
     has_both_ = d_ > 0 && forms_.tangent != nullptr && forms_.normal != nullptr;
     if (has_both_) solve_other();
     if (d_ > 0 && forms_.normal != nullptr) rcond_of_S_ = forms_.normal->estimate_reciprocal_condition();
@@ -136,6 +139,13 @@ class Judge {
         model_.num_moving(), [&](std::size_t i) { return model_.mass[i] * dot(load(x.data(), i), load(y.data(), i)); });
   }
   double norm_of(const Vector& x) const { return std::sqrt(product(x, x)); }
+
+  /// Neither constraints nor coordinates: M w = f.
+  void judge_free() {
+    Vector rest(n_, 0.0);
+    for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
+    add_point(&result_.residual, "M w = f", worst_point(rest, acceleration_), 1e-14);
+  }
 
   // ---- constraints ----
 
@@ -271,7 +281,7 @@ class Judge {
   }
 
   /// What solves with a matrix of this reciprocal condition may lose.
-  static double conditioned(double reciprocal_condition) { return std::max(1e-11, 1e2 * eps / reciprocal_condition); }
+  static double conditioned(double reciprocal_condition) { return std::max(1e-11, 1e3 * eps / reciprocal_condition); }
 
   void judge_normal_projector(const Definitions& definitions) {
     const double rcond = rcond_of_S_;
@@ -299,7 +309,7 @@ class Judge {
   /// w once more from scratch: C = M^-1/2 K with unit columns, R of its QR, C'C lambda = -(phi + K'w0) by seminormal
   /// equations, refined in w.
   void judge_by_qr(double scale) {
-    constexpr std::size_t most_rows = 200000;
+    constexpr std::size_t most_rows = 2000000;  // the memory of R
     if (d_ > most_rows) return;
     Vector blocks(3 * model_.constraints.num_blocks());
     model_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), blocks.data());
@@ -387,7 +397,8 @@ class Judge {
     model_.gather.add_scaled(model_.parallel, forms_.normal->blocks().data(), x.data(), model_.inverse_mass.data(),
                              model_.num_moving(), w_N.data());
     for (std::size_t i = 0; i < moving_; ++i) w_T[i] = answer_.w[i] - w_N[i];
-    const double size = std::max(norm_of(w_T) * norm_of(w_N), std::pow(norm_of(w0_), 2) * 1e-3);
+    // Where nothing pushes w_T is rounding of w_N: both are measured by the larger of w and M^-1 f.
+    const double size = std::max(product(answer_.w, answer_.w), product(w0_, w0_));
     const double rcond = rcond_of_S_;
     add(&result_.orthogonality, "w_T'M w_N = 0", size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0,
         conditioned(rcond), "");

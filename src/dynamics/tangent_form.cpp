@@ -214,6 +214,20 @@ Outcome TangentForm::adopt(double t, const double* r, const double* v, double* q
                                     text(distance) + " m away"};
 }
 
+ProjectionReport TangentForm::project_positions(double t, double* q) {
+  if (model_.num_rows() == 0) return {};
+  evaluate(t, q, rates_.data(), false);
+  ProjectionReport report;
+  report.violation = model_.position_violation(t, r_.data());
+  constexpr double rounding = 1e-9;
+  const double far = std::max(1.0, model_.largest_norm(r_.data()) / model_.smallest_length);
+  if (!(report.violation <= rounding * far)) {
+    report.outcome = {Status::Contradictory, "coordinates and constraints part at t = " + text(t) + ", violation " +
+                                                 text(report.violation) + "; both must describe the same motion"};
+  }
+  return report;
+}
+
 ProjectionReport TangentForm::put_positions(double t, double* r) {
   model_.set_time(t);
   model_.coordinates.locate(r, q_.data());

@@ -28,7 +28,8 @@ class TangentForm final : public EquationsOfMotion {
   Outcome linearise(double, const double*) override { return {}; }
   Outcome accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) override;
   Outcome free_accelerations(double t, const double* q, const double* q_dot, double* q_ddot) override;
-  ProjectionReport project_positions(double, double*) override { return {}; }
+  /// Nothing is moved; where constraints are given too their violation is measured.
+  ProjectionReport project_positions(double t, double* q) override;
   ProjectionReport project_step(double, double, double*, double*) override { return {}; }
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
   double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;

@@ -93,6 +93,19 @@ void TangentForm::check_constraints() {
     throw InputError("/coordinates", "the velocities that the coordinates describe violate " + name_worst(velocity) +
                                          " m/s; both must describe the same motion");
   }
+  // K'psi + phi = 0: with K'A = 0 the motion stays on the constraints
+  std::vector<double> second(model_.num_rows()), nothing(r_.size(), 0.0);
+  const auto evaluate_second = [&](const std::vector<double>& w) {
+    return model_.constraints.evaluate_right_side(model_.parallel, r_.data(), v_.data(), w.data(), second.data(),
+                                                  nullptr);
+  };
+  const double acceleration_scale = evaluate_second(nothing) + model_.largest_norm(psi_.data()) +
+                                    model_.velocity_scale * model_.velocity_scale / model_.scene_size;
+  if (!(evaluate_second(psi_) <= rounding * far * acceleration_scale)) {
+    for (double& each : second) each = std::abs(each);
+    throw InputError("/coordinates", "the accelerations that the coordinates describe violate " + name_worst(second) +
+                                         " m/s^2; both must describe the same motion");
+  }
   // K'A x = 0 for any x: as many tries as find a wrong column of A with certainty in practice
   std::vector<double> blocks(3 * model_.constraints.num_blocks()), rows(model_.num_rows()), x(size());
   model_.constraints.evaluate_gradients(model_.parallel, r_.data(), blocks.data());
@@ -109,6 +122,13 @@ void TangentForm::check_constraints() {
       throw InputError("/coordinates", "K'A is not 0: the coordinates move along the gradient of " + name_worst(rows) +
                                            "; both must describe the same motion");
     }
+  }
+  // s + d = 3n (4); redundant rows may make d too large, never too small
+  const std::size_t d = model_.numbering.first_idle_row(), all = 3 * model_.num_moving();
+  if (d + size() < all) {
+    throw InputError("/coordinates", text_of_count(size(), "coordinate") + " and " + text_of_count(d, "equation") +
+                                         " leave " + text(all - d - size()) + " of the points' " + text(all) +
+                                         " directions without a reaction; add the missing constraints, or none at all");
   }
 }
 

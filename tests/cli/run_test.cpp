@@ -13,6 +13,29 @@ std::vector<double> list_times(const std::filesystem::path& xyz) {
   return times;
 }
 
+TEST(RunTest, CertificateIsMadeAsOftenAsItIsWanted) {
+  for (const std::string policy : {R"("always")", R"({"every": 3})", R"("final")"}) {
+    const Folder folder;
+    write_text(folder / "s.json",
+               R"({"tanor_scene": 1, "points": {"positions": [[0, 0, 0], [1, 0, 0]]}, "supports": [{"points": [0]}],
+                   "constraints": [{"kind": "rod", "pairs": [[0, 1]]}],
+                   "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+                   "motion": {"method": "rk4", "step": 0.01, "t_end": 0.1}, "solver": {"certificate": )" +
+                   policy + "}}");
+
+    const Ended ended = run_program(folder, {"run", "s.json"});
+
+    EXPECT_EQ(ended.code, 0) << policy << ended.err;
+    EXPECT_TRUE(contains(ended.out, "certified to")) << ended.out;
+    const json summary = read_json(folder / "s.out/summary.json");
+    // Ten steps of four factorizations and two of the start; one more for each certificate.
+    const std::size_t factorizations = summary["factorizations"], made = policy == R"("always")"  ? 11
+                                                                         : policy == R"("final")" ? 1
+                                                                                                  : 4;
+    EXPECT_NEAR(static_cast<double>(factorizations), 42.0 + static_cast<double>(made), 2.0) << policy;
+  }
+}
+
 TEST(RunTest, WritesItsFolder) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(R"("t_end": 0.35, "output_every": 0.1)"));

@@ -264,6 +264,38 @@ TEST(Certificate, LineThatTurnedIntoItsHelperAxisIsNoFailure) {
   }
 }
 
+TEST(Certificate, ForceFreeAndFastMotionsPassInEachForm) {
+  // No force at all, one mass: w_T is nothing but rounding.
+  System system;
+  system.positions = {1.0, 0.0, 0.0};
+  system.velocities = {0.0, 3e3, 0.0};
+  system.masses = {2.0};
+  system.constraints = {Circles{"rim", {0}, Vector3{}, Vector3{0.0, 0.0, 1.0}, 1.0}};
+  system.coordinates = {CircleCoordinates{"angle", {0}, Vector3{}, Vector3{0.0, 0.0, 1.0}, 1.0}};
+  for (const Form form : {Form::Normal, Form::Tangent}) {
+    const Certificate certificate = Case(system, {.form = form}).certify();
+    EXPECT_TRUE(certificate.passed()) << certificate.line();
+  }
+}
+
+TEST(Certificate, OfFreePointsAndOfPointsThatCannotMove) {
+  System free_points;
+  free_points.positions = {1.0, 0.0, 0.0, 2.0, 0.0, 0.0};
+  free_points.velocities.assign(6, 1.0);
+  free_points.masses = {2.0, 3.0};
+  free_points.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  System held = free_points;
+  held.velocities.assign(6, 0.0);
+  held.supports = {{"", {0, 1}, {}}};
+  held.constraints = {Rods{"rod", {{0, 1}}, {}, {}}};
+
+  const Certificate of_free = Case(free_points).certify(), of_held = Case(held).certify();
+
+  EXPECT_TRUE(of_free.passed() && of_free.checks.size() == 1) << of_free.line();
+  EXPECT_TRUE(of_held.passed());
+  EXPECT_EQ(of_held.line(), "nothing to certify: no point moves");
+}
+
 TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
   // Twenty light beads and a heavy one (ratio 1e9): Cholesky of S alone leaves |K'w + phi| = 8e-6 (theory, section 8).
   System system;

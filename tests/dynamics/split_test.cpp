@@ -251,6 +251,29 @@ RC_GTEST_PROP(ReactionsByCause, AddUpToTheMultipliersAndTheReactions, ()) {
             solved.accuracy * (parts_size + solved.size + root.cwiseProduct(solved.lambda).norm()));
 }
 
+TEST(ReactionsByCause, OfRedundantRodsAddUpToTheSmallestMultipliers) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
+  system.velocities = {0.0, 0.0, 0.0, 0.0, 0.0, 2.0};
+  system.masses = {1.0, 3.0};
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {Rods{"rods", {{0, 1}, {1, 0}}, {}, {}}};
+  system.forces = {Gravity{"", {5.0, 0.0, -9.81}}};
+  Dynamics dynamics(system);
+  std::vector<double> w(6), lambda(2);
+  ASSERT_TRUE(dynamics.solve(0.0, system.positions, system.velocities, w, lambda).outcome.ok());
+
+  const ReactionsByCause causes = dynamics.reactions_by_cause();
+
+  ASSERT_TRUE(causes.outcome.ok()) << causes.outcome.what;
+  for (std::size_t row = 0; row < 2; ++row) {
+    double sum = 0.0;
+    for (const ReactionPart& part : causes.parts) sum += part.multipliers[row];
+    EXPECT_NEAR(sum, lambda[row], 1e-12);
+    EXPECT_NEAR(lambda[row], -0.5 * (3.0 * 5.0 + 3.0 * 4.0), 1e-12);  // half of m g_x + m v^2/l each
+  }
+}
+
 RC_GTEST_PROP(ReactionsByCause, EachForceAloneAtRestMakesItsPart, ()) {
   Solved solved(any_system({.time_dependent = false}));
 
