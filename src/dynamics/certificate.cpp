@@ -309,7 +309,7 @@ class Judge {
   /// w once more from scratch: C = M^-1/2 K with unit columns, R of its QR, C'C lambda = -(phi + K'w0) by seminormal
   /// equations, refined in w.
   void judge_by_qr(double scale) {
-    constexpr std::size_t most_rows = 2000000;  // the memory of R
+    constexpr std::size_t most_rows = 200000;  // the memory of R
     if (d_ > most_rows) return;
     Vector blocks(3 * model_.constraints.num_blocks());
     model_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), blocks.data());

@@ -123,13 +123,6 @@ void TangentForm::check_constraints() {
                                            "; both must describe the same motion");
     }
   }
-  // s + d = 3n (4); redundant rows may make d too large, never too small
-  const std::size_t d = model_.numbering.first_idle_row(), all = 3 * model_.num_moving();
-  if (d + size() < all) {
-    throw InputError("/coordinates", text_of_count(size(), "coordinate") + " and " + text_of_count(d, "equation") +
-                                         " leave " + text(all - d - size()) + " of the points' " + text(all) +
-                                         " directions without a reaction; add the missing constraints, or none at all");
-  }
 }
 
 }  // namespace tanor
