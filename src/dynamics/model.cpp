@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/stopwatch.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -30,6 +31,15 @@ System validated(System system, double t) {
 }
 
 }  // namespace
+
+void describe_factor(const GramSolver::Summary& summary, PlanSummary* plan) {
+  plan->parts = summary.parts;
+  plan->pattern_nonzeros = summary.pattern_nonzeros;
+  plan->factor_nonzeros = static_cast<std::size_t>(summary.factor_nonzeros);
+  plan->factor_flops = summary.flops;
+  plan->ordering = summary.ordering;
+  plan->factorization = summary.factorization;
+}
 
 Model::Model(System given, const SolverOptions& options, double t)
     : system(validated(std::move(given), t)),
@@ -100,6 +110,16 @@ double Model::evaluate_free(double t, const double* r, const double* v, double* 
     }
     return std::sqrt(worst);
   });
+}
+
+GramSolver::Quality Model::factorize(GramSolver* solver, const double* blocks) {
+  {
+    const Stopwatch watch(&times.assemble);
+    solver->assemble(parallel, blocks);
+  }
+  const Stopwatch watch(&times.factor);
+  ++counters.factorizations;
+  return solver->factorize(parallel);
 }
 
 void Model::measure_velocity_scale(double t, const double* r, const double* v) {

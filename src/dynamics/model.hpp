@@ -12,9 +12,13 @@
 #include "evaluate/constraints.hpp"
 #include "evaluate/forces.hpp"
 #include "evaluate/parametrisation.hpp"
+#include "solve/gram_solver.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
+
+/// What a form's factorization costs, into the plan.
+void describe_factor(const GramSolver::Summary& summary, PlanSummary* plan);
 
 /// A system made ready for numbers, in the inner order of points and rows: what both forms of the dynamics stand on.
 ///
@@ -64,6 +68,9 @@ class Model {
 
   /// f at (t, r, v), and w0 [3n]: M^-1 f on moving points, the prescribed acceleration at supports. Returns max |w0|.
   double evaluate_free(double t, const double* r, const double* v, double* w0);
+
+  /// Assembles and factorizes S or H, timed and counted.
+  GramSolver::Quality factorize(GramSolver* solver, const double* blocks);
 
   /// Velocity scale: what moves, what is prescribed, and a free fall through the scene.
   void measure_velocity_scale(double t, const double* r, const double* v);

@@ -39,19 +39,13 @@ double NormalForm::predicted_flops() const {
 }
 
 void NormalForm::describe(PlanSummary* plan) const {
-  const GramSolver::Summary& summary = solver_.summary();
-  plan->parts = summary.parts;
-  plan->pattern_nonzeros = summary.pattern_nonzeros;
-  plan->factor_nonzeros = static_cast<std::size_t>(summary.factor_nonzeros);
-  plan->factor_flops = summary.flops;
-  plan->ordering = summary.ordering;
-  plan->factorization = summary.factorization;
+  describe_factor(solver_.summary(), plan);
   auto& left_out = plan->left_out;
   if (num_rows() == 0)
     left_out.push_back("factorization: no constraints");
   else if (model_.constraints.gradients_are_constant())
     left_out.push_back("refactorization: K is constant");
-  if (summary.factorization == "closed form") left_out.push_back("sparse factorization: closed form, row by row");
+  if (plan->factorization == "closed form") left_out.push_back("sparse factorization: closed form, row by row");
   if (model_.constraints.gradient_norms_are_constant()) left_out.push_back("rescaling of S: its diagonal is constant");
   if (!model_.constraints.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
 }
@@ -64,13 +58,7 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
 }
 
 GramSolver::Quality NormalForm::factorize_gram() {
-  {
-    const Stopwatch watch(&model_.times.assemble);
-    solver_.assemble(model_.parallel, blocks_.data());
-  }
-  const Stopwatch watch(&model_.times.factor);
-  ++model_.counters.factorizations;
-  const GramSolver::Quality quality = solver_.factorize(model_.parallel);
+  const GramSolver::Quality quality = model_.factorize(&solver_, blocks_.data());
   last_.reciprocal_condition = quality.reciprocal_condition;
   return quality;
 }

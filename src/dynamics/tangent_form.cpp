@@ -38,13 +38,7 @@ double TangentForm::predicted_flops() const {
 }
 
 void TangentForm::describe(PlanSummary* plan) const {
-  const GramSolver::Summary& summary = solver_.summary();
-  plan->parts = summary.parts;
-  plan->pattern_nonzeros = summary.pattern_nonzeros;
-  plan->factor_nonzeros = static_cast<std::size_t>(summary.factor_nonzeros);
-  plan->factor_flops = summary.flops;
-  plan->ordering = summary.ordering;
-  plan->factorization = summary.factorization;
+  describe_factor(solver_.summary(), plan);
   plan->left_out.push_back("projections: r(q, t) stays on the constraints by itself");
   plan->left_out.push_back("multipliers in steps: computed where they are asked for");
   if (!model_.coordinates.depends_on_time()) plan->left_out.push_back("r_t terms: no coordinates depend on time");
@@ -63,13 +57,7 @@ void TangentForm::evaluate(double t, const double* q, const double* q_dot, bool 
 }
 
 Outcome TangentForm::factorize(double t) {
-  {
-    const Stopwatch watch(&model_.times.assemble);
-    solver_.assemble(model_.parallel, blocks_.data());
-  }
-  const Stopwatch watch(&model_.times.factor);
-  ++model_.counters.factorizations;
-  const GramSolver::Quality quality = solver_.factorize(model_.parallel);
+  const GramSolver::Quality quality = model_.factorize(&solver_, blocks_.data());
   last_.reciprocal_condition = quality.reciprocal_condition;
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
   return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " +
