@@ -234,6 +234,7 @@ RC_GTEST_PROP(RankSolver, AgreesWithDenseDecompositions, ()) {
 
   // Rank: that of the singular values; R11 is nearly as well conditioned as C.
   const auto rank = (svd.singularValues().array() > solver.tolerance()).count();
+  RC_LOG() << svd.singularValues().transpose() << "; tolerance " << solver.tolerance() << "\n";
   RC_ASSERT(static_cast<Eigen::Index>(solver.rank()) == rank);
   const double smallest = svd.singularValues()[rank - 1];
   RC_PRE(smallest > 1e-6);
