@@ -142,18 +142,19 @@ RankSolver::RankSolver(SparseColumns C, double least_tolerance) : C_(std::move(C
   drop_rounding();
 }
 
-/// Heath's method, then one more column left out for each singular value that it missed.
+/// Heath's method, with one column fewer for each singular value that it missed. What it drops after a miss is not
+/// trusted: the rounding that it took for a direction may have used up that of a later, independent column.
 void RankSolver::find_independent_columns() {
   std::vector<int> left_out;
   while (true) {
     factor_ = factorize_columns(C_, all_but(left_out, num_columns()), tolerance_);
     const SingularPair smallest = find_smallest_singular_value(factor_);
     smallest_singular_value_ = smallest.value;
-    left_out.insert(left_out.end(), factor_.dependent.begin(), factor_.dependent.end());
     if (smallest.value >= tolerance_) break;
     left_out.push_back(factor_.independent[find_largest(smallest.vector)]);
     std::sort(left_out.begin(), left_out.end());
   }
+  left_out.insert(left_out.end(), factor_.dependent.begin(), factor_.dependent.end());
   std::sort(left_out.begin(), left_out.end());
   factor_.dependent = std::move(left_out);
 }
