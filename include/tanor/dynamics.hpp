@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <tanor/certificate.hpp>
@@ -15,7 +16,7 @@ namespace tanor {
 
 /// Seconds spent, by phase.
 struct PhaseTimes {
-  double evaluate = 0.0, assemble = 0.0, factor = 0.0, solve = 0.0;
+  double evaluate = 0.0, assemble = 0.0, factor = 0.0, solve = 0.0, friction = 0.0;
 };
 
 /// Work done so far by a Dynamics or a Simulation.
@@ -23,6 +24,8 @@ struct Counters {
   std::size_t evaluations = 0, factorizations = 0, solves = 0;
   std::size_t split_factorizations = 0;  ///< of Gamma and G: none where nobody asks for the split
   std::size_t rank_decisions = 0;        ///< by QR, where S raised a suspicion
+  std::size_t friction_solves = 0;       ///< instants at which friction was found …
+  std::size_t friction_iterations = 0;   ///< … and the solves with the factor of S that it took
 };
 
 /// What the plan found out about a system before any number was computed.
@@ -44,6 +47,31 @@ struct PlanSummary {
       idle_equations;  ///< rows (user's order) that join supports alone: no part of S, multiplier 0
 };
 
+/// What is known about the friction (41) that belongs to a state.
+enum class Uniqueness {
+  NotAsked,
+  Proven,    ///< one solution: rho(|S^-1 C|) < 1, or all signs of the normal forces were tried
+  Unproven,  ///< one was found; nothing says that there is no other
+  Several,   ///< the one nearest to the step before is taken
+  None
+};
+
+/// "proven" …
+TANOR_API std::string_view uniqueness_name(Uniqueness uniqueness);
+TANOR_API std::string_view friction_method_name(FrictionMethod method);
+
+/// Friction at one instant.
+struct FrictionReport {
+  std::size_t contacts = 0, sticking = 0;
+  int iterations = 0;        ///< evaluations of the law, one solve with the factor of S each
+  double contraction = 0.0;  ///< measured: by how much an iteration of (43) shortened the distance
+  double residual = 0.0;     ///< |tau(lambda) - tau| over the largest friction
+  /// On the friction, N: |F(x) - x|/(1 - L) where a contraction constant L < 1 is proven; else NaN.
+  double error_bound = std::numeric_limits<double>::quiet_NaN();
+  Uniqueness uniqueness = Uniqueness::NotAsked;
+  FrictionMethod method_used = FrictionMethod::Auto;  ///< Auto: no friction depends on reactions
+};
+
 /// Quality of the last solve.
 struct SolveReport {
   Outcome outcome;
@@ -52,6 +80,7 @@ struct SolveReport {
   int refinements = 0;
   /// Form::Both: largest relative difference of w, and of eta, between the two forms; else NaN.
   double forms_disagreement = std::numeric_limits<double>::quiet_NaN();
+  FrictionReport friction;
 };
 
 /// An equation whose gradient is a combination of others': redundant where it agrees with them.
@@ -157,6 +186,8 @@ class TANOR_API Dynamics {
   /// f there).
   void active_forces(std::span<double> forces) const;
   void support_forces(std::span<double> forces) const;
+  /// tau of the last solve, 3n, N: of contacts that slide, and what holds those that stick.
+  void friction_forces(std::span<double> forces) const;
 
   /// The split of the last solve: w_N = -K Gamma^-1 phi (21), f_N = K Gamma^-1 K'f, or, without constraints,
   /// w_N = (I - A G^-1 A') psi (22), f_T = A G^-1 A'f. Gamma and G are planned where this is first called and

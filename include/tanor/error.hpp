@@ -26,7 +26,9 @@ enum class Status {
   Contradictory,  ///< constraints that no motion satisfies together, or with what is prescribed at supports
   NotConverged,   ///< an iteration (projection onto the constraints) stalled
   NotFinite,      ///< the state or the forces left the range of double
-  StepTooSmall    ///< the tolerance asks for steps below the resolution of time
+  StepTooSmall,   ///< the tolerance asks for steps below the resolution of time
+  NoSolution,     ///< friction: no accelerations obey the law (Painleve); the velocity would have to jump
+  NotUnique       ///< friction: several accelerations obey the law, and none is nearer than the others
 };
 
 /// Status with its explanation; `what` names the constraint, the time and the reason.

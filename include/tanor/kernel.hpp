@@ -77,6 +77,24 @@ struct ForceKernel {
   bool depends_on_velocity = true;
 };
 
+/// Friction at single points that slide along their guides, at one time.
+struct FrictionBatch {
+  std::size_t count;
+  double t;              ///< s
+  const double* r;       ///< [count][3] m
+  const double* v;       ///< [count][3] velocity along the guide, relative to it, m/s
+  const double* lambda;  ///< [count][p] multipliers of the guides' equations at the point, in the order of `at`
+  double* tau;           ///< [count][3] N
+  double* derivative;    ///< [count][3][p] d tau/d lambda; null: not wanted
+};
+
+struct FrictionKernel {
+  int num_multipliers = 0;  ///< p, of each point: 1 on a surface, 2 on a wire
+  bool thread_safe = true;
+  std::shared_ptr<const void> context{};
+  void (*evaluate)(const void* context, const FrictionBatch& batch) = nullptr;
+};
+
 /// xi as text in x1, y1, z1, x2, …, t, pi and the constants, e.g. "sqrt((x2-x1)^2 + (y2-y1)^2) - 1".
 /// Throws InputError naming the position inside the text.
 TANOR_API ConstraintKernel formula_constraint(std::string_view equation, int num_points,

@@ -13,10 +13,20 @@ enum class Form {
   Both      ///< both are given; the cheaper one steps, the other one judges it in every `solve` and certificate
 };
 
+/// How friction that depends on the reactions is found (43).
+enum class FrictionMethod {
+  Auto,        ///< Anderson; Newton where that converges badly; enumeration where few contacts remain
+  FixedPoint,  ///< (43) as it stands
+  Anderson,    ///< (43), accelerated (Walker and Ni 2011, depth 5)
+  Newton,      ///< semismooth, with the law's derivative; GMRES on the factor of S
+  Enumeration  ///< all signs of the normal forces; Coulomb friction, up to 10 contacts an island
+};
+
 struct SolverOptions {
   Form form = Form::Auto;
   Ordering ordering = Ordering::Auto;
   int threads = 0;  ///< OpenMP threads; 0: as many as OpenMP gives
+  FrictionMethod friction = FrictionMethod::Auto;
 };
 
 }  // namespace tanor

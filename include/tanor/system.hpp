@@ -181,6 +181,47 @@ struct PairForces {
 
 using Force = std::variant<Gravity, ConstantForce, Springs, Drag, FormulaForce, PairForces>;
 
+// ---- friction tau at points that constraints guide, N ----
+//
+// `at` names the guides: planes, spheres, lines, circles or a user's constraints of single points; where several guide
+// one point they form one wire (or one surface) together. v_rel is the velocity of the point along its guide, relative
+// to it: the guide's own motion across itself follows from xi_t, `velocity` says how it moves along itself.
+
+/// -mu |N| v_rel/|v_rel|, N the force of the guides on the point (17), (41).
+struct Coulomb {
+  enum class Reaction {
+    Guide,  ///< of the named guides alone: a rod that pulls at the bead takes no part
+    Full    ///< eta_i of the point, whatever makes it: the paper's literal law
+  };
+  std::string name{};
+  std::vector<std::string> at{};
+  double coefficient = 0.0;                    ///< mu, >= 0
+  std::optional<double> static_coefficient{};  ///< mu_s >= mu; default: mu
+  /// m/s, > 0: v_rel/sqrt(v_rel^2 + v0^2) in place of v_rel/|v_rel|, which creeps. Default: exact, with stick.
+  std::optional<double> regularisation{};
+  VectorFunction velocity{};  ///< m/s
+  Reaction reaction = Reaction::Guide;
+};
+
+/// -c v_rel
+struct Viscous {
+  std::string name{};
+  std::vector<std::string> at{};
+  double coefficient = 0.0;  ///< c, N s/m, >= 0
+  VectorFunction velocity{};
+};
+
+/// A user's own law of position, sliding velocity, time and the multipliers of the guides at the point, from
+/// make_friction_kernel.
+struct UserFriction {
+  std::string name{};
+  std::vector<std::string> at{};
+  FrictionKernel kernel{};
+  VectorFunction velocity{};
+};
+
+using Friction = std::variant<Coulomb, Viscous, UserFriction>;
+
 // ---- generalized coordinates r = r(q, t): the tangent form; together they cover every point that moves once ----
 
 /// q = r, three a point.
@@ -261,6 +302,7 @@ struct TANOR_API System {
   std::vector<Support> supports{};
   std::vector<Constraint> constraints{};
   std::vector<Force> forces{};
+  std::vector<Friction> friction{};
   std::vector<Coordinates> coordinates{};  ///< empty: the constraints alone say what can move
 
   std::size_t num_points() const { return masses.size(); }
@@ -272,14 +314,16 @@ TANOR_API std::size_t num_equations(const System& system);
 /// The user's name of a row, e.g. "rods[17]"; "wire[4].1" for the second row of a member with several.
 TANOR_API std::string equation_name(const System& system, std::size_t row);
 
-/// Name of an entry of `constraints`, `forces` or `coordinates`: its own, or `<kind><index>`.
+/// Name of an entry of `constraints`, `forces`, `friction` or `coordinates`: its own, or `<kind><index>`.
 TANOR_API std::string constraint_name(const System& system, std::size_t group);
 TANOR_API std::string force_name(const System& system, std::size_t index);
+TANOR_API std::string friction_name(const System& system, std::size_t index);
 TANOR_API std::string coordinates_name(const System& system, std::size_t index);
 
 /// Kind of a constraint or force as the scene file spells it: "rod", "plane", …
 TANOR_API std::string_view kind_name(const Constraint& constraint);
 TANOR_API std::string_view kind_name(const Force& force);
+TANOR_API std::string_view kind_name(const Friction& friction);
 TANOR_API std::string_view kind_name(const Coordinates& coordinates);
 
 /// Checks every rule of the contract: sizes, indices, finite numbers (and at most 1e100, so that squares are finite

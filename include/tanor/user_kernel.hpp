@@ -112,4 +112,35 @@ CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = 
   return kernel;
 }
 
+/// callable(const Vector3& r, const Vector3& v, double t, const std::array<T, p>& lambda) -> std::array<T, 3>, N, for
+/// T = double and Forward<p>: the friction on a point at r that slides with v along its guides, whose p equations have
+/// the multipliers lambda.
+template <int p, class Callable>
+FrictionKernel make_friction_kernel(Callable&& callable, bool thread_safe = true) {
+  static_assert(p >= 1);
+  using Function = std::decay_t<Callable>;
+  FrictionKernel kernel{.num_multipliers = p, .thread_safe = thread_safe};
+  kernel.context = std::make_shared<const Function>(std::forward<Callable>(callable));
+  kernel.evaluate = [](const void* context, const FrictionBatch& batch) {
+    const Function& function = *static_cast<const Function*>(context);
+    for (std::size_t k = 0; k < batch.count; ++k) {
+      const auto vector = [&](const double* x) { return std::array{x[3 * k], x[3 * k + 1], x[3 * k + 2]}; };
+      if (batch.derivative == nullptr) {
+        std::array<double, p> lambda;
+        for (std::size_t a = 0; a < p; ++a) lambda[a] = batch.lambda[p * k + a];
+        const std::array<double, 3> tau = function(vector(batch.r), vector(batch.v), batch.t, lambda);
+        for (std::size_t i = 0; i < 3; ++i) batch.tau[3 * k + i] = tau[i];
+        continue;
+      }
+      const std::array<Forward<p>, 3> tau =
+          function(vector(batch.r), vector(batch.v), batch.t, detail::load_variables<p>(batch.lambda + p * k));
+      for (std::size_t i = 0; i < 3; ++i) {
+        batch.tau[3 * k + i] = tau[i].value();
+        for (std::size_t a = 0; a < p; ++a) batch.derivative[p * (3 * k + i) + a] = tau[i].d[a];
+      }
+    }
+  };
+  return kernel;
+}
+
 }  // namespace tanor

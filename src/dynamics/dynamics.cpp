@@ -58,7 +58,10 @@ struct Dynamics::Implementation {
     for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(num_numbers());
     for (std::vector<double>* array : {&x, &x_dot, &x_ddot}) array->resize(form.size());
     lambda.resize(model.num_rows());
-    if (forms.normal != nullptr) forms.normal->set_exact(true);
+    if (forms.normal != nullptr) {
+      forms.normal->set_exact(true);
+      forms.normal->judge_friction(true, true);
+    }
     if (forms.tangent != nullptr) forms.tangent->set_exact(true);
   }
 
@@ -82,7 +85,7 @@ struct Dynamics::Implementation {
   /// At t, r, v: w and what the form keeps.
   Outcome solve() {
     if (Outcome outcome = form.adopt(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
-    Outcome outcome = form.accelerations(t, x.data(), x_dot.data(), Gradients::Evaluate, x_ddot.data());
+    Outcome outcome = form.begin(t, x.data(), x_dot.data(), x_ddot.data());
     if (!outcome.ok()) return outcome;
     form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
     outcome = forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data());
@@ -168,7 +171,7 @@ std::size_t Dynamics::num_points() const {
   return implementation_->numbering().num_points();
 }
 std::size_t Dynamics::num_equations() const {
-  return implementation_->numbering().num_rows();
+  return implementation_->numbering().num_user_rows;
 }
 const PlanSummary& Dynamics::plan() const {
   return implementation_->forms.plan;
@@ -194,13 +197,16 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   self.t = t;
   self.is_there = false;
   self.has_solved = true;
-  if (Outcome outcome = self.solve(); !outcome.ok()) return {std::move(outcome)};
+  Outcome solved = self.solve();
   SolveReport report = self.form.last_solve();
+  report.outcome = std::move(solved);
+  if (!report.outcome.ok()) return report;
   if (self.form_wanted == Form::Both) {
     if (Outcome outcome = self.forms.compare(t, self.r.data(), self.v.data(), self.w.data(), self.eta.data(),
                                              &report.forms_disagreement);
         !outcome.ok()) {
-      return {std::move(outcome)};
+      report.outcome = std::move(outcome);
+      return report;
     }
   }
   if (!accelerations.empty()) self.numbering().scatter_points(self.w, accelerations);
@@ -217,6 +223,14 @@ RankReport Dynamics::rank(bool thoroughly) {
 void Dynamics::active_forces(std::span<double> forces) const {
   check_size(forces, implementation_->num_numbers(), "forces");
   implementation_->numbering().scatter_points(implementation_->model.f, forces);
+}
+
+void Dynamics::friction_forces(std::span<double> forces) const {
+  Implementation& self = *implementation_;
+  check_size(forces, self.num_numbers(), "forces");
+  std::vector<double> tau(self.num_numbers(), 0.0);
+  if (self.forms.normal != nullptr) self.forms.normal->friction_forces(tau.data());
+  self.numbering().scatter_points(tau, forces);
 }
 
 void Dynamics::coordinates(std::span<double> q, std::span<double> q_dot, std::span<double> q_ddot) const {

@@ -19,14 +19,15 @@ Forms::Forms(System system, const SolverOptions& options, double t)
     refuse("both forms need constraints too; coordinates alone are given");
   if (has_constraints || !has_coordinates) normal = std::make_unique<NormalForm>(model, options);
   if (has_coordinates) tangent = std::make_unique<TangentForm>(model, options);
+  if (tangent != nullptr && model.has_friction()) tangent->take_friction_from(normal.get());
   choose(options.form);
   make_plan();
 }
 
 /// The cheaper form of those that there are: a mechanism with few coordinates in tangent form, a chain in normal form.
 void Forms::choose(Form wanted) {
-  const bool prefers_tangent =
-      normal == nullptr || (tangent != nullptr && tangent->predicted_flops() <= normal->predicted_flops());
+  const bool prefers_tangent = normal == nullptr || (tangent != nullptr && !model.has_friction() &&
+                                                     tangent->predicted_flops() <= normal->predicted_flops());
   const bool is_tangent = wanted == Form::Tangent || (wanted != Form::Normal && tangent != nullptr && prefers_tangent);
   reason_ = prefers_tangent == is_tangent ? "more flops" : "the other one was asked for";
   main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();
@@ -35,7 +36,7 @@ void Forms::choose(Form wanted) {
 void Forms::make_plan() {
   plan.points = model.num_points();
   plan.supports = plan.points - model.num_moving();
-  plan.equations = model.num_rows();
+  plan.equations = model.numbering.num_user_rows;
   plan.coordinates = model.coordinates.num_coordinates();
   plan.islands = is_tangent() ? model.coordinates.island_start().size() - 1 : model.numbering.num_islands();
   plan.form = is_tangent() ? Form::Tangent : Form::Normal;
@@ -44,7 +45,7 @@ void Forms::make_plan() {
   }
   std::sort(plan.idle_equations.begin(), plan.idle_equations.end());
   auto& left_out = plan.left_out;
-  left_out.push_back("friction stage: constraints are ideal");
+  if (!model.has_friction()) left_out.push_back("friction stage: constraints are ideal");
   if (model.num_rows() > 0 && has_one_mass(model)) left_out.push_back("Gamma: S times the one mass (36)");
   if (tangent == nullptr) left_out.push_back("tangent form: no coordinates are given");
   if (normal == nullptr) left_out.push_back("normal form: no constraints are given");

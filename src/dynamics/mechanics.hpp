@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
+#include <vector>
 
 #include <tanor/dynamics.hpp>
 
@@ -15,6 +17,7 @@ enum class Gradients { Evaluate, Keep };
 struct Power {
   double supports = 0.0;  ///< through moving supports and time-dependent constraints
   double forces = 0.0;    ///< through forces without potential
+  double friction = 0.0;  ///< through friction at contacts
 };
 
 struct Energy {
@@ -57,6 +60,20 @@ class Mechanics {
   /// Largest over the points of |error|/(atol + rtol |.|), positions and velocities; t: at the step's beginning. The
   /// last accelerations were those at its end.
   virtual double error_ratio(double t, const StepErrors& errors, double atol, double rtol) = 0;
+
+  // ---- events: instants where the equations themselves change (a contact begins or ceases to slip) ----
+
+  /// Number of functions that stay positive as long as the present equations hold; may change in `switch_equations`.
+  virtual std::size_t num_events() const { return 0; }
+  /// Their values at (t, x, v), where the last `accelerations` were: all num_events() of them.
+  virtual void evaluate_events(double, const double*, const double*, double*) {}
+  /// At an instant where the functions in `which` vanish: changes the equations there. May change v by what has
+  /// vanished (a sliding velocity of rounding size becomes 0), and leaves in `a` the accelerations of the new
+  /// equations.
+  virtual Outcome switch_equations(double, const double*, double*, std::span<const std::size_t>, double*) { return {}; }
+  /// The discrete state, plain numbers, to be kept in a snapshot; and back.
+  virtual std::vector<int> discrete_state() const { return {}; }
+  virtual void restore_discrete_state(std::span<const int>) {}
 
   /// At the state of the last `accelerations`.
   virtual Power power(const double* x, const double* v) const = 0;

@@ -202,7 +202,22 @@ double Model::largest_move(const double* x, const double* y) const {
 }
 
 std::string Model::name_row(std::size_t inner_row) const {
-  return equation_name(system, static_cast<std::size_t>(numbering.user_row[inner_row]));
+  const auto row = static_cast<std::size_t>(numbering.user_row[inner_row]);
+  if (row < numbering.num_user_rows) return equation_name(system, row);
+  const Tangents& tangents = constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const Tangents::Place& place = tangents[c];
+    const auto first = static_cast<std::size_t>(place.first_row);
+    if (place.first_row >= 0 && inner_row - first < static_cast<std::size_t>(place.num_tangents()))
+      return name_contact(c);
+  }
+  return "a contact";
+}
+
+std::string Model::name_contact(std::size_t contact) const {
+  const Tangents::Place& place = constraints.tangents()[contact];
+  return friction_name(system, static_cast<std::size_t>(place.friction)) + " at point " +
+         std::to_string(numbering.user_point[static_cast<std::size_t>(place.point)]);
 }
 
 Outcome Model::not_finite(double t) const {

@@ -52,7 +52,9 @@ class Model {
 
   std::size_t num_points() const { return numbering.num_points(); }
   std::size_t num_moving() const { return numbering.num_moving; }
+  /// With those of contacts that may stick; `numbering.num_user_rows` are the user's.
   std::size_t num_rows() const { return constraints.num_rows(); }
+  bool has_friction() const { return constraints.tangents().size() > 0; }
   bool has_moving_supports() const { return !moving_supports_.empty(); }
   /// Reactions may do work.
   bool is_rheonomic() const {
@@ -91,6 +93,8 @@ class Model {
   double largest_move(const double* x, const double* y) const;
 
   std::string name_row(std::size_t inner_row) const;
+  /// "friction0 at point 3"
+  std::string name_contact(std::size_t contact) const;
   Outcome not_finite(double t) const;
 
  private:

@@ -29,7 +29,15 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
       lambda_(num_rows(), 0.0),
       rows_(num_rows()),
       step_multipliers_{std::vector<double>(num_rows()), std::vector<double>(num_rows()),
-                        std::vector<double>(num_rows())} {}
+                        std::vector<double>(num_rows())} {
+  if (!model.has_friction()) return;
+  friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
+                                              [this](const double* b, double* x) { solve_negative(b, x); });
+  solver_.allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
+  contact_rows_.resize(num_rows());
+  const Tangents& tangents = model.constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) num_switches_ += tangents[c].first_row >= 0 ? 1 : 0;
+}
 
 double NormalForm::predicted_flops() const {
   const GramSolver::Summary& summary = solver_.summary();
@@ -53,6 +61,12 @@ void NormalForm::describe(PlanSummary* plan) const {
 // ---- one instant ----
 
 Outcome NormalForm::free_accelerations(double t, const double* r, const double* v, double* w) {
+  if (friction_ != nullptr) {
+    // M^-1 (f + tau) = w - M^-1 K lambda
+    Outcome outcome = accelerations(t, r, v, Gradients::Keep, w);
+    for (std::size_t i = 0; outcome.ok() && i < 3 * model_.num_moving(); ++i) w[i] -= dw_[i];
+    return outcome;
+  }
   const Stopwatch watch(&model_.times.evaluate);
   return std::isfinite(model_.evaluate_free(t, r, v, w)) ? Outcome{} : model_.not_finite(t);
 }
@@ -122,7 +136,8 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
-  double residual = find_multipliers(scale);
+  if (Outcome outcome = find_friction(t, r, v, w); !outcome.ok()) return last_.outcome = outcome;
+  double residual = find_multipliers_and_friction(scale, w);
   if (residual > doubtful_above) {
     if (Outcome outcome = reconsider_rank(t, r, scale); !outcome.ok()) return last_.outcome = outcome;
     residual = last_.residual;
@@ -134,6 +149,37 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
     for (std::size_t i = begin; i < end; ++i) w[i] += dw_[i];
   });
   return last_.outcome = {};
+}
+
+/// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
+Outcome NormalForm::find_friction(double t, const double* r, const double* v, double* w) {
+  if (friction_ == nullptr) return {};
+  friction_->laws().set_rest(sliding_threshold());
+  Outcome outcome = friction_->find(t, r, v, right_side_.data(), judges_friction_, lambda_.data());
+  last_.friction = friction_->report();
+  if (outcome.ok()) friction_->add(1.0, w, right_side_.data());
+  return outcome;
+}
+
+/// The multipliers refined to rounding know the friction better than the iteration did: once more (43), where it shows.
+double NormalForm::find_multipliers_and_friction(double scale, double* w) {
+  double residual = find_multipliers(scale);
+  if (friction_ == nullptr) return residual;
+  constexpr double good_enough = 1e-13;
+  constexpr int most_passes = 4;
+  double before = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < most_passes; ++pass) {
+    const double change = friction_->measure(lambda_.data());
+    if (!(change > good_enough && change < 0.5 * before)) break;
+    before = change;
+    const Stopwatch watch(&model_.times.friction);
+    friction_->add(-1.0, w, right_side_.data());
+    friction_->improve(lambda_.data());
+    friction_->add(1.0, w, right_side_.data());
+    residual = find_multipliers(scale);
+  }
+  last_.friction = friction_->report();
+  return residual;
 }
 
 /// S lambda = -b, dw = M^-1 K lambda; then refinement in w (theory, section 8):
@@ -228,6 +274,35 @@ void NormalForm::respond(const double* b, double* lambda, double* dw) {
     for (std::size_t a = 0; a < num_rows(); ++a) lambda[a] += rows_[a];
     model_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw, b, rows_.data());
   }
+}
+
+void NormalForm::reactions(double* eta) const {
+  if (num_switches_ == 0) return model_.gather.reactions(model_.parallel, blocks_.data(), lambda_.data(), eta);
+  // What holds a contact that sticks is friction.
+  std::vector<double> lambda = lambda_;
+  for (std::size_t a = 0; a < num_rows(); ++a) {
+    if (static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows) lambda[a] = 0.0;
+  }
+  model_.gather.reactions(model_.parallel, blocks_.data(), lambda.data(), eta);
+}
+
+void NormalForm::friction_forces(double* tau) const {
+  if (friction_ == nullptr) return std::fill(tau, tau + size(), 0.0);
+  friction_->write_friction(lambda_.data(), tau);
+}
+
+void NormalForm::judge_friction(bool judges, bool refuses_several) {
+  judges_friction_ = judges;
+  if (friction_ != nullptr) friction_->refuse_several(refuses_several);
+}
+
+Power NormalForm::power(const double* r, const double* v) const {
+  Power result = model_.power(dw_.data(), r, v);
+  if (friction_ == nullptr) return result;
+  result.friction = friction_->power(lambda_.data(), v);
+  // Of what M^-1 K lambda does, that part belongs to contacts that stick.
+  if (model_.is_rheonomic()) result.supports -= friction_->held_power(lambda_.data(), v);
+  return result;
 }
 
 double NormalForm::error_ratio(double, const StepErrors& errors, double atol, double rtol) {

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "dynamics/equations_of_motion.hpp"
+#include "dynamics/friction_stage.hpp"
 #include "dynamics/model.hpp"
 #include "solve/gram_solver.hpp"
 #include "solve/redundancy.hpp"
@@ -16,14 +19,14 @@ namespace tanor {
 ///   w = M^-1 (f + K lambda)                              (25)
 ///
 /// with w0 = M^-1 f, and what is prescribed at supports (see Model), in place of M^-1 f. Its variables are r
-/// themselves.
+/// themselves. With friction, f + tau stands in place of f.
 class NormalForm final : public EquationsOfMotion {
  public:
   NormalForm(Model& model, const SolverOptions& options);
 
   std::size_t size() const override { return 3 * model_.num_points(); }
-  bool depends_on_velocity() const override { return model_.forces.depends_on_velocity(); }
-  bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work(); }
+  bool depends_on_velocity() const override { return model_.forces.depends_on_velocity() || friction_ != nullptr; }
+  bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work() || friction_ != nullptr; }
 
   void prescribe(double t, double* r, double* v) override { model_.prescribe(t, r, v); }
   Outcome linearise(double t, const double* r) override;
@@ -33,7 +36,7 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
-  Power power(const double* r, const double* v) const override { return model_.power(dw_.data(), r, v); }
+  Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
@@ -44,14 +47,26 @@ class NormalForm final : public EquationsOfMotion {
   Outcome adopt(double t, const double* r, const double* v, double* x, double* x_dot) override;
   void write_points(double t, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
                     double* w) override;
-  void recentre(double, double*, double*, double*) override {}
+  void recentre(double, double*, double* v, double*) override {
+    if (friction_ != nullptr) friction_->laws().keep_senses(v);
+  }
   void resume(const Counters& counters, const PhaseTimes& times) override;
   void set_exact(bool exact) override { exact_ = exact; }
   /// lambda [d] of the last accelerations.
   const std::vector<double>& multipliers() const { return lambda_; }
-  void reactions(double* eta) const override {
-    model_.gather.reactions(model_.parallel, blocks_.data(), lambda_.data(), eta);
-  }
+  void reactions(double* eta) const override;
+  /// tau [3n] of the last accelerations.
+  void friction_forces(double* tau) const;
+  void judge_friction(bool judges, bool refuses_several);
+
+  // Contacts that slide or stick, in contacts.cpp.
+  std::size_t num_events() const override { return num_switches_; }
+  void evaluate_events(double t, const double* r, const double* v, double* values) override;
+  Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
+                           double* w) override;
+  std::vector<int> discrete_state() const override;
+  void restore_discrete_state(std::span<const int> state) override;
+  Outcome begin(double t, const double* r, double* v, double* w) override;
   void describe(PlanSummary* plan) const override;
 
   /// Nearest point of xi = 0 to r in the M-norm, however far.
@@ -80,6 +95,12 @@ class NormalForm final : public EquationsOfMotion {
   Outcome factorize(double t, const double* r);
   GramSolver::Quality factorize_gram();
   double find_multipliers(double scale);
+  Outcome settle_contacts(double t, const double* r, double* v, double* w);
+  Outcome find_friction(double t, const double* r, const double* v, double* w);
+  double find_multipliers_and_friction(double scale, double* w);
+  Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
+                       std::span<const std::size_t> releases, double* w);
+  double sliding_threshold() const;
   void correct(double* rows, double* points);
   void solve_negative(const double* b, double* x);
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
@@ -106,6 +127,10 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_rows() const { return model_.num_rows(); }
 
   Model& model_;
+  std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
+  std::size_t num_switches_ = 0;             // contacts that may stick
+  bool judges_friction_ = false;
+  std::vector<double> contact_rows_;  // [d] scratch
   GramSolver solver_;
   Redundancy redundancy_;
   double suspect_below_;                // reciprocal condition of S

@@ -157,7 +157,14 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
   RankReport report;
   std::vector<bool> unique(num_rows(), true);
   redundancy_.mark_unique(&unique);
+  const std::size_t num_user_rows = model_.numbering.num_user_rows;
   for (const Redundancy::Found& found : redundancy_.list()) {
+    // What sticks holds a point beside its constraints: that is no matter of their rank.
+    const bool with_contacts = user_row(static_cast<std::size_t>(found.row)) >= num_user_rows ||
+                               std::any_of(found.terms.begin(), found.terms.end(), [&](const auto& term) {
+                                 return user_row(static_cast<std::size_t>(term.first)) >= num_user_rows;
+                               });
+    if (with_contacts) continue;
     RowDependence& dependence = report.dependences.emplace_back();
     dependence.row = user_row(static_cast<std::size_t>(found.row));
     dependence.what = describe(found, "depends on");
@@ -169,11 +176,12 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
     report.dependences.push_back({user_row(a), {}, name_row(a) + " joins supports alone"});
     unique[a] = false;
   }
-  report.rank = num_rows() - report.dependences.size();
+  report.rank = num_user_rows - report.dependences.size();
   report.degrees_of_freedom = 3 * model_.num_moving() - report.rank;
   if (redundancy_.has_decided()) report.smallest_singular_value = redundancy_.smallest_singular_value();
   report.multipliers_unique.resize(num_rows());
   for (std::size_t a = 0; a < num_rows(); ++a) report.multipliers_unique[user_row(a)] = unique[a];
+  report.multipliers_unique.resize(num_user_rows);
   return report;
 }
 

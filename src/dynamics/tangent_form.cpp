@@ -76,6 +76,7 @@ Outcome TangentForm::accelerations(double t, const double* q, const double* q_do
   last_.residual = 0.0;
   last_.refinements = 0;
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
+  if (Outcome outcome = add_friction(t); !outcome.ok()) return last_.outcome = outcome;
   if (Outcome outcome = factorize(t); !outcome.ok()) return last_.outcome = outcome;
 
   const Stopwatch watch(&model_.times.solve);
@@ -100,6 +101,53 @@ Outcome TangentForm::accelerations(double t, const double* q, const double* q_do
   std::copy(q_dot, q_dot + size(), last_q_dot_.begin());
   std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
   return last_.outcome = std::isfinite(correction) ? Outcome{} : model_.not_finite(t);
+}
+
+// ---- friction, from the normal form ----
+
+/// w0 += M^-1 tau
+Outcome TangentForm::add_friction(double t) {
+  if (friction_ == nullptr) return {};
+  friction_w_.resize(w0_.size());
+  tau_.resize(w0_.size());
+  Outcome outcome = friction_->accelerations(t, r_.data(), v_.data(), Gradients::Evaluate, friction_w_.data());
+  last_.friction = friction_->last_solve().friction;
+  if (!outcome.ok()) return outcome;
+  friction_->friction_forces(tau_.data());
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0_[i] += model_.inverse_mass[i / 3] * tau_[i];
+  return outcome;
+}
+
+void TangentForm::evaluate_events(double t, const double*, const double*, double* values) {
+  friction_->evaluate_events(t, r_.data(), v_.data(), values);
+}
+
+Outcome TangentForm::switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
+                                      double* q_ddot) {
+  evaluate(t, q, q_dot, false);
+  std::vector<double> v = v_;
+  friction_w_.resize(v.size());
+  Outcome outcome = friction_->switch_equations(t, r_.data(), v.data(), which, friction_w_.data());
+  if (outcome.ok()) outcome = find_rates(t, v.data(), q, q_dot);
+  return outcome.ok() ? accelerations(t, q, q_dot, Gradients::Evaluate, q_ddot) : outcome;
+}
+
+Outcome TangentForm::begin(double t, const double* q, double* q_dot, double* q_ddot) {
+  if (friction_ != nullptr) {
+    evaluate(t, q, q_dot, false);
+    std::vector<double> v = v_;
+    friction_w_.resize(v.size());
+    if (Outcome outcome = friction_->begin(t, r_.data(), v.data(), friction_w_.data()); !outcome.ok()) return outcome;
+  }
+  return accelerations(t, q, q_dot, Gradients::Evaluate, q_ddot);
+}
+
+std::vector<int> TangentForm::discrete_state() const {
+  return friction_ != nullptr ? friction_->discrete_state() : std::vector<int>{};
+}
+
+void TangentForm::restore_discrete_state(std::span<const int> state) {
+  if (friction_ != nullptr) friction_->restore_discrete_state(state);
 }
 
 void TangentForm::write_place_along(double h, double* r) {
@@ -157,7 +205,10 @@ double TangentForm::error_ratio(double t, const StepErrors& errors, double atol,
 Power TangentForm::power(const double*, const double*) const {
   // M^-1 eta = w - w0
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];
-  return model_.power(points_.data(), r_.data(), v_.data());
+  Power result = model_.power(points_.data(), r_.data(), v_.data());
+  if (friction_ == nullptr) return result;
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) result.friction += tau_[i] * v_[i];
+  return result;
 }
 
 Energy TangentForm::energy(double t, const double* q, const double* q_dot) {
@@ -246,6 +297,7 @@ void TangentForm::write_points(double t, const double* q, const double* q_dot, c
 }
 
 void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot) {
+  if (friction_ != nullptr) friction_->recentre(t, r_.data(), v_.data(), friction_w_.data());
   model_.set_time(t);
   model_.coordinates.recentre(t, q, q_dot, q_ddot);
 }

@@ -4,6 +4,7 @@
 
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/model.hpp"
+#include "dynamics/normal_form.hpp"
 #include "solve/gram_solver.hpp"
 
 namespace tanor {
@@ -21,7 +22,7 @@ class TangentForm final : public EquationsOfMotion {
 
   std::size_t size() const override { return model_.coordinates.num_coordinates(); }
   bool depends_on_velocity() const override { return true; }
-  bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work(); }
+  bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work() || friction_ != nullptr; }
 
   void prescribe(double, double*, double*) override {}
   /// Nothing is projected, so nothing needs a factor but the accelerations, which make their own.
@@ -48,6 +49,16 @@ class TangentForm final : public EquationsOfMotion {
   void resume(const Counters& counters, const PhaseTimes& times) override;
   void set_exact(bool exact) override { exact_ = exact; }
   void reactions(double* eta) const override;
+  /// Takes tau from the normal form at every instant, and with it what sticks and slides: friction that depends on
+  /// reactions needs their multipliers (42).
+  void take_friction_from(NormalForm* normal) { friction_ = normal; }
+  std::size_t num_events() const override { return friction_ != nullptr ? friction_->num_events() : 0; }
+  void evaluate_events(double t, const double* q, const double* q_dot, double* values) override;
+  Outcome switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
+                           double* q_ddot) override;
+  std::vector<int> discrete_state() const override;
+  void restore_discrete_state(std::span<const int> state) override;
+  Outcome begin(double t, const double* q, double* q_dot, double* q_ddot) override;
   void describe(PlanSummary* plan) const override;
   /// eta = [I - M A H^-1 A'] force [3n] (24), refined to rounding, with the factor of the last linearisation; of
   /// supports: what the coordinates do there.
@@ -74,10 +85,13 @@ class TangentForm final : public EquationsOfMotion {
   void evaluate(double t, const double* q, const double* q_dot, bool with_blocks);
   Outcome factorize(double t);
   double correct(double* q_ddot);
+  Outcome add_friction(double t);
   Outcome find_rates(double t, const double* v, const double* q, double* q_dot);
   void check_constraints();
 
   Model& model_;
+  NormalForm* friction_ = nullptr;        // null: constraints are ideal
+  std::vector<double> friction_w_, tau_;  // [3n] of the normal form
   std::size_t num_products_;
   GramSolver solver_;
 

@@ -278,13 +278,18 @@ Index blocks_of(const UserFamily& family) {
 
 }  // namespace
 
-Constraints::Constraints(const System& system, const Numbering& numbering, double t) : num_rows_(numbering.num_rows()) {
+Constraints::Constraints(const System& system, const Numbering& numbering, double t)
+    : num_points_(numbering.num_points()), num_rows_(numbering.num_rows()) {
   const Builder builder(system, numbering, t);
   std::apply([&](auto&... family) { (builder.fill(&family), ...); }, families_);
   for_each_family([&](auto& family) {
     family.first_block = static_cast<Index>(num_blocks_);
     num_blocks_ += static_cast<std::size_t>(blocks_of(family));
   });
+  if (!system.friction.empty()) {
+    tangents_ = Tangents(system, numbering, list_incidences(), static_cast<Index>(num_blocks_));
+    num_blocks_ += tangents_.num_blocks();
+  }
   set_time(t);
 }
 
@@ -295,7 +300,7 @@ bool Constraints::depends_on_time() const {
 }
 
 bool Constraints::gradients_are_constant() const {
-  bool result = true;
+  bool result = tangents_.num_rows() == 0;  // contacts may change between stick and slip
   for_each_family([&](const auto& family) { result = result && family.kernel.gradients_are_constant(); });
   return result;
 }
@@ -322,33 +327,68 @@ std::vector<double> Constraints::squared_gradient_norms() const {
 
 void Constraints::set_time(double t) {
   for_each_family([&](auto& family) { family.kernel.set_time(t); });
+  tangents_.set_time(t);
 }
 
 double Constraints::evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
   double worst = 0.0;
   for_each_family([&](const auto& family) { worst = larger(worst, family.evaluate_values(parallel, r, xi)); });
+  tangents_.write_no_values(xi);
   return worst;
 }
 
 double Constraints::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const {
   double worst = 0.0;
   for_each_family([&](const auto& family) { worst = larger(worst, family.evaluate_rates(parallel, r, v, rate)); });
-  return worst;
+  return larger(worst, tangents_.evaluate_rates(v, rate));
 }
 
-void Constraints::evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) const {
+void Constraints::evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) {
   for_each_family([&](const auto& family) { family.evaluate_gradients(parallel, r, blocks); });
+  tangents_.write_gradients(parallel, blocks);
 }
 
 double Constraints::evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0,
-                                        double* phi, double* blocks) const {
+                                        double* phi, double* blocks) {
   double worst = 0.0;
   for_each_family([&](const auto& family) {
     worst =
         larger(worst, blocks != nullptr ? family.template evaluate_right_side<true>(parallel, r, v, w0, phi, blocks)
                                         : family.template evaluate_right_side<false>(parallel, r, v, w0, phi, blocks));
   });
-  return worst;
+  if (tangents_.size() == 0) return worst;
+  if (blocks != nullptr) tangents_.write_gradients(parallel, blocks);
+  return larger(worst, evaluate_contacts(parallel, r, v, w0, Tangents::Which::Sticking, phi));
+}
+
+/// The rows of contacts; where their guides turn, T'K_g_dot by two more evaluations of phi a direction.
+double Constraints::evaluate_contacts(const Parallel& parallel, const double* r, const double* v, const double* w0,
+                                      Tangents::Which which, double* phi) {
+  std::array<const double*, 2> turn{};
+  if (tangents_.needs_turn(v, which)) {
+    const std::size_t size = 3 * num_points_;
+    const std::vector<double> nothing(size, 0.0);
+    turns_.resize(3 * num_rows_);
+    double* const other = turns_.data() + 2 * num_rows_;
+    const auto evaluate_at = [&](int k, double s, double* result) {
+      shifted_.assign(v, v + size);
+      tangents_.shift_velocities(k, s, v, shifted_.data());
+      for_each_family([&](const auto& family) {
+        family.template evaluate_right_side<false>(parallel, r, shifted_.data(), nothing.data(), result, nullptr);
+      });
+    };
+    double speed = 0.0;
+    for (std::size_t i = 0; i < size; ++i) speed = std::max(speed, std::abs(v[i]));
+    const double s = speed > 0.0 ? speed : 1.0;
+    for (int k = 0; k < 2; ++k) {
+      double* const result = turns_.data() + static_cast<std::size_t>(k) * num_rows_;
+      evaluate_at(k, s, result);
+      evaluate_at(k, -s, other);
+      for (std::size_t a = 0; a < num_rows_; ++a) result[a] = (result[a] - other[a]) / (4.0 * s);
+      turn[static_cast<std::size_t>(k)] = result;
+    }
+  }
+  return tangents_.evaluate_right_side(v, w0, turn, which, phi);
 }
 
 double Constraints::apply_transposed(const Parallel& parallel, const double* blocks, const double* x,
@@ -356,11 +396,13 @@ double Constraints::apply_transposed(const Parallel& parallel, const double* blo
   double worst = 0.0;
   for_each_family(
       [&](const auto& family) { worst = larger(worst, family.apply_transposed(parallel, blocks, x, shift, y)); });
-  return worst;
+  return larger(worst, tangents_.apply_transposed(x, shift, y));
 }
 
 void Constraints::measure(const double* r, const double* v, double* position, double* velocity) const {
   for_each_family([&](const auto& family) { family.measure(r, v, position, velocity); });
+  tangents_.write_no_values(position);
+  tangents_.evaluate_rates(v, velocity);
 }
 
 std::vector<Incidence> Constraints::list_incidences() const {
@@ -368,6 +410,7 @@ std::vector<Incidence> Constraints::list_incidences() const {
   for_each_family([&](const auto& family) {
     family.list_incidences([&](const Incidence& incidence) { result.push_back(incidence); });
   });
+  tangents_.list_incidences([&](const Incidence& incidence) { result.push_back(incidence); });
   return result;
 }
 

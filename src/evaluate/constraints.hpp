@@ -6,13 +6,15 @@
 
 #include "evaluate/family.hpp"
 #include "evaluate/linear_family.hpp"
+#include "evaluate/tangents.hpp"
 #include "evaluate/user_family.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
 
 /// All constraints of a system at one instant. Arrays are in the inner order: r, v, w 3n, point by point; rows d;
-/// K is stored as its blocks, 3 numbers each (`num_blocks`), whose places `list_incidences` tells.
+/// K is stored as its blocks, 3 numbers each (`num_blocks`), whose places `list_incidences` tells. Rows of contacts
+/// (see Tangents) use the tangent directions at the last place where gradients were evaluated.
 class Constraints {
  public:
   /// `t`: where "initial" values stand when they are measured from something that moves.
@@ -34,10 +36,10 @@ class Constraints {
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) const;
   /// K'v + xi_t [d]; returns the largest |.|/|gradient|, m/s.
   double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const;
-  void evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) const;
+  void evaluate_gradients(const Parallel& parallel, const double* r, double* blocks);
   /// phi + K'w0 [d]; the blocks of K at r as well unless `blocks` is null. Returns the largest |.|/|gradient|, m/s^2.
   double evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0, double* phi,
-                             double* blocks) const;
+                             double* blocks);
   /// y = K'x + shift [d] from stored blocks; returns the largest |y|/|gradient|. `shift` may be null.
   double apply_transposed(const Parallel& parallel, const double* blocks, const double* x, const double* shift,
                           double* y) const;
@@ -46,6 +48,14 @@ class Constraints {
   void measure(const double* r, const double* v, double* position, double* velocity) const;
 
   std::vector<Incidence> list_incidences() const;
+  /// Contacts with friction: none in most systems.
+  const Tangents& tangents() const { return tangents_; }
+  Tangents& tangents() { return tangents_; }
+
+  /// Into the contacts' own rows alone: phi + T'w0, the acceleration of sliding; returns the largest, m/s^2.
+  double evaluate_contacts(const Parallel& parallel, const double* r, const double* v, const double* w0,
+                           Tangents::Which which, double* phi);
+
   /// Shortest of the lengths that violations are measured by, m; at most `scene_size`.
   double smallest_length(double scene_size) const;
 
@@ -67,7 +77,9 @@ class Constraints {
              Family<RodKernel<true, true>>, Family<PlaneKernel>, Family<SphereKernel>, Family<LineKernel>,
              Family<CircleKernel>, Family<AngleKernel>, Family<PulleyKernel>, LinearFamily, UserFamily>
       families_;
-  std::size_t num_rows_ = 0, num_blocks_ = 0;
+  Tangents tangents_;
+  std::vector<double> shifted_, turns_;  // [3n], [4][d] scratch of contacts that stick on moving guides
+  std::size_t num_points_ = 0, num_rows_ = 0, num_blocks_ = 0;
 };
 
 /// Diagonal of the bounding box of the initial positions, m (1 for a single place): the length scale of a scene.

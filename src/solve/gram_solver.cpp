@@ -112,6 +112,7 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
                     {},
                     {},
                     {},
+                    {},
                     {}});
 }
 
@@ -135,6 +136,20 @@ void GramSolver::set_active(std::span<const char> active) {
   }
 }
 
+void GramSolver::allow_zero_rows(std::span<const Index> user_row, std::size_t first) {
+  for (Part& part : parts_) {
+    const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
+    for (std::size_t column = 0; column < part.x.size(); ++column) {
+      const std::size_t place = part.permutation.empty() ? column : static_cast<std::size_t>(part.permutation[column]);
+      const Index row = user_row[static_cast<std::size_t>(part.first_row) + place];
+      if (static_cast<std::size_t>(row) < first) continue;
+      for (int slot = start[column]; slot < start[column + 1]; ++slot) {
+        if (rows[static_cast<std::size_t>(slot)] == static_cast<int>(column)) part.may_be_zero.push_back(slot);
+      }
+    }
+  }
+}
+
 std::vector<std::pair<Index, Index>> GramSolver::weak_parts(double reciprocal_condition) const {
   std::vector<std::pair<Index, Index>> result;
   for (const Part& part : parts_) {
@@ -149,6 +164,9 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
     Part& part = parts_[p];
     double* const values = part.values();
     part.plan.assemble(blocks, values);
+    for (const int slot : part.may_be_zero) {
+      if (values[slot] == 0.0) values[slot] = 1.0;
+    }
     for (const int slot : part.zero_slots) values[slot] = 0.0;
     for (const int slot : part.unit_slots) values[slot] = 1.0;
   });

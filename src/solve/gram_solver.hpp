@@ -49,6 +49,9 @@ class GramSolver {
   /// [row]; empty: all of them.
   void set_active(std::span<const char> active);
 
+  /// Rows from `first` on (in the user's numbers of `user_row` [row]) whose gradient may be 0: they are unit rows then.
+  void allow_zero_rows(std::span<const Index> user_row, std::size_t first);
+
   void assemble(const Parallel& parallel, const double* blocks);
   [[nodiscard]] Quality factorize(const Parallel& parallel);
   /// 1/cond of the scaled matrix by a few inverse iterations with the last factor: closer than what `factorize` says,
@@ -84,6 +87,7 @@ class GramSolver {
       std::visit([&](auto& any) { any.solve(b); }, factor);
     }
     std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
+    std::vector<int> may_be_zero;                              // diagonal slots
   };
 
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,

@@ -54,8 +54,21 @@ SparseColumns Redundancy::scaled_columns(const double* blocks, Rows rows) {
     C.start.push_back(static_cast<int>(C.rows.size()));
   }
   C.num_rows = 3 * static_cast<int>(points.size());
+  stand_alone(rows.first, &C);
   for (const Index point : points) local_point_[static_cast<std::size_t>(point)] = -1;
   return C;
+}
+
+/// A contact's row without gradient takes no part: as a unit column of its own it depends on nothing.
+void Redundancy::stand_alone(Index first_row, SparseColumns* C) const {
+  for (std::size_t k = 0; k + 1 < C->start.size(); ++k) {
+    const auto begin = C->values.begin() + C->start[k], end = C->values.begin() + C->start[k + 1];
+    const auto row = numbering_.user_row[static_cast<std::size_t>(first_row) + k];
+    const bool is_contact = static_cast<std::size_t>(row) >= numbering_.num_user_rows;
+    if (!is_contact || std::any_of(begin, end, [](double x) { return x != 0.0; })) continue;
+    *begin = 1.0;
+    C->rows[static_cast<std::size_t>(C->start[k])] = C->num_rows++;
+  }
 }
 
 bool Redundancy::decide_island(const double* blocks, Rows rows, double tolerance) {

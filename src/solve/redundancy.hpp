@@ -76,6 +76,7 @@ class Redundancy {
   };
   Rows island_of(Index row) const;
   SparseColumns scaled_columns(const double* blocks, Rows rows);
+  void stand_alone(Index first_row, SparseColumns* C) const;
   bool decide_island(const double* blocks, Rows rows, double tolerance);
   void group_by_row();
   Found translate(const Island& island, const Dependence& dependence) const;

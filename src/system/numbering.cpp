@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "system/contacts.hpp"
 #include "system/members.hpp"
 
 namespace tanor {
@@ -81,7 +82,7 @@ Numbering number(const System& system) {
   std::vector<int> rows_of_member;
   std::vector<Index> user_first_row;
   Index num_rows = 0;
-  for_each_member(system, [&](std::span<const Index> points, int rows) {
+  const auto add_member = [&](std::span<const Index> points, int rows) {
     for (const Index point : points) {
       if (!is_support[point]) points_of_member.entries.push_back(point);
     }
@@ -89,11 +90,16 @@ Numbering number(const System& system) {
     rows_of_member.push_back(rows);
     user_first_row.push_back(num_rows);
     num_rows += rows;
-  });
+  };
+  for_each_member(system, add_member);
+  Numbering result;
+  result.num_user_rows = static_cast<std::size_t>(num_rows);
+  for (const Contact& contact : list_contacts(system)) {
+    if (contact.can_stick) add_member({&contact.point, 1}, contact.num_tangents());
+  }
   const Lists members_of_point = transpose(points_of_member, num_points);
   const std::size_t num_members = rows_of_member.size();
 
-  Numbering result;
   result.user_point.reserve(num_points);
   result.inner_point.assign(num_points, -1);
   result.user_row.reserve(num_rows);
@@ -154,7 +160,9 @@ void Numbering::scatter_points(std::span<const double> inner, std::span<double> 
 }
 
 void Numbering::scatter_rows(std::span<const double> inner, std::span<double> user) const {
-  for (std::size_t a = 0; a < user_row.size(); ++a) user[user_row[a]] = inner[a];
+  for (std::size_t a = 0; a < user_row.size(); ++a) {
+    if (static_cast<std::size_t>(user_row[a]) < num_user_rows) user[user_row[a]] = inner[a];
+  }
 }
 
 }  // namespace tanor

@@ -12,14 +12,16 @@ namespace tanor {
 /// Islands (points connected by constraints; supports connect nothing) follow one another, inside an island points and
 /// rows run along its paths, leaves first: neighbours in space are neighbours in memory, a chain gives a tridiagonal S
 /// and a tree is eliminated without fill. Free points come after the islands, supports last. Rows that join supports
-/// alone are idle: they come after those of the islands.
+/// alone are idle: they come after those of the islands. Contacts that may stick have rows of their own (see
+/// contacts.hpp), whose numbers follow those of the user's rows.
 struct Numbering {
   std::vector<Index> user_point;    ///< [inner point] -> user's point
   std::vector<Index> inner_point;   ///< [user's point] -> inner point
-  std::vector<Index> user_row;      ///< [inner row] -> user's row
-  std::vector<Index> member_row;    ///< [member in the user's order] -> its first inner row
+  std::vector<Index> user_row;      ///< [inner row] -> user's row; `num_user_rows` and above: of a contact
+  std::vector<Index> member_row;    ///< [member in the user's order] -> its first inner row; contacts at the end
   std::vector<Index> island_start;  ///< first row of each island, and the number of rows that are not idle
   std::size_t num_moving = 0;       ///< inner points below this move, the others are supports
+  std::size_t num_user_rows = 0;    ///< d
 
   std::size_t num_points() const { return user_point.size(); }
   std::size_t num_rows() const { return user_row.size(); }
@@ -29,6 +31,7 @@ struct Numbering {
   /// From the user's order to the inner one and back: `width` numbers a point.
   void gather_points(std::span<const double> user, std::span<double> inner, std::size_t width = 3) const;
   void scatter_points(std::span<const double> inner, std::span<double> user, std::size_t width = 3) const;
+  /// Rows of contacts are not the user's.
   void scatter_rows(std::span<const double> inner, std::span<double> user) const;
 };
 

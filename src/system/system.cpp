@@ -38,6 +38,12 @@ constexpr std::string_view kind<Drag> = "drag";
 template <>
 constexpr std::string_view kind<FormulaForce> = "formula";
 template <>
+constexpr std::string_view kind<Coulomb> = "coulomb";
+template <>
+constexpr std::string_view kind<Viscous> = "viscous";
+template <>
+constexpr std::string_view kind<UserFriction> = "formula";
+template <>
 constexpr std::string_view kind<FreeCoordinates> = "free";
 template <>
 constexpr std::string_view kind<LineCoordinates> = "line";
@@ -113,10 +119,17 @@ std::string force_name(const System& system, std::size_t index) {
   return name_of(system.forces.at(index), index);
 }
 
+std::string friction_name(const System& system, std::size_t index) {
+  return name_of(system.friction.at(index), index);
+}
+
 std::string coordinates_name(const System& system, std::size_t index) {
   return name_of(system.coordinates.at(index), index);
 }
 
+std::string_view kind_name(const Friction& friction) {
+  return kind_of(friction);
+}
 std::string_view kind_name(const Coordinates& coordinates) {
   return kind_of(coordinates);
 }

@@ -1,0 +1,164 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/check.hpp"
+#include "dynamics/normal_form.hpp"
+#include "system/text.hpp"
+
+/// \file Contacts of NormalForm that stick and slide (theory, section 7a): exact Coulomb friction as events.
+///
+/// A contact sticks as long as |lambda_t| <= mu_s |N|, and slides until its sliding velocity vanishes. At rest the law
+/// holds on the acceleration level: lambda_t in -mu_s |N| Sgn(a_t).
+namespace tanor {
+
+Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
+  return num_switches_ == 0 ? accelerations(t, r, v, Gradients::Evaluate, w) : settle_contacts(t, r, v, w);
+}
+
+/// Sliding slower than this is rest: the rounding of projected velocities.
+double NormalForm::sliding_threshold() const {
+  return 1e-11 * model_.velocity_scale;
+}
+
+void NormalForm::evaluate_events(double, const double*, const double* v, double* values) {
+  const Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    if (tangents[c].first_row < 0) continue;
+    if (tangents.sticks(c)) {
+      const double limit = friction_->static_limit(c, lambda_.data()), held = norm(friction_->held(c, lambda_.data()));
+      *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) : 1.0;
+    } else {
+      *values++ = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c)) / model_.velocity_scale;
+    }
+  }
+}
+
+Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double* w) {
+  Tangents& tangents = model_.constraints.tangents();
+  std::vector<char> at_rest(tangents.size(), 0);
+  for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, false);
+  if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
+  friction_->laws().set_rest(sliding_threshold());
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    at_rest[c] = tangents[c].first_row >= 0 && norm(tangents.sliding_velocity(c, v)) <= sliding_threshold();
+    tangents.set_stick(c, at_rest[c] != 0);
+    friction_->laws().set_sense(c, {});
+  }
+  friction_->laws().keep_senses(v);
+  return choose_modes(t, r, v, std::move(at_rest), {}, w);
+}
+
+Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
+                                     double* w) {
+  Tangents& tangents = model_.constraints.tangents();
+  std::vector<char> at_rest(tangents.size(), 0), is_met(num_switches_, 0);
+  for (const std::size_t event : which) is_met[event] = 1;
+  std::vector<std::size_t> releases;
+  std::size_t event = 0;
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    if (tangents[c].first_row < 0) continue;
+    const bool is_now = is_met[event++] != 0;
+    if (tangents.sticks(c)) {
+      at_rest[c] = 1;
+      if (is_now) releases.push_back(c);
+    } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold()) {
+      at_rest[c] = 1;
+      tangents.set_stick(c, true);
+    }
+  }
+  return choose_modes(t, r, v, std::move(at_rest), releases, w);
+}
+
+/// The modes of all contacts at rest together: they stick, but for `releases`; the ones that cannot are released
+/// against what held them, and what does not slide off then is held again.
+Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
+                                 std::span<const std::size_t> releases, double* w) {
+  Tangents& tangents = model_.constraints.tangents();
+  FrictionLaws& laws = friction_->laws();
+  const auto release = [&](std::size_t c) {
+    const Vec3 held = friction_->held(c, lambda_.data());
+    const double size = norm(held);
+    laws.set_sense(c, size > 0.0 ? (-1.0 / size) * held : tangents.directions(c)[0]);
+    tangents.set_stick(c, false);
+  };
+  // All at rest are at rest exactly, whatever they do next.
+  std::vector<char> released(tangents.size(), 0);
+  for (const std::size_t c : releases) {
+    released[c] = 1;
+    release(c);
+    tangents.set_stick(c, true);
+  }
+  if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
+  const ProjectionReport still = project_velocities(t, r, v);
+  if (!still.outcome.ok()) return still.outcome;
+  for (const std::size_t c : releases) tangents.set_stick(c, false);
+
+  const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
+  const std::size_t most_passes = 20 + 4 * num_at_rest;
+  constexpr double slack = 1e-9;
+  for (std::size_t pass = 0; pass < most_passes; ++pass) {
+    if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
+    if (num_at_rest == 0) return {};
+    const double scale = std::max(model_.largest_norm(w), std::numeric_limits<double>::min());
+    model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
+    bool has_changed = false;
+    std::vector<std::pair<double, std::size_t>> too_much;  // how far above the limit, relative
+    for (std::size_t c = 0; c < tangents.size(); ++c) {
+      if (at_rest[c] == 0) continue;
+      if (tangents.sticks(c)) {
+        const double limit = friction_->static_limit(c, lambda_.data());
+        const double held = norm(friction_->held(c, lambda_.data()));
+        const double rounding = 1e-13 * scale * model_.mass[static_cast<std::size_t>(tangents[c].point)];
+        if (held - (1.0 + slack) * limit > rounding) too_much.emplace_back((held - limit) / held, c);
+        continue;
+      }
+      // a_t must point where it slides to
+      Vec3 a{};
+      for (int k = 0; k < tangents[c].num_tangents(); ++k)
+        a = a + contact_rows_[static_cast<std::size_t>(tangents[c].first_row + k)] *
+                    tangents.directions(c)[static_cast<std::size_t>(k)];
+      const double along = dot(a, laws.direction(c)), size = norm(a);
+      if (along < -slack * scale) {
+        if (released[c] >= 4) {
+          return {Status::NoSolution, "friction at t = " + text(t) + ": " + model_.name_contact(c) +
+                                          " can neither stick nor slide; the velocity would have to jump"};
+        }
+        tangents.set_stick(c, true);
+        has_changed = true;
+      } else if (tangents[c].num_guides == 1 && size > slack * scale && along < (1.0 - 1e-13) * size) {
+        laws.set_sense(c, (1.0 / size) * a);  // on a surface the direction is a part of the answer
+        has_changed = has_changed || along < (1.0 - 1e-12) * size;
+      }
+    }
+    // Many at once while that goes well, then one by one.
+    constexpr std::size_t passes_at_once = 10;
+    double worst = 0.0;
+    for (const auto& [excess, contact] : too_much) worst = std::max(worst, excess);
+    for (const auto& [excess, contact] : too_much) {
+      if (excess < (pass < passes_at_once ? 0.5 : 1.0) * worst) continue;
+      ++released[contact];
+      release(contact);
+      has_changed = true;
+    }
+    if (!has_changed) return {};
+  }
+  return {Status::NotConverged, "friction at t = " + text(t) +
+                                    ": no choice of which contacts stick and which slide obeys the law for all of " +
+                                    text(static_cast<double>(num_at_rest)) + " at rest"};
+}
+
+std::vector<int> NormalForm::discrete_state() const {
+  const Tangents& tangents = model_.constraints.tangents();
+  std::vector<int> state;
+  for (std::size_t c = 0; num_switches_ > 0 && c < tangents.size(); ++c) state.push_back(tangents.sticks(c) ? 1 : 0);
+  return state;
+}
+
+void NormalForm::restore_discrete_state(std::span<const int> state) {
+  Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; c < state.size() && c < tangents.size(); ++c) tangents.set_stick(c, state[c] != 0);
+}
+
+}  // namespace tanor

@@ -1,0 +1,369 @@
+#include "dynamics/friction_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+std::string_view uniqueness_name(Uniqueness uniqueness) {
+  switch (uniqueness) {
+    case Uniqueness::NotAsked:
+      break;
+    case Uniqueness::Proven:
+      return "proven";
+    case Uniqueness::Unproven:
+      return "unproven";
+    case Uniqueness::Several:
+      return "several";
+    case Uniqueness::None:
+      return "none";
+  }
+  return "not asked";
+}
+
+std::string_view friction_method_name(FrictionMethod method) {
+  switch (method) {
+    case FrictionMethod::Auto:
+      break;
+    case FrictionMethod::FixedPoint:
+      return "fixed point";
+    case FrictionMethod::Anderson:
+      return "anderson";
+    case FrictionMethod::Newton:
+      return "newton";
+    case FrictionMethod::Enumeration:
+      return "enumeration";
+  }
+  return "auto";
+}
+
+namespace {
+
+constexpr int anderson_depth = 5;
+constexpr double smallest_number = std::numeric_limits<double>::min();
+
+double largest_norm(const std::vector<double>& tau) {
+  double worst = 0.0;
+  for (std::size_t c = 0; 3 * c < tau.size(); ++c) worst = larger(worst, norm(load(tau.data(), c)));
+  return worst;
+}
+
+double largest_change(const std::vector<double>& a, const std::vector<double>& b) {
+  double worst = 0.0;
+  for (std::size_t c = 0; 3 * c < a.size(); ++c) worst = larger(worst, norm(load(a.data(), c) - load(b.data(), c)));
+  return worst;
+}
+
+}  // namespace
+
+FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vector<double>& blocks,
+                             std::function<void(const double*, double*)> solve_negative)
+    : model_(model),
+      tangents_(model.constraints.tangents()),
+      method_(method),
+      blocks_(blocks),
+      solve_negative_(std::move(solve_negative)),
+      laws_(model.system, model.numbering, tangents_, model.incidences),
+      fixed_point_(laws_, *this, model.num_rows()),
+      right_side_(model.num_rows()),
+      lambda_(model.num_rows()),
+      tau_(3 * tangents_.size(), 0.0),
+      tau_before_(tau_) {
+  std::vector<std::vector<Index>> contacts_of_point(model.num_points());
+  for (std::size_t c = 0; c < tangents_.size(); ++c)
+    contacts_of_point[static_cast<std::size_t>(tangents_[c].point)].push_back(static_cast<Index>(c));
+  for (const Incidence& i : model.incidences) {
+    const auto point = static_cast<std::size_t>(i.point);
+    for (const Index contact : contacts_of_point[point])
+      touches_.push_back({i.row, contact, i.block, i.sign * model.inverse_mass[point]});
+  }
+  std::stable_sort(touches_.begin(), touches_.end(), [](const Touch& a, const Touch& b) { return a.row < b.row; });
+
+  const std::vector<Index>& start = model.numbering.island_start;
+  islands_.resize(model.numbering.num_islands());
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    const auto after = std::upper_bound(start.begin(), start.end(), tangents_[c].guide_row[0]);
+    islands_[static_cast<std::size_t>(after - start.begin() - 1)].push_back(c);
+  }
+  std::erase_if(islands_, [](const auto& island) { return island.empty(); });
+}
+
+// ---- the response of S ----
+
+void FrictionStage::add_to_rows(double sign, const double* tau, double* rows) const {
+  for (const Touch& touch : touches_)
+    rows[touch.row] += sign * touch.weight * dot(load(blocks_.data(), touch.block), load(tau, touch.contact));
+}
+
+void FrictionStage::find_multipliers(const double* tau, double* lambda) {
+  std::copy(b_, b_ + right_side_.size(), right_side_.begin());
+  add_to_rows(1.0, tau, right_side_.data());
+  solve_negative_(right_side_.data(), lambda);
+}
+
+void FrictionStage::find_change(const double* tau, double* lambda) {
+  std::fill(right_side_.begin(), right_side_.end(), 0.0);
+  add_to_rows(1.0, tau, right_side_.data());
+  solve_negative_(right_side_.data(), lambda);
+}
+
+// ---- one instant ----
+
+Outcome FrictionStage::find(double t, const double* r, const double* v, const double* b, bool judges,
+                            const double* lambda) {
+  const Stopwatch watch(&model_.times.friction);
+  laws_.set_state(t, r, v, blocks_.data());
+  b_ = b;
+  report_ = {.contacts = tangents_.size()};
+  for (std::size_t c = 0; c < tangents_.size(); ++c) report_.sticking += tangents_.sticks(c) ? 1 : 0;
+  std::copy(lambda, lambda + lambda_.size(), lambda_.begin());
+  const bool all_stick = report_.sticking == report_.contacts;
+  if (laws_.depend_on_reactions() && !all_stick) {
+    ++model_.counters.friction_solves;
+    Outcome outcome = iterate(t, lambda_.data());
+    if (outcome.ok() && judges && report_.uniqueness == Uniqueness::NotAsked)
+      outcome = enumerate(t, true, lambda_.data());
+    model_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
+    model_.counters.solves += static_cast<std::size_t>(report_.iterations);
+    if (!outcome.ok()) return outcome;
+  } else if (judges) {
+    report_.uniqueness = Uniqueness::Proven;  // a given force
+    report_.error_bound = 0.0;
+  }
+  laws_.evaluate(model_.parallel, lambda_.data(), tau_.data());
+  const double size = largest_norm(tau_);
+  return std::isfinite(size) ? Outcome{} : model_.not_finite(t);
+}
+
+Outcome FrictionStage::iterate(double t, double* lambda) {
+  const auto take = [&](FrictionMethod method, const FixedPoint::Result& result) {
+    report_.method_used = method;
+    report_.iterations += result.iterations;
+    report_.contraction = std::max(report_.contraction, result.contraction);
+    return result.has_converged;
+  };
+  const bool is_auto = method_ == FrictionMethod::Auto;
+  std::vector<double> guess;
+  if (method_ == FrictionMethod::FixedPoint &&
+      take(FrictionMethod::FixedPoint, fixed_point_.iterate(model_.parallel, 0, lambda)))
+    return {};
+  if (is_auto || method_ == FrictionMethod::Anderson) {
+    guess.assign(lambda, lambda + lambda_.size());
+    if (take(FrictionMethod::Anderson, fixed_point_.iterate(model_.parallel, anderson_depth, lambda))) return {};
+    std::copy(guess.begin(), guess.end(), lambda);
+  }
+  if ((is_auto || method_ == FrictionMethod::Newton) &&
+      take(FrictionMethod::Newton, fixed_point_.solve_by_newton(model_.parallel, lambda)))
+    return {};
+  if (is_auto || method_ == FrictionMethod::Enumeration) return enumerate(t, false, lambda);
+  return fail(Status::NotConverged, t,
+              "the iteration for it does not converge (contraction " + text(report_.contraction) + ")");
+}
+
+double FrictionStage::improve(const double* lambda) {
+  std::swap(tau_, tau_before_);
+  laws_.evaluate(model_.parallel, lambda, tau_.data());
+  return largest_change(tau_, tau_before_) / std::max(largest_norm(tau_), smallest_number);
+}
+
+void FrictionStage::add(double sign, double* w0, double* b) const {
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    const auto point = static_cast<std::size_t>(tangents_[c].point);
+    store(w0, point, load(w0, point) + sign * model_.inverse_mass[point] * load(tau_.data(), c));
+  }
+  add_to_rows(sign, tau_.data(), b);
+}
+
+double FrictionStage::measure(const double* lambda) {
+  laws_.evaluate(model_.parallel, lambda, tau_before_.data());
+  report_.residual = largest_change(tau_, tau_before_) / std::max(largest_norm(tau_), smallest_number);
+  return report_.residual;
+}
+
+// ---- few contacts: all solutions ----
+
+/// N0 and W of the contacts of one island from the multipliers without their friction and from those that one newton
+/// against the sliding of each adds.
+SlidingContacts FrictionStage::collect(std::span<const std::size_t> members,
+                                       const std::vector<std::vector<double>>& changes, const double* at_rest) const {
+  const auto m = static_cast<Eigen::Index>(members.size());
+  SlidingContacts result;
+  result.N0.resize(3, m);
+  const auto as_eigen = [](Vec3 a) { return Eigen::Vector3d(a.x, a.y, a.z); };
+  for (Eigen::Index c = 0; c < m; ++c) {
+    const std::size_t contact = members[static_cast<std::size_t>(c)];
+    result.mu.push_back(laws_.coefficient(contact));
+    result.N0.col(c) = as_eigen(laws_.normal_force(contact, at_rest));
+  }
+  for (Eigen::Index j = 0; j < m; ++j) {
+    Eigen::Matrix3Xd& W = result.W.emplace_back(3, m);
+    for (Eigen::Index c = 0; c < m; ++c) {
+      W.col(c) = as_eigen(
+          laws_.normal_force(members[static_cast<std::size_t>(c)], changes[static_cast<std::size_t>(j)].data()));
+    }
+  }
+  return result;
+}
+
+Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
+  // Coulomb contacts that slide, island by island.
+  std::vector<std::vector<std::size_t>> sliding;
+  bool all_are_coulomb = true, all_are_full = true, all_are_few = true;
+  double largest_mu = 0.0;
+  std::size_t most = 0;
+  for (const auto& island : islands_) {
+    std::vector<std::size_t> members;
+    for (const std::size_t c : island) {
+      if (tangents_.sticks(c) || laws_.is_given(c)) continue;
+      all_are_coulomb = all_are_coulomb && laws_.is_coulomb(c);
+      all_are_full = all_are_full && laws_.is_coulomb(c) && laws_.reads_full_reaction(c);
+      if (laws_.is_coulomb(c)) largest_mu = std::max(largest_mu, laws_.coefficient(c));
+      members.push_back(c);
+    }
+    if (members.empty()) continue;
+    most = std::max(most, members.size());
+    sliding.push_back(std::move(members));
+  }
+  constexpr std::size_t most_judged = 32;
+  all_are_few = most <= most_judged;
+  report_.uniqueness = Uniqueness::Unproven;
+  if (all_are_full && largest_mu < 1.0) {
+    // Theorem A: |tau(e1) - tau(e2)| <= mu |e1 - e2| in the norm of M^-1.
+    report_.uniqueness = Uniqueness::Proven;
+    report_.error_bound = FixedPoint::tolerance * largest_friction() / (1.0 - largest_mu);
+    if (only_judges) return {};
+  }
+  if (!all_are_coulomb || !all_are_few) {
+    return only_judges ? Outcome{}
+                       : fail(Status::NotConverged, t,
+                              "the iteration for it does not converge, and its contacts are "
+                              "too many to try all signs of their normal forces");
+  }
+
+  // One newton against the sliding of the j-th contact of every island at once: islands do not see each other.
+  std::vector<std::vector<double>> changes;
+  std::vector<double> force(tau_.size());
+  for (std::size_t j = 0; j < most; ++j) {
+    std::fill(force.begin(), force.end(), 0.0);
+    for (const auto& members : sliding) {
+      if (j < members.size()) store(force.data(), members[j], -laws_.direction(members[j]));
+    }
+    find_change(force.data(), changes.emplace_back(lambda_.size()).data());
+    ++report_.iterations;
+  }
+  // Without the friction of those: given friction stays.
+  std::vector<double> nothing(lambda_.size(), 0.0), at_rest(lambda_.size());
+  laws_.evaluate(model_.parallel, nothing.data(), force.data());
+  find_multipliers(force.data(), at_rest.data());
+  ++report_.iterations;
+
+  std::fill(force.begin(), force.end(), 0.0);
+  bool is_proven = true;
+  double bound = 0.0;
+  for (const auto& members : sliding) {
+    const SlidingContacts contacts = collect(members, changes, at_rest.data());
+    SlidingSolutions solutions = find_sliding(contacts);
+    const std::string name =
+        model_.name_contact(members.front()) + (members.size() > 1 ? " and others of its island" : "");
+    if (solutions.uniqueness == Uniqueness::None) {
+      report_.uniqueness = Uniqueness::None;
+      return fail(
+          Status::NoSolution, t,
+          name + ": no accelerations obey the law (" +
+              (solutions.determinant_changes ? "the determinant changes its sign, Painleve" : "all signs were tried") +
+              "); the rods jam, and the velocity would have to jump");
+    }
+    is_proven = is_proven && solutions.uniqueness == Uniqueness::Proven;
+    if (solutions.contraction < 1.0)
+      bound = std::max(bound, FixedPoint::tolerance * largest_friction() / (1.0 - solutions.contraction));
+    else
+      bound = std::numeric_limits<double>::quiet_NaN();
+    if (solutions.uniqueness == Uniqueness::Several) {
+      report_.uniqueness = Uniqueness::Several;
+      if (several_are_refused_) {
+        return fail(Status::NotUnique, t,
+                    name + ": " + text(static_cast<double>(solutions.found.size())) +
+                        " accelerations obey the law (the determinant changes its sign, Painleve)");
+      }
+    }
+    if (only_judges) continue;
+    if (solutions.found.empty()) add_by_iteration(contacts, &solutions.found);
+    if (solutions.found.empty()) return fail(Status::NotConverged, t, name + ": no iteration converges");
+    // The one that is nearest to what was before.
+    const auto distance = [&](const Eigen::VectorXd& s) {
+      double sum = 0.0;
+      for (std::size_t c = 0; c < members.size(); ++c) {
+        const double before = contacts.mu[c] * norm(laws_.normal_force(members[c], lambda));
+        sum += std::pow(s(static_cast<Eigen::Index>(c)) - before, 2);
+      }
+      return sum;
+    };
+    const auto nearest = std::min_element(solutions.found.begin(), solutions.found.end(),
+                                          [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    for (std::size_t c = 0; c < members.size(); ++c)
+      store(force.data(), members[c], -(*nearest)(static_cast<Eigen::Index>(c)) * laws_.direction(members[c]));
+  }
+  if (report_.uniqueness != Uniqueness::Several)
+    report_.uniqueness = is_proven ? Uniqueness::Proven : Uniqueness::Unproven;
+  if (is_proven) report_.error_bound = bound;
+  if (only_judges) return {};
+
+  report_.method_used = FrictionMethod::Enumeration;
+  std::vector<double> given(tau_.size());
+  laws_.evaluate(model_.parallel, nothing.data(), given.data());
+  for (std::size_t i = 0; i < given.size(); ++i) force[i] += given[i];
+  find_multipliers(force.data(), lambda);
+  ++report_.iterations;
+  return {};
+}
+
+double FrictionStage::largest_friction() {
+  return largest_norm(fixed_point_.friction(model_.parallel, lambda_.data()));
+}
+
+Outcome FrictionStage::fail(Status status, double t, const std::string& why) const {
+  return {status, "friction at t = " + text(t) + ": " + why};
+}
+
+// ---- outputs ----
+
+Vec3 FrictionStage::held(std::size_t contact, const double* lambda) const {
+  const Tangents::Place& place = tangents_[contact];
+  Vec3 sum{};
+  for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k)
+    sum = sum + lambda[place.first_row + k] * tangents_.directions(contact)[static_cast<std::size_t>(k)];
+  return sum;
+}
+
+double FrictionStage::static_limit(std::size_t contact, const double* lambda) const {
+  return laws_.static_coefficient(contact) * norm(laws_.normal_force(contact, lambda));
+}
+
+void FrictionStage::write_friction(const double* lambda, double* tau) const {
+  std::fill(tau, tau + 3 * model_.num_points(), 0.0);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    const Vec3 own = tangents_.sticks(c) ? held(c, lambda) : load(tau_.data(), c);
+    store(tau, tangents_[c].point, load(tau, tangents_[c].point) + own);
+  }
+}
+
+double FrictionStage::power(const double* lambda, const double* v) const {
+  double sum = held_power(lambda, v);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (!tangents_.sticks(c)) sum += dot(load(tau_.data(), c), load(v, tangents_[c].point));
+  }
+  return sum;
+}
+
+double FrictionStage::held_power(const double* lambda, const double* v) const {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (tangents_.sticks(c)) sum += dot(held(c, lambda), load(v, tangents_[c].point));
+  }
+  return sum;
+}
+
+}  // namespace tanor

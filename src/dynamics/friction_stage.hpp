@@ -1,0 +1,81 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "dynamics/model.hpp"
+#include "friction/enumeration.hpp"
+#include "friction/fixed_point.hpp"
+#include "friction/laws.hpp"
+
+namespace tanor {
+
+/// Friction as a part of the normal form: tau(r, v, t, lambda) such that
+///
+///   S lambda + K'M^-1 tau(lambda) = -(phi + K'M^-1 f)                         (*), (43)
+///
+/// Each iteration is one solve with the factor of S that stands. With tau found, it is a given force.
+class FrictionStage final : private Response {
+ public:
+  /// `solve_negative(b, x)`: x = -S^-1 b, both [rows]. `blocks`: K, always at the present place.
+  FrictionStage(Model& model, FrictionMethod method, const std::vector<double>& blocks,
+                std::function<void(const double*, double*)> solve_negative);
+
+  FrictionLaws& laws() { return laws_; }
+  const FrictionLaws& laws() const { return laws_; }
+
+  /// tau at (t, r, v) for b = phi + K'w0 [rows]; `lambda` [rows]: a guess on entry. Judges uniqueness where asked.
+  Outcome find(double t, const double* r, const double* v, const double* b, bool judges, const double* lambda);
+  /// One more step of (43) with a better lambda than the iteration had; returns |tau - tau before| over the largest.
+  double improve(const double* lambda);
+  /// tau into w0 and b: w0 += sign M^-1 tau [3n], b += sign K'M^-1 tau [rows].
+  void add(double sign, double* w0, double* b) const;
+  /// |tau(lambda) - tau| over the largest friction, into the report.
+  double measure(const double* lambda);
+
+  /// tau + T lambda_t [3n], N: of contacts that slide, and of those that stick.
+  void write_friction(const double* lambda, double* tau) const;
+  /// Of all friction, W; and of the contacts that stick alone.
+  double power(const double* lambda, const double* v) const;
+  double held_power(const double* lambda, const double* v) const;
+
+  const FrictionReport& report() const { return report_; }
+  /// Several solutions are a failure (else: the one nearest to the guess is taken, and the report says so).
+  void refuse_several(bool refuses) { several_are_refused_ = refuses; }
+
+  /// Largest friction that contact c could hold, and the one it holds (lambda of its rows), N.
+  double static_limit(std::size_t contact, const double* lambda) const;
+  Vec3 held(std::size_t contact, const double* lambda) const;
+
+ private:
+  void find_multipliers(const double* tau, double* lambda) override;
+  void find_change(const double* tau, double* lambda) override;
+  void add_to_rows(double sign, const double* tau, double* rows) const;
+  Outcome iterate(double t, double* lambda);
+  Outcome enumerate(double t, bool only_judges, double* lambda);
+  SlidingContacts collect(std::span<const std::size_t> members, const std::vector<std::vector<double>>& changes,
+                          const double* at_rest) const;
+  double largest_friction();
+  Outcome fail(Status status, double t, const std::string& why) const;
+
+  Model& model_;
+  const Tangents& tangents_;
+  const FrictionMethod method_;
+  const std::vector<double>& blocks_;
+  std::function<void(const double*, double*)> solve_negative_;
+  FrictionLaws laws_;
+  FixedPoint fixed_point_;
+  // What touches the contacts' points: row += sign/m g'tau.
+  struct Touch {
+    Index row, contact, block;
+    double weight;
+  };
+  std::vector<Touch> touches_;
+  std::vector<std::vector<std::size_t>> islands_;  // contacts of each island that has some
+  const double* b_ = nullptr;
+  bool several_are_refused_ = true;
+  std::vector<double> right_side_, lambda_, tau_, tau_before_;
+  FrictionReport report_;
+};
+
+}  // namespace tanor

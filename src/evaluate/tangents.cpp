@@ -1,0 +1,175 @@
+#include "evaluate/tangents.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+namespace {
+
+Vec3 unit(const Vec3& a) {
+  return (1.0 / norm(a)) * a;
+}
+
+/// Some unit vector orthogonal to the unit vector n.
+Vec3 any_orthogonal(const Vec3& n) {
+  const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
+  const Vec3 axis = x <= y && x <= z ? Vec3{1.0, 0.0, 0.0} : y <= z ? Vec3{0.0, 1.0, 0.0} : Vec3{0.0, 0.0, 1.0};
+  return unit(axis - dot(axis, n) * n);
+}
+
+const VectorFunction& velocity_of(const Friction& friction) {
+  return std::visit([](const auto& entry) -> const VectorFunction& { return entry.velocity; }, friction);
+}
+
+}  // namespace
+
+Tangents::Tangents(const System& system, const Numbering& numbering, std::span<const Incidence> incidences,
+                   Index first_block) {
+  const std::vector<Contact> contacts = list_contacts(system);
+  if (contacts.empty()) return;
+  std::vector<Index> inner_row(numbering.num_rows()), block_of_row(numbering.num_rows(), -1);
+  for (std::size_t a = 0; a < inner_row.size(); ++a)
+    inner_row[static_cast<std::size_t>(numbering.user_row[a])] = static_cast<Index>(a);
+  for (const Incidence& incidence : incidences) block_of_row[static_cast<std::size_t>(incidence.row)] = incidence.block;
+  std::vector<std::size_t> slots;
+  for (const Friction& friction : system.friction) slots.push_back(velocities_.add(velocity_of(friction)));
+
+  auto own_row = static_cast<Index>(numbering.num_user_rows);
+  for (const Contact& contact : contacts) {
+    Place place{contact.friction,
+                numbering.inner_point[static_cast<std::size_t>(contact.point)],
+                static_cast<int>(contact.guide_rows.size()),
+                {-1, -1},
+                {-1, -1}};
+    for (std::size_t k = 0; k < contact.guide_rows.size(); ++k) {
+      place.guide_row[k] = inner_row[static_cast<std::size_t>(contact.guide_rows[k])];
+      place.guide_block[k] = block_of_row[static_cast<std::size_t>(place.guide_row[k])];
+    }
+    place.velocity = slots[static_cast<std::size_t>(contact.friction)];
+    if (contact.can_stick) {
+      place.first_row = inner_row[static_cast<std::size_t>(own_row)];
+      place.first_block = first_block + static_cast<Index>(num_blocks_);
+      own_row += place.num_tangents();
+      num_blocks_ += static_cast<std::size_t>(place.num_tangents());
+    }
+    places_.push_back(place);
+  }
+  sticks_.assign(size(), 0);
+  normals_.resize(size());
+  directions_.resize(size());
+}
+
+void Tangents::write_gradients(const Parallel& parallel, double* blocks) {
+  parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const Place& place = places_[c];
+      auto& [t, s] = directions_[c];
+      auto& [k, l] = normals_[c];
+      k = load(blocks, place.guide_block[0]);
+      if (place.num_guides == 2) {
+        l = load(blocks, place.guide_block[1]);
+        t = unit(cross(k, l));
+        s = {};
+      } else {
+        l = {};
+        t = any_orthogonal(unit(k));
+        s = cross(unit(k), t);
+      }
+      if (place.first_row < 0) continue;
+      for (int m = 0; m < place.num_tangents(); ++m)
+        store(blocks, place.first_block + m, sticks(c) ? directions_[c][static_cast<std::size_t>(m)] : Vec3{});
+    }
+  });
+}
+
+Vec3 Tangents::sliding_velocity(std::size_t contact, const double* v) const {
+  const Vec3 relative = load(v, places_[contact].point) - velocities_[places_[contact].velocity].value;
+  const auto& [t, s] = directions_[contact];
+  return dot(t, relative) * t + dot(s, relative) * s;
+}
+
+void Tangents::write_no_values(double* xi) const {
+  for (const Place& place : places_) {
+    if (place.first_row >= 0) std::fill_n(xi + place.first_row, place.num_tangents(), 0.0);
+  }
+}
+
+double Tangents::evaluate_rates(const double* v, double* rate) const {
+  double worst = 0.0;
+  for (std::size_t c = 0; c < size(); ++c) {
+    const Place& place = places_[c];
+    for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k) {
+      const Vec3 relative = load(v, place.point) - velocities_[place.velocity].value;
+      const double value = sticks(c) ? dot(directions_[c][static_cast<std::size_t>(k)], relative) : 0.0;
+      rate[place.first_row + k] = value;
+      worst = larger(worst, std::abs(value));
+    }
+  }
+  return worst;
+}
+
+double Tangents::apply_transposed(const double* x, const double* shift, double* y) const {
+  double worst = 0.0;
+  for (std::size_t c = 0; c < size(); ++c) {
+    const Place& place = places_[c];
+    for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k) {
+      double value = sticks(c) ? dot(directions_[c][static_cast<std::size_t>(k)], load(x, place.point)) : 0.0;
+      if (shift != nullptr) value += shift[place.first_row + k];
+      y[place.first_row + k] = value;
+      worst = larger(worst, std::abs(value));
+    }
+  }
+  return worst;
+}
+
+// ---- the acceleration level ----
+
+std::array<double, 2> Tangents::across(std::size_t contact, const double* v) const {
+  const Place& place = places_[contact];
+  const Vec3 relative = load(v, place.point) - velocities_[place.velocity].value;
+  const auto& [k, l] = normals_[contact];
+  const double kk = dot(k, k), b = dot(k, relative);
+  if (place.num_guides == 1) return {b / kk, 0.0};
+  // Gamma_g c = K_g'(v - u), 2 x 2
+  const double kl = dot(k, l), ll = dot(l, l), d = dot(l, relative), determinant = kk * ll - kl * kl;
+  return {(ll * b - kl * d) / determinant, (kk * d - kl * b) / determinant};
+}
+
+bool Tangents::needs_turn(const double* v, Which which) const {
+  for (std::size_t c = 0; c < size(); ++c) {
+    if ((sticks(c) || which == Which::All) && across(c, v) != std::array{0.0, 0.0}) return true;
+  }
+  return false;
+}
+
+void Tangents::shift_velocities(int k, double s, const double* v, double* shifted) const {
+  for (std::size_t c = 0; c < size(); ++c) {
+    const Index point = places_[c].point;
+    store(shifted, point, load(v, point) + s * directions_[c][static_cast<std::size_t>(k)]);
+  }
+}
+
+double Tangents::evaluate_right_side(const double* v, const double* w0, const std::array<const double*, 2>& turn,
+                                     Which which, double* phi) const {
+  double worst = 0.0;
+  for (std::size_t c = 0; c < size(); ++c) {
+    const Place& place = places_[c];
+    const bool counts = sticks(c) || which == Which::All;
+    const std::array<double, 2> coefficients = counts ? across(c, v) : std::array{0.0, 0.0};
+    for (std::size_t m = 0; place.first_row >= 0 && m < static_cast<std::size_t>(place.num_tangents()); ++m) {
+      double value = 0.0;
+      if (counts) {
+        // T'w0 - T'u_dot - T'K_g_dot c
+        value = dot(directions_[c][m], load(w0, place.point) - velocities_[place.velocity].first);
+        for (std::size_t g = 0; turn[m] != nullptr && g < static_cast<std::size_t>(place.num_guides); ++g)
+          value -= turn[m][place.guide_row[g]] * coefficients[g];
+      }
+      phi[place.first_row + static_cast<Index>(m)] = value;
+      worst = larger(worst, std::abs(value));
+    }
+  }
+  return worst;
+}
+
+}  // namespace tanor

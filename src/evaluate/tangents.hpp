@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/vec3.hpp"
+#include "evaluate/family.hpp"
+#include "evaluate/tables.hpp"
+#include "system/contacts.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Contacts at one instant: the directions T in which a guided point may slide, its velocity there relative to the
+/// guide, and, for each that sticks, the rows
+///
+///   T'(v - u) = 0,   T'w = -phi,   phi = T_dot'(v - u) - T'u_dot        T'T = I, T'K_g = 0
+///
+/// u is the guide's own velocity along itself. On the guide v - u = K_g c, so T_dot'(v - u) = -T'K_g_dot c. A contact
+/// that slides keeps its rows with gradient 0: they are unit rows of S, nothing is analysed anew when it sticks.
+class Tangents {
+ public:
+  struct Place {
+    Index friction, point;  ///< in System::friction; inner point
+    int num_guides;         ///< 1 on a surface, 2 on a wire
+    std::array<Index, 2> guide_row, guide_block;
+    Index first_row = -1, first_block = -1;  ///< of its own rows; -1: it cannot stick
+    std::size_t velocity = 0;                // slot
+    int num_tangents() const { return 3 - num_guides; }
+  };
+
+  Tangents() = default;
+  /// `incidences` of the other constraints; own blocks are numbered from `first_block` on.
+  Tangents(const System& system, const Numbering& numbering, std::span<const Incidence> incidences, Index first_block);
+
+  std::size_t size() const { return places_.size(); }
+  std::size_t num_blocks() const { return num_blocks_; }
+  std::size_t num_rows() const { return num_blocks_; }
+  const Place& operator[](std::size_t contact) const { return places_[contact]; }
+
+  bool sticks(std::size_t contact) const { return sticks_[contact] != 0; }
+  void set_stick(std::size_t contact, bool sticks) { sticks_[contact] = sticks; }
+
+  void set_time(double t) { velocities_.set_time(t); }
+  bool depends_on_time() const { return !velocities_.is_constant(); }
+
+  /// T at the place where K (in `blocks`) stands; writes the blocks of the contacts' own rows.
+  void write_gradients(const Parallel& parallel, double* blocks);
+  /// T [contact], `num_tangents` of them.
+  const std::array<Vec3, 2>& directions(std::size_t contact) const { return directions_[contact]; }
+  /// T T'(v - u), m/s.
+  Vec3 sliding_velocity(std::size_t contact, const double* v) const;
+
+  void write_no_values(double* xi) const;
+  /// T'(v - u); returns the largest, m/s.
+  double evaluate_rates(const double* v, double* rate) const;
+  double apply_transposed(const double* x, const double* shift, double* y) const;
+
+  /// Which contacts have a say: those that stick, or all that could.
+  enum class Which { Sticking, All };
+
+  /// Does T_dot matter for any of them, at v? Where guides rest and nothing moves, it does not.
+  bool needs_turn(const double* v, Which which) const;
+  /// v + s T_k at all contacts (k: their first or second direction).
+  void shift_velocities(int k, double s, const double* v, double* shifted) const;
+  /// phi + T'w0 of the rows; `turn[k]` [d], unless null: (phi_g(v + s T_k) - phi_g(v - s T_k))/(4 s) = T_k'K_g_dot of
+  /// the guides' rows (phi is quadratic in v: its derivative is a difference, exactly). Returns the largest.
+  double evaluate_right_side(const double* v, const double* w0, const std::array<const double*, 2>& turn, Which which,
+                             double* phi) const;
+
+  template <class Append>
+  void list_incidences(const Append& append) const {
+    for (const Place& place : places_) {
+      for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k)
+        append(Incidence{place.point, place.first_row + k, place.first_block + k, 1.0});
+    }
+  }
+
+ private:
+  /// c = Gamma_g^-1 K_g'(v - u)
+  std::array<double, 2> across(std::size_t contact, const double* v) const;
+
+  std::vector<Place> places_;
+  std::vector<char> sticks_;
+  std::vector<std::array<Vec3, 2>> normals_, directions_;  // K_g, T
+  VectorTable<AsGiven> velocities_;
+  std::size_t num_blocks_ = 0;
+};
+
+}  // namespace tanor

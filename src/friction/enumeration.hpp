@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include <tanor/dynamics.hpp>
+
+namespace tanor {
+
+/// Coulomb contacts of one island with the directions of sliding fixed: unknown magnitudes s >= 0,
+///
+///   s_c = mu_c |N_c|,   N_c = N0_c + sum_j W_cj s_j                          (the absolute value equation of (*))
+struct SlidingContacts {
+  std::vector<double> mu;           ///< [m]
+  Eigen::Matrix3Xd N0;              ///< [3][m]
+  std::vector<Eigen::Matrix3Xd> W;  ///< [contact j]: [3][m], what s_j = 1 does to each N_c
+
+  std::size_t size() const { return mu.size(); }
+};
+
+struct SlidingSolutions {
+  Uniqueness uniqueness = Uniqueness::Unproven;
+  double contraction = 0.0;            ///< rho of mu_c |W_cj|: below 1, (43) converges to the only solution
+  std::vector<Eigen::VectorXd> found;  ///< where uniqueness was decided by trying: all solutions
+  bool is_complete = false;            ///< `found` holds all solutions there are
+  bool determinant_changes = false;    ///< det(I - diag(mu n) W) changes its sign over the signs n: Painleve
+};
+
+constexpr std::size_t most_enumerated = 10;
+
+/// Theorem B of the theory: rho < 1; else, for up to `most_enumerated` contacts, all signs where each normal force
+/// keeps to one line, a quadratic equation for one contact on a wire, corners of polygons around the circles of normal
+/// directions otherwise (which may prove uniqueness, or find several, or neither).
+SlidingSolutions find_sliding(const SlidingContacts& contacts);
+
+/// Adds what (43) itself converges to, if it does: certain where rho < 1.
+void add_by_iteration(const SlidingContacts& contacts, std::vector<Eigen::VectorXd>* found);
+
+}  // namespace tanor

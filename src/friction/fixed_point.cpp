@@ -1,0 +1,217 @@
+#include "friction/fixed_point.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tanor {
+
+namespace {
+
+using Vector = Eigen::VectorXd;
+
+Eigen::Map<const Vector> as_vector(const std::vector<double>& x) {
+  return {x.data(), static_cast<Eigen::Index>(x.size())};
+}
+Eigen::Map<Vector> as_vector(std::vector<double>* x) {
+  return {x->data(), static_cast<Eigen::Index>(x->size())};
+}
+
+double largest(const std::vector<double>& x) {
+  return x.empty() ? 0.0 : as_vector(x).lpNorm<Eigen::Infinity>();
+}
+
+double ratio(double part, double whole) {
+  return part == 0.0 ? 0.0 : part / std::max(whole, std::numeric_limits<double>::min());
+}
+
+/// The last differences of Anderson's method, in a ring: y and g = F(y) - y, with the products of the g's.
+class History {
+ public:
+  History(int depth, std::size_t size)
+      : dy_(static_cast<Eigen::Index>(size), depth), dg_(dy_.rows(), depth), products_(depth, depth) {}
+
+  void add(const Vector& dy, const Vector& dg) {
+    if (dg_.cols() == 0) return;
+    const Eigen::Index place = next_;
+    next_ = (next_ + 1) % dg_.cols();
+    count_ = std::min(count_ + 1, dg_.cols());
+    dy_.col(place) = dy;
+    dg_.col(place) = dg;
+    for (Eigen::Index j = 0; j < count_; ++j) products_(place, j) = products_(j, place) = dg_.col(j).dot(dg);
+  }
+  void clear() { count_ = next_ = 0; }
+
+  /// y + g - (dY + dG) gamma, gamma the least |g - dG gamma| (Walker and Ni, SIAM J. Numer. Anal. 49, 2011).
+  void advance(const Vector& g, Vector* y) const {
+    *y += g;
+    if (count_ == 0) return;
+    const auto dg = dg_.leftCols(count_);
+    const Eigen::MatrixXd normal = products_.topLeftCorner(count_, count_);
+    const Vector gamma = normal.completeOrthogonalDecomposition().solve(dg.transpose() * g);
+    *y -= (dy_.leftCols(count_) + dg) * gamma;
+  }
+
+ private:
+  Eigen::MatrixXd dy_, dg_, products_;
+  Eigen::Index count_ = 0, next_ = 0;
+};
+
+}  // namespace
+
+FixedPoint::FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows)
+    : laws_(laws),
+      response_(response),
+      tau_(3 * laws.num_contacts()),
+      lambda_(num_rows),
+      image_(num_rows),
+      dlambda_(num_rows) {}
+
+void FixedPoint::read(const double* lambda, std::vector<double>* y) const {
+  const std::span<const Index> rows = laws_.read_rows();
+  y->resize(rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k) (*y)[k] = lambda[rows[k]];
+}
+
+void FixedPoint::write(const std::vector<double>& y, double* lambda) const {
+  const std::span<const Index> rows = laws_.read_rows();
+  for (std::size_t k = 0; k < rows.size(); ++k) lambda[rows[k]] = y[k];
+}
+
+const std::vector<double>& FixedPoint::friction(const Parallel& parallel, const double* lambda) {
+  laws_.evaluate(parallel, lambda, tau_.data());
+  return tau_;
+}
+
+/// F(y): the multipliers that the friction at y leaves; all of them in `image_`.
+void FixedPoint::evaluate(const Parallel& parallel, const std::vector<double>& y, std::vector<double>* image) {
+  write(y, lambda_.data());
+  response_.find_multipliers(friction(parallel, lambda_.data()).data(), image_.data());
+  read(image_.data(), image);
+}
+
+FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, double* lambda) {
+  const int most_iterations = depth > 0 ? 40 : 500;
+  std::vector<double> y, image;
+  read(lambda, &y);
+  Vector g, before_y, before_g;
+  History history(depth, y.size());
+  Result result;
+  double distance_before = 0.0, best = std::numeric_limits<double>::infinity();
+  int since_best = 0;
+  while (result.iterations < most_iterations) {
+    evaluate(parallel, y, &image);
+    ++result.iterations;
+    g = as_vector(image) - as_vector(y);
+    const double distance = g.lpNorm<Eigen::Infinity>();
+    if (!std::isfinite(distance)) return result;
+    result.change = ratio(distance, largest(image));
+    if (depth == 0 || result.iterations == 2)
+      result.contraction = std::max(result.contraction, ratio(distance, distance_before));
+    if (result.iterations == 1) result.contraction = 0.0;
+    distance_before = distance;
+    if (result.change <= tolerance) {
+      result.has_converged = true;
+      break;
+    }
+    // Rounding of an ill-conditioned S may keep it from getting nearer.
+    since_best = distance < 0.9 * best ? 0 : since_best + 1;
+    best = std::min(best, distance);
+    constexpr double rounding = 1e-9;
+    if (since_best >= 6 && result.change <= rounding) {
+      result.has_converged = true;
+      break;
+    }
+    if (depth == 0) {
+      y = image;
+      continue;
+    }
+    const Vector present = as_vector(y);
+    // Where a step led away the memory misleads.
+    if (result.iterations > 1) history.add(present - before_y, g - before_g);
+    before_y = present;
+    before_g = g;
+    Vector next = present;
+    history.advance(g, &next);
+    as_vector(&y) = next;
+  }
+  std::copy(image_.begin(), image_.end(), lambda);
+  return result;
+}
+
+/// (I - F'(y)) step = defect by GMRES (Saad and Schultz 1986): F' = -S^-1 K'M^-1 d tau/d lambda costs one solve.
+double FixedPoint::find_newton_step(const Parallel& parallel, const std::vector<double>& y,
+                                    const std::vector<double>& defect, std::vector<double>* step, int* iterations) {
+  const auto size = static_cast<Eigen::Index>(y.size());
+  const int most = static_cast<int>(std::min<Eigen::Index>(size, 60));
+  const double beta = as_vector(defect).norm();
+  Eigen::MatrixXd basis(size, most + 1), H = Eigen::MatrixXd::Zero(most + 1, most);
+  basis.col(0) = as_vector(defect) / beta;
+  Vector solution;
+  double rest = 1.0;
+  std::vector<double> direction(y.size()), image, change(tau_.size());
+  int k = 0;
+  for (; k < most && rest > 1e-10; ++k) {
+    as_vector(&direction) = basis.col(k);
+    std::fill(dlambda_.begin(), dlambda_.end(), 0.0);
+    write(direction, dlambda_.data());
+    laws_.apply_derivative(parallel, lambda_.data(), dlambda_.data(), change.data());
+    response_.find_change(change.data(), dlambda_.data());
+    ++*iterations;
+    read(dlambda_.data(), &image);
+    Vector w = basis.col(k) - as_vector(image);
+    for (int pass = 0; pass < 2; ++pass) {
+      for (int j = 0; j <= k; ++j) {
+        const double h = basis.col(j).dot(w);
+        H(j, k) += h;
+        w -= h * basis.col(j);
+      }
+    }
+    H(k + 1, k) = w.norm();
+    Vector right = Vector::Zero(k + 2);
+    right(0) = beta;
+    const auto hessenberg = H.topLeftCorner(k + 2, k + 1);
+    solution = hessenberg.colPivHouseholderQr().solve(right);
+    rest = (right - hessenberg * solution).norm() / beta;
+    if (H(k + 1, k) <= 1e-14) {
+      ++k;
+      break;
+    }
+    basis.col(k + 1) = w / H(k + 1, k);
+  }
+  step->resize(y.size());
+  as_vector(step) = basis.leftCols(k) * solution;
+  return rest;
+}
+
+FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double* lambda) {
+  constexpr int most_steps = 40;
+  std::vector<double> y, image, defect, step;
+  read(lambda, &y);
+  Result result;
+  int solves_of_steps = 0;
+  double before = std::numeric_limits<double>::infinity();
+  while (result.iterations < most_steps) {
+    evaluate(parallel, y, &image);
+    ++result.iterations;
+    defect.resize(y.size());
+    as_vector(&defect) = as_vector(image) - as_vector(y);
+    const double distance = largest(defect);
+    if (!std::isfinite(distance)) return result;
+    result.change = ratio(distance, largest(image));
+    const bool stalls = result.change <= 1e-9 && !(distance < 0.5 * before);
+    if (result.change <= tolerance || stalls) {
+      result.has_converged = true;
+      break;
+    }
+    before = distance;
+    write(y, lambda_.data());
+    if (!(find_newton_step(parallel, y, defect, &step, &solves_of_steps) < 0.5)) break;
+    as_vector(&y) += as_vector(step);
+  }
+  std::copy(image_.begin(), image_.end(), lambda);
+  return result;
+}
+
+}  // namespace tanor

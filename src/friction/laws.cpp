@@ -1,0 +1,171 @@
+#include "friction/laws.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t most_multipliers = 2;  // of the guides at one point
+
+}  // namespace
+
+FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, const Tangents& tangents,
+                           std::span<const Incidence> incidences)
+    : tangents_(tangents) {
+  // The rows at each point, for laws that read all of them.
+  std::vector<std::vector<Term>> at_point(numbering.num_points());
+  for (const Incidence& i : incidences) {
+    const bool is_user =
+        static_cast<std::size_t>(numbering.user_row[static_cast<std::size_t>(i.row)]) < numbering.num_user_rows;
+    if (is_user) at_point[static_cast<std::size_t>(i.point)].push_back({i.row, i.block, i.sign, {}});
+  }
+  std::vector<Index> kernel_of_entry(system.friction.size(), -1);
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const Tangents::Place& place = tangents[c];
+    const auto entry_index = static_cast<std::size_t>(place.friction);
+    Contact contact{};
+    contact.first_term = static_cast<Index>(terms_.size());
+    const auto add_guides = [&] {
+      for (std::size_t g = 0; g < static_cast<std::size_t>(place.num_guides); ++g)
+        terms_.push_back({place.guide_row[g], place.guide_block[g], 1.0, {}});
+    };
+    if (const auto* coulomb = std::get_if<Coulomb>(&system.friction[entry_index])) {
+      contact.law = Law::Coulomb;
+      contact.is_full = coulomb->reaction == Coulomb::Reaction::Full;
+      contact.coefficient = coulomb->coefficient;
+      contact.static_coefficient = coulomb->static_coefficient.value_or(coulomb->coefficient);
+      contact.regularisation = coulomb->regularisation.value_or(0.0);
+      if (contact.is_full) {
+        const auto& all = at_point[static_cast<std::size_t>(place.point)];
+        terms_.insert(terms_.end(), all.begin(), all.end());
+      } else {
+        add_guides();
+      }
+    } else if (const auto* viscous = std::get_if<Viscous>(&system.friction[entry_index])) {
+      contact.law = Law::Viscous;
+      contact.coefficient = viscous->coefficient;
+    } else {
+      const FrictionKernel& kernel = std::get<UserFriction>(system.friction[entry_index]).kernel;
+      contact.law = Law::User;
+      if (kernel_of_entry[entry_index] < 0) {
+        kernel_of_entry[entry_index] = static_cast<Index>(kernels_.size());
+        kernels_.push_back(kernel);
+        threads_are_safe_ = threads_are_safe_ && kernel.thread_safe;
+      }
+      contact.kernel = kernel_of_entry[entry_index];
+      add_guides();
+    }
+    contact.end_term = static_cast<Index>(terms_.size());
+    contacts_.push_back(contact);
+  }
+  for (const Term& term : terms_) read_rows_.push_back(term.row);
+  std::sort(read_rows_.begin(), read_rows_.end());
+  read_rows_.erase(std::unique(read_rows_.begin(), read_rows_.end()), read_rows_.end());
+}
+
+void FrictionLaws::set_state(double t, const double* r, const double* v, const double* blocks) {
+  t_ = t;
+  for (Term& term : terms_) term.gradient = term.sign * load(blocks, term.block);
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    Contact& contact = contacts_[c];
+    contact.position = load(r, tangents_[c].point);
+    contact.velocity = tangents_.sliding_velocity(c, v);
+    if (contact.law != Law::Coulomb) continue;
+    const double speed = norm(contact.velocity);
+    if (contact.regularisation > 0.0) {
+      // mu |v|/sqrt(v^2 + v0^2) along v/|v|
+      contact.factor = contact.coefficient * speed / std::hypot(speed, contact.regularisation);
+      contact.direction = speed > 0.0 ? (1.0 / speed) * contact.velocity : Vec3{};
+      continue;
+    }
+    contact.factor = contact.coefficient;
+    const auto& [t0, t1] = tangents_.directions(c);
+    const Vec3 kept = dot(t0, contact.sense) * t0 + dot(t1, contact.sense) * t1;
+    const double length = norm(kept);
+    if (length == 0.0) {
+      contact.direction = speed > 0.0 ? (1.0 / speed) * contact.velocity : Vec3{};
+    } else if (tangents_[c].num_guides == 2 || speed <= rest_) {
+      contact.direction = (1.0 / length) * kept;
+    } else {
+      // Beyond a stop the friction goes on as before it: the stop is located on a smooth motion.
+      const double sign = dot(contact.velocity, contact.sense) < 0.0 ? -1.0 : 1.0;
+      contact.direction = (sign / speed) * contact.velocity;
+    }
+  }
+}
+
+void FrictionLaws::keep_senses(const double* v) {
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    const Vec3 velocity = tangents_.sliding_velocity(c, v);
+    const double speed = norm(velocity);
+    if (speed > rest_ && !tangents_.sticks(c)) contacts_[c].sense = (1.0 / speed) * velocity;
+  }
+}
+
+Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const {
+  Vec3 sum{};
+  for (const Term& term : terms(contacts_[contact])) sum = sum + lambda[term.row] * term.gradient;
+  return sum;
+}
+
+/// One contact that slides; d tau/d lambda [3][terms] unless null.
+Vec3 FrictionLaws::friction(const Contact& contact, const double* lambda, double* derivative) const {
+  const std::span<const Term> all = terms(contact);
+  if (contact.law == Law::Viscous) return -contact.coefficient * contact.velocity;
+  if (contact.law == Law::Coulomb) {
+    Vec3 normal{};
+    for (const Term& term : all) normal = normal + lambda[term.row] * term.gradient;
+    const double size = norm(normal);
+    // tau = -mu |N| d,  d tau/d lambda_a = -mu (N.k_a/|N|) d
+    for (std::size_t a = 0; derivative != nullptr && a < all.size(); ++a) {
+      const double slope = size > 0.0 ? -contact.factor * dot(normal, all[a].gradient) / size : 0.0;
+      derivative[a] = slope * contact.direction.x;
+      derivative[all.size() + a] = slope * contact.direction.y;
+      derivative[2 * all.size() + a] = slope * contact.direction.z;
+    }
+    return (-contact.factor * size) * contact.direction;
+  }
+  std::array<double, most_multipliers> own{};
+  for (std::size_t a = 0; a < all.size(); ++a) own[a] = lambda[all[a].row];
+  const FrictionKernel& kernel = kernels_[static_cast<std::size_t>(contact.kernel)];
+  const std::array r{contact.position.x, contact.position.y, contact.position.z};
+  const std::array v{contact.velocity.x, contact.velocity.y, contact.velocity.z};
+  std::array<double, 3> tau{};
+  kernel.evaluate(kernel.context.get(), {1, t_, r.data(), v.data(), own.data(), tau.data(), derivative});
+  return make_vec3(tau);
+}
+
+void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* tau) const {
+  const auto evaluate_range = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c)
+      store(tau, c, tangents_.sticks(c) ? Vec3{} : friction(contacts_[c], lambda, nullptr));
+  };
+  if (threads_are_safe_) return parallel.for_ranges(contacts_.size(), evaluate_range);
+  evaluate_range(0, contacts_.size());
+}
+
+void FrictionLaws::apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda,
+                                    double* change) const {
+  const auto apply_range = [&](std::size_t begin, std::size_t end) {
+    std::vector<double> derivative;
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::span<const Term> all = terms(contacts_[c]);
+      Vec3 sum{};
+      if (!tangents_.sticks(c) && !all.empty()) {
+        derivative.assign(3 * all.size(), 0.0);
+        friction(contacts_[c], lambda, derivative.data());
+        for (std::size_t a = 0; a < all.size(); ++a) {
+          const double x = dlambda[all[a].row];
+          sum = sum + x * Vec3{derivative[a], derivative[all.size() + a], derivative[2 * all.size() + a]};
+        }
+      }
+      store(change, c, sum);
+    }
+  };
+  if (threads_are_safe_) return parallel.for_ranges(contacts_.size(), apply_range);
+  apply_range(0, contacts_.size());
+}
+
+}  // namespace tanor

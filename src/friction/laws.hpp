@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "base/vec3.hpp"
+#include "evaluate/tangents.hpp"
+
+namespace tanor {
+
+/// tau(r, v, t, lambda) of all contacts (17), (41). A contact that sticks has none: its friction is the multiplier of
+/// its own rows.
+///
+/// At one instant a Coulomb contact is a magnitude along a fixed direction, tau = -mu |N| d, N = sum of lambda_a k_a.
+class FrictionLaws {
+ public:
+  FrictionLaws(const System& system, const Numbering& numbering, const Tangents& tangents,
+               std::span<const Incidence> incidences);
+
+  std::size_t num_contacts() const { return contacts_.size(); }
+  /// Some law reads multipliers.
+  bool depend_on_reactions() const { return !read_rows_.empty(); }
+  /// Inner rows whose multipliers some law reads.
+  std::span<const Index> read_rows() const { return read_rows_; }
+
+  /// Sliding velocities and directions at (t, r, v), K in `blocks`; `tangents` stand there.
+  void set_state(double t, const double* r, const double* v, const double* blocks);
+  /// From now on the sense of sliding is the one of v (at the last place), until it is kept anew: within a step a
+  /// contact does not turn back by itself.
+  void keep_senses(const double* v);
+  /// Slower than this, m/s, is rest: rounding has no direction.
+  void set_rest(double speed) { rest_ = speed; }
+  /// The sense of a contact that begins to slide at rest.
+  void set_sense(std::size_t contact, Vec3 direction) { contacts_[contact].sense = direction; }
+  Vec3 sense(std::size_t contact) const { return contacts_[contact].sense; }
+
+  /// tau [3 contacts], N.
+  void evaluate(const Parallel& parallel, const double* lambda, double* tau) const;
+  /// change := (d tau/d lambda) dlambda at lambda, both over all rows.
+  void apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda, double* change) const;
+
+  bool is_coulomb(std::size_t contact) const { return contacts_[contact].law == Law::Coulomb; }
+  /// Reads no multiplier.
+  bool is_given(std::size_t contact) const { return contacts_[contact].first_term == contacts_[contact].end_term; }
+  /// mu of a Coulomb contact, with what a regularisation leaves of it.
+  double coefficient(std::size_t contact) const { return contacts_[contact].factor; }
+  double static_coefficient(std::size_t contact) const { return contacts_[contact].static_coefficient; }
+  /// Where it slides to, unit length.
+  Vec3 direction(std::size_t contact) const { return contacts_[contact].direction; }
+  bool reads_full_reaction(std::size_t contact) const { return contacts_[contact].is_full; }
+  /// N of a Coulomb contact.
+  Vec3 normal_force(std::size_t contact, const double* lambda) const;
+
+ private:
+  enum class Law { Coulomb, Viscous, User };
+  struct Term {
+    Index row, block;
+    double sign;
+    Vec3 gradient;  // at the last place
+  };
+  struct Contact {
+    Law law;
+    bool is_full = false;
+    double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
+    Index first_term = 0, end_term = 0, kernel = -1;
+    Vec3 sense{};  // last direction of sliding that was kept
+    // at the last place
+    Vec3 position{}, velocity{}, direction{};
+    double factor = 0.0;
+  };
+  Vec3 friction(const Contact& contact, const double* lambda, double* derivative) const;
+  std::span<const Term> terms(const Contact& contact) const {
+    return {terms_.data() + contact.first_term, terms_.data() + contact.end_term};
+  }
+
+  const Tangents& tangents_;
+  std::vector<Contact> contacts_;
+  std::vector<Term> terms_;
+  std::vector<Index> read_rows_;
+  std::vector<FrictionKernel> kernels_;
+  double t_ = 0.0, rest_ = 0.0;
+  bool threads_are_safe_ = true;
+};
+
+}  // namespace tanor

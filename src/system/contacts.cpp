@@ -1,0 +1,72 @@
+#include "system/contacts.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+bool is_without_effect(const Friction& friction) {
+  if (const auto* coulomb = std::get_if<Coulomb>(&friction))
+    return coulomb->coefficient == 0.0 && coulomb->static_coefficient.value_or(0.0) == 0.0;
+  if (const auto* viscous = std::get_if<Viscous>(&friction)) return viscous->coefficient == 0.0;
+  return false;
+}
+
+bool sticks(const Friction& friction) {
+  const auto* coulomb = std::get_if<Coulomb>(&friction);
+  return coulomb != nullptr && !coulomb->regularisation;
+}
+
+}  // namespace
+
+std::vector<Contact> list_contacts(const System& system) {
+  std::vector<Contact> result;
+  if (system.friction.empty()) return result;
+
+  // The rows of each guide, point by point.
+  struct Guided {
+    Index point, first_row;
+    int num_rows;
+  };
+  std::map<std::string, std::vector<Guided>, std::less<>> guides;
+  Index row = 0;
+  for (std::size_t g = 0; g < system.constraints.size(); ++g) {
+    std::visit(
+        [&]<class Group>(const Group& group) {
+          auto& members = guides[constraint_name(system, g)];
+          for (std::size_t k = 0; k < num_members(group); ++k) {
+            const std::span<const Index> points = member_points(group, k);
+            if (points.size() == 1) members.push_back({points[0], row, rows_per_member<Group>()});
+            row += rows_per_member<Group>();
+          }
+        },
+        system.constraints[g]);
+  }
+
+  std::vector<char> is_support(system.num_points(), 0);
+  for (const Support& support : system.supports) {
+    for (const Index point : support.points) is_support[static_cast<std::size_t>(point)] = 1;
+  }
+  for (std::size_t f = 0; f < system.friction.size(); ++f) {
+    const Friction& friction = system.friction[f];
+    if (is_without_effect(friction)) continue;
+    std::map<Index, std::vector<Index>> rows_of_point;
+    for (const std::string& name : std::visit([](const auto& entry) { return entry.at; }, friction)) {
+      for (const Guided& guided : guides[name]) {
+        for (int k = 0; k < guided.num_rows; ++k) rows_of_point[guided.point].push_back(guided.first_row + k);
+      }
+    }
+    for (auto& [point, rows] : rows_of_point) {
+      if (is_support[static_cast<std::size_t>(point)] || rows.size() > 2) continue;
+      result.push_back({static_cast<Index>(f), point, std::move(rows), sticks(friction)});
+    }
+  }
+  return result;
+}
+
+}  // namespace tanor
