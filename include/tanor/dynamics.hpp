@@ -137,11 +137,11 @@ struct StartReport {
 };
 
 /// The Euclidean split u = u_T + u_N by the projectors (15), (16), 3n each, in the user's order; supports: 0.
-/// Friction's part comes with friction.
 struct Split {
   Outcome outcome;
   std::vector<double> tangent_accelerations, normal_accelerations;  ///< w_T (19), w_N (21), (22), m/s^2
   std::vector<double> tangent_forces, normal_forces;                ///< f_T, f_N, N
+  std::vector<double> tangent_friction, normal_friction;            ///< tau_T, tau_N, N
   /// How far M takes N out of itself: the largest |(I - K Gamma^-1 K') M^-1 K x| over |M^-1 K x| for a random x (by A
   /// the same of T). At rounding, (44) K'M^-1 A = 0 holds here: w_T = M^-1 f_T, and each half of (18) stands alone.
   double mass_coupling = 0.0;
@@ -149,7 +149,7 @@ struct Split {
 
 /// What one cause does to the constraints.
 struct ReactionPart {
-  std::string cause;                ///< name of a force, "inertia" or "drive"
+  std::string cause;                ///< name of a force, "friction", "inertia" or "drive"
   std::vector<double> multipliers;  ///< its part of lambda, [equations]
   std::vector<double> reactions;    ///< its part of eta, 3n, N; at supports: what the constraints do there
 };
@@ -157,6 +157,17 @@ struct ReactionPart {
 struct ReactionsByCause {
   Outcome outcome;
   std::vector<ReactionPart> parts;
+};
+
+/// Friction by the paper's own three blocks (43), to verify the smallest form (*) that `solve` uses:
+///
+///   eta^(xi) = S^-1 K'[w_N - M^-1(f + A tau^(q))] - tau^(xi),   A tau^(q) = tau_T,   tau^(xi) = Gamma^-1 K' tau
+struct FrictionBlocks {
+  Outcome outcome;
+  std::vector<double> multipliers;      ///< eta^(xi) [equations]
+  std::vector<double> friction;         ///< tau [3n], N
+  int iterations = 0;                   ///< plain ones
+  bool tangent_block_left_out = false;  ///< (44) holds here: the block of tau^(q) drops out of the first equation
 };
 
 /// The inverse problem, in normal or tangent form: accelerations and reactions of a system at one instant.
@@ -194,11 +205,15 @@ class TANOR_API Dynamics {
   /// factorized in each call; where all masses are equal, Gamma = m S (36) needs no factor of its own.
   Split split();
 
-  /// The reaction of the last solve by its causes, in the order of the forces, then "inertia" (the part of phi
+  /// The reaction of the last solve by its causes, in the order of the forces, then "friction" (where there is some: of
+  /// contacts that slide, those that stick count as held), "inertia" (the part of phi
   /// quadratic in v) and, where something is driven, "drive" (the other part: xi_t and the accelerations of supports).
   /// One factor of S (or H), one solve a cause; the parts add up to lambda and eta. Without constraints only eta is
   /// known.
   ReactionsByCause reactions_by_cause();
+
+  /// Friction at the last solve once more, by (43) as it is printed, from no friction on.
+  FrictionBlocks friction_by_blocks();
 
   /// q, q_dot, q_ddot of the last solve, `plan().coordinates` numbers each where the tangent form answers; entry by
   /// entry, member by member, as `System::coordinates` lists them. Charts are centred at the present place: spheres,

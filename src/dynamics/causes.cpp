@@ -53,28 +53,38 @@ std::vector<ReactionPart> Causes::find(double t, const double* r, const double* 
 std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r, const double* v) {
   NormalForm& normal = *forms_.normal;
   const std::size_t size = 3 * model_.num_points(), num_rows = model_.num_rows();
+  const std::size_t num_user_rows = model_.numbering.num_user_rows;
   std::vector<ReactionPart> result;
   std::vector<double> lambda(num_rows), dw(size), eta(size);
   // S lambda = -b
   const auto add = [&](std::string cause, const std::vector<double>& b) {
     normal.respond(b.data(), lambda.data(), dw.data());
     normal.minimize_multipliers(r, lambda.data());
+    for (std::size_t a = 0; a < num_rows; ++a) {
+      if (static_cast<std::size_t>(model_.numbering.user_row[a]) >= num_user_rows) lambda[a] = 0.0;
+    }
     model_.gather.reactions(model_.parallel, normal.blocks().data(), lambda.data(), eta.data());
-    ReactionPart part{std::move(cause), std::vector<double>(num_rows), std::vector<double>(size)};
+    ReactionPart part{std::move(cause), std::vector<double>(num_user_rows), std::vector<double>(size)};
     model_.numbering.scatter_rows(lambda, part.multipliers);
     model_.numbering.scatter_points(eta, part.reactions);
     result.push_back(std::move(part));
   };
 
   std::vector<double> b(num_rows), w0(size, 0.0);
-  for_each_force(t, r, v, [&](const std::string& name, const std::vector<double>& f) {
+  const auto add_force = [&](const std::string& name, const std::vector<double>& f) {
     // b = K'M^-1 f
     for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] = model_.inverse_mass[i / 3] * f[i];
     if (num_rows > 0) {
       model_.constraints.apply_transposed(model_.parallel, normal.blocks().data(), w0.data(), nullptr, b.data());
     }
     add(name, b);
-  });
+  };
+  for_each_force(t, r, v, add_force);
+  if (model_.has_friction()) {
+    std::vector<double> tau(size);
+    normal.friction_forces(tau.data(), NormalForm::WhichFriction::Sliding);
+    add_force("friction", tau);
+  }
 
   const std::vector<double> nothing(size, 0.0), minus_v = negative(v, size);
   const auto phi = [&](const double* velocities, const std::vector<double>& accelerations) {

@@ -7,6 +7,7 @@
 #include "dynamics/causes.hpp"
 #include "dynamics/certificate.hpp"
 #include "dynamics/forms.hpp"
+#include "dynamics/friction_blocks.hpp"
 #include "dynamics/split.hpp"
 
 namespace tanor {
@@ -104,33 +105,46 @@ struct Dynamics::Implementation {
   Outcome split(double* w_N, double* f_N);
   Outcome split_by_constraints(double* w_N, double* f_N);
   Outcome split_by_coordinates(double* w_N, double* f_N);
-  double mass_coupling = 0.0;  // of the last split
+  double mass_coupling = 0.0;        // of the last split
+  std::vector<double> tau, tau_N;    // [3n] likewise
+  std::vector<double> split_blocks;  // of K without what sticks
 };
 
 /// w_N and f_N of the last solve.
 Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
   if (Outcome outcome = come_back(); !outcome.ok()) return outcome;
+  tau.assign(num_numbers(), 0.0);
+  tau_N.assign(num_numbers(), 0.0);
+  if (forms.normal != nullptr) forms.normal->friction_forces(tau.data());
   return forms.normal != nullptr ? split_by_constraints(w_N, f_N) : split_by_coordinates(w_N, f_N);
 }
 
 Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N) {
   NormalForm& normal = *forms.normal;
-  if (!normal_space) normal_space = std::make_unique<NormalSpace>(model, has_one_mass(model) ? &normal : nullptr);
-  if (Outcome outcome = normal_space->factorize(t, r.data(), normal.blocks().data()); !outcome.ok()) return outcome;
+  // The factor of S knows what sticks, the split does not.
+  const bool one_mass_serves = has_one_mass(model) && normal.num_events() == 0;
+  if (!normal_space) normal_space = std::make_unique<NormalSpace>(model, one_mass_serves ? &normal : nullptr);
+  if (normal.num_events() > 0) split_blocks = model.without_contacts(normal.blocks());
+  const std::vector<double>& blocks = normal.num_events() > 0 ? split_blocks : normal.blocks();
+  if (Outcome outcome = normal_space->factorize(t, r.data(), blocks.data()); !outcome.ok()) return outcome;
   std::vector<double> c(model.num_rows()), mu(model.num_rows()), given(num_numbers(), 0.0);
   std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
             given.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()));
   // K'w_N = -phi, with the supports' accelerations in phi (21)
   model.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), given.data(), c.data(), nullptr);
   for (double& each : c) each = -each;
+  for (std::size_t a = 0; a < c.size(); ++a) {
+    if (static_cast<std::size_t>(numbering().user_row[a]) >= numbering().num_user_rows) c[a] = 0.0;
+  }
   normal_space->find_least(c.data(), w_N, mu.data());
   normal_space->project(model.f.data(), f_N, mu.data());
+  normal_space->project(tau.data(), tau_N.data(), mu.data());
 
   // (44): M^-1 K x stays in N?
   std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers());
   const std::vector<double> any = random_numbers(model.num_rows());
-  model.gather.add_scaled(model.parallel, normal.blocks().data(), any.data(), model.inverse_mass.data(),
-                          model.num_moving(), u.data());
+  model.gather.add_scaled(model.parallel, blocks.data(), any.data(), model.inverse_mass.data(), model.num_moving(),
+                          u.data());
   normal_space->project(u.data(), u_N.data(), mu.data());
   mass_coupling = model.largest_move(u.data(), u_N.data()) / std::max(model.largest_norm(u.data()), smallest_number);
   return {};
@@ -147,6 +161,7 @@ Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N)
   };
   normal_part(tangent.psi(), w_N);
   normal_part(model.f, f_N);
+  std::fill(tau_N.begin(), tau_N.end(), 0.0);  // coordinates alone name no guides
 
   // (44): M A x stays in T?
   std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers(), 0.0);
@@ -275,6 +290,7 @@ Split Dynamics::split() {
   };
   write(self.w, w_N, &result.tangent_accelerations, &result.normal_accelerations);
   write(self.model.f, f_N, &result.tangent_forces, &result.normal_forces);
+  write(self.tau, self.tau_N, &result.tangent_friction, &result.normal_friction);
   result.mass_coupling = self.mass_coupling;
   return result;
 }
@@ -285,6 +301,15 @@ ReactionsByCause Dynamics::reactions_by_cause() {
   if (!result.outcome.ok()) return result;
   if (!self.causes) self.causes = std::make_unique<Causes>(self.forms);
   result.parts = self.causes->find(self.t, self.r.data(), self.v.data(), self.x.data(), self.x_dot.data());
+  return result;
+}
+
+FrictionBlocks Dynamics::friction_by_blocks() {
+  Implementation& self = *implementation_;
+  FrictionBlocks result{.outcome = self.come_back(), .multipliers = {}, .friction = {}};
+  if (!result.outcome.ok()) return result;
+  if (!self.model.has_friction()) throw InputError("/friction", "there is none: (43) has nothing to find");
+  result.outcome = iterate_friction_blocks(*self.forms.normal, self.model, {self.t, self.r, self.v}, &result);
   return result;
 }
 

@@ -42,7 +42,11 @@ std::string_view friction_method_name(FrictionMethod method) {
 
 namespace {
 
-constexpr int anderson_depth = 5;
+/// As deep as contacts are many, so that few of them are solved like a linear system; shallow where vectors are long.
+int anderson_depth(std::size_t num_contacts) {
+  return num_contacts <= 1000 ? 10 : 5;
+}
+
 constexpr double smallest_number = std::numeric_limits<double>::min();
 
 double largest_norm(const std::vector<double>& tau) {
@@ -59,13 +63,12 @@ double largest_change(const std::vector<double>& a, const std::vector<double>& b
 
 }  // namespace
 
-FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vector<double>& blocks,
-                             std::function<void(const double*, double*)> solve_negative)
+FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vector<double>& blocks, Solve solve)
     : model_(model),
       tangents_(model.constraints.tangents()),
       method_(method),
       blocks_(blocks),
-      solve_negative_(std::move(solve_negative)),
+      solve_(std::move(solve)),
       laws_(model.system, model.numbering, tangents_, model.incidences),
       fixed_point_(laws_, *this, model.num_rows()),
       right_side_(model.num_rows()),
@@ -101,13 +104,13 @@ void FrictionStage::add_to_rows(double sign, const double* tau, double* rows) co
 void FrictionStage::find_multipliers(const double* tau, double* lambda) {
   std::copy(b_, b_ + right_side_.size(), right_side_.begin());
   add_to_rows(1.0, tau, right_side_.data());
-  solve_negative_(right_side_.data(), lambda);
+  solve_(right_side_.data(), lambda, refines_);
 }
 
 void FrictionStage::find_change(const double* tau, double* lambda) {
   std::fill(right_side_.begin(), right_side_.end(), 0.0);
   add_to_rows(1.0, tau, right_side_.data());
-  solve_negative_(right_side_.data(), lambda);
+  solve_(right_side_.data(), lambda, false);
 }
 
 // ---- one instant ----
@@ -139,34 +142,45 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
 }
 
 Outcome FrictionStage::iterate(double t, double* lambda) {
-  const auto take = [&](FrictionMethod method, const FixedPoint::Result& result) {
+  const auto converges = [&](FrictionMethod method) {
+    const std::vector<double> guess(lambda, lambda + lambda_.size());
+    const Parallel& parallel = model_.parallel;
+    const FixedPoint::Result result = method == FrictionMethod::Newton ? fixed_point_.solve_by_newton(parallel, lambda)
+                                      : method == FrictionMethod::Anderson
+                                          ? fixed_point_.iterate(parallel, anderson_depth(tangents_.size()), lambda)
+                                          : fixed_point_.iterate(parallel, 0, lambda);
     report_.method_used = method;
     report_.iterations += result.iterations;
     report_.contraction = std::max(report_.contraction, result.contraction);
+    if (!result.has_converged) std::copy(guess.begin(), guess.end(), lambda);
     return result.has_converged;
   };
-  const bool is_auto = method_ == FrictionMethod::Auto;
-  std::vector<double> guess;
-  if (method_ == FrictionMethod::FixedPoint &&
-      take(FrictionMethod::FixedPoint, fixed_point_.iterate(model_.parallel, 0, lambda)))
-    return {};
-  if (is_auto || method_ == FrictionMethod::Anderson) {
-    guess.assign(lambda, lambda + lambda_.size());
-    if (take(FrictionMethod::Anderson, fixed_point_.iterate(model_.parallel, anderson_depth, lambda))) return {};
-    std::copy(guess.begin(), guess.end(), lambda);
+  if (method_ == FrictionMethod::FixedPoint) {
+    if (converges(FrictionMethod::FixedPoint)) return {};
+    return fail(Status::NotConverged, t,
+                "(43) does not converge by itself (contraction " + text(report_.contraction) + "); others may");
   }
-  if ((is_auto || method_ == FrictionMethod::Newton) &&
-      take(FrictionMethod::Newton, fixed_point_.solve_by_newton(model_.parallel, lambda)))
-    return {};
-  if (is_auto || method_ == FrictionMethod::Enumeration) return enumerate(t, false, lambda);
-  return fail(Status::NotConverged, t,
-              "the iteration for it does not converge (contraction " + text(report_.contraction) + ")");
+  if (method_ != FrictionMethod::Enumeration) {
+    if (method_ != FrictionMethod::Newton && converges(FrictionMethod::Anderson)) return {};
+    if (method_ != FrictionMethod::Anderson && converges(FrictionMethod::Newton)) return {};
+    const bool are_few = tangents_.size() <= most_enumerated;
+    if (method_ == FrictionMethod::Newton && !are_few && converges(FrictionMethod::Anderson)) return {};
+  }
+  return enumerate(t, false, lambda);
 }
 
-double FrictionStage::improve(const double* lambda) {
-  std::swap(tau_, tau_before_);
+/// Rounding of a single solve with an ill-conditioned S is more than the law may miss: Newton's method with refined
+/// solves.
+void FrictionStage::polish(const double* b, double* lambda) {
+  b_ = b;
+  refines_ = true;
+  constexpr double wanted = 1e-15;
+  std::vector<double> better(lambda, lambda + lambda_.size());
+  const FixedPoint::Result result = fixed_point_.solve_by_newton(model_.parallel, better.data(), wanted);
+  refines_ = false;
+  if (!result.has_converged) return;
+  std::copy(better.begin(), better.end(), lambda);
   laws_.evaluate(model_.parallel, lambda, tau_.data());
-  return largest_change(tau_, tau_before_) / std::max(largest_norm(tau_), smallest_number);
 }
 
 void FrictionStage::add(double sign, double* w0, double* b) const {
@@ -252,13 +266,13 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
       if (j < members.size()) store(force.data(), members[j], -laws_.direction(members[j]));
     }
     find_change(force.data(), changes.emplace_back(lambda_.size()).data());
-    ++report_.iterations;
+    ++model_.counters.solves;
   }
   // Without the friction of those: given friction stays.
   std::vector<double> nothing(lambda_.size(), 0.0), at_rest(lambda_.size());
   laws_.evaluate(model_.parallel, nothing.data(), force.data());
   find_multipliers(force.data(), at_rest.data());
-  ++report_.iterations;
+  ++model_.counters.solves;
 
   std::fill(force.begin(), force.end(), 0.0);
   bool is_proven = true;
@@ -342,12 +356,19 @@ double FrictionStage::static_limit(std::size_t contact, const double* lambda) co
   return laws_.static_coefficient(contact) * norm(laws_.normal_force(contact, lambda));
 }
 
-void FrictionStage::write_friction(const double* lambda, double* tau) const {
-  std::fill(tau, tau + 3 * model_.num_points(), 0.0);
+void FrictionStage::add_to_points(const double* of_contacts, double* tau) const {
+  for (std::size_t c = 0; c < tangents_.size(); ++c)
+    store(tau, tangents_[c].point, load(tau, tangents_[c].point) + load(of_contacts, c));
+}
+
+void FrictionStage::add_held(const double* lambda, double* tau) const {
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
-    const Vec3 own = tangents_.sticks(c) ? held(c, lambda) : load(tau_.data(), c);
-    store(tau, tangents_[c].point, load(tau, tangents_[c].point) + own);
+    if (tangents_.sticks(c)) store(tau, tangents_[c].point, load(tau, tangents_[c].point) + held(c, lambda));
   }
+}
+
+void FrictionStage::add_at(const double* lambda, double* tau) {
+  add_to_points(fixed_point_.friction(model_.parallel, lambda).data(), tau);
 }
 
 double FrictionStage::power(const double* lambda, const double* v) const {

@@ -17,24 +17,27 @@ namespace tanor {
 /// Each iteration is one solve with the factor of S that stands. With tau found, it is a given force.
 class FrictionStage final : private Response {
  public:
-  /// `solve_negative(b, x)`: x = -S^-1 b, both [rows]. `blocks`: K, always at the present place.
-  FrictionStage(Model& model, FrictionMethod method, const std::vector<double>& blocks,
-                std::function<void(const double*, double*)> solve_negative);
+  /// x = -S^-1 b, both [rows], refined to rounding or not.
+  using Solve = std::function<void(const double* b, double* x, bool refines)>;
+  /// `blocks`: K, always at the present place.
+  FrictionStage(Model& model, FrictionMethod method, const std::vector<double>& blocks, Solve solve);
 
   FrictionLaws& laws() { return laws_; }
   const FrictionLaws& laws() const { return laws_; }
 
   /// tau at (t, r, v) for b = phi + K'w0 [rows]; `lambda` [rows]: a guess on entry. Judges uniqueness where asked.
   Outcome find(double t, const double* r, const double* v, const double* b, bool judges, const double* lambda);
-  /// One more step of (43) with a better lambda than the iteration had; returns |tau - tau before| over the largest.
-  double improve(const double* lambda);
+  /// Once more from lambda near the answer, with refined solves; b without friction.
+  void polish(const double* b, double* lambda);
   /// tau into w0 and b: w0 += sign M^-1 tau [3n], b += sign K'M^-1 tau [rows].
   void add(double sign, double* w0, double* b) const;
   /// |tau(lambda) - tau| over the largest friction, into the report.
   double measure(const double* lambda);
 
-  /// tau + T lambda_t [3n], N: of contacts that slide, and of those that stick.
-  void write_friction(const double* lambda, double* tau) const;
+  // Into tau [3n], N.
+  void add_sliding(double* tau) const { add_to_points(tau_.data(), tau); }
+  void add_held(const double* lambda, double* tau) const;
+  void add_at(const double* lambda, double* tau);  ///< the law at lambda
   /// Of all friction, W; and of the contacts that stick alone.
   double power(const double* lambda, const double* v) const;
   double held_power(const double* lambda, const double* v) const;
@@ -50,6 +53,7 @@ class FrictionStage final : private Response {
  private:
   void find_multipliers(const double* tau, double* lambda) override;
   void find_change(const double* tau, double* lambda) override;
+  void add_to_points(const double* of_contacts, double* tau) const;
   void add_to_rows(double sign, const double* tau, double* rows) const;
   Outcome iterate(double t, double* lambda);
   Outcome enumerate(double t, bool only_judges, double* lambda);
@@ -62,7 +66,8 @@ class FrictionStage final : private Response {
   const Tangents& tangents_;
   const FrictionMethod method_;
   const std::vector<double>& blocks_;
-  std::function<void(const double*, double*)> solve_negative_;
+  Solve solve_;
+  bool refines_ = false;
   FrictionLaws laws_;
   FixedPoint fixed_point_;
   // What touches the contacts' points: row += sign/m g'tau.

@@ -214,6 +214,12 @@ std::string Model::name_row(std::size_t inner_row) const {
   return "a contact";
 }
 
+std::vector<double> Model::without_contacts(const std::vector<double>& blocks) const {
+  std::vector<double> result = blocks;
+  constraints.tangents().list_incidences([&](const Incidence& i) { store(result.data(), i.block, Vec3{}); });
+  return result;
+}
+
 std::string Model::name_contact(std::size_t contact) const {
   const Tangents::Place& place = constraints.tangents()[contact];
   return friction_name(system, static_cast<std::size_t>(place.friction)) + " at point " +

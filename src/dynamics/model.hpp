@@ -93,6 +93,8 @@ class Model {
   double largest_move(const double* x, const double* y) const;
 
   std::string name_row(std::size_t inner_row) const;
+  /// K without the rows of contacts: what the system's constraints alone span, whatever sticks. In the same places.
+  std::vector<double> without_contacts(const std::vector<double>& blocks) const;
   /// "friction0 at point 3"
   std::string name_contact(std::size_t contact) const;
   Outcome not_finite(double t) const;

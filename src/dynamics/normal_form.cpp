@@ -32,7 +32,11 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
                         std::vector<double>(num_rows())} {
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
-                                              [this](const double* b, double* x) { solve_negative(b, x); });
+                                              [this](const double* b, double* x, bool refines) {
+                                                if (refines) return respond(b, x, respond_.data());
+                                                solve_negative(b, x);
+                                              });
+  respond_.resize(size());
   solver_.allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
   contact_rows_.resize(num_rows());
   const Tangents& tangents = model.constraints.tangents();
@@ -161,22 +165,20 @@ Outcome NormalForm::find_friction(double t, const double* r, const double* v, do
   return outcome;
 }
 
-/// The multipliers refined to rounding know the friction better than the iteration did: once more (43), where it shows.
 double NormalForm::find_multipliers_and_friction(double scale, double* w) {
   double residual = find_multipliers(scale);
   if (friction_ == nullptr) return residual;
-  constexpr double good_enough = 1e-13;
-  constexpr int most_passes = 4;
-  double before = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < most_passes; ++pass) {
-    const double change = friction_->measure(lambda_.data());
-    if (!(change > good_enough && change < 0.5 * before)) break;
-    before = change;
-    const Stopwatch watch(&model_.times.friction);
-    friction_->add(-1.0, w, right_side_.data());
-    friction_->improve(lambda_.data());
-    friction_->add(1.0, w, right_side_.data());
+  constexpr double good_enough = 1e-12;
+  if (friction_->measure(lambda_.data()) > good_enough) {
+    {
+      const Stopwatch watch(&model_.times.friction);
+      friction_->add(-1.0, w, right_side_.data());
+      std::vector<double> better = lambda_;
+      friction_->polish(right_side_.data(), better.data());
+      friction_->add(1.0, w, right_side_.data());
+    }
     residual = find_multipliers(scale);
+    friction_->measure(lambda_.data());
   }
   last_.friction = friction_->report();
   return residual;
@@ -286,9 +288,16 @@ void NormalForm::reactions(double* eta) const {
   model_.gather.reactions(model_.parallel, blocks_.data(), lambda.data(), eta);
 }
 
-void NormalForm::friction_forces(double* tau) const {
-  if (friction_ == nullptr) return std::fill(tau, tau + size(), 0.0);
-  friction_->write_friction(lambda_.data(), tau);
+void NormalForm::friction_forces(double* tau, WhichFriction which) const {
+  std::fill(tau, tau + size(), 0.0);
+  if (friction_ == nullptr) return;
+  friction_->add_sliding(tau);
+  if (which == WhichFriction::All) friction_->add_held(lambda_.data(), tau);
+}
+
+void NormalForm::evaluate_friction(const double* lambda, double* tau) {
+  std::fill(tau, tau + size(), 0.0);
+  friction_->add_at(lambda, tau);
 }
 
 void NormalForm::judge_friction(bool judges, bool refuses_several) {

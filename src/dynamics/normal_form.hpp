@@ -55,8 +55,11 @@ class NormalForm final : public EquationsOfMotion {
   /// lambda [d] of the last accelerations.
   const std::vector<double>& multipliers() const { return lambda_; }
   void reactions(double* eta) const override;
-  /// tau [3n] of the last accelerations.
-  void friction_forces(double* tau) const;
+  /// tau [3n] of the last accelerations: of all contacts, or of those that slide.
+  enum class WhichFriction { All, Sliding };
+  void friction_forces(double* tau, WhichFriction which = WhichFriction::All) const;
+  /// The law at lambda [3n], at the last accelerations; contacts that stick have none.
+  void evaluate_friction(const double* lambda, double* tau);
   void judge_friction(bool judges, bool refuses_several);
 
   // Contacts that slide or stick, in contacts.cpp.
@@ -131,6 +134,7 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
   std::vector<double> contact_rows_;  // [d] scratch
+  std::vector<double> respond_;       // [3n] scratch
   GramSolver solver_;
   Redundancy redundancy_;
   double suspect_below_;                // reciprocal condition of S

@@ -38,6 +38,7 @@ NormalSpace::NormalSpace(Model& model, NormalForm* one_mass)
   if (one_mass_ != nullptr || model.num_rows() == 0) return;
   solver_ = std::make_unique<GramSolver>(model.incidences, unit_, model.numbering, Ordering::Auto,
                                          model.constraints.squared_gradient_norms());
+  solver_->allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
 }
 
 Outcome NormalSpace::factorize(double t, const double* r, const double* blocks) {

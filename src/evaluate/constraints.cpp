@@ -396,7 +396,7 @@ double Constraints::apply_transposed(const Parallel& parallel, const double* blo
   double worst = 0.0;
   for_each_family(
       [&](const auto& family) { worst = larger(worst, family.apply_transposed(parallel, blocks, x, shift, y)); });
-  return larger(worst, tangents_.apply_transposed(x, shift, y));
+  return larger(worst, tangents_.apply_transposed(blocks, x, shift, y));
 }
 
 void Constraints::measure(const double* r, const double* v, double* position, double* velocity) const {

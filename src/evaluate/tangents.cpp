@@ -109,12 +109,12 @@ double Tangents::evaluate_rates(const double* v, double* rate) const {
   return worst;
 }
 
-double Tangents::apply_transposed(const double* x, const double* shift, double* y) const {
+double Tangents::apply_transposed(const double* blocks, const double* x, const double* shift, double* y) const {
   double worst = 0.0;
   for (std::size_t c = 0; c < size(); ++c) {
     const Place& place = places_[c];
     for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k) {
-      double value = sticks(c) ? dot(directions_[c][static_cast<std::size_t>(k)], load(x, place.point)) : 0.0;
+      double value = dot(load(blocks, place.first_block + k), load(x, place.point));
       if (shift != nullptr) value += shift[place.first_row + k];
       y[place.first_row + k] = value;
       worst = larger(worst, std::abs(value));

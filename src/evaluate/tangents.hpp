@@ -55,7 +55,7 @@ class Tangents {
   void write_no_values(double* xi) const;
   /// T'(v - u); returns the largest, m/s.
   double evaluate_rates(const double* v, double* rate) const;
-  double apply_transposed(const double* x, const double* shift, double* y) const;
+  double apply_transposed(const double* blocks, const double* x, const double* shift, double* y) const;
 
   /// Which contacts have a say: those that stick, or all that could.
   enum class Which { Sticking, All };

@@ -92,7 +92,8 @@ void FixedPoint::evaluate(const Parallel& parallel, const std::vector<double>& y
 }
 
 FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, double* lambda) {
-  const int most_iterations = depth > 0 ? 40 : 500;
+  constexpr int patience = 12;  // iterations without getting nearer
+  const int most_iterations = depth > 0 ? 100 : 500;
   std::vector<double> y, image;
   read(lambda, &y);
   Vector g, before_y, before_g;
@@ -119,7 +120,7 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
     since_best = distance < 0.9 * best ? 0 : since_best + 1;
     best = std::min(best, distance);
     constexpr double rounding = 1e-9;
-    if (since_best >= 6 && result.change <= rounding) {
+    if (since_best >= patience / 2 && result.change <= rounding) {
       result.has_converged = true;
       break;
     }
@@ -127,8 +128,8 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
       y = image;
       continue;
     }
+    if (since_best >= patience) break;
     const Vector present = as_vector(y);
-    // Where a step led away the memory misleads.
     if (result.iterations > 1) history.add(present - before_y, g - before_g);
     before_y = present;
     before_g = g;
@@ -185,27 +186,33 @@ double FixedPoint::find_newton_step(const Parallel& parallel, const std::vector<
   return rest;
 }
 
-FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double* lambda) {
-  constexpr int most_steps = 40;
+FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double* lambda, double wanted) {
+  constexpr int most_steps = 20;
   std::vector<double> y, image, defect, step;
   read(lambda, &y);
   Result result;
   int solves_of_steps = 0;
   double before = std::numeric_limits<double>::infinity();
-  while (result.iterations < most_steps) {
+  constexpr int patience = 6;
+  double best = before;
+  int since_best = 0;
+  for (; result.iterations <= most_steps; ++result.iterations) {
     evaluate(parallel, y, &image);
-    ++result.iterations;
     defect.resize(y.size());
     as_vector(&defect) = as_vector(image) - as_vector(y);
     const double distance = largest(defect);
     if (!std::isfinite(distance)) return result;
     result.change = ratio(distance, largest(image));
     const bool stalls = result.change <= 1e-9 && !(distance < 0.5 * before);
-    if (result.change <= tolerance || stalls) {
+    if (result.change <= wanted || stalls) {
       result.has_converged = true;
       break;
     }
     before = distance;
+    // It may go round in circles between the signs of normal forces.
+    since_best = distance < 0.5 * best ? 0 : since_best + 1;
+    best = std::min(best, distance);
+    if (since_best > patience) break;
     write(y, lambda_.data());
     if (!(find_newton_step(parallel, y, defect, &step, &solves_of_steps) < 0.5)) break;
     as_vector(&y) += as_vector(step);

@@ -23,8 +23,8 @@ class FixedPoint {
 
   /// `lambda` [rows]: the guess, then the answer. `depth`: steps that Anderson's method looks back; 0: plain (43).
   Result iterate(const Parallel& parallel, int depth, double* lambda);
-  /// Semismooth Newton: (I - F'(y)) dy = F(y) - y by GMRES.
-  Result solve_by_newton(const Parallel& parallel, double* lambda);
+  /// Semismooth Newton: (I - F'(y)) dy = F(y) - y by GMRES, until |dy| <= `wanted` |y|. Its iterations are such steps.
+  Result solve_by_newton(const Parallel& parallel, double* lambda, double wanted = tolerance);
   /// tau [3 contacts] at lambda.
   const std::vector<double>& friction(const Parallel& parallel, const double* lambda);
 

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/normal_form.hpp"
+
+namespace tanor {
+
+/// Where the normal form stands.
+struct FrictionPlace {
+  double t;
+  const std::vector<double>&r, &v;  // [3n]
+};
+
+/// Plain iterations of (43) in its three blocks; Gamma gets a factor of its own. Contacts that stick count as held.
+Outcome iterate_friction_blocks(NormalForm& normal, Model& model, const FrictionPlace& place, FrictionBlocks* result);
+
+}  // namespace tanor

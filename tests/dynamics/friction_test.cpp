@@ -1,0 +1,122 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <tanor/tanor.hpp>
+
+namespace tanor {
+namespace {
+
+struct Answer {
+  SolveReport report;
+  std::vector<double> w, lambda, eta, tau;
+};
+
+Answer solve(const System& system, const SolverOptions& options = {}) {
+  Dynamics dynamics(system, options);
+  Answer answer;
+  answer.w.resize(system.positions.size());
+  answer.eta.resize(answer.w.size());
+  answer.tau.resize(answer.w.size());
+  answer.lambda.resize(num_equations(system));
+  const std::vector<double> rest(system.positions.size(), 0.0);
+  answer.report = dynamics.solve(0.0, system.positions, system.velocities.empty() ? rest : system.velocities, answer.w,
+                                 answer.lambda, answer.eta);
+  if (answer.report.outcome.ok()) dynamics.friction_forces(answer.tau);
+  return answer;
+}
+
+// ---- cases/04a ----
+
+/// Mass 2 on a rough straight line inclined by 30 degrees.
+System make_incline(double speed, double mu) {
+  const double alpha = std::numbers::pi / 6.0;
+  const Vector3 downhill{std::cos(alpha), -std::sin(alpha), 0.0};
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.velocities = {speed * downhill[0], speed * downhill[1], 0.0};
+  system.masses = {2.0};
+  system.constraints = {Lines{"rail", {0}, Vector3{}, downhill}};
+  system.forces = {Gravity{"", {0.0, -9.81, 0.0}}};
+  system.friction = {Coulomb{.name = "", .at = {"rail"}, .coefficient = mu}};
+  return system;
+}
+
+TEST(Friction, ABeadSlidesDownARoughIncline) {
+  const Answer answer = solve(make_incline(1.0, 0.3));
+  ASSERT_TRUE(answer.report.outcome.ok()) << answer.report.outcome.what;
+  EXPECT_NEAR(answer.w[0], 2.040604605562671562376062153, 1e-14);
+  EXPECT_NEAR(answer.w[1], -1.178143618331198531287181354, 1e-14);
+  EXPECT_NEAR(std::hypot(answer.eta[0], answer.eta[1]), 16.99141842225068624950424861, 1e-13);
+  EXPECT_NEAR(std::hypot(answer.tau[0], answer.tau[1]), 0.3 * 16.99141842225068624950424861, 1e-13);
+  EXPECT_EQ(answer.report.friction.uniqueness, Uniqueness::Proven);
+  EXPECT_LE(answer.report.friction.residual, 1e-14);
+}
+
+TEST(Friction, AtRestItSticksWhereMuReachesTheSlope) {
+  const Answer held = solve(make_incline(0.0, 0.58));
+  ASSERT_TRUE(held.report.outcome.ok()) << held.report.outcome.what;
+  EXPECT_EQ(held.report.friction.sticking, 1u);
+  for (const double w : held.w) EXPECT_NEAR(w, 0.0, 2.0 * 9.81 * 2.2e-16);  // rounding of gravity
+  // friction carries what pulls downhill
+  EXPECT_NEAR(std::hypot(held.tau[0], held.tau[1]), 2.0 * 9.81 * 0.5, 1e-13);
+  EXPECT_NEAR(std::hypot(held.eta[0], held.eta[1]), 16.99141842225068624950424861, 1e-13);
+
+  const Answer slides = solve(make_incline(0.0, 0.57));
+  ASSERT_TRUE(slides.report.outcome.ok()) << slides.report.outcome.what;
+  EXPECT_EQ(slides.report.friction.sticking, 0u);
+  const double a = 9.81 * (0.5 - 0.57 * std::cos(std::numbers::pi / 6.0));
+  EXPECT_NEAR(std::hypot(slides.w[0], slides.w[1]), a, 1e-13);
+  EXPECT_LT(slides.w[1], 0.0);
+}
+
+// ---- cases/10b ----
+
+struct Rails {
+  double mu, alpha, m1, m2, f1, f2;
+};
+
+System make_rails(const Rails& c) {
+  const double alpha = c.alpha * std::numbers::pi / 180.0, h = 1.0;
+  System system;
+  system.positions = {0.0, 0.0, 0.0, h / std::tan(alpha), h, 0.0};
+  system.velocities = {1.0, 0.0, 0.0, 1.0, 0.0, 0.0};
+  system.masses = {c.m1, c.m2};
+  const Vector3 along{1.0, 0.0, 0.0};
+  system.constraints = {Lines{"rough", {0}, Vector3{}, along}, Lines{"smooth", {1}, Vector3{0.0, h, 0.0}, along},
+                        Rods{"rod", {{0, 1}}, {}, {}}};
+  system.forces = {Gravity{"", {0.0, -9.81, 0.0}}, ConstantForce{"", {0}, Vector3{c.f1, 0.0, 0.0}},
+                   ConstantForce{"", {1}, Vector3{c.f2, 0.0, 0.0}}};
+  system.friction = {Coulomb{.name = "", .at = {"rough"}, .coefficient = c.mu}};
+  return system;
+}
+
+TEST(Painleve, OneSolutionWhereTheCriterionHolds) {
+  const Answer answer = solve(make_rails({0.4, 75.0, 1.0, 1.0, 0.0, 1.0}));
+  ASSERT_TRUE(answer.report.outcome.ok()) << answer.report.outcome.what;
+  EXPECT_EQ(answer.report.friction.uniqueness, Uniqueness::Proven);
+  EXPECT_NEAR(answer.w[0], -0.40974901214841566341, 1e-12);
+  EXPECT_NEAR(answer.w[3], -0.40974901214841566341, 1e-12);
+  EXPECT_NEAR(answer.eta[1] - 0.0,
+              4.5487450607420783170 + 5.4468519176786246638 * std::sin(75.0 * std::numbers::pi / 180.0), 1e-11);
+}
+
+TEST(Painleve, NoneIsSaidToBeNone) {
+  const Answer answer = solve(make_rails({0.6, 75.0, 1.0, 1.0, 0.0, 30.0}));
+  EXPECT_EQ(answer.report.outcome.status, Status::NoSolution);
+  EXPECT_NE(answer.report.outcome.what.find("would have to jump"), std::string::npos) << answer.report.outcome.what;
+  EXPECT_EQ(answer.report.friction.uniqueness, Uniqueness::None);
+}
+
+TEST(Painleve, SeveralAreSaidToBeSeveral) {
+  for (const Rails& rails : {Rails{0.6, 75.0, 1.0, 1.0, 0.0, 1.0}, Rails{0.6, 75.0, 1.0, 1.0, 0.0, -30.0},
+                             Rails{0.9, 60.0, 0.1, 10.0, 0.0, 5.0}, Rails{0.9, 60.0, 0.1, 10.0, 0.0, -5.0}}) {
+    const Answer answer = solve(make_rails(rails));
+    EXPECT_EQ(answer.report.outcome.status, Status::NotUnique) << answer.report.outcome.what;
+    EXPECT_EQ(answer.report.friction.uniqueness, Uniqueness::Several);
+  }
+}
+
+}  // namespace
+}  // namespace tanor
