@@ -67,8 +67,8 @@ class NormalForm final : public EquationsOfMotion {
 
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
-  /// Rows stand in an order whose elimination makes no fill.
-  bool is_without_fill() const { return solver_.summary().ordering == "natural"; }
+  /// Of S: "natural" where elimination makes no fill, "amd", …
+  const std::string& ordering() const { return solver_.summary().ordering; }
   double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
   /// rows := -S^-1 rows with the last factor [d].
   void solve_negative(double* rows) { solve_negative(rows, rows); }
