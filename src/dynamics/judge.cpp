@@ -83,11 +83,13 @@ Judge::Vector Judge::random_points() {
 }
 
 double Judge::product(const Vector& x, const Vector& y) const {
-  return model_.parallel.sum(
-      model_.num_moving(), [&](std::size_t i) { return model_.mass[i] * dot(load(x.data(), i), load(y.data(), i)); });
+  return model_.parallel.sum(model_.num_moving(),
+                             [&](std::size_t i) { return model_.mass[i] * dot(load(x.data(), i), load(y.data(), i)); });
 }
 
-double Judge::norm_of(const Vector& x) const { return std::sqrt(product(x, x)); }
+double Judge::norm_of(const Vector& x) const {
+  return std::sqrt(product(x, x));
+}
 
 double Judge::rounding_of_places() const {
   return 1e2 * eps * std::max(1.0, model_.largest_norm(answer_.r.data()) / model_.smallest_length);

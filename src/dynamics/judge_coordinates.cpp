@@ -34,8 +34,8 @@ void Judge::judge_coordinates() {
   const Vector u = random_points(), y = random_points();
   const Vector Pu = project_by_coordinates(u), PPu = project_by_coordinates(Pu), Py = project_by_coordinates(y);
   for (std::size_t i = 0; i < n_; ++i) rest[i] = PPu[i] - Pu[i];
-  add_point(&result_.tangent_identity, "P P u = P u, P = A H^-1 A'M",
-            worst_point(rest, model_.largest_norm(u.data())), allowed);
+  add_point(&result_.tangent_identity, "P P u = P u, P = A H^-1 A'M", worst_point(rest, model_.largest_norm(u.data())),
+            allowed);
   const double asymmetry = std::abs(product(y, Pu) - product(u, Py)) / (norm_of(u) * norm_of(y));
   add(&result_.tangent_identity, "y'M P u = u'M P y", asymmetry, allowed, "");
 }
@@ -104,8 +104,7 @@ void Judge::judge_both() {
   std::normal_distribution<double> normal;
   for (double& value : x) value = normal(generator_);
   model_.coordinates.apply(model_.parallel, forms_.tangent->blocks().data(), x.data(), Ax.data());
-  model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr,
-                                      rows.data());
+  model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr, rows.data());
   Worst worst;
   const double size_of_Ax = model_.largest_norm(Ax.data());
   for (std::size_t a = 0; a < d_; ++a) {

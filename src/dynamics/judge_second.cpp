@@ -100,16 +100,15 @@ void Judge::judge_euclidean(const Definitions& definitions) {
   if (has_both_) {
     judge_both_euclidean(u, u_N);
   } else {
-    Vector u_T = u, rest = project_onto_normal(u_N);
+    // K'u_T = 0 makes K Gamma^-1 K' idempotent, u_T'u_N = 0 makes it orthogonal.
+    Vector u_T = u;
     double dot_product = 0.0, square = 0.0;
     for (std::size_t i = 0; i < moving_; ++i) {
       u_T[i] -= u_N[i];
-      rest[i] -= u_N[i];
       dot_product += u_T[i] * u_N[i];
       square += u[i] * u[i];
     }
     add_row(&result_.tangent_identity, "K'(I - K Gamma^-1 K')u = 0 (15)", rows_of(definitions, u_T, size), allowed);
-    add_point(&result_.tangent_identity, "P P u = P u, P = K Gamma^-1 K' (15)", worst_point(rest, size), allowed);
     add(&result_.tangent_identity, "u_T'u_N = 0 (16)", std::abs(dot_product) / square, allowed, "");
   }
   judge_direct_problem(refined(rcond) + rounding_of_places());

@@ -148,8 +148,8 @@ SparseColumns SecondFactor::scaled_columns(const Model& model, const double* blo
       const Vec3 value = (1.0 / lengths_[row]) * vector;
       for (int c = 0; c < 3; ++c) C.rows.push_back(3 * point + c);
       C.values.insert(C.values.end(), {value.x, value.y, value.z});
-      store(row_sums.data(), point, load(row_sums.data(), point) +
-                                        Vec3{std::abs(value.x), std::abs(value.y), std::abs(value.z)});
+      store(row_sums.data(), point,
+            load(row_sums.data(), point) + Vec3{std::abs(value.x), std::abs(value.y), std::abs(value.z)});
       column_sum += std::abs(value.x) + std::abs(value.y) + std::abs(value.z);
     }
     C.start.push_back(static_cast<int>(C.rows.size()));
