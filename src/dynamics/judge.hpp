@@ -96,7 +96,7 @@ class Judge {
   const SecondWay way_;
   const std::size_t n_, moving_, d_;
   Certificate result_;
-  std::mt19937 generator_{20261};
+  std::mt19937_64 generator_{20261};
   Vector K_;  // blocks at the answer, evaluated afresh
   Vector w0_, user_r_, row_norms_, phi_, xi_t_;
   Vector other_w_, other_eta_;
