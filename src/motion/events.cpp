@@ -17,8 +17,8 @@ constexpr double rounding = 1e-13;
 constexpr double vanishing = 1e-10;  // what is below where another function vanishes, vanishes with it
 
 constexpr double dense_tolerance = 1e-7;  // of the step: the secants of the steps made again do the rest
-constexpr int most_passes = 60;           // steps made again: 2 to 4 where functions are smooth, bisection where they jump
-constexpr int most_probes = 6;            // down to 1/8^6 of the step
+constexpr int most_passes = 60;  // steps made again: 2 to 4 where functions are smooth, bisection where they jump
+constexpr int most_probes = 12;  // down to 1/8^12 of the step
 constexpr int most_dips = 3;
 constexpr std::size_t most_switches = 50;  // without progress of time
 
@@ -105,7 +105,8 @@ bool Events::may_dip(double h) const {
   for (std::size_t k = 0; k < num_; ++k) {
     const double rise = slopes_[k] * h, curvature = last[k] - first[k] - rise;
     const bool has_minimum_inside = rise < 0.0 && curvature > -0.5 * rise;
-    if (has_minimum_inside && first[k] - 0.25 * rise * rise / curvature < 0.5 * std::min(first[k], last[k])) return true;
+    if (has_minimum_inside && first[k] - 0.25 * rise * rise / curvature < 0.5 * std::min(first[k], last[k]))
+      return true;
   }
   return false;
 }
@@ -258,8 +259,10 @@ Outcome Events::remake(Scheme& scheme, const DenseOutput& dense, const State& fr
     last_h = h;
     last = now;
     h -= now / slope;
-    if (high - low <= finest) h = high;
-    else if (!(h > low && h < high)) h = 0.5 * (low + high);
+    if (high - low <= finest)
+      h = high;
+    else if (!(h > low && h < high))
+      h = 0.5 * (low + high);
   }
   return {Status::NotConverged, "the instant of an event near t = " + text(to->t) + " is not found"};
 }

@@ -34,8 +34,8 @@ class Events {
   /// After a step from `from` to `to` that was accepted: where a function vanishes on the way, the step is made again
   /// so that it ends at the first such instant, and the equations are switched there; `to` and `step` are then those of
   /// the shorter step, whose length is 0 where a function falls from 0 at once. On a failed outcome `to` is
-  /// meaningless; with `has_switched` it was the switch that failed, and no other step helps. The next step has to start
-  /// from `to`.
+  /// meaningless; with `has_switched` it was the switch that failed, and no other step helps. The next step has to
+  /// start from `to`.
   Meeting meet(Scheme& scheme, const State& from, State* to, StepResult* step);
 
   std::size_t count() const { return count_; }
@@ -74,8 +74,8 @@ class Events {
   Mechanics& mechanics_;
   std::size_t num_ = 0;
   bool knows_start_ = false;
-  std::vector<double> start_, slopes_;         // at the start of the step; over the step before
-  std::array<Sample, most_samples> samples_;   // of this step, in order
+  std::vector<double> start_, slopes_;        // at the start of the step; over the step before
+  std::array<Sample, most_samples> samples_;  // of this step, in order
   std::size_t num_samples_ = 0;
   std::vector<double> scales_;                 // largest magnitude of each function over the samples
   std::vector<char> is_watched_;               // not one that has just left 0 upwards
@@ -83,8 +83,8 @@ class Events {
   double least_low_ = 0.0, least_high_ = 0.0;  // … with the least value, over its scale, there
   std::vector<double> values_;                 // scratch
   std::vector<std::size_t> which_;
-  std::vector<double> x_, v_, a_;              // inside the step
-  std::size_t count_ = 0, repeated_ = 0;       // switches; those since `series_begin_`, without progress
+  std::vector<double> x_, v_, a_;         // inside the step
+  std::size_t count_ = 0, repeated_ = 0;  // switches; those since `series_begin_`, without progress
   double last_time_ = 0.0, series_begin_ = 0.0;
 };
 

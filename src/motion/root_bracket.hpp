@@ -12,7 +12,8 @@ class RootBracket {
   /// value_low > 0 >= value_high, low < high; `tolerance` (absolute): half the width at which it is narrow.
   RootBracket(double low, double value_low, double high, double value_high, double tolerance)
       : low_(low), high_(high), value_low_(value_low), value_high_(value_high), tolerance_(tolerance) {
-    radius_ = tolerance * std::exp2(std::ceil(std::log2(std::max(1.0, (high - low) / (2.0 * tolerance)))) + 1.0);
+    constexpr double less = 0.999;  // so that rounding does not cost one more
+    radius_ = less * tolerance * std::exp2(std::ceil(std::log2(std::max(1.0, (high - low) / (2.0 * tolerance)))) + 1.0);
     stretch_ = 0.2 / (high - low);
   }
 

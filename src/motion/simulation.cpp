@@ -277,7 +277,8 @@ struct Simulation::Implementation {
     }
     if (integration.scheme().is_adaptive() && integration.next_step == 0.0)
       integration.next_step = first_step(t_end - state.t);
-    outcome = integration.advance(t_end, [this](const StepResult& step) { take(step); }, observer);
+    outcome = integration.advance(
+        t_end, [this](const StepResult& step) { take(step); }, observer);
     const bool rejected_last = !outcome.ok();
     if (rejected_last || !integration.scheme().knows_acceleration()) {
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);

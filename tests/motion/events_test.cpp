@@ -12,8 +12,8 @@ namespace {
 
 using std::numbers::pi;
 using toys::Block;
-using toys::Run;
 using toys::Toy;
+using toys::Travel;
 
 /// x'' = c, and event functions f(t, x, v); what a switch does is said by the test.
 class Free final : public Toy {
@@ -73,7 +73,7 @@ struct Oscillator {
   }
 
   Block block;
-  Run run;
+  Travel run;
 };
 
 TEST(DryOscillatorTest, TurnsAndSticksWhereTheClosedFormDoes) {
@@ -92,15 +92,16 @@ TEST(DryOscillatorTest, TurnsAndSticksWhereTheClosedFormDoes) {
   EXPECT_EQ(oscillator.run.integration.state.t, 20.0);
 }
 
+/// The phase of a scheme falls behind by c (omega h)^order of the angle.
 struct Expected {
   Method method;
-  double order, error;
+  double order, c;
 };
 
 class EqualStepsTest : public testing::TestWithParam<Expected> {};
 
 TEST_P(EqualStepsTest, EventsHaveTheOrderOfTheScheme) {
-  const auto [method, order, bound] = GetParam();
+  const auto [method, order, c] = GetParam();
   const auto measure = [method = method](double step) {
     Oscillator oscillator(method, {.step = step});
     EXPECT_TRUE(oscillator.run.advance(9.0).ok());
@@ -109,7 +110,7 @@ TEST_P(EqualStepsTest, EventsHaveTheOrderOfTheScheme) {
   };
   const double coarse = measure(0.1), middle = measure(0.05), fine = measure(0.025);
 
-  EXPECT_LT(fine, bound);
+  EXPECT_NEAR(fine / (c * std::pow(2.0 * 0.025, order) * 2.5 * pi), 1.0, 0.1);
   EXPECT_NEAR(std::log2(coarse / middle), order, 0.3);
   EXPECT_NEAR(std::log2(middle / fine), order, 0.3);
 }
@@ -133,7 +134,8 @@ TEST_P(EqualStepsTest, TheGridStays) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, EqualStepsTest,
-                         testing::Values(Expected{Method::Rk4, 4.0, 2e-7}, Expected{Method::Rattle, 2.0, 2e-3}),
+                         testing::Values(Expected{Method::Rk4, 4.0, 1.0 / 120},
+                                         Expected{Method::Rattle, 2.0, 1.0 / 24}),
                          [](const auto& instance) { return std::string(method_name(instance.param.method)); });
 
 // ---- a drawn block: sticks until the spring holds F_s, slides with F_d < F_s, sticks again ----
@@ -146,8 +148,8 @@ TEST_P(DrawnBlockTest, SticksAndSlipsWhenTheClosedFormDoes) {
   const double omega = std::sqrt(stiffness), drive = 0.1, rest = 1.0, sliding = 0.8;
   const double d = (rest - sliding) / stiffness;
   Block block(stiffness, drive, rest, sliding);
-  Run run(block, GetParam(), {.step = GetParam() == Method::Rattle ? 5e-4 : 0.01, .rtol = 1e-10, .atol = 1e-12}, {0.0},
-          {0.0});
+  Travel run(block, GetParam(), {.step = GetParam() == Method::Rattle ? 5e-4 : 4e-3, .rtol = 1e-10, .atol = 1e-12},
+             {0.0}, {0.0});
 
   const Outcome outcome = run.advance(12.0);
 
@@ -175,7 +177,7 @@ const MotionOptions tenth{.step = 0.1};
 /// (x - 0.56)^2 - w^2, x = t, is below 0 for a time of 2 w inside one step.
 double find_dip(double half_width) {
   Free toy(0.0, {[=](double, double x, double) { return (x - 0.56) * (x - 0.56) - half_width * half_width; }});
-  Run run(toy, Method::Rk4, tenth, {0.0}, {1.0});
+  Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
   EXPECT_TRUE(run.advance(1.0).ok());
   EXPECT_EQ(run.integration.state.t, 1.0);
@@ -189,7 +191,7 @@ TEST(EventPlaceTest, ADipInsideAStepIsMet) {
 
 TEST(EventPlaceTest, ADipThatStaysAboveIsNone) {
   Free toy(0.0, {[](double, double x, double) { return (x - 0.56) * (x - 0.56) + 1e-6; }});
-  Run run(toy, Method::Rk4, tenth, {0.0}, {1.0});
+  Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
 
   ASSERT_TRUE(run.advance(1.0).ok());
 
@@ -199,7 +201,7 @@ TEST(EventPlaceTest, ADipThatStaysAboveIsNone) {
 TEST(EventPlaceTest, TheFirstOfSeveralComesFirst) {
   Free toy(0.0, {[](double, double x, double) { return 0.58 - x; }, [](double, double x, double) { return 0.53 - x; },
                  [](double, double x, double) { return 0.55 - x * x / 0.55; }});
-  Run run(toy, Method::Rk4, tenth, {0.0}, {1.0});
+  Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
 
   ASSERT_TRUE(run.advance(1.0).ok());
@@ -213,7 +215,7 @@ TEST(EventPlaceTest, TwoAtOneInstantAreSwitchedTogether) {
   Free toy(0.0, {[](double, double x, double) { return 3.0 * (0.53 - x); },
                  [](double, double x, double) { return 0.5300001 - x; },
                  [](double, double x, double) { return 0.53 * 0.53 - x * x; }});
-  Run run(toy, Method::Rk4, tenth, {0.0}, {1.0});
+  Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
 
   ASSERT_TRUE(run.advance(1.0).ok());
@@ -224,7 +226,7 @@ TEST(EventPlaceTest, TwoAtOneInstantAreSwitchedTogether) {
 
 TEST(EventPlaceTest, OneAtTheEndOfAStepIsMetThere) {
   Free toy(0.0, {[](double t, double, double) { return 0.5 - t; }});
-  Run run(toy, Method::Rk4, tenth, {0.0}, {1.0});
+  Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
 
   ASSERT_TRUE(run.advance(1.0).ok());
@@ -236,7 +238,7 @@ TEST(EventPlaceTest, OneAtTheEndOfAStepIsMetThere) {
 
 TEST(EventPlaceTest, AFunctionMayJump) {
   Free toy(0.0, {[](double t, double, double) { return t < 0.537 ? 1.0 : -1.0; }});
-  Run run(toy, Method::Rk4, tenth, {0.0}, {1.0});
+  Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
 
   ASSERT_TRUE(run.advance(1.0).ok());
@@ -249,7 +251,7 @@ TEST(EventPlaceTest, AFunctionMayJump) {
 TEST(EventPlaceTest, AFlightFromTheGroundEndsWhereItFallsBack) {
   for (const double speed : {0.4, 1e-3}) {
     Free toy(-10.0, {[](double, double x, double) { return x; }});
-    Run run(toy, Method::Rk4, tenth, {0.0}, {speed});
+    Travel run(toy, Method::Rk4, tenth, {0.0}, {speed});
     toy.on_switch = [&](double* v) { v[0] = 0.0, toy.forget_events(); };
 
     ASSERT_TRUE(run.advance(1.0).ok());
@@ -261,7 +263,7 @@ TEST(EventPlaceTest, AFlightFromTheGroundEndsWhereItFallsBack) {
 
 TEST(EventPlaceTest, OneThatFallsAtTheStartIsMetThere) {
   Free toy(0.0, {[](double, double x, double) { return -x; }});
-  Run run(toy, Method::Dopri5, sharp, {0.0}, {1.0});
+  Travel run(toy, Method::Dopri5, sharp, {0.0}, {1.0});
   toy.on_switch = [&](double*) { toy.forget_events(); };
 
   ASSERT_TRUE(run.advance(1.0).ok());
@@ -273,20 +275,17 @@ TEST(EventPlaceTest, OneThatFallsAtTheStartIsMetThere) {
 TEST(EventPlaceTest, StepsGoOnAsLongAsBefore) {
   Oscillator with(Method::Dopri5, sharp);
   ASSERT_TRUE(with.run.advance(2.5 * pi).ok());
-  Block smooth(stiffness, 0.0, 0.0, 0.0);
-  Run without(smooth, Method::Dopri5, sharp, {amplitude}, {0.0});
-  smooth.direction = 1;
-  without.place(smooth, 0.0, {amplitude}, {0.0});
-  const auto before_the_first = [](const MotionReport& report) { return report.events == 0; };
-  ASSERT_TRUE(without.advance(0.5 * pi * 0.99, before_the_first).ok());
+  Oscillator without(Method::Dopri5, sharp);
+  ASSERT_TRUE(without.run.advance(0.49 * pi).ok());
+  ASSERT_EQ(without.run.report.events, 0u);
 
-  EXPECT_LE(with.run.report.steps, 5 * (without.report.steps + 4));
+  EXPECT_LE(with.run.report.steps, 5 * (without.run.report.steps + 4));
 }
 
 TEST(EventPlaceTest, FarFromZeroNothingIsLookedAtInside) {
   const auto count = [](std::vector<Free::Function> functions) {
     Free toy(-1.0, std::move(functions));
-    Run run(toy, Method::Rk4, tenth, {0.0}, {1.0});
+    Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
     EXPECT_TRUE(run.advance(1.0).ok());
     return toy.evaluations;
   };
@@ -301,7 +300,7 @@ TEST(EventPlaceTest, FarFromZeroNothingIsLookedAtInside) {
 TEST(EndlessSwitchingTest, IsReportedWithItsTime) {
   for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
     Free toy(0.0, {[](double, double x, double) { return 0.25 - x; }});
-    Run run(toy, method, {.step = 0.1, .rtol = 1e-8, .atol = 1e-10}, {0.0}, {1.0});
+    Travel run(toy, method, {.step = 0.1, .rtol = 1e-8, .atol = 1e-10}, {0.0}, {1.0});
 
     const Outcome outcome = run.advance(1.0);
 
@@ -316,13 +315,13 @@ TEST(EndlessSwitchingTest, IsReportedWithItsTime) {
 /// is the first.
 TEST(EndlessSwitchingTest, IsReportedWhereSwitchesAccumulate) {
   Free toy(-10.0, {[](double, double x, double) { return x; }});
-  Run run(toy, Method::Dopri5, sharp, {0.05}, {0.0});
+  Travel run(toy, Method::Dopri5, sharp, {0.05}, {0.0});
   toy.on_switch = [](double* v) { v[0] *= -0.5; };
 
   const Outcome outcome = run.advance(1.0);
 
   EXPECT_EQ(outcome.status, Status::NotConverged);
-  EXPECT_NEAR(run.integration.state.t, 0.3, 1e-9);
+  EXPECT_NEAR(run.integration.state.t, 0.3, 1e-7) << "flights of 1e-8 s are lower than the rounding of heights";
   ASSERT_GT(toy.switch_times.size(), 20u);
   for (std::size_t n = 0; n < 20; ++n) {
     EXPECT_NEAR(toy.switch_times[n], 0.1 * (3.0 - 2.0 * std::exp2(-static_cast<double>(n))), 1e-9) << n;
@@ -330,12 +329,13 @@ TEST(EndlessSwitchingTest, IsReportedWhereSwitchesAccumulate) {
 }
 
 TEST(EventFunctionTest, MustBeFinite) {
-  Free toy(0.0, {[](double, double x, double) { return std::log(0.33 - x); }});
-  Run run(toy, Method::Rk4, tenth, {-1.0}, {1.0});
+  Free toy(0.0, {[](double, double x, double) { return 1.0 + std::sqrt(0.33 - x); }});
+  Travel run(toy, Method::Rk4, tenth, {0.0}, {1.0});
 
-  const Outcome outcome = run.advance(3.0);
+  const Outcome outcome = run.advance(1.0);
 
-  EXPECT_FALSE(outcome.ok());
+  EXPECT_LT(run.integration.state.t, 0.33);
+  EXPECT_EQ(outcome.status, Status::NotFinite) << outcome.what;
 }
 
 // ---- snapshots ----

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <stdexcept>
 #include <vector>
 
 #include "motion/integration.hpp"
@@ -80,8 +80,9 @@ class Block final : public Toy {
 };
 
 /// An integration of a toy from (x, v) at t = 0.
-struct Run {
-  Run(Toy& toy, Method method, const MotionOptions& options, const std::vector<double>& x, const std::vector<double>& v)
+struct Travel {
+  Travel(Toy& toy, Method method, const MotionOptions& options, const std::vector<double>& x,
+         const std::vector<double>& v)
       : integration(method, options, toy, &report) {
     place(toy, 0.0, x, v);
     integration.next_step = options.step;
@@ -97,7 +98,8 @@ struct Run {
   }
 
   Outcome advance(double t_end, const Integration::Observer& observer = {}) {
-    return integration.advance(t_end, [this](const StepResult&) { ++report.steps; }, observer);
+    return integration.advance(
+        t_end, [this](const StepResult&) { ++report.steps; }, observer);
   }
 
   MotionReport report;
