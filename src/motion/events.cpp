@@ -242,6 +242,7 @@ Outcome Events::remake(Scheme& scheme, const DenseOutput& dense, const State& fr
     to->t = from.t + std::max(h, finest);
     if (end - to->t <= finest) to->t = end;
     h = to->t - from.t;
+    if (Outcome back = mechanics_.linearise(from.t, from.x.data()); !back.ok()) return back;
     *step = scheme.step(from, h, to);
     if (!step->outcome.ok()) return step->outcome;
     if (Outcome found = evaluate(to->t, to->x.data(), to->v.data(), values_.data()); !found.ok()) return found;

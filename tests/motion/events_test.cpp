@@ -43,7 +43,11 @@ class Free final : public Toy {
     return free_accelerations(t, x, v, a);
   }
 
+  bool has_work() const override { return true; }
+  Power power(const double*, const double* v) const override { return {.forces = acceleration_ * v[0]}; }
+
   void forget_events() { functions_.clear(); }
+  void push_with(double acceleration) { acceleration_ = acceleration; }
 
  private:
   double acceleration_;
@@ -269,6 +273,21 @@ TEST(EventPlaceTest, OneThatFallsAtTheStartIsMetThere) {
   ASSERT_TRUE(run.advance(1.0).ok());
 
   EXPECT_EQ(toy.switch_times, std::vector<double>{0.0});
+}
+
+/// From x = 0.53 on a force pushes: its power begins there at once, and grows with v.
+TEST(EventWorkTest, IsThatOfTheEquationsBeforeAndAfter) {
+  for (const Method method : {Method::Rk4, Method::Dopri5, Method::Rattle}) {
+    Free toy(0.0, {[](double, double x, double) { return 0.53 - x; }});
+    Travel run(toy, method, tenth, {0.0}, {1.0});
+    toy.on_switch = [&](double*) { toy.forget_events(), toy.push_with(2.0); };
+
+    ASSERT_TRUE(run.advance(1.0).ok());
+
+    const double v = 1.0 + 2.0 * 0.47;
+    EXPECT_NEAR(run.integration.state.v[0], v, 1e-14);
+    EXPECT_NEAR(run.integration.state.work.forces, 0.5 * (v * v - 1.0), 1e-14) << method_name(method);
+  }
 }
 
 /// A good first step after an event is not the short one that ended there.

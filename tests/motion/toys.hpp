@@ -20,12 +20,23 @@ class Toy : public Mechanics {
   bool depends_on_velocity() const override { return false; }
   bool has_work() const override { return false; }
   void prescribe(double, double*, double*) override {}
-  Outcome linearise(double, const double*) override { return {}; }
-  Outcome accelerations(double t, const double* x, const double* v, Gradients, double* a) override {
+  Outcome linearise(double t, const double*) override {
+    linearised_at_ = t;
+    return {};
+  }
+  Outcome accelerations(double t, const double* x, const double* v, Gradients gradients, double* a) override {
+    if (gradients == Gradients::Evaluate) linearised_at_ = t;
     return free_accelerations(t, x, v, a);
   }
   ProjectionReport project_positions(double, double*) override { return {}; }
-  ProjectionReport project_step(double, double, double*, double*) override { return {}; }
+  /// Moves nothing, but is held to the K of the step's beginning as every mechanics is.
+  ProjectionReport project_step(double t, double h, double*, double*) override {
+    ProjectionReport report;
+    if (std::abs(linearised_at_ - (t - h)) > 1e-14) {
+      report.outcome = {Status::NotConverged, "K is not that of the step's beginning"};
+    }
+    return report;
+  }
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
   double error_ratio(double, const StepErrors& errors, double atol, double rtol) override {
     double result = 0.0;
@@ -42,6 +53,7 @@ class Toy : public Mechanics {
 
  private:
   std::size_t size_;
+  double linearised_at_ = -1.0;
   SolveReport solve_;
   Parallel parallel_{1};
 };
