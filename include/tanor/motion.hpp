@@ -44,6 +44,8 @@ struct MotionReport {
   double time = 0.0;             ///< reached, s
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;
+  std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
+  double last_event = 0.0;  ///< s, the last of them
   StartReport start;
   double position_violation = 0.0;         ///< largest after any step, relative
   double velocity_violation = 0.0;         ///< likewise, over the velocity scale
@@ -64,10 +66,12 @@ struct Snapshot {
   MotionReport report;             ///< its counts, times, works and extremes go on
 
   // What the next step depends on beside the state; the defaults are those of a start.
-  double next_step = 0.0;      ///< s, adaptive methods; 0: not known yet
-  double last_error = 1e-4;    ///< of the last step, over the tolerance
-  double advance_begin = 0.0;  ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
-  double advance_end = 0.0;    ///< the steps it had from `advance_begin` on
+  double next_step = 0.0;            ///< s, adaptive methods; 0: not known yet
+  double last_error = 1e-4;          ///< of the last step, over the tolerance
+  double advance_begin = 0.0;        ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
+  double advance_end = 0.0;          ///< the steps it had from `advance_begin` on
+  std::vector<int> discrete_state;   ///< which contacts slip and which way, …
+  std::vector<double> event_slopes;  ///< 1/s, how what decides on them fell in the last step; empty: not known
 };
 
 /// A system on its way through time.

@@ -22,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 3;
+constexpr int format = 4;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -46,6 +46,8 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("steps", report.steps);
   visit("rejected", report.rejected);
   visit("last_step", report.last_step);
+  visit("events", report.events);
+  visit("last_event", report.last_event);
   visit("start_position", report.start.position_correction);
   visit("start_velocity", report.start.velocity_correction);
   visit("start_relative", report.start.relative);
@@ -118,6 +120,10 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     head.key("scene").value(checkpoint.scene);
     head.key("method").value(method_name(checkpoint.snapshot.report.method));
     for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(number); });
+    head.key("discrete_state").begin_array();
+    for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
+    head.end_array();
+    head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
     head.end_object();
     head.finish();
     write_npy(file, checkpoint.snapshot.positions, 3);
@@ -140,6 +146,8 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
     checkpoint.scene = head.at("scene").get<std::string>();
     checkpoint.snapshot.report.method = method_from_name(head.at("method").get<std::string>());
     for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head, key, number); });
+    checkpoint.snapshot.discrete_state = head.at("discrete_state").get<std::vector<int>>();
+    checkpoint.snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
   } catch (const json::exception&) {
     throw InputError(name, "is damaged; run without --resume");
   }

@@ -46,6 +46,7 @@ void write_nearest_to_singular(JsonWriter* json, const RunFacts& facts, const Mo
 void write_work(JsonWriter* json, const MotionReport& report) {
   json->key("steps").value(report.steps);
   json->key("rejected").value(report.rejected);
+  json->key("events").value(report.events);
   json->key("factorizations").value(report.counters.factorizations);
   json->key("solves").value(report.counters.solves);
 }

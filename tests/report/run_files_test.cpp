@@ -123,6 +123,10 @@ Checkpoint make_checkpoint() {
   snapshot.advance_end = 0.7;
   snapshot.report.method = Method::Rk4;
   snapshot.report.steps = 42;
+  snapshot.report.events = 5;
+  snapshot.report.last_event = 0.29;
+  snapshot.discrete_state = {-1, 0, 1};
+  snapshot.event_slopes = {-1.0 / 7.0, 1e-300};
   snapshot.report.energy = {.start = -1.5, .now = -1.25, .work_of_supports = 0.1, .work_of_forces = 0.2, .scale = 3.0};
   snapshot.report.velocity_violation = std::nan("");
   snapshot.report.counters = {.evaluations = 1, .factorizations = 2, .solves = 3};
@@ -160,6 +164,10 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.advance_end, 0.7);
   EXPECT_EQ(snapshot.report.method, Method::Rk4);
   EXPECT_EQ(snapshot.report.steps, 42u);
+  EXPECT_EQ(snapshot.report.events, 5u);
+  EXPECT_EQ(snapshot.report.last_event, 0.29);
+  EXPECT_EQ(snapshot.discrete_state, written.snapshot.discrete_state);
+  EXPECT_EQ(snapshot.event_slopes, written.snapshot.event_slopes);
   EXPECT_EQ(snapshot.report.energy.work_of_forces, 0.2);
   EXPECT_TRUE(std::isnan(snapshot.report.velocity_violation));
   EXPECT_EQ(snapshot.report.counters.solves, 3u);
@@ -216,21 +224,37 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   write_summary(folder.path(), {}, simulation);
 
   const json summary = read_json(folder / "summary.json");
-  EXPECT_EQ(list_keys(summary), (Keys{"certificate",    "degrees_of_freedom",
-                                      "energy",         "equations",
-                                      "factorizations", "final",
-                                      "form",           "friction",
-                                      "islands",        "left_out",
-                                      "method",         "nearest_to_singular",
-                                      "points",         "rank",
-                                      "rank_changes",   "redundant",
-                                      "rejected",       "scene",
-                                      "solves",         "source",
-                                      "start",          "start_correction",
-                                      "steps",          "supports",
-                                      "t_end",          "t_reached",
-                                      "tanor_version",  "threads",
-                                      "violation",      "wall_s"}));
+  EXPECT_EQ(list_keys(summary), (Keys{"certificate",
+                                      "degrees_of_freedom",
+                                      "energy",
+                                      "equations",
+                                      "events",
+                                      "factorizations",
+                                      "final",
+                                      "form",
+                                      "friction",
+                                      "islands",
+                                      "left_out",
+                                      "method",
+                                      "nearest_to_singular",
+                                      "points",
+                                      "rank",
+                                      "rank_changes",
+                                      "redundant",
+                                      "rejected",
+                                      "scene",
+                                      "solves",
+                                      "source",
+                                      "start",
+                                      "start_correction",
+                                      "steps",
+                                      "supports",
+                                      "t_end",
+                                      "t_reached",
+                                      "tanor_version",
+                                      "threads",
+                                      "violation",
+                                      "wall_s"}));
   EXPECT_EQ(list_keys(summary["wall_s"]),
             (Keys{"assemble", "evaluate", "factor", "friction", "output", "setup", "solve", "total"}));
   EXPECT_EQ(list_keys(summary["final"]),
