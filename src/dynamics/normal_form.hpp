@@ -93,9 +93,9 @@ class NormalForm final : public EquationsOfMotion {
 
   // The rank of K, in rank.cpp.
   Outcome decide_rank(double t, const double* r);
-  bool decide_rank_again(double t, const double* r);
+  bool decide_rank_again(const double* r);
   Outcome reconsider_rank(double t, const double* r, double scale);
-  void adopt_rank(double t, bool has_changed);
+  void adopt_rank(bool has_changed);
   double largest_active(const std::vector<double>& rows) const;
   double largest_dependent(const std::vector<double>& rows) const;
   Outcome explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "dynamics/certificate.hpp"
+#include "motion/coasting.hpp"
 #include "motion/equal_steps.hpp"
 #include "motion/scheme.hpp"
 #include "motion/step_control.hpp"
@@ -75,7 +76,8 @@ double EnergyReport::drift_relative() const {
 }
 
 struct Simulation::Implementation {
-  static constexpr int most_splits = 8;  // of a fixed step that fails
+  static constexpr int most_splits = 8;       // of a fixed step that fails
+  static constexpr int most_approaches = 12;  // to a singular place
 
   MotionOptions options;
   SolverOptions solver_options;
@@ -84,6 +86,14 @@ struct Simulation::Implementation {
   EquationsOfMotion& form = *forms.main;
   std::unique_ptr<Scheme> scheme;
   State state, trial;
+  bool trial_is_before = false;  // the step's beginning, not an attempt
+  bool is_coasting = false;      // the state has not come back to the constraints yet
+  State beyond;                  // of steps that coast; made by the first of them
+  SingularForecast forecast;
+  double last_passage = std::numeric_limits<double>::quiet_NaN();
+  int approaches = 0;  // to the place that is foreseen, each halves the way …
+  double coasting_error = std::numeric_limits<double>::infinity();  // … and this of the last of them
+  bool is_nearly_singular = false;
   StepControl control;
   double next_step = 0.0;                         // adaptive: wanted by the control; 0: not known yet
   double advance_begin = 0.0, advance_end = 0.0;  // of the last advance in equal steps
@@ -161,6 +171,8 @@ struct Simulation::Implementation {
     state.work = {.supports = report.energy.work_of_supports, .forces = report.energy.work_of_forces};
     model.prescribe_all(state.t, points.r.data(), points.v.data());
     outcome = complete_state();
+    forecast.add(state.t, form.last_solve().reciprocal_condition);
+    is_nearly_singular = !report.singular_passages.first.empty() && lies_at_singular_place();
     publish();
   }
 
@@ -171,6 +183,8 @@ struct Simulation::Implementation {
     if (found.ok()) found = refresh(Gradients::Keep);
     if (found.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
     trial = state;  // fixed supports stand in both
+    trial_is_before = is_coasting = false;
+    forecast = {};
     return found;
   }
 
@@ -192,12 +206,48 @@ struct Simulation::Implementation {
     report.reciprocal_condition = form.last_solve().reciprocal_condition;
     report.reciprocal_condition_time = state.t;
     report.acceleration_violation = form.last_solve().residual;
+    report.rank_changes.start = report.rank_changes.now = model.rank;
+    measure_condition();
+  }
+
+  /// At a state on the constraints: what K says about singular places here and ahead.
+  void measure_condition() {
+    const double reciprocal_condition = form.last_solve().reciprocal_condition;
+    if (reciprocal_condition < report.reciprocal_condition) {
+      report.reciprocal_condition = reciprocal_condition;
+      report.reciprocal_condition_time = state.t;
+    }
+    if (model.rank != report.rank_changes.now) forecast = {};
+    forecast.add(state.t, reciprocal_condition);
+    if (lies_at_singular_place()) note_passage(state.t, reciprocal_condition, is_nearly_singular);
+    is_nearly_singular = lies_at_singular_place();
+    RankChanges& changes = report.rank_changes;
+    if (model.rank == changes.now) return;
+    changes.now = model.rank;
+    ++changes.count;
+    if (changes.first.size() < RankChanges::most_kept) changes.first.push_back({state.t, model.rank});
+  }
+
+  bool lies_at_singular_place() const {
+    constexpr double nearly_0 = 1e-9;
+    return form.last_solve().reciprocal_condition < nearly_0;
+  }
+
+  void note_passage(double t, double reciprocal_condition, bool is_the_last_one) {
+    SingularPassages& passages = report.singular_passages;
+    const bool is_last_kept = !passages.first.empty() && passages.first.size() == passages.count;
+    if (!is_the_last_one) {
+      ++passages.count;
+      if (passages.first.size() < SingularPassages::most_kept) passages.first.push_back({t, reciprocal_condition});
+    } else if (is_last_kept && reciprocal_condition < passages.first.back().reciprocal_condition) {
+      passages.first.back() = {t, reciprocal_condition};
+    }
   }
 
   /// Projections know what they leave; without them it is measured here.
   void measure_violations(const StepResult& step) {
     double position = step.position_violation, velocity = step.velocity_violation;
-    if (options.stabilisation == Stabilisation::None) {
+    if (options.stabilisation == Stabilisation::None || !step.is_settled) {
       write_points();
       position = position_violation();
       velocity = velocity_violation();
@@ -210,11 +260,10 @@ struct Simulation::Implementation {
     ++report.steps;
     report.time = state.t;
     measure_violations(step);
-    if (form.last_solve().reciprocal_condition < report.reciprocal_condition) {
-      report.reciprocal_condition = form.last_solve().reciprocal_condition;
-      report.reciprocal_condition_time = state.t;
+    if (step.is_settled) {
+      measure_condition();
+      report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
     }
-    report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;
     report.energy.scale = std::max(report.energy.scale, energy.kinetic);
@@ -222,13 +271,12 @@ struct Simulation::Implementation {
     report.energy.work_of_forces = state.work.forces;
     report.counters = model.counters;
     report.times = model.times;
-    if (report.rank_changes.count != model.rank_changes.count) report.rank_changes = model.rank_changes;
   }
 
   /// Points that do not move though K alone would let them.
   std::vector<Index> find_taut() {
     constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
-    if (!outcome.ok() || model.rank_changes.count == 0 || report.start.relative > rounding) return {};
+    if (!outcome.ok() || model.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
     return find_rank().taut_points;
   }
 
@@ -258,14 +306,14 @@ struct Simulation::Implementation {
     numbering.scatter_points(points.w, carried);
     report.counters = model.counters;
     report.times = model.times;
-    report.rank_changes = model.rank_changes;
   }
 
   Certificate certify() {
-    Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, trial.a.data());
+    std::vector<double> at_a(form.size());
+    Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, at_a.data());
     if (!found.ok()) return make_failed_certificate(found);
     std::vector<double> at_r(points.r.size()), at_v(at_r), at_w(at_r), at_eta(at_r);
-    form.write_points(state.t, state.x.data(), state.v.data(), trial.a.data(), at_r.data(), at_v.data(), at_w.data());
+    form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), at_r.data(), at_v.data(), at_w.data());
     found = forms.reactions(state.t, at_r.data(), at_v.data(), rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
     return tanor::certify(forms, {state.t, at_r, at_v, at_w, at_eta, rows});
@@ -293,7 +341,7 @@ struct Simulation::Implementation {
     }
     outcome = scheme->is_adaptive() ? advance_adaptively(t_end, observer) : advance_in_equal_steps(t_end, observer);
     const bool rejected_last = !outcome.ok();
-    if (rejected_last || !scheme->knows_acceleration()) {
+    if (rejected_last || !(scheme->knows_acceleration() || is_coasting)) {
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
       if (outcome.ok()) outcome = at_state;
     }
@@ -304,17 +352,70 @@ struct Simulation::Implementation {
   /// A step that was accepted.
   void take_trial(const StepResult& step, double h) {
     std::swap(state, trial);
+    trial_is_before = !forms.is_tangent();  // whose variables change with every step
+    is_coasting = !step.is_settled;
     form.recentre(state.t, state.x.data(), state.v.data(), state.a.data());
     report.last_step = h;
     measure_step(step);
   }
 
+  /// Past a place where K loses rank, or near it: on along the last two states, `trial` and `state`.
+  StepResult coast_to(double t) {
+    constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
+    if (beyond.x.empty()) beyond = state;
+    if (!scheme->knows_acceleration() && !is_coasting) {
+      if (Outcome found = refresh(Gradients::Keep); !found.ok()) return {.outcome = found};
+    }
+    const double h = t - state.t;
+    beyond.t = t;
+    const Coasting how{.knows_acceleration_before = scheme->knows_acceleration(),
+                       .ends_there = forecast.lies_near(t, h)};
+    StepResult step = coast(form, options, trial, state, how, &beyond);
+    if (!step.outcome.ok()) return step;
+    // From halfway there the error is 1/32 of the one before, or it is rounding.
+    const bool is_rounding = step.error > 0.25 * coasting_error;
+    if (scheme->is_adaptive() && !(step.error <= allowed_error || is_rounding)) {
+      coasting_error = step.error;
+      return step;
+    }
+    step.error = 0.0;
+    if (forecast.time() != last_passage) note_passage(forecast.time(), forecast.reciprocal_condition(), false);
+    last_passage = forecast.time();
+    approaches = 0;
+    coasting_error = std::numeric_limits<double>::infinity();
+    if (step.is_settled) forecast = {};
+    std::swap(trial, beyond);
+    return step;
+  }
+
+  /// A step that came upon a singular place out of nowhere: a shorter one first, to foresee it.
+  bool is_surprised() const {
+    constexpr double fall = 1e-3;
+    return model.rank == report.rank_changes.now &&
+           form.last_solve().reciprocal_condition < fall * forecast.reciprocal_condition();
+  }
+
+  StepResult step_to(double t) {
+    trial.t = t;
+    trial_is_before = false;
+    return scheme->step(state, t - state.t, &trial);
+  }
+
+  /// Of an adaptive step that coasts, before t_end: half as far beyond the place as it lies ahead.
+  double coasting_length(double left) const {
+    const double ahead = forecast.time() - state.t, before = state.t - trial.t;
+    const double wanted =
+        is_coasting ? before * std::pow(0.5, approaches) : ahead + 0.5 * std::max(ahead, 0.5 * before);
+    return std::min(wanted, left);
+  }
+
   /// A fixed step; one that fails is tried again in halves.
   Outcome step_or_split(double t, int splits_left) {
-    trial.t = t;
     const double h = t - state.t;
-    const StepResult step = scheme->step(state, h, &trial);
-    if (step.outcome.ok()) {
+    const StepResult step =
+        trial_is_before && (is_coasting || forecast.disturbs(state.t, h)) ? coast_to(t) : step_to(t);
+    const bool is_too_long = splits_left == most_splits && is_surprised();
+    if (step.outcome.ok() && !is_too_long) {
       take_trial(step, h);
       return {};
     }
@@ -356,10 +457,32 @@ struct Simulation::Implementation {
     while (state.t < t_end) {
       // End exactly at t_end, without a tiny last step.
       const double left = t_end - state.t;
-      const bool last = next_step >= 0.99 * left;
-      const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
-      trial.t = last ? t_end : state.t + h;
-      const StepResult step = scheme->step(state, h, &trial);
+      const bool meets_singular_place = is_coasting || forecast.disturbs(state.t, std::min(next_step, left));
+      const bool coasts = meets_singular_place && trial_is_before;
+      if (meets_singular_place && !coasts && ++approaches <= most_approaches)
+        next_step = 0.5 * (forecast.time() - state.t);
+      const double most = coasts ? coasting_length(left) : next_step;
+      const bool last = most >= 0.99 * left;
+      const double h = last ? left : std::min(most, coasts || 0.51 * left > most ? most : 0.5 * left);
+      const double t = last ? t_end : state.t + h;
+      const StepResult step = coasts ? coast_to(t) : step_to(t);
+      if (coasts) {
+        if (step.outcome.ok() && step.error <= 1.0) {
+          take_trial(step, h);
+          if (observer && !observer(report)) break;
+          continue;
+        }
+        ++report.rejected;
+        if (++approaches > most_approaches) return step_too_small(h, step.outcome);
+        if (!is_coasting) next_step = 0.5 * (forecast.time() - state.t);
+        continue;
+      }
+      if (step.outcome.ok() && step.error <= 1.0 && approaches == 0 && is_surprised()) {
+        ++report.rejected;
+        ++approaches;
+        next_step = 0.5 * h;
+        continue;
+      }
       if (!step.outcome.ok() || !(step.error <= 1.0)) {
         ++report.rejected;
         const bool has_error = step.outcome.ok() && std::isfinite(step.error);
