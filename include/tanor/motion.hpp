@@ -52,7 +52,8 @@ struct MotionReport {
   double acceleration_violation = 0.0;     ///< largest scaled residual |K'w + phi|
   double reciprocal_condition = 1.0;       ///< smallest met after a step …
   double reciprocal_condition_time = 0.0;  ///< … and when, s: where the motion came nearest to a singular place
-  RankChanges rank_changes;                ///< met on the way; one at the start where equations are redundant there
+  RankChanges rank_changes;                ///< since the start
+  SingularPassages singular_passages;      ///< in the order of time
   EnergyReport energy;
   Counters counters;
   PhaseTimes times;
@@ -96,8 +97,9 @@ class TANOR_API Simulation {
   Snapshot snapshot() const;
   /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew.
   /// With equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding
-  /// of its projections; tangent form: up to rounding, since coordinates are found anew from the positions). Throws
-  /// InputError where sizes do not fit or numbers are not finite.
+  /// of its projections; tangent form: up to rounding, since coordinates are found anew from the positions; a few steps
+  /// before a singular place: up to their error, since earlier steps tell how to pass it). Throws InputError where
+  /// sizes do not fit or numbers are not finite.
   void restore(const Snapshot& snapshot);
 
   const System& system() const;

@@ -60,6 +60,11 @@ class Mechanics {
   /// last accelerations were those at its end.
   virtual double error_ratio(double t, const StepErrors& errors, double atol, double rtol) = 0;
 
+  /// Of K, as it was decided last.
+  virtual std::size_t rank() const { return 0; }
+  /// x means the same before and after a step that was accepted.
+  virtual bool keeps_variables() const { return true; }
+
   // ---- events: instants where the equations themselves change (a contact begins or ceases to slip) ----
 
   /// Number of functions that stay positive as long as the present equations hold; may change in `switch_equations`.

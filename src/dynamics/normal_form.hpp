@@ -35,6 +35,7 @@ class NormalForm final : public EquationsOfMotion {
   double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
   Power power(const double* r, const double* v) const override { return model_.power(dw_.data(), r, v); }
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
+  std::size_t rank() const override { return model_.rank; }
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
 
@@ -93,9 +94,9 @@ class NormalForm final : public EquationsOfMotion {
 
   // The rank of K, in rank.cpp.
   Outcome decide_rank(double t, const double* r);
-  bool decide_rank_again(double t, const double* r);
+  bool decide_rank_again(const double* r);
   Outcome reconsider_rank(double t, const double* r, double scale);
-  void adopt_rank(double t, bool has_changed);
+  void adopt_rank(bool has_changed);
   double largest_active(const std::vector<double>& rows) const;
   double largest_dependent(const std::vector<double>& rows) const;
   Outcome explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,

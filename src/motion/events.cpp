@@ -36,7 +36,12 @@ bool are_positive(std::span<const double> values) {
 void Events::restore(std::size_t count, double last_time, std::span<const double> slopes) {
   count_ = count;
   last_time_ = last_time;
+  forget();
   slopes_.assign(slopes.begin(), slopes.end());
+}
+
+void Events::forget() {
+  slopes_.clear();
   repeated_ = 0;
   knows_start_ = false;
 }

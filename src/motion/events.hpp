@@ -30,6 +30,8 @@ class Events {
 
   /// To be called before a step from `state`: evaluates the functions there, unless they are known from the last step.
   Outcome start(const State& state);
+  /// The next step does not start where the last one that was met ended.
+  void forget();
 
   /// After a step from `from` to `to` that was accepted: where a function vanishes on the way, the step is made again
   /// so that it ends at the first such instant, and the equations are switched there; `to` and `step` are then those of

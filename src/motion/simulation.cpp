@@ -82,7 +82,7 @@ struct Simulation::Implementation {
   Outcome outcome;
   MotionReport report;
   Integration integration;
-  State &state = integration.state, &trial = integration.trial;
+  State& state = integration.state;
   // The state in the user's order.
   std::vector<double> r, v, w, lambda, eta, carried, q, q_dot;
   struct {
@@ -114,6 +114,7 @@ struct Simulation::Implementation {
     report.start = forms.start(t_start, points.r.data(), points.v.data(), options.start);
     outcome = report.start.outcome;
     if (outcome.ok()) outcome = complete_state();
+    integration.begin();
     measure_start();
     publish();
   }
@@ -145,6 +146,7 @@ struct Simulation::Implementation {
     state.work = {.supports = report.energy.work_of_supports, .forces = report.energy.work_of_forces};
     model.prescribe_all(state.t, points.r.data(), points.v.data());
     outcome = complete_state();
+    integration.resume();
     publish();
   }
 
@@ -154,7 +156,6 @@ struct Simulation::Implementation {
     if (found.ok()) found = form.linearise(state.t, state.x.data());
     if (found.ok()) found = refresh(Gradients::Keep);
     if (found.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
-    trial = state;  // fixed supports stand in both
     return found;
   }
 
@@ -173,15 +174,13 @@ struct Simulation::Implementation {
     report.energy.now = report.energy.start;
     report.position_violation = position_violation();
     report.velocity_violation = velocity_violation();
-    report.reciprocal_condition = form.last_solve().reciprocal_condition;
-    report.reciprocal_condition_time = state.t;
     report.acceleration_violation = form.last_solve().residual;
   }
 
   /// Projections know what they leave; without them it is measured here.
   void measure_violations(const StepResult& step) {
     double position = step.position_violation, velocity = step.velocity_violation;
-    if (options.stabilisation == Stabilisation::None) {
+    if (options.stabilisation == Stabilisation::None || !step.is_settled) {
       write_points();
       position = position_violation();
       velocity = velocity_violation();
@@ -194,11 +193,8 @@ struct Simulation::Implementation {
     ++report.steps;
     report.time = state.t;
     measure_violations(step);
-    if (form.last_solve().reciprocal_condition < report.reciprocal_condition) {
-      report.reciprocal_condition = form.last_solve().reciprocal_condition;
-      report.reciprocal_condition_time = state.t;
-    }
-    report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
+    if (step.is_settled)
+      report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;
     report.energy.scale = std::max(report.energy.scale, energy.kinetic);
@@ -206,13 +202,12 @@ struct Simulation::Implementation {
     report.energy.work_of_forces = state.work.forces;
     report.counters = model.counters;
     report.times = model.times;
-    if (report.rank_changes.count != model.rank_changes.count) report.rank_changes = model.rank_changes;
   }
 
   /// Points that do not move though K alone would let them.
   std::vector<Index> find_taut() {
     constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
-    if (!outcome.ok() || model.rank_changes.count == 0 || report.start.relative > rounding) return {};
+    if (!outcome.ok() || model.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
     return find_rank().taut_points;
   }
 
@@ -242,14 +237,14 @@ struct Simulation::Implementation {
     numbering.scatter_points(points.w, carried);
     report.counters = model.counters;
     report.times = model.times;
-    report.rank_changes = model.rank_changes;
   }
 
   Certificate certify() {
-    Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, trial.a.data());
+    std::vector<double> at_a(form.size());
+    Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, at_a.data());
     if (!found.ok()) return make_failed_certificate(found);
     std::vector<double> at_r(points.r.size()), at_v(at_r), at_w(at_r), at_eta(at_r);
-    form.write_points(state.t, state.x.data(), state.v.data(), trial.a.data(), at_r.data(), at_v.data(), at_w.data());
+    form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), at_r.data(), at_v.data(), at_w.data());
     found = forms.reactions(state.t, at_r.data(), at_v.data(), rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
     return tanor::certify(forms, {state.t, at_r, at_v, at_w, at_eta, rows});
@@ -280,7 +275,7 @@ struct Simulation::Implementation {
     outcome = integration.advance(
         t_end, [this](const StepResult& step) { take(step); }, observer);
     const bool rejected_last = !outcome.ok();
-    if (rejected_last || !integration.scheme().knows_acceleration()) {
+    if (rejected_last || !integration.knows_acceleration()) {
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
       if (outcome.ok()) outcome = at_state;
     }

@@ -127,6 +127,8 @@ Checkpoint make_checkpoint() {
   snapshot.report.last_event = 0.29;
   snapshot.discrete_state = {-1, 0, 1};
   snapshot.event_slopes = {-1.0 / 7.0, 1e-300};
+  snapshot.report.rank_changes = {.start = 8, .now = 9, .first = {{0.1, 7}, {1.0 / 3.0, 9}}, .count = 102};
+  snapshot.report.singular_passages = {.first = {{0.1 + 0.2, 1e-17}}, .count = 101};
   snapshot.report.energy = {.start = -1.5, .now = -1.25, .work_of_supports = 0.1, .work_of_forces = 0.2, .scale = 3.0};
   snapshot.report.velocity_violation = std::nan("");
   snapshot.report.counters = {.evaluations = 1, .factorizations = 2, .solves = 3};
@@ -168,6 +170,16 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.report.last_event, 0.29);
   EXPECT_EQ(snapshot.discrete_state, written.snapshot.discrete_state);
   EXPECT_EQ(snapshot.event_slopes, written.snapshot.event_slopes);
+  EXPECT_EQ(snapshot.report.rank_changes.start, 8u);
+  EXPECT_EQ(snapshot.report.rank_changes.now, 9u);
+  EXPECT_EQ(snapshot.report.rank_changes.count, 102u);
+  ASSERT_EQ(snapshot.report.rank_changes.first.size(), 2u);
+  EXPECT_EQ(snapshot.report.rank_changes.first[1].time, 1.0 / 3.0);
+  EXPECT_EQ(snapshot.report.rank_changes.first[1].rank, 9u);
+  EXPECT_EQ(snapshot.report.singular_passages.count, 101u);
+  ASSERT_EQ(snapshot.report.singular_passages.first.size(), 1u);
+  EXPECT_EQ(snapshot.report.singular_passages.first[0].time, 0.1 + 0.2);
+  EXPECT_EQ(snapshot.report.singular_passages.first[0].reciprocal_condition, 1e-17);
   EXPECT_EQ(snapshot.report.energy.work_of_forces, 0.2);
   EXPECT_TRUE(std::isnan(snapshot.report.velocity_violation));
   EXPECT_EQ(snapshot.report.counters.solves, 3u);
@@ -243,6 +255,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                                       "redundant",
                                       "rejected",
                                       "scene",
+                                      "singular_passages",
                                       "solves",
                                       "source",
                                       "start",
