@@ -17,6 +17,7 @@ namespace tanor {
 /// the step before falls, inside, below half of both end values. Then the function is evaluated at three places inside
 /// and where parabolas through them fall below 0. A dip without such a hint, or narrower than a quarter of the step and
 /// far from a parabola, is missed: only a smaller step or tolerance finds it.
+/// A step that coasts past a singular place is not looked into: an event on its way is met where it ends.
 ///
 /// Allocates nothing, except where the number of functions or of variables grows.
 class Events {
