@@ -21,19 +21,23 @@ struct CertificateCheck {
 struct TANOR_API Certificate {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-  double normal_identity = none;       ///< (9), (10) on random vectors; constraints alone: Q = I - M^-1 K S^-1 K' is a
-                                       ///< projector, symmetric in M, and K'Q = 0
-  double tangent_identity = none;      ///< (15) on random vectors; coordinates alone: the same of A H^-1 A'M
-  double bases_orthogonal = none;      ///< K'A = 0 (3)
-  double orthogonality = none;         ///< w_T'M w_N = 0, where all masses are equal (36)
-  double residual = none;              ///< K'w + phi = 0 with K and phi from the second definition; M w = f + K lambda;
-                                       ///< A'(M w - f) = 0; w is the second derivative of r(q(t), t)
-  double forms_agree = none;           ///< w and eta by A and by K; null where one of them is not given
-  double second_factorization = none;  ///< constraints alone: w by a QR of M^-1/2 K
+  double normal_identity = none;   ///< (9) and (10) on random vectors; constraints alone: Q = I - M^-1 K S^-1 K' is a
+                                   ///< projector, symmetric in M, and K'Q = 0
+  double tangent_identity = none;  ///< (15) on random vectors; constraints alone: K Gamma^-1 K' is the projector
+                                   ///< onto N, orthogonal; coordinates alone: the same of A H^-1 A'M
+  double bases_orthogonal = none;  ///< K'A = 0 (3)
+  double orthogonality = none;     ///< w_T'M w_N = 0, where all masses are equal (36)
+  double residual = none;          ///< K'w + phi = 0 with K and phi from the second definition; M w = f + K lambda;
+                                   ///< A'(M w - f) = 0; w is the second derivative of r(q(t), t); the direct
+                                   ///< problem finds eta and no control force
+  double forms_agree = none;       ///< w and eta by A and by K; null where one of them is not given
+  double second_factorization = none;  ///< constraints alone: w and lambda by a QR of M^-1/2 K, or by Cholesky in
+                                       ///< another order where R would take too much memory
   double power_balance = none;         ///< eta'v = -lambda'xi_t
   double reciprocal_condition = none;  ///< of the scaled S or H; the smaller one
 
   std::vector<CertificateCheck> checks;  ///< all of the above, one by one
+  std::vector<std::string> left_out;     ///< what could not be tried, and why: "second factorization: …"
 
   bool passed() const;
   /// Largest error of the checks that judge the answer itself (not of the projectors, which lose the condition's

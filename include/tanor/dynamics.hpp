@@ -107,14 +107,26 @@ struct RankReport {
   double smallest_singular_value = 0.0;  ///< of the independent unit gradients; 0: nothing was suspected, not computed
 };
 
-/// When the equations that depend became others.
+/// A step of a motion after which the rank of K was another one.
 struct RankChange {
   double time = 0.0;     ///< s
   std::size_t rank = 0;  ///< from then on
 };
 struct RankChanges {
   static constexpr std::size_t most_kept = 100;
-  std::vector<RankChange> first;  ///< the first `most_kept`
+  std::size_t start = 0, now = 0;  ///< rank at the start and after the last step
+  std::vector<RankChange> first;   ///< the first `most_kept`
+  std::size_t count = 0;
+};
+
+/// The motion went through, or came very near to, a place where K loses rank.
+struct SingularPassage {
+  double time = 0.0;                  ///< s
+  double reciprocal_condition = 0.0;  ///< of S: smallest met after a step on the way there
+};
+struct SingularPassages {
+  static constexpr std::size_t most_kept = 100;
+  std::vector<SingularPassage> first;  ///< the first `most_kept`
   std::size_t count = 0;
 };
 

@@ -44,13 +44,16 @@ struct MotionReport {
   double time = 0.0;             ///< reached, s
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;
+  std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
+  double last_event = 0.0;  ///< s, the last of them
   StartReport start;
   double position_violation = 0.0;         ///< largest after any step, relative
   double velocity_violation = 0.0;         ///< likewise, over the velocity scale
   double acceleration_violation = 0.0;     ///< largest scaled residual |K'w + phi|
   double reciprocal_condition = 1.0;       ///< smallest met after a step …
   double reciprocal_condition_time = 0.0;  ///< … and when, s: where the motion came nearest to a singular place
-  RankChanges rank_changes;                ///< met on the way; one at the start where equations are redundant there
+  RankChanges rank_changes;                ///< since the start
+  SingularPassages singular_passages;      ///< in the order of time
   EnergyReport energy;
   Counters counters;
   PhaseTimes times;
@@ -64,10 +67,12 @@ struct Snapshot {
   MotionReport report;             ///< its counts, times, works and extremes go on
 
   // What the next step depends on beside the state; the defaults are those of a start.
-  double next_step = 0.0;      ///< s, adaptive methods; 0: not known yet
-  double last_error = 1e-4;    ///< of the last step, over the tolerance
-  double advance_begin = 0.0;  ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
-  double advance_end = 0.0;    ///< the steps it had from `advance_begin` on
+  double next_step = 0.0;            ///< s, adaptive methods; 0: not known yet
+  double last_error = 1e-4;          ///< of the last step, over the tolerance
+  double advance_begin = 0.0;        ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
+  double advance_end = 0.0;          ///< the steps it had from `advance_begin` on
+  std::vector<int> discrete_state;   ///< which contacts slip and which way, …
+  std::vector<double> event_slopes;  ///< 1/s, how what decides on them fell in the last step; empty: not known
 };
 
 /// A system on its way through time.
@@ -92,8 +97,9 @@ class TANOR_API Simulation {
   Snapshot snapshot() const;
   /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew.
   /// With equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding
-  /// of its projections; tangent form: up to rounding, since coordinates are found anew from the positions). Throws
-  /// InputError where sizes do not fit or numbers are not finite.
+  /// of its projections; tangent form: up to rounding, since coordinates are found anew from the positions; a few steps
+  /// before a singular place: up to their error, since earlier steps tell how to pass it). Throws InputError where
+  /// sizes do not fit or numbers are not finite.
   void restore(const Snapshot& snapshot);
 
   const System& system() const;

@@ -56,6 +56,7 @@ void print_certificate(const Certificate& certificate) {
     print("identity", fmt::format("{:<40} {:.1e} (rounding explains {:.1e}){}", check.identity, check.error,
                                   check.allowed, check.error <= check.allowed ? "" : " FAILS at " + check.where));
   }
+  for (const std::string& what : certificate.left_out) print("left out", what);
   print("certificate", certificate.line());
 }
 

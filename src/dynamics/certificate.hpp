@@ -3,6 +3,7 @@
 #include <tanor/certificate.hpp>
 
 #include "dynamics/forms.hpp"
+#include "dynamics/second_factor.hpp"
 
 namespace tanor {
 
@@ -17,7 +18,7 @@ struct Answer {
 Certificate make_failed_certificate(const Outcome& outcome);
 
 /// Tries an answer with the forms' matrices and factors as they stand (the last accelerations were those of the
-/// answer), and with second ways that share none of them.
-Certificate certify(Forms& forms, const Answer& answer);
+/// answer), and with second ways that share none of them; `way` of the second factorization.
+Certificate certify(Forms& forms, const Answer& answer, SecondWay way = SecondWay::Auto);
 
 }  // namespace tanor

@@ -61,19 +61,28 @@ class Mechanics {
   /// last accelerations were those at its end.
   virtual double error_ratio(double t, const StepErrors& errors, double atol, double rtol) = 0;
 
+  /// Of K, as it was decided last.
+  virtual std::size_t rank() const { return 0; }
+  /// x means the same before and after a step that was accepted.
+  virtual bool keeps_variables() const { return true; }
+
   // ---- events: instants where the equations themselves change (a contact begins or ceases to slip) ----
 
   /// Number of functions that stay positive as long as the present equations hold; may change in `switch_equations`.
   virtual std::size_t num_events() const { return 0; }
-  /// Their values at (t, x, v), where the last `accelerations` were: all num_events() of them.
-  virtual void evaluate_events(double, const double*, const double*, double*) {}
-  /// At an instant where the functions in `which` vanish: changes the equations there. May change v by what has
-  /// vanished (a sliding velocity of rounding size becomes 0), and leaves in `a` the accelerations of the new
-  /// equations.
-  virtual Outcome switch_equations(double, const double*, double*, std::span<const std::size_t>, double*) { return {}; }
-  /// The discrete state, plain numbers, to be kept in a snapshot; and back.
+  /// The cheap ones, at (t, x, v), and the others, at the state of the last `accelerations`: all num_events() values.
+  /// A value 0 that stays 0, or falls, asks for a switch; one that rises does not.
+  virtual void evaluate_events(double /*t*/, const double* /*x*/, const double* /*v*/, double* /*values*/) {}
+  /// At an instant where the functions in `which` vanish, that of the last `accelerations`: changes the equations
+  /// there. May change v by what has vanished (a sliding velocity of rounding size becomes 0), and leaves in `a` the
+  /// accelerations of the new equations, linearised at (t, x).
+  virtual Outcome switch_equations(double /*t*/, const double* /*x*/, double* /*v*/,
+                                   std::span<const std::size_t> /*which*/, double* /*a*/) {
+    return {};
+  }
+  /// The discrete state, plain numbers, to be kept in a snapshot; and back. Throws InputError where it does not fit.
   virtual std::vector<int> discrete_state() const { return {}; }
-  virtual void restore_discrete_state(std::span<const int>) {}
+  virtual void restore_discrete_state(std::span<const int> /*state*/) {}
 
   /// At the state of the last `accelerations`.
   virtual Power power(const double* x, const double* v) const = 0;

@@ -56,6 +56,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       support_accelerations(3 * (numbering.num_points() - numbering.num_moving), 0.0),
       scene_size(tanor::scene_size(system)),
       smallest_length(constraints.smallest_length(scene_size)),
+      rank(numbering.first_idle_row()),
       time_(t),
       rows_(constraints.num_rows()) {
   for (const Support& support : system.supports) {
@@ -66,11 +67,6 @@ Model::Model(System given, const SolverOptions& options, double t)
     }
     (support.displacement.is_constant() ? fixed_supports_ : moving_supports_).push_back(std::move(prescribed));
   }
-}
-
-void Model::note_rank(double t, std::size_t rank) {
-  ++rank_changes.count;
-  if (rank_changes.first.size() < RankChanges::most_kept) rank_changes.first.push_back({t, rank});
 }
 
 void Model::set_time(double t) {

@@ -46,9 +46,7 @@ class Model {
   double velocity_scale = 1.0;                   ///< m/s
   PhaseTimes times;
   Counters counters;
-  RankChanges rank_changes;
-
-  void note_rank(double t, std::size_t rank);
+  std::size_t rank = 0;  ///< of K, as it was decided last; every row with moving points where nothing was suspected
 
   std::size_t num_points() const { return numbering.num_points(); }
   std::size_t num_moving() const { return numbering.num_moving; }

@@ -38,6 +38,7 @@ class NormalForm final : public EquationsOfMotion {
   double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
+  std::size_t rank() const override { return model_.rank; }
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
 
@@ -85,8 +86,8 @@ class NormalForm final : public EquationsOfMotion {
 
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
-  /// Rows stand in an order whose elimination makes no fill.
-  bool is_without_fill() const { return solver_.summary().ordering == "natural"; }
+  /// Of S: "natural" where elimination makes no fill, "amd", …
+  const std::string& ordering() const { return solver_.summary().ordering; }
   double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
   /// rows := -S^-1 rows with the last factor [d].
   void solve_negative(double* rows) { solve_negative(rows, rows); }
@@ -117,9 +118,9 @@ class NormalForm final : public EquationsOfMotion {
 
   // The rank of K, in rank.cpp.
   Outcome decide_rank(double t, const double* r);
-  bool decide_rank_again(double t, const double* r);
+  bool decide_rank_again(const double* r);
   Outcome reconsider_rank(double t, const double* r, double scale);
-  void adopt_rank(double t, bool has_changed);
+  void adopt_rank(bool has_changed);
   double largest_active(const std::vector<double>& rows) const;
   double largest_dependent(const std::vector<double>& rows) const;
   Outcome explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,

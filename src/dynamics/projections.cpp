@@ -93,7 +93,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
       // Rows that depended when K was seen last may be independent here.
       if (report.violation > good_enough && sum == nullptr && !decided_here) {
         decided_here = true;
-        if (decide_rank_again(t, r)) continue;
+        if (decide_rank_again(r)) continue;
       }
       if (report.violation > good_enough) report.outcome = explain_stall(t, report.violation);
       return report;
@@ -137,7 +137,7 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
       if (!redundancy_.is_found() || decided_here || report.violation <= rounding) return report;
       // A dependent row stays behind: it became independent, or contradicts the others.
       decided_here = true;
-      if (!decide_rank_again(t, r)) {
+      if (!decide_rank_again(r)) {
         report.outcome = explain_contradiction(t, rows_, model_.velocity_scale, rounding, " m/s");
         return report;
       }

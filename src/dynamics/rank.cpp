@@ -26,14 +26,14 @@ Outcome NormalForm::decide_rank(double t, const double* r) {
   for (const Redundancy::Rows& rows : solver_.weak_parts(suspect_below_)) {
     has_changed = redundancy_.decide(blocks_.data(), rows, tolerance) || has_changed;
   }
-  adopt_rank(t, has_changed);
+  adopt_rank(has_changed);
   // Independent all the same: the next suspicion wants a better reason.
   suspect_below_ = std::clamp(0.1 * last_.reciprocal_condition, GramSolver::singular_below, suspect_below_);
   return {};
 }
 
 /// With the rows that depend now: S of the others, or their QR where S is singular to rounding.
-void NormalForm::adopt_rank(double t, bool has_changed) {
+void NormalForm::adopt_rank(bool has_changed) {
   if (has_changed) {
     gradient_norms_.assign(num_rows(), 0.0);
     for (const Incidence& incidence : model_.incidences) {
@@ -41,7 +41,7 @@ void NormalForm::adopt_rank(double t, bool has_changed) {
       gradient_norms_[static_cast<std::size_t>(incidence.row)] += dot(g, g);
     }
     for (double& norm : gradient_norms_) norm = std::sqrt(norm);
-    model_.note_rank(t, model_.numbering.first_idle_row() - redundancy_.num_dependent());
+    model_.rank = model_.numbering.first_idle_row() - redundancy_.num_dependent();
     solver_.set_active(redundancy_.rows_for_gram());
     (void)factorize_gram();
   }
@@ -56,11 +56,11 @@ void NormalForm::adopt_rank(double t, bool has_changed) {
 }
 
 /// Where a dependent row stays behind: did it become independent? Returns whether the dependent rows changed.
-bool NormalForm::decide_rank_again(double t, const double* r) {
+bool NormalForm::decide_rank_again(const double* r) {
   if (!redundancy_.is_found()) return false;
   ++model_.counters.rank_decisions;
   const bool has_changed = redundancy_.decide_again(blocks_.data(), model_.rank_tolerance(r));
-  if (has_changed) adopt_rank(t, true);
+  if (has_changed) adopt_rank(true);
   return has_changed;
 }
 
@@ -73,7 +73,7 @@ Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
   const bool is_active_fine = largest_active(rows_) <= rounding * scale;
   if (is_active_fine && largest_dependent(rows_) <= allowed * scale) return {};
 
-  if (decide_rank_again(t, r)) {
+  if (decide_rank_again(r)) {
     (void)find_multipliers(scale);
     if (largest_active(rows_) <= rounding * scale && largest_dependent(rows_) <= allowed * scale) return {};
   }
@@ -143,7 +143,7 @@ Outcome NormalForm::explain_contradiction(double t, const std::vector<double>& r
 void NormalForm::minimize_multipliers(const double* r, double* lambda) {
   if (!redundancy_.is_found()) return;
   // The null space turns with K.
-  (void)decide_rank_again(model_.time(), r);
+  (void)decide_rank_again(r);
   redundancy_.minimize_norm(lambda);
 }
 
@@ -151,7 +151,7 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
   if (thoroughly && num_rows() > 0) {
     ++model_.counters.rank_decisions;
     const auto end = static_cast<Index>(model_.numbering.first_idle_row());
-    if (redundancy_.decide(blocks_.data(), {0, end}, model_.rank_tolerance(r))) adopt_rank(model_.time(), true);
+    if (redundancy_.decide(blocks_.data(), {0, end}, model_.rank_tolerance(r))) adopt_rank(true);
   }
   const auto user_row = [&](std::size_t a) { return static_cast<std::size_t>(model_.numbering.user_row[a]); };
   RankReport report;

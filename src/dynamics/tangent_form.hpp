@@ -36,6 +36,8 @@ class TangentForm final : public EquationsOfMotion {
   double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
   Power power(const double* q, const double* q_dot) const override;
   Energy energy(double t, const double* q, const double* q_dot) override;
+  std::size_t rank() const override { return model_.rank; }
+  bool keeps_variables() const override { return false; }
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
 

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "base/check.hpp"
+#include "factor/merged_rows.hpp"
 
 namespace tanor {
 
@@ -38,7 +39,8 @@ struct Result {
 
 }  // namespace
 
-TriangularFactor factorize_qr(const SparseColumns& C, double tolerance, ColumnOrder wanted) {
+TriangularFactor factorize_qr(const SparseColumns& C, double tolerance, ColumnOrder order) {
+  if (order == ColumnOrder::Given) return merge_rows(C, tolerance);
   const std::size_t d = C.num_columns();
   TriangularFactor factor;
   if (C.rows.empty()) {
@@ -61,9 +63,8 @@ TriangularFactor factorize_qr(const SparseColumns& C, double tolerance, ColumnOr
 
   Result result;
   result.num_columns = static_cast<SuiteSparse_long>(d);
-  const int ordering = wanted == ColumnOrder::Given ? SPQR_ORDERING_FIXED : SPQR_ORDERING_DEFAULT;
   const SuiteSparse_long rank =
-      SuiteSparseQR<double>(ordering, tolerance, 0, &view, &result.R, &result.order, &result.common.c);
+      SuiteSparseQR<double>(SPQR_ORDERING_DEFAULT, tolerance, 0, &view, &result.R, &result.order, &result.common.c);
   const int status = result.common.c.status;
   if (status == CHOLMOD_OUT_OF_MEMORY || status == CHOLMOD_TOO_LARGE) throw std::bad_alloc();
   ensure(rank >= 0 && status >= CHOLMOD_OK, "SuiteSparseQR takes the matrices that we build");

@@ -53,10 +53,12 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   knows_free_ = true;
   free_time_ = t;
 
-  if (mechanics_.has_work()) {
-    // Trapezoidal rule, of the scheme's order.
+  if (knows_acceleration()) {
     result.outcome = mechanics_.accelerations(t, to->x.data(), to->v.data(), Gradients::Keep, to->a.data());
     if (!result.outcome.ok()) return result;
+  }
+  if (mechanics_.has_work()) {
+    // Trapezoidal rule, of the scheme's order.
     to->power = mechanics_.power(to->x.data(), to->v.data());
     to->work.supports += 0.5 * h * (from.power.supports + to->power.supports);
     to->work.forces += 0.5 * h * (from.power.forces + to->power.forces);

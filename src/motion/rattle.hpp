@@ -5,7 +5,7 @@
 namespace tanor {
 
 /// RATTLE (Andersen 1983; Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4): order 2, symplectic and
-/// symmetric where forces have a potential. Leaves the acceleration to whoever asks for it.
+/// symmetric where forces have a potential. Leaves the acceleration to whoever asks for it, unless works or events do.
 ///
 ///   v1/2 = v + h/2 M^-1 (f + K(r0) lambda),  r1 = r0 + h v1/2,  xi(r1, t1) = 0
 ///   v1   = v1/2 + h/2 M^-1 (f1 + K(r1) mu),  K(r1)'v1 + xi_t = 0
@@ -15,8 +15,9 @@ class Rattle final : public Scheme {
 
   int order() const override { return 2; }
   bool is_adaptive() const override { return false; }
-  bool knows_acceleration() const override { return mechanics_.has_work(); }
+  bool knows_acceleration() const override { return mechanics_.has_work() || mechanics_.num_events() > 0; }
   StepResult step(const State& from, double h, State* to) override;
+  void forget() override { knows_free_ = false; }
 
  private:
   Mechanics& mechanics_;

@@ -24,6 +24,7 @@ struct StepResult {
   double error = 0.0;               ///< estimated error over the tolerance (adaptive schemes; accept below 1)
   double position_violation = 0.0;  ///< after the step, relative
   double velocity_violation = 0.0;
+  bool is_settled = true;  ///< false: K says nothing at the new place, see `coast`
 };
 
 /// One step of a time integration. Keeps its workspaces: nothing is allocated in a step.
@@ -40,6 +41,8 @@ class Scheme {
   /// From `from` by h to `to` (a different object), whose time is given: from.t + h, rounded as the caller wants it. On
   /// a failed outcome or an error above 1 the rest of `to` is meaningless, `from` stays good.
   virtual StepResult step(const State& from, double h, State* to) = 0;
+  /// The equations have changed: nothing of the last step holds for the next one.
+  virtual void forget() {}
 };
 
 /// The scheme of a method (not Auto) for a system of this size; rtol and atol of `options` enter the error estimate.

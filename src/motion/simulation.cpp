@@ -7,9 +7,7 @@
 #include <limits>
 
 #include "dynamics/certificate.hpp"
-#include "motion/equal_steps.hpp"
-#include "motion/scheme.hpp"
-#include "motion/step_control.hpp"
+#include "motion/integration.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -65,6 +63,7 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   };
   check_size("/snapshot/next_step", snapshot.next_step);
   check_size("/snapshot/last_error", snapshot.last_error);
+  check_finite("/snapshot/event_slopes", snapshot.event_slopes);
 }
 
 }  // namespace
@@ -75,20 +74,15 @@ double EnergyReport::drift_relative() const {
 }
 
 struct Simulation::Implementation {
-  static constexpr int most_splits = 8;  // of a fixed step that fails
-
   MotionOptions options;
   SolverOptions solver_options;
   Forms forms;
   Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
-  std::unique_ptr<Scheme> scheme;
-  State state, trial;
-  StepControl control;
-  double next_step = 0.0;                         // adaptive: wanted by the control; 0: not known yet
-  double advance_begin = 0.0, advance_end = 0.0;  // of the last advance in equal steps
   Outcome outcome;
   MotionReport report;
+  Integration integration;
+  State& state = integration.state;
   // The state in the user's order.
   std::vector<double> r, v, w, lambda, eta, carried, q, q_dot;
   struct {
@@ -100,15 +94,11 @@ struct Simulation::Implementation {
       : options((check_options(motion), motion)),
         solver_options(resolve(solver, system, resolve(motion))),
         forms(std::move(system), solver_options, t_start),
-        scheme(make_scheme(resolve(motion), options, form)),
-        control(scheme->order()) {
+        integration(resolve(motion), options, form, &report) {
     report.method = resolve(motion);
-    if (!scheme->is_adaptive() && !(options.step > 0.0)) {
+    if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
       throw InputError("/motion/step", "method " + std::string(method_name(report.method)) +
                                            " has fixed steps: a positive step, s, is needed");
-    }
-    for (State* s : {&state, &trial}) {
-      for (std::vector<double>* array : {&s->x, &s->v, &s->a}) array->resize(form.size());
     }
     for (std::vector<double>* array : {&points.r, &points.v, &points.w, &r, &v, &w, &eta, &carried}) {
       array->resize(3 * model.num_points());
@@ -124,20 +114,19 @@ struct Simulation::Implementation {
     report.start = forms.start(t_start, points.r.data(), points.v.data(), options.start);
     outcome = report.start.outcome;
     if (outcome.ok()) outcome = complete_state();
+    integration.begin();
     measure_start();
     publish();
   }
 
   Snapshot snapshot() {
     write_points();
-    Snapshot snapshot{.time = state.t,
-                      .positions = std::vector<double>(points.r.size()),
-                      .velocities = std::vector<double>(points.v.size()),
-                      .report = report,
-                      .next_step = next_step,
-                      .last_error = control.last_error(),
-                      .advance_begin = advance_begin,
-                      .advance_end = advance_end};
+    Snapshot snapshot;
+    snapshot.time = state.t;
+    snapshot.positions.resize(points.r.size());
+    snapshot.velocities.resize(points.v.size());
+    snapshot.report = report;
+    integration.write(&snapshot);
     model.numbering.scatter_points(points.r, snapshot.positions);
     model.numbering.scatter_points(points.v, snapshot.velocities);
     return snapshot;
@@ -145,14 +134,10 @@ struct Simulation::Implementation {
 
   void restore(const Snapshot& snapshot) {
     check_snapshot(snapshot, points.r.size());
+    integration.restore(snapshot);
     report = snapshot.report;
     report.method = resolve(options);
     report.time = snapshot.time;
-    next_step = snapshot.next_step;
-    advance_begin = snapshot.advance_begin;
-    advance_end = snapshot.advance_end;
-    control = StepControl(scheme->order(), snapshot.last_error);
-    scheme = make_scheme(report.method, options, form);  // which remembers no other motion
     form.resume(report.counters, report.times);
 
     state.t = snapshot.time;
@@ -161,6 +146,7 @@ struct Simulation::Implementation {
     state.work = {.supports = report.energy.work_of_supports, .forces = report.energy.work_of_forces};
     model.prescribe_all(state.t, points.r.data(), points.v.data());
     outcome = complete_state();
+    integration.resume();
     publish();
   }
 
@@ -170,7 +156,6 @@ struct Simulation::Implementation {
     if (found.ok()) found = form.linearise(state.t, state.x.data());
     if (found.ok()) found = refresh(Gradients::Keep);
     if (found.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
-    trial = state;  // fixed supports stand in both
     return found;
   }
 
@@ -189,15 +174,13 @@ struct Simulation::Implementation {
     report.energy.now = report.energy.start;
     report.position_violation = position_violation();
     report.velocity_violation = velocity_violation();
-    report.reciprocal_condition = form.last_solve().reciprocal_condition;
-    report.reciprocal_condition_time = state.t;
     report.acceleration_violation = form.last_solve().residual;
   }
 
   /// Projections know what they leave; without them it is measured here.
   void measure_violations(const StepResult& step) {
     double position = step.position_violation, velocity = step.velocity_violation;
-    if (options.stabilisation == Stabilisation::None) {
+    if (options.stabilisation == Stabilisation::None || !step.is_settled) {
       write_points();
       position = position_violation();
       velocity = velocity_violation();
@@ -210,11 +193,8 @@ struct Simulation::Implementation {
     ++report.steps;
     report.time = state.t;
     measure_violations(step);
-    if (form.last_solve().reciprocal_condition < report.reciprocal_condition) {
-      report.reciprocal_condition = form.last_solve().reciprocal_condition;
-      report.reciprocal_condition_time = state.t;
-    }
-    report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
+    if (step.is_settled)
+      report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;
     report.energy.scale = std::max(report.energy.scale, energy.kinetic);
@@ -222,13 +202,12 @@ struct Simulation::Implementation {
     report.energy.work_of_forces = state.work.forces;
     report.counters = model.counters;
     report.times = model.times;
-    if (report.rank_changes.count != model.rank_changes.count) report.rank_changes = model.rank_changes;
   }
 
   /// Points that do not move though K alone would let them.
   std::vector<Index> find_taut() {
     constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
-    if (!outcome.ok() || model.rank_changes.count == 0 || report.start.relative > rounding) return {};
+    if (!outcome.ok() || model.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
     return find_rank().taut_points;
   }
 
@@ -258,14 +237,14 @@ struct Simulation::Implementation {
     numbering.scatter_points(points.w, carried);
     report.counters = model.counters;
     report.times = model.times;
-    report.rank_changes = model.rank_changes;
   }
 
   Certificate certify() {
-    Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, trial.a.data());
+    std::vector<double> at_a(form.size());
+    Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, at_a.data());
     if (!found.ok()) return make_failed_certificate(found);
     std::vector<double> at_r(points.r.size()), at_v(at_r), at_w(at_r), at_eta(at_r);
-    form.write_points(state.t, state.x.data(), state.v.data(), trial.a.data(), at_r.data(), at_v.data(), at_w.data());
+    form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), at_r.data(), at_v.data(), at_w.data());
     found = forms.reactions(state.t, at_r.data(), at_v.data(), rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
     return tanor::certify(forms, {state.t, at_r, at_v, at_w, at_eta, rows});
@@ -283,7 +262,7 @@ struct Simulation::Implementation {
     const double speed = std::max(model.largest_norm(points.v.data()), model.velocity_scale);
     const double acceleration = model.largest_norm(points.w.data());
     const double time = acceleration > 0.0 ? speed / acceleration : span;
-    return std::min(span, time * std::pow(options.rtol, 1.0 / scheme->order()));
+    return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));
   }
 
   Outcome advance(double t_end, const Observer& observer) {
@@ -291,9 +270,12 @@ struct Simulation::Implementation {
     if (!(t_end > state.t) || !std::isfinite(t_end)) {
       throw InputError("/motion/t_end", text(t_end) + " does not lie after the time reached, " + text(state.t));
     }
-    outcome = scheme->is_adaptive() ? advance_adaptively(t_end, observer) : advance_in_equal_steps(t_end, observer);
+    if (integration.scheme().is_adaptive() && integration.next_step == 0.0)
+      integration.next_step = first_step(t_end - state.t);
+    outcome = integration.advance(
+        t_end, [this](const StepResult& step) { take(step); }, observer);
     const bool rejected_last = !outcome.ok();
-    if (rejected_last || !scheme->knows_acceleration()) {
+    if (rejected_last || !integration.knows_acceleration()) {
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
       if (outcome.ok()) outcome = at_state;
     }
@@ -302,81 +284,9 @@ struct Simulation::Implementation {
   }
 
   /// A step that was accepted.
-  void take_trial(const StepResult& step, double h) {
-    std::swap(state, trial);
+  void take(const StepResult& step) {
     form.recentre(state.t, state.x.data(), state.v.data(), state.a.data());
-    report.last_step = h;
     measure_step(step);
-  }
-
-  /// A fixed step; one that fails is tried again in halves.
-  Outcome step_or_split(double t, int splits_left) {
-    trial.t = t;
-    const double h = t - state.t;
-    const StepResult step = scheme->step(state, h, &trial);
-    if (step.outcome.ok()) {
-      take_trial(step, h);
-      return {};
-    }
-    if (splits_left == 0) return step.outcome;
-    ++report.rejected;
-    if (Outcome back = form.linearise(state.t, state.x.data()); !back.ok()) return back;
-    if (Outcome first = step_or_split(state.t + 0.5 * h, splits_left - 1); !first.ok()) return first;
-    return step_or_split(t, splits_left - 1);
-  }
-
-  Outcome step_too_small(double resolution, const Outcome& reason) const {
-    return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
-                                      (reason.ok() ? "" : ": " + reason.what)};
-  }
-
-  /// Steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes on
-  /// with its own steps.
-  Outcome advance_in_equal_steps(double t_end, const Observer& observer) {
-    EqualSteps steps(advance_begin, t_end, options.step);
-    double k = steps.nearest(state.t);
-    if (advance_end != t_end || steps.time(k) != state.t) {
-      steps = EqualSteps(state.t, t_end, options.step);
-      k = 0.0;
-    }
-    advance_begin = steps.begin();
-    advance_end = t_end;
-    const double resolution =
-        16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_end), std::abs(state.t));
-    if (steps.length() < resolution) return step_too_small(resolution, {});
-    while (k < steps.count()) {
-      if (Outcome found = step_or_split(steps.time(++k), most_splits); !found.ok()) return found;
-      if (observer && !observer(report)) break;
-    }
-    return {};
-  }
-
-  Outcome advance_adaptively(double t_end, const Observer& observer) {
-    if (next_step == 0.0) next_step = first_step(t_end - state.t);
-    while (state.t < t_end) {
-      // End exactly at t_end, without a tiny last step.
-      const double left = t_end - state.t;
-      const bool last = next_step >= 0.99 * left;
-      const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
-      trial.t = last ? t_end : state.t + h;
-      const StepResult step = scheme->step(state, h, &trial);
-      if (!step.outcome.ok() || !(step.error <= 1.0)) {
-        ++report.rejected;
-        const bool has_error = step.outcome.ok() && std::isfinite(step.error);
-        next_step = h * (has_error ? control.reject(step.error) : 0.25);
-        const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
-        if (next_step < resolution) {
-          return step_too_small(resolution, step.outcome);
-        }
-        continue;
-      }
-      const double wanted = h * control.accept(step.error);
-      // A step cut short by t_end says little about the next one.
-      next_step = last ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
-      take_trial(step, h);
-      if (observer && !observer(report)) break;
-    }
-    return {};
   }
 };
 

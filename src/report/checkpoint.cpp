@@ -22,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 3;
+constexpr int format = 4;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -46,6 +46,8 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("steps", report.steps);
   visit("rejected", report.rejected);
   visit("last_step", report.last_step);
+  visit("events", report.events);
+  visit("last_event", report.last_event);
   visit("start_position", report.start.position_correction);
   visit("start_velocity", report.start.velocity_correction);
   visit("start_relative", report.start.relative);
@@ -54,6 +56,10 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("acceleration_violation", report.acceleration_violation);
   visit("reciprocal_condition", report.reciprocal_condition);
   visit("reciprocal_condition_time", report.reciprocal_condition_time);
+  visit("rank_start", report.rank_changes.start);
+  visit("rank_now", report.rank_changes.now);
+  visit("num_rank_changes", report.rank_changes.count);
+  visit("num_singular_passages", report.singular_passages.count);
   visit("energy_start", report.energy.start);
   visit("energy_now", report.energy.now);
   visit("work_of_supports", report.energy.work_of_supports);
@@ -62,6 +68,7 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("evaluations", report.counters.evaluations);
   visit("factorizations", report.counters.factorizations);
   visit("solves", report.counters.solves);
+  visit("rank_decisions", report.counters.rank_decisions);
   visit("evaluate_s", report.times.evaluate);
   visit("assemble_s", report.times.assemble);
   visit("factor_s", report.times.factor);
@@ -76,6 +83,28 @@ void read_number(const json& head, const char* name, double& number) {
 template <std::integral Integer>
 void read_number(const json& head, const char* name, Integer& number) {
   number = head.at(name).get<Integer>();
+}
+
+void write_lists(JsonWriter* head, const MotionReport& report) {
+  head->key("rank_changes").begin_array();
+  for (const RankChange& change : report.rank_changes.first) {
+    head->begin_array().value(change.time).value(change.rank).end_array();
+  }
+  head->end_array();
+  head->key("singular_passages").begin_array();
+  for (const SingularPassage& passage : report.singular_passages.first) {
+    head->begin_array().value(passage.time).value(passage.reciprocal_condition).end_array();
+  }
+  head->end_array();
+}
+
+void read_lists(const json& head, MotionReport* report) {
+  for (const json& change : head.at("rank_changes")) {
+    report->rank_changes.first.push_back({change.at(0).get<double>(), change.at(1).get<std::size_t>()});
+  }
+  for (const json& passage : head.at("singular_passages")) {
+    report->singular_passages.first.push_back({passage.at(0).get<double>(), passage.at(1).get<double>()});
+  }
 }
 
 std::vector<double> read_points(const std::string& name, std::string_view* bytes, std::size_t num_points) {
@@ -118,6 +147,11 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     head.key("scene").value(checkpoint.scene);
     head.key("method").value(method_name(checkpoint.snapshot.report.method));
     for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(number); });
+    head.key("discrete_state").begin_array();
+    for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
+    head.end_array();
+    head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
+    write_lists(&head, checkpoint.snapshot.report);
     head.end_object();
     head.finish();
     write_npy(file, checkpoint.snapshot.positions, 3);
@@ -140,6 +174,9 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
     checkpoint.scene = head.at("scene").get<std::string>();
     checkpoint.snapshot.report.method = method_from_name(head.at("method").get<std::string>());
     for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head, key, number); });
+    checkpoint.snapshot.discrete_state = head.at("discrete_state").get<std::vector<int>>();
+    checkpoint.snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
+    read_lists(head, &checkpoint.snapshot.report);
   } catch (const json::exception&) {
     throw InputError(name, "is damaged; run without --resume");
   }

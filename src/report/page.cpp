@@ -38,7 +38,7 @@ std::string list_forces(const System& system) {
   return list.empty() ? "none" : list;
 }
 
-/// "at t = 0 s to 11, at t = 0.25 s to 12"
+/// "at t = 0.2 s to 11, at t = 0.25 s to 12"
 std::string list_changes(const RankChanges& changes) {
   constexpr std::size_t most_named = 5;
   std::string list;
@@ -46,6 +46,16 @@ std::string list_changes(const RankChanges& changes) {
     list += fmt::format("{}at t = {:g} s to {}", k > 0 ? ", " : "", changes.first[k].time, changes.first[k].rank);
   }
   return list + (changes.count > most_named ? fmt::format(", … ({} in all)", changes.count) : "");
+}
+
+/// "passed at t = 0.5 s, 1.5 s"
+std::string list_passages(const SingularPassages& passages) {
+  constexpr std::size_t most_named = 5;
+  std::string list;
+  for (std::size_t k = 0; k < std::min(passages.first.size(), most_named); ++k) {
+    list += fmt::format("{}{:g} s", k > 0 ? ", " : "passed at t = ", passages.first[k].time);
+  }
+  return list + (passages.count > most_named ? fmt::format(", … ({} in all)", passages.count) : "");
 }
 
 std::string line(const std::string& key, const std::string& text) {
@@ -68,6 +78,8 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
   }
   if (const std::string times_met = list_changes(report.rank_changes); !times_met.empty())
     page += line("rank changes", times_met);
+  if (const std::string times_passed = list_passages(report.singular_passages); !times_passed.empty())
+    page += line("singular", times_passed + ": constraints depend on each other there");
   if (!plan.taut_points.empty()) {
     page += line("taut", fmt::format("{} points are held by taut rods between supports and do not move; the forces in "
                                      "these rods are not determined",

@@ -44,6 +44,9 @@ void write_certificate(JsonWriter* json, const std::optional<Certificate>& certi
     json->end_object();
   }
   json->end_array();
+  json->key("left_out").begin_array();
+  for (const std::string& what : certificate ? certificate->left_out : std::vector<std::string>()) json->value(what);
+  json->end_array();
   json->end_object();
 }
 

@@ -19,15 +19,31 @@ void write_sizes(JsonWriter* json, const RunFacts& facts, const Simulation& simu
   json->key("islands").value(plan.islands);
 }
 
-/// When the redundant equations became others, `count` times.
+/// The rank at the start, and when it became another one, `count` times.
 void write_rank_changes(JsonWriter* json, const RankChanges& changes) {
   json->key("rank_changes").begin_object();
+  json->key("start").value(changes.start);
   json->key("count").value(changes.count);
   json->key("first").begin_array();
   for (const RankChange& change : changes.first) {
     json->begin_object();
     json->key("t").value(change.time);
     json->key("rank").value(change.rank);
+    json->end_object();
+  }
+  json->end_array();
+  json->end_object();
+}
+
+/// When the motion went through places at which constraints depend on each other, `count` times.
+void write_singular_passages(JsonWriter* json, const SingularPassages& passages) {
+  json->key("singular_passages").begin_object();
+  json->key("count").value(passages.count);
+  json->key("first").begin_array();
+  for (const SingularPassage& passage : passages.first) {
+    json->begin_object();
+    json->key("t").value(passage.time);
+    json->key("reciprocal_condition").value(passage.reciprocal_condition);
     json->end_object();
   }
   json->end_array();
@@ -46,6 +62,7 @@ void write_nearest_to_singular(JsonWriter* json, const RunFacts& facts, const Mo
 void write_work(JsonWriter* json, const MotionReport& report) {
   json->key("steps").value(report.steps);
   json->key("rejected").value(report.rejected);
+  json->key("events").value(report.events);
   json->key("factorizations").value(report.counters.factorizations);
   json->key("solves").value(report.counters.solves);
 }
@@ -136,6 +153,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.key("t_end").value(facts.t_end);
     json.key("t_reached").value(simulation.time());
     write_rank_changes(&json, report.rank_changes);
+    write_singular_passages(&json, report.singular_passages);
     write_nearest_to_singular(&json, facts, report);
     write_work(&json, report);
     write_start(&json, facts, report.start);

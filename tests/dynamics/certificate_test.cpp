@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
+#include <stdexcept>
+
 #include <tanor/motion.hpp>
 
 #include "random_systems.hpp"
@@ -76,7 +79,7 @@ struct Case {
     forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
     ASSERT_TRUE(forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data()).ok());
   }
-  Certificate certify() { return tanor::certify(forms, {t, r, v, w, eta, lambda}); }
+  Certificate certify(SecondWay way = SecondWay::Auto) { return tanor::certify(forms, {t, r, v, w, eta, lambda}, way); }
 };
 
 /// Three unequal rods on a driven support; the last bead on a sphere that breathes.
@@ -107,6 +110,15 @@ System only_coordinates() {
   return system;
 }
 
+/// Does a check whose identity has these words fail? Throws where there is none.
+bool fails(const Certificate& certificate, const std::string& words) {
+  const auto& checks = certificate.checks;
+  const auto found = std::ranges::find_if(
+      checks, [&](const CertificateCheck& check) { return check.identity.find(words) != std::string::npos; });
+  if (found == checks.end()) throw std::out_of_range("nobody tries " + words);
+  return !(found->error <= found->allowed);
+}
+
 /// "<identity>" of the first check that failed.
 std::string failed(const Certificate& certificate) {
   for (const CertificateCheck& check : certificate.checks) {
@@ -132,8 +144,9 @@ TEST(Certificate, KnowsWhatItCannotKnow) {
   const Certificate both = Case(make_chain_with_coordinates()).certify();
   const Certificate coordinates = Case(only_coordinates()).certify();
 
-  EXPECT_TRUE(std::isnan(constraints.forms_agree) && std::isnan(constraints.tangent_identity));
-  EXPECT_FALSE(std::isnan(constraints.second_factorization) || std::isnan(constraints.normal_identity));
+  EXPECT_TRUE(std::isnan(constraints.forms_agree) && std::isnan(constraints.bases_orthogonal));
+  EXPECT_FALSE(std::isnan(constraints.second_factorization) || std::isnan(constraints.normal_identity) ||
+               std::isnan(constraints.tangent_identity));
   EXPECT_FALSE(std::isnan(both.forms_agree) || std::isnan(both.normal_identity) || std::isnan(both.tangent_identity) ||
                std::isnan(both.bases_orthogonal));
   EXPECT_TRUE(std::isnan(coordinates.forms_agree) && std::isnan(coordinates.normal_identity));
@@ -148,6 +161,7 @@ RC_GTEST_PROP(Certificate, PassesRandomSystems, ()) {
 
   RC_LOG() << certificate.line() << "\n";
   RC_ASSERT(certificate.passed());
+  RC_ASSERT(solved.certify(SecondWay::Cholesky).passed());
 }
 
 TEST(Certificate, FindsEveryCorruptedSlotOfS) {
@@ -231,6 +245,94 @@ TEST(Certificate, FindsAWrongMultiplierWhoseAccelerationIsRight) {
     solved.lambda[a] *= 1.0 + 1e-7;
 
     EXPECT_EQ(failed(solved.certify()), "M w = f + K lambda");
+  }
+}
+
+TEST(Certificate, SecondFactorizationJudgesMultipliersByItself) {
+  for (const SecondWay way : {SecondWay::Qr, SecondWay::Cholesky}) {
+    for (std::size_t a = 0; a < 4; ++a) {
+      Case solved(make_driven_chain());
+      const std::string name = way == SecondWay::Qr ? "by QR" : "by another Cholesky";
+      const Certificate right = solved.certify(way);
+      EXPECT_TRUE(right.passed()) << right.line();
+      EXPECT_LE(right.second_factorization, 1e-14);
+      solved.lambda[a] *= 1.0 + 1e-7;
+
+      const Certificate wrong = solved.certify(way);
+
+      EXPECT_FALSE(fails(wrong, "w " + name + " = w"));
+      EXPECT_TRUE(fails(wrong, "K lambda " + name));
+      EXPECT_TRUE(fails(wrong, "lambda " + name + " = lambda, times"));
+      EXPECT_TRUE(wrong.left_out.empty());
+    }
+  }
+}
+
+TEST(Certificate, MultipliersThatAreNotUniqueAreJudgedByWhatTheyDo) {
+  // The first rod twice: what it carries may be shared out at will, not its sum.
+  System system = make_driven_chain();
+  std::get<Rods>(system.constraints[0]).pairs.push_back({0, 1});
+  Case solved(system);
+  EXPECT_TRUE(solved.certify().passed()) << solved.certify().line();
+  const auto& user_row = solved.forms.model.numbering.user_row;
+  const auto place = [&](int row) {
+    return static_cast<std::size_t>(std::ranges::find(user_row, row) - user_row.begin());
+  };
+  solved.lambda[place(0)] += 0.5;
+  solved.lambda[place(3)] -= 0.5;
+  EXPECT_TRUE(solved.certify().passed()) << solved.certify().line();
+
+  solved.lambda[place(3)] += 1e-5;
+
+  EXPECT_TRUE(fails(solved.certify(), "K lambda by QR"));
+  EXPECT_FALSE(fails(solved.certify(), "lambda by QR = lambda, times"));
+}
+
+TEST(Certificate, SaysWhatItLeavesOut) {
+  System system = make_driven_chain();
+  std::get<Rods>(system.constraints[0]).pairs.push_back({0, 1});
+
+  const Certificate certificate = Case(system).certify(SecondWay::Cholesky);
+
+  ASSERT_EQ(certificate.left_out.size(), 2u);
+  EXPECT_EQ(certificate.left_out[0].rfind("second factorization: ", 0), 0u);
+  EXPECT_TRUE(std::isnan(certificate.second_factorization));
+  EXPECT_TRUE(certificate.passed()) << certificate.line();
+}
+
+TEST(Certificate, DirectProblemFindsEtaAndNoControlForce) {
+  for (const bool is_one_mass : {false, true}) {
+    System system = make_driven_chain();
+    if (is_one_mass) system.masses.assign(4, 0.5);
+    for (std::size_t i = 0; i < 9; ++i) {
+      Case wrong_eta(system), wrong_w(system);
+      EXPECT_FALSE(fails(wrong_eta.certify(), "(M w - f) = eta"));
+      wrong_eta.eta[i] += 1e-6;
+      wrong_w.w[i] += 1e-6;
+
+      EXPECT_TRUE(fails(wrong_eta.certify(), "(M w - f) = eta"));
+      EXPECT_FALSE(fails(wrong_eta.certify(), "(M w - f)_T = 0"));
+      EXPECT_TRUE(fails(wrong_w.certify(), "(M w - f)_T = 0") || fails(wrong_w.certify(), "(M w - f) = eta"));
+      EXPECT_FALSE(fails(wrong_w.certify(), "(15)") || fails(wrong_w.certify(), "(16)")) << "no matter of the answer";
+    }
+  }
+}
+
+TEST(Certificate, Equations9And10FindEachSlotOfSAndOfH) {
+  const System system = make_chain_with_coordinates();
+  for (const char* equation : {"(9)", "(10)"}) {
+    // The form that steps keeps its factor, the other one is made afresh.
+    for (std::size_t slot = 0; slot < Tampering::num_slots(Tampering::S(Case(system).forms)); ++slot) {
+      Case solved(system, {.form = Form::Normal});
+      EXPECT_FALSE(fails(solved.certify(), equation));
+      Tampering::corrupt_slot(Tampering::S(solved.forms), slot, 1e-6);
+      EXPECT_TRUE(fails(solved.certify(), equation)) << "S " << slot;
+    }
+    for (std::size_t slot = 0; slot < Tampering::num_slots(Tampering::H(Case(system).forms)); ++slot) {
+      Case solved(system, {.form = Form::Tangent});
+      Tampering::corrupt_slot(Tampering::H(solved.forms), slot, 1e-6);
+      EXPECT_TRUE(fails(solved.certify(), equation)) << "H " << slot;
+    }
   }
 }
 

@@ -38,6 +38,10 @@ void expect_same_history(const MotionReport& a, const MotionReport& b) {
   EXPECT_EQ(a.velocity_violation, b.velocity_violation);
   EXPECT_EQ(a.acceleration_violation, b.acceleration_violation);
   EXPECT_EQ(a.reciprocal_condition, b.reciprocal_condition);
+  EXPECT_EQ(a.rank_changes.start, b.rank_changes.start);
+  EXPECT_EQ(a.rank_changes.now, b.rank_changes.now);
+  EXPECT_EQ(a.rank_changes.count, b.rank_changes.count);
+  EXPECT_EQ(a.singular_passages.count, b.singular_passages.count);
   EXPECT_EQ(a.energy.start, b.energy.start);
   EXPECT_EQ(a.energy.now, b.energy.now);
   EXPECT_EQ(a.energy.scale, b.energy.scale);

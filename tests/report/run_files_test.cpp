@@ -123,6 +123,12 @@ Checkpoint make_checkpoint() {
   snapshot.advance_end = 0.7;
   snapshot.report.method = Method::Rk4;
   snapshot.report.steps = 42;
+  snapshot.report.events = 5;
+  snapshot.report.last_event = 0.29;
+  snapshot.discrete_state = {-1, 0, 1};
+  snapshot.event_slopes = {-1.0 / 7.0, 1e-300};
+  snapshot.report.rank_changes = {.start = 8, .now = 9, .first = {{0.1, 7}, {1.0 / 3.0, 9}}, .count = 102};
+  snapshot.report.singular_passages = {.first = {{0.1 + 0.2, 1e-17}}, .count = 101};
   snapshot.report.energy = {.start = -1.5, .now = -1.25, .work_of_supports = 0.1, .work_of_forces = 0.2, .scale = 3.0};
   snapshot.report.velocity_violation = std::nan("");
   snapshot.report.counters = {.evaluations = 1, .factorizations = 2, .solves = 3};
@@ -160,6 +166,20 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.advance_end, 0.7);
   EXPECT_EQ(snapshot.report.method, Method::Rk4);
   EXPECT_EQ(snapshot.report.steps, 42u);
+  EXPECT_EQ(snapshot.report.events, 5u);
+  EXPECT_EQ(snapshot.report.last_event, 0.29);
+  EXPECT_EQ(snapshot.discrete_state, written.snapshot.discrete_state);
+  EXPECT_EQ(snapshot.event_slopes, written.snapshot.event_slopes);
+  EXPECT_EQ(snapshot.report.rank_changes.start, 8u);
+  EXPECT_EQ(snapshot.report.rank_changes.now, 9u);
+  EXPECT_EQ(snapshot.report.rank_changes.count, 102u);
+  ASSERT_EQ(snapshot.report.rank_changes.first.size(), 2u);
+  EXPECT_EQ(snapshot.report.rank_changes.first[1].time, 1.0 / 3.0);
+  EXPECT_EQ(snapshot.report.rank_changes.first[1].rank, 9u);
+  EXPECT_EQ(snapshot.report.singular_passages.count, 101u);
+  ASSERT_EQ(snapshot.report.singular_passages.first.size(), 1u);
+  EXPECT_EQ(snapshot.report.singular_passages.first[0].time, 0.1 + 0.2);
+  EXPECT_EQ(snapshot.report.singular_passages.first[0].reciprocal_condition, 1e-17);
   EXPECT_EQ(snapshot.report.energy.work_of_forces, 0.2);
   EXPECT_TRUE(std::isnan(snapshot.report.velocity_violation));
   EXPECT_EQ(snapshot.report.counters.solves, 3u);
@@ -216,21 +236,38 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   write_summary(folder.path(), {}, simulation);
 
   const json summary = read_json(folder / "summary.json");
-  EXPECT_EQ(list_keys(summary), (Keys{"certificate",    "degrees_of_freedom",
-                                      "energy",         "equations",
-                                      "factorizations", "final",
-                                      "form",           "friction",
-                                      "islands",        "left_out",
-                                      "method",         "nearest_to_singular",
-                                      "points",         "rank",
-                                      "rank_changes",   "redundant",
-                                      "rejected",       "scene",
-                                      "solves",         "source",
-                                      "start",          "start_correction",
-                                      "steps",          "supports",
-                                      "t_end",          "t_reached",
-                                      "tanor_version",  "threads",
-                                      "violation",      "wall_s"}));
+  EXPECT_EQ(list_keys(summary), (Keys{"certificate",
+                                      "degrees_of_freedom",
+                                      "energy",
+                                      "equations",
+                                      "events",
+                                      "factorizations",
+                                      "final",
+                                      "form",
+                                      "friction",
+                                      "islands",
+                                      "left_out",
+                                      "method",
+                                      "nearest_to_singular",
+                                      "points",
+                                      "rank",
+                                      "rank_changes",
+                                      "redundant",
+                                      "rejected",
+                                      "scene",
+                                      "singular_passages",
+                                      "solves",
+                                      "source",
+                                      "start",
+                                      "start_correction",
+                                      "steps",
+                                      "supports",
+                                      "t_end",
+                                      "t_reached",
+                                      "tanor_version",
+                                      "threads",
+                                      "violation",
+                                      "wall_s"}));
   EXPECT_EQ(list_keys(summary["wall_s"]),
             (Keys{"assemble", "evaluate", "factor", "friction", "output", "setup", "solve", "total"}));
   EXPECT_EQ(list_keys(summary["final"]),
@@ -239,8 +276,9 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   EXPECT_EQ(list_keys(summary["energy"]),
             (Keys{"drift_relative", "end", "start", "work_of_forces", "work_of_friction", "work_of_supports"}));
   EXPECT_EQ(list_keys(summary["certificate"]),
-            (Keys{"bases_orthogonal", "checks", "forms_agree", "normal_identity", "orthogonality", "power_balance",
-                  "reciprocal_condition", "residual", "second_factorization", "tangent_identity", "verdict"}));
+            (Keys{"bases_orthogonal", "checks", "forms_agree", "left_out", "normal_identity", "orthogonality",
+                  "power_balance", "reciprocal_condition", "residual", "second_factorization", "tangent_identity",
+                  "verdict"}));
   EXPECT_EQ(list_keys(summary["friction"]),
             (Keys{"contraction_max", "error_bound", "iterations_max", "iterations_mean", "method_used", "uniqueness"}));
 }

@@ -1,0 +1,105 @@
+#include "dynamics/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "system/members.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+Judge::Judge(Forms& forms, const Answer& answer, SecondWay way)
+    : forms_(forms),
+      model_(forms.model),
+      answer_(answer),
+      way_(way),
+      n_(3 * model_.num_points()),
+      moving_(3 * model_.num_moving()),
+      d_(model_.num_rows()) {
+  model_.set_time(answer.t);
+  measure_scale();
+}
+
+Certificate Judge::judge() {
+  if (model_.num_moving() == 0) return std::move(result_);
+  if (d_ == 0 && forms_.tangent == nullptr) judge_free();
+  has_both_ = d_ > 0 && forms_.tangent != nullptr && forms_.normal != nullptr;
+  if (has_both_) solve_other();
+  if (d_ > 0 && forms_.normal != nullptr) rcond_of_S_ = forms_.normal->estimate_reciprocal_condition();
+  if (forms_.tangent != nullptr) rcond_of_H_ = forms_.tangent->estimate_reciprocal_condition();
+  result_.reciprocal_condition = std::min(rcond_of_S_, rcond_of_H_);
+  if (d_ > 0) judge_constraints();
+  if (forms_.tangent != nullptr) judge_coordinates();
+  if (has_both_) judge_both();
+  return std::move(result_);
+}
+
+// ---- words ----
+
+/// Accelerations are measured by the largest of w, M^-1 f and M^-1 eta.
+void Judge::measure_scale() {
+  w0_.assign(n_, 0.0);
+  acceleration_ = model_.evaluate_free(answer_.t, answer_.r.data(), answer_.v.data(), w0_.data());
+  acceleration_ = std::max(acceleration_, model_.largest_norm(answer_.w.data()));
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    acceleration_ = std::max(acceleration_, model_.inverse_mass[i] * norm(load(answer_.eta.data(), i)));
+  }
+  if (!(acceleration_ > 0.0)) acceleration_ = 1.0;
+}
+
+void Judge::add(double* figure, const std::string& identity, double error, double allowed, const std::string& where) {
+  if (std::isnan(*figure) || !(error <= *figure)) *figure = error;
+  result_.checks.push_back({identity, error, allowed, where});
+}
+
+void Judge::add_row(double* figure, const std::string& identity, const Worst& worst, double allowed) {
+  const std::string where = worst.error > 0.0 ? equation_name(model_.system, worst.index) : "";
+  add(figure, identity, worst.error, allowed, where);
+}
+
+void Judge::add_point(double* figure, const std::string& identity, const Worst& worst, double allowed) {
+  const std::string where =
+      worst.error > 0.0 ? "point " + text(model_.numbering.user_point[worst.index]) : std::string();
+  add(figure, identity, worst.error, allowed, where);
+}
+
+Judge::Worst Judge::worst_point(const Vector& difference, double scale) const {
+  Worst worst;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) worst.see(norm(load(difference.data(), i)) / scale, i);
+  return worst;
+}
+
+Judge::Vector Judge::to_user(const Vector& inner) const {
+  Vector user(n_);
+  model_.numbering.scatter_points(inner, user);
+  return user;
+}
+
+Judge::Vector Judge::random_points() {
+  Vector u(n_, 0.0);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (std::size_t i = 0; i < moving_; ++i) u[i] = uniform(generator_);
+  return u;
+}
+
+double Judge::product(const Vector& x, const Vector& y) const {
+  return model_.parallel.sum(model_.num_moving(),
+                             [&](std::size_t i) { return model_.mass[i] * dot(load(x.data(), i), load(y.data(), i)); });
+}
+
+double Judge::norm_of(const Vector& x) const {
+  return std::sqrt(product(x, x));
+}
+
+double Judge::rounding_of_places() const {
+  return 1e2 * eps * std::max(1.0, model_.largest_norm(answer_.r.data()) / model_.smallest_length);
+}
+
+/// Neither constraints nor coordinates: M w = f.
+void Judge::judge_free() {
+  Vector rest(n_, 0.0);
+  for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
+  add_point(&result_.residual, "M w = f", worst_point(rest, acceleration_), 1e-14);
+}
+
+}  // namespace tanor

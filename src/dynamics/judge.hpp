@@ -1,0 +1,111 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dynamics/certificate.hpp"
+#include "dynamics/second_factor.hpp"
+#include "evaluate/definitions.hpp"
+
+namespace tanor {
+
+/// Tries one answer, identity by identity, and writes the certificate.
+class Judge {
+ public:
+  Judge(Forms& forms, const Answer& answer, SecondWay way);
+
+  Certificate judge();
+
+ private:
+  using Vector = std::vector<double>;
+  static constexpr double eps = std::numeric_limits<double>::epsilon();
+
+  /// The largest of some relative errors, and where it was.
+  struct Worst {
+    double error = 0.0;
+    std::size_t index = 0;
+
+    void see(double value, std::size_t i) {
+      if (!(value <= error)) {
+        error = value;
+        index = i;
+      }
+    }
+  };
+
+  // ---- words, in judge.cpp ----
+  void measure_scale();
+  void add(double* figure, const std::string& identity, double error, double allowed, const std::string& where);
+  void add_row(double* figure, const std::string& identity, const Worst& worst, double allowed);
+  void add_point(double* figure, const std::string& identity, const Worst& worst, double allowed);
+  Worst worst_point(const Vector& difference, double scale) const;
+  Vector to_user(const Vector& inner) const;
+  /// Independent of everything but the seed: no identity may hold by chance.
+  Vector random_points();
+  /// sum of m x y over the moving points
+  double product(const Vector& x, const Vector& y) const;
+  double norm_of(const Vector& x) const;
+  /// Directions are differences of places: what their rounding does, eps |r|/L.
+  double rounding_of_places() const;
+  /// What solves with a matrix of this reciprocal condition may lose.
+  static double conditioned(double reciprocal_condition) { return std::max(1e-11, 1e3 * eps / reciprocal_condition); }
+  /// The same after one refinement.
+  static double refined(double reciprocal_condition) { return std::max(1e-9, 10.0 * eps / reciprocal_condition); }
+
+  void judge_free();
+
+  // ---- constraints, in judge_constraints.cpp ----
+  void judge_constraints();
+  void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const;
+  Vector measure_rows() const;
+  double measure_curvature(const Definitions& definitions);
+  void judge_power(const Definitions& definitions, const Vector& lambda, const Vector& eta);
+  Vector multipliers_of(const Vector& u);
+  Vector project_onto_tangent(const Vector& u);
+  void judge_normal_projector(const Definitions& definitions);
+  void judge_split();
+  /// max over the rows of |K'u|/|gradient| by the second definition.
+  Worst rows_of(const Definitions& definitions, const Vector& u, double size) const;
+
+  // ---- factors of their own, in judge_second.cpp ----
+  void judge_by_second_factor();
+  void compare_multipliers(const Vector& lambda);
+  void judge_euclidean(const Definitions& definitions);
+  void make_gamma();
+  Vector project_onto_normal(const Vector& u);
+  void judge_direct_problem(double allowed);
+  void judge_both_euclidean(const Vector& u, const Vector& u_N);
+
+  // ---- coordinates, alone and beside constraints, in judge_coordinates.cpp ----
+  Vector project_by_coordinates(const Vector& u);
+  void judge_coordinates();
+  void judge_curve();
+  void judge_both();
+  void judge_complements(double allowed);
+  void solve_other();
+  void compare_forms();
+
+  Forms& forms_;
+  Model& model_;
+  const Answer& answer_;
+  const SecondWay way_;
+  const std::size_t n_, moving_, d_;
+  Certificate result_;
+  std::mt19937_64 generator_{20261};
+  Vector K_;  // blocks at the answer, evaluated afresh
+  Vector w0_, user_r_, row_norms_, phi_, xi_t_;
+  Vector other_w_, other_eta_;
+  std::optional<SecondFactor> second_, own_gamma_;
+  SecondFactor* gamma_ = nullptr;  // own_gamma_; or second_ where all masses are equal: Gamma = m S
+  Vector gamma_scale_;             // [point] 1; 1/m where second_ serves; supports: 0
+  bool has_both_ = false;
+  double rcond_of_S_ = 1.0, rcond_of_H_ = 1.0;
+  double acceleration_ = 0.0, scale_ = 0.0;  // w, M^-1 f and M^-1 eta; with phi
+};
+
+}  // namespace tanor

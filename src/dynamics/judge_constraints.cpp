@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/judge.hpp"
+#include "dynamics/split.hpp"
+#include "system/members.hpp"
+
+/// \file What constraints must satisfy, by their second definition, and the projector of S.
+namespace tanor {
+
+void Judge::judge_constraints() {
+  const Vector &r = answer_.r, &v = answer_.v;
+  Definitions definitions(model_.system, forms_.start_time());
+  user_r_ = to_user(r);
+  K_.resize(3 * model_.constraints.num_blocks());
+  model_.constraints.evaluate_gradients(model_.parallel, r.data(), K_.data());
+  Vector xi(d_), rate(d_), second(d_);
+  row_norms_ = measure_rows();
+  const double curvature = measure_curvature(definitions);
+  scale_ = std::max(acceleration_, curvature);
+  const double rounding = rounding_of_places();
+
+  // K'w + phi: the second derivative of xi along r + e v + e^2/2 w
+  definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(v), to_user(answer_.w), xi, rate, second);
+  Worst worst;
+  for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(second[a]) / (row_norms_[a] * scale_), a);
+  add_row(&result_.residual, "K'w + phi = 0", worst, 1e-10 + rounding);
+
+  // M w = f + K lambda
+  Vector lambda(d_), K_lambda(n_), inner(n_);
+  model_.numbering.scatter_rows(answer_.lambda, lambda);
+  turn_pairs_of_lines(definitions, &lambda);
+  definitions.reactions(answer_.t, user_r_, lambda, K_lambda);
+  model_.numbering.gather_points(K_lambda, inner);
+  Vector rest(n_, 0.0);
+  for (std::size_t i = 0; i < moving_; ++i) {
+    rest[i] = answer_.w[i] - w0_[i] - model_.inverse_mass[i / 3] * inner[i];
+  }
+  add_point(&result_.residual, "M w = f + K lambda", worst_point(rest, scale_), 1e-10 + rounding);
+
+  judge_power(definitions, lambda, K_lambda);
+  if (forms_.tangent == nullptr) {
+    judge_normal_projector(definitions);
+    judge_by_second_factor();
+  }
+  judge_split();
+  judge_euclidean(definitions);
+}
+
+/// The two unit vectors of a line that turns are a convention, which the definitions may keep otherwise: what the
+/// pair carries, K lambda at its point, is taken apart along theirs.
+void Judge::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const {
+  std::vector<char> turns(d_, 0);
+  std::size_t row = 0;
+  for (const Constraint& constraint : model_.system.constraints) {
+    const auto* const lines = std::get_if<Lines>(&constraint);
+    const bool moves = lines != nullptr && !lines->direction.is_constant();
+    const std::size_t rows = std::visit(
+        []<class Group>(const Group& group) { return num_members(group) * rows_per_member<Group>(); }, constraint);
+    std::fill_n(turns.begin() + static_cast<std::ptrdiff_t>(row), rows, moves);
+    row += rows;
+  }
+  if (std::ranges::none_of(turns, [](char turn) { return turn != 0; })) return;
+  Vector carried(n_, 0.0), along(d_);
+  for (const Incidence& i : model_.incidences) {
+    const auto user_row = static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(i.row)]);
+    if (turns[user_row] == 0) continue;
+    const double factor = i.sign * answer_.lambda[static_cast<std::size_t>(i.row)];
+    store(carried.data(), i.point, load(carried.data(), i.point) + factor * load(K_.data(), i.block));
+  }
+  definitions.transposed(answer_.t, user_r_, to_user(carried), along);
+  for (std::size_t a = 0; a < d_; ++a) {
+    if (turns[a] != 0) (*lambda)[a] = along[a];
+  }
+}
+
+/// |column of K| of each of the user's rows.
+Judge::Vector Judge::measure_rows() const {
+  Vector inner(d_, 0.0), result(d_);
+  for (const Incidence& incidence : model_.incidences) {
+    const Vec3 g = load(K_.data(), incidence.block);
+    inner[static_cast<std::size_t>(incidence.row)] += dot(g, g);
+  }
+  model_.numbering.scatter_rows(inner, result);
+  for (double& x : result) x = x > 0.0 ? std::sqrt(x) : 1.0;
+  return result;
+}
+
+/// max |phi|/|gradient|: phi along r + e v, with what is prescribed at supports.
+double Judge::measure_curvature(const Definitions& definitions) {
+  Vector given(n_, 0.0), xi(d_), rate(d_);
+  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(), given.data() + moving_);
+  phi_.resize(d_);
+  definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(answer_.v), to_user(given), xi, rate, phi_);
+  double worst = 0.0;
+  for (std::size_t a = 0; a < d_; ++a) worst = std::max(worst, std::abs(phi_[a]) / row_norms_[a]);
+  return worst;
+}
+
+/// eta'v + lambda'xi_t = 0 over all points, supports too.
+void Judge::judge_power(const Definitions& definitions, const Vector& lambda, const Vector& eta) {
+  const Vector user_v = to_user(answer_.v), zero(n_, 0.0);
+  Vector xi(d_), second(d_);
+  xi_t_.assign(d_, 0.0);
+  if (model_.constraints.depends_on_time()) {
+    definitions.taylor(model_.parallel, answer_.t, user_r_, zero, zero, xi, xi_t_, second);
+  }
+  double sum = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < n_ / 3; ++i) {
+    sum += dot(load(eta.data(), i), load(user_v.data(), i));
+    size += norm(load(eta.data(), i)) * std::max(norm(load(user_v.data(), i)), model_.velocity_scale * 1e-3);
+  }
+  for (std::size_t a = 0; a < d_; ++a) {
+    sum += lambda[a] * xi_t_[a];
+    size += std::abs(lambda[a] * xi_t_[a]);
+  }
+  // Velocities satisfy K'v + xi_t = 0 to the tolerance of their projection.
+  add(&result_.power_balance, "eta'v = -lambda'xi_t", size > 0.0 ? std::abs(sum) / size : 0.0, 1e-9, "");
+}
+
+/// u -> S^-1 K'u as rows (inner), K as the normal form has it.
+Judge::Vector Judge::multipliers_of(const Vector& u) {
+  Vector x(d_);
+  model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), u.data(), nullptr, x.data());
+  forms_.normal->solve_negative(x.data());
+  for (double& value : x) value = -value;
+  return x;
+}
+
+/// Q u = u - M^-1 K S^-1 K'u
+Judge::Vector Judge::project_onto_tangent(const Vector& u) {
+  Vector x = multipliers_of(u), result = u;
+  for (double& value : x) value = -value;
+  model_.gather.add_scaled(model_.parallel, forms_.normal->blocks().data(), x.data(), model_.inverse_mass.data(),
+                           model_.num_moving(), result.data());
+  return result;
+}
+
+/// K'u is the rate of xi along u, without xi_t.
+Judge::Worst Judge::rows_of(const Definitions& definitions, const Vector& u, double size) const {
+  const Vector zero(n_, 0.0);
+  Vector xi(d_), rate(d_), second(d_);
+  definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(u), zero, xi, rate, second);
+  Worst worst;
+  for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(rate[a] - xi_t_[a]) / (row_norms_[a] * size), a);
+  return worst;
+}
+
+void Judge::judge_normal_projector(const Definitions& definitions) {
+  const double rcond = rcond_of_S_;
+  const double allowed = conditioned(rcond) + rounding_of_places();
+  const Vector u = random_points(), y = random_points();
+  const Vector Qu = project_onto_tangent(u), QQu = project_onto_tangent(Qu), Qy = project_onto_tangent(y);
+  const double size = model_.largest_norm(u.data());
+
+  add_row(&result_.normal_identity, "K'Q u = 0", rows_of(definitions, Qu, size), allowed);
+
+  Vector rest(n_);
+  for (std::size_t i = 0; i < n_; ++i) rest[i] = QQu[i] - Qu[i];
+  add_point(&result_.normal_identity, "Q Q u = Q u", worst_point(rest, size), allowed);
+
+  const double asymmetry = std::abs(product(y, Qu) - product(u, Qy)) / (norm_of(u) * norm_of(y));
+  add(&result_.normal_identity, "y'M Q u = u'M Q y", asymmetry, allowed, "");
+}
+
+/// With equal masses w_T lies in T and w_N in N: w_T'M w_N = 0, w_N = -K Gamma^-1 phi, Gamma = m S (36).
+void Judge::judge_split() {
+  if (!has_one_mass(model_)) return;
+  // S x = -phi; w_N = M^-1 K x, since K Gamma^-1 = K (m S)^-1
+  Vector x(d_), w_N(n_, 0.0), w_T(n_, 0.0);
+  for (std::size_t a = 0; a < d_; ++a) x[a] = phi_[static_cast<std::size_t>(model_.numbering.user_row[a])];
+  forms_.normal->solve_negative(x.data());
+  model_.gather.add_scaled(model_.parallel, forms_.normal->blocks().data(), x.data(), model_.inverse_mass.data(),
+                           model_.num_moving(), w_N.data());
+  for (std::size_t i = 0; i < moving_; ++i) w_T[i] = answer_.w[i] - w_N[i];
+  // Where nothing pushes w_T is rounding of w_N: both are measured by the larger of w and M^-1 f.
+  const double size = std::max(product(answer_.w, answer_.w), product(w0_, w0_));
+  const double rcond = rcond_of_S_;
+  add(&result_.orthogonality, "w_T'M w_N = 0", size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0,
+      conditioned(rcond), "");
+}
+
+}  // namespace tanor

@@ -1,0 +1,141 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/judge.hpp"
+
+/// \file What coordinates must satisfy, alone and beside constraints.
+namespace tanor {
+
+/// A H^-1 A'M u
+Judge::Vector Judge::project_by_coordinates(const Vector& u) {
+  Vector Mu(n_, 0.0), x(model_.coordinates.num_coordinates()), result(n_, 0.0);
+  for (std::size_t i = 0; i < moving_; ++i) Mu[i] = model_.mass[i / 3] * u[i];
+  const Vector& blocks = forms_.tangent->blocks();
+  model_.coordinates.apply_transposed(model_.parallel, blocks.data(), Mu.data(), x.data());
+  forms_.tangent->solve_negative(x.data());
+  for (double& value : x) value = -value;
+  model_.coordinates.apply(model_.parallel, blocks.data(), x.data(), result.data());
+  std::fill(result.begin() + static_cast<std::ptrdiff_t>(moving_), result.end(), 0.0);
+  return result;
+}
+
+void Judge::judge_coordinates() {
+  const double rcond = rcond_of_H_;
+  const double allowed = conditioned(rcond);
+
+  // A'(M w - f) = 0, seen as an acceleration: A H^-1 A'(M w - f)
+  Vector rest(n_, 0.0);
+  for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
+  add_point(&result_.residual, "A'(M w - f) = 0", worst_point(project_by_coordinates(rest), acceleration_),
+            1e-11 + 1e2 * eps / rcond);
+
+  if (forms_.is_tangent()) judge_curve();
+  if (d_ > 0) return;
+  const Vector u = random_points(), y = random_points();
+  const Vector Pu = project_by_coordinates(u), PPu = project_by_coordinates(Pu), Py = project_by_coordinates(y);
+  for (std::size_t i = 0; i < n_; ++i) rest[i] = PPu[i] - Pu[i];
+  add_point(&result_.tangent_identity, "P P u = P u, P = A H^-1 A'M", worst_point(rest, model_.largest_norm(u.data())),
+            allowed);
+  const double asymmetry = std::abs(product(y, Pu) - product(u, Py)) / (norm_of(u) * norm_of(y));
+  add(&result_.tangent_identity, "y'M P u = u'M P y", asymmetry, allowed, "");
+}
+
+/// w = d2 r(q(t), t)/dt2 by differences of places alone, which share no derivative with A and psi: a stencil of
+/// order 8.
+void Judge::judge_curve() {
+  const double speed = std::max(model_.largest_norm(answer_.v.data()), 1e-3 * model_.velocity_scale);
+  const double h = 0.02 * std::min(speed / acceleration_, model_.scene_size / speed);
+  constexpr double weights[] = {-205.0 / 72.0, 8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0};
+  Vector sum(n_, 0.0), place(n_);
+  try {
+    for (int k = -4; k <= 4; ++k) {
+      forms_.tangent->write_place_along(k * h, place.data());
+      for (std::size_t i = 0; i < moving_; ++i) sum[i] += weights[std::abs(k)] * (place[i] - answer_.r[i]);
+    }
+  } catch (const InputError&) {
+    model_.set_time(answer_.t);  // a table ends here: no curve to try
+    return;
+  }
+  model_.set_time(answer_.t);
+  for (std::size_t i = 0; i < moving_; ++i) sum[i] = sum[i] / (h * h) - answer_.w[i];
+  const double far = eps * model_.largest_norm(answer_.r.data()) / (h * h * acceleration_);
+  Certificate apart;  // an eye with fewer digits: it judges, but does not enter the digits certified
+  add_point(&apart.residual, "w = d2/dt2 r(q(t), t)", worst_point(sum, acceleration_), 1e-6 + 1e2 * far);
+}
+
+/// (10): M A H^-1 A'u + K S^-1 K'M^-1 u = u on a random force u = M^1/2 z. In |M^-1/2 .| its projectors are orthogonal,
+/// whatever the masses: measured there.
+void Judge::judge_complements(double allowed) {
+  const Vector z = random_points();
+  Vector u(n_, 0.0), M_inverse_u(n_, 0.0), x(model_.coordinates.num_coordinates()), rest(n_, 0.0);
+  for (std::size_t i = 0; i < moving_; ++i) {
+    u[i] = std::sqrt(model_.mass[i / 3]) * z[i];
+    M_inverse_u[i] = model_.inverse_mass[i / 3] * u[i];
+  }
+  const Vector& A = forms_.tangent->blocks();
+  model_.coordinates.apply_transposed(model_.parallel, A.data(), u.data(), x.data());
+  forms_.tangent->solve_negative(x.data());
+  for (double& value : x) value = -value;
+  model_.coordinates.apply(model_.parallel, A.data(), x.data(), rest.data());
+  const Vector lambda = multipliers_of(M_inverse_u);
+  model_.gather.add_scaled(model_.parallel, forms_.normal->blocks().data(), lambda.data(), model_.inverse_mass.data(),
+                           model_.num_moving(), rest.data());
+  for (std::size_t i = 0; i < moving_; ++i) rest[i] = std::sqrt(model_.mass[i / 3]) * rest[i] - z[i];
+  std::fill(rest.begin() + static_cast<std::ptrdiff_t>(moving_), rest.end(), 0.0);
+  add_point(&result_.normal_identity, "M A H^-1 A' + K S^-1 K'M^-1 = I (10)",
+            worst_point(rest, model_.largest_norm(z.data())), allowed);
+}
+
+void Judge::judge_both() {
+  const double rcond =
+      std::min(forms_.tangent->last_solve().reciprocal_condition, forms_.normal->last_solve().reciprocal_condition);
+  const double allowed = conditioned(rcond) + rounding_of_places();
+  // (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u
+  const Vector u = random_points();
+  const double size = model_.largest_norm(u.data());
+  Vector rest = project_by_coordinates(u);
+  const Vector Qu = project_onto_tangent(u);
+  for (std::size_t i = 0; i < moving_; ++i) rest[i] -= Qu[i];
+  add_point(&result_.normal_identity, "A H^-1 A'M + M^-1 K S^-1 K' = I (9)", worst_point(rest, size), allowed);
+  judge_complements(allowed);
+
+  // K'A x = 0 (3)
+  Vector x(model_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(d_);
+  std::normal_distribution<double> normal;
+  for (double& value : x) value = normal(generator_);
+  model_.coordinates.apply(model_.parallel, forms_.tangent->blocks().data(), x.data(), Ax.data());
+  model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr, rows.data());
+  Worst worst;
+  const double size_of_Ax = model_.largest_norm(Ax.data());
+  for (std::size_t a = 0; a < d_; ++a) {
+    const auto row = static_cast<std::size_t>(model_.numbering.user_row[a]);
+    worst.see(std::abs(rows[a]) / (row_norms_[row] * size_of_Ax), row);
+  }
+  add_row(&result_.bases_orthogonal, "K'A = 0 (3)", worst, 1e-11 + rounding_of_places());
+
+  compare_forms();
+}
+
+/// First of all: then both forms stand at the answer.
+void Judge::solve_other() {
+  other_w_.resize(n_);
+  other_eta_.resize(n_);
+  const Outcome outcome =
+      forms_.solve_other(answer_.t, answer_.r.data(), answer_.v.data(), other_w_.data(), other_eta_.data());
+  if (outcome.ok()) return;
+  has_both_ = false;
+  result_.checks.push_back({"the other form has an answer: " + outcome.what, Certificate::none, 0.0, ""});
+}
+
+void Judge::compare_forms() {
+  Vector &w = other_w_, &eta = other_eta_;
+  for (std::size_t i = 0; i < moving_; ++i) {
+    w[i] -= answer_.w[i];
+    eta[i] = model_.inverse_mass[i / 3] * (eta[i] - answer_.eta[i]);
+  }
+  const double allowed = 1e-10 + rounding_of_places();
+  add_point(&result_.forms_agree, "w by A = w by K", worst_point(w, acceleration_), allowed);
+  add_point(&result_.forms_agree, "eta by A = eta by K", worst_point(eta, acceleration_), allowed);
+}
+
+}  // namespace tanor

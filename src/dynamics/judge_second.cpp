@@ -1,0 +1,163 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/judge.hpp"
+#include "dynamics/split.hpp"
+
+/// \file What is factorized once more: w and lambda by a second way, and Gamma = K'K for the Euclidean split and the
+/// direct problem.
+namespace tanor {
+
+/// w and lambda once more from scratch: C'C of C = M^-1/2 K, refined in w.
+void Judge::judge_by_second_factor() {
+  second_.emplace(model_, K_.data(), model_.inverse_mass, forms_.normal->ordering(), way_);
+  if (!second_->trouble().empty()) {
+    result_.left_out.push_back("second factorization: " + second_->trouble());
+    second_.reset();
+    return;
+  }
+  Vector w(n_, 0.0), lambda(d_, 0.0), phi(d_), rows(d_);
+  std::copy_n(w0_.begin(), moving_, w.begin());
+  for (std::size_t a = 0; a < d_; ++a) phi[a] = phi_[static_cast<std::size_t>(model_.numbering.user_row[a])];
+  constexpr int passes = 2;
+  for (int pass = 0; pass < passes; ++pass) {
+    // rho = K'w + phi, with what is prescribed at supports in phi; lambda -= S^-1 rho, w -= M^-1 K S^-1 rho
+    model_.constraints.apply_transposed(model_.parallel, K_.data(), w.data(), phi.data(), rows.data());
+    second_->solve_negative(rows.data());
+    for (std::size_t a = 0; a < d_; ++a) lambda[a] += rows[a];
+    model_.gather.add_scaled(model_.parallel, K_.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
+                             w.data());
+  }
+  for (std::size_t i = 0; i < moving_; ++i) w[i] -= answer_.w[i];
+  // Both stand on the same rounded places; each is refined in w.
+  add_point(&result_.second_factorization, std::string("w by ") + second_->name() + " = w", worst_point(w, scale_),
+            refined(rcond_of_S_) + rounding_of_places());
+  compare_multipliers(lambda);
+}
+
+/// What multipliers do is always unique. They themselves lose what S is conditioned by: their difference counts times
+/// the reciprocal condition, in rows whose multipliers are unique.
+void Judge::compare_multipliers(const Vector& lambda) {
+  Vector difference(d_), dw(n_, 0.0);
+  for (std::size_t a = 0; a < d_; ++a) difference[a] = answer_.lambda[a] - lambda[a];
+  model_.gather.write_scaled(model_.parallel, K_.data(), difference.data(), model_.inverse_mass.data(),
+                             model_.num_moving(), dw.data());
+  const double rounding = rounding_of_places();
+  add_point(&result_.second_factorization, std::string("K lambda by ") + second_->name() + " = K lambda",
+            worst_point(dw, scale_), refined(rcond_of_S_) + rounding);
+
+  const std::vector<bool> is_unique = forms_.normal->find_rank(answer_.r.data(), false).multipliers_unique;
+  const Vector& lengths = second_->lengths();  // |M^-1/2 k|: lengths times lambda is an acceleration
+  double size = scale_;
+  for (std::size_t a = 0; a < d_; ++a) size = std::max(size, lengths[a] * std::abs(lambda[a]));
+  Worst worst;
+  for (std::size_t a = 0; a < d_; ++a) {
+    const auto row = static_cast<std::size_t>(model_.numbering.user_row[a]);
+    if (is_unique[row]) worst.see(rcond_of_S_ * lengths[a] * std::abs(difference[a]) / size, row);
+  }
+  add_row(&result_.second_factorization, std::string("lambda by ") + second_->name() + " = lambda, times 1/cond S",
+          worst, 1e-12 + rounding);
+}
+
+// ---- Gamma ----
+
+/// Gamma = K'K over the moving points; m S where all masses are equal (36).
+void Judge::make_gamma() {
+  Vector unit(model_.inverse_mass);
+  for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
+  gamma_scale_ = unit;
+  if (second_ && has_one_mass(model_)) {
+    gamma_ = &*second_;
+    gamma_scale_ = model_.inverse_mass;
+  } else {
+    own_gamma_.emplace(model_, K_.data(), unit, forms_.normal->ordering(), way_);
+    if (own_gamma_->trouble().empty()) gamma_ = &*own_gamma_;
+  }
+}
+
+/// K Gamma^-1 K'u
+Judge::Vector Judge::project_onto_normal(const Vector& u) {
+  Vector rows(d_), result(n_, 0.0);
+  model_.constraints.apply_transposed(model_.parallel, K_.data(), u.data(), nullptr, rows.data());
+  gamma_->solve_negative(rows.data());
+  for (double& x : rows) x = -x;
+  model_.gather.write_scaled(model_.parallel, K_.data(), rows.data(), gamma_scale_.data(), model_.num_moving(),
+                             result.data());
+  return result;
+}
+
+/// (15), (16): u = u_T + u_N.
+void Judge::judge_euclidean(const Definitions& definitions) {
+  make_gamma();
+  if (gamma_ == nullptr) {
+    result_.left_out.push_back("(15), the direct problem: " + own_gamma_->trouble());
+    return;
+  }
+  const double rcond = own_gamma_ ? own_gamma_->estimate_reciprocal_condition() : rcond_of_S_;
+  const double allowed = conditioned(rcond) + rounding_of_places();
+  const Vector u = random_points(), u_N = project_onto_normal(u);
+  const double size = model_.largest_norm(u.data());
+  if (has_both_) {
+    judge_both_euclidean(u, u_N);
+  } else {
+    // K'u_T = 0 makes K Gamma^-1 K' idempotent, u_T'u_N = 0 makes it orthogonal.
+    Vector u_T = u;
+    double dot_product = 0.0, square = 0.0;
+    for (std::size_t i = 0; i < moving_; ++i) {
+      u_T[i] -= u_N[i];
+      dot_product += u_T[i] * u_N[i];
+      square += u[i] * u[i];
+    }
+    add_row(&result_.tangent_identity, "K'(I - K Gamma^-1 K')u = 0 (15)", rows_of(definitions, u_T, size), allowed);
+    add(&result_.tangent_identity, "u_T'u_N = 0 (16)", std::abs(dot_product) / square, allowed, "");
+  }
+  judge_direct_problem(refined(rcond) + rounding_of_places());
+}
+
+/// (15): A G^-1 A'u + K Gamma^-1 K'u = u
+void Judge::judge_both_euclidean(const Vector& u, const Vector& u_N) {
+  Vector unit(model_.inverse_mass);
+  for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
+  GramSolver g(model_.coordinates.list_products(unit),
+               {model_.coordinates.island_start(), model_.coordinates.num_coordinates()}, Ordering::Auto);
+  const Vector& A = forms_.tangent->blocks();
+  g.assemble(model_.parallel, A.data());
+  const GramSolver::Quality quality = g.factorize(model_.parallel);
+  if (!quality.positive_definite) {
+    result_.left_out.push_back("(15): G = A'A is singular to rounding");
+    return;
+  }
+  Vector x(model_.coordinates.num_coordinates()), sum(n_, 0.0);
+  model_.coordinates.apply_transposed(model_.parallel, A.data(), u.data(), x.data());
+  g.solve_negative(model_.parallel, x.data(), x.data());
+  model_.coordinates.apply(model_.parallel, A.data(), x.data(), sum.data());  // -A G^-1 A'u
+  for (std::size_t i = 0; i < moving_; ++i) sum[i] += u[i] - u_N[i];
+  const double rcond = std::min(quality.reciprocal_condition, own_gamma_->estimate_reciprocal_condition());
+  add_point(&result_.tangent_identity, "A G^-1 A' + K Gamma^-1 K' = I (15)",
+            worst_point(sum, model_.largest_norm(u.data())), conditioned(rcond) + rounding_of_places());
+}
+
+/// Forces from the motion: K Gamma^-1 K'(M w - f) is eta, and nothing is left of M w - f for a control force.
+/// Measured by the largest force.
+void Judge::judge_direct_problem(double allowed) {
+  Vector force(n_, 0.0), left(n_, 0.0);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const Vec3 w = load(answer_.w.data(), i), w0 = load(w0_.data(), i);
+    store(force.data(), i, model_.mass[i] * (w - w0));
+    largest = std::max({largest, model_.mass[i] * norm(w), model_.mass[i] * norm(w0)});
+  }
+  left = force;
+  constexpr int passes = 2;
+  for (int pass = 0; pass < passes; ++pass) {
+    const Vector normal = project_onto_normal(left);
+    for (std::size_t i = 0; i < moving_; ++i) left[i] -= normal[i];
+  }
+  const double size = largest > 0.0 ? largest : 1.0;
+  Vector rest(n_, 0.0);
+  for (std::size_t i = 0; i < moving_; ++i) rest[i] = force[i] - left[i] - answer_.eta[i];
+  add_point(&result_.residual, "(M w - f)_T = 0, the direct problem", worst_point(left, size), allowed);
+  add_point(&result_.residual, "K Gamma^-1 K'(M w - f) = eta, the direct problem", worst_point(rest, size), allowed);
+}
+
+}  // namespace tanor

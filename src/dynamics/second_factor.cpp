@@ -1,0 +1,195 @@
+#include "dynamics/second_factor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t most_rows_of_qr = 200000;  // with fill: the memory of R
+
+double norm_of(const std::vector<double>& x) {
+  return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
+}
+
+/// Columns of each row of C, and C's numbers beside them.
+struct ByRow {
+  std::vector<int> start, columns;
+  std::vector<double> values;
+
+  explicit ByRow(const SparseColumns& C) : start(static_cast<std::size_t>(C.num_rows) + 1, 0) {
+    for (const int row : C.rows) ++start[static_cast<std::size_t>(row) + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    columns.resize(C.rows.size());
+    values.resize(C.rows.size());
+    std::vector<int> next(start.begin(), start.end() - 1);
+    for (std::size_t j = 0; j < C.num_columns(); ++j) {
+      for (int k = C.start[j]; k < C.start[j + 1]; ++k) {
+        const auto entry = static_cast<std::size_t>(k);
+        const auto slot = static_cast<std::size_t>(next[static_cast<std::size_t>(C.rows[entry])]++);
+        columns[slot] = static_cast<int>(j);
+        values[slot] = C.values[entry];
+      }
+    }
+  }
+};
+
+/// One triangle of C'C, its rows and columns at `place`: column by column, summed over the rows of C.
+TrianglePattern multiply(const SparseColumns& C, const ByRow& by_row, std::span<const int> order,
+                         std::span<const int> place, bool lower, std::vector<double>* values) {
+  const std::size_t d = C.num_columns();
+  TrianglePattern pattern;
+  std::vector<double> sum(d, 0.0);
+  std::vector<int> seen(d, -1), found;
+  for (std::size_t column = 0; column < d; ++column) {
+    const auto j = static_cast<std::size_t>(order[column]);
+    found.clear();
+    for (int e = C.start[j]; e < C.start[j + 1]; ++e) {
+      const auto row = static_cast<std::size_t>(C.rows[static_cast<std::size_t>(e)]);
+      for (int k = by_row.start[row]; k < by_row.start[row + 1]; ++k) {
+        const auto entry = static_cast<std::size_t>(k);
+        const int other = place[static_cast<std::size_t>(by_row.columns[entry])];
+        const auto at = static_cast<std::size_t>(other);
+        if (lower ? at < column : at > column) continue;
+        if (seen[at] != static_cast<int>(column)) {
+          seen[at] = static_cast<int>(column);
+          sum[at] = 0.0;
+          found.push_back(other);
+        }
+        sum[at] += C.values[static_cast<std::size_t>(e)] * by_row.values[entry];
+      }
+    }
+    std::ranges::sort(found);
+    for (const int at : found) {
+      pattern.rows.push_back(at);
+      if (values != nullptr) values->push_back(sum[static_cast<std::size_t>(at)]);
+    }
+    pattern.start.push_back(static_cast<int>(pattern.rows.size()));
+  }
+  return pattern;
+}
+
+}  // namespace
+
+SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
+                           const std::string& first_ordering, SecondWay way) {
+  const SparseColumns C = scaled_columns(model, blocks, weights);
+  const std::size_t d = C.num_columns();
+  const bool makes_no_fill = first_ordering == "natural";
+  is_qr_ = way == SecondWay::Qr || (way == SecondWay::Auto && (makes_no_fill || d <= most_rows_of_qr));
+  if (is_qr_) {
+    const double tolerance =
+        20.0 * static_cast<double>(d + 3 * model.num_points()) * std::numeric_limits<double>::epsilon();
+    R_ = factorize_qr(C, tolerance, makes_no_fill ? ColumnOrder::Given : ColumnOrder::FillReducing);
+    row_of_ = R_.independent;
+  } else {
+    factorize(C, first_ordering.find("metis") != std::string::npos ? Ordering::Nesdis : Ordering::Metis);
+  }
+  packed_.resize(row_of_.size());
+}
+
+/// C'C by rows of C, in its own order.
+void SecondFactor::factorize(const SparseColumns& C, Ordering ordering) {
+  const std::size_t d = C.num_columns();
+  std::vector<int> place(d);
+  row_of_.resize(d);
+  std::iota(row_of_.begin(), row_of_.end(), 0);
+  std::iota(place.begin(), place.end(), 0);
+  const ByRow by_row(C);
+  const SymbolicAnalysis analysis = analyze(multiply(C, by_row, row_of_, place, true, nullptr), ordering);
+  if (!analysis.permutation.empty()) row_of_ = analysis.permutation;
+  for (std::size_t k = 0; k < d; ++k) place[static_cast<std::size_t>(row_of_[k])] = static_cast<int>(k);
+  std::vector<double> values;
+  TrianglePattern pattern = multiply(C, by_row, row_of_, place, analysis.supernodal, &values);
+  L_.emplace(std::move(pattern), analysis.supernodal);
+  std::ranges::copy(values, L_->values());
+  if (!L_->factorize().positive_definite) trouble_ = "K'K is singular to rounding, and too large for a QR";
+}
+
+/// Columns of W^1/2 K of the rows that take part, to unit length.
+SparseColumns SecondFactor::scaled_columns(const Model& model, const double* blocks, std::span<const double> weights) {
+  struct Entry {
+    Index point;
+    Vec3 value;
+  };
+  const std::size_t d = model.numbering.first_idle_row();
+  const auto weight_of = [&](const Incidence& i) { return weights[static_cast<std::size_t>(i.point)]; };
+  // Incidences by row, then by the order of its points.
+  std::vector<std::size_t> first(d + 1, 0);
+  for (const Incidence& i : model.incidences) {
+    if (weight_of(i) > 0.0) ++first[static_cast<std::size_t>(i.row) + 1];
+  }
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<Entry> entries(first.back());
+  std::vector<std::size_t> next(first.begin(), first.end() - 1);
+  for (const Incidence& i : model.incidences) {
+    if (weight_of(i) == 0.0) continue;
+    const Vec3 value = (i.sign * std::sqrt(weight_of(i))) * load(blocks, i.block);
+    entries[next[static_cast<std::size_t>(i.row)]++] = {i.point, value};
+  }
+  SparseColumns C;
+  C.num_rows = static_cast<int>(3 * model.num_moving());
+  C.start.reserve(d + 1);
+  C.rows.reserve(3 * entries.size());
+  C.values.reserve(3 * entries.size());
+  lengths_.assign(model.num_rows(), 1.0);
+  std::vector<double> row_sums(3 * model.num_moving(), 0.0);
+  for (std::size_t row = 0; row < d; ++row) {
+    const auto own = std::span(entries).subspan(first[row], first[row + 1] - first[row]);
+    std::ranges::sort(own, {}, &Entry::point);
+    double square = 0.0;
+    for (const Entry& e : own) square += dot(e.value, e.value);
+    if (square > 0.0) lengths_[row] = std::sqrt(square);
+    double column_sum = 0.0;
+    for (const auto& [point, vector] : own) {
+      const Vec3 value = (1.0 / lengths_[row]) * vector;
+      for (int c = 0; c < 3; ++c) C.rows.push_back(3 * point + c);
+      C.values.insert(C.values.end(), {value.x, value.y, value.z});
+      store(row_sums.data(), point,
+            load(row_sums.data(), point) + Vec3{std::abs(value.x), std::abs(value.y), std::abs(value.z)});
+      column_sum += std::abs(value.x) + std::abs(value.y) + std::abs(value.z);
+    }
+    C.start.push_back(static_cast<int>(C.rows.size()));
+    largest_column_sum_ = std::max(largest_column_sum_, column_sum);
+  }
+  // |C'C|_1 <= |C|_1 |C|_oo
+  if (!row_sums.empty()) largest_column_sum_ *= *std::ranges::max_element(row_sums);
+  return C;
+}
+
+void SecondFactor::solve() {
+  if (!is_qr_) return L_->solve(packed_.data());
+  R_.solve_transposed(packed_.data());
+  R_.solve(packed_.data());
+}
+
+void SecondFactor::solve_negative(double* rows) {
+  for (std::size_t k = 0; k < packed_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(row_of_[k]);
+    packed_[k] = -rows[row] / lengths_[row];
+  }
+  solve();
+  std::fill_n(rows, lengths_.size(), 0.0);
+  for (std::size_t k = 0; k < packed_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(row_of_[k]);
+    rows[row] = packed_[k] / lengths_[row];
+  }
+}
+
+double SecondFactor::estimate_reciprocal_condition() {
+  constexpr int iterations = 3;
+  double inverse = 0.0;
+  for (std::size_t k = 0; k < packed_.size(); ++k) packed_[k] = std::sin(1.0 + 2.399963 * static_cast<double>(k));
+  for (int i = 0; i < iterations && !packed_.empty(); ++i) {
+    const double before = norm_of(packed_);
+    solve();
+    inverse = norm_of(packed_) / before;
+    for (double& x : packed_) x /= inverse * before;
+  }
+  return inverse > 0.0 ? 1.0 / (largest_column_sum_ * inverse) : 1.0;
+}
+
+}  // namespace tanor

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dynamics/model.hpp"
+#include "factor/cholesky.hpp"
+#include "factor/sparse_qr.hpp"
+
+namespace tanor {
+
+/// How K'WK is factorized a second time. Auto: QR, but Cholesky where R would take too much memory.
+enum class SecondWay { Auto, Qr, Cholesky };
+
+/// (K'WK)^-1 a second time, by what shares nothing with GramSolver but the blocks of K: C = W^1/2 K with unit columns,
+/// and R of its QR, or its own C'C in another order of elimination.
+class SecondFactor {
+ public:
+  /// `blocks` of K; `weights` [point]: 1/m for S, 1 for Gamma, 0 at supports; `first_ordering`: of the GramSolver.
+  SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
+               const std::string& first_ordering, SecondWay way);
+
+  /// Why there is none; empty where there is one.
+  const std::string& trouble() const { return trouble_; }
+  const char* name() const { return is_qr_ ? "QR" : "another Cholesky"; }
+  /// rows := -(K'WK)^-1 rows [d]; rows that depend on others get 0.
+  void solve_negative(double* rows);
+  /// |column of W^1/2 K| of each inner row; 1 where that is 0.
+  const std::vector<double>& lengths() const { return lengths_; }
+  /// Of C'C, by a few inverse iterations.
+  double estimate_reciprocal_condition();
+
+ private:
+  SparseColumns scaled_columns(const Model& model, const double* blocks, std::span<const double> weights);
+  void factorize(const SparseColumns& C, Ordering ordering);
+  void solve();  // packed_ := (C'C)^-1 packed_
+
+  bool is_qr_;
+  std::string trouble_;
+  std::vector<double> lengths_, packed_;
+  std::vector<int> row_of_;  // [place in packed_] -> inner row
+  TriangularFactor R_;
+  std::optional<Cholesky> L_;
+  double largest_column_sum_ = 0.0;  // of C'C, from above
+};
+
+}  // namespace tanor

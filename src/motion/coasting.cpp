@@ -1,0 +1,88 @@
+#include "motion/coasting.hpp"
+
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// x(t0 + u p) = x + p v u + b2 u^2 + … + b5 u^5 of one number; p: time between the two states.
+struct Polynomial {
+  double b2, b3, b4, b5;
+
+  double move(double u) const { return u * u * (b2 + u * (b3 + u * (b4 + u * b5))); }
+  double rate(double u) const { return u * (2.0 * b2 + u * (3.0 * b3 + u * (4.0 * b4 + u * 5.0 * b5))); }
+  double curvature(double u) const { return 2.0 * b2 + u * (6.0 * b3 + u * (12.0 * b4 + u * 20.0 * b5)); }
+};
+
+/// The velocity that the constraints allow is not the one that was expected.
+bool turns_away(const std::vector<double>& expected, const std::vector<double>& found) {
+  constexpr double allowed = 0.1;
+  double difference = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    difference += (found[i] - expected[i]) * (found[i] - expected[i]);
+    size += expected[i] * expected[i];
+  }
+  return difference > allowed * allowed * size;
+}
+
+}  // namespace
+
+StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,
+                 const Coasting& how, State* to) {
+  const std::size_t n = from.x.size();
+  const double p = from.t - before.t, h = to->t - from.t, u = h / p;
+  std::vector<double> zero(n, 0.0), x_error(n), v_error(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    // What the first terms leave over at u = -1
+    const double b2 = 0.5 * p * p * from.a[i];
+    const double v = p * (before.v[i] - from.v[i]) + 2.0 * b2;
+    Polynomial best, other;
+    if (how.knows_acceleration_before) {
+      const double x = before.x[i] - (from.x[i] - p * from.v[i] + b2), a = p * p * (before.a[i] - from.a[i]);
+      const double b3 = -0.5 * (a + 8.0 * v + 20.0 * x), b5 = v + 4.0 * x + b3;
+      best = {b2, b3, x + b3 + b5, b5};
+      other = {b2, -v - 4.0 * x, -v - 3.0 * x, 0.0};
+    } else {
+      best = {b2, v / 3.0, 0.0, 0.0};
+      other = {b2, 0.0, 0.0, 0.0};
+    }
+    to->x[i] = from.x[i] + h * from.v[i] + best.move(u);
+    to->v[i] = from.v[i] + best.rate(u) / p;
+    to->a[i] = best.curvature(u) / (p * p);
+    x_error[i] = best.move(u) - other.move(u);
+    v_error[i] = (best.rate(u) - other.rate(u)) / p;
+  }
+
+  StepResult result;
+  if (how.ends_there) {
+    mechanics.prescribe(to->t, to->x.data(), to->v.data());
+    to->power = from.power;
+    result.is_settled = false;
+  } else {
+    if (result.outcome = mechanics.linearise(to->t, to->x.data()); !result.outcome.ok()) return result;
+    const std::vector<double> expected = to->v;
+    result = settle(mechanics, options.stabilisation, to);
+    if (!result.outcome.ok()) return result;
+    if (turns_away(expected, to->v)) {
+      result.outcome = {Status::Singular, "constraints depend on each other near t = " + text(from.t) +
+                                              ", and no motion goes on smoothly from there"};
+      return result;
+    }
+  }
+  result.error = mechanics.error_ratio(
+      from.t, {x_error.data(), v_error.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()}, options.atol,
+      options.rtol);
+
+  // The parabola through the powers at u = -1, at 0 and at the end
+  const double w_before = -h * h / (6.0 * p * (p + h)), w_from = (h + 3.0 * p) / (6.0 * p),
+               w_to = (2.0 * h + 3.0 * p) / (6.0 * (p + h));
+  const auto integrate = [&](double at_before, double at_from, double at_to) {
+    return h * (w_before * at_before + w_from * at_from + w_to * at_to);
+  };
+  to->work.supports = from.work.supports + integrate(before.power.supports, from.power.supports, to->power.supports);
+  to->work.forces = from.work.forces + integrate(before.power.forces, from.power.forces, to->power.forces);
+  return result;
+}
+
+}  // namespace tanor

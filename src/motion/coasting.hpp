@@ -1,0 +1,53 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "motion/scheme.hpp"
+
+namespace tanor {
+
+/// When the motion meets a place where K loses rank, foreseen from the steps before. The smallest singular value of K
+/// goes through 0 there as a straight line, and the reciprocal condition of S is its square.
+class SingularForecast {
+ public:
+  /// A step ended at t on the constraints; S had this reciprocal condition there.
+  void add(double t, double reciprocal_condition) {
+    const double size = std::sqrt(std::max(0.0, reciprocal_condition));
+    const bool falls = t > time_ && size < size_ && reciprocal_condition < suspicious_below;
+    zero_ = falls ? t + (t - time_) * size / (size_ - size) : never;
+    time_ = t;
+    size_ = size;
+  }
+  void forget() { *this = {}; }
+
+  /// So near to it that stages of the step, or its end, would see a K that says little.
+  bool disturbs(double t, double h) const { return zero_ >= t - margin * h && zero_ <= t + (1.0 + margin) * h; }
+  bool lies_near(double t, double h) const { return std::abs(t - zero_) < margin * h; }
+  /// s; infinite: none is foreseen.
+  double time() const { return zero_; }
+  /// Smallest met before it, as a reciprocal condition.
+  double reciprocal_condition() const { return size_ * size_; }
+
+ private:
+  static constexpr double margin = 0.25, suspicious_below = 1e-2;
+  static constexpr double never = std::numeric_limits<double>::infinity();
+  double time_ = never, size_ = 0.0;  // of the last step
+  double zero_ = never;
+};
+
+/// A step that follows the polynomial through the last two states (x, v, a; where the first one's a is not known,
+/// without its x too) instead of accelerations: past a place where K loses rank and no longer says on which branch the
+/// motion goes on, its velocity does. The end is put onto the constraints, unless `ends_there`: then it stays where the
+/// polynomial leads.
+///
+/// Error: of order 5 (3 where less is known), estimated by the polynomial of one degree less.
+struct Coasting {
+  bool knows_acceleration_before = true;
+  bool ends_there = false;
+};
+StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,
+                 const Coasting& how, State* to);
+
+}  // namespace tanor

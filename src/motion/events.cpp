@@ -1,0 +1,354 @@
+#include "motion/events.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "motion/root_bracket.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+// Values over the largest magnitude of their function in the step
+constexpr double rounding = 1e-13;
+constexpr double vanishing = 1e-10;  // what is below where another function vanishes, vanishes with it
+
+constexpr double dense_tolerance = 1e-7;  // of the step: the secants of the steps made again do the rest
+constexpr int most_passes = 60;  // steps made again: 2 to 4 where functions are smooth, bisection where they jump
+constexpr int most_probes = 12;  // down to 1/8^12 of the step
+constexpr int most_dips = 3;
+constexpr std::size_t most_switches = 50;  // without progress of time
+
+/// Instants that are no further apart are one.
+double resolution(double t, double h) {
+  return 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t), h);
+}
+
+bool are_positive(std::span<const double> values) {
+  return std::all_of(values.begin(), values.end(), [](double f) { return f > 0.0; });
+}
+
+}  // namespace
+
+void Events::restore(std::size_t count, double last_time, std::span<const double> slopes) {
+  count_ = count;
+  last_time_ = last_time;
+  forget();
+  slopes_.assign(slopes.begin(), slopes.end());
+}
+
+void Events::forget() {
+  slopes_.clear();
+  repeated_ = 0;
+  knows_start_ = false;
+}
+
+/// All functions at the state of the last `accelerations`.
+Outcome Events::evaluate(double t, const double* x, const double* v, double* values) {
+  mechanics_.evaluate_events(t, x, v, values);
+  for (std::size_t k = 0; k < num_; ++k) {
+    if (!std::isfinite(values[k])) {
+      return {Status::NotFinite, "event function " + std::to_string(k) + " is not finite at t = " + text(t)};
+    }
+  }
+  return {};
+}
+
+/// As many functions as the present equations have.
+void Events::resize() {
+  num_ = mechanics_.num_events();
+  for (std::vector<double>* array : {&start_, &scales_, &values_}) array->resize(num_);
+  for (Sample& sample : samples_) sample.values.resize(num_);
+  is_watched_.resize(num_);
+  which_.reserve(num_);
+  for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(num_ > 0 ? mechanics_.size() : 0);
+}
+
+Outcome Events::start(const State& state) {
+  if (knows_start_) return {};
+  resize();
+  knows_start_ = true;
+  if (num_ == 0) return {};
+  Outcome found = mechanics_.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, a_.data());
+  if (found.ok()) found = evaluate(state.t, state.x.data(), state.v.data(), start_.data());
+  return found;
+}
+
+/// The mechanics back to where a step ends, from where it was looked at.
+Outcome Events::return_to(State* state) {
+  mechanics_.prescribe(state->t, state->x.data(), state->v.data());
+  return mechanics_.accelerations(state->t, state->x.data(), state->v.data(), Gradients::Evaluate, a_.data());
+}
+
+Outcome Events::evaluate_inside(const DenseOutput& dense, double fraction, double* values) {
+  const double t = dense.time(fraction);
+  dense.evaluate(mechanics_.parallel(), fraction, x_.data(), v_.data());
+  mechanics_.prescribe(t, x_.data(), v_.data());
+  Outcome found = mechanics_.accelerations(t, x_.data(), v_.data(), Gradients::Evaluate, a_.data());
+  if (found.ok()) found = evaluate(t, x_.data(), v_.data(), values);
+  return found;
+}
+
+/// In its place among the others.
+Outcome Events::add_sample(const DenseOutput& dense, double fraction) {
+  Sample& sample = samples_[num_samples_++];
+  sample.fraction = fraction;
+  Outcome found = evaluate_inside(dense, fraction, sample.values.data());
+  const auto begin = samples_.begin(), end = begin + static_cast<std::ptrdiff_t>(num_samples_);
+  const auto before = [](const Sample& a, const Sample& b) { return a.fraction < b.fraction; };
+  std::rotate(std::upper_bound(begin, end - 1, *(end - 1), before), end - 1, end);
+  return found;
+}
+
+/// f(s) = f0 + m h s + c s^2 through both ends, with the slope m of the step before, has its minimum f0 - (m h)^2/(4c).
+bool Events::may_dip(double h) const {
+  if (slopes_.size() != num_) return true;
+  const std::vector<double>&first = samples_[0].values, &last = samples_[num_samples_ - 1].values;
+  for (std::size_t k = 0; k < num_; ++k) {
+    const double rise = slopes_[k] * h, curvature = last[k] - first[k] - rise;
+    const bool has_minimum_inside = rise < 0.0 && curvature > -0.5 * rise;
+    if (has_minimum_inside && first[k] - 0.25 * rise * rise / curvature < 0.5 * std::min(first[k], last[k]))
+      return true;
+  }
+  return false;
+}
+
+/// Where a parabola through the lowest inner sample of a function and its neighbours is lowest, of those that fall
+/// below 0 there; 0: none does.
+double Events::find_dip() const {
+  double lowest = 0.0, place = 0.0;
+  for (std::size_t k = 0; k < num_; ++k) {
+    std::size_t i = 1;
+    for (std::size_t j = 2; j + 1 < num_samples_; ++j) {
+      if (samples_[j].values[k] < samples_[i].values[k]) i = j;
+    }
+    // f(s) = f + m s + c s^2, s from the middle one
+    const double f = samples_[i].values[k];
+    const double left = samples_[i - 1].fraction - samples_[i].fraction;
+    const double right = samples_[i + 1].fraction - samples_[i].fraction;
+    const double from_left = (samples_[i - 1].values[k] - f) / left;
+    const double from_right = (samples_[i + 1].values[k] - f) / right;
+    const double curvature = (from_right - from_left) / (right - left);
+    const double slope = from_right - curvature * right;
+    if (!(curvature > 0.0)) continue;
+    const double s = -0.5 * slope / curvature, value = f + 0.5 * slope * s;
+    if (value / scales_[k] < lowest && s > left && s < right && s != 0.0) {
+      lowest = value / scales_[k];
+      place = samples_[i].fraction + s;
+    }
+  }
+  return place;
+}
+
+/// Of the samples after the start.
+std::size_t Events::first_not_positive() const {
+  std::size_t i = 1;
+  while (i < num_samples_ && are_positive(samples_[i].values)) ++i;
+  return i;
+}
+
+/// Inside the step, where a function may dip; the values of both ends are there.
+Outcome Events::take_samples(const DenseOutput& dense, double h) {
+  if (!may_dip(h)) return {};
+  for (const double fraction : {0.25, 0.5, 0.75}) {
+    if (Outcome found = add_sample(dense, fraction); !found.ok()) return found;
+  }
+  for (int dip = 0; dip < most_dips && first_not_positive() == num_samples_; ++dip) {
+    measure_scales();
+    const double fraction = find_dip();
+    if (fraction == 0.0) break;
+    if (Outcome found = add_sample(dense, fraction); !found.ok()) return found;
+  }
+  return {};
+}
+
+void Events::measure_scales() {
+  for (std::size_t k = 0; k < num_; ++k) {
+    double scale = 0.0;
+    for (std::size_t j = 0; j < num_samples_; ++j) scale = std::max(scale, std::abs(samples_[j].values[k]));
+    scales_[k] = scale > 0.0 ? scale : 1.0;
+  }
+}
+
+/// At the start of the step, as after a switch: what happens to it then says whether it counts.
+bool Events::is_at_zero(std::size_t k) const {
+  return samples_[0].values[k] <= vanishing * scales_[k];
+}
+
+bool Events::falls_from_zero(std::span<const double> values) const {
+  for (std::size_t k = 0; k < num_; ++k) {
+    if (is_at_zero(k) && values[k] <= 0.0) return true;
+  }
+  return false;
+}
+
+/// Over their scales, of those watched: falls through 0 where the first of them does.
+double Events::least(std::span<const double> values) const {
+  double result = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < num_; ++k) {
+    if (is_watched_[k] != 0) result = std::min(result, values[k] / scales_[k]);
+  }
+  return result;
+}
+
+/// The first interval at whose end something is not positive.
+Outcome Events::bracket(const DenseOutput& dense, Root* root) {
+  *root = Root::None;
+  const std::size_t i = first_not_positive();
+  if (i == num_samples_) return {};
+
+  low_ = samples_[i - 1].fraction;
+  high_ = samples_[i].fraction;
+  std::span<double> at_low = samples_[i - 1].values, at_high = samples_[i].values;
+  // What is 0 at the start may rise first: its rise is looked for ever nearer to the start.
+  for (int probe = 0; i == 1 && probe < most_probes && falls_from_zero(at_high); ++probe) {
+    const double fraction = high_ / 8.0;
+    if (Outcome found = evaluate_inside(dense, fraction, values_.data()); !found.ok()) return found;
+    if (are_positive(values_)) {
+      low_ = fraction;
+      at_low = values_;
+      break;
+    }
+    high_ = fraction;
+    std::copy(values_.begin(), values_.end(), at_high.begin());
+  }
+  if (low_ == 0.0 && falls_from_zero(at_high)) {
+    which_.clear();
+    for (std::size_t k = 0; k < num_; ++k) {
+      if (is_at_zero(k) && at_high[k] <= 0.0) which_.push_back(k);
+    }
+    *root = Root::AtStart;
+    return {};
+  }
+  for (std::size_t k = 0; k < num_; ++k) is_watched_[k] = low_ > 0.0 || !is_at_zero(k);
+  least_low_ = least(at_low);
+  least_high_ = least(at_high);
+  *root = Root::Inside;
+  return {};
+}
+
+/// Steps from `from` whose length is corrected by secants until the least function vanishes where they end; leaves the
+/// functions there in `values_`.
+Outcome Events::remake(Scheme& scheme, const DenseOutput& dense, const State& from, State* to, StepResult* step) {
+  RootBracket inside(low_, least_low_, high_, least_high_, dense_tolerance);
+  while (!inside.is_narrow()) {
+    const double fraction = inside.next();
+    if (Outcome found = evaluate_inside(dense, fraction, values_.data()); !found.ok()) return found;
+    inside.narrow(fraction, least(values_));
+  }
+  const double end = to->t, whole = end - from.t, finest = resolution(from.t, whole);
+  double slope = inside.slope() / whole, h = inside.root() * whole;
+  double low = 0.0, high = std::max(finest, high_ * whole);
+  double last_h = 0.0, last = 0.0;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    to->t = from.t + std::max(h, finest);
+    if (end - to->t <= finest) to->t = end;
+    h = to->t - from.t;
+    if (Outcome back = mechanics_.linearise(from.t, from.x.data()); !back.ok()) return back;
+    *step = scheme.step(from, h, to);
+    if (!step->outcome.ok()) return step->outcome;
+    if (Outcome found = evaluate(to->t, to->x.data(), to->v.data(), values_.data()); !found.ok()) return found;
+    const double now = least(values_);
+
+    if (std::abs(now) <= rounding) return {};
+    if (pass > 0) {
+      if (std::abs(now) <= vanishing && std::abs(now) > 0.1 * std::abs(last)) return {};
+      const double secant = (now - last) / (h - last_h);
+      if (secant < 0.0 && std::isfinite(secant)) slope = secant;
+    }
+    if (now > 0.0 && h >= high) return {};  // these steps do not reach the dip that the dense output saw
+    (now > 0.0 ? low : high) = h;
+    if (high - low <= finest && now <= 0.0) return {};
+    last_h = h;
+    last = now;
+    h -= now / slope;
+    if (high - low <= finest)
+      h = high;
+    else if (!(h > low && h < high))
+      h = 0.5 * (low + high);
+  }
+  return {Status::NotConverged, "the instant of an event near t = " + text(to->t) + " is not found"};
+}
+
+/// Those that vanish with the least one.
+void Events::choose_vanishing(std::span<const double> values) {
+  which_.clear();
+  const double bound = std::max(vanishing, least(values));
+  for (std::size_t k = 0; k < num_; ++k) {
+    if (is_watched_[k] != 0 && values[k] / scales_[k] <= bound) which_.push_back(k);
+  }
+}
+
+/// At the end of a step of length h; 0: where it would have begun. One that fails leaves the equations as they were.
+Outcome Events::switch_equations(Scheme& scheme, double h, State* to) {
+  const std::vector<int> before = mechanics_.discrete_state();
+  Outcome found = mechanics_.switch_equations(to->t, to->x.data(), to->v.data(), which_, to->a.data());
+  if (found.ok()) {
+    resize();
+    found = evaluate(to->t, to->x.data(), to->v.data(), start_.data());
+  }
+  if (repeated_ == 0 || to->t - series_begin_ > static_cast<double>(most_switches) * resolution(to->t, h)) {
+    series_begin_ = to->t;
+    repeated_ = 0;
+  }
+  if (found.ok() && ++repeated_ > most_switches) {
+    found = {Status::NotConverged, "equations switch without end at t = " + text(to->t)};
+  }
+  if (!found.ok()) {
+    mechanics_.restore_discrete_state(before);
+    repeated_ = 0;
+    knows_start_ = false;
+    return found;
+  }
+  scheme.forget();
+  if (mechanics_.has_work()) to->power = mechanics_.power(to->x.data(), to->v.data());
+  slopes_.clear();
+  ++count_;
+  last_time_ = to->t;
+  return {};
+}
+
+Events::Meeting Events::meet(Scheme& scheme, const State& from, State* to, StepResult* step) {
+  if (num_ == 0) return {};
+  const DenseOutput dense(from, *to);
+  num_samples_ = 2;
+  samples_[0].fraction = 0.0;
+  samples_[0].values = start_;
+  samples_[1].fraction = 1.0;
+  Meeting meeting;
+  Outcome& found = meeting.outcome;
+  if (found = evaluate(to->t, to->x.data(), to->v.data(), samples_[1].values.data()); !found.ok()) return meeting;
+  if (found = take_samples(dense, to->t - from.t); !found.ok()) return meeting;
+  measure_scales();
+  const bool looked_inside = num_samples_ > 2;
+  Root root = Root::None;
+  if (found = bracket(dense, &root); !found.ok()) return meeting;
+
+  if (root == Root::Inside) {
+    if (found = remake(scheme, dense, from, to, step); !found.ok()) return meeting;
+    if (least(values_) > vanishing) root = Root::None;
+    choose_vanishing(values_);
+  } else if (root == Root::AtStart) {
+    *to = from;
+    if (found = return_to(to); !found.ok()) return meeting;
+  } else {
+    values_ = samples_[num_samples_ - 1].values;
+    if (looked_inside) found = return_to(to);
+    if (!found.ok()) return meeting;
+  }
+  const double h = to->t - from.t;
+  if (root == Root::None) {
+    slopes_.resize(num_);
+    for (std::size_t k = 0; k < num_; ++k) slopes_[k] = (values_[k] - start_[k]) / h;
+    std::swap(start_, values_);
+  } else {
+    meeting.has_switched = true;
+    found = switch_equations(scheme, h, to);
+  }
+  return meeting;
+}
+
+}  // namespace tanor

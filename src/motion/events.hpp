@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "motion/dense_output.hpp"
+#include "motion/scheme.hpp"
+
+namespace tanor {
+
+/// Ends steps where the equations of a mechanics change, and switches them there.
+///
+/// A function that is positive at the start of a step and not at its end is always met. One that vanishes twice inside
+/// a step is met where something hints at it: the step is the first one after a switch, or a parabola with the slope of
+/// the step before falls, inside, below half of both end values. Then the function is evaluated at three places inside
+/// and where parabolas through them fall below 0. A dip without such a hint, or narrower than a quarter of the step and
+/// far from a parabola, is missed: only a smaller step or tolerance finds it.
+/// A step that coasts past a singular place is not looked into: an event on its way is met where it ends.
+///
+/// Allocates nothing, except where the number of functions or of variables grows.
+class Events {
+ public:
+  explicit Events(Mechanics& mechanics) : mechanics_(mechanics) {}
+
+  struct Meeting {
+    Outcome outcome;
+    bool has_switched = false;
+  };
+
+  /// To be called before a step from `state`: evaluates the functions there, unless they are known from the last step.
+  Outcome start(const State& state);
+  /// The next step does not start where the last one that was met ended.
+  void forget();
+
+  /// After a step from `from` to `to` that was accepted: where a function vanishes on the way, the step is made again
+  /// so that it ends at the first such instant, and the equations are switched there; `to` and `step` are then those of
+  /// the shorter step, whose length is 0 where a function falls from 0 at once. On a failed outcome `to` is
+  /// meaningless; with `has_switched` it was the switch that failed, and no other step helps. The next step has to
+  /// start from `to`.
+  Meeting meet(Scheme& scheme, const State& from, State* to, StepResult* step);
+
+  std::size_t count() const { return count_; }
+  double last_time() const { return last_time_; }  ///< s, of the last one
+
+  /// Slopes of the functions over the last step, 1/s: what the next one depends on beside the state; empty: unknown.
+  const std::vector<double>& slopes() const { return slopes_; }
+  void restore(std::size_t count, double last_time, std::span<const double> slopes);
+
+ private:
+  struct Sample {
+    double fraction = 0.0;
+    std::vector<double> values;
+  };
+  static constexpr std::size_t most_samples = 8;
+  enum class Root { None, AtStart, Inside };
+
+  void resize();
+  Outcome return_to(State* state);
+  Outcome evaluate(double t, const double* x, const double* v, double* values);
+  Outcome evaluate_inside(const DenseOutput& dense, double fraction, double* values);
+  Outcome add_sample(const DenseOutput& dense, double fraction);
+  std::size_t first_not_positive() const;
+  bool may_dip(double h) const;
+  double find_dip() const;
+  Outcome take_samples(const DenseOutput& dense, double h);
+  void measure_scales();
+  Outcome bracket(const DenseOutput& dense, Root* root);
+  bool is_at_zero(std::size_t k) const;
+  bool falls_from_zero(std::span<const double> values) const;
+  double least(std::span<const double> values) const;
+  Outcome remake(Scheme& scheme, const DenseOutput& dense, const State& from, State* to, StepResult* step);
+  void choose_vanishing(std::span<const double> values);
+  Outcome switch_equations(Scheme& scheme, double h, State* to);
+
+  Mechanics& mechanics_;
+  std::size_t num_ = 0;
+  bool knows_start_ = false;
+  std::vector<double> start_, slopes_;        // at the start of the step; over the step before
+  std::array<Sample, most_samples> samples_;  // of this step, in order
+  std::size_t num_samples_ = 0;
+  std::vector<double> scales_;                 // largest magnitude of each function over the samples
+  std::vector<char> is_watched_;               // not one that has just left 0 upwards
+  double low_ = 0.0, high_ = 0.0;              // fractions between which the first root lies …
+  double least_low_ = 0.0, least_high_ = 0.0;  // … with the least value, over its scale, there
+  std::vector<double> values_;                 // scratch
+  std::vector<std::size_t> which_;
+  std::vector<double> x_, v_, a_;         // inside the step
+  std::size_t count_ = 0, repeated_ = 0;  // switches; those since `series_begin_`, without progress
+  double last_time_ = 0.0, series_begin_ = 0.0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,221 @@
+#include "motion/integration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "motion/equal_steps.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr int most_splits = 8;  // of a fixed step that fails
+
+}  // namespace
+
+Integration::Integration(Method method, const MotionOptions& options, Mechanics& mechanics, MotionReport* report)
+    : method_(method),
+      options_(options),
+      mechanics_(mechanics),
+      report_(*report),
+      scheme_(make_scheme(method, options, mechanics)),
+      control_(scheme_->order()),
+      events_(mechanics),
+      places_(options, mechanics, report) {
+  for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
+}
+
+void Integration::write(Snapshot* snapshot) const {
+  snapshot->next_step = next_step;
+  snapshot->last_error = control_.last_error();
+  snapshot->advance_begin = advance_begin_;
+  snapshot->advance_end = advance_end_;
+  snapshot->discrete_state = mechanics_.discrete_state();
+  snapshot->event_slopes = events_.slopes();
+}
+
+void Integration::restore(const Snapshot& snapshot) {
+  mechanics_.restore_discrete_state(snapshot.discrete_state);
+  next_step = snapshot.next_step;
+  control_ = StepControl(scheme_->order(), snapshot.last_error);
+  advance_begin_ = snapshot.advance_begin;
+  advance_end_ = snapshot.advance_end;
+  scheme_ = make_scheme(method_, options_, mechanics_);  // which remembers no other motion
+  events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
+}
+
+void Integration::begin() {
+  resume();
+  places_.begin(state.t);
+}
+
+void Integration::resume() {
+  trial_ = state;  // what does not move stands in both
+  trial_is_before_ = false;
+  places_.resume(state.t);
+}
+
+Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {
+  return scheme_->is_adaptive() ? advance_adaptively(t_end, taken, observer)
+                                : advance_in_equal_steps(t_end, taken, observer);
+}
+
+/// With the scheme, to t or to the first event on the way.
+Integration::Attempt Integration::try_step(double t, bool may_surprise) {
+  Attempt attempt;
+  StepResult& step = attempt.step;
+  trial_.t = t;
+  trial_is_before_ = false;
+  step = scheme_->step(state, t - state.t, &trial_);
+  attempt.error = step.error;
+  attempt.has_surprised = may_surprise && attempt.is_good() && places_.have_surprised();
+  if (!attempt.is_good()) return attempt;
+  const Events::Meeting meeting = events_.meet(*scheme_, state, &trial_, &step);
+  step.outcome = meeting.outcome;
+  attempt.has_switched = meeting.has_switched;
+  return attempt;
+}
+
+/// Past a singular place, or near it: on along the last two states. Events on the way are met at its end.
+Integration::Attempt Integration::try_coasting(double t) {
+  Attempt attempt;
+  attempt.has_coasted = true;
+  if (beyond_.x.empty()) beyond_ = state;
+  if (!knows_acceleration()) {
+    Outcome& found = attempt.step.outcome;
+    found = mechanics_.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
+    if (!found.ok()) return attempt;
+  }
+  beyond_.t = t;
+  attempt.step = places_.coast(*scheme_, trial_, state, &beyond_);
+  attempt.error = attempt.step.error;
+  if (attempt.is_good()) std::swap(trial_, beyond_);
+  return attempt;
+}
+
+/// A step that was accepted; of length 0 where equations were switched before it.
+void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
+  const double h = trial_.t - state.t;
+  std::swap(state, trial_);
+  trial_is_before_ = mechanics_.keeps_variables() && !attempt.has_switched;
+  if (attempt.has_switched) places_.forget();
+  if (attempt.has_coasted) events_.forget();
+  report_.events = events_.count();
+  report_.last_event = events_.last_time();
+  if (h > 0.0) {
+    report_.last_step = h;
+    taken(attempt.step);
+  }
+  places_.note(state.t, attempt.step.is_settled);
+}
+
+/// A fixed step, in pieces where events lie on the way; one that fails is tried again in halves.
+Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken) {
+  while (state.t < t) {
+    const double h = t - state.t;
+    const bool coasts = trial_is_before_ && places_.disturb(state.t, h);
+    if (Outcome found = coasts ? Outcome{} : events_.start(state); !found.ok()) return found;
+    const Attempt attempt = coasts ? try_coasting(t) : try_step(t, splits_left == most_splits);
+    if (attempt.is_good()) {
+      take_trial(attempt, taken);
+      continue;
+    }
+    if (attempt.has_switched || splits_left == 0) return attempt.step.outcome;
+    ++report_.rejected;
+    if (Outcome back = mechanics_.linearise(state.t, state.x.data()); !back.ok()) return back;
+    if (Outcome first = step_or_split(state.t + 0.5 * h, splits_left - 1, taken); !first.ok()) return first;
+    return step_or_split(t, splits_left - 1, taken);
+  }
+  return {};
+}
+
+Outcome Integration::step_too_small(double resolution, const Outcome& reason) const {
+  return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
+                                    (reason.ok() ? "" : ": " + reason.what)};
+}
+
+/// Steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes on
+/// with its own steps.
+Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer) {
+  EqualSteps steps(advance_begin_, t_end, options_.step);
+  double k = steps.nearest(state.t);
+  if (advance_end_ != t_end || steps.time(k) != state.t) {
+    steps = EqualSteps(state.t, t_end, options_.step);
+    k = 0.0;
+  }
+  advance_begin_ = steps.begin();
+  advance_end_ = t_end;
+  const double resolution =
+      16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_end), std::abs(state.t));
+  if (steps.length() < resolution) return step_too_small(resolution, {});
+  while (k < steps.count()) {
+    if (Outcome found = step_or_split(steps.time(++k), most_splits, taken); !found.ok()) return found;
+    if (observer && !observer(report_)) break;
+  }
+  return {};
+}
+
+Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const Observer& observer) {
+  while (state.t < t_end) {
+    const double t = state.t;
+    const bool is_disturbed = places_.disturb(t, std::min(next_step, t_end - t));
+    const bool coasts = is_disturbed && trial_is_before_;
+    if (is_disturbed && !coasts && places_.approach()) next_step = places_.half_way(t);
+    if (Outcome found = coasts ? coast_adaptively(t_end, taken) : step_adaptively(t_end, taken); !found.ok())
+      return found;
+    if (state.t > t && observer && !observer(report_)) break;
+  }
+  return {};
+}
+
+/// Tries a step past a singular place once; `next_step` is then the length to try instead.
+Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
+  const double left = t_end - state.t, wanted = places_.coasting_length(trial_.t, state.t);
+  const bool last = wanted >= 0.99 * left;
+  const Attempt attempt = try_coasting(last ? t_end : state.t + wanted);
+  if (attempt.is_good()) {
+    take_trial(attempt, taken);
+    return {};
+  }
+  ++report_.rejected;
+  if (!places_.approach()) return step_too_small(std::min(wanted, left), attempt.step.outcome);
+  if (!places_.is_coasting()) next_step = places_.half_way(state.t);
+  return {};
+}
+
+/// Tries a step once; `next_step` is then the length to try next.
+Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
+  if (Outcome found = events_.start(state); !found.ok()) return found;
+  // End exactly at t_end, without a tiny last step.
+  const double left = t_end - state.t;
+  const bool last = next_step >= 0.99 * left;
+  const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
+  const Attempt attempt = try_step(last ? t_end : state.t + h, true);
+  if (attempt.is_good()) {
+    const double wanted = h * control_.accept(attempt.error);
+    // A step cut short by t_end says little about the next one, one cut short by an event nothing: the whole one does,
+    // but not that the next one may be longer.
+    next_step = last ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
+    if (attempt.has_switched) next_step = std::min(next_step, h);
+    take_trial(attempt, taken);
+    return {};
+  }
+  const StepResult& step = attempt.step;
+  if (attempt.has_switched) return step.outcome;
+  ++report_.rejected;
+  if (attempt.has_surprised) {
+    places_.approach();
+    next_step = 0.5 * h;
+    return {};
+  }
+  const bool has_error = step.outcome.ok() && std::isfinite(attempt.error);
+  next_step = h * (has_error ? control_.reject(attempt.error) : 0.25);
+  const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
+  return next_step < resolution ? step_too_small(resolution, step.outcome) : Outcome{};
+}
+
+}  // namespace tanor

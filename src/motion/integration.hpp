@@ -1,0 +1,82 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include <tanor/motion.hpp>
+
+#include "motion/events.hpp"
+#include "motion/scheme.hpp"
+#include "motion/singular_places.hpp"
+#include "motion/step_control.hpp"
+
+namespace tanor {
+
+/// A state on its way through time: a scheme, the lengths of its steps, and the events and singular places on the way.
+class Integration {
+ public:
+  /// Writes steps that were rejected, events, rank changes, singular places and the length of the last step into
+  /// `report`; `method` is not Auto.
+  Integration(Method method, const MotionOptions& options, Mechanics& mechanics, MotionReport* report);
+
+  /// After every step, whose end is `state`.
+  using Taken = std::function<void(const StepResult&)>;
+  /// After every step, for the user; false: stop there. A fixed step that was split or met events is one step here.
+  using Observer = std::function<bool(const MotionReport&)>;
+
+  const Scheme& scheme() const { return *scheme_; }
+  /// `state` has its acceleration: it comes from a scheme that leaves one, or follows earlier ones.
+  bool knows_acceleration() const { return scheme_->knows_acceleration() || places_.is_coasting(); }
+
+  /// To be called when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
+  void begin();
+  void resume();
+
+  /// From state.t to exactly t_end; on a failure `state` stays at the last good step, the mechanics does not. An
+  /// adaptive scheme needs `next_step` > 0.
+  Outcome advance(double t_end, const Taken& taken, const Observer& observer);
+
+  /// What the next step depends on beside the state, to and from a snapshot; then the state, and `resume`.
+  void write(Snapshot* snapshot) const;
+  void restore(const Snapshot& snapshot);
+
+  State state;             ///< to be completed by the owner before the first step
+  double next_step = 0.0;  ///< s, adaptive schemes: the first one to try; 0: not known yet
+
+ private:
+  /// What one try to go on says.
+  struct Attempt {
+    StepResult step;
+    double error = 0.0;          // of the whole step, also where an event cut it short
+    bool has_surprised = false;  // a singular place that was not foreseen
+    bool has_coasted = false;
+    bool has_switched = false;  // equations at its end; on a failed outcome no other step helps
+
+    bool is_good() const { return step.outcome.ok() && error <= 1.0 && !has_surprised; }
+  };
+
+  Outcome advance_adaptively(double t_end, const Taken& taken, const Observer& observer);
+  Outcome coast_adaptively(double t_end, const Taken& taken);
+  Outcome step_adaptively(double t_end, const Taken& taken);
+  Outcome advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer);
+  Outcome step_or_split(double t, int splits_left, const Taken& taken);
+  Outcome step_too_small(double resolution, const Outcome& reason) const;
+  Attempt try_step(double t, bool may_surprise);
+  Attempt try_coasting(double t);
+  void take_trial(const Attempt& attempt, const Taken& taken);
+
+  Method method_;
+  MotionOptions options_;
+  Mechanics& mechanics_;
+  MotionReport& report_;
+  std::unique_ptr<Scheme> scheme_;
+  StepControl control_;
+  Events events_;
+  SingularPlaces places_;
+  State trial_;                                     // after a step: the one before, if …
+  bool trial_is_before_ = false;                    // … no other was tried since
+  State beyond_;                                    // of steps that coast; made by the first of them
+  double advance_begin_ = 0.0, advance_end_ = 0.0;  // of the last advance in equal steps
+};
+
+}  // namespace tanor

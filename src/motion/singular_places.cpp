@@ -1,0 +1,94 @@
+#include "motion/singular_places.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+void SingularPlaces::begin(double t) {
+  forget();
+  report_.reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  report_.reciprocal_condition_time = t;
+  report_.rank_changes.start = report_.rank_changes.now = mechanics_.rank();
+  note(t, true);
+}
+
+void SingularPlaces::resume(double t) {
+  forget();
+  memory_.forecast.add(t, mechanics_.last_solve().reciprocal_condition);
+  memory_.is_at_one = !report_.singular_passages.first.empty() && is_at_one();
+}
+
+void SingularPlaces::note(double t, bool is_settled) {
+  memory_.is_coasting = !is_settled;
+  if (!is_settled) return;
+  const double reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  if (reciprocal_condition < report_.reciprocal_condition) {
+    report_.reciprocal_condition = reciprocal_condition;
+    report_.reciprocal_condition_time = t;
+  }
+  if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
+  memory_.forecast.add(t, reciprocal_condition);
+  if (is_at_one()) note_passage(t, reciprocal_condition, memory_.is_at_one);
+  memory_.is_at_one = is_at_one();
+  note_rank(t);
+}
+
+void SingularPlaces::note_rank(double t) {
+  RankChanges& changes = report_.rank_changes;
+  if (mechanics_.rank() == changes.now) return;
+  changes.now = mechanics_.rank();
+  ++changes.count;
+  if (changes.first.size() < RankChanges::most_kept) changes.first.push_back({t, changes.now});
+}
+
+void SingularPlaces::note_passage(double t, double reciprocal_condition, bool is_the_last_one) {
+  SingularPassages& passages = report_.singular_passages;
+  const bool is_last_kept = !passages.first.empty() && passages.first.size() == passages.count;
+  if (!is_the_last_one) {
+    ++passages.count;
+    if (passages.first.size() < SingularPassages::most_kept) passages.first.push_back({t, reciprocal_condition});
+  } else if (is_last_kept && reciprocal_condition < passages.first.back().reciprocal_condition) {
+    passages.first.back() = {t, reciprocal_condition};
+  }
+}
+
+bool SingularPlaces::is_at_one() const {
+  constexpr double nearly_0 = 1e-9;
+  return mechanics_.last_solve().reciprocal_condition < nearly_0;
+}
+
+bool SingularPlaces::have_surprised() const {
+  constexpr double fall = 1e-3;
+  return memory_.approaches == 0 && mechanics_.rank() == report_.rank_changes.now &&
+         mechanics_.last_solve().reciprocal_condition < fall * memory_.forecast.reciprocal_condition();
+}
+
+double SingularPlaces::coasting_length(double t_before, double t) const {
+  const double ahead = memory_.forecast.time() - t, before = t - t_before;
+  return is_coasting() ? before * std::pow(0.5, memory_.approaches) : ahead + 0.5 * std::max(ahead, 0.5 * before);
+}
+
+StepResult SingularPlaces::coast(const Scheme& scheme, const State& before, const State& from, State* to) {
+  constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
+  SingularForecast& forecast = memory_.forecast;
+  const Coasting how{.knows_acceleration_before = scheme.knows_acceleration(),
+                     .ends_there = forecast.lies_near(to->t, to->t - from.t)};
+  StepResult step = tanor::coast(mechanics_, options_, before, from, how, to);
+  if (!step.outcome.ok()) return step;
+  // From halfway there the error is 1/32 of the one before, or it is rounding.
+  const bool is_rounding = step.error > 0.25 * memory_.coasting_error;
+  if (scheme.is_adaptive() && !(step.error <= allowed_error || is_rounding)) {
+    memory_.coasting_error = step.error;
+    return step;
+  }
+  step.error = 0.0;
+  if (forecast.time() != memory_.last_passage) note_passage(forecast.time(), forecast.reciprocal_condition(), false);
+  memory_.last_passage = forecast.time();
+  memory_.approaches = 0;
+  memory_.coasting_error = std::numeric_limits<double>::infinity();
+  if (step.is_settled) forecast.forget();
+  return step;
+}
+
+}  // namespace tanor

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <limits>
+
+#include "motion/coasting.hpp"
+#include "motion/scheme.hpp"
+
+namespace tanor {
+
+/// The places where K loses rank on the way of one motion: foresees them, passes them by coasting, and says in the
+/// report which ones it met.
+class SingularPlaces {
+ public:
+  SingularPlaces(const MotionOptions& options, Mechanics& mechanics, MotionReport* report)
+      : options_(options), mechanics_(mechanics), report_(*report) {}
+
+  /// The motion begins at t, or goes on there from a snapshot; the mechanics has solved there.
+  void begin(double t);
+  void resume(double t);
+  /// The equations have changed: nothing of the steps before says what comes.
+  void forget() { memory_ = {}; }
+  /// A step was taken to t.
+  void note(double t, bool is_settled);
+
+  /// The state has not come back to the constraints yet.
+  bool is_coasting() const { return memory_.is_coasting; }
+  /// A step of length h from t has to coast.
+  bool disturb(double t, double h) const { return is_coasting() || memory_.forecast.disturbs(t, h); }
+  /// The last step came upon such a place out of nowhere: a shorter one first, to foresee it.
+  bool have_surprised() const;
+
+  /// The next step is to be shorter; false: it was often enough.
+  bool approach() { return ++memory_.approaches <= most_approaches; }
+  double half_way(double t) const { return 0.5 * (memory_.forecast.time() - t); }
+  /// Of a step that coasts: half as far beyond the place as it lies ahead.
+  double coasting_length(double t_before, double t) const;
+  /// From `from` on along `before` and it, to `to`, whose time is given; an error above 1: try a shorter step.
+  StepResult coast(const Scheme& scheme, const State& before, const State& from, State* to);
+
+ private:
+  static constexpr int most_approaches = 12;
+
+  bool is_at_one() const;
+  void note_rank(double t);
+  void note_passage(double t, double reciprocal_condition, bool is_the_last_one);
+
+  MotionOptions options_;
+  Mechanics& mechanics_;
+  MotionReport& report_;
+  // Of the steps before
+  struct {
+    SingularForecast forecast;
+    bool is_coasting = false, is_at_one = false;
+    int approaches = 0;  // to the place that is foreseen, each halves the way …
+    double coasting_error = std::numeric_limits<double>::infinity();  // … and this of the last of them
+    double last_passage = std::numeric_limits<double>::quiet_NaN();
+  } memory_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+
+#include "motion/toys.hpp"
+
+namespace tanor {
+namespace {
+
+using toys::Toy;
+using toys::Travel;
+
+constexpr double singular_time = 0.8;
+
+/// Flies freely, and turns where x falls through 0. At `singular_time` K loses rank: the smallest
+/// singular value of K goes through 0 there as a straight line.
+class Ball final : public Toy {
+ public:
+  Ball() : Toy(1) {}
+
+  Outcome free_accelerations(double t, const double*, const double*, double* a) override {
+    const double distance = t - singular_time;
+    solve_.reciprocal_condition = 0.01 * distance * distance;
+    a[0] = 0.0;
+    return {};
+  }
+  std::size_t num_events() const override { return 1; }
+  void evaluate_events(double, const double* x, const double* v, double* values) override {
+    values[0] = v[0] > 0.0 ? 1.0 : x[0];
+  }
+  Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, double* a) override {
+    switch_times.push_back(t);
+    v[0] = -v[0];
+    return free_accelerations(t, x, v, a);
+  }
+  const SolveReport& last_solve() const override { return solve_; }
+
+ private:
+  SolveReport solve_;
+};
+
+/// Steps end at 0.1, 0.6, …: an error of 0 makes every step five times the one before.
+const MotionOptions growing{.step = 0.1, .rtol = 1e-8, .atol = 1e-8};
+
+TEST(SingularEventTest, AMotionWithoutEventsCoastsPastTheSingularPlace) {
+  Ball ball;
+  Travel travel(ball, Method::Dopri5, growing, {10.0}, {-1.0});
+
+  ASSERT_TRUE(travel.advance(2.0).ok());
+
+  EXPECT_NEAR(travel.integration.state.x[0], 8.0, 1e-12);
+  ASSERT_EQ(travel.report.singular_passages.count, 1u);
+  EXPECT_NEAR(travel.report.singular_passages.first[0].time, singular_time, 1e-12);
+}
+
+TEST(SingularEventTest, ASwitchForgetsTheVelocityBeforeIt) {
+  // Turns at 0.4, from where a step of 0.5 would coast along the velocity that it had at 0.1.
+  Ball ball;
+  Travel travel(ball, Method::Dopri5, growing, {0.4}, {-1.0});
+
+  ASSERT_TRUE(travel.advance(2.0).ok());
+
+  ASSERT_EQ(ball.switch_times.size(), 1u);
+  EXPECT_NEAR(ball.switch_times[0], 0.4, 1e-12);
+  EXPECT_NEAR(travel.integration.state.x[0], 1.6, 1e-12);
+  EXPECT_EQ(travel.integration.state.v[0], 1.0);
+}
+
+TEST(SingularEventTest, AnEventWhileItCoastsIsMetWhereThatEnds) {
+  // It coasts from 0.6 over 0.2 + 0.5 (0.5/2) = 0.325.
+  Ball ball;
+  Travel travel(ball, Method::Dopri5, growing, {0.85}, {-1.0});
+
+  ASSERT_TRUE(travel.advance(2.0).ok());
+
+  ASSERT_EQ(ball.switch_times.size(), 1u);
+  EXPECT_NEAR(ball.switch_times[0], 0.925, 1e-12);
+  EXPECT_EQ(travel.report.last_event, ball.switch_times[0]);
+  EXPECT_NEAR(travel.integration.state.x[0], 1.0, 1e-12);  // 1.075 - 0.075
+  EXPECT_EQ(travel.report.singular_passages.count, 1u);
+}
+
+}  // namespace
+}  // namespace tanor
