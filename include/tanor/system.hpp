@@ -311,6 +311,9 @@ struct TANOR_API System {
 /// Number of scalar equations d of all constraints; group by group, member by member, a member's rows side by side.
 TANOR_API std::size_t num_equations(const System& system);
 
+/// Number of contacts of an entry of `friction`: moving points on its guides that it can act on (none without effect).
+TANOR_API std::size_t num_contacts(const System& system, std::size_t friction);
+
 /// The user's name of a row, e.g. "rods[17]"; "wire[4].1" for the second row of a member with several.
 TANOR_API std::string equation_name(const System& system, std::size_t row);
 

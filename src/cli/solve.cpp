@@ -47,6 +47,7 @@ ExitCode execute(const SolveOptions& options) {
 
   const std::size_t size = positions.size();
   std::vector<double> accelerations(size), multipliers(dynamics.num_equations()), reactions(size), support_forces(size);
+  std::vector<double> friction;
   const SolveReport report = dynamics.solve(0.0, positions, velocities, accelerations, multipliers, reactions);
   if (!report.outcome.ok()) {
     write(options, solution);
@@ -60,6 +61,12 @@ ExitCode execute(const SolveOptions& options) {
     print_message(options.scene.string() + ": " + redundancy);
   solution.reactions = reactions;
   solution.support_forces = support_forces;
+  if (!dynamics.system().friction.empty()) {
+    friction.resize(size);
+    dynamics.friction_forces(friction);
+    solution.friction = friction;
+    solution.friction_report = report.friction;
+  }
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
     solution.certificate = dynamics.certify();
   }

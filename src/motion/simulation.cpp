@@ -70,7 +70,7 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
 }  // namespace
 
 double EnergyReport::drift_relative() const {
-  const double drift = now - start - work_of_supports - work_of_forces;
+  const double drift = now - start - work_of_supports - work_of_forces - work_of_friction;
   return scale > 0.0 ? drift / scale : 0.0;
 }
 
