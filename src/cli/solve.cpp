@@ -49,6 +49,8 @@ ExitCode execute(const SolveOptions& options) {
   std::vector<double> accelerations(size), multipliers(dynamics.num_equations()), reactions(size), support_forces(size);
   std::vector<double> friction;
   const SolveReport report = dynamics.solve(0.0, positions, velocities, accelerations, multipliers, reactions);
+  const bool has_friction = !dynamics.system().friction.empty();
+  if (has_friction) solution.friction_report = report.friction;
   if (!report.outcome.ok()) {
     write(options, solution);
     return tell(options, report.outcome);
@@ -61,11 +63,10 @@ ExitCode execute(const SolveOptions& options) {
     print_message(options.scene.string() + ": " + redundancy);
   solution.reactions = reactions;
   solution.support_forces = support_forces;
-  if (!dynamics.system().friction.empty()) {
+  if (has_friction) {
     friction.resize(size);
     dynamics.friction_forces(friction);
     solution.friction = friction;
-    solution.friction_report = report.friction;
   }
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
     solution.certificate = dynamics.certify();

@@ -114,7 +114,7 @@ struct Simulation::Implementation {
       array->resize(3 * model.num_points());
     }
     for (std::vector<double>* array : {&q, &q_dot}) array->resize(forms.is_tangent() ? form.size() : 0);
-    lambda.resize(model.num_rows());
+    lambda.resize(model.numbering.num_user_rows);
     rows.resize(model.num_rows());
 
     state.t = t_start;
