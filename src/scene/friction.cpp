@@ -33,11 +33,7 @@ Friction read_coulomb(const Cursor& entry, const Context& context) {
   coulomb.at = read_guides(entry["at"]);
   coulomb.coefficient = entry["coefficient"].non_negative();
   coulomb.regularisation = read_regularisation(entry["law"]);
-  if (const Cursor coefficient = entry["static_coefficient"]) {
-    if (coulomb.regularisation)
-      coefficient.complain(R"(found beside a regularised law, which has no stick, wanted with "exact" only)");
-    coulomb.static_coefficient = coefficient.non_negative();
-  }
+  if (const Cursor coefficient = entry["static_coefficient"]) coulomb.static_coefficient = coefficient.non_negative();
   coulomb.velocity = read_velocity(entry["velocity"], context);
   coulomb.reaction = entry["reaction"].choice<Coulomb::Reaction>(
       {{"guide", Coulomb::Reaction::Guide}, {"full", Coulomb::Reaction::Full}}, coulomb.reaction);

@@ -38,6 +38,7 @@ class FrictionValidation {
       std::visit(
           [&](const auto& friction) {
             check_guides(friction.at, where + "/at");
+            if (sticks(system_.friction[i])) claim_guides(friction.at, where);
             check_values(friction, where);
             check_function(friction.velocity, t_, where + "/velocity", "velocity");
           },
@@ -81,6 +82,22 @@ class FrictionValidation {
     return found->second;
   }
 
+  static bool sticks(const Friction& friction) {
+    const auto* coulomb = std::get_if<Coulomb>(&friction);
+    return coulomb != nullptr && !coulomb->regularisation;
+  }
+
+  /// Two laws with stick at one guide could share the force that holds a point in any way.
+  void claim_guides(const std::vector<std::string>& at, const std::string& where) {
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      const auto [owner, is_new] = sticking_entry_of_guide_.emplace(at[k], where);
+      if (!is_new) {
+        throw InputError(element(where + "/at", k), "points stick at " + quoted(at[k]) + " by " + owner->second +
+                                                        " already; give one entry with the sum of the coefficients");
+      }
+    }
+  }
+
   template <class Group>
   void add_guide(const Group& guide, const std::string& name, const std::string& where) {
     for (std::size_t k = 0; k < num_members(guide); ++k) {
@@ -111,6 +128,10 @@ class FrictionValidation {
     }
     if (coulomb.regularisation) {
       check_number(*coulomb.regularisation, Rule::positive, where + "/law/regularised", "regularised");
+      if (coulomb.static_coefficient) {
+        throw InputError(where + "/static_coefficient",
+                         "stands beside a regularised law, which has no stick; leave it out, or take the exact law");
+      }
     }
   }
 
@@ -139,6 +160,7 @@ class FrictionValidation {
   const std::span<const std::size_t> support_of_point_;
   const double t_;
   std::unordered_map<std::string, std::size_t> group_of_name_;
+  std::unordered_map<std::string, std::string> sticking_entry_of_guide_;  ///< JSON pointers of exact Coulomb laws
   std::map<Index, int> equations_of_point_;  ///< of the present entry's guides; points that move alone
 };
 

@@ -321,11 +321,11 @@ System make_rough_chain(const Friction& friction) {
 json summarise_friction(const System& system, const FrictionSummary& found) {
   const Folder folder;
   replace_file(folder / "friction.json", [&](OutputFile* file) {
-    JsonWriter json(file);
-    json.begin_object();
-    write_friction_summary(&json, system, found);
-    json.end_object();
-    json.finish();
+    JsonWriter writer(file);
+    writer.begin_object();
+    write_friction_summary(&writer, system, found);
+    writer.end_object();
+    writer.finish();
   });
   return read_json(folder / "friction.json")["friction"];
 }

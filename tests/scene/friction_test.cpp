@@ -167,7 +167,7 @@ const BadFriction bad_friction[] = {
     {"StaticCoefficientIsNegative", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "static_coefficient": -1})",
      R"(/friction/0/static_coefficient: found number -1, wanted a number >= 0)"},
     {"StaticCoefficientWithoutStick", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "static_coefficient": 0.4, "law": {"regularised": 1}})",
-     R"(/friction/0/static_coefficient: found beside a regularised law, which has no stick, wanted with "exact" only)"},
+     R"(/friction/0/static_coefficient: stands beside a regularised law, which has no stick; leave it out, or take the exact law)"},
     {"LawIsUnknown", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "law": "smooth"})",
      R"(/friction/0/law: found string "smooth", wanted "exact" or {"regularised": v0})"},
     {"LawIsANumber", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "law": 1e-3})",

@@ -104,6 +104,14 @@ TEST(ValidateTest, VelocityOfAGuideIsCheckedAtTheStart) {
   EXPECT_THROW(validate(system, 2.0), InputError);
 }
 
+TEST(ValidateTest, LawsWithoutStickMayShareAGuide) {
+  System system = make_system();
+  system.friction.push_back(Coulomb{.name = "more", .at = {"ball"}, .coefficient = 0.1, .regularisation = 1e-3});
+  system.friction.push_back(Viscous{.name = "grease", .at = {"ball"}, .coefficient = 0.1});
+
+  EXPECT_NO_THROW(validate(system));
+}
+
 struct Mistake {
   const char* name;
   void (*make)(System&);
@@ -177,6 +185,19 @@ const Mistake mistakes[] = {
      "/friction/0/law/regularised: regularised 0 is not positive"},
     {"RegularisationIsNoNumber", [](System& s) { rough(s).regularisation = nan; },
      "/friction/0/law/regularised: regularised nan is not finite"},
+    {"StaticCoefficientWithoutStick",
+     [](System& s) {
+       rough(s).regularisation = 1e-3;
+       rough(s).static_coefficient = 0.4;
+     },
+     "/friction/0/static_coefficient: stands beside a regularised law, which has no stick; leave it out, or take the "
+     "exact law"},
+    {"TwoLawsWithStickAtOneGuide",
+     [](System& s) {
+       s.friction.push_back(Coulomb{.name = "more", .at = {"wall", "ball"}, .coefficient = 0.1});
+     },
+     "/friction/3/at/1: points stick at \"ball\" by /friction/0 already; give one entry with the sum of the "
+     "coefficients"},
     {"VelocityIsNoNumber",
      [](System& s) {
        felt(s).velocity = Vector3{0, nan, 0};
