@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -34,9 +35,23 @@ struct TANOR_API EnergyReport {
   double start = 0.0, now = 0.0;
   double work_of_supports = 0.0;  ///< by moving supports and time-dependent constraints
   double work_of_forces = 0.0;    ///< by forces without potential: drag, damping, time-dependent ones
+  double work_of_friction = 0.0;  ///< at contacts; on moving guides it may be positive
   double scale = 0.0;             ///< largest of |E(0)| and the kinetic energy at the steps
   /// (now - start - works)/scale; 0 where nothing ever moved.
   double drift_relative() const;
+};
+
+/// Friction over all instants at which it was found. Laws that read no reaction (viscous) take no iteration.
+struct FrictionSummary {
+  std::size_t solves = 0;  ///< instants at which friction that depends on reactions was found
+  double iterations_mean = 0.0;
+  int iterations_max = 0;
+  double contraction_max = 0.0;  ///< measured, see FrictionReport
+  /// Largest one, N; NaN: not proven everywhere.
+  double error_bound = std::numeric_limits<double>::quiet_NaN();
+  Uniqueness uniqueness = Uniqueness::NotAsked;       ///< the weakest that was found
+  FrictionMethod method_used = FrictionMethod::Auto;  ///< the strongest that was needed
+  double residual_max = 0.0;                          ///< |tau(lambda) - tau| over the largest friction
 };
 
 struct MotionReport {
@@ -55,6 +70,7 @@ struct MotionReport {
   RankChanges rank_changes;                ///< since the start
   SingularPassages singular_passages;      ///< in the order of time
   EnergyReport energy;
+  FrictionSummary friction;
   Counters counters;
   PhaseTimes times;
 };

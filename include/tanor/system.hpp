@@ -311,6 +311,9 @@ struct TANOR_API System {
 /// Number of scalar equations d of all constraints; group by group, member by member, a member's rows side by side.
 TANOR_API std::size_t num_equations(const System& system);
 
+/// Number of contacts of an entry of `friction`: moving points on its guides that it can act on (none without effect).
+TANOR_API std::size_t num_contacts(const System& system, std::size_t friction);
+
 /// The user's name of a row, e.g. "rods[17]"; "wire[4].1" for the second row of a member with several.
 TANOR_API std::string equation_name(const System& system, std::size_t row);
 
@@ -327,8 +330,8 @@ TANOR_API std::string_view kind_name(const Friction& friction);
 TANOR_API std::string_view kind_name(const Coordinates& coordinates);
 
 /// Checks every rule of the contract: sizes, indices, finite numbers (and at most 1e100, so that squares are finite
-/// too), positive masses and lengths, nonzero normals, pairs of distinct points, no straight angles, names that are
-/// used once. What depends on time is checked at t, where the motion starts. Throws InputError with a JSON pointer.
+/// too), positive masses and lengths, nonzero normals, pairs of distinct points, no straight angles, names used once,
+/// friction at guides. What depends on time is checked at t, the start. Throws InputError with a JSON pointer.
 TANOR_API void validate(const System& system, double t = 0.0);
 
 }  // namespace tanor

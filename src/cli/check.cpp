@@ -9,6 +9,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
+#include "report/friction_parts.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -69,6 +70,8 @@ ExitCode execute(const CheckOptions& options) {
   velocities.resize(positions.size(), 0.0);
   Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
   print("scene", scene.name);
+  const bool has_friction = !dynamics.system().friction.empty();
+  if (has_friction) print("friction", report::describe_friction(dynamics.system()));
   print_start(&dynamics, positions, velocities);
   const StartReport start =
       naming_file(options.scene, [&] { return dynamics.start(0.0, positions, velocities, scene.motion.start); });
@@ -82,6 +85,7 @@ ExitCode execute(const CheckOptions& options) {
   print_rank(dynamics.rank(true), dynamics.num_equations());
   print("reciprocal condition", fmt::format("{:.2e} (of the scaled {})", solved.reciprocal_condition,
                                             dynamics.plan().form == Form::Tangent ? "H = A'MA" : "S = K'M^-1K"));
+  if (has_friction) print("friction found", report::describe_friction(solved.friction));
   print("residual", fmt::format("{:.1e} ({} refinements)", solved.residual, solved.refinements));
   const Certificate certificate = dynamics.certify();
   print_certificate(certificate);

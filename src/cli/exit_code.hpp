@@ -6,7 +6,7 @@ namespace tanor::cli {
 enum class ExitCode {
   Done = 0,
   BadInput = 2,       ///< or wrong usage
-  NoAnswer = 3,       ///< numerical outcome: no unique answer, tolerance not reached, stopped early
+  NoAnswer = 3,       ///< numerical outcome: no answer, several (friction), tolerance not reached, stopped early
   MachineFailure = 4  ///< memory, disk, or our own bug
 };
 

@@ -12,6 +12,7 @@
 #include "cli/command_line.hpp"
 #include "cli/cost.hpp"
 #include "cli/messages.hpp"
+#include "report/friction_parts.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -90,6 +91,7 @@ ExitCode execute(const InfoOptions& options) {
   print("constraints", constraints);
   if (plan.coordinates > 0) print("coordinates", coordinates);
   print("forces", forces);
+  print("friction", report::describe_friction(dynamics.system()));
   print("islands", fmt::format("{}, in {} part{}", plan.islands, plan.parts, plan.parts == 1 ? "" : "s"));
   print("form", describe_form(plan, wanted));
   print("ordering", plan.ordering);

@@ -47,7 +47,10 @@ ExitCode execute(const SolveOptions& options) {
 
   const std::size_t size = positions.size();
   std::vector<double> accelerations(size), multipliers(dynamics.num_equations()), reactions(size), support_forces(size);
+  std::vector<double> friction;
   const SolveReport report = dynamics.solve(0.0, positions, velocities, accelerations, multipliers, reactions);
+  const bool has_friction = !dynamics.system().friction.empty();
+  if (has_friction) solution.friction_report = report.friction;
   if (!report.outcome.ok()) {
     write(options, solution);
     return tell(options, report.outcome);
@@ -60,6 +63,11 @@ ExitCode execute(const SolveOptions& options) {
     print_message(options.scene.string() + ": " + redundancy);
   solution.reactions = reactions;
   solution.support_forces = support_forces;
+  if (has_friction) {
+    friction.resize(size);
+    dynamics.friction_forces(friction);
+    solution.friction = friction;
+  }
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
     solution.certificate = dynamics.certify();
   }

@@ -17,6 +17,9 @@ Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
   return num_switches_ == 0 ? accelerations(t, r, v, Gradients::Evaluate, w) : settle_contacts(t, r, v, w);
 }
 
+/// Held this much above the limit, relative, is held at it: the rounding of multipliers.
+static constexpr double limit_slack = 1e-12;
+
 /// Sliding slower than this is rest: the rounding of projected velocities.
 double NormalForm::sliding_threshold() const {
   return 1e-11 * model_.velocity_scale;
@@ -28,7 +31,7 @@ void NormalForm::evaluate_events(double, const double*, const double* v, double*
     if (tangents[c].first_row < 0) continue;
     if (tangents.sticks(c)) {
       const double limit = friction_->static_limit(c, lambda_.data()), held = norm(friction_->held(c, lambda_.data()));
-      *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) : 1.0;
+      *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
       *values++ = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c)) / model_.velocity_scale;
     }
@@ -97,7 +100,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
 
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   const std::size_t most_passes = 20 + 4 * num_at_rest;
-  constexpr double slack = 1e-9;
+  constexpr double slack = limit_slack, rounding_of_accelerations = 1e-9;
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
     if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
     if (num_at_rest == 0) return {};
@@ -120,14 +123,14 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
         a = a + contact_rows_[static_cast<std::size_t>(tangents[c].first_row + k)] *
                     tangents.directions(c)[static_cast<std::size_t>(k)];
       const double along = dot(a, laws.direction(c)), size = norm(a);
-      if (along < -slack * scale) {
+      if (along < -rounding_of_accelerations * scale) {
         if (released[c] >= 4) {
           return {Status::NoSolution, "friction at t = " + text(t) + ": " + model_.name_contact(c) +
                                           " can neither stick nor slide; the velocity would have to jump"};
         }
         tangents.set_stick(c, true);
         has_changed = true;
-      } else if (tangents[c].num_guides == 1 && size > slack * scale && along < (1.0 - 1e-13) * size) {
+      } else if (tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
         laws.set_sense(c, (1.0 / size) * a);  // on a surface the direction is a part of the answer
         has_changed = has_changed || along < (1.0 - 1e-12) * size;
       }
@@ -149,16 +152,50 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
                                     text(static_cast<double>(num_at_rest)) + " at rest"};
 }
 
+// ---- the discrete state: one number a contact ----
+
+namespace {
+
+enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3 };
+
+}  // namespace
+
+/// On a curve the sense of sliding is kept too, as its sign along T: at rest the velocity does not tell it.
 std::vector<int> NormalForm::discrete_state() const {
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<int> state;
-  for (std::size_t c = 0; num_switches_ > 0 && c < tangents.size(); ++c) state.push_back(tangents.sticks(c) ? 1 : 0);
+  for (std::size_t c = 0; num_switches_ > 0 && c < tangents.size(); ++c) {
+    const double along = dot(friction_->laws().sense(c), tangents.directions(c)[0]);
+    state.push_back(tangents.sticks(c)                                ? sticks
+                    : tangents[c].num_guides == 1 || along == 0.0 ? slides
+                    : along > 0.0                                     ? slides_forward
+                                                                      : slides_backward);
+  }
   return state;
 }
 
 void NormalForm::restore_discrete_state(std::span<const int> state) {
   Tangents& tangents = model_.constraints.tangents();
-  for (std::size_t c = 0; c < state.size() && c < tangents.size(); ++c) tangents.set_stick(c, state[c] != 0);
+  const std::size_t wanted = num_switches_ > 0 ? tangents.size() : 0;
+  if (state.size() != wanted) {
+    throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for " +
+                                                     std::to_string(wanted) + " contacts that may stick");
+  }
+  for (std::size_t c = 0; c < state.size(); ++c) tangents.set_stick(c, state[c] == sticks);
+  restored_.assign(state.begin(), state.end());
+}
+
+/// Where T stands again.
+void NormalForm::restore_senses(const double* v) {
+  if (restored_.empty()) return;
+  FrictionLaws& laws = friction_->laws();
+  laws.set_rest(sliding_threshold());
+  for (std::size_t c = 0; c < restored_.size(); ++c) {
+    const Vec3 t = model_.constraints.tangents().directions(c)[0];
+    laws.set_sense(c, restored_[c] == slides_forward ? t : restored_[c] == slides_backward ? -t : Vec3{});
+  }
+  laws.keep_senses(v);
+  restored_.clear();
 }
 
 }  // namespace tanor

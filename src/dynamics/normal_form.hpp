@@ -100,7 +100,8 @@ class NormalForm final : public EquationsOfMotion {
   GramSolver::Quality factorize_gram();
   double find_multipliers(double scale);
   Outcome settle_contacts(double t, const double* r, double* v, double* w);
-  Outcome find_friction(double t, const double* r, const double* v, double* w);
+  Outcome find_friction(double t, const double* r, const double* v, bool judges, double* w);
+  void restore_senses(const double* v);
   double find_multipliers_and_friction(double scale, double* w);
   Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
                        std::span<const std::size_t> releases, double* w);
@@ -134,6 +135,7 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
+  std::vector<int> restored_;                // discrete state whose senses are still to be found
   std::vector<double> contact_rows_;  // [d] scratch
   std::vector<double> respond_;       // [3n] scratch
   GramSolver solver_;

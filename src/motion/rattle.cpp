@@ -62,6 +62,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
     to->power = mechanics_.power(to->x.data(), to->v.data());
     to->work.supports += 0.5 * h * (from.power.supports + to->power.supports);
     to->work.forces += 0.5 * h * (from.power.forces + to->power.forces);
+    to->work.friction += 0.5 * h * (from.power.friction + to->power.friction);
   }
   return result;
 }

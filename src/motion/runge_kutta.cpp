@@ -95,6 +95,7 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
   const auto add_work = [&](std::size_t i, const Power& power) {
     to->work.supports += h * tableau_.b[i] * power.supports;
     to->work.forces += h * tableau_.b[i] * power.forces;
+    to->work.friction += h * tableau_.b[i] * power.friction;
   };
   if (has_work) add_work(0, from.power);
 

@@ -56,7 +56,7 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   check_points("/snapshot/velocities", snapshot.velocities);
   const EnergyReport& energy = snapshot.report.energy;
   check_finite("/snapshot/time", std::array{snapshot.time});
-  check_finite("/snapshot/report/energy", std::array{energy.start, energy.work_of_supports, energy.work_of_forces});
+  check_finite("/snapshot/report/energy", std::array{energy.start, energy.work_of_supports, energy.work_of_forces, energy.work_of_friction});
   const auto check_size = [](const char* where, double value) {
     if (!(value >= 0.0 && std::isfinite(value)))
       throw InputError(where, text(value) + " is not 0 or a positive number");
@@ -69,7 +69,7 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
 }  // namespace
 
 double EnergyReport::drift_relative() const {
-  const double drift = now - start - work_of_supports - work_of_forces;
+  const double drift = now - start - work_of_supports - work_of_forces - work_of_friction;
   return scale > 0.0 ? drift / scale : 0.0;
 }
 
@@ -104,7 +104,7 @@ struct Simulation::Implementation {
       array->resize(3 * model.num_points());
     }
     for (std::vector<double>* array : {&q, &q_dot}) array->resize(forms.is_tangent() ? form.size() : 0);
-    lambda.resize(model.num_rows());
+    lambda.resize(model.numbering.num_user_rows);
     rows.resize(model.num_rows());
 
     state.t = t_start;
@@ -113,9 +113,10 @@ struct Simulation::Implementation {
     report.time = t_start;
     report.start = forms.start(t_start, points.r.data(), points.v.data(), options.start);
     outcome = report.start.outcome;
-    if (outcome.ok()) outcome = complete_state();
+    if (outcome.ok()) outcome = complete_state(Since::Start);
     integration.begin();
     measure_start();
+    if (model.has_friction()) measure_friction();
     publish();
   }
 
@@ -143,18 +144,27 @@ struct Simulation::Implementation {
     state.t = snapshot.time;
     model.numbering.gather_points(snapshot.positions, points.r);
     model.numbering.gather_points(snapshot.velocities, points.v);
-    state.work = {.supports = report.energy.work_of_supports, .forces = report.energy.work_of_forces};
+    state.work = {.supports = report.energy.work_of_supports,
+                  .forces = report.energy.work_of_forces,
+                  .friction = report.energy.work_of_friction};
     model.prescribe_all(state.t, points.r.data(), points.v.data());
-    outcome = complete_state();
+    outcome = complete_state(Since::Before);
     integration.resume();
     publish();
   }
 
-  /// The state at t from its points, with all that belongs to it.
-  Outcome complete_state() {
+  /// The state at t from its points, with all that belongs to it: a motion begins, or goes on with what is known.
+  enum class Since { Start, Before };
+  Outcome complete_state(Since since) {
     Outcome found = form.adopt(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
-    if (found.ok()) found = form.linearise(state.t, state.x.data());
-    if (found.ok()) found = refresh(Gradients::Keep);
+    if (forms.normal != nullptr) forms.normal->judge_friction(true, since == Since::Start);
+    if (found.ok() && since == Since::Start && form.num_events() > 0) {
+      found = form.begin(state.t, state.x.data(), state.v.data(), state.a.data());
+    } else {
+      if (found.ok()) found = form.linearise(state.t, state.x.data());
+      if (found.ok()) found = refresh(Gradients::Keep);
+    }
+    if (forms.normal != nullptr) forms.normal->judge_friction(true, false);
     if (found.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
     return found;
   }
@@ -200,8 +210,27 @@ struct Simulation::Implementation {
     report.energy.scale = std::max(report.energy.scale, energy.kinetic);
     report.energy.work_of_supports = state.work.supports;
     report.energy.work_of_forces = state.work.forces;
+    report.energy.work_of_friction = state.work.friction;
+    if (model.has_friction()) measure_friction();
     report.counters = model.counters;
     report.times = model.times;
+  }
+
+  /// At a step's end; iterations are counted wherever friction was found.
+  void measure_friction() {
+    const FrictionReport& last = form.last_solve().friction;
+    FrictionSummary& all = report.friction;
+    all.solves = model.counters.friction_solves;
+    const auto iterations = static_cast<double>(model.counters.friction_iterations);
+    all.iterations_mean = all.solves > 0 ? iterations / static_cast<double>(all.solves) : 0.0;
+    all.iterations_max = std::max(all.iterations_max, last.iterations);
+    all.contraction_max = std::max(all.contraction_max, last.contraction);
+    all.residual_max = std::max(all.residual_max, last.residual);
+    all.method_used = std::max(all.method_used, last.method_used);
+    const bool is_first = all.uniqueness == Uniqueness::NotAsked;
+    if (is_first || std::isnan(last.error_bound) || last.error_bound > all.error_bound)
+      all.error_bound = last.error_bound;
+    all.uniqueness = std::max(all.uniqueness, last.uniqueness);
   }
 
   /// Points that do not move though K alone would let them.

@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -22,7 +23,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 4;
+constexpr int format = 5;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -64,6 +65,7 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("energy_now", report.energy.now);
   visit("work_of_supports", report.energy.work_of_supports);
   visit("work_of_forces", report.energy.work_of_forces);
+  visit("work_of_friction", report.energy.work_of_friction);
   visit("energy_scale", report.energy.scale);
   visit("evaluations", report.counters.evaluations);
   visit("factorizations", report.counters.factorizations);
@@ -73,6 +75,17 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("assemble_s", report.times.assemble);
   visit("factor_s", report.times.factor);
   visit("solve_s", report.times.solve);
+  visit("friction_s", report.times.friction);
+  visit("instants_of_friction", report.counters.friction_solves);
+  visit("friction_iterations", report.counters.friction_iterations);
+  visit("friction_solves", report.friction.solves);
+  visit("friction_iterations_mean", report.friction.iterations_mean);
+  visit("friction_iterations_max", report.friction.iterations_max);
+  visit("friction_contraction_max", report.friction.contraction_max);
+  visit("friction_error_bound", report.friction.error_bound);
+  visit("friction_residual_max", report.friction.residual_max);
+  visit("friction_uniqueness", report.friction.uniqueness);
+  visit("friction_method_used", report.friction.method_used);
 }
 
 void read_number(const json& head, const char* name, double& number) {
@@ -105,6 +118,21 @@ void read_lists(const json& head, MotionReport* report) {
   for (const json& passage : head.at("singular_passages")) {
     report->singular_passages.first.push_back({passage.at(0).get<double>(), passage.at(1).get<double>()});
   }
+}
+
+/// Choices are kept as their numbers.
+template <class Choice>
+requires std::is_enum_v<Choice>
+void read_number(const json& head, const char* name, Choice& choice) {
+  choice = static_cast<Choice>(head.at(name).get<int>());
+}
+
+template <class Number>
+auto as_number(const Number& number) {
+  if constexpr (std::is_enum_v<Number>)
+    return static_cast<int>(number);
+  else
+    return number;
 }
 
 std::vector<double> read_points(const std::string& name, std::string_view* bytes, std::size_t num_points) {
@@ -146,7 +174,7 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     head.key("tanor_checkpoint").value(format);
     head.key("scene").value(checkpoint.scene);
     head.key("method").value(method_name(checkpoint.snapshot.report.method));
-    for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(number); });
+    for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(as_number(number)); });
     head.key("discrete_state").begin_array();
     for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
     head.end_array();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "report/friction_parts.hpp"
 #include "report/shared_parts.hpp"
 
 namespace tanor::report {
@@ -86,6 +87,11 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                                      plan.taut_points.size()));
   }
   page += line("forces", list_forces(simulation.system()));
+  const bool has_friction = !simulation.system().friction.empty();
+  if (has_friction) {
+    page += line("friction", fmt::format("{}; {}; work {:.6g} J", describe_friction(simulation.system()),
+                                         describe_friction(report.friction), report.energy.work_of_friction));
+  }
   page += line("start", fmt::format("corrected by {:.2g} m and {:.2g} m/s at most (M-norm projection)",
                                     report.start.position_correction, report.start.velocity_correction));
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
@@ -93,10 +99,12 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                fmt::format("{}, {} steps, {} rejected, {} factorizations ({}, {}), {} solves, {} threads",
                            method_name(report.method), report.steps, report.rejected, report.counters.factorizations,
                            plan.ordering, plan.factorization, report.counters.solves, facts.threads));
-  page += line("wall time", fmt::format("{:.3g} s: set-up {:.3g}, evaluate {:.3g}, assemble {:.3g}, factor {:.3g}, "
-                                        "solve {:.3g}, output {:.3g}",
-                                        facts.wall.total, facts.wall.setup, times.evaluate, times.assemble,
-                                        times.factor, times.solve, facts.wall.output));
+  page +=
+      line("wall time",
+           fmt::format("{:.3g} s: set-up {:.3g}, evaluate {:.3g}, assemble {:.3g}, factor {:.3g}, "
+                       "solve {:.3g}, {}output {:.3g}",
+                       facts.wall.total, facts.wall.setup, times.evaluate, times.assemble, times.factor, times.solve,
+                       has_friction ? fmt::format("friction {:.3g}, ", times.friction) : "", facts.wall.output));
   page += line("condition", fmt::format("reciprocal condition {:.1e} (estimate), smallest at t = {:g} s",
                                         report.reciprocal_condition, report.reciprocal_condition_time));
   page += line("violation",

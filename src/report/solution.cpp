@@ -1,5 +1,6 @@
 #include "report/solution.hpp"
 
+#include "report/friction_parts.hpp"
 #include "report/json_writer.hpp"
 
 namespace tanor::report {
@@ -42,7 +43,8 @@ void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solutio
   write_rank(json, solution.rank);
   arrays.write_points("reactions", solution.reactions);
   write_causes(json, arrays, solution.reactions_by_cause);
-  arrays.write_points("friction", std::nullopt);
+  arrays.write_points("friction", solution.friction);
+  write_friction_report(json, solution.friction_report);
   arrays.write_points("support_forces", solution.support_forces);
   write_certificate(json, solution.certificate);
   json->key("form").value(solution.form);

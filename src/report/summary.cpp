@@ -3,6 +3,7 @@
 #include <tanor/version.hpp>
 
 #include "report/array_writer.hpp"
+#include "report/friction_parts.hpp"
 #include "report/json_writer.hpp"
 #include "report/shared_parts.hpp"
 
@@ -76,7 +77,7 @@ void write_start(JsonWriter* json, const RunFacts& facts, const StartReport& sta
   json->end_object();
 }
 
-void write_times(JsonWriter* json, const RunFacts& facts, const PhaseTimes& times) {
+void write_times(JsonWriter* json, const RunFacts& facts, const PhaseTimes& times, bool has_friction) {
   json->key("wall_s").begin_object();
   json->key("total").value(facts.wall.total);
   json->key("setup").value(facts.wall.setup);
@@ -84,7 +85,7 @@ void write_times(JsonWriter* json, const RunFacts& facts, const PhaseTimes& time
   json->key("assemble").value(times.assemble);
   json->key("factor").value(times.factor);
   json->key("solve").value(times.solve);
-  json->key("friction").null();
+  json->key("friction").value(has_friction ? std::optional(times.friction) : std::nullopt);
   json->key("output").value(facts.wall.output);
   json->end_object();
 }
@@ -106,7 +107,7 @@ void write_final(JsonWriter* json, const std::filesystem::path& directory, const
   json->end_object();
 }
 
-void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& report) {
+void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& report, bool has_friction) {
   const auto found = [&](double number) { return facts.has_started ? std::optional(number) : std::nullopt; };
   json->key("violation").begin_object();
   json->key("position_max").value(found(report.position_violation));
@@ -118,7 +119,7 @@ void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& 
   json->key("start").value(found(report.energy.start));
   json->key("end").value(found(report.energy.now));
   json->key("drift_relative").value(found(report.energy.drift_relative()));
-  json->key("work_of_friction").null();
+  json->key("work_of_friction").value(has_friction ? found(report.energy.work_of_friction) : std::nullopt);
   json->key("work_of_supports").value(found(report.energy.work_of_supports));
   json->key("work_of_forces").value(found(report.energy.work_of_forces));
   json->end_object();
@@ -126,20 +127,11 @@ void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& 
   write_certificate(json, facts.certificate);
 }
 
-/// Friction is not in this version.
-void write_friction(JsonWriter* json) {
-  json->key("friction").begin_object();
-  for (const char* key :
-       {"iterations_mean", "iterations_max", "contraction_max", "error_bound", "uniqueness", "method_used"}) {
-    json->key(key).null();
-  }
-  json->end_object();
-}
-
 }  // namespace
 
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation) {
   const MotionReport& report = simulation.report();
+  const bool has_friction = !simulation.system().friction.empty();
   replace_file(directory / "summary.json", [&](OutputFile* file) {
     JsonWriter json(file);
     json.begin_object();
@@ -157,10 +149,10 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     write_nearest_to_singular(&json, facts, report);
     write_work(&json, report);
     write_start(&json, facts, report.start);
-    write_times(&json, facts, report.times);
+    write_times(&json, facts, report.times, has_friction);
     write_final(&json, directory, facts, simulation);
-    write_quality(&json, facts, report);
-    write_friction(&json);
+    write_quality(&json, facts, report, has_friction);
+    write_friction_summary(&json, simulation.system(), report.friction);
     write_left_out(&json, simulation.plan().left_out);
     json.end_object();
     json.finish();

@@ -82,7 +82,7 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
 }
 
 void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene) {
-  solver.object({"form", "ordering", "threads", "certificate"});
+  solver.object({"form", "ordering", "threads", "certificate", "friction"});
   scene->solver.form = solver["form"].choice<Form>(
       {{"auto", Form::Auto}, {"normal", Form::Normal}, {"tangent", Form::Tangent}, {"both", Form::Both}},
       scene->solver.form);
@@ -92,6 +92,12 @@ void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene)
                                                                 {"nesdis", Ordering::Nesdis},
                                                                 {"natural", Ordering::Natural}},
                                                                scene->solver.ordering);
+  scene->solver.friction = solver["friction"].choice<FrictionMethod>({{"auto", FrictionMethod::Auto},
+                                                                      {"fixed_point", FrictionMethod::FixedPoint},
+                                                                      {"anderson", FrictionMethod::Anderson},
+                                                                      {"newton", FrictionMethod::Newton},
+                                                                      {"enumeration", FrictionMethod::Enumeration}},
+                                                                     scene->solver.friction);
   const int threads = static_cast<int>(solver["threads"].integer(0, most_threads, 0));
   scene->solver.threads = overrides.threads.value_or(threads);
   scene->certificate = read_certificate(solver["certificate"]);

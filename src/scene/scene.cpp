@@ -8,6 +8,7 @@
 #include "scene/constraints.hpp"
 #include "scene/coordinates.hpp"
 #include "scene/forces.hpp"
+#include "scene/friction.hpp"
 #include "scene/motion.hpp"
 #include "scene/points.hpp"
 #include "scene/text_file.hpp"
@@ -29,12 +30,6 @@ Constants read_parameters(const Cursor& parameters) {
     constants.emplace(name, number);
   }
   return constants;
-}
-
-/// A list of the contract that must be empty until this version knows what it means.
-void refuse(const Cursor& list, std::string_view name) {
-  if (list.optional_list(fmt::format("a list of {}", name)).size() > 0)
-    list.complain(fmt::format("found {}, which this version of tanor does not have yet, wanted an empty list", name));
 }
 
 /// Default names count in the scene's list, although groups that came with the points stand first in the system.
@@ -160,7 +155,6 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   if (!points.constraints.empty()) name_by_scene_index(&constraints);
   append(std::move(constraints), &points.constraints);
   append(read_supports(root["supports"], context), &points.supports);
-  refuse(root["friction"], "friction");
 
   scene.source = points.source;
   scene.system = {.name = scene.name,
@@ -170,6 +164,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
                   .supports = std::move(points.supports),
                   .constraints = std::move(points.constraints),
                   .forces = read_forces(root["forces"], context),
+                  .friction = read_friction(root["friction"], context),
                   .coordinates = read_coordinates(root["coordinates"], context)};
   try {
     validate(scene.system);

@@ -1,5 +1,8 @@
 #include <tanor/system.hpp>
 
+#include <algorithm>
+
+#include "system/contacts.hpp"
 #include "system/members.hpp"
 #include "system/text.hpp"
 
@@ -95,6 +98,11 @@ std::size_t num_equations(const System& system) {
     num_rows += members * rows_per_member;
   }
   return num_rows;
+}
+
+std::size_t num_contacts(const System& system, std::size_t friction) {
+  const std::vector<Contact> contacts = list_contacts(system);
+  return static_cast<std::size_t>(std::ranges::count(contacts, static_cast<Index>(friction), &Contact::friction));
 }
 
 std::string equation_name(const System& system, std::size_t row) {

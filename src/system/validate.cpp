@@ -12,6 +12,7 @@
 #include "system/text.hpp"
 #include "system/tuples.hpp"
 #include "system/validate_coordinates.hpp"
+#include "system/validate_friction.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor {
@@ -64,6 +65,7 @@ class Validation {
       std::visit([&](const auto& force) { check_force(force, element("/forces", i)); }, system_.forces[i]);
     }
     check_names();
+    validate_friction(system_, support_of_point_, t_);
     validate_coordinates(system_, support_of_point_, t_);
   }
 
@@ -356,15 +358,17 @@ class Validation {
     };
     for (std::size_t i = 0; i < system_.constraints.size(); ++i)
       add(constraint_name(system_, i), element("/constraints", i));
-    for (std::size_t i = 0; i < system_.forces.size(); ++i) {
-      // Constraint 0 and force 0 may both be a "formula0" by default.
-      const std::string name = force_name(system_, i);
-      const bool is_own = std::visit([](const auto& force) { return !force.name.empty(); }, system_.forces[i]);
+    // Constraint 0, force 0 and friction 0 may all be a "formula0" by default.
+    const auto add_unless_default = [&](const auto& entry, const std::string& name, const std::string& where) {
+      const bool is_own = std::visit([](const auto& group) { return !group.name.empty(); }, entry);
       const auto owner = owners.find(name);
-      if (is_own || owner == owners.end() || !owner->second.starts_with("/constraints")) {
-        add(name, element("/forces", i));
-      }
-    }
+      const std::string list = where.substr(0, where.rfind('/'));
+      if (is_own || owner == owners.end() || owner->second.starts_with(list)) add(name, where);
+    };
+    for (std::size_t i = 0; i < system_.forces.size(); ++i)
+      add_unless_default(system_.forces[i], force_name(system_, i), element("/forces", i));
+    for (std::size_t i = 0; i < system_.friction.size(); ++i)
+      add_unless_default(system_.friction[i], friction_name(system_, i), element("/friction", i));
   }
 
   // ---- the system ----

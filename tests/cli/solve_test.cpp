@@ -40,6 +40,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
                          "degrees_of_freedom",
                          "form",
                          "friction",
+                         "friction_report",
                          "left_out",
                          "mass_coupling",
                          "multipliers",
@@ -73,6 +74,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
   EXPECT_NEAR(causes[1]["multipliers"][0], -36.0, 1e-13);
   EXPECT_EQ(solution["multipliers_unique"], json::array({true}));
   EXPECT_TRUE(solution["friction"].is_null());
+  for (const json& figure : solution["friction_report"]) EXPECT_TRUE(figure.is_null());
   EXPECT_EQ(solution["form"], "normal");
   EXPECT_LT(solution["certificate"]["residual"], 1e-14);
   EXPECT_LT(solution["certificate"]["normal_identity"], 1e-14);

@@ -4,6 +4,8 @@
 
 #include "report/array_writer.hpp"
 #include "report/checkpoint.hpp"
+#include "report/friction_parts.hpp"
+#include "report/json_writer.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 #include "report/reading.hpp"
@@ -129,10 +131,24 @@ Checkpoint make_checkpoint() {
   snapshot.event_slopes = {-1.0 / 7.0, 1e-300};
   snapshot.report.rank_changes = {.start = 8, .now = 9, .first = {{0.1, 7}, {1.0 / 3.0, 9}}, .count = 102};
   snapshot.report.singular_passages = {.first = {{0.1 + 0.2, 1e-17}}, .count = 101};
-  snapshot.report.energy = {.start = -1.5, .now = -1.25, .work_of_supports = 0.1, .work_of_forces = 0.2, .scale = 3.0};
+  snapshot.report.energy = {.start = -1.5,
+                            .now = -1.25,
+                            .work_of_supports = 0.1,
+                            .work_of_forces = 0.2,
+                            .work_of_friction = -0.3,
+                            .scale = 3.0};
   snapshot.report.velocity_violation = std::nan("");
-  snapshot.report.counters = {.evaluations = 1, .factorizations = 2, .solves = 3};
-  snapshot.report.times = {.evaluate = 0.1, .assemble = 0.2, .factor = 0.3, .solve = 0.4};
+  snapshot.report.counters = {
+      .evaluations = 1, .factorizations = 2, .solves = 3, .friction_solves = 5, .friction_iterations = 6};
+  snapshot.report.times = {.evaluate = 0.1, .assemble = 0.2, .factor = 0.3, .solve = 0.4, .friction = 0.5};
+  snapshot.report.friction = {.solves = 8,
+                              .iterations_mean = 2.5,
+                              .iterations_max = 9,
+                              .contraction_max = 0.75,
+                              .error_bound = 1e-9,
+                              .uniqueness = Uniqueness::Several,
+                              .method_used = FrictionMethod::Newton,
+                              .residual_max = 1e-13};
   return checkpoint;
 }
 
@@ -184,6 +200,19 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_TRUE(std::isnan(snapshot.report.velocity_violation));
   EXPECT_EQ(snapshot.report.counters.solves, 3u);
   EXPECT_EQ(snapshot.report.times.solve, 0.4);
+  EXPECT_EQ(snapshot.report.times.friction, 0.5);
+  EXPECT_EQ(snapshot.report.energy.work_of_friction, -0.3);
+  EXPECT_EQ(snapshot.report.counters.friction_solves, 5u);
+  EXPECT_EQ(snapshot.report.counters.friction_iterations, 6u);
+  const FrictionSummary& friction = snapshot.report.friction;
+  EXPECT_EQ(friction.solves, 8u);
+  EXPECT_EQ(friction.iterations_mean, 2.5);
+  EXPECT_EQ(friction.iterations_max, 9);
+  EXPECT_EQ(friction.contraction_max, 0.75);
+  EXPECT_EQ(friction.error_bound, 1e-9);
+  EXPECT_EQ(friction.uniqueness, Uniqueness::Several);
+  EXPECT_EQ(friction.method_used, FrictionMethod::Newton);
+  EXPECT_EQ(friction.residual_max, 1e-13);
   EXPECT_EQ(list_names(folder.path()), std::vector<std::string>{"checkpoint"});
 }
 
@@ -280,7 +309,8 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                   "power_balance", "reciprocal_condition", "residual", "second_factorization", "tangent_identity",
                   "verdict"}));
   EXPECT_EQ(list_keys(summary["friction"]),
-            (Keys{"contraction_max", "error_bound", "iterations_max", "iterations_mean", "method_used", "uniqueness"}));
+            (Keys{"contacts", "contraction_max", "error_bound", "iterations_max", "iterations_mean", "method_used",
+                  "residual_max", "solves", "uniqueness"}));
 }
 
 TEST(SummaryTest, TellsWhatTheSimulationKnows) {
@@ -315,6 +345,72 @@ TEST(SummaryTest, TellsWhatTheSimulationKnows) {
   EXPECT_TRUE(summary["certificate"]["tangent_identity"].is_null());
   EXPECT_TRUE(summary["energy"]["work_of_friction"].is_null());
   EXPECT_TRUE(summary["wall_s"]["friction"].is_null());
+}
+
+/// The chain's last bead slides on a rough floor.
+System make_rough_chain(const Friction& friction) {
+  System system = make_chain(4);
+  system.constraints.push_back(Planes{"floor", {3}, Vector3{0, 0, 1}});
+  system.velocities[10] = 0.5;
+  system.friction = {friction};
+  return system;
+}
+
+json summarise_friction(const System& system, const FrictionSummary& found) {
+  const Folder folder;
+  replace_file(folder / "friction.json", [&](OutputFile* file) {
+    JsonWriter writer(file);
+    writer.begin_object();
+    write_friction_summary(&writer, system, found);
+    writer.end_object();
+    writer.finish();
+  });
+  return read_json(folder / "friction.json")["friction"];
+}
+
+TEST(SummaryTest, TellsHowFrictionWasFound) {
+  const FrictionSummary found{.solves = 8,
+                              .iterations_mean = 2.5,
+                              .iterations_max = 9,
+                              .contraction_max = 0.75,
+                              .error_bound = 1e-9,
+                              .uniqueness = Uniqueness::Proven,
+                              .method_used = FrictionMethod::Anderson,
+                              .residual_max = 1e-13};
+
+  EXPECT_EQ(summarise_friction(make_rough_chain(Coulomb{.at = {"floor"}, .coefficient = 0.3}), found),
+            json({{"contacts", 1},
+                  {"solves", 8},
+                  {"iterations_mean", 2.5},
+                  {"iterations_max", 9},
+                  {"contraction_max", 0.75},
+                  {"residual_max", 1e-13},
+                  {"error_bound", 1e-9},
+                  {"uniqueness", "proven"},
+                  {"method_used", "anderson"}}));
+}
+
+TEST(SummaryTest, WhatFrictionDidNotNeedIsNull) {
+  const json friction = summarise_friction(make_rough_chain(Viscous{.at = {"floor"}, .coefficient = 2.0}), {});
+
+  for (const char* key : {"iterations_mean", "iterations_max", "contraction_max", "residual_max", "error_bound",
+                          "uniqueness", "method_used"}) {
+    EXPECT_TRUE(friction[key].is_null()) << key;
+  }
+  EXPECT_EQ(friction["contacts"], 1);
+}
+
+TEST(SummaryTest, WorkAndTimeOfFrictionAreNumbersWhereThereIsSome) {
+  const Folder folder;
+  const Simulation simulation(make_rough_chain(Coulomb{.at = {"floor"}, .coefficient = 0.3}),
+                              {.method = Method::Rk4, .step = 0.01});
+
+  write_summary(folder.path(), {}, simulation);
+
+  const json summary = read_json(folder / "summary.json");
+  EXPECT_TRUE(summary["energy"]["work_of_friction"].is_number());
+  EXPECT_TRUE(summary["wall_s"]["friction"].is_number());
+  EXPECT_EQ(summary["final"]["multipliers"].size(), 4u) << "as many as equations, also where the bead could stick";
 }
 
 TEST(SummaryTest, WhatWasNotComputedIsNull) {

@@ -224,8 +224,6 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /forces/0/stiffness: found number -2, wanted a number >= 0)"},
     {"RestLengthDependsOnTime", three_points(R"("forces": [{"kind": "spring", "pairs": [[0,1]], "stiffness": 2, "rest_length": {"formula": "t"}}])"),
      R"(scene.json: /forces/0/rest_length: found an object, wanted "initial", a number or a list of numbers)"},
-    {"FrictionIsPlanned", three_points(R"("friction": [{"kind": "coulomb", "at": "rods", "coefficient": 0.3}])"),
-     R"(scene.json: /friction: found friction, which this version of tanor does not have yet, wanted an empty list)"},
     {"StepIsZero", three_points(R"("motion": {"step": 0})"),
      R"(scene.json: /motion/step: found number 0, wanted a number > 0)"},
     {"ToleranceIsNegative", three_points(R"("motion": {"rtol": -1e-8})"),

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <tanor/motion.hpp>
+
+#include "report/json_writer.hpp"
+
+/// What the outputs say about friction.
+namespace tanor::report {
+
+/// The object `friction_report` of `solve`; every member of an instant that was not solved is null.
+void write_friction_report(JsonWriter* json, const std::optional<FrictionReport>& report);
+
+/// The object `friction` of summary.json; what was not computed, or not proven, is null.
+void write_friction_summary(JsonWriter* json, const System& system, const FrictionSummary& summary);
+
+/// "rough (coulomb, exact, 3 contacts), oil (viscous, 1 contact)", or "none".
+std::string describe_friction(const System& system);
+
+/// "2 contacts, 1 sticks, 4 iterations (anderson), uniqueness proven"
+std::string describe_friction(const FrictionReport& report);
+
+/// "3.2 iterations an instant, 7 at most (anderson), contraction 0.31, uniqueness proven"
+std::string describe_friction(const FrictionSummary& summary);
+
+}  // namespace tanor::report

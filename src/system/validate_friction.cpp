@@ -1,0 +1,173 @@
+#include "system/validate_friction.hpp"
+
+#include <map>
+#include <string>
+#include <unordered_map>
+
+#include "system/members.hpp"
+#include "system/text.hpp"
+#include "system/validate_coordinates.hpp"
+#include "system/value_checks.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr int most_guide_equations = 2;  // of one point: a wire; three hold it in place
+
+template <class Group>
+constexpr bool guides_single_points(const Group&) {
+  return std::is_same_v<Group, Planes> || std::is_same_v<Group, Spheres> || std::is_same_v<Group, Lines> ||
+         std::is_same_v<Group, Circles>;
+}
+bool guides_single_points(const UserConstraints& user) {
+  return user.kernel.num_points == 1;
+}
+
+/// One walk over the entries, in the order of the scene file.
+class FrictionValidation {
+ public:
+  FrictionValidation(const System& system, std::span<const std::size_t> support_of_point, double t)
+      : system_(system), support_of_point_(support_of_point), t_(t) {
+    for (std::size_t g = 0; g < system.constraints.size(); ++g) group_of_name_.emplace(constraint_name(system, g), g);
+  }
+
+  void run() {
+    for (std::size_t i = 0; i < system_.friction.size(); ++i) {
+      const std::string where = element("/friction", i);
+      std::visit(
+          [&](const auto& friction) {
+            check_guides(friction.at, where + "/at");
+            if (sticks(system_.friction[i])) claim_guides(friction.at, where);
+            check_values(friction, where);
+            check_function(friction.velocity, t_, where + "/velocity", "velocity");
+          },
+          system_.friction[i]);
+    }
+  }
+
+ private:
+  // ---- guides ----
+
+  /// Each name is that of a guide, and leaves every point that it guides at least one direction to slide in.
+  void check_guides(const std::vector<std::string>& at, const std::string& where) {
+    if (at.empty()) throw InputError(where, "is empty; it names the constraints that the friction acts at");
+    equations_of_point_.clear();
+    std::unordered_map<std::string, std::size_t> places;
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      const std::size_t group = find_guide(at[k], element(where, k));
+      const auto [first, is_new] = places.emplace(at[k], k);
+      if (!is_new) {
+        throw InputError(element(where, k), quoted(at[k]) + " is named by " + element(where, first->second) +
+                                                " already; a guide is named once");
+      }
+      std::visit([&](const auto& guide) { add_guide(guide, at[k], element(where, k)); }, system_.constraints[group]);
+    }
+  }
+
+  std::size_t find_guide(const std::string& name, const std::string& where) const {
+    if (system_.constraints.empty()) {
+      throw InputError(where, quoted(name) + " names no constraint: there are none, and coordinates are no guides; " +
+                                  wanted + " is right");
+    }
+    const auto found = group_of_name_.find(name);
+    if (found == group_of_name_.end()) {
+      throw InputError(where, quoted(name) + " is the name of no constraint; " + wanted + " is right");
+    }
+    const Constraint& constraint = system_.constraints[found->second];
+    if (!std::visit([](const auto& group) { return guides_single_points(group); }, constraint)) {
+      throw InputError(
+          where, quoted(name) + " is of kind " + std::string(kind_name(constraint)) + "; " + wanted + " is right");
+    }
+    return found->second;
+  }
+
+  static bool sticks(const Friction& friction) {
+    const auto* coulomb = std::get_if<Coulomb>(&friction);
+    return coulomb != nullptr && !coulomb->regularisation;
+  }
+
+  /// Two laws with stick at one guide could share the force that holds a point in any way.
+  void claim_guides(const std::vector<std::string>& at, const std::string& where) {
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      const auto [owner, is_new] = sticking_entry_of_guide_.emplace(at[k], where);
+      if (!is_new) {
+        throw InputError(element(where + "/at", k), "points stick at " + quoted(at[k]) + " by " + owner->second +
+                                                        " already; give one entry with the sum of the coefficients");
+      }
+    }
+  }
+
+  template <class Group>
+  void add_guide(const Group& guide, const std::string& name, const std::string& where) {
+    for (std::size_t k = 0; k < num_members(guide); ++k) {
+      const Index point = member_points(guide, k).front();
+      if (support_of_point_[static_cast<std::size_t>(point)] != no_support) continue;
+      int& equations = equations_of_point_[point];
+      equations += rows_per_member<Group>();
+      if (equations > most_guide_equations) {
+        throw InputError(where, "with " + quoted(name) + " point " + text(point) + " has " +
+                                    text_of_count(static_cast<std::size_t>(equations), "equation") +
+                                    " and cannot slide; 1 (a surface) or 2 (a wire) are right");
+      }
+    }
+  }
+
+  // ---- laws ----
+
+  static void check_values(const Coulomb& coulomb, const std::string& where) {
+    check_number(coulomb.coefficient, Rule::not_negative, where + "/coefficient", "coefficient");
+    if (coulomb.static_coefficient) {
+      const double value = *coulomb.static_coefficient;
+      check_number(value, Rule::not_negative, where + "/static_coefficient", "static_coefficient");
+      if (value < coulomb.coefficient) {
+        throw InputError(where + "/static_coefficient", "static_coefficient " + text(value) +
+                                                            " is less than the coefficient " +
+                                                            text(coulomb.coefficient) + "; it is at least as large");
+      }
+    }
+    if (coulomb.regularisation) {
+      check_number(*coulomb.regularisation, Rule::positive, where + "/law/regularised", "regularised");
+      if (coulomb.static_coefficient) {
+        throw InputError(where + "/static_coefficient",
+                         "stands beside a regularised law, which has no stick; leave it out, or take the exact law");
+      }
+    }
+  }
+
+  static void check_values(const Viscous& viscous, const std::string& where) {
+    check_number(viscous.coefficient, Rule::not_negative, where + "/coefficient", "coefficient");
+  }
+
+  void check_values(const UserFriction& user, const std::string& where) const {
+    if (user.kernel.evaluate == nullptr) throw InputError(where + "/law", "is missing: there is no function to call");
+    for (const auto& [point, equations] : equations_of_point_) {
+      if (equations == user.kernel.num_multipliers) continue;
+      throw InputError(where + "/law", "a law of " + plural(user.kernel.num_multipliers, "multiplier") +
+                                           ", and point " + text(point) + " has " +
+                                           plural(equations, "guide equation") + "; one multiplier for each is right");
+    }
+  }
+
+  static std::string plural(int count, const std::string& noun) {
+    return text(count) + " " + noun + (count == 1 ? "" : "s");
+  }
+  static std::string quoted(const std::string& name) { return "\"" + name + "\""; }
+
+  static constexpr const char* wanted = "a plane, sphere, line, circle or formula of single points";
+
+  const System& system_;
+  const std::span<const std::size_t> support_of_point_;
+  const double t_;
+  std::unordered_map<std::string, std::size_t> group_of_name_;
+  std::unordered_map<std::string, std::string> sticking_entry_of_guide_;  ///< JSON pointers of exact Coulomb laws
+  std::map<Index, int> equations_of_point_;  ///< of the present entry's guides; points that move alone
+};
+
+}  // namespace
+
+void validate_friction(const System& system, std::span<const std::size_t> support_of_point, double t) {
+  if (!system.friction.empty()) FrictionValidation(system, support_of_point, t).run();
+}
+
+}  // namespace tanor

@@ -1,0 +1,138 @@
+#include "cli/program.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+
+/// Two beads of 1 kg on rails 2 m apart, joined by a rod that leans (tan a = 2); both glide at 1 m/s, a force of F
+/// along the rails pulls at the lower one, whose rail is rough.
+///
+///     ------o------ y = 2        rod:    R = -w/cos a
+///          /                     rail:   |N| = |w| tan a
+///     ----o-> F ---- y = 0       bead:   2 w + mu tan a |w| = F
+///
+/// mu tan a > 2 is Painlevé's case: F > 0 has two accelerations, F < 0 none.
+std::string rails(double mu, double force, const std::string& more = "") {
+  return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [1,2,0]], "velocities": [[1,0,0], [1,0,0]]},
+    "constraints": [{"name": "lower", "kind": "line", "points": [0], "origin": [0,0,0], "direction": [1,0,0]},
+                    {"name": "upper", "kind": "line", "points": [1], "origin": [0,2,0], "direction": [1,0,0]},
+                    {"name": "rod", "kind": "rod", "pairs": [[0,1]]}],
+    "forces": [{"kind": "constant", "points": [0], "force": [)" +
+         std::to_string(force) + R"(,0,0]}],
+    "friction": [{"name": "rust", "kind": "coulomb", "at": "lower", "coefficient": )" +
+         std::to_string(mu) + "}]" + (more.empty() ? "" : ", " + more) + "}";
+}
+
+json solve(const Folder& folder, const std::string& scene) {
+  write_text(folder / "s.json", scene);
+  const Ended ended = run_program(folder, {"solve", "s.json"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  return json::parse(ended.out);
+}
+
+TEST(FrictionTest, SolveTellsFrictionAndHowItWasFound) {
+  const Folder folder;
+  for (const char* method : {"auto", "fixed_point", "anderson", "newton", "enumeration"}) {
+    // mu tan a = 1: w = F/3 to the right, F/1 to the left
+    const std::string solver = R"("solver": {"friction": ")" + std::string(method) + R"("})";
+    for (const auto& [force, acceleration] : {std::pair{6.0, 2.0}, std::pair{-6.0, -6.0}}) {
+      const json solution = solve(folder, rails(0.5, force, solver));
+
+      EXPECT_NEAR(solution["accelerations"][0][0], acceleration, 1e-11) << method;
+      EXPECT_NEAR(solution["friction"][0][0], -std::abs(acceleration), 1e-11) << method;
+      EXPECT_EQ(solution["friction"][1], json({0, 0, 0})) << method;
+      EXPECT_EQ(solution["multipliers"].size(), 5u) << "as many as equations";
+      EXPECT_EQ(solution["multipliers_unique"].size(), 5u);
+      const json& report = solution["friction_report"];
+      EXPECT_EQ(report["contacts"], 1);
+      EXPECT_EQ(report["sticking"], 0);
+      EXPECT_GT(report["iterations"], 0);
+      EXPECT_EQ(report["uniqueness"], "proven") << method;
+      EXPECT_TRUE(report["method_used"].is_string());
+    }
+  }
+}
+
+TEST(FrictionTest, SolveTellsThatViscousFrictionNeedsNoIteration) {
+  const Folder folder;
+  const json solution = solve(folder, R"({"tanor_scene": 1,
+    "points": {"positions": [[0,0,0]], "velocities": [[3,0,0]], "masses": 2},
+    "constraints": [{"name": "floor", "kind": "plane", "points": [0], "normal": [0,0,1]}],
+    "friction": [{"kind": "viscous", "at": "floor", "coefficient": 4, "velocity": [1,0,0]}]})");
+
+  // tau = -c (v - u)
+  EXPECT_EQ(solution["friction"][0], json({-8.0, 0.0, 0.0}));
+  EXPECT_NEAR(solution["accelerations"][0][0], -4.0, 1e-14);
+  EXPECT_TRUE(solution["friction_report"]["iterations"].is_null());
+  EXPECT_TRUE(solution["friction_report"]["method_used"].is_null());
+}
+
+TEST(FrictionTest, WhereNoAccelerationObeysTheLawTheProgramEndsWithThree) {
+  const Folder folder;
+  write_text(folder / "s.json", rails(2.0, -6.0));
+
+  const Ended ended = run_program(folder, {"solve", "s.json"});
+
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_TRUE(contains(ended.err, "rust") && contains(ended.err, "no accelerations obey the law")) << ended.err;
+  const json solution = json::parse(ended.out);
+  EXPECT_TRUE(solution["friction"].is_null()) << "nothing is claimed";
+  EXPECT_EQ(solution["friction_report"]["uniqueness"], "none");
+}
+
+TEST(FrictionTest, WhereTwoAccelerationsObeyTheLawTheProgramEndsWithThree) {
+  const Folder folder;
+  write_text(folder / "s.json", rails(2.0, 6.0));
+
+  for (const char* command : {"solve", "check"}) {
+    const Ended ended = run_program(folder, {command, "s.json"});
+
+    EXPECT_EQ(ended.code, 3);
+    EXPECT_TRUE(contains(ended.err, "rust") && contains(ended.err, "accelerations obey the law")) << ended.err;
+  }
+}
+
+TEST(FrictionTest, InfoAndCheckTellContactsAndLaws) {
+  const Folder folder;
+  write_text(folder / "s.json", rails(0.5, 6.0));
+  write_text(folder / "smooth.json", pendulum(""));
+
+  const std::string line = "friction:                rust (coulomb, exact, 1 contact)\n";
+  EXPECT_TRUE(contains(run_program(folder, {"info", "s.json"}).out, line));
+  const Ended ended = run_program(folder, {"check", "s.json"});
+  EXPECT_TRUE(contains(ended.out, line)) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "friction found:          1 contact, 0 stick, ")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "uniqueness proven")) << ended.out;
+  EXPECT_TRUE(contains(run_program(folder, {"info", "smooth.json"}).out, "friction:                none\n"));
+  EXPECT_FALSE(contains(run_program(folder, {"check", "smooth.json"}).out, "friction"));
+}
+
+TEST(FrictionTest, ARunTellsItOnItsPage) {
+  const Folder folder;
+  write_text(folder / "s.json", rails(0.5, 6.0, R"("motion": {"t_end": 0.1}, "solver": {"certificate": "off"})"));
+
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
+
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(contains(ended.out, "  friction      rust (coulomb, exact, 1 contact); ")) << ended.out;
+  EXPECT_EQ(read_json(folder / "o" / "summary.json")["friction"]["contacts"], 1);
+}
+
+TEST(FrictionTest, BadFrictionIsOneLineAndNothingIsWritten) {
+  const Folder folder;
+  write_text(folder / "negative.json", rails(-0.5, 6.0, R"("motion": {"t_end": 1})"));
+  std::string scene = rails(0.5, 6.0, R"("motion": {"t_end": 1})");
+  write_text(folder / "unknown.json", scene.replace(scene.find(R"("at": "lower")"), 13, R"("at": "rails")"));
+
+  for (const std::string command : {"run", "solve", "info", "check"}) {
+    EXPECT_EQ(complaint(folder, {command, "negative.json"}),
+              "tanor: negative.json: /friction/0/coefficient: found number -0.5, wanted a number >= 0\n");
+    EXPECT_EQ(complaint(folder, {command, "unknown.json"}),
+              "tanor: unknown.json: /friction/0/at: \"rails\" is the name of no constraint; a plane, sphere, line, "
+              "circle or formula of single points is right\n");
+  }
+}
+
+}  // namespace
+}  // namespace tanor::cli
