@@ -25,6 +25,11 @@ double NormalForm::sliding_threshold() const {
   return 1e-11 * model_.velocity_scale;
 }
 
+void NormalForm::set_sliding_speeds() {
+  constexpr double slow = 1e-6;
+  friction_->laws().set_speeds(sliding_threshold(), slow * model_.velocity_scale);
+}
+
 void NormalForm::evaluate_events(double, const double*, const double* v, double* values) {
   const Tangents& tangents = model_.constraints.tangents();
   for (std::size_t c = 0; c < tangents.size(); ++c) {
@@ -43,7 +48,7 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
   std::vector<char> at_rest(tangents.size(), 0);
   for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, false);
   if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
-  friction_->laws().set_rest(sliding_threshold());
+  set_sliding_speeds();
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     at_rest[c] = tangents[c].first_row >= 0 && norm(tangents.sliding_velocity(c, v)) <= sliding_threshold();
     tangents.set_stick(c, at_rest[c] != 0);
@@ -103,8 +108,11 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
   constexpr double slack = limit_slack, rounding_of_accelerations = 1e-9;
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
     if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
-    if (num_at_rest == 0) return {};
-    const double scale = std::max(model_.largest_norm(w), std::numeric_limits<double>::min());
+    if (num_at_rest == 0) {
+      tangents.hold(r, false);
+      return {};
+    }
+    const double scale = std::max(acceleration_scale_, std::numeric_limits<double>::min());
     model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
     bool has_changed = false;
     std::vector<std::pair<double, std::size_t>> too_much;  // how far above the limit, relative
@@ -130,7 +138,8 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
         }
         tangents.set_stick(c, true);
         has_changed = true;
-      } else if (tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
+      } else if (tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale &&
+                 along < (1.0 - 1e-13) * size) {
         laws.set_sense(c, (1.0 / size) * a);  // on a surface the direction is a part of the answer
         has_changed = has_changed || along < (1.0 - 1e-12) * size;
       }
@@ -145,7 +154,10 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
       release(contact);
       has_changed = true;
     }
-    if (!has_changed) return {};
+    if (!has_changed) {
+      tangents.hold(r, !model_.is_rheonomic());
+      return {};
+    }
   }
   return {Status::NotConverged, "friction at t = " + text(t) +
                                     ": no choice of which contacts stick and which slide obeys the law for all of " +
@@ -166,10 +178,10 @@ std::vector<int> NormalForm::discrete_state() const {
   std::vector<int> state;
   for (std::size_t c = 0; num_switches_ > 0 && c < tangents.size(); ++c) {
     const double along = dot(friction_->laws().sense(c), tangents.directions(c)[0]);
-    state.push_back(tangents.sticks(c)                                ? sticks
+    state.push_back(tangents.sticks(c)                            ? sticks
                     : tangents[c].num_guides == 1 || along == 0.0 ? slides
-                    : along > 0.0                                     ? slides_forward
-                                                                      : slides_backward);
+                    : along > 0.0                                 ? slides_forward
+                                                                  : slides_backward);
   }
   return state;
 }
@@ -178,18 +190,19 @@ void NormalForm::restore_discrete_state(std::span<const int> state) {
   Tangents& tangents = model_.constraints.tangents();
   const std::size_t wanted = num_switches_ > 0 ? tangents.size() : 0;
   if (state.size() != wanted) {
-    throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for " +
-                                                     std::to_string(wanted) + " contacts that may stick");
+    throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for " + std::to_string(wanted) +
+                                                     " contacts that may stick");
   }
   for (std::size_t c = 0; c < state.size(); ++c) tangents.set_stick(c, state[c] == sticks);
   restored_.assign(state.begin(), state.end());
 }
 
 /// Where T stands again.
-void NormalForm::restore_senses(const double* v) {
+void NormalForm::restore_senses(const double* r, const double* v) {
   if (restored_.empty()) return;
+  model_.constraints.tangents().hold(r, !model_.is_rheonomic());
   FrictionLaws& laws = friction_->laws();
-  laws.set_rest(sliding_threshold());
+  set_sliding_speeds();
   for (std::size_t c = 0; c < restored_.size(); ++c) {
     const Vec3 t = model_.constraints.tangents().directions(c)[0];
     laws.set_sense(c, restored_[c] == slides_forward ? t : restored_[c] == slides_backward ? -t : Vec3{});

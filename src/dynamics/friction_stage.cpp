@@ -121,7 +121,7 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
   laws_.set_state(t, r, v, blocks_.data());
   b_ = b;
   report_ = {.contacts = tangents_.size()};
-  for (std::size_t c = 0; c < tangents_.size(); ++c) report_.sticking += tangents_.sticks(c) ? 1 : 0;
+  report_.sticking = num_sticking();
   std::copy(lambda, lambda + lambda_.size(), lambda_.begin());
   const bool all_stick = report_.sticking == report_.contacts;
   if (laws_.depend_on_reactions() && !all_stick) {
@@ -350,6 +350,12 @@ Vec3 FrictionStage::held(std::size_t contact, const double* lambda) const {
   for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k)
     sum = sum + lambda[place.first_row + k] * tangents_.directions(contact)[static_cast<std::size_t>(k)];
   return sum;
+}
+
+std::size_t FrictionStage::num_sticking() const {
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < tangents_.size(); ++c) count += tangents_.sticks(c) ? 1 : 0;
+  return count;
 }
 
 double FrictionStage::static_limit(std::size_t contact, const double* lambda) const {

@@ -42,6 +42,7 @@ class FrictionStage final : private Response {
   double power(const double* lambda, const double* v) const;
   double held_power(const double* lambda, const double* v) const;
 
+  std::size_t num_sticking() const;
   const FrictionReport& report() const { return report_; }
   /// Several solutions are a failure (else: the one nearest to the guess is taken, and the report says so).
   void refuse_several(bool refuses) { several_are_refused_ = refuses; }

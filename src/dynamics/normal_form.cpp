@@ -66,10 +66,11 @@ void NormalForm::describe(PlanSummary* plan) const {
 
 Outcome NormalForm::free_accelerations(double t, const double* r, const double* v, double* w) {
   if (friction_ != nullptr) {
-    // M^-1 (f + tau) = w - M^-1 K lambda
-    Outcome outcome = accelerations(t, r, v, Gradients::Keep, w);
-    for (std::size_t i = 0; outcome.ok() && i < 3 * model_.num_moving(); ++i) w[i] -= dw_[i];
-    return outcome;
+    // M^-1 (f + tau) = w - M^-1 eta: what holds a contact that sticks is a force like the others
+    if (Outcome outcome = accelerations(t, r, v, Gradients::Keep, w); !outcome.ok()) return outcome;
+    reactions(respond_.data());
+    for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w[i] -= model_.inverse_mass[i / 3] * respond_[i];
+    return {};
   }
   const Stopwatch watch(&model_.times.evaluate);
   return std::isfinite(model_.evaluate_free(t, r, v, w)) ? Outcome{} : model_.not_finite(t);
@@ -133,6 +134,7 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   }
   last_.residual = 0.0;
   last_.refinements = 0;
+  acceleration_scale_ = scale;
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
   if (num_rows() == 0) return last_.outcome = {};
   if (fresh) {
@@ -160,8 +162,8 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
 /// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
 Outcome NormalForm::find_friction(double t, const double* r, const double* v, bool judges, double* w) {
   if (friction_ == nullptr) return {};
-  restore_senses(v);
-  friction_->laws().set_rest(sliding_threshold());
+  restore_senses(r, v);
+  set_sliding_speeds();
   Outcome outcome = friction_->find(t, r, v, right_side_.data(), judges, lambda_.data());
   last_.friction = friction_->report();
   if (outcome.ok()) friction_->add(1.0, w, right_side_.data());

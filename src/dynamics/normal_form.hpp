@@ -49,7 +49,9 @@ class NormalForm final : public EquationsOfMotion {
   void write_points(double t, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
                     double* w) override;
   void recentre(double, double*, double* v, double*) override {
-    if (friction_ != nullptr) friction_->laws().keep_senses(v);
+    if (friction_ == nullptr) return;
+    set_sliding_speeds();
+    friction_->laws().keep_senses(v);
   }
   void resume(const Counters& counters, const PhaseTimes& times) override;
   void set_exact(bool exact) override { exact_ = exact; }
@@ -101,11 +103,12 @@ class NormalForm final : public EquationsOfMotion {
   double find_multipliers(double scale);
   Outcome settle_contacts(double t, const double* r, double* v, double* w);
   Outcome find_friction(double t, const double* r, const double* v, bool judges, double* w);
-  void restore_senses(const double* v);
+  void restore_senses(const double* r, const double* v);
   double find_multipliers_and_friction(double scale, double* w);
   Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
                        std::span<const std::size_t> releases, double* w);
   double sliding_threshold() const;
+  void set_sliding_speeds();
   void correct(double* rows, double* points);
   void solve_negative(const double* b, double* x);
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
@@ -135,7 +138,8 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
-  std::vector<int> restored_;                // discrete state whose senses are still to be found
+  double acceleration_scale_ = 0.0;   // m/s^2, of what cancels in the last accelerations
+  std::vector<int> restored_;         // discrete state whose senses are still to be found
   std::vector<double> contact_rows_;  // [d] scratch
   std::vector<double> respond_;       // [3n] scratch
   GramSolver solver_;

@@ -119,6 +119,8 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
   ProjectionReport report;
   if (num_rows() == 0) return report;
   constexpr double target = 1e-13;
+  // What sticks stands still: there is no rounding that may add up to a creep.
+  const bool holds_contacts = friction_ != nullptr && friction_->num_sticking() > 0;
   double before = std::numeric_limits<double>::infinity();
   bool decided_here = false;
   for (;; ++report.iterations) {
@@ -133,7 +135,8 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
       return report;
     }
     // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
-    if (report.violation <= target || report.iterations == 4 || !(rate < 0.5 * before)) {
+    const bool is_done = report.violation <= target && !(holds_contacts && report.iterations == 0);
+    if (is_done || report.iterations == 4 || !(rate < 0.5 * before)) {
       if (!redundancy_.is_found() || decided_here || report.violation <= rounding) return report;
       // A dependent row stays behind: it became independent, or contradicts the others.
       decided_here = true;

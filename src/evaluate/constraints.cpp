@@ -333,7 +333,7 @@ void Constraints::set_time(double t) {
 double Constraints::evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
   double worst = 0.0;
   for_each_family([&](const auto& family) { worst = larger(worst, family.evaluate_values(parallel, r, xi)); });
-  tangents_.write_no_values(xi);
+  tangents_.write_values(r, xi);
   return worst;
 }
 
@@ -401,7 +401,7 @@ double Constraints::apply_transposed(const Parallel& parallel, const double* blo
 
 void Constraints::measure(const double* r, const double* v, double* position, double* velocity) const {
   for_each_family([&](const auto& family) { family.measure(r, v, position, velocity); });
-  tangents_.write_no_values(position);
+  tangents_.write_values(r, position);
   tangents_.evaluate_rates(v, velocity);
 }
 

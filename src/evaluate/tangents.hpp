@@ -2,6 +2,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/vec3.hpp"
@@ -41,6 +42,8 @@ class Tangents {
 
   bool sticks(std::size_t contact) const { return sticks_[contact] != 0; }
   void set_stick(std::size_t contact, bool sticks) { sticks_[contact] = sticks; }
+  /// Those that stick on guides at rest hold to their places at r: xi = T'(r - place) from now on, until they slide.
+  void hold(const double* r, bool guides_rest);
 
   void set_time(double t) { velocities_.set_time(t); }
   bool depends_on_time() const { return !velocities_.is_constant(); }
@@ -52,7 +55,8 @@ class Tangents {
   /// T T'(v - u), m/s.
   Vec3 sliding_velocity(std::size_t contact, const double* v) const;
 
-  void write_no_values(double* xi) const;
+  /// xi of the rows: 0 where nothing is held.
+  void write_values(const double* r, double* xi) const;
   /// T'(v - u); returns the largest, m/s.
   double evaluate_rates(const double* v, double* rate) const;
   double apply_transposed(const double* blocks, const double* x, const double* shift, double* y) const;
@@ -84,6 +88,7 @@ class Tangents {
   std::vector<Place> places_;
   std::vector<char> sticks_;
   std::vector<std::array<Vec3, 2>> normals_, directions_;  // K_g, T
+  std::vector<std::pair<bool, Vec3>> places_held_;         // [contact]
   VectorTable<AsGiven> velocities_;
   std::size_t num_blocks_ = 0;
 };

@@ -81,26 +81,31 @@ void FrictionLaws::set_state(double t, const double* r, const double* v, const d
       continue;
     }
     contact.factor = contact.coefficient;
-    const auto& [t0, t1] = tangents_.directions(c);
-    const Vec3 kept = dot(t0, contact.sense) * t0 + dot(t1, contact.sense) * t1;
-    const double length = norm(kept);
-    if (length == 0.0) {
-      contact.direction = speed > 0.0 ? (1.0 / speed) * contact.velocity : Vec3{};
-    } else if (tangents_[c].num_guides == 2 || speed <= rest_) {
-      contact.direction = (1.0 / length) * kept;
-    } else {
-      // Beyond a stop the friction goes on as before it: the stop is located on a smooth motion.
-      const double sign = dot(contact.velocity, contact.sense) < 0.0 ? -1.0 : 1.0;
-      contact.direction = (sign / speed) * contact.velocity;
-    }
+    contact.direction = sliding_direction(c, contact.velocity);
   }
+}
+
+/// v/|v|, on as before beyond a stop: it is located on a smooth motion. On a surface the direction of a slow motion is
+/// stiff, it turns at the rate mu N/(m |v|): below `slow_` the part across the last sense is v/slow instead, which
+/// turns towards the same balance no faster than at that speed.
+Vec3 FrictionLaws::sliding_direction(std::size_t c, const Vec3& velocity) const {
+  const double speed = norm(velocity);
+  const auto& [t0, t1] = tangents_.directions(c);
+  const Vec3 kept = dot(t0, contacts_[c].sense) * t0 + dot(t1, contacts_[c].sense) * t1;
+  const double length = norm(kept);
+  if (length == 0.0) return speed > 0.0 ? (1.0 / speed) * velocity : Vec3{};
+  const Vec3 sense = (1.0 / length) * kept;
+  if (tangents_[c].num_guides == 2) return sense;
+  const double forward = dot(velocity, sense);
+  if (speed >= slow_) return ((forward < 0.0 ? -1.0 : 1.0) / speed) * velocity;
+  const Vec3 across = (1.0 / slow_) * (velocity - forward * sense);
+  return std::sqrt(std::max(0.0, 1.0 - dot(across, across))) * sense + across;
 }
 
 void FrictionLaws::keep_senses(const double* v) {
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const Vec3 velocity = tangents_.sliding_velocity(c, v);
-    const double speed = norm(velocity);
-    if (speed > rest_ && !tangents_.sticks(c)) contacts_[c].sense = (1.0 / speed) * velocity;
+    if (norm(velocity) > rest_ && !tangents_.sticks(c)) contacts_[c].sense = sliding_direction(c, velocity);
   }
 }
 

@@ -30,8 +30,11 @@ class FrictionLaws {
   /// From now on the sense of sliding is the one of v (at the last place), until it is kept anew: within a step a
   /// contact does not turn back by itself.
   void keep_senses(const double* v);
-  /// Slower than this, m/s, is rest: rounding has no direction.
-  void set_rest(double speed) { rest_ = speed; }
+  /// Slower than `rest` has no direction but rounding; slower than `slow`, the direction on a surface lags (m/s).
+  void set_speeds(double rest, double slow) {
+    rest_ = rest;
+    slow_ = slow;
+  }
   /// The sense of a contact that begins to slide at rest.
   void set_sense(std::size_t contact, Vec3 direction) { contacts_[contact].sense = direction; }
   Vec3 sense(std::size_t contact) const { return contacts_[contact].sense; }
@@ -70,6 +73,7 @@ class FrictionLaws {
     Vec3 position{}, velocity{}, direction{};
     double factor = 0.0;
   };
+  Vec3 sliding_direction(std::size_t contact, const Vec3& velocity) const;
   Vec3 friction(const Contact& contact, const double* lambda, double* derivative) const;
   std::span<const Term> terms(const Contact& contact) const {
     return {terms_.data() + contact.first_term, terms_.data() + contact.end_term};
@@ -80,7 +84,7 @@ class FrictionLaws {
   std::vector<Term> terms_;
   std::vector<Index> read_rows_;
   std::vector<FrictionKernel> kernels_;
-  double t_ = 0.0, rest_ = 0.0;
+  double t_ = 0.0, rest_ = 0.0, slow_ = 0.0;
   bool threads_are_safe_ = true;
 };
 

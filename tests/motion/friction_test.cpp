@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <tanor/tanor.hpp>
+
+namespace tanor {
+namespace {
+
+constexpr double g = 9.81;
+
+// ---- cases/04a: a rough incline ----
+
+System make_incline(double speed, double mu) {
+  const double alpha = std::numbers::pi / 6.0;
+  const Vector3 downhill{std::cos(alpha), -std::sin(alpha), 0.0};
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.velocities = {speed * downhill[0], speed * downhill[1], 0.0};
+  system.masses = {2.0};
+  system.constraints = {Lines{"rail", {0}, Vector3{}, downhill}};
+  system.forces = {Gravity{"", {0.0, -g, 0.0}}};
+  system.friction = {Coulomb{.name = "", .at = {"rail"}, .coefficient = mu}};
+  return system;
+}
+
+double along(const Simulation& simulation) {
+  const auto r = simulation.positions();
+  return r[0] * std::cos(std::numbers::pi / 6.0) - r[1] * std::sin(std::numbers::pi / 6.0);
+}
+
+TEST(RoughIncline, ABeadSlidesDownByTheClosedForm) {
+  Simulation simulation(make_incline(1.0, 0.3), {.rtol = 1e-10, .atol = 1e-12});
+  ASSERT_TRUE(simulation.advance(2.0).ok()) << simulation.outcome().what;
+  EXPECT_NEAR(simulation.positions()[0], 5.813260018694220418279570647, 1e-12);
+  EXPECT_NEAR(simulation.positions()[1], -3.356287236662397062574362708, 1e-12);
+  EXPECT_EQ(simulation.report().events, 0u);
+  EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-12);
+}
+
+TEST(RoughIncline, UphillItStopsAndStaysWhereMuIsAboveTheSlope) {
+  const double mu = 0.7, alpha = std::numbers::pi / 6.0;
+  const double a = g * (std::sin(alpha) + mu * std::cos(alpha)), stop = 1.0 / a;
+  Simulation simulation(make_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
+  ASSERT_TRUE(simulation.advance(1.0).ok()) << simulation.outcome().what;
+  EXPECT_EQ(simulation.report().events, 1u);
+  EXPECT_NEAR(simulation.report().last_event, stop, 1e-13);
+  EXPECT_NEAR(along(simulation), -0.5 / a, 1e-13);
+  for (const double v : simulation.velocities()) EXPECT_NEAR(v, 0.0, 1e-16);
+}
+
+TEST(RoughIncline, UphillItStopsAndSlidesBackWhereMuIsBelowTheSlope) {
+  // cases/04a: uphill_stop_time
+  const double mu = 0.3, alpha = std::numbers::pi / 6.0, stop = 0.1341613276163089975121182181;
+  const double back = g * (std::sin(alpha) - mu * std::cos(alpha));
+  Simulation simulation(make_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
+  ASSERT_TRUE(simulation.advance(1.0).ok()) << simulation.outcome().what;
+  EXPECT_EQ(simulation.report().events, 1u);
+  EXPECT_NEAR(simulation.report().last_event, stop, 1e-13);
+  EXPECT_NEAR(along(simulation), -0.5 * stop + 0.5 * back * (1.0 - stop) * (1.0 - stop), 1e-12);
+  EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-11);
+  EXPECT_LT(simulation.report().energy.work_of_friction, 0.0);
+}
+
+TEST(RoughIncline, BelowTheFrictionAngleNothingCreepsInAHundredSeconds) {
+  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
+    MotionOptions options{.method = method};
+    if (method != Method::Dopri5) options.step = 0.01;
+    Simulation simulation(make_incline(0.0, 0.6), options);
+    ASSERT_TRUE(simulation.advance(100.0).ok()) << simulation.outcome().what;
+    EXPECT_NEAR(along(simulation), 0.0, 1e-13);
+    for (const double v : simulation.velocities()) EXPECT_NEAR(v, 0.0, 1e-15);
+  }
+}
+
+// ---- cases/04b: a rough circle ----
+
+TEST(RoughCircle, SpeedDecaysByTheClosedForm) {
+  System system;
+  system.positions = {1.0, 0.0, 0.0};
+  system.velocities = {0.0, 3.0, 0.0};
+  system.masses = {1.0};
+  system.constraints = {Circles{"wire", {0}, Vector3{}, Vector3{0.0, 0.0, 1.0}, 1.0}};
+  system.friction = {Coulomb{.name = "", .at = {"wire"}, .coefficient = 0.2}};
+  Simulation simulation(system, {.rtol = 1e-12, .atol = 1e-14});
+  for (const double t : {1.0, 2.0, 5.0}) {
+    ASSERT_TRUE(simulation.advance(t).ok()) << simulation.outcome().what;
+    const double theta = std::log(1.0 + 0.6 * t) / 0.2, v = 3.0 / (1.0 + 0.6 * t);
+    EXPECT_NEAR(simulation.positions()[0], std::cos(theta), 1e-10);
+    EXPECT_NEAR(simulation.positions()[1], std::sin(theta), 1e-10);
+    EXPECT_NEAR(simulation.velocities()[1], v * std::cos(theta), 1e-10);
+  }
+  EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-10);
+}
+
+// ---- a block on a plane under a force that turns ----
+
+System make_block(double mu_s, double mu, double omega) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.masses = {1.5};
+  system.constraints = {Planes{"floor", {0}, Vector3{0.0, 0.0, 1.0}, 0.0}};
+  const Constants constants{{"w", omega}};
+  // 12 N, straight down at first
+  const VectorFunction force{ScalarFunction::formula("12*sin(w*t)*0.6", constants),
+                             ScalarFunction::formula("12*sin(w*t)*0.8", constants),
+                             ScalarFunction::formula("-12*cos(w*t)", constants)};
+  system.forces = {ConstantForce{"", {0}, force}};
+  system.friction = {Coulomb{.name = "", .at = {"floor"}, .coefficient = mu, .static_coefficient = mu_s}};
+  return system;
+}
+
+TEST(BlockOnAPlane, StartsToSlideWhereTheForceLeavesTheFrictionCone) {
+  for (const double mu : {0.4, 0.25}) {
+    const double mu_s = 0.4, omega = 0.7;
+    Simulation simulation(make_block(mu_s, mu, omega), {.rtol = 1e-10, .atol = 1e-12});
+    ASSERT_TRUE(simulation.advance(0.7).ok()) << simulation.outcome().what;
+    EXPECT_EQ(simulation.report().events, 1u);
+    EXPECT_NEAR(simulation.report().last_event, std::atan(mu_s) / omega, 1e-9);
+    // v = 12/m int (sin - mu cos) dt along (0.6, 0.8)
+    const double t0 = std::atan(mu_s) / omega, t = 0.7;
+    const double v = 12.0 / 1.5 / omega *
+                     (-std::cos(omega * t) + std::cos(omega * t0) - mu * (std::sin(omega * t) - std::sin(omega * t0)));
+    EXPECT_NEAR(simulation.velocities()[0], 0.6 * v, 1e-9);
+    EXPECT_NEAR(simulation.velocities()[1], 0.8 * v, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace tanor
