@@ -1,72 +1,15 @@
 #include <tanor/motion.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
-#include <limits>
 
 #include "dynamics/certificate.hpp"
 #include "motion/integration.hpp"
+#include "motion/motion_input.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
-
-namespace {
-
-void check_options(const MotionOptions& options) {
-  const auto positive = [](const char* where, double value, const char* rule) {
-    if (!(value > 0.0 && std::isfinite(value))) throw InputError(where, text(value) + " is not " + rule);
-  };
-  if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
-  positive("/motion/rtol", options.rtol, "a positive tolerance");
-  positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
-}
-
-Method resolve(const MotionOptions& options) {
-  if (options.method != Method::Auto) return options.method;
-  return options.step > 0.0 ? Method::Rk4 : Method::Dopri5;
-}
-
-/// rattle projects onto constraints: it steps in normal form.
-SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
-  if (method != Method::Rattle || system.coordinates.empty()) return solver;
-  if (solver.form == Form::Tangent || num_equations(system) == 0) {
-    throw InputError("/motion/method",
-                     "rattle projects onto constraints, the tangent form has none; rk4 and dopri5 "
-                     "step in coordinates");
-  }
-  solver.form = Form::Normal;
-  return solver;
-}
-
-void check_snapshot(const Snapshot& snapshot, std::size_t size) {
-  const auto check_finite = [](const char* where, std::span<const double> numbers) {
-    const auto bad = std::find_if_not(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
-    if (bad != numbers.end()) throw InputError(where, text(*bad) + " is not a finite number");
-  };
-  const auto check_points = [&](const char* where, const std::vector<double>& numbers) {
-    if (numbers.size() != size) {
-      throw InputError(where, "holds " + std::to_string(numbers.size()) + " numbers, the system's points have " +
-                                  std::to_string(size));
-    }
-    check_finite(where, numbers);
-  };
-  check_points("/snapshot/positions", snapshot.positions);
-  check_points("/snapshot/velocities", snapshot.velocities);
-  const EnergyReport& energy = snapshot.report.energy;
-  check_finite("/snapshot/time", std::array{snapshot.time});
-  check_finite("/snapshot/report/energy", std::array{energy.start, energy.work_of_supports, energy.work_of_forces, energy.work_of_friction});
-  const auto check_size = [](const char* where, double value) {
-    if (!(value >= 0.0 && std::isfinite(value)))
-      throw InputError(where, text(value) + " is not 0 or a positive number");
-  };
-  check_size("/snapshot/next_step", snapshot.next_step);
-  check_size("/snapshot/last_error", snapshot.last_error);
-  check_finite("/snapshot/event_slopes", snapshot.event_slopes);
-}
-
-}  // namespace
 
 double EnergyReport::drift_relative() const {
   const double drift = now - start - work_of_supports - work_of_forces - work_of_friction;

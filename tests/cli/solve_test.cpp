@@ -78,8 +78,10 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
   EXPECT_EQ(solution["form"], "normal");
   EXPECT_LT(solution["certificate"]["residual"], 1e-14);
   EXPECT_LT(solution["certificate"]["normal_identity"], 1e-14);
-  EXPECT_TRUE(solution["certificate"]["tangent_identity"].is_null()) << "no coordinates are given";
-  EXPECT_TRUE(solution["certificate"]["forms_agree"].is_null());
+  EXPECT_LT(solution["certificate"]["tangent_identity"], 1e-14);
+  EXPECT_LT(solution["certificate"]["second_factorization"], 1e-14);
+  EXPECT_TRUE(solution["certificate"]["forms_agree"].is_null()) << "no coordinates are given";
+  EXPECT_EQ(solution["certificate"]["left_out"], json::array());
   EXPECT_EQ(solution["certificate"]["verdict"].get<std::string>().rfind("certified to ", 0), 0U);
   EXPECT_EQ(list_names(folder.path()), Words{"s.json"});
 }

@@ -14,11 +14,11 @@ constexpr double singular_time = 0.8;
 /// singular value of K goes through 0 there as a straight line.
 class Ball final : public Toy {
  public:
-  Ball() : Toy(1) {}
+  explicit Ball(double steepness = 0.01) : Toy(1), steepness_(steepness) {}
 
   Outcome free_accelerations(double t, const double*, const double*, double* a) override {
     const double distance = t - singular_time;
-    solve_.reciprocal_condition = 0.01 * distance * distance;
+    solve_.reciprocal_condition = steepness_ * distance * distance;
     a[0] = 0.0;
     return {};
   }
@@ -34,6 +34,7 @@ class Ball final : public Toy {
   const SolveReport& last_solve() const override { return solve_; }
 
  private:
+  double steepness_;
   SolveReport solve_;
 };
 
@@ -62,6 +63,20 @@ TEST(SingularEventTest, ASwitchForgetsTheVelocityBeforeIt) {
   EXPECT_NEAR(ball.switch_times[0], 0.4, 1e-12);
   EXPECT_NEAR(travel.integration.state.x[0], 1.6, 1e-12);
   EXPECT_EQ(travel.integration.state.v[0], 1.0);
+  EXPECT_EQ(travel.report.rejected, 0u);
+}
+
+TEST(SingularEventTest, AFixedStepGoesOnAfterASwitchWithTheVelocityOfTheNewEquations) {
+  // The place is suspected first at 0.6, where it turns in the midst of a step from 0.5 to 1.
+  Ball ball(0.2);
+  Travel travel(ball, Method::Rk4, {.step = 0.5}, {0.6}, {-1.0});
+
+  ASSERT_TRUE(travel.advance(2.0).ok());
+
+  ASSERT_EQ(ball.switch_times.size(), 1u);
+  EXPECT_NEAR(ball.switch_times[0], 0.6, 1e-12);
+  EXPECT_NEAR(travel.integration.state.x[0], 1.4, 1e-12);
+  EXPECT_EQ(travel.integration.state.v[0], 1.0);
 }
 
 TEST(SingularEventTest, AnEventWhileItCoastsIsMetWhereThatEnds) {
@@ -76,6 +91,7 @@ TEST(SingularEventTest, AnEventWhileItCoastsIsMetWhereThatEnds) {
   EXPECT_EQ(travel.report.last_event, ball.switch_times[0]);
   EXPECT_NEAR(travel.integration.state.x[0], 1.0, 1e-12);  // 1.075 - 0.075
   EXPECT_EQ(travel.report.singular_passages.count, 1u);
+  EXPECT_EQ(travel.report.steps, 4u) << "to 0.1, 0.6, 0.925 and 2";
 }
 
 }  // namespace

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+
+#include <tanor/motion.hpp>
+
+namespace tanor {
+
+/// What a user gives to a motion: throws InputError where it makes no sense.
+void check_options(const MotionOptions& options);
+/// `size`: 3 times the number of points.
+void check_snapshot(const Snapshot& snapshot, std::size_t size);
+
+/// Auto: rk4 where a step is given.
+Method resolve(const MotionOptions& options);
+/// rattle projects onto constraints: it steps in normal form. Throws InputError where there is none.
+SolverOptions resolve(SolverOptions solver, const System& system, Method method);
+
+}  // namespace tanor
