@@ -191,6 +191,21 @@ void FrictionStage::add(double sign, double* w0, double* b) const {
   add_to_rows(sign, tau_.data(), b);
 }
 
+double FrictionStage::change_to(const double* lambda, double s, double* x) {
+  std::swap(tau_, tau_before_);
+  laws_.evaluate(model_.parallel, lambda, tau_.data());
+  add_change(s, x);
+  return largest_change(tau_, tau_before_) / std::max(largest_norm(tau_), smallest_number);
+}
+
+void FrictionStage::add_change(double s, double* x) const {
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    const auto point = static_cast<std::size_t>(tangents_[c].point);
+    const Vec3 change = model_.inverse_mass[point] * (load(tau_.data(), c) - load(tau_before_.data(), c));
+    store(x, point, load(x, point) + s * change);
+  }
+}
+
 double FrictionStage::measure(const double* lambda) {
   laws_.evaluate(model_.parallel, lambda, tau_before_.data());
   report_.residual = largest_change(tau_, tau_before_) / std::max(largest_norm(tau_), smallest_number);

@@ -31,6 +31,9 @@ class FrictionStage final : private Response {
   void polish(const double* b, double* lambda);
   /// tau into w0 and b: w0 += sign M^-1 tau [3n], b += sign K'M^-1 tau [rows].
   void add(double sign, double* w0, double* b) const;
+  /// tau := tau(lambda), x += s M^-1 dtau [3n]; returns |dtau| over the largest friction. And the same change again.
+  double change_to(const double* lambda, double s, double* x);
+  void add_change(double s, double* x) const;
   /// |tau(lambda) - tau| over the largest friction, into the report.
   double measure(const double* lambda);
 

@@ -56,6 +56,11 @@ class Mechanics {
   virtual ProjectionReport project_step(double t, double h, double* x, double* step_velocity) = 0;
   /// Onto K'v + xi_t = 0 in the M-norm, with the linearisation at (t, x).
   virtual ProjectionReport project_velocities(double t, const double* x, double* v) = 0;
+  /// The same at the end of a step of length h, whose second half it is: forces that depend on reactions become those
+  /// of its own multipliers.
+  virtual ProjectionReport project_step_velocities(double t, double /*h*/, const double* x, double* v) {
+    return project_velocities(t, x, v);
+  }
 
   /// Largest over the points of |error|/(atol + rtol |.|), positions and velocities; t: at the step's beginning. The
   /// last accelerations were those at its end.

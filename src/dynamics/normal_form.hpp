@@ -35,6 +35,7 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport project_positions(double t, double* r) override;
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
+  ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
   double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
@@ -112,6 +113,10 @@ class NormalForm final : public EquationsOfMotion {
   void correct(double* rows, double* points);
   void solve_negative(const double* b, double* x);
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
+  ProjectionReport settle_step_friction(double t, double h, double* r, double* step_velocity, ProjectionReport report);
+  ProjectionReport iterate_onto_velocities(double t, const double* r, double* v, double* sum);
+  bool steps_with_friction() const;
+  Outcome friction_stalls(double t) const;
   ProjectionReport iterate_onto_positions(double t, double* r, double* sum);
   ProjectionReport reach_constraints(double t, double* r);
   Outcome slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d);

@@ -12,6 +12,8 @@ namespace tanor {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double friction_is_settled = 1e-11;  // relative
+constexpr int most_friction_iterations = 100;
 constexpr double rounding = 1e-9;  // of velocities, relative; more is no rounding
 
 }  // namespace
@@ -53,6 +55,35 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
   // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
   model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
                            model_.num_moving(), step_velocity);
+  return steps_with_friction() ? settle_step_friction(t, h, r, step_velocity, report) : report;
+}
+
+/// The step's own multipliers, lambda = 2 sum/h^2, say what its friction is: (43), each iteration one projection from
+///
+///   r += h^2/2 M^-1 dtau,   v1/2 += h/2 M^-1 dtau
+ProjectionReport NormalForm::settle_step_friction(double t, double h, double* r, double* step_velocity,
+                                                  ProjectionReport report) {
+  StepMultipliers& step = step_multipliers_;
+  for (int k = 0; k < most_friction_iterations; ++k) {
+    for (std::size_t a = 0; a < num_rows(); ++a) rows_[a] = 2.0 * step.last[a];
+    const Stopwatch watch(&model_.times.friction);
+    const double change = friction_->change_to(rows_.data(), 0.5 * h, step_velocity);
+    friction_->add_change(0.5 * h * h, r);
+    if (change <= friction_is_settled) return report;
+    ++model_.counters.friction_iterations;
+    std::fill(step.sum.begin(), step.sum.end(), 0.0);
+    const ProjectionReport again = iterate_onto_positions(t, r, step.sum.data());
+    report.iterations += again.iterations;
+    report.violation = again.violation;
+    if (report.outcome = again.outcome; !report.outcome.ok()) return report;
+    for (std::size_t a = 0; a < num_rows(); ++a) {
+      step.last[a] += step.sum[a] / (h * h);
+      step.sum[a] /= h;
+    }
+    model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
+                             model_.num_moving(), step_velocity);
+  }
+  report.outcome = friction_stalls(t);
   return report;
 }
 
@@ -115,6 +146,41 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
 }
 
 ProjectionReport NormalForm::project_velocities(double t, const double* r, double* v) {
+  return iterate_onto_velocities(t, r, v, nullptr);
+}
+
+/// The same with the multipliers of the second half of a step, lambda = 2 nu/h.
+ProjectionReport NormalForm::project_step_velocities(double t, double h, const double* r, double* v) {
+  if (!steps_with_friction()) return project_velocities(t, r, v);
+  std::vector<double>& sum = step_multipliers_.sum;
+  std::fill(sum.begin(), sum.end(), 0.0);
+  ProjectionReport report;
+  for (int k = 0; k < most_friction_iterations; ++k) {
+    const ProjectionReport again = iterate_onto_velocities(t, r, v, sum.data());
+    report.iterations += again.iterations;
+    report.violation = again.violation;
+    if (report.outcome = again.outcome; !report.outcome.ok()) return report;
+    for (std::size_t a = 0; a < num_rows(); ++a) rows_[a] = 2.0 / h * sum[a];
+    const Stopwatch watch(&model_.times.friction);
+    if (friction_->change_to(rows_.data(), 0.5 * h, v) <= friction_is_settled) return report;
+    ++model_.counters.friction_iterations;
+  }
+  report.outcome = friction_stalls(t);
+  return report;
+}
+
+/// Some contact slides under a law that reads multipliers.
+bool NormalForm::steps_with_friction() const {
+  return friction_ != nullptr && friction_->laws().depend_on_reactions() &&
+         friction_->num_sticking() < friction_->report().contacts;
+}
+
+Outcome NormalForm::friction_stalls(double t) const {
+  return {Status::NotConverged, "friction at t = " + text(t) + ": the iteration for the step's multipliers stalls"};
+}
+
+/// Adds up the multipliers where wanted.
+ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, double* v, double* sum) {
   model_.set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
@@ -148,6 +214,7 @@ ProjectionReport NormalForm::project_velocities(double t, const double* r, doubl
     before = rate;
     // S nu = -(K'v + xi_t), v += M^-1 K nu
     correct(rows_.data(), v);
+    for (std::size_t a = 0; sum != nullptr && a < num_rows(); ++a) sum[a] += rows_[a];
   }
 }
 

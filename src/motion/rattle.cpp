@@ -45,7 +45,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
     if (!result.outcome.ok()) return result;
     add_scaled(parallel, middle_, 0.5 * h, free_, &to->v);
     mechanics_.prescribe(t, to->x.data(), to->v.data());
-    const ProjectionReport velocities = mechanics_.project_velocities(t, to->x.data(), to->v.data());
+    const ProjectionReport velocities = mechanics_.project_step_velocities(t, h, to->x.data(), to->v.data());
     result.velocity_violation = velocities.violation;
     if (result.outcome = velocities.outcome; !result.outcome.ok()) return result;
     guess = &to->v;
