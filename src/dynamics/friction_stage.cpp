@@ -121,6 +121,7 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
   laws_.set_state(t, r, v, blocks_.data());
   b_ = b;
   report_ = {.contacts = tangents_.size()};
+  amplification_ = std::numeric_limits<double>::quiet_NaN();
   report_.sticking = num_sticking();
   std::copy(lambda, lambda + lambda_.size(), lambda_.begin());
   const bool all_stick = report_.sticking == report_.contacts;
@@ -134,7 +135,7 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
     if (!outcome.ok()) return outcome;
   } else if (judges) {
     report_.uniqueness = Uniqueness::Proven;  // a given force
-    report_.error_bound = 0.0;
+    amplification_ = 1.0;
   }
   laws_.evaluate(model_.parallel, lambda_.data(), tau_.data());
   const double size = largest_norm(tau_);
@@ -208,7 +209,9 @@ void FrictionStage::add_change(double s, double* x) const {
 
 double FrictionStage::measure(const double* lambda) {
   laws_.evaluate(model_.parallel, lambda, tau_before_.data());
-  report_.residual = largest_change(tau_, tau_before_) / std::max(largest_norm(tau_), smallest_number);
+  const double change = largest_change(tau_, tau_before_);
+  report_.residual = change / std::max(largest_norm(tau_), smallest_number);
+  report_.error_bound = amplification_ * change;
   return report_.residual;
 }
 
@@ -262,7 +265,10 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
   if (all_are_full && largest_mu < 1.0) {
     // Theorem A: |tau(e1) - tau(e2)| <= mu |e1 - e2| in the norm of M^-1.
     report_.uniqueness = Uniqueness::Proven;
-    report_.error_bound = FixedPoint::tolerance * largest_friction() / (1.0 - largest_mu);
+    const auto [lightest, heaviest] = std::minmax_element(
+        model_.mass.begin(), model_.mass.begin() + static_cast<std::ptrdiff_t>(model_.num_moving()));
+    const auto count = static_cast<double>(tangents_.size());
+    amplification_ = std::sqrt(count * *heaviest / *lightest) / (1.0 - largest_mu);
     if (only_judges) return {};
   }
   if (!all_are_coulomb || !all_are_few) {
@@ -291,7 +297,7 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
 
   std::fill(force.begin(), force.end(), 0.0);
   bool is_proven = true;
-  double bound = 0.0;
+  double amplification = 0.0;
   for (const auto& members : sliding) {
     const SlidingContacts contacts = collect(members, changes, at_rest.data());
     SlidingSolutions solutions = find_sliding(contacts);
@@ -306,10 +312,7 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
               "); the rods jam, and the velocity would have to jump");
     }
     is_proven = is_proven && solutions.uniqueness == Uniqueness::Proven;
-    if (solutions.contraction < 1.0)
-      bound = std::max(bound, FixedPoint::tolerance * largest_friction() / (1.0 - solutions.contraction));
-    else
-      bound = std::numeric_limits<double>::quiet_NaN();
+    amplification = larger(amplification, solutions.amplification);
     if (solutions.uniqueness == Uniqueness::Several) {
       report_.uniqueness = Uniqueness::Several;
       if (several_are_refused_) {
@@ -337,7 +340,7 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
   }
   if (report_.uniqueness != Uniqueness::Several)
     report_.uniqueness = is_proven ? Uniqueness::Proven : Uniqueness::Unproven;
-  if (is_proven) report_.error_bound = bound;
+  if (!all_are_full || std::isnan(amplification_)) amplification_ = amplification;
   if (only_judges) return {};
 
   report_.method_used = FrictionMethod::Enumeration;
@@ -347,10 +350,6 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
   find_multipliers(force.data(), lambda);
   ++report_.iterations;
   return {};
-}
-
-double FrictionStage::largest_friction() {
-  return largest_norm(fixed_point_.friction(model_.parallel, lambda_.data()));
 }
 
 Outcome FrictionStage::fail(Status status, double t, const std::string& why) const {

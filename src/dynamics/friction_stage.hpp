@@ -63,7 +63,6 @@ class FrictionStage final : private Response {
   Outcome enumerate(double t, bool only_judges, double* lambda);
   SlidingContacts collect(std::span<const std::size_t> members, const std::vector<std::vector<double>>& changes,
                           const double* at_rest) const;
-  double largest_friction();
   Outcome fail(Status status, double t, const std::string& why) const;
 
   Model& model_;
@@ -82,6 +81,7 @@ class FrictionStage final : private Response {
   std::vector<Touch> touches_;
   std::vector<std::vector<std::size_t>> islands_;  // contacts of each island that has some
   const double* b_ = nullptr;
+  double amplification_ = 0.0;  // 1/(1 - L), L proven; else NaN
   bool several_are_refused_ = true;
   std::vector<double> right_side_, lambda_, tau_, tau_before_;
   FrictionReport report_;

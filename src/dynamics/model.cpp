@@ -218,7 +218,9 @@ std::vector<double> Model::without_contacts(const std::vector<double>& blocks) c
 
 std::string Model::name_contact(std::size_t contact) const {
   const Tangents::Place& place = constraints.tangents()[contact];
-  return friction_name(system, static_cast<std::size_t>(place.friction)) + " at point " +
+  const std::string guide = name_row(static_cast<std::size_t>(place.guide_row[0]));  // "wire[4].0"
+  return friction_name(system, static_cast<std::size_t>(place.friction)) + " at " +
+         guide.substr(0, guide.find(']') + 1) + ", point " +
          std::to_string(numbering.user_point[static_cast<std::size_t>(place.point)]);
 }
 

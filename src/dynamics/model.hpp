@@ -93,7 +93,7 @@ class Model {
   std::string name_row(std::size_t inner_row) const;
   /// K without the rows of contacts: what the system's constraints alone span, whatever sticks. In the same places.
   std::vector<double> without_contacts(const std::vector<double>& blocks) const;
-  /// "friction0 at point 3"
+  /// "friction0 at wire[4], point 3"
   std::string name_contact(std::size_t contact) const;
   Outcome not_finite(double t) const;
 

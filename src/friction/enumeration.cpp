@@ -35,12 +35,6 @@ Directions find_directions(const SlidingContacts& contacts, Eigen::Index c) {
   return {is_zero(1) ? 1 : is_zero(2) ? 2 : 3, svd.matrixU().col(0), svd.matrixU().col(1)};
 }
 
-/// rho of a matrix without negative entries, from above and below by Collatz and Wielandt.
-double spectral_radius(const MatrixXd& R) {
-  if (R.size() == 0) return 0.0;
-  return R.eigenvalues().cwiseAbs().maxCoeff();
-}
-
 MatrixXd bounds(const SlidingContacts& contacts) {
   const auto m = static_cast<Eigen::Index>(contacts.size());
   MatrixXd R(m, m);
@@ -49,6 +43,14 @@ MatrixXd bounds(const SlidingContacts& contacts) {
       R(c, j) = contacts.mu[static_cast<std::size_t>(c)] * contacts.W[static_cast<std::size_t>(j)].col(c).norm();
   }
   return R;
+}
+
+/// rho(R) < 1 for R >= 0 exactly where x = (I - R)^-1 1 exists and is positive; then |e| <= (I - R)^-1 |F(s) - s|.
+double find_amplification(const MatrixXd& R) {
+  const VectorXd x = (MatrixXd::Identity(R.rows(), R.cols()) - R).fullPivLu().solve(VectorXd::Ones(R.rows()));
+  const VectorXd rest = x - R * x - VectorXd::Ones(R.rows());
+  const bool is_proven = x.allFinite() && x.minCoeff() >= 1.0 - 1e-9 && rest.lpNorm<Eigen::Infinity>() < 1e-3;
+  return is_proven ? x.maxCoeff() : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Rows mu_c n_c.[N0, W] for given directions n [3][m].
@@ -128,8 +130,8 @@ void decide(SlidingSolutions* result) {
 SlidingSolutions find_sliding(const SlidingContacts& contacts) {
   SlidingSolutions result;
   const auto m = static_cast<Eigen::Index>(contacts.size());
-  result.contraction = spectral_radius(bounds(contacts));
-  if (result.contraction < 1.0 - 1e-12) {
+  result.amplification = find_amplification(bounds(contacts));
+  if (!std::isnan(result.amplification)) {
     result.uniqueness = Uniqueness::Proven;
     return result;
   }

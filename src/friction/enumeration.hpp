@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <limits>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
@@ -20,7 +21,9 @@ struct SlidingContacts {
 
 struct SlidingSolutions {
   Uniqueness uniqueness = Uniqueness::Unproven;
-  double contraction = 0.0;            ///< rho of mu_c |W_cj|: below 1, (43) converges to the only solution
+  /// Where rho(R) < 1, R_cj = mu_c |W_cj|: largest row sum of (I - R)^-1. Then (43) has one solution, converges to it,
+  /// and |s - s*| <= amplification |F(s) - s|: 1/(1 - L) with L = 1 - 1/amplification. Else NaN.
+  double amplification = std::numeric_limits<double>::quiet_NaN();
   std::vector<Eigen::VectorXd> found;  ///< where uniqueness was decided by trying: all solutions
   bool is_complete = false;            ///< `found` holds all solutions there are
   bool determinant_changes = false;    ///< det(I - diag(mu n) W) changes its sign over the signs n: Painleve
