@@ -156,7 +156,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     }
     if (!has_changed) {
       tangents.hold(r, !model_.is_rheonomic());
-      return {};
+      return accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
     }
   }
   return {Status::NotConverged, "friction at t = " + text(t) +

@@ -47,6 +47,7 @@ int anderson_depth(std::size_t num_contacts) {
   return num_contacts <= 1000 ? 10 : 5;
 }
 
+constexpr std::size_t most_judged = 64;  // contacts of an island, one solve each
 constexpr double smallest_number = std::numeric_limits<double>::min();
 
 double largest_norm(const std::vector<double>& tau) {
@@ -115,7 +116,7 @@ void FrictionStage::find_change(const double* tau, double* lambda) {
 
 // ---- one instant ----
 
-Outcome FrictionStage::find(double t, const double* r, const double* v, const double* b, bool judges,
+Outcome FrictionStage::find(double t, const double* r, const double* v, const double* b, Judgement judgement,
                             const double* lambda) {
   const Stopwatch watch(&model_.times.friction);
   laws_.set_state(t, r, v, blocks_.data());
@@ -128,12 +129,12 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
   if (laws_.depend_on_reactions() && !all_stick) {
     ++model_.counters.friction_solves;
     Outcome outcome = iterate(t, lambda_.data());
-    if (outcome.ok() && judges && report_.uniqueness == Uniqueness::NotAsked)
-      outcome = enumerate(t, true, lambda_.data());
+    if (outcome.ok() && judgement != Judgement::None && report_.uniqueness == Uniqueness::NotAsked)
+      outcome = judge(t, judgement == Judgement::Quick ? most_enumerated : most_judged);
     model_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
     model_.counters.solves += static_cast<std::size_t>(report_.iterations);
     if (!outcome.ok()) return outcome;
-  } else if (judges) {
+  } else if (judgement != Judgement::None) {
     report_.uniqueness = Uniqueness::Proven;  // a given force
     amplification_ = 1.0;
   }
@@ -167,7 +168,7 @@ Outcome FrictionStage::iterate(double t, double* lambda) {
     const bool are_few = tangents_.size() <= most_enumerated;
     if (method_ == FrictionMethod::Newton && !are_few && converges(FrictionMethod::Anderson)) return {};
   }
-  return enumerate(t, false, lambda);
+  return enumerate(t, lambda);
 }
 
 /// Rounding of a single solve with an ill-conditioned S is more than the law may miss: Newton's method with refined
@@ -213,143 +214,6 @@ double FrictionStage::measure(const double* lambda) {
   report_.residual = change / std::max(largest_norm(tau_), smallest_number);
   report_.error_bound = amplification_ * change;
   return report_.residual;
-}
-
-// ---- few contacts: all solutions ----
-
-/// N0 and W of the contacts of one island from the multipliers without their friction and from those that one newton
-/// against the sliding of each adds.
-SlidingContacts FrictionStage::collect(std::span<const std::size_t> members,
-                                       const std::vector<std::vector<double>>& changes, const double* at_rest) const {
-  const auto m = static_cast<Eigen::Index>(members.size());
-  SlidingContacts result;
-  result.N0.resize(3, m);
-  const auto as_eigen = [](Vec3 a) { return Eigen::Vector3d(a.x, a.y, a.z); };
-  for (Eigen::Index c = 0; c < m; ++c) {
-    const std::size_t contact = members[static_cast<std::size_t>(c)];
-    result.mu.push_back(laws_.coefficient(contact));
-    result.N0.col(c) = as_eigen(laws_.normal_force(contact, at_rest));
-  }
-  for (Eigen::Index j = 0; j < m; ++j) {
-    Eigen::Matrix3Xd& W = result.W.emplace_back(3, m);
-    for (Eigen::Index c = 0; c < m; ++c) {
-      W.col(c) = as_eigen(
-          laws_.normal_force(members[static_cast<std::size_t>(c)], changes[static_cast<std::size_t>(j)].data()));
-    }
-  }
-  return result;
-}
-
-Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
-  // Coulomb contacts that slide, island by island.
-  std::vector<std::vector<std::size_t>> sliding;
-  bool all_are_coulomb = true, all_are_full = true, all_are_few = true;
-  double largest_mu = 0.0;
-  std::size_t most = 0;
-  for (const auto& island : islands_) {
-    std::vector<std::size_t> members;
-    for (const std::size_t c : island) {
-      if (tangents_.sticks(c) || laws_.is_given(c)) continue;
-      all_are_coulomb = all_are_coulomb && laws_.is_coulomb(c);
-      all_are_full = all_are_full && laws_.is_coulomb(c) && laws_.reads_full_reaction(c);
-      if (laws_.is_coulomb(c)) largest_mu = std::max(largest_mu, laws_.coefficient(c));
-      members.push_back(c);
-    }
-    if (members.empty()) continue;
-    most = std::max(most, members.size());
-    sliding.push_back(std::move(members));
-  }
-  constexpr std::size_t most_judged = 32;
-  all_are_few = most <= most_judged;
-  report_.uniqueness = Uniqueness::Unproven;
-  if (all_are_full && largest_mu < 1.0) {
-    // Theorem A: |tau(e1) - tau(e2)| <= mu |e1 - e2| in the norm of M^-1.
-    report_.uniqueness = Uniqueness::Proven;
-    const auto [lightest, heaviest] = std::minmax_element(
-        model_.mass.begin(), model_.mass.begin() + static_cast<std::ptrdiff_t>(model_.num_moving()));
-    const auto count = static_cast<double>(tangents_.size());
-    amplification_ = std::sqrt(count * *heaviest / *lightest) / (1.0 - largest_mu);
-    if (only_judges) return {};
-  }
-  if (!all_are_coulomb || !all_are_few) {
-    return only_judges ? Outcome{}
-                       : fail(Status::NotConverged, t,
-                              "the iteration for it does not converge, and its contacts are "
-                              "too many to try all signs of their normal forces");
-  }
-
-  // One newton against the sliding of the j-th contact of every island at once: islands do not see each other.
-  std::vector<std::vector<double>> changes;
-  std::vector<double> force(tau_.size());
-  for (std::size_t j = 0; j < most; ++j) {
-    std::fill(force.begin(), force.end(), 0.0);
-    for (const auto& members : sliding) {
-      if (j < members.size()) store(force.data(), members[j], -laws_.direction(members[j]));
-    }
-    find_change(force.data(), changes.emplace_back(lambda_.size()).data());
-    ++model_.counters.solves;
-  }
-  // Without the friction of those: given friction stays.
-  std::vector<double> nothing(lambda_.size(), 0.0), at_rest(lambda_.size());
-  laws_.evaluate(model_.parallel, nothing.data(), force.data());
-  find_multipliers(force.data(), at_rest.data());
-  ++model_.counters.solves;
-
-  std::fill(force.begin(), force.end(), 0.0);
-  bool is_proven = true;
-  double amplification = 0.0;
-  for (const auto& members : sliding) {
-    const SlidingContacts contacts = collect(members, changes, at_rest.data());
-    SlidingSolutions solutions = find_sliding(contacts);
-    const std::string name =
-        model_.name_contact(members.front()) + (members.size() > 1 ? " and others of its island" : "");
-    if (solutions.uniqueness == Uniqueness::None) {
-      report_.uniqueness = Uniqueness::None;
-      return fail(
-          Status::NoSolution, t,
-          name + ": no accelerations obey the law (" +
-              (solutions.determinant_changes ? "the determinant changes its sign, Painleve" : "all signs were tried") +
-              "); the rods jam, and the velocity would have to jump");
-    }
-    is_proven = is_proven && solutions.uniqueness == Uniqueness::Proven;
-    amplification = larger(amplification, solutions.amplification);
-    if (solutions.uniqueness == Uniqueness::Several) {
-      report_.uniqueness = Uniqueness::Several;
-      if (several_are_refused_) {
-        return fail(Status::NotUnique, t,
-                    name + ": " + text(static_cast<double>(solutions.found.size())) +
-                        " accelerations obey the law (the determinant changes its sign, Painleve)");
-      }
-    }
-    if (only_judges) continue;
-    if (solutions.found.empty()) add_by_iteration(contacts, &solutions.found);
-    if (solutions.found.empty()) return fail(Status::NotConverged, t, name + ": no iteration converges");
-    // The one that is nearest to what was before.
-    const auto distance = [&](const Eigen::VectorXd& s) {
-      double sum = 0.0;
-      for (std::size_t c = 0; c < members.size(); ++c) {
-        const double before = contacts.mu[c] * norm(laws_.normal_force(members[c], lambda));
-        sum += std::pow(s(static_cast<Eigen::Index>(c)) - before, 2);
-      }
-      return sum;
-    };
-    const auto nearest = std::min_element(solutions.found.begin(), solutions.found.end(),
-                                          [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-    for (std::size_t c = 0; c < members.size(); ++c)
-      store(force.data(), members[c], -(*nearest)(static_cast<Eigen::Index>(c)) * laws_.direction(members[c]));
-  }
-  if (report_.uniqueness != Uniqueness::Several)
-    report_.uniqueness = is_proven ? Uniqueness::Proven : Uniqueness::Unproven;
-  if (!all_are_full || std::isnan(amplification_)) amplification_ = amplification;
-  if (only_judges) return {};
-
-  report_.method_used = FrictionMethod::Enumeration;
-  std::vector<double> given(tau_.size());
-  laws_.evaluate(model_.parallel, nothing.data(), given.data());
-  for (std::size_t i = 0; i < given.size(); ++i) force[i] += given[i];
-  find_multipliers(force.data(), lambda);
-  ++report_.iterations;
-  return {};
 }
 
 Outcome FrictionStage::fail(Status status, double t, const std::string& why) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "dynamics/model.hpp"
@@ -9,6 +10,16 @@
 #include "friction/laws.hpp"
 
 namespace tanor {
+
+/// Contacts of one island that slide, and their friction as a small problem of its own.
+struct SlidingIsland {
+  std::vector<std::size_t> members;
+  SlidingContacts contacts;
+};
+
+/// How much is asked about other solutions than the one that was found: nothing; of few contacts, as in every step; of
+/// more of them.
+enum class Judgement { None, Quick, Thorough };
 
 /// Friction as a part of the normal form: tau(r, v, t, lambda) such that
 ///
@@ -25,8 +36,8 @@ class FrictionStage final : private Response {
   FrictionLaws& laws() { return laws_; }
   const FrictionLaws& laws() const { return laws_; }
 
-  /// tau at (t, r, v) for b = phi + K'w0 [rows]; `lambda` [rows]: a guess on entry. Judges uniqueness where asked.
-  Outcome find(double t, const double* r, const double* v, const double* b, bool judges, const double* lambda);
+  /// tau at (t, r, v) for b = phi + K'w0 [rows]; `lambda` [rows]: a guess.
+  Outcome find(double t, const double* r, const double* v, const double* b, Judgement judgement, const double* lambda);
   /// Once more from lambda near the answer, with refined solves; b without friction.
   void polish(const double* b, double* lambda);
   /// tau into w0 and b: w0 += sign M^-1 tau [3n], b += sign K'M^-1 tau [rows].
@@ -60,9 +71,17 @@ class FrictionStage final : private Response {
   void add_to_points(const double* of_contacts, double* tau) const;
   void add_to_rows(double sign, const double* tau, double* rows) const;
   Outcome iterate(double t, double* lambda);
-  Outcome enumerate(double t, bool only_judges, double* lambda);
-  SlidingContacts collect(std::span<const std::size_t> members, const std::vector<std::vector<double>>& changes,
-                          const double* at_rest) const;
+
+  // In friction_islands.cpp.
+  std::vector<SlidingIsland> list_sliding() const;
+  void reduce(std::vector<SlidingIsland>* islands);
+  bool are_small(const std::vector<SlidingIsland>& islands, std::size_t most) const;
+  double amplification_of_full_reactions(const std::vector<SlidingIsland>& islands) const;
+  std::string name_island(const SlidingIsland& island) const;
+  Outcome refuse_several_of(const SlidingIsland& island, const SlidingSolutions& solutions, double t);
+  Outcome judge(double t, std::size_t most_judged);
+  Outcome enumerate(double t, double* lambda);
+
   Outcome fail(Status status, double t, const std::string& why) const;
 
   Model& model_;

@@ -143,8 +143,11 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
   // Whether the friction is the only one is asked where a step ends.
-  const bool judges = judges_friction_ && (exact_ || gradients == Gradients::Keep);
-  if (Outcome outcome = find_friction(t, r, v, judges, w); !outcome.ok()) return last_.outcome = outcome;
+  const Judgement judgement = !judges_friction_              ? Judgement::None
+                              : exact_                       ? Judgement::Thorough
+                              : gradients == Gradients::Keep ? Judgement::Quick
+                                                             : Judgement::None;
+  if (Outcome outcome = find_friction(t, r, v, judgement, w); !outcome.ok()) return last_.outcome = outcome;
   double residual = find_multipliers_and_friction(scale, w);
   if (residual > doubtful_above) {
     if (Outcome outcome = reconsider_rank(t, r, scale); !outcome.ok()) return last_.outcome = outcome;
@@ -160,11 +163,11 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
 }
 
 /// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
-Outcome NormalForm::find_friction(double t, const double* r, const double* v, bool judges, double* w) {
+Outcome NormalForm::find_friction(double t, const double* r, const double* v, Judgement judgement, double* w) {
   if (friction_ == nullptr) return {};
   restore_senses(r, v);
   set_sliding_speeds();
-  Outcome outcome = friction_->find(t, r, v, right_side_.data(), judges, lambda_.data());
+  Outcome outcome = friction_->find(t, r, v, right_side_.data(), judgement, lambda_.data());
   last_.friction = friction_->report();
   if (outcome.ok()) friction_->add(1.0, w, right_side_.data());
   return outcome;

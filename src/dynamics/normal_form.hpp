@@ -103,7 +103,7 @@ class NormalForm final : public EquationsOfMotion {
   GramSolver::Quality factorize_gram();
   double find_multipliers(double scale);
   Outcome settle_contacts(double t, const double* r, double* v, double* w);
-  Outcome find_friction(double t, const double* r, const double* v, bool judges, double* w);
+  Outcome find_friction(double t, const double* r, const double* v, Judgement judgement, double* w);
   void restore_senses(const double* r, const double* v);
   double find_multipliers_and_friction(double scale, double* w);
   Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,

@@ -1,0 +1,163 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/friction_stage.hpp"
+#include "system/text.hpp"
+
+/// \file Islands with few Coulomb contacts of FrictionStage: what their normal forces make of friction, as a small
+/// dense problem each, all of whose solutions can be found.
+namespace tanor {
+
+/// The contacts that slide under laws that read multipliers, island by island.
+std::vector<SlidingIsland> FrictionStage::list_sliding() const {
+  std::vector<SlidingIsland> result;
+  for (const auto& island : islands_) {
+    SlidingIsland sliding;
+    for (const std::size_t c : island) {
+      if (!tangents_.sticks(c) && !laws_.is_given(c)) sliding.members.push_back(c);
+    }
+    if (!sliding.members.empty()) result.push_back(std::move(sliding));
+  }
+  return result;
+}
+
+/// N0 and W of each island, from the multipliers without their friction and from those that one newton against the
+/// sliding of each contact adds: of the j-th contact of every island at once, since islands do not see each other.
+void FrictionStage::reduce(std::vector<SlidingIsland>* islands) {
+  std::size_t most = 0;
+  for (const SlidingIsland& island : *islands) most = std::max(most, island.members.size());
+  const auto as_eigen = [](Vec3 a) { return Eigen::Vector3d(a.x, a.y, a.z); };
+  std::vector<double> force(tau_.size()), lambda(lambda_.size(), 0.0);
+  const auto fill = [&](const SlidingIsland& island, Eigen::Matrix3Xd* N) {
+    N->resize(3, static_cast<Eigen::Index>(island.members.size()));
+    for (std::size_t c = 0; c < island.members.size(); ++c)
+      N->col(static_cast<Eigen::Index>(c)) = as_eigen(laws_.normal_force(island.members[c], lambda.data()));
+  };
+  laws_.evaluate(model_.parallel, lambda.data(), force.data());  // what reads no multiplier stays
+  find_multipliers(force.data(), lambda.data());
+  for (SlidingIsland& island : *islands) {
+    for (const std::size_t c : island.members) island.contacts.mu.push_back(laws_.coefficient(c));
+    fill(island, &island.contacts.N0);
+  }
+  for (std::size_t j = 0; j < most; ++j) {
+    std::fill(force.begin(), force.end(), 0.0);
+    for (const SlidingIsland& island : *islands) {
+      if (j < island.members.size()) store(force.data(), island.members[j], -laws_.direction(island.members[j]));
+    }
+    find_change(force.data(), lambda.data());
+    for (SlidingIsland& island : *islands) {
+      if (j < island.members.size()) fill(island, &island.contacts.W.emplace_back());
+    }
+  }
+  model_.counters.solves += most + 1;
+}
+
+/// Coulomb friction alone, of at most `most` contacts each.
+bool FrictionStage::are_small(const std::vector<SlidingIsland>& islands, std::size_t most) const {
+  return std::all_of(islands.begin(), islands.end(), [&](const SlidingIsland& island) {
+    return island.members.size() <= most && std::all_of(island.members.begin(), island.members.end(),
+                                                        [&](std::size_t c) { return laws_.is_coulomb(c); });
+  });
+}
+
+/// Theorem A: a law by full reactions is a contraction in the norm of M^-1, |tau(e1) - tau(e2)| <= mu |e1 - e2|,
+/// whatever S is. Returns 1/(1 - mu) with what the norm may hide; NaN where some law is another one.
+double FrictionStage::amplification_of_full_reactions(const std::vector<SlidingIsland>& islands) const {
+  double mu = 0.0;
+  for (const SlidingIsland& island : islands) {
+    for (const std::size_t c : island.members) {
+      if (!laws_.is_coulomb(c) || !laws_.reads_full_reaction(c)) return std::numeric_limits<double>::quiet_NaN();
+      mu = std::max(mu, laws_.coefficient(c));
+    }
+  }
+  if (!(mu < 1.0)) return std::numeric_limits<double>::quiet_NaN();
+  const auto end = model_.mass.begin() + static_cast<std::ptrdiff_t>(model_.num_moving());
+  const auto [lightest, heaviest] = std::minmax_element(model_.mass.begin(), end);
+  return std::sqrt(static_cast<double>(tangents_.size()) * *heaviest / *lightest) / (1.0 - mu);
+}
+
+std::string FrictionStage::name_island(const SlidingIsland& island) const {
+  return model_.name_contact(island.members.front()) + (island.members.size() > 1 ? " and others of its island" : "");
+}
+
+Outcome FrictionStage::refuse_several_of(const SlidingIsland& island, const SlidingSolutions& solutions, double t) {
+  report_.uniqueness = Uniqueness::Several;
+  if (!several_are_refused_) return {};
+  return fail(Status::NotUnique, t,
+              name_island(island) + ": " + std::to_string(solutions.found.size()) +
+                  " accelerations obey the law (the determinant changes its sign, Painleve)");
+}
+
+/// A solution is there: is it the only one?
+Outcome FrictionStage::judge(double t, std::size_t most_judged) {
+  report_.uniqueness = Uniqueness::Unproven;
+  std::vector<SlidingIsland> islands = list_sliding();
+  amplification_ = amplification_of_full_reactions(islands);
+  if (!std::isnan(amplification_)) {
+    report_.uniqueness = Uniqueness::Proven;
+    return {};
+  }
+  if (!are_small(islands, most_judged)) return {};
+  reduce(&islands);
+  bool is_proven = true;
+  amplification_ = 1.0;
+  for (const SlidingIsland& island : islands) {
+    const SlidingSolutions solutions = find_sliding(island.contacts);
+    is_proven = is_proven && solutions.uniqueness == Uniqueness::Proven;
+    amplification_ = larger(amplification_, solutions.amplification);
+    if (solutions.uniqueness != Uniqueness::Several) continue;
+    if (Outcome outcome = refuse_several_of(island, solutions, t); !outcome.ok()) return outcome;
+  }
+  if (is_proven) report_.uniqueness = Uniqueness::Proven;
+  return {};
+}
+
+/// By trying, where iterations fail: of several solutions the one nearest to `lambda`.
+Outcome FrictionStage::enumerate(double t, double* lambda) {
+  std::vector<SlidingIsland> islands = list_sliding();
+  if (!are_small(islands, most_enumerated)) {
+    return fail(Status::NotConverged, t,
+                "its iterations do not converge, and contacts are too many to try all signs of their normal forces, or "
+                "their law is not Coulomb's");
+  }
+  reduce(&islands);
+  report_.method_used = FrictionMethod::Enumeration;
+  std::vector<double> force(tau_.size());
+  const std::vector<double> nothing(lambda_.size(), 0.0);
+  laws_.evaluate(model_.parallel, nothing.data(), force.data());
+  for (const SlidingIsland& island : islands) {
+    SlidingSolutions solutions = find_sliding(island.contacts);
+    if (solutions.uniqueness == Uniqueness::None) {
+      report_.uniqueness = Uniqueness::None;
+      return fail(
+          Status::NoSolution, t,
+          name_island(island) + ": no accelerations obey the law (" +
+              (solutions.determinant_changes ? "the determinant changes its sign, Painleve" : "all signs were tried") +
+              "); the rods jam, and the velocity would have to jump");
+    }
+    if (solutions.uniqueness == Uniqueness::Several) {
+      if (Outcome outcome = refuse_several_of(island, solutions, t); !outcome.ok()) return outcome;
+    }
+    if (solutions.found.empty()) add_by_iteration(island.contacts, &solutions.found);
+    if (solutions.found.empty()) return fail(Status::NotConverged, t, name_island(island) + ": no iteration converges");
+    const auto distance = [&](const Eigen::VectorXd& s) {
+      double sum = 0.0;
+      for (std::size_t c = 0; c < island.members.size(); ++c) {
+        const double before = island.contacts.mu[c] * norm(laws_.normal_force(island.members[c], lambda));
+        sum += std::pow(s(static_cast<Eigen::Index>(c)) - before, 2);
+      }
+      return sum;
+    };
+    const auto nearest = std::min_element(solutions.found.begin(), solutions.found.end(),
+                                          [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    for (std::size_t c = 0; c < island.members.size(); ++c)
+      store(force.data(), island.members[c],
+            -(*nearest)(static_cast<Eigen::Index>(c)) * laws_.direction(island.members[c]));
+  }
+  find_multipliers(force.data(), lambda);
+  ++report_.iterations;
+  return {};
+}
+
+}  // namespace tanor
