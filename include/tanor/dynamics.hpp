@@ -69,6 +69,9 @@ struct FrictionReport {
   /// On the friction, N: |F(x) - x|/(1 - L) where a contraction constant L < 1 is proven; else NaN.
   double error_bound = std::numeric_limits<double>::quiet_NaN();
   Uniqueness uniqueness = Uniqueness::NotAsked;
+  /// Contacts that stick hold more than can move: the load could be shared otherwise. The least friction is taken;
+  /// accelerations are unique all the same.
+  bool sticking_is_indeterminate = false;
   FrictionMethod method_used = FrictionMethod::Auto;  ///< Auto: no friction depends on reactions
 };
 

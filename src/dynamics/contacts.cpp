@@ -25,6 +25,28 @@ double NormalForm::sliding_threshold() const {
   return 1e-11 * model_.velocity_scale;
 }
 
+/// Other contacts stick than before: whether they hold too much is to be found anew.
+void NormalForm::forget_compliance() {
+  is_compliant_ = false;
+  solver_.set_compliance(0.0);
+}
+
+/// What sticks may hold more than can move, and then no law divides the load: the least friction that holds. A little
+/// compliance finds it, refinement removes the compliance (refined solutions lie in the range of S). Returns whether S
+/// is to be factorized anew.
+bool NormalForm::make_compliant() {
+  if (friction_ == nullptr || is_compliant_ || friction_->num_sticking() == 0) return false;
+  constexpr double compliance = 1e-6;
+  is_compliant_ = true;
+  solver_.set_compliance(compliance);
+  return true;
+}
+
+/// K as far as its rank is a question: contacts take no part.
+std::vector<double> NormalForm::blocks_of_constraints() const {
+  return num_switches_ > 0 ? model_.without_contacts(blocks_) : blocks_;
+}
+
 void NormalForm::set_sliding_speeds() {
   constexpr double slow = 1e-6;
   friction_->laws().set_speeds(sliding_threshold(), slow * model_.velocity_scale);
@@ -91,6 +113,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     laws.set_sense(c, size > 0.0 ? (-1.0 / size) * held : tangents.directions(c)[0]);
     tangents.set_stick(c, false);
   };
+  forget_compliance();
   // All at rest are at rest exactly, whatever they do next.
   std::vector<char> released(tangents.size(), 0);
   for (const std::size_t c : releases) {

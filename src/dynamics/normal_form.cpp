@@ -87,8 +87,10 @@ Outcome NormalForm::factorize(double t, const double* r) {
     redundancy_.release_qr();
     solver_.set_active(redundancy_.rows_for_gram());
   }
-  const GramSolver::Quality quality = factorize_gram();
-  is_factorized_ = quality.positive_definite && quality.reciprocal_condition > suspect_below_;
+  GramSolver::Quality quality = factorize_gram();
+  const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
+  if (!is_fine() && make_compliant()) quality = factorize_gram();
+  is_factorized_ = is_fine();
   return is_factorized_ ? Outcome{} : decide_rank(t, r);
 }
 
@@ -189,6 +191,7 @@ double NormalForm::find_multipliers_and_friction(double scale, double* w) {
     friction_->measure(lambda_.data());
   }
   last_.friction = friction_->report();
+  last_.friction.sticking_is_indeterminate = is_compliant_;
   return residual;
 }
 
@@ -265,6 +268,8 @@ Outcome NormalForm::check_gradients(double t) const {
       largest[row] = std::max(largest[row], length);
   }
   for (std::size_t a = 0; a < model_.numbering.first_idle_row(); ++a) {
+    // a contact that slides has none, and needs none
+    if (static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows) continue;
     if (largest[a] * model_.scene_size < 1e-12)
       return {Status::Singular, "the gradient of " + name_row(a) + " vanishes at t = " + text(t)};
   }

@@ -110,6 +110,9 @@ class NormalForm final : public EquationsOfMotion {
                        std::span<const std::size_t> releases, double* w);
   double sliding_threshold() const;
   void set_sliding_speeds();
+  void forget_compliance();
+  bool make_compliant();
+  std::vector<double> blocks_of_constraints() const;
   void correct(double* rows, double* points);
   void solve_negative(const double* b, double* x);
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
@@ -143,6 +146,7 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
+  bool is_compliant_ = false;         // contacts that stick depend on constraints, or on each other
   double acceleration_scale_ = 0.0;   // m/s^2, of what cancels in the last accelerations
   std::vector<int> restored_;         // discrete state whose senses are still to be found
   std::vector<double> contact_rows_;  // [d] scratch

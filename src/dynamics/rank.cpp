@@ -23,8 +23,9 @@ Outcome NormalForm::decide_rank(double t, const double* r) {
   const double tolerance = model_.rank_tolerance(r);
   ++model_.counters.rank_decisions;
   bool has_changed = false;
+  const std::vector<double> K = blocks_of_constraints();
   for (const Redundancy::Rows& rows : solver_.weak_parts(suspect_below_)) {
-    has_changed = redundancy_.decide(blocks_.data(), rows, tolerance) || has_changed;
+    has_changed = redundancy_.decide(K.data(), rows, tolerance) || has_changed;
   }
   adopt_rank(has_changed);
   // Independent all the same: the next suspicion wants a better reason.
@@ -59,7 +60,7 @@ void NormalForm::adopt_rank(bool has_changed) {
 bool NormalForm::decide_rank_again(const double* r) {
   if (!redundancy_.is_found()) return false;
   ++model_.counters.rank_decisions;
-  const bool has_changed = redundancy_.decide_again(blocks_.data(), model_.rank_tolerance(r));
+  const bool has_changed = redundancy_.decide_again(blocks_of_constraints().data(), model_.rank_tolerance(r));
   if (has_changed) adopt_rank(true);
   return has_changed;
 }
@@ -67,6 +68,10 @@ bool NormalForm::decide_rank_again(const double* r) {
 /// K'w + phi is not 0 in all rows. Off xi = 0 dependent rows may differ; else the rank changed, or the rows contradict
 /// each other, or S is too poor.
 Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
+  if (make_compliant()) {
+    (void)factorize_gram();
+    if (find_multipliers(scale) <= rounding) return {};
+  }
   std::vector<double> xi(num_rows());
   const double violation = model_.constraints.evaluate_values(model_.parallel, r, xi.data());
   const double allowed = std::max(rounding, spread * violation);
@@ -86,8 +91,8 @@ Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
   for (const Redundancy::Rows& rows : solver_.weak_parts(1.0)) {
     const auto is_poor = [&](double value) { return !(std::abs(value) <= rounding * scale); };
     if (std::none_of(rows_.begin() + rows.first, rows_.begin() + rows.second, is_poor)) continue;
-    (void)redundancy_.decide(blocks_.data(), rows, model_.rank_tolerance(r));
-    redundancy_.take_qr(rows);
+    (void)redundancy_.decide(blocks_of_constraints().data(), rows, model_.rank_tolerance(r));
+    if (!is_compliant_) redundancy_.take_qr(rows);
   }
   solver_.set_active(redundancy_.rows_for_gram());
   (void)factorize_gram();
@@ -151,7 +156,7 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
   if (thoroughly && num_rows() > 0) {
     ++model_.counters.rank_decisions;
     const auto end = static_cast<Index>(model_.numbering.first_idle_row());
-    if (redundancy_.decide(blocks_.data(), {0, end}, model_.rank_tolerance(r))) adopt_rank(true);
+    if (redundancy_.decide(blocks_of_constraints().data(), {0, end}, model_.rank_tolerance(r))) adopt_rank(true);
   }
   const auto user_row = [&](std::size_t a) { return static_cast<std::size_t>(model_.numbering.user_row[a]); };
   RankReport report;

@@ -165,7 +165,7 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
     double* const values = part.values();
     part.plan.assemble(blocks, values);
     for (const int slot : part.may_be_zero) {
-      if (values[slot] == 0.0) values[slot] = 1.0;
+      values[slot] = values[slot] == 0.0 ? 1.0 : values[slot] + compliance_;
     }
     for (const int slot : part.zero_slots) values[slot] = 0.0;
     for (const int slot : part.unit_slots) values[slot] = 1.0;

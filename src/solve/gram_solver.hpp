@@ -52,6 +52,10 @@ class GramSolver {
   /// Rows from `first` on (in the user's numbers of `user_row` [row]) whose gradient may be 0: they are unit rows then.
   void allow_zero_rows(std::span<const Index> user_row, std::size_t first);
 
+  /// From the next `assemble` on: 1 + compliance on the scaled diagonal of those rows where they take part. They may
+  /// then depend on others: refined solutions of what is consistent still satisfy S x = b, with the least x there.
+  void set_compliance(double compliance) { compliance_ = compliance; }
+
   void assemble(const Parallel& parallel, const double* blocks);
   [[nodiscard]] Quality factorize(const Parallel& parallel);
   /// 1/cond of the scaled matrix by a few inverse iterations with the last factor: closer than what `factorize` says,
@@ -95,6 +99,7 @@ class GramSolver {
 
   std::vector<Part> parts_;
   std::size_t first_idle_row_, num_rows_;
+  double compliance_ = 0.0;
   Summary summary_;
 };
 
