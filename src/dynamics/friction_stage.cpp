@@ -72,18 +72,42 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
       laws_(model.system, model.numbering, tangents_, model.incidences),
       fixed_point_(laws_, *this, model.num_rows()),
       right_side_(model.num_rows()),
+      change_(model.num_rows(), 0.0),
       lambda_(model.num_rows()),
       tau_(3 * tangents_.size(), 0.0),
       tau_before_(tau_) {
   std::vector<std::vector<Index>> contacts_of_point(model.num_points());
   for (std::size_t c = 0; c < tangents_.size(); ++c)
     contacts_of_point[static_cast<std::size_t>(tangents_[c].point)].push_back(static_cast<Index>(c));
+  // A user's law may push anywhere; others push along T, T'K_g = 0. What holds a contact stands only where tau is 0.
+  const auto feels = [&](const Incidence& i, std::size_t contact) {
+    const Tangents::Place& place = tangents_[contact];
+    const auto own = place.first_row < 0 ? 0 : place.num_tangents();
+    if (i.row >= place.first_row && i.row < place.first_row + own) return false;
+    const auto guides_end = place.guide_row.begin() + place.num_guides;
+    return laws_.is_user(contact) || std::find(place.guide_row.begin(), guides_end, i.row) == guides_end;
+  };
+  struct RowTouch {
+    Index row;
+    Touch touch;
+  };
+  std::vector<RowTouch> touches;
   for (const Incidence& i : model.incidences) {
     const auto point = static_cast<std::size_t>(i.point);
-    for (const Index contact : contacts_of_point[point])
-      touches_.push_back({i.row, contact, i.block, i.sign * model.inverse_mass[point]});
+    for (const Index contact : contacts_of_point[point]) {
+      if (feels(i, static_cast<std::size_t>(contact)))
+        touches.push_back({i.row, {contact, i.block, i.sign * model.inverse_mass[point]}});
+    }
   }
-  std::stable_sort(touches_.begin(), touches_.end(), [](const Touch& a, const Touch& b) { return a.row < b.row; });
+  std::stable_sort(touches.begin(), touches.end(), [](const auto& a, const auto& b) { return a.row < b.row; });
+  for (const auto& [row, touch] : touches) {
+    if (touched_rows_.empty() || touched_rows_.back() != row) {
+      touched_rows_.push_back(row);
+      touch_start_.push_back(static_cast<Index>(touches_.size()));
+    }
+    touches_.push_back(touch);
+  }
+  touch_start_.push_back(static_cast<Index>(touches_.size()));
 
   const std::vector<Index>& start = model.numbering.island_start;
   islands_.resize(model.numbering.num_islands());
@@ -96,21 +120,32 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
 
 // ---- the response of S ----
 
-void FrictionStage::add_to_rows(double sign, const double* tau, double* rows) const {
-  for (const Touch& touch : touches_)
-    rows[touch.row] += sign * touch.weight * dot(load(blocks_.data(), touch.block), load(tau, touch.contact));
+/// Row k of those that K'M^-1 tau touches.
+double FrictionStage::felt(std::size_t k, const double* tau) const {
+  double sum = 0.0;
+  for (Index t = touch_start_[k]; t < touch_start_[k + 1]; ++t) {
+    const Touch& touch = touches_[static_cast<std::size_t>(t)];
+    sum += touch.weight * dot(load(blocks_.data(), touch.block), load(tau, touch.contact));
+  }
+  return sum;
+}
+
+void FrictionStage::set_right_side(const double* b) {
+  b_ = b;
+  std::copy(b, b + right_side_.size(), right_side_.begin());
 }
 
 void FrictionStage::find_multipliers(const double* tau, double* lambda) {
-  std::copy(b_, b_ + right_side_.size(), right_side_.begin());
-  add_to_rows(1.0, tau, right_side_.data());
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(touched_rows_[k]);
+    right_side_[row] = b_[row] + felt(k, tau);
+  }
   solve_(right_side_.data(), lambda, refines_);
 }
 
 void FrictionStage::find_change(const double* tau, double* lambda) {
-  std::fill(right_side_.begin(), right_side_.end(), 0.0);
-  add_to_rows(1.0, tau, right_side_.data());
-  solve_(right_side_.data(), lambda, false);
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k) change_[static_cast<std::size_t>(touched_rows_[k])] = felt(k, tau);
+  solve_(change_.data(), lambda, false);
 }
 
 // ---- one instant ----
@@ -119,7 +154,7 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
                             const double* lambda) {
   const Stopwatch watch(&model_.times.friction);
   laws_.set_state(t, r, v, blocks_.data());
-  b_ = b;
+  set_right_side(b);
   report_ = {.contacts = tangents_.size()};
   report_.sticking = num_sticking();
   std::copy(lambda, lambda + lambda_.size(), lambda_.begin());
@@ -172,7 +207,7 @@ Outcome FrictionStage::iterate(double t, double* lambda) {
 /// Rounding of a single solve with an ill-conditioned S is more than the law may miss: Newton's method with refined
 /// solves.
 void FrictionStage::polish(const double* b, double* lambda) {
-  b_ = b;
+  set_right_side(b);
   refines_ = true;
   constexpr double wanted = 1e-15;
   std::vector<double> better(lambda, lambda + lambda_.size());
@@ -188,7 +223,7 @@ void FrictionStage::add(double sign, double* w0, double* b) const {
     const auto point = static_cast<std::size_t>(tangents_[c].point);
     store(w0, point, load(w0, point) + sign * model_.inverse_mass[point] * load(tau_.data(), c));
   }
-  add_to_rows(sign, tau_.data(), b);
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k) b[touched_rows_[k]] += sign * felt(k, tau_.data());
 }
 
 double FrictionStage::measure(const double* lambda) {

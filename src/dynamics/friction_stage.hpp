@@ -52,10 +52,11 @@ class FrictionStage final : private Response {
   Vec3 held(std::size_t contact, const double* lambda) const;
 
  private:
+  void set_right_side(const double* b);
   void find_multipliers(const double* tau, double* lambda) override;
   void find_change(const double* tau, double* lambda) override;
   void add_to_points(const double* of_contacts, double* tau) const;
-  void add_to_rows(double sign, const double* tau, double* rows) const;
+  double felt(std::size_t touched_row, const double* tau) const;
   Outcome iterate(double t, double* lambda);
   Outcome enumerate(double t, bool only_judges, double* lambda);
   SlidingContacts collect(std::span<const std::size_t> members, const std::vector<std::vector<double>>& changes,
@@ -71,16 +72,19 @@ class FrictionStage final : private Response {
   bool refines_ = false;
   FrictionLaws laws_;
   FixedPoint fixed_point_;
-  // What touches the contacts' points: row += sign/m g'tau.
+  // K'M^-1 tau: touched row += weight g'tau. What guides a contact, or holds it, does not feel its friction along them.
   struct Touch {
-    Index row, contact, block;
+    Index contact, block;
     double weight;
   };
-  std::vector<Touch> touches_;
+  std::vector<Touch> touches_;      // row after row
+  std::vector<Index> touched_rows_, touch_start_;  // [touched row], [touched row + 1]
   std::vector<std::vector<std::size_t>> islands_;  // contacts of each island that has some
   const double* b_ = nullptr;
   bool several_are_refused_ = true;
-  std::vector<double> right_side_, lambda_, tau_, tau_before_;
+  std::vector<double> right_side_;  // [rows] b where nothing is touched
+  std::vector<double> change_;      // [rows] 0 there
+  std::vector<double> lambda_, tau_, tau_before_;
   FrictionReport report_;
 };
 

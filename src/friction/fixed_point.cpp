@@ -26,37 +26,94 @@ double ratio(double part, double whole) {
   return part == 0.0 ? 0.0 : part / std::max(whole, std::numeric_limits<double>::min());
 }
 
-/// The last differences of Anderson's method, in a ring: y and g = F(y) - y, with the products of the g's.
+/// Anderson's method: the last differences of g = F(y) - y and of F(y), in a ring, with the products of the former. They
+/// steer, the answer does not rest on them: in single precision, half of what an iteration reads.
 class History {
  public:
   History(int depth, std::size_t size)
-      : dy_(static_cast<Eigen::Index>(size), depth), dg_(dy_.rows(), depth), products_(depth, depth) {}
+      : size_(size),
+        dg_(static_cast<std::size_t>(depth), std::vector<float>(size)),
+        df_(dg_),
+        products_(depth, depth),
+        along_(depth),
+        image_(size),
+        g_(size) {}
 
-  void add(const Vector& dy, const Vector& dg) {
-    if (dg_.cols() == 0) return;
-    const Eigen::Index place = next_;
-    next_ = (next_ + 1) % dg_.cols();
-    count_ = std::min(count_ + 1, dg_.cols());
-    dy_.col(place) = dy;
-    dg_.col(place) = dg;
-    for (Eigen::Index j = 0; j < count_; ++j) products_(place, j) = products_(j, place) = dg_.col(j).dot(dg);
-  }
-  void clear() { count_ = next_ = 0; }
-
-  /// y + g - (dY + dG) gamma, gamma the least |g - dG gamma| (Walker and Ni, SIAM J. Numer. Anal. 49, 2011).
-  void advance(const Vector& g, Vector* y) const {
-    *y += g;
-    if (count_ == 0) return;
-    const auto dg = dg_.leftCols(count_);
-    const Eigen::MatrixXd normal = products_.topLeftCorner(count_, count_);
-    const Vector gamma = normal.completeOrthogonalDecomposition().solve(dg.transpose() * g);
-    *y -= (dy_.leftCols(count_) + dg) * gamma;
-  }
+  /// y := F - dF gamma, gamma the least |g - dG gamma|, at F = `image` (Walker and Ni, SIAM J. Numer. Anal. 49, 2011).
+  void advance(const std::vector<double>& image, std::vector<double>* y);
 
  private:
-  Eigen::MatrixXd dy_, dg_, products_;
-  Eigen::Index count_ = 0, next_ = 0;
+  static constexpr std::size_t chunk = 512;  // of each array at a time: it stays in the nearest cache
+  void add(const std::vector<double>& image, const std::vector<double>& y);
+
+  std::size_t size_, count_ = 0, next_ = 0;
+  bool has_last_ = false;
+  std::vector<std::vector<float>> dg_, df_;
+  Eigen::MatrixXd products_;        // dG'dG
+  Vector along_;                    // dG'g
+  std::vector<double> image_, g_;   // the last ones
 };
+
+double dot(const float* a, const float* b, std::size_t size) {
+  double sum = 0.0;
+#pragma omp simd reduction(+ : sum)
+  for (std::size_t k = 0; k < size; ++k) sum += static_cast<double>(a[k]) * static_cast<double>(b[k]);
+  return sum;
+}
+
+void History::add(const std::vector<double>& image, const std::vector<double>& y) {
+  const std::size_t place = next_;
+  next_ = (next_ + 1) % dg_.size();
+  count_ = std::min(count_ + 1, dg_.size());
+  std::vector<double> products(count_, 0.0);
+  double along = 0.0;
+  for (std::size_t begin = 0; begin < size_; begin += chunk) {
+    const std::size_t length = std::min(chunk, size_ - begin);
+    float *const dg = dg_[place].data() + begin, *const df = df_[place].data() + begin;
+    double *const f_last = image_.data() + begin, *const g_last = g_.data() + begin;
+    const double *const f = image.data() + begin, *const y_now = y.data() + begin;
+#pragma omp simd reduction(+ : along)
+    for (std::size_t k = 0; k < length; ++k) {
+      const double g = f[k] - y_now[k];
+      dg[k] = static_cast<float>(g - g_last[k]);
+      df[k] = static_cast<float>(f[k] - f_last[k]);
+      along += static_cast<double>(dg[k]) * g;
+      f_last[k] = f[k];
+      g_last[k] = g;
+    }
+    for (std::size_t j = 0; j < count_; ++j) products[j] += dot(dg_[j].data() + begin, dg, length);
+  }
+  // dG'g, with g moved by dg
+  for (std::size_t j = 0; j < count_; ++j) {
+    const auto row = static_cast<Eigen::Index>(place), column = static_cast<Eigen::Index>(j);
+    products_(row, column) = products_(column, row) = products[j];
+    along_(column) += products[j];
+  }
+  along_(static_cast<Eigen::Index>(place)) = along;
+}
+
+void History::advance(const std::vector<double>& image, std::vector<double>* y) {
+  if (has_last_) {
+    add(image, *y);
+  } else {
+    image_ = image;
+    as_vector(&g_) = as_vector(image) - as_vector(*y);
+    has_last_ = true;
+  }
+  const auto count = static_cast<Eigen::Index>(count_);
+  const Eigen::MatrixXd normal = products_.topLeftCorner(count, count);
+  const Vector gamma = count > 0 ? Vector(normal.completeOrthogonalDecomposition().solve(along_.head(count))) : Vector();
+  for (std::size_t begin = 0; begin < size_; begin += chunk) {
+    const std::size_t length = std::min(chunk, size_ - begin);
+    double* const next = y->data() + begin;
+    std::copy_n(image.data() + begin, length, next);
+    for (std::size_t j = 0; j < count_; ++j) {
+      const float* const df = df_[j].data() + begin;
+      const double weight = gamma(static_cast<Eigen::Index>(j));
+      for (std::size_t k = 0; k < length; ++k) next[k] -= weight * static_cast<double>(df[k]);
+    }
+  }
+}
 
 }  // namespace
 
@@ -96,7 +153,6 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
   const int most_iterations = depth > 0 ? 100 : 500;
   std::vector<double> y, image;
   read(lambda, &y);
-  Vector g, before_y, before_g;
   History history(depth, y.size());
   Result result;
   double distance_before = 0.0, best = std::numeric_limits<double>::infinity();
@@ -104,8 +160,7 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
   while (result.iterations < most_iterations) {
     evaluate(parallel, y, &image);
     ++result.iterations;
-    g = as_vector(image) - as_vector(y);
-    const double distance = g.lpNorm<Eigen::Infinity>();
+    const double distance = (as_vector(image) - as_vector(y)).lpNorm<Eigen::Infinity>();
     if (!std::isfinite(distance)) return result;
     result.change = ratio(distance, largest(image));
     if (depth == 0 || result.iterations == 2)
@@ -129,13 +184,7 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
       continue;
     }
     if (since_best >= patience) break;
-    const Vector present = as_vector(y);
-    if (result.iterations > 1) history.add(present - before_y, g - before_g);
-    before_y = present;
-    before_g = g;
-    Vector next = present;
-    history.advance(g, &next);
-    as_vector(&y) = next;
+    history.advance(image, &y);
   }
   std::copy(image_.begin(), image_.end(), lambda);
   return result;

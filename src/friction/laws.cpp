@@ -26,7 +26,6 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
     const Tangents::Place& place = tangents[c];
     const auto entry_index = static_cast<std::size_t>(place.friction);
     Contact contact{};
-    contact.first_term = static_cast<Index>(terms_.size());
     const auto add_guides = [&] {
       for (std::size_t g = 0; g < static_cast<std::size_t>(place.num_guides); ++g)
         terms_.push_back({place.guide_row[g], place.guide_block[g], 1.0, {}});
@@ -57,9 +56,11 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
       contact.kernel = kernel_of_entry[entry_index];
       add_guides();
     }
-    contact.end_term = static_cast<Index>(terms_.size());
+    term_start_.push_back(static_cast<Index>(terms_.size()));
+    is_coulomb_.push_back(contact.law == Law::Coulomb ? 1 : 0);
     contacts_.push_back(contact);
   }
+  per_newton_.resize(contacts_.size());
   for (const Term& term : terms_) read_rows_.push_back(term.row);
   std::sort(read_rows_.begin(), read_rows_.end());
   read_rows_.erase(std::unique(read_rows_.begin(), read_rows_.end()), read_rows_.end());
@@ -78,10 +79,11 @@ void FrictionLaws::set_state(double t, const double* r, const double* v, const d
       // mu |v|/sqrt(v^2 + v0^2) along v/|v|
       contact.factor = contact.coefficient * speed / std::hypot(speed, contact.regularisation);
       contact.direction = speed > 0.0 ? (1.0 / speed) * contact.velocity : Vec3{};
-      continue;
+    } else {
+      contact.factor = contact.coefficient;
+      contact.direction = sliding_direction(c, contact.velocity);
     }
-    contact.factor = contact.coefficient;
-    contact.direction = sliding_direction(c, contact.velocity);
+    per_newton_[c] = -contact.factor * contact.direction;
   }
 }
 
@@ -111,26 +113,26 @@ void FrictionLaws::keep_senses(const double* v) {
 
 Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const {
   Vec3 sum{};
-  for (const Term& term : terms(contacts_[contact])) sum = sum + lambda[term.row] * term.gradient;
+  for (const Term& term : terms(contact)) sum = sum + lambda[term.row] * term.gradient;
   return sum;
 }
 
 /// One contact that slides; d tau/d lambda [3][terms] unless null.
-Vec3 FrictionLaws::friction(const Contact& contact, const double* lambda, double* derivative) const {
-  const std::span<const Term> all = terms(contact);
+Vec3 FrictionLaws::friction(std::size_t c, const double* lambda, double* derivative) const {
+  const Contact& contact = contacts_[c];
+  const std::span<const Term> all = terms(c);
   if (contact.law == Law::Viscous) return -contact.coefficient * contact.velocity;
   if (contact.law == Law::Coulomb) {
-    Vec3 normal{};
-    for (const Term& term : all) normal = normal + lambda[term.row] * term.gradient;
+    const Vec3 normal = normal_force(c, lambda), unit = per_newton_[c];
     const double size = norm(normal);
     // tau = -mu |N| d,  d tau/d lambda_a = -mu (N.k_a/|N|) d
     for (std::size_t a = 0; derivative != nullptr && a < all.size(); ++a) {
-      const double slope = size > 0.0 ? -contact.factor * dot(normal, all[a].gradient) / size : 0.0;
-      derivative[a] = slope * contact.direction.x;
-      derivative[all.size() + a] = slope * contact.direction.y;
-      derivative[2 * all.size() + a] = slope * contact.direction.z;
+      const double slope = size > 0.0 ? dot(normal, all[a].gradient) / size : 0.0;
+      derivative[a] = slope * unit.x;
+      derivative[all.size() + a] = slope * unit.y;
+      derivative[2 * all.size() + a] = slope * unit.z;
     }
-    return (-contact.factor * size) * contact.direction;
+    return size * unit;
   }
   std::array<double, most_multipliers> own{};
   for (std::size_t a = 0; a < all.size(); ++a) own[a] = lambda[all[a].row];
@@ -144,8 +146,12 @@ Vec3 FrictionLaws::friction(const Contact& contact, const double* lambda, double
 
 void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* tau) const {
   const auto evaluate_range = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c)
-      store(tau, c, tangents_.sticks(c) ? Vec3{} : friction(contacts_[c], lambda, nullptr));
+    for (std::size_t c = begin; c < end; ++c) {
+      store(tau, c,
+            tangents_.sticks(c) ? Vec3{}
+            : is_coulomb(c)     ? norm(normal_force(c, lambda)) * per_newton_[c]
+                                : friction(c, lambda, nullptr));
+    }
   };
   if (threads_are_safe_) return parallel.for_ranges(contacts_.size(), evaluate_range);
   evaluate_range(0, contacts_.size());
@@ -156,11 +162,11 @@ void FrictionLaws::apply_derivative(const Parallel& parallel, const double* lamb
   const auto apply_range = [&](std::size_t begin, std::size_t end) {
     std::vector<double> derivative;
     for (std::size_t c = begin; c < end; ++c) {
-      const std::span<const Term> all = terms(contacts_[c]);
+      const std::span<const Term> all = terms(c);
       Vec3 sum{};
       if (!tangents_.sticks(c) && !all.empty()) {
         derivative.assign(3 * all.size(), 0.0);
-        friction(contacts_[c], lambda, derivative.data());
+        friction(c, lambda, derivative.data());
         for (std::size_t a = 0; a < all.size(); ++a) {
           const double x = dlambda[all[a].row];
           sum = sum + x * Vec3{derivative[a], derivative[all.size() + a], derivative[2 * all.size() + a]};

@@ -44,9 +44,10 @@ class FrictionLaws {
   /// change := (d tau/d lambda) dlambda at lambda, both over all rows.
   void apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda, double* change) const;
 
-  bool is_coulomb(std::size_t contact) const { return contacts_[contact].law == Law::Coulomb; }
+  bool is_coulomb(std::size_t contact) const { return is_coulomb_[contact] != 0; }
+  bool is_user(std::size_t contact) const { return contacts_[contact].law == Law::User; }
   /// Reads no multiplier.
-  bool is_given(std::size_t contact) const { return contacts_[contact].first_term == contacts_[contact].end_term; }
+  bool is_given(std::size_t contact) const { return term_start_[contact] == term_start_[contact + 1]; }
   /// mu of a Coulomb contact, with what a regularisation leaves of it.
   double coefficient(std::size_t contact) const { return contacts_[contact].factor; }
   double static_coefficient(std::size_t contact) const { return contacts_[contact].static_coefficient; }
@@ -67,21 +68,25 @@ class FrictionLaws {
     Law law;
     bool is_full = false;
     double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
-    Index first_term = 0, end_term = 0, kernel = -1;
+    Index kernel = -1;
     Vec3 sense{};  // last direction of sliding that was kept
     // at the last place
     Vec3 position{}, velocity{}, direction{};
     double factor = 0.0;
   };
   Vec3 sliding_direction(std::size_t contact, const Vec3& velocity) const;
-  Vec3 friction(const Contact& contact, const double* lambda, double* derivative) const;
-  std::span<const Term> terms(const Contact& contact) const {
-    return {terms_.data() + contact.first_term, terms_.data() + contact.end_term};
+  Vec3 friction(std::size_t contact, const double* lambda, double* derivative) const;
+  std::span<const Term> terms(std::size_t contact) const {
+    return {terms_.data() + term_start_[contact], terms_.data() + term_start_[contact + 1]};
   }
 
   const Tangents& tangents_;
   std::vector<Contact> contacts_;
+  std::vector<Index> term_start_{0};  // [contact + 1]
   std::vector<Term> terms_;
+  // What every iteration reads: tau = |N| per_newton_ where the law is Coulomb's; at the last place.
+  std::vector<char> is_coulomb_;
+  std::vector<Vec3> per_newton_;
   std::vector<Index> read_rows_;
   std::vector<FrictionKernel> kernels_;
   double t_ = 0.0, rest_ = 0.0, slow_ = 0.0;
