@@ -49,15 +49,9 @@ int anderson_depth(std::size_t num_contacts) {
 
 constexpr double smallest_number = std::numeric_limits<double>::min();
 
-double largest_norm(const std::vector<double>& tau) {
+double largest_of(const std::vector<double>& x) {
   double worst = 0.0;
-  for (std::size_t c = 0; 3 * c < tau.size(); ++c) worst = larger(worst, norm(load(tau.data(), c)));
-  return worst;
-}
-
-double largest_change(const std::vector<double>& a, const std::vector<double>& b) {
-  double worst = 0.0;
-  for (std::size_t c = 0; 3 * c < a.size(); ++c) worst = larger(worst, norm(load(a.data(), c) - load(b.data(), c)));
+  for (const double each : x) worst = larger(worst, std::abs(each));
   return worst;
 }
 
@@ -74,8 +68,10 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
       right_side_(model.num_rows()),
       change_(model.num_rows(), 0.0),
       lambda_(model.num_rows()),
-      tau_(3 * tangents_.size(), 0.0),
-      tau_before_(tau_) {
+      guess_(model.num_rows()),
+      x_(laws_.num_parts(), 0.0),
+      x_at_(x_),
+      tau_(3 * tangents_.size(), 0.0) {
   std::vector<std::vector<Index>> contacts_of_point(model.num_points());
   for (std::size_t c = 0; c < tangents_.size(); ++c)
     contacts_of_point[static_cast<std::size_t>(tangents_[c].point)].push_back(static_cast<Index>(c));
@@ -88,24 +84,26 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
     return laws_.is_user(contact) || std::find(place.guide_row.begin(), guides_end, i.row) == guides_end;
   };
   struct RowTouch {
-    Index row;
+    Index row, part;
     Touch touch;
   };
   std::vector<RowTouch> touches;
   for (const Incidence& i : model.incidences) {
     const auto point = static_cast<std::size_t>(i.point);
     for (const Index contact : contacts_of_point[point]) {
-      if (feels(i, static_cast<std::size_t>(contact)))
-        touches.push_back({i.row, {contact, i.block, i.sign * model.inverse_mass[point]}});
+      const auto c = static_cast<std::size_t>(contact);
+      for (std::size_t part = laws_.first_part(c); feels(i, c) && part < laws_.end_part(c); ++part)
+        touches.push_back({i.row, static_cast<Index>(part), {i.block, i.sign * model.inverse_mass[point]}});
     }
   }
   std::stable_sort(touches.begin(), touches.end(), [](const auto& a, const auto& b) { return a.row < b.row; });
-  for (const auto& [row, touch] : touches) {
+  for (const auto& [row, part, touch] : touches) {
     if (touched_rows_.empty() || touched_rows_.back() != row) {
       touched_rows_.push_back(row);
       touch_start_.push_back(static_cast<Index>(touches_.size()));
     }
     touches_.push_back(touch);
+    shares_.push_back({part, 0.0});
   }
   touch_start_.push_back(static_cast<Index>(touches_.size()));
 
@@ -121,13 +119,19 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
 // ---- the response of S ----
 
 /// Row k of those that K'M^-1 tau touches.
-double FrictionStage::felt(std::size_t k, const double* tau) const {
+double FrictionStage::felt(std::size_t k, const double* x) const {
   double sum = 0.0;
   for (Index t = touch_start_[k]; t < touch_start_[k + 1]; ++t) {
-    const Touch& touch = touches_[static_cast<std::size_t>(t)];
-    sum += touch.weight * dot(load(blocks_.data(), touch.block), load(tau, touch.contact));
+    const Share& share = shares_[static_cast<std::size_t>(t)];
+    sum += share.size * x[share.part];
   }
   return sum;
+}
+
+/// x and tau from now on.
+void FrictionStage::set_forces(const double* lambda) {
+  laws_.evaluate(model_.parallel, lambda, x_.data());
+  laws_.write_forces(x_.data(), tau_.data());
 }
 
 void FrictionStage::set_right_side(const double* b) {
@@ -135,16 +139,17 @@ void FrictionStage::set_right_side(const double* b) {
   std::copy(b, b + right_side_.size(), right_side_.begin());
 }
 
-void FrictionStage::find_multipliers(const double* tau, double* lambda) {
+void FrictionStage::find_multipliers(const double* x, double* lambda) {
   for (std::size_t k = 0; k < touched_rows_.size(); ++k) {
     const auto row = static_cast<std::size_t>(touched_rows_[k]);
-    right_side_[row] = b_[row] + felt(k, tau);
+    right_side_[row] = b_[row] + felt(k, x);
   }
   solve_(right_side_.data(), lambda, refines_);
 }
 
-void FrictionStage::find_change(const double* tau, double* lambda) {
-  for (std::size_t k = 0; k < touched_rows_.size(); ++k) change_[static_cast<std::size_t>(touched_rows_[k])] = felt(k, tau);
+void FrictionStage::find_change(const double* x, double* lambda) {
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k)
+    change_[static_cast<std::size_t>(touched_rows_[k])] = felt(k, x);
   solve_(change_.data(), lambda, false);
 }
 
@@ -153,7 +158,11 @@ void FrictionStage::find_change(const double* tau, double* lambda) {
 Outcome FrictionStage::find(double t, const double* r, const double* v, const double* b, bool judges,
                             const double* lambda) {
   const Stopwatch watch(&model_.times.friction);
-  laws_.set_state(t, r, v, blocks_.data());
+  laws_.set_state(model_.parallel, t, r, v, blocks_.data());
+  for (std::size_t k = 0; k < touches_.size(); ++k) {
+    const Vec3 e = laws_.part_direction(static_cast<std::size_t>(shares_[k].part));
+    shares_[k].size = touches_[k].weight * dot(load(blocks_.data(), touches_[k].block), e);
+  }
   set_right_side(b);
   report_ = {.contacts = tangents_.size()};
   report_.sticking = num_sticking();
@@ -171,14 +180,13 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
     report_.uniqueness = Uniqueness::Proven;  // a given force
     report_.error_bound = 0.0;
   }
-  laws_.evaluate(model_.parallel, lambda_.data(), tau_.data());
-  const double size = largest_norm(tau_);
-  return std::isfinite(size) ? Outcome{} : model_.not_finite(t);
+  set_forces(lambda_.data());
+  return std::isfinite(largest_of(x_)) ? Outcome{} : model_.not_finite(t);
 }
 
 Outcome FrictionStage::iterate(double t, double* lambda) {
   const auto converges = [&](FrictionMethod method) {
-    const std::vector<double> guess(lambda, lambda + lambda_.size());
+    std::copy(lambda, lambda + lambda_.size(), guess_.begin());
     const Parallel& parallel = model_.parallel;
     const FixedPoint::Result result = method == FrictionMethod::Newton ? fixed_point_.solve_by_newton(parallel, lambda)
                                       : method == FrictionMethod::Anderson
@@ -187,7 +195,7 @@ Outcome FrictionStage::iterate(double t, double* lambda) {
     report_.method_used = method;
     report_.iterations += result.iterations;
     report_.contraction = std::max(report_.contraction, result.contraction);
-    if (!result.has_converged) std::copy(guess.begin(), guess.end(), lambda);
+    if (!result.has_converged) std::copy(guess_.begin(), guess_.end(), lambda);
     return result.has_converged;
   };
   if (method_ == FrictionMethod::FixedPoint) {
@@ -215,7 +223,7 @@ void FrictionStage::polish(const double* b, double* lambda) {
   refines_ = false;
   if (!result.has_converged) return;
   std::copy(better.begin(), better.end(), lambda);
-  laws_.evaluate(model_.parallel, lambda, tau_.data());
+  set_forces(lambda);
 }
 
 void FrictionStage::add(double sign, double* w0, double* b) const {
@@ -223,12 +231,14 @@ void FrictionStage::add(double sign, double* w0, double* b) const {
     const auto point = static_cast<std::size_t>(tangents_[c].point);
     store(w0, point, load(w0, point) + sign * model_.inverse_mass[point] * load(tau_.data(), c));
   }
-  for (std::size_t k = 0; k < touched_rows_.size(); ++k) b[touched_rows_[k]] += sign * felt(k, tau_.data());
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k) b[touched_rows_[k]] += sign * felt(k, x_.data());
 }
 
 double FrictionStage::measure(const double* lambda) {
-  laws_.evaluate(model_.parallel, lambda, tau_before_.data());
-  report_.residual = largest_change(tau_, tau_before_) / std::max(largest_norm(tau_), smallest_number);
+  laws_.evaluate(model_.parallel, lambda, x_at_.data());
+  double change = 0.0;
+  for (std::size_t p = 0; p < x_.size(); ++p) change = larger(change, std::abs(x_[p] - x_at_[p]));
+  report_.residual = change / std::max(largest_of(x_), smallest_number);
   return report_.residual;
 }
 
@@ -294,11 +304,11 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
 
   // One newton against the sliding of the j-th contact of every island at once: islands do not see each other.
   std::vector<std::vector<double>> changes;
-  std::vector<double> force(tau_.size());
+  std::vector<double> force(x_.size());
   for (std::size_t j = 0; j < most; ++j) {
     std::fill(force.begin(), force.end(), 0.0);
     for (const auto& members : sliding) {
-      if (j < members.size()) store(force.data(), members[j], -laws_.direction(members[j]));
+      if (j < members.size()) force[laws_.first_part(members[j])] = 1.0;
     }
     find_change(force.data(), changes.emplace_back(lambda_.size()).data());
     ++model_.counters.solves;
@@ -353,7 +363,7 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
     const auto nearest = std::min_element(solutions.found.begin(), solutions.found.end(),
                                           [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
     for (std::size_t c = 0; c < members.size(); ++c)
-      store(force.data(), members[c], -(*nearest)(static_cast<Eigen::Index>(c)) * laws_.direction(members[c]));
+      force[laws_.first_part(members[c])] = (*nearest)(static_cast<Eigen::Index>(c));
   }
   if (report_.uniqueness != Uniqueness::Several)
     report_.uniqueness = is_proven ? Uniqueness::Proven : Uniqueness::Unproven;
@@ -361,7 +371,7 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
   if (only_judges) return {};
 
   report_.method_used = FrictionMethod::Enumeration;
-  std::vector<double> given(tau_.size());
+  std::vector<double> given(x_.size());
   laws_.evaluate(model_.parallel, nothing.data(), given.data());
   for (std::size_t i = 0; i < given.size(); ++i) force[i] += given[i];
   find_multipliers(force.data(), lambda);
@@ -369,8 +379,10 @@ Outcome FrictionStage::enumerate(double t, bool only_judges, double* lambda) {
   return {};
 }
 
-double FrictionStage::largest_friction() {
-  return largest_norm(fixed_point_.friction(model_.parallel, lambda_.data()));
+double FrictionStage::largest_friction() const {
+  std::vector<double> x(x_.size());
+  laws_.evaluate(model_.parallel, lambda_.data(), x.data());
+  return largest_of(x);
 }
 
 Outcome FrictionStage::fail(Status status, double t, const std::string& why) const {
@@ -408,8 +420,11 @@ void FrictionStage::add_held(const double* lambda, double* tau) const {
   }
 }
 
-void FrictionStage::add_at(const double* lambda, double* tau) {
-  add_to_points(fixed_point_.friction(model_.parallel, lambda).data(), tau);
+void FrictionStage::add_at(const double* lambda, double* tau) const {
+  std::vector<double> x(x_.size()), forces(tau_.size());
+  laws_.evaluate(model_.parallel, lambda, x.data());
+  laws_.write_forces(x.data(), forces.data());
+  add_to_points(forces.data(), tau);
 }
 
 double FrictionStage::power(const double* lambda, const double* v) const {

@@ -37,7 +37,7 @@ class FrictionStage final : private Response {
   // Into tau [3n], N.
   void add_sliding(double* tau) const { add_to_points(tau_.data(), tau); }
   void add_held(const double* lambda, double* tau) const;
-  void add_at(const double* lambda, double* tau);  ///< the law at lambda
+  void add_at(const double* lambda, double* tau) const;  ///< the law at lambda
   /// Of all friction, W; and of the contacts that stick alone.
   double power(const double* lambda, const double* v) const;
   double held_power(const double* lambda, const double* v) const;
@@ -53,15 +53,16 @@ class FrictionStage final : private Response {
 
  private:
   void set_right_side(const double* b);
-  void find_multipliers(const double* tau, double* lambda) override;
-  void find_change(const double* tau, double* lambda) override;
+  void find_multipliers(const double* x, double* lambda) override;
+  void find_change(const double* x, double* lambda) override;
   void add_to_points(const double* of_contacts, double* tau) const;
-  double felt(std::size_t touched_row, const double* tau) const;
+  double felt(std::size_t touched_row, const double* x) const;
+  void set_forces(const double* lambda);
   Outcome iterate(double t, double* lambda);
   Outcome enumerate(double t, bool only_judges, double* lambda);
   SlidingContacts collect(std::span<const std::size_t> members, const std::vector<std::vector<double>>& changes,
                           const double* at_rest) const;
-  double largest_friction();
+  double largest_friction() const;
   Outcome fail(Status status, double t, const std::string& why) const;
 
   Model& model_;
@@ -72,19 +73,27 @@ class FrictionStage final : private Response {
   bool refines_ = false;
   FrictionLaws laws_;
   FixedPoint fixed_point_;
-  // K'M^-1 tau: touched row += weight g'tau. What guides a contact, or holds it, does not feel its friction along them.
+  // K'M^-1 tau, row after row: a touched row += weight g'e x_p. What guides a contact does not feel its friction along
+  // the guide, nor does what would hold it.
   struct Touch {
-    Index contact, block;
+    Index block;
     double weight;
   };
-  std::vector<Touch> touches_;      // row after row
+  struct Share {
+    Index part;
+    double size;  // weight g'e at the last place
+  };
+  std::vector<Touch> touches_;
+  std::vector<Share> shares_;                      // [touch]
   std::vector<Index> touched_rows_, touch_start_;  // [touched row], [touched row + 1]
   std::vector<std::vector<std::size_t>> islands_;  // contacts of each island that has some
   const double* b_ = nullptr;
   bool several_are_refused_ = true;
   std::vector<double> right_side_;  // [rows] b where nothing is touched
   std::vector<double> change_;      // [rows] 0 there
-  std::vector<double> lambda_, tau_, tau_before_;
+  std::vector<double> lambda_, guess_;
+  std::vector<double> x_, x_at_;  // [parts]
+  std::vector<double> tau_;       // [3 contacts] of x_
   FrictionReport report_;
 };
 
