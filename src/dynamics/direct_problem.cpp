@@ -61,7 +61,7 @@ struct DirectProblem::Implementation {
   std::optional<NormalSpace> normal;    // none: coordinates alone are given
   std::optional<TangentSpace> tangent;  // only where they are
   std::vector<double> blocks;           // of K or A
-  std::vector<double> row_norms;        // [d] |gradient|
+  std::vector<double> row_norms;        // [d] largest |gradient| at one of its points
   std::vector<double> r, v, w, w0;      // [3n] inner
   std::vector<double> q, q_dot;         // [s]
   std::vector<std::size_t> coordinate;  // [user's] -> inner

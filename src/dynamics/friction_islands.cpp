@@ -28,7 +28,7 @@ void FrictionStage::reduce(std::vector<SlidingIsland>* islands) {
   std::size_t most = 0;
   for (const SlidingIsland& island : *islands) most = std::max(most, island.members.size());
   const auto as_eigen = [](Vec3 a) { return Eigen::Vector3d(a.x, a.y, a.z); };
-  std::vector<double> force(tau_.size()), lambda(lambda_.size(), 0.0);
+  std::vector<double> force(x_.size()), lambda(lambda_.size(), 0.0);
   const auto fill = [&](const SlidingIsland& island, Eigen::Matrix3Xd* N) {
     N->resize(3, static_cast<Eigen::Index>(island.members.size()));
     for (std::size_t c = 0; c < island.members.size(); ++c)
@@ -43,7 +43,7 @@ void FrictionStage::reduce(std::vector<SlidingIsland>* islands) {
   for (std::size_t j = 0; j < most; ++j) {
     std::fill(force.begin(), force.end(), 0.0);
     for (const SlidingIsland& island : *islands) {
-      if (j < island.members.size()) store(force.data(), island.members[j], -laws_.direction(island.members[j]));
+      if (j < island.members.size()) force[laws_.first_part(island.members[j])] = 1.0;
     }
     find_change(force.data(), lambda.data());
     for (SlidingIsland& island : *islands) {
@@ -123,7 +123,7 @@ Outcome FrictionStage::enumerate(double t, double* lambda) {
   }
   reduce(&islands);
   report_.method_used = FrictionMethod::Enumeration;
-  std::vector<double> force(tau_.size());
+  std::vector<double> force(x_.size());
   const std::vector<double> nothing(lambda_.size(), 0.0);
   laws_.evaluate(model_.parallel, nothing.data(), force.data());
   for (const SlidingIsland& island : islands) {
@@ -152,8 +152,7 @@ Outcome FrictionStage::enumerate(double t, double* lambda) {
     const auto nearest = std::min_element(solutions.found.begin(), solutions.found.end(),
                                           [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
     for (std::size_t c = 0; c < island.members.size(); ++c)
-      store(force.data(), island.members[c],
-            -(*nearest)(static_cast<Eigen::Index>(c)) * laws_.direction(island.members[c]));
+      force[laws_.first_part(island.members[c])] = (*nearest)(static_cast<Eigen::Index>(c));
   }
   find_multipliers(force.data(), lambda);
   ++report_.iterations;

@@ -50,15 +50,15 @@ int anderson_depth(std::size_t num_contacts) {
 constexpr std::size_t most_judged = 64;  // contacts of an island, one solve each
 constexpr double smallest_number = std::numeric_limits<double>::min();
 
-double largest_norm(const std::vector<double>& tau) {
+double largest_of(const std::vector<double>& x) {
   double worst = 0.0;
-  for (std::size_t c = 0; 3 * c < tau.size(); ++c) worst = larger(worst, norm(load(tau.data(), c)));
+  for (const double each : x) worst = larger(worst, std::abs(each));
   return worst;
 }
 
-double largest_change(const std::vector<double>& a, const std::vector<double>& b) {
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double worst = 0.0;
-  for (std::size_t c = 0; 3 * c < a.size(); ++c) worst = larger(worst, norm(load(a.data(), c) - load(b.data(), c)));
+  for (std::size_t k = 0; k < a.size(); ++k) worst = larger(worst, std::abs(a[k] - b[k]));
   return worst;
 }
 
@@ -73,18 +73,47 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
       laws_(model.system, model.numbering, tangents_, model.incidences),
       fixed_point_(laws_, *this, model.num_rows()),
       right_side_(model.num_rows()),
+      change_(model.num_rows(), 0.0),
       lambda_(model.num_rows()),
+      guess_(model.num_rows()),
+      x_(laws_.num_parts(), 0.0),
+      x_at_(x_),
       tau_(3 * tangents_.size(), 0.0),
       tau_before_(tau_) {
   std::vector<std::vector<Index>> contacts_of_point(model.num_points());
   for (std::size_t c = 0; c < tangents_.size(); ++c)
     contacts_of_point[static_cast<std::size_t>(tangents_[c].point)].push_back(static_cast<Index>(c));
+  // A user's law may push anywhere; others push along T, T'K_g = 0. What holds a contact stands only where tau is 0.
+  const auto feels = [&](const Incidence& i, std::size_t contact) {
+    const Tangents::Place& place = tangents_[contact];
+    const auto own = place.first_row < 0 ? 0 : place.num_tangents();
+    if (i.row >= place.first_row && i.row < place.first_row + own) return false;
+    const auto guides_end = place.guide_row.begin() + place.num_guides;
+    return laws_.is_user(contact) || std::find(place.guide_row.begin(), guides_end, i.row) == guides_end;
+  };
+  struct RowTouch {
+    Index row, part;
+    Touch touch;
+  };
+  std::vector<RowTouch> touches;
   for (const Incidence& i : model.incidences) {
     const auto point = static_cast<std::size_t>(i.point);
-    for (const Index contact : contacts_of_point[point])
-      touches_.push_back({i.row, contact, i.block, i.sign * model.inverse_mass[point]});
+    for (const Index contact : contacts_of_point[point]) {
+      const auto c = static_cast<std::size_t>(contact);
+      for (std::size_t part = laws_.first_part(c); feels(i, c) && part < laws_.end_part(c); ++part)
+        touches.push_back({i.row, static_cast<Index>(part), {i.block, i.sign * model.inverse_mass[point]}});
+    }
   }
-  std::stable_sort(touches_.begin(), touches_.end(), [](const Touch& a, const Touch& b) { return a.row < b.row; });
+  std::stable_sort(touches.begin(), touches.end(), [](const auto& a, const auto& b) { return a.row < b.row; });
+  for (const auto& [row, part, touch] : touches) {
+    if (touched_rows_.empty() || touched_rows_.back() != row) {
+      touched_rows_.push_back(row);
+      touch_start_.push_back(static_cast<Index>(touches_.size()));
+    }
+    touches_.push_back(touch);
+    shares_.push_back({part, 0.0});
+  }
+  touch_start_.push_back(static_cast<Index>(touches_.size()));
 
   const std::vector<Index>& start = model.numbering.island_start;
   islands_.resize(model.numbering.num_islands());
@@ -97,21 +126,39 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
 
 // ---- the response of S ----
 
-void FrictionStage::add_to_rows(double sign, const double* tau, double* rows) const {
-  for (const Touch& touch : touches_)
-    rows[touch.row] += sign * touch.weight * dot(load(blocks_.data(), touch.block), load(tau, touch.contact));
+/// Row k of those that K'M^-1 tau touches.
+double FrictionStage::felt(std::size_t k, const double* x) const {
+  double sum = 0.0;
+  for (Index t = touch_start_[k]; t < touch_start_[k + 1]; ++t) {
+    const Share& share = shares_[static_cast<std::size_t>(t)];
+    sum += share.size * x[share.part];
+  }
+  return sum;
 }
 
-void FrictionStage::find_multipliers(const double* tau, double* lambda) {
-  std::copy(b_, b_ + right_side_.size(), right_side_.begin());
-  add_to_rows(1.0, tau, right_side_.data());
+/// x and tau from now on.
+void FrictionStage::set_forces(const double* lambda) {
+  laws_.evaluate(model_.parallel, lambda, x_.data());
+  laws_.write_forces(x_.data(), tau_.data());
+}
+
+void FrictionStage::set_right_side(const double* b) {
+  b_ = b;
+  std::copy(b, b + right_side_.size(), right_side_.begin());
+}
+
+void FrictionStage::find_multipliers(const double* x, double* lambda) {
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(touched_rows_[k]);
+    right_side_[row] = b_[row] + felt(k, x);
+  }
   solve_(right_side_.data(), lambda, refines_);
 }
 
-void FrictionStage::find_change(const double* tau, double* lambda) {
-  std::fill(right_side_.begin(), right_side_.end(), 0.0);
-  add_to_rows(1.0, tau, right_side_.data());
-  solve_(right_side_.data(), lambda, false);
+void FrictionStage::find_change(const double* x, double* lambda) {
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k)
+    change_[static_cast<std::size_t>(touched_rows_[k])] = felt(k, x);
+  solve_(change_.data(), lambda, false);
 }
 
 // ---- one instant ----
@@ -119,8 +166,12 @@ void FrictionStage::find_change(const double* tau, double* lambda) {
 Outcome FrictionStage::find(double t, const double* r, const double* v, const double* b, Judgement judgement,
                             const double* lambda) {
   const Stopwatch watch(&model_.times.friction);
-  laws_.set_state(t, r, v, blocks_.data());
-  b_ = b;
+  laws_.set_state(model_.parallel, t, r, v, blocks_.data());
+  for (std::size_t k = 0; k < touches_.size(); ++k) {
+    const Vec3 e = laws_.part_direction(static_cast<std::size_t>(shares_[k].part));
+    shares_[k].size = touches_[k].weight * dot(load(blocks_.data(), touches_[k].block), e);
+  }
+  set_right_side(b);
   report_ = {.contacts = tangents_.size()};
   amplification_ = std::numeric_limits<double>::quiet_NaN();
   report_.sticking = num_sticking();
@@ -138,14 +189,13 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
     report_.uniqueness = Uniqueness::Proven;  // a given force
     amplification_ = 1.0;
   }
-  laws_.evaluate(model_.parallel, lambda_.data(), tau_.data());
-  const double size = largest_norm(tau_);
-  return std::isfinite(size) ? Outcome{} : model_.not_finite(t);
+  set_forces(lambda_.data());
+  return std::isfinite(largest_of(x_)) ? Outcome{} : model_.not_finite(t);
 }
 
 Outcome FrictionStage::iterate(double t, double* lambda) {
   const auto converges = [&](FrictionMethod method) {
-    const std::vector<double> guess(lambda, lambda + lambda_.size());
+    std::copy(lambda, lambda + lambda_.size(), guess_.begin());
     const Parallel& parallel = model_.parallel;
     const FixedPoint::Result result = method == FrictionMethod::Newton ? fixed_point_.solve_by_newton(parallel, lambda)
                                       : method == FrictionMethod::Anderson
@@ -154,7 +204,7 @@ Outcome FrictionStage::iterate(double t, double* lambda) {
     report_.method_used = method;
     report_.iterations += result.iterations;
     report_.contraction = std::max(report_.contraction, result.contraction);
-    if (!result.has_converged) std::copy(guess.begin(), guess.end(), lambda);
+    if (!result.has_converged) std::copy(guess_.begin(), guess_.end(), lambda);
     return result.has_converged;
   };
   if (method_ == FrictionMethod::FixedPoint) {
@@ -174,7 +224,7 @@ Outcome FrictionStage::iterate(double t, double* lambda) {
 /// Rounding of a single solve with an ill-conditioned S is more than the law may miss: Newton's method with refined
 /// solves.
 void FrictionStage::polish(const double* b, double* lambda) {
-  b_ = b;
+  set_right_side(b);
   refines_ = true;
   constexpr double wanted = 1e-15;
   std::vector<double> better(lambda, lambda + lambda_.size());
@@ -182,7 +232,7 @@ void FrictionStage::polish(const double* b, double* lambda) {
   refines_ = false;
   if (!result.has_converged) return;
   std::copy(better.begin(), better.end(), lambda);
-  laws_.evaluate(model_.parallel, lambda, tau_.data());
+  set_forces(lambda);
 }
 
 void FrictionStage::add(double sign, double* w0, double* b) const {
@@ -190,28 +240,29 @@ void FrictionStage::add(double sign, double* w0, double* b) const {
     const auto point = static_cast<std::size_t>(tangents_[c].point);
     store(w0, point, load(w0, point) + sign * model_.inverse_mass[point] * load(tau_.data(), c));
   }
-  add_to_rows(sign, tau_.data(), b);
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k) b[touched_rows_[k]] += sign * felt(k, x_.data());
 }
 
-double FrictionStage::change_to(const double* lambda, double s, double* x) {
+double FrictionStage::change_to(const double* lambda, double s, double* y) {
+  std::swap(x_, x_at_);
   std::swap(tau_, tau_before_);
-  laws_.evaluate(model_.parallel, lambda, tau_.data());
-  add_change(s, x);
-  return largest_change(tau_, tau_before_) / std::max(largest_norm(tau_), smallest_number);
+  set_forces(lambda);
+  add_change(s, y);
+  return largest_difference(x_, x_at_) / std::max(largest_of(x_), smallest_number);
 }
 
-void FrictionStage::add_change(double s, double* x) const {
+void FrictionStage::add_change(double s, double* y) const {
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
     const auto point = static_cast<std::size_t>(tangents_[c].point);
     const Vec3 change = model_.inverse_mass[point] * (load(tau_.data(), c) - load(tau_before_.data(), c));
-    store(x, point, load(x, point) + s * change);
+    store(y, point, load(y, point) + s * change);
   }
 }
 
 double FrictionStage::measure(const double* lambda) {
-  laws_.evaluate(model_.parallel, lambda, tau_before_.data());
-  const double change = largest_change(tau_, tau_before_);
-  report_.residual = change / std::max(largest_norm(tau_), smallest_number);
+  laws_.evaluate(model_.parallel, lambda, x_at_.data());
+  const double change = largest_difference(x_, x_at_);
+  report_.residual = change / std::max(largest_of(x_), smallest_number);
   report_.error_bound = amplification_ * change;
   return report_.residual;
 }
@@ -251,8 +302,11 @@ void FrictionStage::add_held(const double* lambda, double* tau) const {
   }
 }
 
-void FrictionStage::add_at(const double* lambda, double* tau) {
-  add_to_points(fixed_point_.friction(model_.parallel, lambda).data(), tau);
+void FrictionStage::add_at(const double* lambda, double* tau) const {
+  std::vector<double> x(x_.size()), forces(tau_.size());
+  laws_.evaluate(model_.parallel, lambda, x.data());
+  laws_.write_forces(x.data(), forces.data());
+  add_to_points(forces.data(), tau);
 }
 
 double FrictionStage::power(const double* lambda, const double* v) const {

@@ -42,16 +42,16 @@ class FrictionStage final : private Response {
   void polish(const double* b, double* lambda);
   /// tau into w0 and b: w0 += sign M^-1 tau [3n], b += sign K'M^-1 tau [rows].
   void add(double sign, double* w0, double* b) const;
-  /// tau := tau(lambda), x += s M^-1 dtau [3n]; returns |dtau| over the largest friction. And the same change again.
-  double change_to(const double* lambda, double s, double* x);
-  void add_change(double s, double* x) const;
+  /// tau := tau(lambda), y += s M^-1 dtau [3n]; returns |dtau| over the largest friction. And the same change again.
+  double change_to(const double* lambda, double s, double* y);
+  void add_change(double s, double* y) const;
   /// |tau(lambda) - tau| over the largest friction, into the report.
   double measure(const double* lambda);
 
   // Into tau [3n], N.
   void add_sliding(double* tau) const { add_to_points(tau_.data(), tau); }
   void add_held(const double* lambda, double* tau) const;
-  void add_at(const double* lambda, double* tau);  ///< the law at lambda
+  void add_at(const double* lambda, double* tau) const;  ///< the law at lambda
   /// Of all friction, W; and of the contacts that stick alone.
   double power(const double* lambda, const double* v) const;
   double held_power(const double* lambda, const double* v) const;
@@ -66,10 +66,12 @@ class FrictionStage final : private Response {
   Vec3 held(std::size_t contact, const double* lambda) const;
 
  private:
-  void find_multipliers(const double* tau, double* lambda) override;
-  void find_change(const double* tau, double* lambda) override;
+  void set_right_side(const double* b);
+  void find_multipliers(const double* x, double* lambda) override;
+  void find_change(const double* x, double* lambda) override;
   void add_to_points(const double* of_contacts, double* tau) const;
-  void add_to_rows(double sign, const double* tau, double* rows) const;
+  double felt(std::size_t touched_row, const double* x) const;
+  void set_forces(const double* lambda);
   Outcome iterate(double t, double* lambda);
 
   // In friction_islands.cpp.
@@ -92,17 +94,28 @@ class FrictionStage final : private Response {
   bool refines_ = false;
   FrictionLaws laws_;
   FixedPoint fixed_point_;
-  // What touches the contacts' points: row += sign/m g'tau.
+  // K'M^-1 tau, row after row: a touched row += weight g'e x_p. What guides a contact does not feel its friction along
+  // the guide, nor does what would hold it.
   struct Touch {
-    Index row, contact, block;
+    Index block;
     double weight;
   };
+  struct Share {
+    Index part;
+    double size;  // weight g'e at the last place
+  };
   std::vector<Touch> touches_;
+  std::vector<Share> shares_;                      // [touch]
+  std::vector<Index> touched_rows_, touch_start_;  // [touched row], [touched row + 1]
   std::vector<std::vector<std::size_t>> islands_;  // contacts of each island that has some
   const double* b_ = nullptr;
   double amplification_ = 0.0;  // 1/(1 - L), L proven; else NaN
   bool several_are_refused_ = true;
-  std::vector<double> right_side_, lambda_, tau_, tau_before_;
+  std::vector<double> right_side_;  // [rows] b where nothing is touched
+  std::vector<double> change_;      // [rows] 0 there
+  std::vector<double> lambda_, guess_;
+  std::vector<double> x_, x_at_;          // [parts]
+  std::vector<double> tau_, tau_before_;  // [3 contacts] of x_
   FrictionReport report_;
 };
 

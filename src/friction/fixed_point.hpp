@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -8,40 +9,38 @@
 
 namespace tanor {
 
-/// Iterations for lambda = lambda(tau(lambda)), (43) in its smallest form (*). Unknowns y are the multipliers that the
-/// laws read; a workspace that is kept.
+/// Iterations for x = x(lambda(x)), (43) in its smallest form (*) with the sizes of friction as unknowns; a workspace
+/// that is kept.
 class FixedPoint {
  public:
   FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows);
+  ~FixedPoint();
 
   struct Result {
     bool has_converged = false;
     int iterations = 0;        // solves
     double contraction = 0.0;  // largest ratio of two distances that followed each other, while they were plain steps
-    double change = 0.0;       // last |F(y) - y| over |y|
+    double change = 0.0;       // last |F(x) - x| over |F(x)|
   };
 
   /// `lambda` [rows]: the guess, then the answer. `depth`: steps that Anderson's method looks back; 0: plain (43).
   Result iterate(const Parallel& parallel, int depth, double* lambda);
-  /// Semismooth Newton: (I - F'(y)) dy = F(y) - y by GMRES, until |dy| <= `wanted` |y|. Its iterations are such steps.
+  /// Semismooth Newton: (I - F'(x)) dx = F(x) - x by GMRES, until |dx| <= `wanted` |x|. Its iterations are such steps.
   Result solve_by_newton(const Parallel& parallel, double* lambda, double wanted = tolerance);
-  /// tau [3 contacts] at lambda.
-  const std::vector<double>& friction(const Parallel& parallel, const double* lambda);
 
   static constexpr double tolerance = 1e-12;
 
  private:
-  void evaluate(const Parallel& parallel, const std::vector<double>& y, std::vector<double>* image);
-  double find_newton_step(const Parallel& parallel, const std::vector<double>& y, const std::vector<double>& defect,
-                          std::vector<double>* step, int* iterations);
-  void read(const double* lambda, std::vector<double>* y) const;
-  void write(const std::vector<double>& y, double* lambda) const;
+  using Parts = std::vector<double>;
+  class History;
+  void evaluate(const Parallel& parallel, const Parts& x, Parts* image);
+  double find_newton_step(const Parallel& parallel, const Parts& defect, Parts* step, int* iterations);
 
   const FrictionLaws& laws_;
   Response& response_;
-  std::vector<double> tau_;      // [3 contacts]
-  std::vector<double> lambda_;   // [rows] at y
-  std::vector<double> image_;    // [rows] of the last evaluation
+  std::unique_ptr<History> history_;
+  Parts x_, image_;
+  std::vector<double> lambda_;   // [rows] at the last x
   std::vector<double> dlambda_;  // [rows]
 };
 

@@ -26,7 +26,6 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
     const Tangents::Place& place = tangents[c];
     const auto entry_index = static_cast<std::size_t>(place.friction);
     Contact contact{};
-    contact.first_term = static_cast<Index>(terms_.size());
     const auto add_guides = [&] {
       for (std::size_t g = 0; g < static_cast<std::size_t>(place.num_guides); ++g)
         terms_.push_back({place.guide_row[g], place.guide_block[g], 1.0, {}});
@@ -57,32 +56,48 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
       contact.kernel = kernel_of_entry[entry_index];
       add_guides();
     }
-    contact.end_term = static_cast<Index>(terms_.size());
+    term_start_.push_back(static_cast<Index>(terms_.size()));
+    is_coulomb_.push_back(contact.law == Law::Coulomb ? 1 : 0);
     contacts_.push_back(contact);
+    constexpr std::array axes{Vec3{1.0, 0.0, 0.0}, Vec3{0.0, 1.0, 0.0}, Vec3{0.0, 0.0, 1.0}};
+    directions_.insert(directions_.end(), axes.begin(), contact.law == Law::User ? axes.end() : axes.begin() + 1);
+    part_start_.push_back(static_cast<Index>(directions_.size()));
   }
-  for (const Term& term : terms_) read_rows_.push_back(term.row);
-  std::sort(read_rows_.begin(), read_rows_.end());
-  read_rows_.erase(std::unique(read_rows_.begin(), read_rows_.end()), read_rows_.end());
+  factor_.resize(contacts_.size());
 }
 
-void FrictionLaws::set_state(double t, const double* r, const double* v, const double* blocks) {
+void FrictionLaws::set_state(const Parallel& parallel, double t, const double* r, const double* v,
+                             const double* blocks) {
   t_ = t;
-  for (Term& term : terms_) term.gradient = term.sign * load(blocks, term.block);
-  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+  const auto set_contact = [&](std::size_t c) {
     Contact& contact = contacts_[c];
+    for (auto term = term_start_[c]; term < term_start_[c + 1]; ++term) {
+      Term& own = terms_[static_cast<std::size_t>(term)];
+      own.gradient = own.sign * load(blocks, own.block);
+    }
     contact.position = load(r, tangents_[c].point);
     contact.velocity = tangents_.sliding_velocity(c, v);
-    if (contact.law != Law::Coulomb) continue;
+    if (contact.law == Law::User) return;
     const double speed = norm(contact.velocity);
+    Vec3& e = directions_[first_part(c)];
+    if (contact.law == Law::Viscous) {
+      factor_[c] = contact.coefficient * speed;
+      e = speed > 0.0 ? (-1.0 / speed) * contact.velocity : Vec3{};
+      return;
+    }
     if (contact.regularisation > 0.0) {
       // mu |v|/sqrt(v^2 + v0^2) along v/|v|
-      contact.factor = contact.coefficient * speed / std::hypot(speed, contact.regularisation);
+      factor_[c] = contact.coefficient * speed / std::hypot(speed, contact.regularisation);
       contact.direction = speed > 0.0 ? (1.0 / speed) * contact.velocity : Vec3{};
-      continue;
+    } else {
+      factor_[c] = contact.coefficient;
+      contact.direction = sliding_direction(c, contact.velocity);
     }
-    contact.factor = contact.coefficient;
-    contact.direction = sliding_direction(c, contact.velocity);
-  }
+    e = -contact.direction;
+  };
+  parallel.for_ranges(contacts_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) set_contact(c);
+  });
 }
 
 /// v/|v|, on as before beyond a stop: it is located on a smooth motion. On a surface the direction of a slow motion is
@@ -111,27 +126,14 @@ void FrictionLaws::keep_senses(const double* v) {
 
 Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const {
   Vec3 sum{};
-  for (const Term& term : terms(contacts_[contact])) sum = sum + lambda[term.row] * term.gradient;
+  for (const Term& term : terms(contact)) sum = sum + lambda[term.row] * term.gradient;
   return sum;
 }
 
-/// One contact that slides; d tau/d lambda [3][terms] unless null.
-Vec3 FrictionLaws::friction(const Contact& contact, const double* lambda, double* derivative) const {
-  const std::span<const Term> all = terms(contact);
-  if (contact.law == Law::Viscous) return -contact.coefficient * contact.velocity;
-  if (contact.law == Law::Coulomb) {
-    Vec3 normal{};
-    for (const Term& term : all) normal = normal + lambda[term.row] * term.gradient;
-    const double size = norm(normal);
-    // tau = -mu |N| d,  d tau/d lambda_a = -mu (N.k_a/|N|) d
-    for (std::size_t a = 0; derivative != nullptr && a < all.size(); ++a) {
-      const double slope = size > 0.0 ? -contact.factor * dot(normal, all[a].gradient) / size : 0.0;
-      derivative[a] = slope * contact.direction.x;
-      derivative[all.size() + a] = slope * contact.direction.y;
-      derivative[2 * all.size() + a] = slope * contact.direction.z;
-    }
-    return (-contact.factor * size) * contact.direction;
-  }
+/// tau of a user's law; d tau/d lambda [3][terms] unless null.
+Vec3 FrictionLaws::user_friction(std::size_t c, const double* lambda, double* derivative) const {
+  const Contact& contact = contacts_[c];
+  const std::span<const Term> all = terms(c);
   std::array<double, most_multipliers> own{};
   for (std::size_t a = 0; a < all.size(); ++a) own[a] = lambda[all[a].row];
   const FrictionKernel& kernel = kernels_[static_cast<std::size_t>(contact.kernel)];
@@ -142,35 +144,57 @@ Vec3 FrictionLaws::friction(const Contact& contact, const double* lambda, double
   return make_vec3(tau);
 }
 
-void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* tau) const {
+void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* x) const {
   const auto evaluate_range = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c)
-      store(tau, c, tangents_.sticks(c) ? Vec3{} : friction(contacts_[c], lambda, nullptr));
+    for (std::size_t c = begin; c < end; ++c) {
+      double* const own = x + first_part(c);
+      if (tangents_.sticks(c))
+        std::fill(own, x + end_part(c), 0.0);
+      else if (is_coulomb(c))
+        *own = factor_[c] * norm(normal_force(c, lambda));  // mu |N|
+      else if (is_user(c))
+        store(own, 0, user_friction(c, lambda, nullptr));
+      else
+        *own = factor_[c];
+    }
   };
   if (threads_are_safe_) return parallel.for_ranges(contacts_.size(), evaluate_range);
   evaluate_range(0, contacts_.size());
 }
 
 void FrictionLaws::apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda,
-                                    double* change) const {
+                                    double* dx) const {
   const auto apply_range = [&](std::size_t begin, std::size_t end) {
-    std::vector<double> derivative;
+    std::array<double, 3 * most_multipliers> derivative;
     for (std::size_t c = begin; c < end; ++c) {
-      const std::span<const Term> all = terms(contacts_[c]);
-      Vec3 sum{};
-      if (!tangents_.sticks(c) && !all.empty()) {
-        derivative.assign(3 * all.size(), 0.0);
-        friction(contacts_[c], lambda, derivative.data());
+      const std::span<const Term> all = terms(c);
+      double* const own = dx + first_part(c);
+      std::fill(own, dx + end_part(c), 0.0);
+      if (tangents_.sticks(c)) continue;
+      if (is_coulomb(c)) {
+        // mu N'dN/|N|
+        const Vec3 normal = normal_force(c, lambda);
+        const double size = norm(normal);
+        if (size > 0.0) *own = factor_[c] * dot(normal, normal_force(c, dlambda)) / size;
+      } else if (is_user(c)) {
+        derivative.fill(0.0);
+        user_friction(c, lambda, derivative.data());
         for (std::size_t a = 0; a < all.size(); ++a) {
-          const double x = dlambda[all[a].row];
-          sum = sum + x * Vec3{derivative[a], derivative[all.size() + a], derivative[2 * all.size() + a]};
+          for (std::size_t k = 0; k < 3; ++k) own[k] += dlambda[all[a].row] * derivative[k * all.size() + a];
         }
       }
-      store(change, c, sum);
     }
   };
   if (threads_are_safe_) return parallel.for_ranges(contacts_.size(), apply_range);
   apply_range(0, contacts_.size());
+}
+
+void FrictionLaws::write_forces(const double* x, double* tau) const {
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    Vec3 sum{};
+    for (std::size_t part = first_part(c); part < end_part(c); ++part) sum = sum + x[part] * directions_[part];
+    store(tau, c, sum);
+  }
 }
 
 }  // namespace tanor

@@ -13,7 +13,9 @@ namespace tanor {
 /// tau(r, v, t, lambda) of all contacts (17), (41). A contact that sticks has none: its friction is the multiplier of
 /// its own rows.
 ///
-/// At one instant a Coulomb contact is a magnitude along a fixed direction, tau = -mu |N| d, N = sum of lambda_a k_a.
+/// At one instant tau is a sum of parts along directions that stand, tau = sum of x_p e_p: one of Coulomb's,
+/// x = mu |N|, N = sum of lambda_a k_a, e against the sliding; one that does not change of a given force; three along
+/// the axes of a user's law. What the iterations look for are the sizes x [parts], N.
 class FrictionLaws {
  public:
   FrictionLaws(const System& system, const Numbering& numbering, const Tangents& tangents,
@@ -21,12 +23,10 @@ class FrictionLaws {
 
   std::size_t num_contacts() const { return contacts_.size(); }
   /// Some law reads multipliers.
-  bool depend_on_reactions() const { return !read_rows_.empty(); }
-  /// Inner rows whose multipliers some law reads.
-  std::span<const Index> read_rows() const { return read_rows_; }
+  bool depend_on_reactions() const { return !terms_.empty(); }
 
   /// Sliding velocities and directions at (t, r, v), K in `blocks`; `tangents` stand there.
-  void set_state(double t, const double* r, const double* v, const double* blocks);
+  void set_state(const Parallel& parallel, double t, const double* r, const double* v, const double* blocks);
   /// From now on the sense of sliding is the one of v (at the last place), until it is kept anew: within a step a
   /// contact does not turn back by itself.
   void keep_senses(const double* v);
@@ -39,16 +39,25 @@ class FrictionLaws {
   void set_sense(std::size_t contact, Vec3 direction) { contacts_[contact].sense = direction; }
   Vec3 sense(std::size_t contact) const { return contacts_[contact].sense; }
 
-  /// tau [3 contacts], N.
-  void evaluate(const Parallel& parallel, const double* lambda, double* tau) const;
-  /// change := (d tau/d lambda) dlambda at lambda, both over all rows.
-  void apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda, double* change) const;
+  std::size_t num_parts() const { return directions_.size(); }
+  std::size_t first_part(std::size_t contact) const { return static_cast<std::size_t>(part_start_[contact]); }
+  std::size_t end_part(std::size_t contact) const { return static_cast<std::size_t>(part_start_[contact + 1]); }
+  /// e, unit length.
+  Vec3 part_direction(std::size_t part) const { return directions_[part]; }
 
-  bool is_coulomb(std::size_t contact) const { return contacts_[contact].law == Law::Coulomb; }
+  /// x [parts] at lambda [rows].
+  void evaluate(const Parallel& parallel, const double* lambda, double* x) const;
+  /// dx := (dx/d lambda) dlambda at lambda.
+  void apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda, double* dx) const;
+  /// tau [3 contacts], N, of x.
+  void write_forces(const double* x, double* tau) const;
+
+  bool is_coulomb(std::size_t contact) const { return is_coulomb_[contact] != 0; }
+  bool is_user(std::size_t contact) const { return contacts_[contact].law == Law::User; }
   /// Reads no multiplier.
-  bool is_given(std::size_t contact) const { return contacts_[contact].first_term == contacts_[contact].end_term; }
+  bool is_given(std::size_t contact) const { return term_start_[contact] == term_start_[contact + 1]; }
   /// mu of a Coulomb contact, with what a regularisation leaves of it.
-  double coefficient(std::size_t contact) const { return contacts_[contact].factor; }
+  double coefficient(std::size_t contact) const { return factor_[contact]; }
   double static_coefficient(std::size_t contact) const { return contacts_[contact].static_coefficient; }
   /// Where it slides to, unit length.
   Vec3 direction(std::size_t contact) const { return contacts_[contact].direction; }
@@ -67,22 +76,25 @@ class FrictionLaws {
     Law law;
     bool is_full = false;
     double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
-    Index first_term = 0, end_term = 0, kernel = -1;
-    Vec3 sense{};  // last direction of sliding that was kept
-    // at the last place
-    Vec3 position{}, velocity{}, direction{};
-    double factor = 0.0;
+    Index kernel = -1;
+    Vec3 sense{};                              // last direction of sliding that was kept
+    Vec3 position{}, velocity{}, direction{};  // at the last place
   };
   Vec3 sliding_direction(std::size_t contact, const Vec3& velocity) const;
-  Vec3 friction(const Contact& contact, const double* lambda, double* derivative) const;
-  std::span<const Term> terms(const Contact& contact) const {
-    return {terms_.data() + contact.first_term, terms_.data() + contact.end_term};
+  Vec3 user_friction(std::size_t contact, const double* lambda, double* derivative) const;
+  std::span<const Term> terms(std::size_t contact) const {
+    return {terms_.data() + term_start_[contact], terms_.data() + term_start_[contact + 1]};
   }
 
   const Tangents& tangents_;
   std::vector<Contact> contacts_;
+  std::vector<Index> term_start_{0};  // [contact + 1]
   std::vector<Term> terms_;
-  std::vector<Index> read_rows_;
+  std::vector<Index> part_start_{0};  // [contact + 1]
+  // What every iteration reads, at the last place.
+  std::vector<char> is_coulomb_;
+  std::vector<double> factor_;    // [contact] mu of a Coulomb contact; of a given one x itself
+  std::vector<Vec3> directions_;  // [part]
   std::vector<FrictionKernel> kernels_;
   double t_ = 0.0, rest_ = 0.0, slow_ = 0.0;
   bool threads_are_safe_ = true;

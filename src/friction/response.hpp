@@ -3,17 +3,17 @@
 namespace tanor {
 
 /// How the reactions of a constrained system answer to forces at its contacts: S has its factor, so one call is one
-/// solve.
+/// solve. Forces come as parts, tau = sum of x_p e_p (see FrictionLaws).
 ///
-///   lambda(tau) = -S^-1 (b + K'M^-1 tau),   b = phi + K'M^-1 f                    (*)
+///   lambda(x) = -S^-1 (b + K'M^-1 tau(x)),   b = phi + K'M^-1 f                    (*)
 class Response {
  public:
   virtual ~Response() = default;
 
-  /// lambda [rows] for tau [3 contacts].
-  virtual void find_multipliers(const double* tau, double* lambda) = 0;
-  /// Its change -S^-1 K'M^-1 tau.
-  virtual void find_change(const double* tau, double* lambda) = 0;
+  /// lambda [rows] for x [parts].
+  virtual void find_multipliers(const double* x, double* lambda) = 0;
+  /// Its change -S^-1 K'M^-1 tau(x).
+  virtual void find_change(const double* x, double* lambda) = 0;
 };
 
 }  // namespace tanor

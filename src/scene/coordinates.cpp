@@ -71,7 +71,11 @@ std::vector<double> read_rates(const Cursor& rates, const std::vector<std::strin
   if (!rates) return result;
   for (const auto& [name, rate] : rates.members("an object of numbers, as q")) {
     const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) rate.fail(fmt::format("a coordinate of q, one of {}", fmt::join(names, ", ")));
+    if (found == names.end()) {
+      std::vector<std::string> quoted(names.size());
+      std::transform(names.begin(), names.end(), quoted.begin(), quote);
+      rate.fail(fmt::format("a coordinate of q, one of {}", fmt::join(quoted, ", ")));
+    }
     result[static_cast<std::size_t>(found - names.begin())] = rate.number();
   }
   return result;

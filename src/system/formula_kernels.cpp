@@ -145,6 +145,20 @@ bool is_name(const std::string& name) {
   }
 }
 
+/// As a message shows it: control characters, which would cut it or run over it, as \x00.
+std::string show(const std::string& name) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string result;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x20 && byte != 0x7f)
+      result += c;
+    else
+      result += std::string("\\x") + digits[byte / 16] + digits[byte % 16];
+  }
+  return result;
+}
+
 void check_names(std::span<const std::string> names, const Constants& constants) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string& name = names[i];
@@ -155,8 +169,8 @@ void check_names(std::span<const std::string> names, const Constants& constants)
                                                            : "another coordinate"));
     }
     if (!is_name(name)) {
-      throw InputError(
-          "", "the coordinate '" + name + "' has no name of letters, digits and '_' that is neither a function nor pi");
+      throw InputError("", "the coordinate '" + show(name) +
+                               "' has no name of letters, digits and '_' that is neither a function nor pi");
     }
   }
 }

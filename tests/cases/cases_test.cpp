@@ -207,16 +207,6 @@ TEST_P(WayTest, MotionInAPlaneStaysInIt) {
 INSTANTIATE_TEST_SUITE_P(Cases, WayTest, testing::ValuesIn(list_ways()),
                          [](const auto& instance) { return instance.param.name; });
 
-/// -lambda = T_i and w = 0.
-void expect_rest_with_tensions(std::span<const double> accelerations, std::span<const double> multipliers) {
-  const std::vector<double> tensions = numbers(read_case("06_catenary_N10").at("tensions"));
-  ASSERT_EQ(multipliers.size(), tensions.size());
-  for (std::size_t k = 0; k < tensions.size(); ++k) {
-    EXPECT_NEAR(-multipliers[k], tensions[k], 1e-12 * tensions[k]) << "rod " << k;
-  }
-  EXPECT_LT(largest(accelerations), 1e-12 * 9.81);
-}
-
 TEST(CatenaryTest, LibraryFindsRestAndTwelveDigitsOfTheTensions) {
   Dynamics dynamics(make_catenary());
   const System& system = dynamics.system();

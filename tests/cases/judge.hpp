@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include "cases/scenes.hpp"
 #include "cases/ways.hpp"
 
@@ -63,5 +65,15 @@ class Judge {
   std::vector<Instant> trajectory_;
   std::array<double, 5> scale_{};
 };
+
+/// Case 06: -lambda = T_i and w = 0.
+inline void expect_rest_with_tensions(std::span<const double> accelerations, std::span<const double> multipliers) {
+  const std::vector<double> tensions = numbers(read_case("06_catenary_N10").at("tensions"));
+  ASSERT_EQ(multipliers.size(), tensions.size());
+  for (std::size_t k = 0; k < tensions.size(); ++k) {
+    EXPECT_NEAR(-multipliers[k], tensions[k], 1e-12 * tensions[k]) << "rod " << k;
+  }
+  EXPECT_LT(largest(accelerations), 1e-12 * 9.81);
+}
 
 }  // namespace tanor::cases

@@ -15,7 +15,7 @@ namespace tanor::cases {
 struct Instant {
   double t = 0.0;
   std::vector<double> r, v, w;  // [3 * masses]
-  std::vector<double> lambda;   // [equations]
+  std::vector<double> lambda;   // [equations]; empty where the case names none
   std::optional<double> energy;
 };
 
@@ -57,8 +57,8 @@ inline std::vector<Instant> read_trajectory(const std::string& name) {
   std::vector<Instant> result;
   for (const nlohmann::json& entry : file.at(file.contains("ours") ? "ours" : "trajectory")) {
     const auto vectors = [&](const char* key) { return make_spatial(numbers(entry.at(key)), dimension); };
-    result.push_back(
-        {number(entry.at("t")), vectors("r"), vectors("v"), vectors("w"), numbers(entry.at("lambda")), {}});
+    result.push_back({number(entry.at("t")), vectors("r"), vectors("v"), vectors("w"), {}, {}});
+    if (entry.contains("lambda")) result.back().lambda = numbers(entry.at("lambda"));
     if (entry.contains("energy")) result.back().energy = number(entry.at("energy"));
   }
   return result;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <ostream>
 #include <string>
@@ -144,6 +145,15 @@ inline System make_car_axis(const Instant& start) {
   return system;
 }
 
+/// Three parallel cranks, whose tips are coupled by one rod more than they need.
+inline System make_redundant_parallelogram(const Instant& start) {
+  System system = make_system(start, {{0, 0, 0}, {1, 0, 0}, {2.5, 0, 0}}, {1.0, 2.0, 3.0});
+  system.constraints = {Rods{"cranks", {{0, 3}, {1, 4}, {2, 5}}, 1.0, {}},
+                        Rods{"couplers", {{3, 4}, {4, 5}, {3, 5}}, std::vector{1.0, 1.5, 2.5}, {}}};
+  system.forces = {Gravity{"gravity", {0, -9.81, 0}}};
+  return system;
+}
+
 // ---- K lambda ------------------------------------------------------------------------------------------------------
 
 inline void add(double factor, const Vector3& vector, std::size_t i, std::vector<double>* array) {
@@ -199,6 +209,17 @@ inline std::vector<double> hoop_reactions(const Instant& instant) {
   return result;
 }
 
+/// Each tip swings like a pendulum of its own: m (w - g), all along its crank.
+inline std::vector<double> parallelogram_reactions(const Instant& instant) {
+  std::vector<double> result(9, 0.0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double mass = static_cast<double>(i + 1);
+    add(mass, point(instant.w, i), i, &result);
+    add(mass, {0, 9.81, 0}, i, &result);
+  }
+  return result;
+}
+
 // ---- multipliers ---------------------------------------------------------------------------------------------------
 
 /// The gradient of |dr| - l is that of (|dr|^2 - l^2)/2 over l: lambda times l is ours.
@@ -236,6 +257,18 @@ inline std::vector<double> car_axis_multipliers(const Instant& instant) {
   return {instant.lambda[0] * length(point(instant.r, 0)), 2.0 * instant.lambda[1]};
 }
 
+/// The couplers alone are redundant, and carry nothing: least multipliers are 0 there. Of a crank: eta along it.
+inline std::vector<double> parallelogram_multipliers(const Instant& instant) {
+  const std::vector<double> eta = parallelogram_reactions(instant);
+  std::vector<double> result(6, 0.0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3 crank = difference(point(instant.r, i), {std::array{0.0, 1.0, 2.5}[i], 0, 0});
+    const Vector3 force = point(eta, i);
+    result[i] = crank[0] * force[0] + crank[1] * force[1];
+  }
+  return result;
+}
+
 // ---- all of them ---------------------------------------------------------------------------------------------------
 
 inline const std::vector<CaseScene>& moving_cases() {
@@ -255,7 +288,9 @@ inline const std::vector<CaseScene>& moving_cases() {
        chain_in_plane_multipliers},
       {"08_chain10", "08_chain10", 1, make_chain_of_10, chain_reactions, chain_multipliers},
       {"11_variable_length", "11_variable_length", 1, make_variable_length, chain_reactions, chain_multipliers},
-      {"12_car_axis", "12_car_axis", 2, make_car_axis, car_axis_reactions, car_axis_multipliers}};
+      {"12_car_axis", "12_car_axis", 2, make_car_axis, car_axis_reactions, car_axis_multipliers},
+      {"18a_redundant_parallelogram", "18a_redundant_parallelogram", 3, make_redundant_parallelogram,
+       parallelogram_reactions, parallelogram_multipliers}};
   return scenes;
 }
 

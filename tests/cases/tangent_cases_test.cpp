@@ -155,5 +155,60 @@ TEST(RotatingHoopTest, CoordinatesGiveTheAnswerOfTheConstraints) {
   }
 }
 
+/// Case 06, a chain that closes: angles of the first eight rods; the ninth bead is where the circles around the eighth
+/// one and the right support meet, on the lower side.
+Coordinates hanging_chain(const System& system) {
+  constexpr Index num_angles = 8;
+  std::vector<Index> points;
+  std::vector<std::string> names, places;
+  std::vector<double> angles;
+  std::string x = "0", y = "0";
+  for (Index k = 1; k <= num_angles; ++k) {
+    const Vector3 rod = difference(point(system.positions, static_cast<std::size_t>(k)),
+                                   point(system.positions, static_cast<std::size_t>(k - 1)));
+    names.push_back("a" + std::to_string(k));
+    angles.push_back(std::atan2(rod[1], rod[0]));
+    x += " + 0.1*cos(" + names.back() + ")";
+    y += " + 0.1*sin(" + names.back() + ")";
+    points.push_back(k);
+    places.insert(places.end(), {x, y});
+  }
+  // The middle between bead 8 and the support, and h times the way between them, turned by a right angle.
+  const std::string X = "(" + x + ")", Y = "(" + y + ")";
+  const std::string h = "sqrt(0.01/((0.8-" + X + ")^2 + " + Y + "^2) - 0.25)";
+  points.push_back(num_angles + 1);
+  places.insert(places.end(), {"(0.8+" + X + ")/2 - " + h + "*" + Y, Y + "/2 - " + h + "*(0.8-" + X + ")"});
+  return in_plane(points, names, places, angles, std::vector<double>(angles.size(), 0.0));
+}
+
+class CatenaryInCoordinatesTest : public testing::TestWithParam<Form> {};
+
+TEST_P(CatenaryInCoordinatesTest, FindsRestAndTwelveDigitsOfTheTensions) {
+  System system = make_catenary();
+  system.coordinates = {hanging_chain(system)};
+  Dynamics dynamics(system, {.form = GetParam()});
+  std::vector<double> w(33), lambda(10);
+
+  const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda);
+
+  ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
+  expect_rest_with_tensions(w, lambda);
+  if (GetParam() == Form::Both) EXPECT_LE(report.forms_disagreement, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, CatenaryInCoordinatesTest, testing::Values(Form::Tangent, Form::Both),
+                         [](const auto& instance) { return instance.param == Form::Both ? "both" : "tangent"; });
+
+TEST(CatenaryTest, ChainBetweenSupportsStaysAtRestInCoordinates) {
+  System system = make_catenary();
+  system.coordinates = {hanging_chain(system)};
+  Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12}, {.form = Form::Tangent});
+
+  ASSERT_TRUE(simulation.advance(1.0).ok()) << simulation.outcome().what;
+
+  EXPECT_LT(largest_difference(simulation.positions(), system.positions), 1e-11);
+  EXPECT_LT(largest(simulation.velocities()), 1e-10);
+}
+
 }  // namespace
 }  // namespace tanor::cases

@@ -126,11 +126,14 @@ const BadScene bad_scenes[] = {
     {"StepIsZero", two_points("", R"("step": 0)"), R"(/motion/step: found number 0, wanted a number > 0)"},
     {"ToleranceIsNegative", two_points("", R"("atol": -1e-9)"),
      R"(/motion/atol: found number -1e-09, wanted a number > 0)"},
-    {"NormalIsZero", constrained(R"("kind": "plane", "points": [0], "normal": [0,0,0])"), R"(/constraints/0/normal: normal [0, 0, 0] is zero; it must have a direction)"},
+    {"NormalIsZero", constrained(R"("kind": "plane", "points": [0], "normal": [0,0,0])"), R"(/constraints/0/normal: )"
+    R"(normal [0, 0, 0] is zero; it must have a direction)"},
     {"DirectionIsZero", constrained(R"("kind": "line", "points": [0], "origin": [0,0,0], "direction": [0,0,0])"),
      R"(/constraints/0/direction: direction [0, 0, 0] is zero; it must have a direction)"},
-    {"PairNamesAPointTwice", constrained(R"("kind": "rod", "pairs": [[1,1]])"), R"(/constraints/0/pairs/0: [1, 1] names point 1 twice; a rod joins two different points)"},
-    {"NoPoints", R"({"tanor_scene": 1, "points": {"positions": []}, "motion": {"t_end": 1}})", R"(/points/positions: found a list of 0, wanted at least one point)"},
+    {"PairNamesAPointTwice", constrained(R"("kind": "rod", "pairs": [[1,1]])"), R"(/constraints/0/pairs/0: [1, 1] )"
+    R"(names point 1 twice; a rod joins two different points)"},
+    {"NoPoints", R"({"tanor_scene": 1, "points": {"positions": []}, "motion": {"t_end": )"
+    R"(1}})", R"(/points/positions: found a list of 0, wanted at least one point)"},
     {"FileCannotBeRead", two_points(R"("supports": [{"points": [0], "motion": {"table": "nowhere.csv"}}])"),
      R"(/supports/0/motion/table: nowhere.csv cannot be read: No such file or directory)"},
     {"EndIsZero", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0]]}, "motion": {"t_end": 0}})",
@@ -140,7 +143,8 @@ const BadScene bad_scenes[] = {
     {"TooManySteps", two_points("", R"("step": 1e-17)"),
      R"(/motion/step: found number 1e-17, wanted at least t_end/1e+12 = 1e-12 s (t_end = 1 s, 1e+12 steps at most))"},
     {"TooManyFrames", two_points("", R"("output_every": 1e-18)"),
-     R"(/motion/output_every: found number 1e-18, wanted at least t_end/1e+06 = 1e-06 s (t_end = 1 s, 1e+06 frames at most))"},
+     R"(/motion/output_every: found number 1e-18, wanted at least t_end/1e+06 = 1e-06 s (t_end = 1 s, 1e+06 frames )"
+     R"(at most))"},
 };
 // clang-format on
 

@@ -12,7 +12,8 @@ std::string hoop(const std::string& more = "", double radius = 0.5) {
   return R"json({
     "tanor_scene": 1, "name": "hoop", "parameters": {"R": 0.5, "O": 6},
     "points": {"positions": [[0.5,0,0]], "masses": 0.3},
-    "coordinates": [{"name": "bead", "kind": "formula", "points": [0], "q": {"q": 1.5707963267948966}, "q_dot": {"q": -1},
+    "coordinates": [{"name": "bead", "kind": "formula", "points": [0], "q": {"q": 1.5707963267948966},
+      "q_dot": {"q": -1},
       "x": "R*sin(q)*cos(O*t)", "y": "R*sin(q)*sin(O*t)", "z": "-R*cos(q)"}],
     "constraints": [{"name": "wire", "kind": "circle", "points": [0], "center": [0,0,0],
       "normal": {"formula": ["-sin(O*t)", "cos(O*t)", "0"]}, "radius": )json" +

@@ -202,7 +202,7 @@ TEST(DirectProblem, NamesTheRowThatAMotionBreaksAndByHowMuch) {
     state.rate[6 + c] = 0.25 * along[c];
   }
   state.acceleration = std::vector<double>(9, 0.0);
-  for (std::size_t c = 0; c < 3; ++c) state.acceleration[6 + c] = (3.0 - 0.0) * along[c];
+  for (std::size_t c = 0; c < 3; ++c) state.acceleration[6 + c] = 3.0 * along[c];
 
   const MotionForces forces = problem.evaluate(0.0, state);
 

@@ -191,6 +191,28 @@ TEST(LeftOut, SinglePointAndBeadsOnTheirOwnSurfacesAreSolvedInClosedForm) {
   EXPECT_EQ(Dynamics(make_chain(5)).plan().factorization, "simplicial");
 }
 
+TEST(LeftOut, FrictionIsNothingWhereThereIsNone) {
+  System smooth = make_rails();
+  for (std::size_t i = 0; i < smooth.constraints.size(); ++i)
+    std::get<Lines>(smooth.constraints[i]).name = "rail" + std::to_string(i);
+  System rough = smooth;
+  rough.friction = {Coulomb{.name = "", .at = {"rail0", "rail1"}, .coefficient = 0.1}};
+  Simulation none(smooth, {.step = 0.01}), some(rough, {.step = 0.01});
+
+  ASSERT_TRUE(none.advance(0.1).ok());
+  ASSERT_TRUE(some.advance(0.1).ok());
+
+  // Two rows a rail, joined at their bead; where a bead may stick a third one joins both.
+  EXPECT_EQ(none.plan().equations, 10U);
+  EXPECT_EQ(none.plan().pattern_nonzeros, 5U * 3U);
+  EXPECT_EQ(some.plan().pattern_nonzeros, 3U * 3U + 2U * 6U);
+  EXPECT_EQ(none.report().counters.friction_solves, 0U);
+  EXPECT_EQ(none.report().counters.friction_iterations, 0U);
+  EXPECT_EQ(none.report().counters.factorizations, 1U);
+  EXPECT_EQ(none.report().times.friction, 0.0);
+  EXPECT_GE(some.report().counters.friction_solves, 40U);
+}
+
 TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
   const Dynamics still(make_chain(3));
   System moving = make_chain(3);

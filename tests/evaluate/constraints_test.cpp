@@ -77,7 +77,8 @@ const Kind kinds[] = {
     {"CircleMovingCenter", [](Random& any) { return Circles{"", {2, 3}, any.moving_vector(), any.vector(), 1.1}; }},
     {"CircleMovingNormal", [](Random& any) { return Circles{"", {2, 3}, any.vector(), any.moving_vector(), 1.1}; }},
     {"CircleAllMoves", [](Random& any) {
-       return Circles{"", {2, 3}, any.moving_vector(), any.moving_vector(), std::vector{any.length(), any.length()}}; }},
+       return Circles{"", {2, 3}, any.moving_vector(), any.moving_vector(),
+                      std::vector{any.length(), any.length()}}; }},
     {"Angle", [](Random&) { return Angles{"", {{0, 1, 2}, {3, 5, 4}}, 0.3}; }},
     {"AngleInitial", [](Random&) { return Angles{"", {{0, 1, 2}, {3, 5, 4}}, {}}; }},
     {"AngleMovingCosine", [](Random&) {

@@ -27,21 +27,27 @@ TEST_P(BadInputTest, GivesOneErrorThatNamesItsPlace) {
 // clang-format off
 const BadInput bad_inputs[] = {
     {"TextIsEmpty", R"()",
-     R"(scene.json: line 1, column 1: not JSON: syntax error while parsing value - unexpected end of input; expected '[', '{', or a literal)"},
+     R"(scene.json: line 1, column 1: not JSON: syntax error while parsing value - unexpected end of input; )"
+     R"(expected '[', '{', or a literal)"},
     {"TextIsNoJson", "{\"tanor_scene\": 1,\n  \"points\": nothing}",
      R"(scene.json: line 2, column 14: not JSON: found "nothing", syntax error while parsing value - invalid literal)"},
     {"TextEndsEarly", R"({"tanor_scene": 1)",
-     R"(scene.json: line 1, column 17: not JSON: syntax error while parsing object - unexpected end of input; expected '}')"},
+     R"(scene.json: line 1, column 17: not JSON: syntax error while parsing object - unexpected end of input; )"
+     R"(expected '}')"},
     {"TextHasTextBehindIt", R"({} {})",
-     R"(scene.json: line 1, column 4: not JSON: syntax error while parsing value - unexpected '{'; expected end of input)"},
+     R"(scene.json: line 1, column 4: not JSON: syntax error while parsing value - unexpected '{'; expected end of )"
+     R"(input)"},
     {"TextHasAWrongNumber", R"({"tanor_scene": 01})",
-     R"(scene.json: line 1, column 18: not JSON: syntax error while parsing object - unexpected number literal; expected '}')"},
+     R"(scene.json: line 1, column 18: not JSON: syntax error while parsing object - unexpected number literal; )"
+     R"(expected '}')"},
     {"TextHasAWrongLiteral", R"({"tanor_scene": True})",
      R"(scene.json: line 1, column 17: not JSON: found "True", syntax error while parsing value - invalid literal)"},
     {"TextHasAnOpenString", R"({"tanor_scene: 1})",
-     R"(scene.json: line 1, column 17: not JSON: syntax error while parsing object key - invalid string: missing closing quote; expected string literal)"},
+     R"(scene.json: line 1, column 17: not JSON: syntax error while parsing object key - invalid string: missing )"
+     R"(closing quote; expected string literal)"},
     {"TextIsNanAsKey", R"({NaN: 1})",
-     R"(scene.json: line 1, column 2: not JSON: found "NaN", syntax error while parsing object key - invalid literal; expected string literal)"},
+     R"(scene.json: line 1, column 2: not JSON: found "NaN", syntax error while parsing object key - invalid )"
+     R"(literal; expected string literal)"},
     {"TextIsAList", R"([1, 2])",
      R"(scene.json: found a list of 2, wanted an object)"},
     {"NumberOverflows", R"({"tanor_scene": 1, "points": {"positions": [[0, 1e999, 0]]}})",
@@ -54,14 +60,19 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /points/positions/0/2: found -Infinity, wanted a finite number)"},
     {"KeyIsDuplicate", R"({"tanor_scene": 1, "points": {"positions": [[0, 0, 0]]}, "points": {}})",
      R"(scene.json: /points: found the key "points" twice, wanted once)"},
-    {"KeyIsDuplicateDeepInside", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "a/b~c": 1, "a/b~c": 2}])"),
+    {"KeyIsDuplicateDeepInside", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "a/b~c": 1, )"
+    R"("a/b~c": 2}])"),
      R"(scene.json: /constraints/0/a~1b~0c: found the key "a/b~c" twice, wanted once)"},
     {"KeyIsUnknown", three_points(R"("frictoin": [])"),
-     R"(scene.json: /frictoin: found the unknown key "frictoin", wanted one of tanor_scene, name, parameters, points, generate, import, supports, constraints, coordinates, forces, friction, motion, solver)"},
-    {"KeyIsUnknownInside", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1], "centre": [0,0,0]}])"),
-     R"(scene.json: /constraints/0/centre: found the unknown key "centre", wanted one of kind, name, points, normal, offset)"},
+     R"(scene.json: /frictoin: found the unknown key "frictoin", wanted one of tanor_scene, name, parameters, )"
+     R"(points, generate, import, supports, constraints, coordinates, forces, friction, motion, solver)"},
+    {"KeyIsUnknownInside", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,1], )"
+    R"("centre": [0,0,0]}])"),
+     R"(scene.json: /constraints/0/centre: found the unknown key "centre", wanted one of kind, name, points, )"
+     R"(normal, offset)"},
     {"KeyHasControlCharacters", three_points(R"("a\nb": 1)"),
-     R"(scene.json: /a\u000ab: found the unknown key "a\u000ab", wanted one of tanor_scene, name, parameters, points, generate, import, supports, constraints, coordinates, forces, friction, motion, solver)"},
+     R"(scene.json: /a\u000ab: found the unknown key "a\u000ab", wanted one of tanor_scene, name, parameters, )"
+     R"(points, generate, import, supports, constraints, coordinates, forces, friction, motion, solver)"},
     {"VersionIsMissing", R"({"points": {"positions": [[0,0,0]]}})",
      R"(scene.json: /tanor_scene: missing, wanted 1, the version of the scene format)"},
     {"VersionIsUnknown", R"({"tanor_scene": 2, "points": {"positions": [[0,0,0]]}})",
@@ -88,7 +99,8 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /points/positions/1/2: found string "3", wanted a number)"},
     {"CoordinateIsNull", R"({"tanor_scene": 1, "points": {"positions": [[0,0,null]]}})",
      R"(scene.json: /points/positions/0/2: found null, wanted a number)"},
-    {"VelocitiesAreTooFew", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0]], "velocities": [[0,0,0]]}})",
+    {"VelocitiesAreTooFew", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0]], "velocities": )"
+    R"([[0,0,0]]}})",
      R"(scene.json: /points/velocities: found 1 of them, wanted 2, one a point)"},
     {"MassesAreTooFew", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0]], "masses": [1]}})",
      R"(scene.json: /points/masses: found 1 of them, wanted 2, one a point)"},
@@ -105,7 +117,8 @@ const BadInput bad_inputs[] = {
     {"PointIsNoWholeNumber", three_points(R"("supports": [{"points": [0.5]}])"),
      R"(scene.json: /supports/0/points/0: found number 0.5, wanted a whole number from 0 to 2)"},
     {"PointsAreAWrongWord", three_points(R"("supports": [{"points": "every"}])"),
-     R"(scene.json: /supports/0/points: found string "every", wanted a list of points, "all" or {"first", "count", "stride"})"},
+     R"(scene.json: /supports/0/points: found string "every", wanted a list of points, "all" or {"first", "count", )"
+     R"("stride"})"},
     {"RangeOfPointsIsTooLong", three_points(R"("supports": [{"points": {"first": 1, "count": 3}}])"),
      R"(scene.json: /supports/0/points/count: found number 3, wanted a whole number from 0 to 2)"},
     {"RangeOfPointsHasNoStride", three_points(R"("supports": [{"points": {"stride": 0}}])"),
@@ -119,33 +132,49 @@ const BadInput bad_inputs[] = {
     {"SupportLacksItsPoints", three_points(R"("supports": [{"motion": "fixed"}])"),
      R"(scene.json: /supports/0/points: missing, wanted a list of points, "all" or {"first", "count", "stride"})"},
     {"SupportMovesByAWrongWord", three_points(R"("supports": [{"points": [0], "motion": "free"}])"),
-     R"(scene.json: /supports/0/motion: found string "free", wanted "fixed", {"formula": ["…", "…", "…"]} or {"table": "…"})"},
+     R"(scene.json: /supports/0/motion: found string "free", wanted "fixed", {"formula": ["…", "…", "…"]} or )"
+     R"({"table": "…"})"},
     {"PointIsSupportedTwice", three_points(R"("supports": [{"points": [0]}, {"points": [1, 0]}])"),
      R"(scene.json: /supports/1/points/1: point 0 belongs to /supports/0 already; a point has one prescribed motion)"},
     {"ConstraintHasNoKind", three_points(R"("constraints": [{"pairs": [[0,1]]}])"),
-     R"(scene.json: /constraints/0/kind: missing, wanted one of rod, plane, sphere, line, circle, angle, pulley, linear, formula)"},
+     R"(scene.json: /constraints/0/kind: missing, wanted one of rod, plane, sphere, line, circle, angle, pulley, )"
+     R"(linear, formula)"},
     {"ConstraintKindIsUnknown", three_points(R"("constraints": [{"kind": "rods", "pairs": [[0,1]]}])"),
-     R"(scene.json: /constraints/0/kind: found string "rods", wanted one of rod, plane, sphere, line, circle, angle, pulley, linear, formula)"},
-    {"EquationHasAnError", three_points(R"json("constraints": [{"kind": "formula", "points": [[0, 1]], "equation": "sqrt(x1 +* y2)"}])json"),
-     R"json(scene.json: /constraints/0/equation: formula "sqrt(x1 +* y2)": column 10: found '*', expected a number, a name or '(')json"},
-    {"EquationNamesAPointThatItsTuplesLack", three_points(R"("constraints": [{"kind": "formula", "points": [[0], [1]], "equation": "x1 - x2"}])"),
-     R"(scene.json: /constraints/0/equation: formula "x1 - x2": column 6: 'x2' is not known; known names: x1, y1, z1, t, pi and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)"},
+     R"(scene.json: /constraints/0/kind: found string "rods", wanted one of rod, plane, sphere, line, circle, )"
+     R"(angle, pulley, linear, formula)"},
+    {"EquationHasAnError", three_points(R"json("constraints": [{"kind": "formula", "points": [[0, 1]], )json"
+    R"json("equation": "sqrt(x1 +* y2)"}])json"),
+     R"json(scene.json: /constraints/0/equation: formula "sqrt(x1 +* y2)": column 10: found '*', expected a )json"
+     R"json(number, a name or '(')json"},
+    {"EquationNamesAPointThatItsTuplesLack", three_points(R"("constraints": [{"kind": "formula", "points": [[0], )"
+    R"([1]], "equation": "x1 - x2"}])"),
+     R"(scene.json: /constraints/0/equation: formula "x1 - x2": column 6: 'x2' is not known; known names: x1, y1, )"
+     R"(z1, t, pi and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, )"
+     R"(min, max)"},
     {"EquationIsMissing", three_points(R"("constraints": [{"kind": "formula", "points": [[0]]}])"),
      R"(scene.json: /constraints/0/equation: missing, wanted a string)"},
-    {"TuplesOfAFormulaDiffer", three_points(R"("constraints": [{"kind": "formula", "points": [[0, 1], [2]], "equation": "x1"}])"),
+    {"TuplesOfAFormulaDiffer", three_points(R"("constraints": [{"kind": "formula", "points": [[0, 1], [2]], )"
+    R"("equation": "x1"}])"),
      R"(scene.json: /constraints/0/points/1: found a list of 1, wanted 2 points, as in the first tuple)"},
-    {"TupleOfAFormulaIsEmpty", three_points(R"("constraints": [{"kind": "formula", "points": [[]], "equation": "x1"}])"),
+    {"TupleOfAFormulaIsEmpty", three_points(R"("constraints": [{"kind": "formula", "points": [[]], "equation": )"
+    R"("x1"}])"),
      R"(scene.json: /constraints/0/points/0: found a list of 0, wanted at least one point)"},
-    {"FormulaNamesAPointTwice", three_points(R"("constraints": [{"kind": "formula", "points": [[0, 1], [2, 2]], "equation": "x1 - x2"}])"),
+    {"FormulaNamesAPointTwice", three_points(R"("constraints": [{"kind": "formula", "points": [[0, 1], [2, 2]], )"
+    R"("equation": "x1 - x2"}])"),
      R"(scene.json: /constraints/0/points/1: [2, 2] names point 2 twice; the points of a tuple differ)"},
-    {"FormulaHoldsNothing", three_points(R"("constraints": [{"kind": "formula", "points": [[1], [0]], "equation": "x1^2 + y1^2"}])"),
+    {"FormulaHoldsNothing", three_points(R"("constraints": [{"kind": "formula", "points": [[1], [0]], "equation": )"
+    R"("x1^2 + y1^2"}])"),
      R"(scene.json: /constraints/0/points/1: point 0: its gradient is zero at the start: it holds nothing there)"},
-    {"ValueOfAFormulaIsNotFinite", three_points(R"json("constraints": [{"kind": "formula", "points": [[1]], "equation": "log(x1 - 1) + y1"}])json"),
+    {"ValueOfAFormulaIsNotFinite", three_points(R"json("constraints": [{"kind": "formula", "points": [[1]], )json"
+    R"json("equation": "log(x1 - 1) + y1"}])json"),
      R"(scene.json: /constraints/0/points/0: point 1: the function is -inf at the start)"},
-    {"GradientOfAFormulaIsNotFinite", three_points(R"json("constraints": [{"kind": "formula", "points": [[1]], "equation": "sqrt(y1) + x1 - 1"}])json"),
+    {"GradientOfAFormulaIsNotFinite", three_points(R"json("constraints": [{"kind": "formula", "points": [[1]], )json"
+    R"json("equation": "sqrt(y1) + x1 - 1"}])json"),
      R"(scene.json: /constraints/0/points/0: point 1: its gradient has the component inf at the start)"},
-    {"ForceFormulaHasAnError", three_points(R"("forces": [{"kind": "formula", "points": [0], "x": "vx", "y": "1 + w"}])"),
-     R"(scene.json: /forces/0/y: formula "1 + w": column 5: 'w' is not known; known names: x, y, z, vx, vy, vz, t, pi and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)"},
+    {"ForceFormulaHasAnError", three_points(R"("forces": [{"kind": "formula", "points": [0], "x": "vx", "y": "1 + )"
+    R"(w"}])"),
+     R"(scene.json: /forces/0/y: formula "1 + w": column 5: 'w' is not known; known names: x, y, z, vx, vy, vz, t, )"
+     R"(pi and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)"},
     {"ForceFormulaIsNotFinite", three_points(R"("forces": [{"kind": "formula", "points": [1, 0], "x": "1/x"}])"),
      R"(scene.json: /forces/0/points/1: point 0: the force is [inf, 0, 0] at the start)"},
     {"PairNamesAPointTwice", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1],[1,1]]}])"),
@@ -161,30 +190,44 @@ const BadInput bad_inputs[] = {
     {"LengthsAreTooFew", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]], "length": [1]}])"),
      R"(scene.json: /constraints/0/length: found a list of 1, wanted one number, or a list of 2)"},
     {"LengthIsAWrongWord", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": "short"}])"),
-     R"(scene.json: /constraints/0/length: found string "short", wanted "initial", a number, a list of numbers, {"formula": "…"} or {"table": "…"})"},
-    {"OffsetsAreTooFew", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]], "offsets": [[1,0,0]]}])"),
+     R"(scene.json: /constraints/0/length: found string "short", wanted "initial", a number, a list of numbers, )"
+     R"({"formula": "…"} or {"table": "…"})"},
+    {"OffsetsAreTooFew", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1],[1,2]], "offsets": )"
+    R"([[1,0,0]]}])"),
      R"(scene.json: /constraints/0/offsets: found a list of 1, wanted 2 vectors, one a pair)"},
     {"NormalIsZero", three_points(R"("constraints": [{"kind": "plane", "points": [0], "normal": [0,0,0]}])"),
      R"(scene.json: /constraints/0/normal: normal [0, 0, 0] is zero; it must have a direction)"},
     {"NormalIsMissing", three_points(R"("constraints": [{"kind": "plane", "points": [0]}])"),
-     R"(scene.json: /constraints/0/normal: missing, wanted 3 numbers [x, y, z], {"formula": ["…", "…", "…"]} or {"table": "…"})"},
-    {"DirectionIsZero", three_points(R"("constraints": [{"kind": "line", "points": [0], "origin": [0,0,0], "direction": [0,0,0]}])"),
+     R"(scene.json: /constraints/0/normal: missing, wanted 3 numbers [x, y, z], {"formula": ["…", "…", "…"]} or )"
+     R"({"table": "…"})"},
+    {"DirectionIsZero", three_points(R"("constraints": [{"kind": "line", "points": [0], "origin": [0,0,0], )"
+    R"("direction": [0,0,0]}])"),
      R"(scene.json: /constraints/0/direction: direction [0, 0, 0] is zero; it must have a direction)"},
-    {"TupleDoesNotFitItsCoefficients", three_points(R"("constraints": [{"kind": "linear", "tuples": [[0,1],[2]], "coefficients": [[1,0,0],[-1,0,0]]}])"),
+    {"TupleDoesNotFitItsCoefficients", three_points(R"("constraints": [{"kind": "linear", "tuples": [[0,1],[2]], )"
+    R"("coefficients": [[1,0,0],[-1,0,0]]}])"),
      R"(scene.json: /constraints/0/tuples/1: found a list of 1, wanted 2 points, one a coefficient)"},
-    {"NameIsUsedTwice", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "name": "a"}, {"kind": "rod", "pairs": [[1,2]], "name": "a"}])"),
+    {"NameIsUsedTwice", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "name": "a"}, {"kind": )"
+    R"("rod", "pairs": [[1,2]], "name": "a"}])"),
      R"(scene.json: /constraints/1/name: "a" is the name of /constraints/0 already; a name is used once)"},
-    {"FormulaHasAnError", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": {"formula": "1 + sin(omega*t"}}], "parameters": {"omega": 3})"),
-     R"(scene.json: /constraints/0/length/formula: formula "1 + sin(omega*t": column 16: found the end, expected an operator or ')': sin takes 1 argument)"},
-    {"FormulaNamesSomethingUnknown", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": {"formula": "1 + q"}}])"),
-     R"(scene.json: /constraints/0/length/formula: formula "1 + q": column 5: 'q' is not known; known names: t, pi and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)"},
-    {"FormulaOfAVectorHasTwoStrings", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", "0"]}}])"),
+    {"FormulaHasAnError", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": {"formula": )"
+    R"("1 + sin(omega*t"}}], "parameters": {"omega": 3})"),
+     R"(scene.json: /constraints/0/length/formula: formula "1 + sin(omega*t": column 16: found the end, expected an )"
+     R"(operator or ')': sin takes 1 argument)"},
+    {"FormulaNamesSomethingUnknown", three_points(R"("constraints": [{"kind": "rod", "pairs": [[0,1]], "length": )"
+    R"({"formula": "1 + q"}}])"),
+     R"(scene.json: /constraints/0/length/formula: formula "1 + q": column 5: 'q' is not known; known names: t, pi )"
+     R"(and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)"},
+    {"FormulaOfAVectorHasTwoStrings", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", )"
+    R"("0"]}}])"),
      R"(scene.json: /supports/0/motion/formula: found a list of 2, wanted 3 strings, formulas of x, y, z)"},
-    {"FormulaOfAVectorHasAnError", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", "0", "*"]}}])"),
+    {"FormulaOfAVectorHasAnError", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", "0", )"
+    R"("*"]}}])"),
      R"(scene.json: /supports/0/motion/formula/2: formula "*": column 1: found '*', expected a number, a name or '(')"},
-    {"FormulaIsNotFinite", three_points(R"("forces": [{"kind": "constant", "points": [0], "force": {"formula": ["1/0", "0", "0"]}}])"),
+    {"FormulaIsNotFinite", three_points(R"("forces": [{"kind": "constant", "points": [0], "force": {"formula": )"
+    R"(["1/0", "0", "0"]}}])"),
      R"(scene.json: /forces/0/force: force x inf is not finite)"},
-    {"FormulaAndTable", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", "0", "0"], "table": "a.csv"}}])"),
+    {"FormulaAndTable", three_points(R"("supports": [{"points": [0], "motion": {"formula": ["t", "0", "0"], )"
+    R"("table": "a.csv"}}])"),
      R"(scene.json: /supports/0/motion: found an object, wanted one of the keys formula, table)"},
     {"TableCannotBeRead", three_points(R"("supports": [{"points": [0], "motion": {"table": "nowhere.csv"}}])"),
      R"(scene.json: /supports/0/motion/table: nowhere.csv cannot be read: No such file or directory)"},
@@ -193,7 +236,8 @@ const BadInput bad_inputs[] = {
     {"ParameterIsNamedLikeTime", three_points(R"("parameters": {"t": 3})"),
      R"(scene.json: /parameters/t: formula "t": the constant 't' has the name of a variable)"},
     {"ForceKindIsUnknown", three_points(R"("forces": [{"kind": "wind"}])"),
-     R"(scene.json: /forces/0/kind: found string "wind", wanted one of gravity, constant, spring, drag, formula, pair)"},
+     R"(scene.json: /forces/0/kind: found string "wind", wanted one of gravity, constant, spring, drag, formula, )"
+     R"(pair)"},
     {"LawIsMissing", three_points(R"("forces": [{"kind": "pair"}])"),
      R"(scene.json: /forces/0/law: missing, wanted one of wca, lj, log)"},
     {"LawIsUnknown", three_points(R"("forces": [{"kind": "pair", "law": "coulomb"}])"),
@@ -209,20 +253,23 @@ const BadInput bad_inputs[] = {
     {"PairsNameAPointTwice", three_points(R"("forces": [{"kind": "pair", "law": "lj", "points": [1, 0, 1]}])"),
      R"(scene.json: /forces/0/points/2: point 1 is named twice; a point makes no pair with itself)"},
     {"BoxIsTooShort", three_points(R"("forces": [{"kind": "pair", "law": "lj", "sigma": 0.5, "box": [3, 2, 0]}])"),
-     R"(scene.json: /forces/0/box: box edge 2 is shorter than twice the cutoff; 2.5 or longer is right, or 0 along an axis that is not periodic)"},
+     R"(scene.json: /forces/0/box: box edge 2 is shorter than twice the cutoff; 2.5 or longer is right, or 0 along )"
+     R"(an axis that is not periodic)"},
     {"BoxIsNoBox", three_points(R"("forces": [{"kind": "pair", "law": "lj", "box": "cube"}])"),
      R"(scene.json: /forces/0/box: found string "cube", wanted 3 numbers [lx, ly, lz] or "import")"},
     {"BoxIsNotImported", three_points(R"("forces": [{"kind": "pair", "law": "lj", "box": "import"}])"),
      R"(scene.json: /forces/0/box: found string "import", wanted [lx, ly, lz], for no file with a box is imported)"},
     {"ExcludedIsUnknown", three_points(R"("forces": [{"kind": "pair", "law": "lj", "exclude": "angles"}])"),
      R"(scene.json: /forces/0/exclude: found string "angles", wanted rods)"},
-    {"PairIsAtOnePlace", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0],[6,0,0]]}, "forces": [{"kind": "pair", "law": "wca", "box": [5, 0, 0]}]})",
+    {"PairIsAtOnePlace", R"({"tanor_scene": 1, "points": {"positions": [[0,0,0],[1,0,0],[6,0,0]]}, "forces": )"
+    R"([{"kind": "pair", "law": "wca", "box": [5, 0, 0]}]})",
      R"(scene.json: /forces/0: points 1 and 2 are at the same place; their force has no direction)"},
     {"AccelerationIsMissing", three_points(R"("forces": [{"kind": "gravity"}])"),
      R"(scene.json: /forces/0/acceleration: missing, wanted 3 numbers [x, y, z])"},
     {"StiffnessIsNegative", three_points(R"("forces": [{"kind": "spring", "pairs": [[0,1]], "stiffness": -2}])"),
      R"(scene.json: /forces/0/stiffness: found number -2, wanted a number >= 0)"},
-    {"RestLengthDependsOnTime", three_points(R"("forces": [{"kind": "spring", "pairs": [[0,1]], "stiffness": 2, "rest_length": {"formula": "t"}}])"),
+    {"RestLengthDependsOnTime", three_points(R"("forces": [{"kind": "spring", "pairs": [[0,1]], "stiffness": 2, )"
+    R"("rest_length": {"formula": "t"}}])"),
      R"(scene.json: /forces/0/rest_length: found an object, wanted "initial", a number or a list of numbers)"},
     {"StepIsZero", three_points(R"("motion": {"step": 0})"),
      R"(scene.json: /motion/step: found number 0, wanted a number > 0)"},
@@ -253,33 +300,40 @@ const BadInput bad_inputs[] = {
     {"CertificateIsANumber", three_points(R"("solver": {"certificate": 5})"),
      R"(scene.json: /solver/certificate: found number 5, wanted "off", "final", "always" or {"every": N})"},
     {"GeneratorIsUnknown", R"({"tanor_scene": 1, "generate": {"kind": "rope"}})",
-     R"(scene.json: /generate/kind: found string "rope", wanted one of chain, ring, net, lattice, tree, clusters, melt)"},
+     R"(scene.json: /generate/kind: found string "rope", wanted one of chain, ring, net, lattice, tree, clusters, )"
+     R"(melt)"},
     {"GeneratorHasAnUnknownKey", R"({"tanor_scene": 1, "generate": {"kind": "ring", "anchored": true}})",
-     R"(scene.json: /generate/anchored: found the unknown key "anchored", wanted one of kind, spacing, mass, seed, count)"},
+     R"(scene.json: /generate/anchored: found the unknown key "anchored", wanted one of kind, spacing, mass, seed, )"
+     R"(count)"},
     {"GeneratorMakesNoRods", R"({"tanor_scene": 1, "generate": {"kind": "chain", "count": 0}})",
      R"(scene.json: /generate/count: found number 0, wanted a whole number from 1 to 2147483646)"},
     {"GeneratorHasNegativeSpacing", R"({"tanor_scene": 1, "generate": {"kind": "chain", "spacing": -0.1}})",
      R"(scene.json: /generate/spacing: found number -0.1, wanted a number > 0)"},
     {"GeneratorHasZeroDirection", R"({"tanor_scene": 1, "generate": {"kind": "chain", "direction": [0,0,0]}})",
      R"(scene.json: /generate/direction: found the zero vector, wanted a direction)"},
-    {"GeneratorMakesTooManyPoints", R"({"tanor_scene": 1, "generate": {"kind": "net", "columns": 100000, "rows": 100000}})",
+    {"GeneratorMakesTooManyPoints", R"({"tanor_scene": 1, "generate": {"kind": "net", "columns": 100000, "rows": )"
+    R"(100000}})",
      R"(scene.json: /generate/rows: found number 100000, wanted a whole number from 1 to 21473)"},
     {"GeneratorSizeHasTwoNumbers", R"({"tanor_scene": 1, "generate": {"kind": "lattice", "size": [2, 2]}})",
      R"(scene.json: /generate/size: found a list of 2, wanted 3 whole numbers [a, b, c])"},
     {"AnchoredIsNoBoolean", R"({"tanor_scene": 1, "generate": {"kind": "chain", "anchored": 1}})",
      R"(scene.json: /generate/anchored: found number 1, wanted true or false)"},
-    {"SupportMeetsTheGeneratedOne", R"({"tanor_scene": 1, "generate": {"kind": "chain", "anchored": true}, "supports": [{"points": [0]}]})",
+    {"SupportMeetsTheGeneratedOne", R"({"tanor_scene": 1, "generate": {"kind": "chain", "anchored": true}, )"
+    R"("supports": [{"points": [0]}]})",
      R"(scene.json: /supports/0/points/0: point 0 belongs to /generate already; a point has one prescribed motion)"},
-    {"ConstraintBehindGeneratedRods", R"({"tanor_scene": 1, "generate": {"kind": "chain"}, "constraints": [{"kind": "rod", "pairs": [[0,1],[2,2]]}]})",
+    {"ConstraintBehindGeneratedRods", R"({"tanor_scene": 1, "generate": {"kind": "chain"}, "constraints": [{"kind": )"
+    R"("rod", "pairs": [[0,1],[2,2]]}]})",
      R"(scene.json: /constraints/0/pairs/1: [2, 2] names point 2 twice; a rod joins two different points)"},
-    {"NameOfGeneratedRodsIsTaken", R"({"tanor_scene": 1, "generate": {"kind": "chain"}, "constraints": [{"kind": "plane", "name": "rods", "points": [0], "normal": [0,0,1]}]})",
+    {"NameOfGeneratedRodsIsTaken", R"({"tanor_scene": 1, "generate": {"kind": "chain"}, "constraints": [{"kind": )"
+    R"("plane", "name": "rods", "points": [0], "normal": [0,0,1]}]})",
      R"(scene.json: /constraints/0/name: "rods" is the name of /generate already; a name is used once)"},
     {"ImportLacksItsFile", R"({"tanor_scene": 1, "import": {"format": "lammps-data"}})",
      R"(scene.json: /import/file: missing, wanted a string)"},
     {"ImportFileCannotBeRead", R"({"tanor_scene": 1, "import": {"file": "nowhere.data"}})",
      R"(scene.json: /import/file: nowhere.data cannot be read: No such file or directory)"},
     {"ImportFormatIsPlanned", R"({"tanor_scene": 1, "import": {"file": "a.obj", "format": "obj"}})",
-     R"(scene.json: /import/format: found string "obj", which this version of tanor does not have yet, wanted lammps-data)"},
+     R"(scene.json: /import/format: found string "obj", which this version of tanor does not have yet, wanted )"
+     R"(lammps-data)"},
     {"ImportFormatIsUnknown", R"({"tanor_scene": 1, "import": {"file": "a.xyz", "format": "xyz"}})",
      R"(scene.json: /import/format: found string "xyz", wanted lammps-data)"},
     {"ImportedAnglesAreUnknown", R"({"tanor_scene": 1, "import": {"file": "a", "angles": "stiff"}})",

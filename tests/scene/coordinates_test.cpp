@@ -10,7 +10,8 @@ std::string with_coordinates(const std::string& entries, const std::string& more
 
 TEST(CoordinatesTest, EveryKindIsRead) {
   const System system = parse(R"json({"tanor_scene": 1, "parameters": {"R": 2.5},
-    "points": {"positions": [[0,0,0],[1,0,0],[2,0,0],[3,0,0],[4,0,0],[5,0,0],[6,0,0],[7,0,0],[8,1,0],[9,0,1],[2.5,0,0],[2.5,0,1]]},
+    "points": {"positions": [[0,0,0],[1,0,0],[2,0,0],[3,0,0],[4,0,0],[5,0,0],[6,0,0],[7,0,0],
+      [8,1,0],[9,0,1],[2.5,0,0],[2.5,0,1]]},
     "supports": [{"points": [0]}],
     "coordinates": [
       {"kind": "free", "points": [1]},
@@ -84,24 +85,30 @@ TEST_P(WrongCoordinatesTest, GetOneLineThatSaysWhatAndWhere) {
 // clang-format off
 const Mistake mistakes[] = {
     {"UnknownKind", R"({"kind": "torus", "points": [1]})",
-     R"(/coordinates/0/kind: found string "torus", wanted one of free, line, plane, circle, sphere, chain_angles, rigid_body, formula)"},
+     R"(/coordinates/0/kind: found string "torus", wanted one of free, line, plane, circle, sphere, chain_angles, )"
+     R"(rigid_body, formula)"},
     {"UnknownKey", R"({"kind": "free", "points": [1,2], "radius": 1})",
      R"(/coordinates/0/radius: found the unknown key "radius", wanted one of kind, name, points)"},
     {"PointThatMovesIsMissing", R"({"kind": "free", "points": [1]})",
      "/coordinates: point 2 moves and no entry covers it; every point that moves is covered once"},
-    {"PointIsCoveredTwice", R"({"kind": "free", "points": [1, 2]}, {"kind": "sphere", "points": [2], "center": [0,0,0]})",
+    {"PointIsCoveredTwice", R"({"kind": "free", "points": [1, 2]}, {"kind": "sphere", "points": [2], "center": )"
+    R"([0,0,0]})",
      "/coordinates/1/points/0: point 2 is covered by /coordinates/0 already; every point that moves is covered once"},
     {"PointIsCoveredTwiceByOne", R"({"kind": "free", "points": [1, 2, 1]})",
      "/coordinates/0/points/2: point 1 is covered by /coordinates/0 already; every point that moves is covered once"},
     {"SupportIsCovered", R"({"kind": "free", "points": [1, 2, 0]})",
-     "/coordinates/0/points/2: point 0 belongs to /supports/0 already: its motion is prescribed, no coordinates move it"},
+     "/coordinates/0/points/2: point 0 belongs to /supports/0 already: its motion is prescribed, "
+     "no coordinates move it"},
     {"NormalIsZero", R"({"kind": "free", "points": [1]}, {"kind": "plane", "points": [2], "normal": [0,0,0]})",
      "/coordinates/1/normal: normal [0, 0, 0] is zero; it must have a direction"},
-    {"RadiusIsNegative", R"({"kind": "free", "points": [1]}, {"kind": "sphere", "points": [2], "center": [0,0,0], "radius": -1})",
+    {"RadiusIsNegative", R"({"kind": "free", "points": [1]}, {"kind": "sphere", "points": [2], "center": [0,0,0], )"
+    R"("radius": -1})",
      "/coordinates/1/radius: radius -1 is not positive"},
-    {"PointAtTheCenter", R"({"kind": "free", "points": [1]}, {"kind": "sphere", "points": [2], "center": [2,0,0], "radius": 1})",
+    {"PointAtTheCenter", R"({"kind": "free", "points": [1]}, {"kind": "sphere", "points": [2], "center": [2,0,0], )"
+    R"("radius": 1})",
      "/coordinates/1/points/0: point 2: it is at the center and has no direction there"},
-    {"PointOnTheAxis", R"({"kind": "free", "points": [1]}, {"kind": "circle", "points": [2], "center": [2,0,1], "normal": [0,0,1], "radius": 1})",
+    {"PointOnTheAxis", R"({"kind": "free", "points": [1]}, {"kind": "circle", "points": [2], "center": [2,0,1], )"
+    R"("normal": [0,0,1], "radius": 1})",
      "/coordinates/1/points/0: point 2: it is on the axis and has no angle there"},
     {"AnchorMoves", R"({"kind": "free", "points": [1]}, {"kind": "chain_angles", "points": [2], "anchor": 1})",
      "/coordinates/1/anchor: point 1 is not a support; a chain's anchor is one, fixed or moving"},
@@ -115,17 +122,31 @@ const Mistake mistakes[] = {
      R"(/coordinates/1/name: "a" is the name of /coordinates/0 already; a name is used once)"},
     {"FormulaHasAnError", R"({"kind": "formula", "points": [1,2], "q": {"a": 1}, "x": ["a", "2*+"], "y": ["0","0"]})",
      R"(/coordinates/0/x/1: formula "2*+": column 4: found the end, expected a number, a name or '(')"},
-    {"FormulaHasAnErrorInItsOnlyText", R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"a": 1}, "x": "a", "z": "b"})",
-     R"(/coordinates/1/z: formula "b": column 1: 'b' is not known; known names: a, t, pi and the functions sqrt, exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)"},
+    {"FormulaHasAnErrorInItsOnlyText", R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": )"
+    R"({"a": 1}, "x": "a", "z": "b"})",
+     R"(/coordinates/1/z: formula "b": column 1: 'b' is not known; known names: a, t, pi and the functions sqrt, )"
+     R"(exp, log, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, abs, min, max)"},
     {"FormulaHasTooFewTexts", R"({"kind": "formula", "points": [1,2], "q": {"a": 1}, "x": "a"})",
      R"(/coordinates/0/x: found string "a", wanted a list of 2 formulas, one a point)"},
     {"FormulaHasNoCoordinates", R"({"kind": "formula", "points": [1,2], "q": {}})",
      "/coordinates/0/q: there are no coordinates; a map has at least one"},
-    {"CoordinateIsNamedLikeTime", R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"t": 1}, "x": "t"})",
+    {"CoordinateIsNamedLikeTime", R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"t": )"
+    R"(1}, "x": "t"})",
      "/coordinates/1/q: the coordinate 't' has the name of time"},
-    {"RateOfNoCoordinate", R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"a": 1}, "q_dot": {"b": 1}, "x": "a"})",
-     "/coordinates/1/q_dot/b: found number 1, wanted a coordinate of q, one of a"},
-    {"FormulaIsNotFinite", R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"a": 0}, "x": "1/a"})",
+    {"RateOfNoCoordinate", R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"a": 1}, )"
+    R"("q_dot": {"b": 1}, "x": "a"})",
+     R"(/coordinates/1/q_dot/b: found number 1, wanted a coordinate of q, one of "a")"},
+    {"RateOfNoneOfCoordinatesWithOddNames",
+     R"({"kind": "free", "points": [1]},
+        {"kind": "formula", "points": [2], "q": {"a\rq9": 1, "c, d": 0}, "q_dot": {"b": 1}, "x": "a"})",
+     R"(/coordinates/1/q_dot/b: found number 1, wanted a coordinate of q, one of "a\u000dq9", "c, d")"},
+    {"NameOfACoordinateCutsTheLine",
+     R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"bad\u0000q9": 1}, "x": "1"})",
+     R"(/coordinates/1/q: the coordinate 'bad\x00q9' has no name of letters, digits and '_' that is neither a )"
+     R"(function )"
+     "nor pi"},
+    {"FormulaIsNotFinite", R"({"kind": "free", "points": [1]}, {"kind": "formula", "points": [2], "q": {"a": 0}, )"
+    R"("x": "1/a"})",
      "/coordinates/1/q: [2]: the map has a position inf at the start"},
 };
 // clang-format on

@@ -129,7 +129,8 @@ const BadFriction bad_friction[] = {
     {"KindIsUnknown", R"({"kind": "stribeck", "at": "floor"})",
      R"(/friction/0/kind: found string "stribeck", wanted one of coulomb, viscous)"},
     {"KeyIsUnknown", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "mu": 0.3})",
-     R"(/friction/0/mu: found the unknown key "mu", wanted one of kind, name, at, coefficient, static_coefficient, law, velocity, reaction)"},
+     R"(/friction/0/mu: found the unknown key "mu", wanted one of kind, name, at, coefficient, static_coefficient, )"
+     R"(law, velocity, reaction)"},
     {"KeyOfAnotherKind", R"({"kind": "viscous", "at": "floor", "coefficient": 0.3, "law": "exact"})",
      R"(/friction/0/law: found the unknown key "law", wanted one of kind, name, at, coefficient, velocity)"},
     {"KeyIsDuplicate", R"({"kind": "viscous", "at": "floor", "coefficient": 0.3, "at": "wire"})",
@@ -145,15 +146,19 @@ const BadFriction bad_friction[] = {
     {"ListOfGuidesIsEmpty", R"({"kind": "coulomb", "at": [], "coefficient": 0.3})",
      R"(/friction/0/at: is empty; it names the constraints that the friction acts at)"},
     {"GuideIsUnknown", R"({"kind": "coulomb", "at": "rink", "coefficient": 0.3})",
-     R"(/friction/0/at: "rink" is the name of no constraint; a plane, sphere, line, circle or formula of single points is right)"},
+     R"(/friction/0/at: "rink" is the name of no constraint; a plane, sphere, line, circle or formula of single )"
+     R"(points is right)"},
     {"GuideInTheListIsUnknown", R"({"kind": "coulomb", "at": ["floor", "rink"], "coefficient": 0.3})",
-     R"(/friction/0/at/1: "rink" is the name of no constraint; a plane, sphere, line, circle or formula of single points is right)"},
-    {"RodsGuideNothing", R"({"kind": "viscous", "at": "floor", "coefficient": 1}, {"kind": "coulomb", "at": "rods", "coefficient": 0.3})",
+     R"(/friction/0/at/1: "rink" is the name of no constraint; a plane, sphere, line, circle or formula of single )"
+     R"(points is right)"},
+    {"RodsGuideNothing", R"({"kind": "viscous", "at": "floor", "coefficient": 1}, {"kind": "coulomb", "at": "rods", )"
+    R"("coefficient": 0.3})",
      R"(/friction/1/at: "rods" is of kind rod; a plane, sphere, line, circle or formula of single points is right)"},
     {"GuideTwice", R"({"kind": "coulomb", "at": ["floor", "floor"], "coefficient": 0.3})",
      R"(/friction/0/at/1: "floor" is named by /friction/0/at/0 already; a guide is named once)"},
     {"PointCannotSlide", R"({"kind": "coulomb", "at": ["ball", "sheet", "plane4"], "coefficient": 0.3})",
-     R"(/friction/0/at/2: with "plane4" point 1 has 3 equations and cannot slide; 1 (a surface) or 2 (a wire) are right)"},
+     R"(/friction/0/at/2: with "plane4" point 1 has 3 equations and cannot slide; 1 (a surface) or 2 (a wire) are )"
+     R"(right)"},
     {"CoefficientIsMissing", R"({"kind": "coulomb", "at": "floor"})",
      R"(/friction/0/coefficient: missing, wanted a number >= 0)"},
     {"CoefficientIsNegative", R"({"kind": "coulomb", "at": "floor", "coefficient": -0.3})",
@@ -163,11 +168,15 @@ const BadFriction bad_friction[] = {
     {"CoefficientOverflows", R"({"kind": "viscous", "at": "floor", "coefficient": 1e999})",
      R"(/friction/0/coefficient: found 1e999, wanted a finite number)"},
     {"StaticCoefficientIsLess", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "static_coefficient": 0.2})",
-     R"(/friction/0/static_coefficient: static_coefficient 0.2 is less than the coefficient 0.3; it is at least as large)"},
-    {"StaticCoefficientIsNegative", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "static_coefficient": -1})",
+     R"(/friction/0/static_coefficient: static_coefficient 0.2 is less than the coefficient 0.3; it is at least as )"
+     R"(large)"},
+    {"StaticCoefficientIsNegative", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "static_coefficient": )"
+    R"(-1})",
      R"(/friction/0/static_coefficient: found number -1, wanted a number >= 0)"},
-    {"StaticCoefficientWithoutStick", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "static_coefficient": 0.4, "law": {"regularised": 1}})",
-     R"(/friction/0/static_coefficient: stands beside a regularised law, which has no stick; leave it out, or take the exact law)"},
+    {"StaticCoefficientWithoutStick", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, )"
+    R"("static_coefficient": 0.4, "law": {"regularised": 1}})",
+     R"(/friction/0/static_coefficient: stands beside a regularised law, which has no stick; leave it out, or take )"
+     R"(the exact law)"},
     {"LawIsUnknown", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "law": "smooth"})",
      R"(/friction/0/law: found string "smooth", wanted "exact" or {"regularised": v0})"},
     {"LawIsANumber", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "law": 1e-3})",
@@ -182,8 +191,10 @@ const BadFriction bad_friction[] = {
      R"(/friction/0/reaction: found string "all", wanted one of guide, full)"},
     {"VelocityHasTwoNumbers", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "velocity": [1, 2]})",
      R"(/friction/0/velocity: found a list of 2, wanted 3 numbers [x, y, z])"},
-    {"VelocityChangesTooFast", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "velocity": {"formula": ["1e200*t", "0", "0"]}})",
-     R"(/friction/0/velocity: velocity x at t = 0 has the value 0 and the derivatives 1e+200 and 0; their squares must stay finite)"},
+    {"VelocityChangesTooFast", R"({"kind": "coulomb", "at": "floor", "coefficient": 0.3, "velocity": {"formula": )"
+    R"(["1e200*t", "0", "0"]}})",
+     R"(/friction/0/velocity: velocity x at t = 0 has the value 0 and the derivatives 1e+200 and 0; their squares )"
+     R"(must stay finite)"},
     {"NameOfAConstraint", R"({"kind": "viscous", "name": "ball", "at": "floor", "coefficient": 1})",
      R"(/friction/0/name: "ball" is the name of /constraints/1 already; a name is used once)"},
 };

@@ -106,7 +106,8 @@ TEST(Scene, ReadsListsOfPointsInThreeWays) {
 TEST(Scene, ReadsPointsFromFiles) {
   const Scene csv = parse(R"({"tanor_scene": 1, "points": {"positions": {"file": "positions.csv"}}})");
   const Scene npy = parse(R"({"tanor_scene": 1, "points": {
-    "positions": {"file": "positions.npy"}, "velocities": {"file": "positions.npy"}, "masses": {"file": "masses.npy"}}})");
+    "positions": {"file": "positions.npy"}, "velocities": {"file": "positions.npy"},
+    "masses": {"file": "masses.npy"}}})");
 
   const std::vector<double> positions = {0, 0, 0, 1.5, 0, -2, 3, 0.4, 0};
   EXPECT_EQ(csv.system.positions, positions);

@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstdlib>
 
+#include <malloc.h>
+
 // glibc's own names behind malloc: the functions below take the place of its public ones, in the libraries too
 // (operator new calls malloc).
 extern "C" {
@@ -16,10 +18,15 @@ void __libc_free(void*);
 
 namespace {
 
-std::atomic<std::size_t> allocations{0};
+std::atomic<std::size_t> allocations{0}, held{0};
 
-void count_one() {
+void* take(void* block) {
   allocations.fetch_add(1, std::memory_order_relaxed);
+  held.fetch_add(malloc_usable_size(block), std::memory_order_relaxed);
+  return block;
+}
+void give_back(void* block) {
+  held.fetch_sub(malloc_usable_size(block), std::memory_order_relaxed);
 }
 
 }  // namespace
@@ -27,27 +34,24 @@ void count_one() {
 extern "C" {
 
 void* malloc(std::size_t size) {
-  count_one();
-  return __libc_malloc(size);
+  return take(__libc_malloc(size));
 }
 void* calloc(std::size_t count, std::size_t size) {
-  count_one();
-  return __libc_calloc(count, size);
+  return take(__libc_calloc(count, size));
 }
 void* realloc(void* block, std::size_t size) {
-  count_one();
-  return __libc_realloc(block, size);
+  give_back(block);
+  return take(__libc_realloc(block, size));
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  count_one();
-  return __libc_memalign(alignment, size);
+  return take(__libc_memalign(alignment, size));
 }
 int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
-  count_one();
-  *block = __libc_memalign(alignment, size);
+  *block = take(__libc_memalign(alignment, size));
   return *block != nullptr ? 0 : ENOMEM;
 }
 void free(void* block) {
+  give_back(block);
   __libc_free(block);
 }
 
@@ -55,9 +59,12 @@ void free(void* block) {
 
 namespace tanor::allocation {
 
-AllocationCounter::AllocationCounter() : before_(allocations.load()) {}
+AllocationCounter::AllocationCounter() : before_(allocations.load()), held_before_(held.load()) {}
 std::size_t AllocationCounter::count() const {
   return allocations.load() - before_;
+}
+std::ptrdiff_t AllocationCounter::bytes() const {
+  return static_cast<std::ptrdiff_t>(held.load() - held_before_);
 }
 
 }  // namespace tanor::allocation

@@ -10,9 +10,11 @@ class AllocationCounter {
  public:
   AllocationCounter();
   std::size_t count() const;
+  /// Held by the program now, more than at the construction.
+  std::ptrdiff_t bytes() const;
 
  private:
-  std::size_t before_;
+  std::size_t before_, held_before_;
 };
 
 }  // namespace tanor::allocation
