@@ -110,6 +110,7 @@ class NormalForm final : public EquationsOfMotion {
   double sliding_threshold() const;
   void set_sliding_speeds();
   void correct(double* rows, double* points);
+  void share_out(double* lambda) const;
   void solve_negative(const double* b, double* x);
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
   ProjectionReport iterate_onto_positions(double t, double* r, double* sum);
