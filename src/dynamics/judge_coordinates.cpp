@@ -26,8 +26,8 @@ void Judge::judge_coordinates() {
   // A'(M w - f - tau) = 0, seen as an acceleration: A H^-1 A'(M w - f - tau)
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
-  add_point(&result_.residual, "A'(M w " + minus_given_force() + ") = 0", worst_point(project_by_coordinates(rest), acceleration_),
-            1e-11 + 1e2 * eps / rcond);
+  add_point(&result_.residual, "A'(M w " + minus_given_force() + ") = 0",
+            worst_point(project_by_coordinates(rest), acceleration_), 1e-11 + 1e2 * eps / rcond);
 
   if (forms_.is_tangent()) judge_curve();
   if (d_ > 0) return;

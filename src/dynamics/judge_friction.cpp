@@ -84,9 +84,8 @@ std::vector<Judge::Sliding> Judge::measure_sliding(const Definitions& definition
       contact.k[g] = load(K_.data(), place.guide_block[g]);
       contact.own[g] = answer_.lambda[static_cast<std::size_t>(place.guide_row[g])];
     }
-    const MovingVec3 u =
-        make_moving(std::visit([](const auto& entry) -> const VectorFunction& { return entry.velocity; }, friction)(
-            answer_.t));
+    const MovingVec3 u = make_moving(
+        std::visit([](const auto& entry) -> const VectorFunction& { return entry.velocity; }, friction)(answer_.t));
     const Vec3 relative = load(answer_.v.data(), place.point) - u.value;
     contact.across = contact.coefficients(relative);
     contact.velocity = contact.along(relative);
@@ -169,8 +168,7 @@ void Judge::judge_law(const std::vector<Sliding>& contacts) {
       const double size = model_.mass[point] * scale_;
       above.see((norm(rest) - limit[point]) / size, point);
     }
-    if (contact.takes_energy())
-      uphill.see(dot(tau, contact.velocity) / (largest * model_.velocity_scale), point);
+    if (contact.takes_energy()) uphill.see(dot(tau, contact.velocity) / (largest * model_.velocity_scale), point);
   }
   for (std::size_t i = 0; i < n_; ++i) law[i] -= answer_.tau[i];
   const double allowed = refined(rcond_of_S_) + rounding_of_places();
@@ -208,8 +206,8 @@ void Judge::judge_friction_by_blocks() {
   constexpr int most_iterations = 60;
   FrictionBlocks blocks{};
   if (forms_.normal->last_solve().friction.contraction < 1.0) {
-    blocks.outcome = iterate_friction_blocks(*forms_.normal, model_, {answer_.t, answer_.r, answer_.v},
-                                             most_iterations, &blocks);
+    blocks.outcome =
+        iterate_friction_blocks(*forms_.normal, model_, {answer_.t, answer_.r, answer_.v}, most_iterations, &blocks);
   } else {
     blocks.outcome = {Status::NotConverged, "its iteration does not contract here"};
   }

@@ -51,7 +51,9 @@ struct Case {
     ASSERT_TRUE(forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data()).ok());
     forms.friction_forces(tau.data());
   }
-  Certificate certify(SecondWay way = SecondWay::Auto) { return tanor::certify(forms, {t, r, v, w, eta, lambda, tau}, way); }
+  Certificate certify(SecondWay way = SecondWay::Auto) {
+    return tanor::certify(forms, {t, r, v, w, eta, lambda, tau}, way);
+  }
 };
 
 /// Does a check whose identity has these words fail? Throws where there is none.
