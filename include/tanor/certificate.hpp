@@ -28,12 +28,14 @@ struct TANOR_API Certificate {
   double bases_orthogonal = none;  ///< K'A = 0 (3)
   double orthogonality = none;     ///< w_T'M w_N = 0, where all masses are equal (36)
   double residual = none;          ///< K'w + phi = 0 with K and phi from the second definition; M w = f + K lambda;
-                                   ///< A'(M w - f) = 0; w is the second derivative of r(q(t), t); the direct
-                                   ///< problem finds eta and no control force
-  double forms_agree = none;       ///< w and eta by A and by K; null where one of them is not given
+                           ///< A'(M w - f) = 0 (with friction, f + tau in place of f); w is the second derivative of
+                           ///< r(q(t), t); the direct problem finds eta and no control force
+  double forms_agree = none;           ///< w and eta by A and by K; null where one of them is not given
   double second_factorization = none;  ///< constraints alone: w and lambda by a QR of M^-1/2 K, or by Cholesky in
                                        ///< another order where R would take too much memory
   double power_balance = none;         ///< eta'v = -lambda'xi_t
+  double friction = none;              ///< tau obeys its law, read once more from the system, at lambda (41); contacts
+                                       ///< that stick stay at rest and below mu_s |N|; (43) by its three blocks
   double reciprocal_condition = none;  ///< of the scaled S or H; the smaller one
 
   std::vector<CertificateCheck> checks;  ///< all of the above, one by one

@@ -45,21 +45,25 @@ struct Violation {
 
 /// What makes a motion.
 struct MotionForces {
-  Outcome outcome;         ///< Singular: rows depend on each other, what follows `acceleration` is empty
-  Violation position;      ///< |xi|/|gradient|/length; supports and coordinates: distance over the scene's size
-  Violation velocity;      ///< |K'v + xi_t|/|gradient|, m/s; likewise
-  Violation acceleration;  ///< |K'w + phi|/|gradient|, m/s^2; likewise
-  std::vector<double> multipliers;     ///< lambda = Gamma^-1 K'(Mw - f), [equations]; none by coordinates alone
-  std::vector<double> reactions;       ///< eta = (Mw)_N - f_N, 3n, N; at supports: what the constraints do there
-  std::vector<double> control_forces;  ///< u_T = (Mw - f)_T, 3n, N: the least one that, with f, makes the motion
+  Outcome outcome;     ///< Singular: rows depend on each other; NotConverged: no multipliers obey the laws of friction;
+                       ///< what follows `acceleration` is empty then
+  Violation position;  ///< |xi|/|gradient|/length; supports and coordinates: distance over the scene's size
+  Violation velocity;  ///< |K'v + xi_t|/|gradient|, m/s; likewise
+  Violation acceleration;              ///< |K'w + phi|/|gradient|, m/s^2; likewise
+  std::vector<double> multipliers;     ///< lambda = Gamma^-1 K'(Mw - f - tau), [equations]; none by coordinates alone
+  std::vector<double> friction;        ///< tau(lambda), 3n, N, of points that slide along their guides; empty: none
+  std::vector<double> reactions;       ///< eta = (Mw - f - tau)_N, 3n, N; at supports: what the constraints do there
+  std::vector<double> control_forces;  ///< u_T = (Mw - f - tau)_T, 3n, N: the least one that makes the motion, with f
+                                       ///< and tau; where a point rests on a guide with exact Coulomb friction, which
+                                       ///< the law bounds but does not tell, it holds that friction too
   std::vector<double> support_forces;  ///< 3n, N: the load each support carries
   double largest_control = 0.0;        ///< of one point, N
   Index controlled_point = 0;          ///< which one
 };
 
-/// Forces from a given motion: Mw = f + eta + u, eta in N by the constraints, u in T by whoever controls the motion.
-/// Constraints are ideal. Supports move as prescribed: where the given motion says otherwise it is a violation.
-/// Not thread-safe; one object per host thread.
+/// Forces from a given motion: Mw = f + tau + eta + u, eta in N by the constraints, u in T by whoever controls the
+/// motion, tau by the laws of friction at the eta that they leave. Supports move as prescribed: where the given motion
+/// says otherwise it is a violation. Not thread-safe; one object per host thread.
 class TANOR_API DirectProblem {
  public:
   /// Validates; throws InputError.

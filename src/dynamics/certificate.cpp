@@ -15,7 +15,7 @@ bool Certificate::passed() const {
 
 double Certificate::certified_to() const {
   double worst = 0.0;
-  for (const double error : {residual, forms_agree, second_factorization, power_balance, orthogonality}) {
+  for (const double error : {residual, forms_agree, second_factorization, power_balance, orthogonality, friction}) {
     if (!std::isnan(error)) worst = std::max(worst, error);
   }
   return worst;

@@ -11,7 +11,8 @@ namespace tanor {
 struct Answer {
   double t;
   const std::vector<double>&r, &v, &w, &eta;  ///< [3n]
-  const std::vector<double>& lambda;          ///< [d]
+  const std::vector<double>& lambda;          ///< [rows]; of contacts: not looked at
+  const std::vector<double>& tau;             ///< [3n] of all contacts, those that stick too
 };
 
 /// There is no answer to prove.

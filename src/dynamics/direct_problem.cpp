@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "dynamics/direct_friction.hpp"
 #include "dynamics/split.hpp"
 #include "system/text.hpp"
 
@@ -60,6 +61,7 @@ struct DirectProblem::Implementation {
   Model model;
   std::optional<NormalSpace> normal;    // none: coordinates alone are given
   std::optional<TangentSpace> tangent;  // only where they are
+  std::optional<DirectFriction> friction;
   std::vector<double> blocks;           // of K or A
   std::vector<double> row_norms;        // [d] largest |gradient| at one of its points
   std::vector<double> r, v, w, w0;      // [3n] inner
@@ -75,6 +77,7 @@ struct DirectProblem::Implementation {
     for (std::vector<double>* array : {&r, &v, &w, &w0}) array->resize(size());
     if (model.coordinates.empty() || model.num_rows() > 0) {
       normal.emplace(model);
+      if (model.has_friction()) friction.emplace(model, *normal);
       blocks.resize(3 * model.constraints.num_blocks());
     } else {
       tangent.emplace(model);
@@ -106,7 +109,7 @@ struct DirectProblem::Implementation {
   void put_supports(double t, MotionForces* result);
   Outcome measure_constraints(double t, MotionForces* result);
   Outcome measure_coordinates(double t, MotionForces* result);
-  void divide_force(MotionForces* result);
+  Outcome divide_force(double t, MotionForces* result);
 };
 
 /// Supports move as prescribed; the given motion is judged by that.
@@ -133,6 +136,7 @@ Outcome DirectProblem::Implementation::measure_constraints(double t, MotionForce
       double& largest = row_norms[static_cast<std::size_t>(incidence.row)];
       largest = std::max(largest, norm(load(blocks.data(), incidence.block)));
     }
+    for (double& length : row_norms) length = length > 0.0 ? length : 1.0;  // of contacts
     for (std::size_t a = 0; a < acceleration.size(); ++a) acceleration[a] /= row_norms[a];
   }
   compare(position, &result->position);
@@ -161,16 +165,20 @@ Outcome DirectProblem::Implementation::measure_coordinates(double t, MotionForce
   return {};
 }
 
-/// Mw - f = eta + u_T
-void DirectProblem::Implementation::divide_force(MotionForces* result) {
-  std::vector<double> force(size(), 0.0), eta(size(), 0.0), control(size(), 0.0);
+/// Mw - f - tau = eta + u_T
+Outcome DirectProblem::Implementation::divide_force(double t, MotionForces* result) {
+  std::vector<double> force(size(), 0.0), tau(size(), 0.0), eta(size(), 0.0), control(size(), 0.0);
   for (std::size_t i = 0; i < moving(); ++i) force[i] = model.mass[i / 3] * w[i] - model.f[i];
+  if (friction) {
+    if (Outcome outcome = friction->find(t, r, v, blocks, force, &tau); !outcome.ok()) return outcome;
+    for (std::size_t i = 0; i < moving(); ++i) force[i] -= tau[i];
+  }
   if (normal) {
     std::vector<double> lambda(model.num_rows(), 0.0);
     normal->project(force.data(), eta.data(), lambda.data());
     for (std::size_t i = 0; i < moving(); ++i) control[i] = force[i] - eta[i];
     model.gather.reactions(model.parallel, blocks.data(), lambda.data(), eta.data());
-    result->multipliers.resize(lambda.size());
+    result->multipliers.resize(model.numbering.num_user_rows);
     model.numbering.scatter_rows(lambda, result->multipliers);
   } else {
     tangent->project(force.data(), control.data());
@@ -186,12 +194,17 @@ void DirectProblem::Implementation::divide_force(MotionForces* result) {
   for (std::vector<double>* array : {&result->reactions, &result->control_forces, &result->support_forces}) {
     array->resize(size());
   }
+  if (friction) {
+    result->friction.resize(size());
+    model.numbering.scatter_points(tau, result->friction);
+  }
   model.numbering.scatter_points(eta, result->reactions);
   model.numbering.scatter_points(control, result->control_forces);
   // What the constraints do there, and f.
   std::fill_n(eta.begin(), moving(), 0.0);
   for (std::size_t i = moving(); i < size(); ++i) eta[i] += model.f[i];
   model.numbering.scatter_points(eta, result->support_forces);
+  return {};
 }
 
 MotionForces DirectProblem::Implementation::evaluate(double t, const MotionState& points) {
@@ -210,7 +223,7 @@ MotionForces DirectProblem::Implementation::evaluate(double t, const MotionState
     return result;
   }
   result.outcome = normal ? measure_constraints(t, &result) : measure_coordinates(t, &result);
-  if (result.outcome.ok()) divide_force(&result);
+  if (result.outcome.ok()) result.outcome = divide_force(t, &result);
   return result;
 }
 
@@ -224,7 +237,7 @@ const System& DirectProblem::system() const {
   return implementation_->model.system;
 }
 std::size_t DirectProblem::num_equations() const {
-  return implementation_->model.num_rows();
+  return implementation_->model.numbering.num_user_rows;
 }
 std::size_t DirectProblem::num_coordinates() const {
   return implementation_->coordinate.size();

@@ -113,9 +113,9 @@ struct Dynamics::Implementation {
 /// w_N and f_N of the last solve.
 Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
   if (Outcome outcome = come_back(); !outcome.ok()) return outcome;
-  tau.assign(num_numbers(), 0.0);
+  tau.resize(num_numbers());
   tau_N.assign(num_numbers(), 0.0);
-  if (forms.normal != nullptr) forms.normal->friction_forces(tau.data());
+  forms.friction_forces(tau.data());
   return forms.normal != nullptr ? split_by_constraints(w_N, f_N) : split_by_coordinates(w_N, f_N);
 }
 
@@ -243,8 +243,8 @@ void Dynamics::active_forces(std::span<double> forces) const {
 void Dynamics::friction_forces(std::span<double> forces) const {
   Implementation& self = *implementation_;
   check_size(forces, self.num_numbers(), "forces");
-  std::vector<double> tau(self.num_numbers(), 0.0);
-  if (self.forms.normal != nullptr) self.forms.normal->friction_forces(tau.data());
+  std::vector<double> tau(self.num_numbers());
+  self.forms.friction_forces(tau.data());
   self.numbering().scatter_points(tau, forces);
 }
 
@@ -309,7 +309,9 @@ FrictionBlocks Dynamics::friction_by_blocks() {
   FrictionBlocks result{.outcome = self.come_back(), .multipliers = {}, .friction = {}};
   if (!result.outcome.ok()) return result;
   if (!self.model.has_friction()) throw InputError("/friction", "there is none: (43) has nothing to find");
-  result.outcome = iterate_friction_blocks(*self.forms.normal, self.model, {self.t, self.r, self.v}, &result);
+  constexpr int most_iterations = 2000;
+  result.outcome =
+      iterate_friction_blocks(*self.forms.normal, self.model, {self.t, self.r, self.v}, most_iterations, &result);
   return result;
 }
 
@@ -317,7 +319,9 @@ Certificate Dynamics::certify() {
   Implementation& self = *implementation_;
   if (Outcome outcome = self.solve(); !outcome.ok()) return make_failed_certificate(outcome);
   self.is_there = false;  // the other form, and other times, are tried
-  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda});
+  std::vector<double> tau(self.num_numbers());
+  self.forms.friction_forces(tau.data());
+  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau});
 }
 
 ProjectionReport Dynamics::project_positions(double t, std::span<double> positions) {

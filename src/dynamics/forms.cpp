@@ -108,6 +108,11 @@ Outcome Forms::reactions(double t, const double* r, const double* v, double* lam
   return {};
 }
 
+void Forms::friction_forces(double* tau) const {
+  if (normal != nullptr) return normal->friction_forces(tau);
+  std::fill_n(tau, 3 * model.num_points(), 0.0);
+}
+
 RankReport Forms::rank(const double* r, bool thoroughly) {
   if (normal != nullptr) {
     RankReport report = normal->find_rank(r, thoroughly);

@@ -36,6 +36,8 @@ class Forms {
   /// lambda [d] (the smallest where several serve) and eta [3n] that belong to `main`'s last accelerations, at
   /// (t, r, v). The tangent form knows eta; lambda then costs a solve of the normal form.
   Outcome reactions(double t, const double* r, const double* v, double* lambda, double* eta);
+  /// tau [3n] that belongs to them, of contacts that slide and of those that stick.
+  void friction_forces(double* tau) const;
   /// w and eta [3n] by the form that does not step, at (t, r, v); both forms are there.
   Outcome solve_other(double t, const double* r, const double* v, double* w, double* eta);
 

@@ -9,7 +9,8 @@
 
 namespace tanor {
 
-Outcome iterate_friction_blocks(NormalForm& normal, Model& model, const FrictionPlace& place, FrictionBlocks* result) {
+Outcome iterate_friction_blocks(NormalForm& normal, Model& model, const FrictionPlace& place, int most_iterations,
+                                FrictionBlocks* result) {
   const std::size_t size = 3 * model.num_points(), num_rows = model.num_rows();
   NormalSpace space(model);
   if (Outcome outcome = space.factorize(place.t, place.r.data(), normal.blocks().data()); !outcome.ok()) return outcome;
@@ -20,7 +21,6 @@ Outcome iterate_friction_blocks(NormalForm& normal, Model& model, const Friction
   model.constraints.evaluate_right_side(model.parallel, place.r.data(), place.v.data(), w0.data(), b.data(), nullptr);
   normal.respond(b.data(), e.data(), points.data());
 
-  constexpr int most_iterations = 2000;
   constexpr double tolerance = 1e-13, holds = 1e-12;
   std::vector<double> lambda = e, next(num_rows), tau(size), tau_N(size), tau_xi(num_rows), part(num_rows);
   double change = std::numeric_limits<double>::infinity();
@@ -38,10 +38,11 @@ Outcome iterate_friction_blocks(NormalForm& normal, Model& model, const Friction
     if (result->iterations == 1) result->tangent_block_left_out = coupling <= holds * whole;  // (44)
     std::fill(part.begin(), part.end(), 0.0);
     if (!result->tangent_block_left_out) normal.respond(b.data(), part.data(), points.data());
+    for (std::size_t a = 0; a < num_rows; ++a) next[a] = e[a] + part[a] - tau_xi[a];
+    normal.minimize_multipliers(place.r.data(), next.data());
     double scale = 0.0;
     change = 0.0;
     for (std::size_t a = 0; a < num_rows; ++a) {
-      next[a] = e[a] + part[a] - tau_xi[a];
       change = larger(change, std::abs(next[a] - lambda[a]));
       scale = larger(scale, std::abs(next[a]));
     }

@@ -15,7 +15,10 @@ Judge::Judge(Forms& forms, const Answer& answer, SecondWay way)
       way_(way),
       n_(3 * model_.num_points()),
       moving_(3 * model_.num_moving()),
-      d_(model_.num_rows()) {
+      d_(model_.numbering.num_user_rows),
+      num_rows_(model_.num_rows()),
+      has_friction_(model_.has_friction()),
+      something_sticks_(model_.constraints.tangents().num_sticking() > 0) {
   model_.set_time(answer.t);
   measure_scale();
 }
@@ -36,12 +39,15 @@ Certificate Judge::judge() {
 
 // ---- words ----
 
-/// Accelerations are measured by the largest of w, M^-1 f and M^-1 eta.
+/// Accelerations are measured by the largest of w, M^-1 f, M^-1 tau and M^-1 eta.
 void Judge::measure_scale() {
   w0_.assign(n_, 0.0);
   acceleration_ = model_.evaluate_free(answer_.t, answer_.r.data(), answer_.v.data(), w0_.data());
   acceleration_ = std::max(acceleration_, model_.largest_norm(answer_.w.data()));
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const Vec3 tau = load(answer_.tau.data(), i);
+    store(w0_.data(), i, load(w0_.data(), i) + model_.inverse_mass[i] * tau);
+    acceleration_ = std::max(acceleration_, model_.inverse_mass[i] * norm(tau));
     acceleration_ = std::max(acceleration_, model_.inverse_mass[i] * norm(load(answer_.eta.data(), i)));
   }
   if (!(acceleration_ > 0.0)) acceleration_ = 1.0;
@@ -73,6 +79,14 @@ Judge::Vector Judge::to_user(const Vector& inner) const {
   Vector user(n_);
   model_.numbering.scatter_points(inner, user);
   return user;
+}
+
+Judge::Vector Judge::inner_rows(const Vector& user) const {
+  Vector inner(num_rows_, 0.0);
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    if (is_users(a)) inner[a] = user[user_row(a)];
+  }
+  return inner;
 }
 
 Judge::Vector Judge::random_points() {

@@ -45,6 +45,8 @@ class Judge {
   void add_point(double* figure, const std::string& identity, const Worst& worst, double allowed);
   Worst worst_point(const Vector& difference, double scale) const;
   Vector to_user(const Vector& inner) const;
+  /// [rows] from the user's [d]; contacts: 0.
+  Vector inner_rows(const Vector& user) const;
   /// Independent of everything but the seed: no identity may hold by chance.
   Vector random_points();
   /// sum of m x y over the moving points
@@ -56,6 +58,14 @@ class Judge {
   static double conditioned(double reciprocal_condition) { return std::max(1e-11, 1e3 * eps / reciprocal_condition); }
   /// The same after one refinement.
   static double refined(double reciprocal_condition) { return std::max(1e-9, 10.0 * eps / reciprocal_condition); }
+
+  /// How identities write it: f, with friction f + tau.
+  std::string given_force() const { return has_friction_ ? "f + tau" : "f"; }
+  std::string minus_given_force() const { return has_friction_ ? "- f - tau" : "- f"; }
+  bool is_users(std::size_t inner_row) const { return user_row(inner_row) < d_; }
+  std::size_t user_row(std::size_t inner_row) const {
+    return static_cast<std::size_t>(model_.numbering.user_row[inner_row]);
+  }
 
   void judge_free();
 
@@ -72,6 +82,14 @@ class Judge {
   /// max over the rows of |K'u|/|gradient| by the second definition.
   Worst rows_of(const Definitions& definitions, const Vector& u, double size) const;
 
+  // ---- friction, in judge_friction.cpp ----
+  struct Sliding;
+  void judge_friction(const Definitions& definitions);
+  std::vector<Sliding> measure_sliding(const Definitions& definitions) const;
+  void judge_law(const std::vector<Sliding>& contacts);
+  void judge_rest(const std::vector<Sliding>& contacts);
+  void judge_friction_by_blocks();
+
   // ---- factors of their own, in judge_second.cpp ----
   void judge_by_second_factor();
   void compare_multipliers(const Vector& lambda);
@@ -86,6 +104,7 @@ class Judge {
   void judge_coordinates();
   void judge_curve();
   void judge_both();
+  void judge_identity(double allowed);
   void judge_complements(double allowed);
   void solve_other();
   void compare_forms();
@@ -94,11 +113,13 @@ class Judge {
   Model& model_;
   const Answer& answer_;
   const SecondWay way_;
-  const std::size_t n_, moving_, d_;
+  const std::size_t n_, moving_, d_, num_rows_;  // d_: the user's rows; num_rows_: with those of contacts
+  const bool has_friction_, something_sticks_;
   Certificate result_;
   std::mt19937_64 generator_{20261};
-  Vector K_;  // blocks at the answer, evaluated afresh
-  Vector w0_, user_r_, row_norms_, phi_, xi_t_;
+  Vector K_;   // blocks at the answer, evaluated afresh; without contacts: what holds those that stick is given
+  Vector w0_;  // M^-1 (f + tau)
+  Vector user_r_, row_norms_, phi_, xi_t_;
   Vector other_w_, other_eta_;
   std::optional<SecondFactor> second_, own_gamma_;
   SecondFactor* gamma_ = nullptr;  // own_gamma_; or second_ where all masses are equal: Gamma = m S

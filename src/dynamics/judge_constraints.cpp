@@ -14,6 +14,7 @@ void Judge::judge_constraints() {
   user_r_ = to_user(r);
   K_.resize(3 * model_.constraints.num_blocks());
   model_.constraints.evaluate_gradients(model_.parallel, r.data(), K_.data());
+  K_ = model_.without_contacts(K_);
   Vector xi(d_), rate(d_), second(d_);
   row_norms_ = measure_rows();
   const double curvature = measure_curvature(definitions);
@@ -26,7 +27,7 @@ void Judge::judge_constraints() {
   for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(second[a]) / (row_norms_[a] * scale_), a);
   add_row(&result_.residual, "K'w + phi = 0", worst, 1e-10 + rounding);
 
-  // M w = f + K lambda
+  // M w = f + tau + K lambda
   Vector lambda(d_), K_lambda(n_), inner(n_);
   model_.numbering.scatter_rows(answer_.lambda, lambda);
   turn_pairs_of_lines(definitions, &lambda);
@@ -36,7 +37,7 @@ void Judge::judge_constraints() {
   for (std::size_t i = 0; i < moving_; ++i) {
     rest[i] = answer_.w[i] - w0_[i] - model_.inverse_mass[i / 3] * inner[i];
   }
-  add_point(&result_.residual, "M w = f + K lambda", worst_point(rest, scale_), 1e-10 + rounding);
+  add_point(&result_.residual, "M w = " + given_force() + " + K lambda", worst_point(rest, scale_), 1e-10 + rounding);
 
   judge_power(definitions, lambda, K_lambda);
   if (forms_.tangent == nullptr) {
@@ -45,26 +46,27 @@ void Judge::judge_constraints() {
   }
   judge_split();
   judge_euclidean(definitions);
+  if (has_friction_) judge_friction(definitions);
 }
 
 /// The two unit vectors of a line that turns are a convention, which the definitions may keep otherwise: what the
 /// pair carries, K lambda at its point, is taken apart along theirs.
 void Judge::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const {
   std::vector<char> turns(d_, 0);
-  std::size_t row = 0;
+  std::size_t first = 0;
   for (const Constraint& constraint : model_.system.constraints) {
     const auto* const lines = std::get_if<Lines>(&constraint);
     const bool moves = lines != nullptr && !lines->direction.is_constant();
     const std::size_t rows = std::visit(
         []<class Group>(const Group& group) { return num_members(group) * rows_per_member<Group>(); }, constraint);
-    std::fill_n(turns.begin() + static_cast<std::ptrdiff_t>(row), rows, moves);
-    row += rows;
+    std::fill_n(turns.begin() + static_cast<std::ptrdiff_t>(first), rows, moves);
+    first += rows;
   }
   if (std::ranges::none_of(turns, [](char turn) { return turn != 0; })) return;
   Vector carried(n_, 0.0), along(d_);
   for (const Incidence& i : model_.incidences) {
-    const auto user_row = static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(i.row)]);
-    if (turns[user_row] == 0) continue;
+    const std::size_t row = user_row(static_cast<std::size_t>(i.row));
+    if (row >= d_ || turns[row] == 0) continue;
     const double factor = i.sign * answer_.lambda[static_cast<std::size_t>(i.row)];
     store(carried.data(), i.point, load(carried.data(), i.point) + factor * load(K_.data(), i.block));
   }
@@ -76,7 +78,7 @@ void Judge::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) 
 
 /// |column of K| of each of the user's rows.
 Judge::Vector Judge::measure_rows() const {
-  Vector inner(d_, 0.0), result(d_);
+  Vector inner(num_rows_, 0.0), result(d_);
   for (const Incidence& incidence : model_.incidences) {
     const Vec3 g = load(K_.data(), incidence.block);
     inner[static_cast<std::size_t>(incidence.row)] += dot(g, g);
@@ -120,7 +122,7 @@ void Judge::judge_power(const Definitions& definitions, const Vector& lambda, co
 
 /// u -> S^-1 K'u as rows (inner), K as the normal form has it.
 Judge::Vector Judge::multipliers_of(const Vector& u) {
-  Vector x(d_);
+  Vector x(num_rows_);
   model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), u.data(), nullptr, x.data());
   forms_.normal->solve_negative(x.data());
   for (double& value : x) value = -value;
@@ -166,9 +168,12 @@ void Judge::judge_normal_projector(const Definitions& definitions) {
 /// With equal masses w_T lies in T and w_N in N: w_T'M w_N = 0, w_N = -K Gamma^-1 phi, Gamma = m S (36).
 void Judge::judge_split() {
   if (!has_one_mass(model_)) return;
+  if (something_sticks_) {
+    result_.left_out.push_back("w_T'M w_N = 0: S holds contacts that stick");
+    return;
+  }
   // S x = -phi; w_N = M^-1 K x, since K Gamma^-1 = K (m S)^-1
-  Vector x(d_), w_N(n_, 0.0), w_T(n_, 0.0);
-  for (std::size_t a = 0; a < d_; ++a) x[a] = phi_[static_cast<std::size_t>(model_.numbering.user_row[a])];
+  Vector x = inner_rows(phi_), w_N(n_, 0.0), w_T(n_, 0.0);
   forms_.normal->solve_negative(x.data());
   model_.gather.add_scaled(model_.parallel, forms_.normal->blocks().data(), x.data(), model_.inverse_mass.data(),
                            model_.num_moving(), w_N.data());

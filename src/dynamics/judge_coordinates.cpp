@@ -23,11 +23,11 @@ void Judge::judge_coordinates() {
   const double rcond = rcond_of_H_;
   const double allowed = conditioned(rcond);
 
-  // A'(M w - f) = 0, seen as an acceleration: A H^-1 A'(M w - f)
+  // A'(M w - f - tau) = 0, seen as an acceleration: A H^-1 A'(M w - f - tau)
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = answer_.w[i] - w0_[i];
-  add_point(&result_.residual, "A'(M w - f) = 0", worst_point(project_by_coordinates(rest), acceleration_),
-            1e-11 + 1e2 * eps / rcond);
+  add_point(&result_.residual, "A'(M w " + minus_given_force() + ") = 0",
+            worst_point(project_by_coordinates(rest), acceleration_), 1e-11 + 1e2 * eps / rcond);
 
   if (forms_.is_tangent()) judge_curve();
   if (d_ > 0) return;
@@ -86,30 +86,36 @@ void Judge::judge_complements(double allowed) {
             worst_point(rest, model_.largest_norm(z.data())), allowed);
 }
 
+/// (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u
+void Judge::judge_identity(double allowed) {
+  const Vector u = random_points(), Qu = project_onto_tangent(u);
+  Vector rest = project_by_coordinates(u);
+  for (std::size_t i = 0; i < moving_; ++i) rest[i] -= Qu[i];
+  add_point(&result_.normal_identity, "A H^-1 A'M + M^-1 K S^-1 K' = I (9)",
+            worst_point(rest, model_.largest_norm(u.data())), allowed);
+}
+
 void Judge::judge_both() {
   const double rcond =
       std::min(forms_.tangent->last_solve().reciprocal_condition, forms_.normal->last_solve().reciprocal_condition);
   const double allowed = conditioned(rcond) + rounding_of_places();
-  // (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u
-  const Vector u = random_points();
-  const double size = model_.largest_norm(u.data());
-  Vector rest = project_by_coordinates(u);
-  const Vector Qu = project_onto_tangent(u);
-  for (std::size_t i = 0; i < moving_; ++i) rest[i] -= Qu[i];
-  add_point(&result_.normal_identity, "A H^-1 A'M + M^-1 K S^-1 K' = I (9)", worst_point(rest, size), allowed);
-  judge_complements(allowed);
+  if (something_sticks_) {
+    result_.left_out.push_back("(9), (10): S holds contacts that stick, the coordinates do not");
+  } else {
+    judge_identity(allowed);
+    judge_complements(allowed);
+  }
 
   // K'A x = 0 (3)
-  Vector x(model_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(d_);
+  Vector x(model_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(num_rows_);
   std::normal_distribution<double> normal;
   for (double& value : x) value = normal(generator_);
   model_.coordinates.apply(model_.parallel, forms_.tangent->blocks().data(), x.data(), Ax.data());
   model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr, rows.data());
   Worst worst;
   const double size_of_Ax = model_.largest_norm(Ax.data());
-  for (std::size_t a = 0; a < d_; ++a) {
-    const auto row = static_cast<std::size_t>(model_.numbering.user_row[a]);
-    worst.see(std::abs(rows[a]) / (row_norms_[row] * size_of_Ax), row);
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    if (is_users(a)) worst.see(std::abs(rows[a]) / (row_norms_[user_row(a)] * size_of_Ax), user_row(a));
   }
   add_row(&result_.bases_orthogonal, "K'A = 0 (3)", worst, 1e-11 + rounding_of_places());
 

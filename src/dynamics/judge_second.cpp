@@ -16,15 +16,14 @@ void Judge::judge_by_second_factor() {
     second_.reset();
     return;
   }
-  Vector w(n_, 0.0), lambda(d_, 0.0), phi(d_), rows(d_);
+  Vector w(n_, 0.0), lambda(num_rows_, 0.0), phi = inner_rows(phi_), rows(num_rows_);
   std::copy_n(w0_.begin(), moving_, w.begin());
-  for (std::size_t a = 0; a < d_; ++a) phi[a] = phi_[static_cast<std::size_t>(model_.numbering.user_row[a])];
   constexpr int passes = 2;
   for (int pass = 0; pass < passes; ++pass) {
     // rho = K'w + phi, with what is prescribed at supports in phi; lambda -= S^-1 rho, w -= M^-1 K S^-1 rho
     model_.constraints.apply_transposed(model_.parallel, K_.data(), w.data(), phi.data(), rows.data());
     second_->solve_negative(rows.data());
-    for (std::size_t a = 0; a < d_; ++a) lambda[a] += rows[a];
+    for (std::size_t a = 0; a < num_rows_; ++a) lambda[a] += rows[a];
     model_.gather.add_scaled(model_.parallel, K_.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
                              w.data());
   }
@@ -38,8 +37,10 @@ void Judge::judge_by_second_factor() {
 /// What multipliers do is always unique. They themselves lose what S is conditioned by: their difference counts times
 /// the reciprocal condition, in rows whose multipliers are unique.
 void Judge::compare_multipliers(const Vector& lambda) {
-  Vector difference(d_), dw(n_, 0.0);
-  for (std::size_t a = 0; a < d_; ++a) difference[a] = answer_.lambda[a] - lambda[a];
+  Vector difference(num_rows_, 0.0), dw(n_, 0.0);
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    if (is_users(a)) difference[a] = answer_.lambda[a] - lambda[a];
+  }
   model_.gather.write_scaled(model_.parallel, K_.data(), difference.data(), model_.inverse_mass.data(),
                              model_.num_moving(), dw.data());
   const double rounding = rounding_of_places();
@@ -49,11 +50,11 @@ void Judge::compare_multipliers(const Vector& lambda) {
   const std::vector<bool> is_unique = forms_.normal->find_rank(answer_.r.data(), false).multipliers_unique;
   const Vector& lengths = second_->lengths();  // |M^-1/2 k|: lengths times lambda is an acceleration
   double size = scale_;
-  for (std::size_t a = 0; a < d_; ++a) size = std::max(size, lengths[a] * std::abs(lambda[a]));
+  for (std::size_t a = 0; a < num_rows_; ++a) size = std::max(size, lengths[a] * std::abs(lambda[a]));
   Worst worst;
-  for (std::size_t a = 0; a < d_; ++a) {
-    const auto row = static_cast<std::size_t>(model_.numbering.user_row[a]);
-    if (is_unique[row]) worst.see(rcond_of_S_ * lengths[a] * std::abs(difference[a]) / size, row);
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    const std::size_t row = user_row(a);
+    if (row < d_ && is_unique[row]) worst.see(rcond_of_S_ * lengths[a] * std::abs(difference[a]) / size, row);
   }
   add_row(&result_.second_factorization, std::string("lambda by ") + second_->name() + " = lambda, times 1/cond S",
           worst, 1e-12 + rounding);
@@ -77,7 +78,7 @@ void Judge::make_gamma() {
 
 /// K Gamma^-1 K'u
 Judge::Vector Judge::project_onto_normal(const Vector& u) {
-  Vector rows(d_), result(n_, 0.0);
+  Vector rows(num_rows_), result(n_, 0.0);
   model_.constraints.apply_transposed(model_.parallel, K_.data(), u.data(), nullptr, rows.data());
   gamma_->solve_negative(rows.data());
   for (double& x : rows) x = -x;
@@ -137,7 +138,8 @@ void Judge::judge_both_euclidean(const Vector& u, const Vector& u_N) {
             worst_point(sum, model_.largest_norm(u.data())), conditioned(rcond) + rounding_of_places());
 }
 
-/// Forces from the motion: K Gamma^-1 K'(M w - f) is eta, and nothing is left of M w - f for a control force.
+/// Forces from the motion: K Gamma^-1 K'(M w - f - tau) is eta, and nothing is left of M w - f - tau for a control
+/// force.
 /// Measured by the largest force.
 void Judge::judge_direct_problem(double allowed) {
   Vector force(n_, 0.0), left(n_, 0.0);
@@ -156,8 +158,10 @@ void Judge::judge_direct_problem(double allowed) {
   const double size = largest > 0.0 ? largest : 1.0;
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = force[i] - left[i] - answer_.eta[i];
-  add_point(&result_.residual, "(M w - f)_T = 0, the direct problem", worst_point(left, size), allowed);
-  add_point(&result_.residual, "K Gamma^-1 K'(M w - f) = eta, the direct problem", worst_point(rest, size), allowed);
+  add_point(&result_.residual, "(M w " + minus_given_force() + ")_T = 0, the direct problem", worst_point(left, size),
+            allowed);
+  add_point(&result_.residual, "K Gamma^-1 K'(M w " + minus_given_force() + ") = eta, the direct problem",
+            worst_point(rest, size), allowed);
 }
 
 }  // namespace tanor

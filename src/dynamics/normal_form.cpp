@@ -33,8 +33,8 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
                                               [this](const double* b, double* x, bool refines) {
-                                                if (refines) return respond(b, x, respond_.data());
-                                                solve_negative(b, x);
+                                                refines ? respond(b, x, respond_.data()) : solve_negative(b, x);
+                                                share_out(x);
                                               });
   respond_.resize(size());
   solver_.allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
@@ -169,6 +169,8 @@ Outcome NormalForm::find_friction(double t, const double* r, const double* v, Ju
   if (friction_ == nullptr) return {};
   restore_senses(r, v);
   set_sliding_speeds();
+  // The null space turns with K.
+  if (!model_.constraints.gradients_are_constant()) (void)decide_rank_again(r);
   Outcome outcome = friction_->find(t, r, v, right_side_.data(), judgement, lambda_.data());
   last_.friction = friction_->report();
   if (outcome.ok()) friction_->add(1.0, w, right_side_.data());
@@ -222,7 +224,13 @@ double NormalForm::find_multipliers(double scale) {
     correct(rows_.data(), dw_.data());
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
   }
+  share_out(lambda_.data());
   return last_.residual;
+}
+
+/// Laws of friction read multipliers: where several serve, the smallest ones.
+void NormalForm::share_out(double* lambda) const {
+  if (friction_ != nullptr && redundancy_.is_found()) redundancy_.minimize_norm(lambda);
 }
 
 /// Rows that join supports alone take no part in S: what is prescribed must satisfy them by itself.

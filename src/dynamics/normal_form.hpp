@@ -114,6 +114,7 @@ class NormalForm final : public EquationsOfMotion {
   bool make_compliant();
   std::vector<double> blocks_of_constraints() const;
   void correct(double* rows, double* points);
+  void share_out(double* lambda) const;
   void solve_negative(const double* b, double* x);
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
   ProjectionReport settle_step_friction(double t, double h, double* r, double* step_velocity, ProjectionReport report);

@@ -88,6 +88,7 @@ SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<c
   } else {
     factorize(C, first_ordering.find("metis") != std::string::npos ? Ordering::Nesdis : Ordering::Metis);
   }
+  for (int& row : row_of_) row = row_of_column_[static_cast<std::size_t>(row)];
   packed_.resize(row_of_.size());
 }
 
@@ -109,7 +110,7 @@ void SecondFactor::factorize(const SparseColumns& C, Ordering ordering) {
   if (!L_->factorize().positive_definite) trouble_ = "K'K is singular to rounding, and too large for a QR";
 }
 
-/// Columns of W^1/2 K of the rows that take part, to unit length.
+/// Columns of W^1/2 K of the rows that take part, to unit length. Rows of contacts without a gradient have none.
 SparseColumns SecondFactor::scaled_columns(const Model& model, const double* blocks, std::span<const double> weights) {
   struct Entry {
     Index point;
@@ -142,6 +143,9 @@ SparseColumns SecondFactor::scaled_columns(const Model& model, const double* blo
     std::ranges::sort(own, {}, &Entry::point);
     double square = 0.0;
     for (const Entry& e : own) square += dot(e.value, e.value);
+    const bool is_contact = static_cast<std::size_t>(model.numbering.user_row[row]) >= model.numbering.num_user_rows;
+    if (square == 0.0 && is_contact) continue;
+    row_of_column_.push_back(static_cast<int>(row));
     if (square > 0.0) lengths_[row] = std::sqrt(square);
     double column_sum = 0.0;
     for (const auto& [point, vector] : own) {

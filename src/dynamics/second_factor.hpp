@@ -40,7 +40,8 @@ class SecondFactor {
   bool is_qr_;
   std::string trouble_;
   std::vector<double> lengths_, packed_;
-  std::vector<int> row_of_;  // [place in packed_] -> inner row
+  std::vector<int> row_of_;         // [place in packed_] -> inner row
+  std::vector<int> row_of_column_;  // [column of C] -> inner row
   TriangularFactor R_;
   std::optional<Cholesky> L_;
   double largest_column_sum_ = 0.0;  // of C'C, from above

@@ -83,6 +83,10 @@ void Tangents::write_gradients(const Parallel& parallel, double* blocks) {
   });
 }
 
+std::size_t Tangents::num_sticking() const {
+  return static_cast<std::size_t>(std::count_if(sticks_.begin(), sticks_.end(), [](char each) { return each != 0; }));
+}
+
 Vec3 Tangents::sliding_velocity(std::size_t contact, const double* v) const {
   const Vec3 relative = load(v, places_[contact].point) - velocities_[places_[contact].velocity].value;
   const auto& [t, s] = directions_[contact];

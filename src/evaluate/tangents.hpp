@@ -42,6 +42,7 @@ class Tangents {
 
   bool sticks(std::size_t contact) const { return sticks_[contact] != 0; }
   void set_stick(std::size_t contact, bool sticks) { sticks_[contact] = sticks; }
+  std::size_t num_sticking() const;
   /// Those that stick on guides at rest hold to their places at r: xi = T'(r - place) from now on, until they slide.
   void hold(const double* r, bool guides_rest);
 

@@ -219,7 +219,9 @@ struct Simulation::Implementation {
     form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), at_r.data(), at_v.data(), at_w.data());
     found = forms.reactions(state.t, at_r.data(), at_v.data(), rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
-    return tanor::certify(forms, {state.t, at_r, at_v, at_w, at_eta, rows});
+    std::vector<double> at_tau(at_r.size());
+    forms.friction_forces(at_tau.data());
+    return tanor::certify(forms, {state.t, at_r, at_v, at_w, at_eta, rows, at_tau});
   }
 
   /// Accelerations and multipliers at the state itself, after steps that left others behind.

@@ -70,7 +70,7 @@ void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& 
     write("reactions", &MotionForces::reactions, 3 * forces.num_points);
     write("control_forces", &MotionForces::control_forces, 3 * forces.num_points);
     write("support_forces", &MotionForces::support_forces, 3 * forces.num_points);
-    json.key("friction").null();
+    write("friction", &MotionForces::friction, 3 * forces.num_points);
     json.end_object();
     json.finish();
   });

@@ -30,6 +30,7 @@ void write_certificate(JsonWriter* json, const std::optional<Certificate>& certi
   write("forms_agree", &Certificate::forms_agree);
   write("second_factorization", &Certificate::second_factorization);
   write("power_balance", &Certificate::power_balance);
+  write("friction", &Certificate::friction);
   write("reciprocal_condition", &Certificate::reciprocal_condition);
   json->key("verdict");
   certificate ? json->value(certificate->line()) : json->null();

@@ -104,19 +104,27 @@ TEST(FrictionTest, InfoAndCheckTellContactsAndLaws) {
   EXPECT_TRUE(contains(ended.out, line)) << ended.out;
   EXPECT_TRUE(contains(ended.out, "friction found:          1 contact, 0 stick, ")) << ended.out;
   EXPECT_TRUE(contains(ended.out, "uniqueness proven")) << ended.out;
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  for (const char* words : {"M w = f + tau + K lambda", "tau = tau(r, v, t, lambda) (41)",
+                            "K lambda by (43) = K lambda", "certificate:             certified to "}) {
+    EXPECT_TRUE(contains(ended.out, words)) << words << " is missing in\n" << ended.out;
+  }
   EXPECT_TRUE(contains(run_program(folder, {"info", "smooth.json"}).out, "friction:                none\n"));
   EXPECT_FALSE(contains(run_program(folder, {"check", "smooth.json"}).out, "friction"));
 }
 
 TEST(FrictionTest, ARunTellsItOnItsPage) {
   const Folder folder;
-  write_text(folder / "s.json", rails(0.5, 6.0, R"("motion": {"t_end": 0.1}, "solver": {"certificate": "off"})"));
+  write_text(folder / "s.json", rails(0.5, 6.0, R"("motion": {"t_end": 0.1})"));
 
   const Ended ended = run_program(folder, {"run", "s.json", "--out", "o"});
 
   EXPECT_EQ(ended.code, 0) << ended.err;
   EXPECT_TRUE(contains(ended.out, "  friction      rust (coulomb, exact, 1 contact); ")) << ended.out;
-  EXPECT_EQ(read_json(folder / "o" / "summary.json")["friction"]["contacts"], 1);
+  const json summary = read_json(folder / "o" / "summary.json");
+  EXPECT_EQ(summary["friction"]["contacts"], 1);
+  EXPECT_EQ(summary["certificate"]["verdict"].get<std::string>().rfind("certified to ", 0), 0u);
+  EXPECT_LT(summary["certificate"]["friction"], 1e-12);
 }
 
 TEST(FrictionTest, BadFrictionIsOneLineAndNothingIsWritten) {

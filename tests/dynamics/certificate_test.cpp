@@ -1,16 +1,13 @@
 /// The certificate: it passes what is right, and finds every single corrupted number.
 
-#include "dynamics/certificate.hpp"
-
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 #include <tanor/motion.hpp>
 
-#include "random_systems.hpp"
+#include "dynamics/certified.hpp"
 #include "reference.hpp"
 
 namespace tanor {
@@ -44,44 +41,6 @@ struct Tampering {
 
 namespace {
 
-/// A system solved at its start, and what was found, inner order.
-struct Case {
-  Forms forms;
-  double t = 0.0;
-  std::vector<double> r, v, w, eta, lambda;
-
-  explicit Case(System system, const SolverOptions& options = {}) : forms(std::move(system), options) {
-    Model& model = forms.model;
-    for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(3 * model.num_points());
-    lambda.resize(model.num_rows());
-    model.numbering.gather_points(model.system.positions, r);
-    model.numbering.gather_points(model.system.velocities, v);
-    if (forms.normal != nullptr) forms.normal->set_exact(true);
-    EXPECT_TRUE(forms.main->start(t, r.data(), v.data(), StartMode::Check).outcome.ok());
-    solve();
-  }
-  Case(const RandomSystem& random, const SolverOptions& options) : forms(random.system, options), t(random.t) {
-    Model& model = forms.model;
-    for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(3 * model.num_points());
-    lambda.resize(model.num_rows());
-    model.numbering.gather_points(random.positions, r);
-    model.numbering.gather_points(random.velocities, v);
-    model.prescribe_all(t, r.data(), v.data());
-    forms.normal->set_exact(true);
-    solve();
-  }
-
-  void solve() {
-    const std::size_t size = forms.main->size();
-    std::vector<double> x(size), x_dot(size), x_ddot(size);
-    ASSERT_TRUE(forms.main->adopt(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
-    ASSERT_TRUE(forms.main->accelerations(t, x.data(), x_dot.data(), Gradients::Evaluate, x_ddot.data()).ok());
-    forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
-    ASSERT_TRUE(forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data()).ok());
-  }
-  Certificate certify(SecondWay way = SecondWay::Auto) { return tanor::certify(forms, {t, r, v, w, eta, lambda}, way); }
-};
-
 /// Three unequal rods on a driven support; the last bead on a sphere that breathes.
 System make_driven_chain() {
   System system;
@@ -108,23 +67,6 @@ System only_coordinates() {
   System system = make_chain_with_coordinates();
   system.constraints.clear();
   return system;
-}
-
-/// Does a check whose identity has these words fail? Throws where there is none.
-bool fails(const Certificate& certificate, const std::string& words) {
-  const auto& checks = certificate.checks;
-  const auto found = std::ranges::find_if(
-      checks, [&](const CertificateCheck& check) { return check.identity.find(words) != std::string::npos; });
-  if (found == checks.end()) throw std::out_of_range("nobody tries " + words);
-  return !(found->error <= found->allowed);
-}
-
-/// "<identity>" of the first check that failed.
-std::string failed(const Certificate& certificate) {
-  for (const CertificateCheck& check : certificate.checks) {
-    if (!(check.error <= check.allowed)) return check.identity;
-  }
-  return "";
 }
 
 TEST(Certificate, PassesARightAnswerInEachForm) {

@@ -612,7 +612,7 @@ TEST(Constraints, TwoThreadsGiveTheSameBits) {
   }
   system.constraints = {rods, angles, planes, sums};
   const Numbering numbering = number(system);
-  const Constraints constraints(system, numbering);
+  Constraints constraints(system, numbering);
   const std::vector<double> r = any.numbers(3 * n), v = any.numbers(3 * n), w = any.numbers(3 * n);
   struct Result {
     std::vector<double> xi, rate, phi, blocks, y;

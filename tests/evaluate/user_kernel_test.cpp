@@ -218,7 +218,7 @@ struct Evaluation {
   bool operator==(const Evaluation&) const = default;
 };
 
-Evaluation evaluate_all(const Constraints& constraints, int threads) {
+Evaluation evaluate_all(Constraints& constraints, int threads) {
   const Parallel parallel(threads);
   const std::size_t d = constraints.num_rows(), size = 3 * (d + 1);
   const std::vector<double> r = random_numbers(size, 1), v = random_numbers(size, 2), w = random_numbers(size, 3);
@@ -236,7 +236,7 @@ TEST(UserConstraints, AnyNumberOfThreadsGivesTheSameBits) {
   constexpr Index n = 10001;
   for (const ConstraintKernel& kernel : {jet_rod(), formula_rod()}) {
     const System system = make_zigzag(n, make_user_rods(n, kernel));
-    const Constraints constraints(system, number(system));
+    Constraints constraints(system, number(system));
 
     const Evaluation one = evaluate_all(constraints, 1);
 
@@ -276,7 +276,7 @@ TEST(UserConstraints, AFunctionThatIsNotThreadSafeIsCalledByOneThread) {
                                                                  return x[0] - x[3];
                                                                },
                                                                thread_safe)));
-    const Constraints constraints(system, number(system));
+    Constraints constraints(system, number(system));
 
     (void)evaluate_all(constraints, 2);
 

@@ -305,9 +305,9 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   EXPECT_EQ(list_keys(summary["energy"]),
             (Keys{"drift_relative", "end", "start", "work_of_forces", "work_of_friction", "work_of_supports"}));
   EXPECT_EQ(list_keys(summary["certificate"]),
-            (Keys{"bases_orthogonal", "checks", "forms_agree", "left_out", "normal_identity", "orthogonality",
-                  "power_balance", "reciprocal_condition", "residual", "second_factorization", "tangent_identity",
-                  "verdict"}));
+            (Keys{"bases_orthogonal", "checks", "forms_agree", "friction", "left_out", "normal_identity",
+                  "orthogonality", "power_balance", "reciprocal_condition", "residual", "second_factorization",
+                  "tangent_identity", "verdict"}));
   EXPECT_EQ(list_keys(summary["friction"]),
             (Keys{"contacts", "contraction_max", "error_bound", "iterations_max", "iterations_mean", "method_used",
                   "residual_max", "solves", "uniqueness"}));

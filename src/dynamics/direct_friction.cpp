@@ -1,0 +1,71 @@
+#include "dynamics/direct_friction.hpp"
+
+#include <algorithm>
+
+#include "system/text.hpp"
+
+namespace tanor {
+
+DirectFriction::DirectFriction(Model& model, NormalSpace& normal)
+    : model_(model),
+      normal_(normal),
+      laws_(model.system, model.numbering, model.constraints.tangents(), model.incidences),
+      fixed_point_(laws_, *this, model.num_rows()),
+      lambda_(model.num_rows()),
+      points_(3 * model.num_points()),
+      part_(points_.size()) {}
+
+void DirectFriction::add(double sign, const double* tau, std::vector<double>* points) const {
+  const Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const Index point = tangents[c].point;
+    store(points->data(), point, load(points->data(), point) + sign * load(tau, c));
+  }
+}
+
+/// Gamma^-1 K'(Mw - f - tau)
+void DirectFriction::find_multipliers(const double* tau, double* lambda) {
+  points_ = *force_;
+  add(-1.0, tau, &points_);
+  normal_.project(points_.data(), part_.data(), lambda);
+}
+
+void DirectFriction::find_change(const double* tau, double* lambda) {
+  std::fill(points_.begin(), points_.end(), 0.0);
+  add(-1.0, tau, &points_);
+  normal_.project(points_.data(), part_.data(), lambda);
+}
+
+Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::vector<double>& v,
+                             const std::vector<double>& blocks, const std::vector<double>& force,
+                             std::vector<double>* tau) {
+  constexpr double rest = 1e-9;  // over the fastest point: what is left of a velocity that was given as 0
+  Tangents& tangents = model_.constraints.tangents();
+  const double fastest = model_.largest_norm(v.data());
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const bool is_exact = tangents[c].first_row >= 0;
+    tangents.set_stick(c, is_exact && norm(tangents.sliding_velocity(c, v.data())) <= rest * fastest);
+  }
+  laws_.set_state(t, r.data(), v.data(), blocks.data());
+  force_ = &force;
+  const std::vector<double> nothing(3 * laws_.num_contacts(), 0.0);
+  find_multipliers(nothing.data(), lambda_.data());
+  constexpr int depth = 10;
+  bool is_found = !laws_.depend_on_reactions();
+  if (!is_found) {
+    std::vector<double> guess = lambda_;
+    is_found = fixed_point_.iterate(model_.parallel, depth, lambda_.data()).has_converged;
+    if (!is_found) {
+      lambda_ = guess;
+      is_found = fixed_point_.solve_by_newton(model_.parallel, lambda_.data()).has_converged;
+    }
+  }
+  std::fill(tau->begin(), tau->end(), 0.0);
+  add(1.0, fixed_point_.friction(model_.parallel, lambda_.data()).data(), tau);
+  // What rests has no rows of its own here.
+  for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, false);
+  if (is_found) return {};
+  return {Status::NotConverged, "friction of the given motion at t = " + text(t) + ": no multipliers obey the law"};
+}
+
+}  // namespace tanor

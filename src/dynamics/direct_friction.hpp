@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/split.hpp"
+#include "friction/fixed_point.hpp"
+#include "friction/laws.hpp"
+
+namespace tanor {
+
+/// Friction of a given motion: lambda = Gamma^-1 K'(Mw - f - tau(lambda)), one nonlinear solve with the factor of Gamma
+/// (theory, section 4). Contacts of exact Coulomb laws at rest have none here: the law gives a bound there, no force.
+class DirectFriction final : private Response {
+ public:
+  /// Both must outlive it.
+  DirectFriction(Model& model, NormalSpace& normal);
+
+  /// tau [3n] at (t, r, v) for `force` = Mw - f [3n]; `normal` and K in `blocks` stand there.
+  Outcome find(double t, const std::vector<double>& r, const std::vector<double>& v, const std::vector<double>& blocks,
+               const std::vector<double>& force, std::vector<double>* tau);
+
+ private:
+  void find_multipliers(const double* tau, double* lambda) override;
+  void find_change(const double* tau, double* lambda) override;
+  /// points += sign tau
+  void add(double sign, const double* tau, std::vector<double>* points) const;
+
+  Model& model_;
+  NormalSpace& normal_;
+  FrictionLaws laws_;
+  FixedPoint fixed_point_;
+  const std::vector<double>* force_ = nullptr;
+  std::vector<double> lambda_;         // [rows]
+  std::vector<double> points_, part_;  // [3n] scratch
+};
+
+}  // namespace tanor

@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "dynamics/friction_blocks.hpp"
+#include "dynamics/judge.hpp"
+
+/// \file Friction: the laws once more, straight from the System, at the answer's own multipliers; what sticks stays at
+/// rest; (43) by its three blocks.
+namespace tanor {
+
+/// One contact at the answer, with P = I - K_g Gamma_g^-1 K_g' onto the directions that its guides leave it.
+struct Judge::Sliding {
+  const Tangents::Place& place;
+  const Friction& friction;
+  bool sticks;
+  std::array<Vec3, 2> k{};         ///< K_g
+  std::array<double, 2> across{};  ///< c = Gamma_g^-1 K_g'(v - u): how the guide moves across itself
+  Vec3 velocity{};                 ///< P (v - u)
+  Vec3 acceleration{};             ///< its rate P (w - u_dot - K_g_dot c), where it is at rest
+  Vec3 normal{};                   ///< N
+  std::array<double, 2> own{};     ///< lambda of the guides
+
+  /// Gamma_g^-1 K_g'a
+  std::array<double, 2> coefficients(Vec3 a) const {
+    const double kk = dot(k[0], k[0]), b = dot(k[0], a);
+    if (place.num_guides == 1) return {b / kk, 0.0};
+    const double kl = dot(k[0], k[1]), ll = dot(k[1], k[1]), d = dot(k[1], a), determinant = kk * ll - kl * kl;
+    return {(ll * b - kl * d) / determinant, (kk * d - kl * b) / determinant};
+  }
+  Vec3 along(Vec3 a) const {
+    const auto [c, d] = coefficients(a);
+    return a - c * k[0] - d * k[1];
+  }
+
+  /// Exact Coulomb friction: mu |N| against a direction that a slow velocity does not tell, and its limit at rest.
+  const Coulomb* exact() const {
+    const auto* coulomb = std::get_if<Coulomb>(&friction);
+    return coulomb != nullptr && !coulomb->regularisation ? coulomb : nullptr;
+  }
+  double limit() const { return exact()->static_coefficient.value_or(exact()->coefficient) * norm(normal); }
+  bool takes_energy() const { return !std::holds_alternative<UserFriction>(friction); }
+
+  /// tau at (t, r) as the contract of scene files has it.
+  Vec3 law(double t, Vec3 r) const {
+    if (const auto* coulomb = std::get_if<Coulomb>(&friction)) {
+      const double speed = std::hypot(norm(velocity), coulomb->regularisation.value_or(0.0));
+      return (-coulomb->coefficient * norm(normal) / speed) * velocity;
+    }
+    if (const auto* viscous = std::get_if<Viscous>(&friction)) return -viscous->coefficient * velocity;
+    const FrictionKernel& kernel = std::get<UserFriction>(friction).kernel;
+    const std::array place_of{r.x, r.y, r.z}, moves{velocity.x, velocity.y, velocity.z};
+    std::array<double, 3> tau{};
+    kernel.evaluate(kernel.context.get(), {1, t, place_of.data(), moves.data(), own.data(), tau.data(), nullptr});
+    return make_vec3(tau);
+  }
+};
+
+namespace {
+
+Vec3 to_unit(Vec3 a) {
+  const double length = norm(a);
+  return length > 0.0 ? (1.0 / length) * a : Vec3{};
+}
+
+}  // namespace
+
+void Judge::judge_friction(const Definitions& definitions) {
+  const std::vector<Sliding> contacts = measure_sliding(definitions);
+  judge_law(contacts);
+  judge_rest(contacts);
+  judge_friction_by_blocks();
+}
+
+std::vector<Judge::Sliding> Judge::measure_sliding(const Definitions& definitions) const {
+  const Tangents& tangents = model_.constraints.tangents();
+  std::vector<Sliding> contacts;
+  bool turns = false;
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const Tangents::Place& place = tangents[c];
+    const Friction& friction = model_.system.friction[static_cast<std::size_t>(place.friction)];
+    Sliding& contact = contacts.emplace_back(Sliding{place, friction, tangents.sticks(c)});
+    for (std::size_t g = 0; g < static_cast<std::size_t>(place.num_guides); ++g) {
+      contact.k[g] = load(K_.data(), place.guide_block[g]);
+      contact.own[g] = answer_.lambda[static_cast<std::size_t>(place.guide_row[g])];
+    }
+    const MovingVec3 u = make_moving(
+        std::visit([](const auto& entry) -> const VectorFunction& { return entry.velocity; }, friction)(answer_.t));
+    const Vec3 relative = load(answer_.v.data(), place.point) - u.value;
+    contact.across = contact.coefficients(relative);
+    contact.velocity = contact.along(relative);
+    contact.acceleration = load(answer_.w.data(), place.point) - u.first;
+    contact.normal = contact.own[0] * contact.k[0] + contact.own[1] * contact.k[1];
+    if (const auto* coulomb = std::get_if<Coulomb>(&friction);
+        coulomb != nullptr && coulomb->reaction == Coulomb::Reaction::Full) {
+      contact.normal = load(answer_.eta.data(), place.point);
+    }
+    turns = turns || contact.across != std::array{0.0, 0.0};
+  }
+
+  // e_j'K_g_dot c from phi, quadratic in v: (phi(v + s e_j) - phi(v - s e_j))/(4 s)
+  if (turns) {
+    const double s = model_.velocity_scale;
+    const Vector user_v = to_user(answer_.v), zero(n_, 0.0);
+    Vector shifted(user_v), xi(d_), rate(d_), forward(d_), backward(d_);
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (const auto& [sign, phi] : {std::pair{1.0, &forward}, std::pair{-1.0, &backward}}) {
+        for (std::size_t i = 0; i < n_; ++i) shifted[i] = user_v[i] + (i % 3 == j ? sign * s : 0.0);
+        definitions.taylor(model_.parallel, answer_.t, user_r_, shifted, zero, xi, rate, *phi);
+      }
+      for (Sliding& contact : contacts) {
+        double turn = 0.0;
+        for (std::size_t g = 0; g < static_cast<std::size_t>(contact.place.num_guides); ++g) {
+          const std::size_t row = user_row(static_cast<std::size_t>(contact.place.guide_row[g]));
+          turn += contact.across[g] * (forward[row] - backward[row]) / (4.0 * s);
+        }
+        (j == 0 ? contact.acceleration.x : j == 1 ? contact.acceleration.y : contact.acceleration.z) -= turn;
+      }
+    }
+  }
+  for (Sliding& contact : contacts) contact.acceleration = contact.along(contact.acceleration);
+  return contacts;
+}
+
+/// tau = tau(r, v, t, lambda) at each point. What sticks, or slides too slowly to have a direction of its own, takes
+/// the rest there: along the guide, and of the size that the law says, or below its limit.
+void Judge::judge_law(const std::vector<Sliding>& contacts) {
+  const double slow = 1e-6 * model_.velocity_scale;
+  const auto has_direction = [&](const Sliding& contact) {
+    return contact.exact() == nullptr || (!contact.sticks && norm(contact.velocity) > slow);
+  };
+  Vector law(n_, 0.0), limit(n_ / 3, 0.0);
+  std::vector<int> open(n_ / 3, 0);  // contacts at a point that take the rest
+  const auto add = [&](const Sliding& contact, Vec3 tau) {
+    store(law.data(), contact.place.point, load(law.data(), contact.place.point) + tau);
+  };
+  for (const Sliding& contact : contacts) {
+    if (has_direction(contact))
+      add(contact, contact.law(answer_.t, load(answer_.r.data(), contact.place.point)));
+    else
+      ++open[static_cast<std::size_t>(contact.place.point)];
+  }
+  double largest = std::numeric_limits<double>::min();
+  for (std::size_t i = 0; i < n_ / 3; ++i)
+    largest = std::max({largest, norm(load(answer_.tau.data(), i)), norm(load(law.data(), i))});
+
+  Worst uphill, above;
+  const Vector given = law;
+  for (const Sliding& contact : contacts) {
+    const auto point = static_cast<std::size_t>(contact.place.point);
+    const Vec3 rest = load(answer_.tau.data(), point) - load(given.data(), point);
+    Vec3 tau = contact.along(rest);
+    if (has_direction(contact)) {
+      tau = contact.law(answer_.t, load(answer_.r.data(), point));
+    } else if (open[point] > 1) {
+      // Two surfaces share it in a way of their own: together they may hold so much.
+      store(law.data(), point, load(answer_.tau.data(), point));
+      limit[point] += contact.limit();
+      tau = {};
+    } else if (contact.sticks) {
+      add(contact, tau);
+      limit[point] = contact.limit();
+    } else {
+      tau = contact.exact()->coefficient * norm(contact.normal) * to_unit(tau);
+      add(contact, tau);
+    }
+    if (contact.sticks) {
+      const double size = model_.mass[point] * scale_;
+      above.see((norm(rest) - limit[point]) / size, point);
+    }
+    if (contact.takes_energy()) uphill.see(dot(tau, contact.velocity) / (largest * model_.velocity_scale), point);
+  }
+  for (std::size_t i = 0; i < n_; ++i) law[i] -= answer_.tau[i];
+  const double allowed = refined(rcond_of_S_) + rounding_of_places();
+  add_point(&result_.friction, "tau = tau(r, v, t, lambda) (41)", worst_point(law, largest), allowed);
+  add_point(&result_.friction, "tau'(v - u) <= 0", uphill, 1e-10);
+  if (something_sticks_) add_point(&result_.friction, "|tau| <= mu_s |N| where it sticks", above, allowed);
+}
+
+/// At rest the law holds on the acceleration level: what sticks has none, and what begins to slide goes against tau.
+void Judge::judge_rest(const std::vector<Sliding>& contacts) {
+  const double rest = 1e-11 * model_.velocity_scale;
+  Worst moves, stays, turns;
+  bool starts = false;
+  for (const Sliding& contact : contacts) {
+    const auto point = static_cast<std::size_t>(contact.place.point);
+    const Vec3 a = contact.acceleration;
+    if (contact.sticks) {
+      moves.see(norm(contact.velocity) / model_.velocity_scale, point);
+      stays.see(norm(a) / scale_, point);
+    } else if (contact.exact() != nullptr && norm(contact.velocity) <= rest) {
+      starts = true;
+      turns.see((norm(a) + dot(a, to_unit(load(answer_.tau.data(), point)))) / scale_, point);
+    }
+  }
+  const double allowed = 1e-10 + rounding_of_places();
+  if (something_sticks_) {
+    add_point(&result_.friction, "T'(v - u) = 0 where it sticks", moves, 1e-9);
+    add_point(&result_.friction, "T'w + phi = 0 where it sticks", stays, allowed);
+  }
+  if (starts) add_point(&result_.friction, "a_t against tau where sliding begins", turns, 1e-8);
+}
+
+/// What the answer has by the smallest form of (43), by the paper's own three blocks.
+void Judge::judge_friction_by_blocks() {
+  constexpr int most_iterations = 60;
+  FrictionBlocks blocks{};
+  if (forms_.normal->last_solve().friction.contraction < 1.0) {
+    blocks.outcome =
+        iterate_friction_blocks(*forms_.normal, model_, {answer_.t, answer_.r, answer_.v}, most_iterations, &blocks);
+  } else {
+    blocks.outcome = {Status::NotConverged, "its iteration does not contract here"};
+  }
+  if (!blocks.outcome.ok()) {
+    result_.left_out.push_back("(43) by its three blocks: " + blocks.outcome.what);
+    return;
+  }
+  Vector difference = inner_rows(blocks.multipliers), dw(n_, 0.0);
+  for (std::size_t a = 0; a < num_rows_; ++a) difference[a] -= is_users(a) ? answer_.lambda[a] : 0.0;
+  model_.gather.write_scaled(model_.parallel, K_.data(), difference.data(), model_.inverse_mass.data(),
+                             model_.num_moving(), dw.data());
+  const double allowed = refined(rcond_of_S_) + rounding_of_places();
+  add_point(&result_.friction, "K lambda by (43) = K lambda", worst_point(dw, scale_), allowed);
+}
+
+}  // namespace tanor

@@ -1,0 +1,76 @@
+#pragma once
+
+/// \file A system solved at one instant, and its certificate.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "dynamics/certificate.hpp"
+#include "random_systems.hpp"
+
+namespace tanor {
+
+/// A system solved at its start, and what was found, inner order.
+struct Case {
+  Forms forms;
+  double t = 0.0;
+  std::vector<double> r, v, w, eta, lambda, tau;
+
+  explicit Case(System system, const SolverOptions& options = {}) : forms(std::move(system), options) {
+    Model& model = forms.model;
+    for (std::vector<double>* array : {&r, &v, &w, &eta, &tau}) array->resize(3 * model.num_points());
+    lambda.resize(model.num_rows());
+    model.numbering.gather_points(model.system.positions, r);
+    model.numbering.gather_points(model.system.velocities, v);
+    if (forms.normal != nullptr) forms.normal->set_exact(true);
+    EXPECT_TRUE(forms.main->start(t, r.data(), v.data(), StartMode::Check).outcome.ok());
+    solve();
+  }
+  Case(const RandomSystem& random, const SolverOptions& options) : forms(random.system, options), t(random.t) {
+    Model& model = forms.model;
+    for (std::vector<double>* array : {&r, &v, &w, &eta, &tau}) array->resize(3 * model.num_points());
+    lambda.resize(model.num_rows());
+    model.numbering.gather_points(random.positions, r);
+    model.numbering.gather_points(random.velocities, v);
+    model.prescribe_all(t, r.data(), v.data());
+    forms.normal->set_exact(true);
+    solve();
+  }
+
+  void solve() {
+    const std::size_t size = forms.main->size();
+    std::vector<double> x(size), x_dot(size), x_ddot(size);
+    ASSERT_TRUE(forms.main->adopt(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
+    const Outcome begun = forms.main->begin(t, x.data(), x_dot.data(), x_ddot.data());
+    ASSERT_TRUE(begun.ok()) << begun.what;
+    forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
+    ASSERT_TRUE(forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data()).ok());
+    forms.friction_forces(tau.data());
+  }
+  Certificate certify(SecondWay way = SecondWay::Auto) {
+    return tanor::certify(forms, {t, r, v, w, eta, lambda, tau}, way);
+  }
+};
+
+/// Does a check whose identity has these words fail? Throws where there is none.
+inline bool fails(const Certificate& certificate, const std::string& words) {
+  const auto& checks = certificate.checks;
+  const auto found = std::ranges::find_if(
+      checks, [&](const CertificateCheck& check) { return check.identity.find(words) != std::string::npos; });
+  if (found == checks.end()) throw std::out_of_range("nobody tries " + words);
+  return !(found->error <= found->allowed);
+}
+
+/// "<identity>" of the first check that failed.
+inline std::string failed(const Certificate& certificate) {
+  for (const CertificateCheck& check : certificate.checks) {
+    if (!(check.error <= check.allowed)) return check.identity;
+  }
+  return "";
+}
+
+}  // namespace tanor
