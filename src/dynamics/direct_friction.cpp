@@ -12,27 +12,30 @@ DirectFriction::DirectFriction(Model& model, NormalSpace& normal)
       laws_(model.system, model.numbering, model.constraints.tangents(), model.incidences),
       fixed_point_(laws_, *this, model.num_rows()),
       lambda_(model.num_rows()),
+      forces_(3 * model.constraints.tangents().size()),
       points_(3 * model.num_points()),
       part_(points_.size()) {}
 
-void DirectFriction::add(double sign, const double* tau, std::vector<double>* points) const {
+/// points += sign tau(x)
+void DirectFriction::add(double sign, const double* x, std::vector<double>* points) {
+  laws_.write_forces(x, forces_.data());
   const Tangents& tangents = model_.constraints.tangents();
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const Index point = tangents[c].point;
-    store(points->data(), point, load(points->data(), point) + sign * load(tau, c));
+    store(points->data(), point, load(points->data(), point) + sign * load(forces_.data(), c));
   }
 }
 
 /// Gamma^-1 K'(Mw - f - tau)
-void DirectFriction::find_multipliers(const double* tau, double* lambda) {
+void DirectFriction::find_multipliers(const double* x, double* lambda) {
   points_ = *force_;
-  add(-1.0, tau, &points_);
+  add(-1.0, x, &points_);
   normal_.project(points_.data(), part_.data(), lambda);
 }
 
-void DirectFriction::find_change(const double* tau, double* lambda) {
+void DirectFriction::find_change(const double* x, double* lambda) {
   std::fill(points_.begin(), points_.end(), 0.0);
-  add(-1.0, tau, &points_);
+  add(-1.0, x, &points_);
   normal_.project(points_.data(), part_.data(), lambda);
 }
 
@@ -46,9 +49,9 @@ Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::
     const bool is_exact = tangents[c].first_row >= 0;
     tangents.set_stick(c, is_exact && norm(tangents.sliding_velocity(c, v.data())) <= rest * fastest);
   }
-  laws_.set_state(t, r.data(), v.data(), blocks.data());
+  laws_.set_state(model_.parallel, t, r.data(), v.data(), blocks.data());
   force_ = &force;
-  const std::vector<double> nothing(3 * laws_.num_contacts(), 0.0);
+  const std::vector<double> nothing(laws_.num_parts(), 0.0);
   find_multipliers(nothing.data(), lambda_.data());
   constexpr int depth = 10;
   bool is_found = !laws_.depend_on_reactions();
@@ -61,7 +64,9 @@ Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::
     }
   }
   std::fill(tau->begin(), tau->end(), 0.0);
-  add(1.0, fixed_point_.friction(model_.parallel, lambda_.data()).data(), tau);
+  std::vector<double> x(laws_.num_parts());
+  laws_.evaluate(model_.parallel, lambda_.data(), x.data());
+  add(1.0, x.data(), tau);
   // What rests has no rows of its own here.
   for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, false);
   if (is_found) return {};

@@ -20,10 +20,9 @@ class DirectFriction final : private Response {
                const std::vector<double>& force, std::vector<double>* tau);
 
  private:
-  void find_multipliers(const double* tau, double* lambda) override;
-  void find_change(const double* tau, double* lambda) override;
-  /// points += sign tau
-  void add(double sign, const double* tau, std::vector<double>* points) const;
+  void find_multipliers(const double* x, double* lambda) override;
+  void find_change(const double* x, double* lambda) override;
+  void add(double sign, const double* x, std::vector<double>* points);
 
   Model& model_;
   NormalSpace& normal_;
@@ -31,6 +30,7 @@ class DirectFriction final : private Response {
   FixedPoint fixed_point_;
   const std::vector<double>* force_ = nullptr;
   std::vector<double> lambda_;         // [rows]
+  std::vector<double> forces_;         // [3 contacts]
   std::vector<double> points_, part_;  // [3n] scratch
 };
 
