@@ -20,6 +20,9 @@ Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
 /// Held this much above the limit, relative, is held at it: the rounding of multipliers.
 static constexpr double limit_slack = 1e-12;
 
+/// Sliding backwards no faster than this, over the velocity scale, is the rounding of a start from rest.
+static constexpr double speed_slack = 1e-13;
+
 /// Sliding slower than this is rest: the rounding of projected velocities.
 double NormalForm::sliding_threshold() const {
   return 1e-11 * model_.velocity_scale;
@@ -38,7 +41,8 @@ void NormalForm::evaluate_events(double, const double*, const double* v, double*
       const double limit = friction_->static_limit(c, lambda_.data()), held = norm(friction_->held(c, lambda_.data()));
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
-      *values++ = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c)) / model_.velocity_scale;
+      const double forward = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c));
+      *values++ = forward / model_.velocity_scale + speed_slack;
     }
   }
 }
