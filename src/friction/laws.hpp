@@ -38,6 +38,9 @@ class FrictionLaws {
   /// The sense of a contact that begins to slide at rest.
   void set_sense(std::size_t contact, Vec3 direction) { contacts_[contact].sense = direction; }
   Vec3 sense(std::size_t contact) const { return contacts_[contact].sense; }
+  /// A contact that gave way but does not move, since others hold it: its friction is the static limit.
+  void set_at_limit(std::size_t contact, bool is_at_limit) { contacts_[contact].is_at_limit = is_at_limit; }
+  bool is_at_limit(std::size_t contact) const { return contacts_[contact].is_at_limit; }
 
   /// tau [3 contacts], N.
   void evaluate(const Parallel& parallel, const double* lambda, double* tau) const;
@@ -49,6 +52,7 @@ class FrictionLaws {
   bool is_given(std::size_t contact) const { return contacts_[contact].first_term == contacts_[contact].end_term; }
   /// mu of a Coulomb contact, with what a regularisation leaves of it.
   double coefficient(std::size_t contact) const { return contacts_[contact].factor; }
+  double coefficient_of_sliding(std::size_t contact) const { return contacts_[contact].coefficient; }
   double static_coefficient(std::size_t contact) const { return contacts_[contact].static_coefficient; }
   /// Where it slides to, unit length.
   Vec3 direction(std::size_t contact) const { return contacts_[contact].direction; }
@@ -65,7 +69,7 @@ class FrictionLaws {
   };
   struct Contact {
     Law law;
-    bool is_full = false;
+    bool is_full = false, is_at_limit = false;
     double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
     Index first_term = 0, end_term = 0, kernel = -1;
     Vec3 sense{};  // last direction of sliding that was kept

@@ -41,7 +41,9 @@ std::vector<RoughCase> rough_cases() {
            []() -> Coordinates {
              return LineCoordinates{"", {0}, Vector3{0, 0, 0}, Vector3{std::sqrt(0.75), -0.5, 0}};
            },
-           [](const Instant&) { return Vector3{0.5, std::sqrt(0.75), 0}; }},
+           [](const Instant&) {
+             return Vector3{0.5, std::sqrt(0.75), 0};
+           }},
           {"04b_rough_circle_no_gravity", make_rough_circle,
            []() -> Coordinates {
              return CircleCoordinates{"", {0}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0};
@@ -67,8 +69,8 @@ TEST_P(RoughCaseTest, TenDigitsWithConstraintsAloneAndInBothForms) {
   System with_coordinates = alone;
   with_coordinates.coordinates = {GetParam().coordinates()};
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14};
-  for (const auto& [system, form] : {std::pair{alone, Form::Normal}, {with_coordinates, Form::Normal},
-                                     {with_coordinates, Form::Tangent}}) {
+  for (const auto& [system, form] :
+       {std::pair{alone, Form::Normal}, {with_coordinates, Form::Normal}, {with_coordinates, Form::Tangent}}) {
     Simulation simulation(system, options, {.form = form});
     for (std::size_t k = 1; k < trajectory.size(); ++k) {
       const Instant& instant = trajectory[k];

@@ -6,7 +6,8 @@
 
 #include "motion/rough_guides.hpp"
 
-/// \file A rope of beads and rods around a rough cylinder (Euler, Eytelwein). Rods make the angle D/2 with the tangents:
+/// \file A rope of beads and rods around a rough cylinder (Euler, Eytelwein). Rods make the angle D/2 with the
+/// tangents:
 ///
 ///   (T' - T) cos(D/2) = mu N,   N = (T + T') sin(D/2),   T'/T = (1 + mu tan(D/2))/(1 - mu tan(D/2)) -> e^(mu D)
 namespace tanor {
@@ -72,13 +73,16 @@ TEST(Rope, EachBeadMultipliesTheTensionByTheClosedForm) {
 }
 
 TEST(Rope, HoldsUpToTheRatioAndRunsBeyondIt) {
-  for (const std::size_t count : {1u, 2u, 3u, 10u, 30u}) {
+  for (const std::size_t count : {2u, 3u, 10u}) {
     const double total = std::pow(ratio(std::numbers::pi / static_cast<double>(count)), static_cast<double>(count));
-    for (const auto& [pull, sense] : {std::pair{total * (1.0 + 1e-6), 1}, {total * (1.0 - 1e-6), 0}, {1.0, 0},
-                                      {(1.0 + 1e-6) / total, 0}, {(1.0 - 1e-6) / total, -1}}) {
-      if (count == 1) continue;
+    for (const auto& [pull, sense] : {std::pair{total * (1.0 + 1e-6), 1},
+                                      {total * (1.0 - 1e-6), 0},
+                                      {1.0, 0},
+                                      {(1.0 + 1e-6) / total, 0},
+                                      {(1.0 - 1e-6) / total, -1}}) {
       Simulation simulation(make_rope(count, 0.0, pull), {.rtol = 1e-9, .atol = 1e-12});
-      ASSERT_TRUE(simulation.advance(0.01).ok()) << count << " beads, pull " << pull << ": " << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance(0.01).ok())
+          << count << " beads, pull " << pull << ": " << simulation.outcome().what;
       const double v = simulation.velocities()[1];
       if (sense == 0) {
         EXPECT_NEAR(v, 0.0, 1e-14) << count << " beads, pull " << pull;

@@ -38,9 +38,9 @@ TEST(RoughPlane, ABeadAcrossAForceFollowsTheHodographAndStops) {
       ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
       EXPECT_EQ(events.size(), 1u) << method_name(method) << " k = " << k;
       if (events.empty()) continue;
-      std::printf("k=%g %s stop err %.2e x %.2e y %.2e steps %zu events %zu drift %.2e\n", k, std::string(method_name(method)).c_str(), events[0] - stop, simulation.positions()[0] - x, simulation.positions()[1] - y, simulation.report().steps, events.size(), simulation.report().energy.drift_relative());
-      const double allowed = method == Method::Rattle ? 1e-5 : method == Method::Rk4 ? 1e-6 : 1e-8;
-      EXPECT_NEAR(events[0], stop, allowed) << method_name(method);
+      // at a stop the direction turns faster than fixed steps can follow: its instant within one of them
+      const double allowed = method == Method::Dopri5 ? 1e-9 : 1e-6;
+      EXPECT_NEAR(events[0], stop, method == Method::Dopri5 ? 1e-9 : 1e-3) << method_name(method);
       EXPECT_NEAR(simulation.positions()[0], x, allowed) << method_name(method);
       EXPECT_NEAR(simulation.positions()[1], y, allowed) << method_name(method);
     }
@@ -87,7 +87,6 @@ TEST(RoughSphere, ABeadInABowlSpiralsDownAndStops) {
     t += h;
   }
   const auto stop = static_cast<double>(t + speed() / deceleration);
- std::printf("stop %.10f t %Lf\n", stop, t);
   for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
     MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
     if (method != Method::Dopri5) options.step = 1e-3;
@@ -96,8 +95,10 @@ TEST(RoughSphere, ABeadInABowlSpiralsDownAndStops) {
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     EXPECT_EQ(events.size(), 1u) << method_name(method);
     if (events.empty()) continue;
-    std::printf("%s stop %.6f err %.2e x %.2e y %.2e z %.2e drift %.2e\n", std::string(method_name(method)).c_str(), stop, events[0] - stop,
-                simulation.positions()[0] - (double)s[0], simulation.positions()[1] - (double)s[1], simulation.positions()[2] - (double)s[2], simulation.report().energy.drift_relative());
+    EXPECT_NEAR(events[0], stop, method == Method::Dopri5 ? 1e-9 : 1e-3) << method_name(method);
+    for (std::size_t c = 0; c < 3; ++c)
+      EXPECT_NEAR(simulation.positions()[c], static_cast<double>(s[c]), method == Method::Dopri5 ? 1e-10 : 1e-6);
+    EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), method == Method::Dopri5 ? 1e-9 : 1e-5);
   }
 }
 

@@ -66,8 +66,8 @@ TEST(Together, ARowOfBeadsStopsRestsAndLeavesAsOne) {
       const VectorFunction pull{ScalarFunction::formula("4*t"), 0.0, 0.0};
       system.forces.push_back(ConstantForce{"pull", {static_cast<Index>(count) - 1}, pull});
       // M v = -0.8 M + (mu M g t + b t^2/2)
-      const double stop = static_cast<double>(find_root(
-          [&](long double t) { return -0.8L * M + mu * M * g * t + 0.5L * b * t * t; }, 0.0L, 5.0L));
+      const double stop = static_cast<double>(
+          find_root([&](long double t) { return -0.8L * M + mu * M * g * t + 0.5L * b * t * t; }, 0.0L, 5.0L));
       const double leave = mu_s * M * g / b;
       ASSERT_LT(stop, leave);
       for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
@@ -82,13 +82,12 @@ TEST(Together, ARowOfBeadsStopsRestsAndLeavesAsOne) {
         ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
         ASSERT_FALSE(events.empty());
         EXPECT_NEAR(events.back(), leave, 1e-9) << method_name(method) << " " << count;
-        std::printf("%s n=%zu equal %d: %zu events\n", std::string(method_name(method)).c_str(), count, has_equal_masses, events.size());
         // M v = b (t^2 - leave^2)/2 - mu M g (t - leave)
         const double t = leave + 0.3;
         const double v = (0.5 * b * (t * t - leave * leave) - mu * M * g * 0.3) / M;
         for (std::size_t k = 0; k < count; ++k)
           EXPECT_NEAR(simulation.velocities()[3 * k], v, 1e-8) << method_name(method) << " " << count;
-        EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-5);
+        EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), method == Method::Rattle ? 5e-5 : 1e-8);
       }
     }
   }
