@@ -20,6 +20,9 @@ Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
 /// Held this much above the limit, relative, is held at it: the rounding of multipliers.
 static constexpr double limit_slack = 1e-12;
 
+/// Sliding backwards no faster than this, over the velocity scale, is the rounding of a start from rest.
+static constexpr double speed_slack = 1e-13;
+
 /// Sliding slower than this is rest: the rounding of projected velocities.
 double NormalForm::sliding_threshold() const {
   return 1e-11 * model_.velocity_scale;
@@ -60,7 +63,8 @@ void NormalForm::evaluate_events(double, const double*, const double* v, double*
       const double limit = friction_->static_limit(c, lambda_.data()), held = norm(friction_->held(c, lambda_.data()));
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
-      *values++ = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c)) / model_.velocity_scale;
+      const double forward = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c));
+      *values++ = forward / model_.velocity_scale + speed_slack;
     }
   }
 }
@@ -112,6 +116,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     const double size = norm(held);
     laws.set_sense(c, size > 0.0 ? (-1.0 / size) * held : tangents.directions(c)[0]);
     tangents.set_stick(c, false);
+    for (std::size_t other = 0; other < at_rest.size(); ++other) laws.set_at_limit(other, false);
   };
   forget_compliance();
   // All at rest are at rest exactly, whatever they do next.
@@ -137,7 +142,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     }
     const double scale = std::max(acceleration_scale_, std::numeric_limits<double>::min());
     model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
-    bool has_changed = false;
+    bool has_changed = false, has_reached_limit = false;
     std::vector<std::pair<double, std::size_t>> too_much;  // how far above the limit, relative
     for (std::size_t c = 0; c < tangents.size(); ++c) {
       if (at_rest[c] == 0) continue;
@@ -161,8 +166,15 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
         }
         tangents.set_stick(c, true);
         has_changed = true;
-      } else if (tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale &&
-                 along < (1.0 - 1e-13) * size) {
+        continue;
+      }
+      // Others that stick may hold it where it is: then it bears all that it can, before it bears less in sliding.
+      const bool is_held = along <= rounding_of_accelerations * scale;
+      if (is_held != laws.is_at_limit(c) && laws.static_coefficient(c) > laws.coefficient_of_sliding(c)) {
+        laws.set_at_limit(c, is_held);
+        has_changed = has_reached_limit = true;
+      }
+      if (tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
         laws.set_sense(c, (1.0 / size) * a);  // on a surface the direction is a part of the answer
         has_changed = has_changed || along < (1.0 - 1e-12) * size;
       }
@@ -172,7 +184,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     double worst = 0.0;
     for (const auto& [excess, contact] : too_much) worst = std::max(worst, excess);
     for (const auto& [excess, contact] : too_much) {
-      if (excess < (pass < passes_at_once ? 0.5 : 1.0) * worst) continue;
+      if (has_reached_limit || excess < (pass < passes_at_once ? 0.5 : 1.0) * worst) continue;
       ++released[contact];
       release(contact);
       has_changed = true;
@@ -191,7 +203,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
 
 namespace {
 
-enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3 };
+enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2 };  // 4, 5: both
 
 }  // namespace
 
@@ -205,6 +217,7 @@ std::vector<int> NormalForm::discrete_state() const {
                     : tangents[c].num_guides == 1 || along == 0.0 ? slides
                     : along > 0.0                                 ? slides_forward
                                                                   : slides_backward);
+    if (state.back() > sticks && friction_->laws().is_at_limit(c)) state.back() += at_limit;
   }
   return state;
 }
@@ -228,7 +241,10 @@ void NormalForm::restore_senses(const double* r, const double* v) {
   set_sliding_speeds();
   for (std::size_t c = 0; c < restored_.size(); ++c) {
     const Vec3 t = model_.constraints.tangents().directions(c)[0];
-    laws.set_sense(c, restored_[c] == slides_forward ? t : restored_[c] == slides_backward ? -t : Vec3{});
+    const bool is_at_limit = restored_[c] > slides_backward;
+    const int mode = is_at_limit ? restored_[c] - at_limit : restored_[c];
+    laws.set_sense(c, mode == slides_forward ? t : mode == slides_backward ? -t : Vec3{});
+    laws.set_at_limit(c, is_at_limit);
   }
   laws.keep_senses(v);
   restored_.clear();

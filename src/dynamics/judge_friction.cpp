@@ -161,7 +161,10 @@ void Judge::judge_law(const std::vector<Sliding>& contacts) {
       add(contact, tau);
       limit[point] = contact.limit();
     } else {
-      tau = contact.exact()->coefficient * norm(contact.normal) * to_unit(tau);
+      // It slides from now on, or gave way while others hold it: then it bears its limit.
+      const double sliding = contact.exact()->coefficient * norm(contact.normal), limit_of_it = contact.limit();
+      const bool is_at_limit = std::abs(norm(tau) - limit_of_it) < std::abs(norm(tau) - sliding);
+      tau = (is_at_limit ? limit_of_it : sliding) * to_unit(tau);
       add(contact, tau);
     }
     if (contact.sticks) {

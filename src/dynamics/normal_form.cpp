@@ -91,7 +91,12 @@ Outcome NormalForm::factorize(double t, const double* r) {
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
   if (!is_fine() && make_compliant()) quality = factorize_gram();
   is_factorized_ = is_fine();
-  return is_factorized_ ? Outcome{} : decide_rank(t, r);
+  if (!is_factorized_) {
+    if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
+  }
+  // Rows of contacts came or went: what depended on them may not any more.
+  if (model_.constraints.tangents().forget_switches()) (void)decide_rank_again(r);
+  return {};
 }
 
 Outcome NormalForm::linearise(double t, const double* r) {

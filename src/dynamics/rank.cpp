@@ -41,7 +41,8 @@ void NormalForm::adopt_rank(bool has_changed) {
       const Vec3 g = load(blocks_.data(), incidence.block);
       gradient_norms_[static_cast<std::size_t>(incidence.row)] += dot(g, g);
     }
-    for (double& norm : gradient_norms_) norm = std::sqrt(norm);
+    // rows of contacts that slide have no gradient now, and a unit one when they stick
+    for (double& norm : gradient_norms_) norm = norm > 0.0 ? std::sqrt(norm) : 1.0;
     model_.rank = model_.numbering.first_idle_row() - redundancy_.num_dependent();
     solver_.set_active(redundancy_.rows_for_gram());
     (void)factorize_gram();

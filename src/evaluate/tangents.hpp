@@ -41,8 +41,13 @@ class Tangents {
   const Place& operator[](std::size_t contact) const { return places_[contact]; }
 
   bool sticks(std::size_t contact) const { return sticks_[contact] != 0; }
-  void set_stick(std::size_t contact, bool sticks) { sticks_[contact] = sticks; }
   std::size_t num_sticking() const;
+  void set_stick(std::size_t contact, bool sticks) {
+    have_switched_ = have_switched_ || (sticks_[contact] != 0) != sticks;
+    sticks_[contact] = sticks;
+  }
+  /// Whether some contact began or ceased to stick since this was asked last.
+  bool forget_switches() { return std::exchange(have_switched_, false); }
   /// Those that stick on guides at rest hold to their places at r: xi = T'(r - place) from now on, until they slide.
   void hold(const double* r, bool guides_rest);
 
@@ -88,6 +93,7 @@ class Tangents {
 
   std::vector<Place> places_;
   std::vector<char> sticks_;
+  bool have_switched_ = false;
   std::vector<std::array<Vec3, 2>> normals_, directions_;  // K_g, T
   std::vector<std::pair<bool, Vec3>> places_held_;         // [contact]
   VectorTable<AsGiven> velocities_;

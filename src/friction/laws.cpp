@@ -90,7 +90,7 @@ void FrictionLaws::set_state(const Parallel& parallel, double t, const double* r
       factor_[c] = contact.coefficient * speed / std::hypot(speed, contact.regularisation);
       contact.direction = speed > 0.0 ? (1.0 / speed) * contact.velocity : Vec3{};
     } else {
-      factor_[c] = contact.coefficient;
+      factor_[c] = contact.is_at_limit ? contact.static_coefficient : contact.coefficient;
       contact.direction = sliding_direction(c, contact.velocity);
     }
     e = -contact.direction;
@@ -120,7 +120,9 @@ Vec3 FrictionLaws::sliding_direction(std::size_t c, const Vec3& velocity) const 
 void FrictionLaws::keep_senses(const double* v) {
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const Vec3 velocity = tangents_.sliding_velocity(c, v);
-    if (norm(velocity) > rest_ && !tangents_.sticks(c)) contacts_[c].sense = sliding_direction(c, velocity);
+    if (norm(velocity) <= rest_ || tangents_.sticks(c)) continue;
+    contacts_[c].sense = sliding_direction(c, velocity);
+    contacts_[c].is_at_limit = false;
   }
 }
 

@@ -38,6 +38,9 @@ class FrictionLaws {
   /// The sense of a contact that begins to slide at rest.
   void set_sense(std::size_t contact, Vec3 direction) { contacts_[contact].sense = direction; }
   Vec3 sense(std::size_t contact) const { return contacts_[contact].sense; }
+  /// A contact that gave way but does not move, since others hold it: its friction is the static limit.
+  void set_at_limit(std::size_t contact, bool is_at_limit) { contacts_[contact].is_at_limit = is_at_limit; }
+  bool is_at_limit(std::size_t contact) const { return contacts_[contact].is_at_limit; }
 
   std::size_t num_parts() const { return directions_.size(); }
   std::size_t first_part(std::size_t contact) const { return static_cast<std::size_t>(part_start_[contact]); }
@@ -58,6 +61,7 @@ class FrictionLaws {
   bool is_given(std::size_t contact) const { return term_start_[contact] == term_start_[contact + 1]; }
   /// mu of a Coulomb contact, with what a regularisation leaves of it.
   double coefficient(std::size_t contact) const { return factor_[contact]; }
+  double coefficient_of_sliding(std::size_t contact) const { return contacts_[contact].coefficient; }
   double static_coefficient(std::size_t contact) const { return contacts_[contact].static_coefficient; }
   /// Where it slides to, unit length.
   Vec3 direction(std::size_t contact) const { return contacts_[contact].direction; }
@@ -74,7 +78,7 @@ class FrictionLaws {
   };
   struct Contact {
     Law law;
-    bool is_full = false;
+    bool is_full = false, is_at_limit = false;
     double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
     Index kernel = -1;
     Vec3 sense{};                              // last direction of sliding that was kept
