@@ -56,12 +56,15 @@ Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::
   constexpr int depth = 10;
   bool is_found = !laws_.depend_on_reactions();
   if (!is_found) {
+    // Anderson's method from afar, Newton's for the last digits.
+    constexpr double wanted = 1e-15;
     std::vector<double> guess = lambda_;
     is_found = fixed_point_.iterate(model_.parallel, depth, lambda_.data()).has_converged;
-    if (!is_found) {
-      lambda_ = guess;
-      is_found = fixed_point_.solve_by_newton(model_.parallel, lambda_.data()).has_converged;
-    }
+    if (is_found) guess = lambda_;
+    lambda_ = guess;
+    const bool is_closer = fixed_point_.solve_by_newton(model_.parallel, lambda_.data(), wanted).has_converged;
+    if (!is_closer) lambda_ = guess;
+    is_found = is_found || is_closer;
   }
   std::fill(tau->begin(), tau->end(), 0.0);
   std::vector<double> x(laws_.num_parts());

@@ -116,6 +116,13 @@ void NormalForm::solve_negative(const double* b, double* x) {
   redundancy_.solve_negative(right_side_of_qr_.data(), x);
 }
 
+/// With a factor that is compliant S is solved by its refinement alone.
+void NormalForm::solve_negative(double* rows) {
+  if (!is_compliant_) return solve_negative(rows, rows);
+  const std::vector<double> b(rows, rows + num_rows());
+  respond(b.data(), rows, respond_.data());
+}
+
 /// rows := -S^-1 rows, points += M^-1 K rows.
 void NormalForm::correct(double* rows, double* points) {
   const Stopwatch watch(&model_.times.solve);
@@ -296,7 +303,7 @@ void NormalForm::respond(const double* b, double* lambda, double* dw) {
   std::fill(dw, dw + size(), 0.0);
   std::copy(b, b + num_rows(), rows_.begin());
   // rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho
-  constexpr int passes = 3;
+  const int passes = is_compliant_ ? 5 : 3;
   for (int pass = 0; pass < passes && num_rows() > 0; ++pass) {
     correct(rows_.data(), dw);
     for (std::size_t a = 0; a < num_rows(); ++a) lambda[a] += rows_[a];

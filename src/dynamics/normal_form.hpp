@@ -93,7 +93,7 @@ class NormalForm final : public EquationsOfMotion {
   const std::string& ordering() const { return solver_.summary().ordering; }
   double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
   /// rows := -S^-1 rows with the last factor [d].
-  void solve_negative(double* rows) { solve_negative(rows, rows); }
+  void solve_negative(double* rows);
   /// K as blocks at the last linearisation.
   const std::vector<double>& blocks() const { return blocks_; }
 

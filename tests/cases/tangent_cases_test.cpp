@@ -193,7 +193,9 @@ TEST_P(CatenaryInCoordinatesTest, FindsRestAndTwelveDigitsOfTheTensions) {
 
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
   expect_rest_with_tensions(w, lambda);
-  if (GetParam() == Form::Both) EXPECT_LE(report.forms_disagreement, 1e-12);
+  if (GetParam() == Form::Both) {
+    EXPECT_LE(report.forms_disagreement, 1e-12);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, CatenaryInCoordinatesTest, testing::Values(Form::Tangent, Form::Both),

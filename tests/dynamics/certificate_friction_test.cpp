@@ -101,16 +101,17 @@ System make_slope_by_coordinates(double speed) {
 std::string errors(const Certificate& certificate) {
   std::string all;
   for (const CertificateCheck& check : certificate.checks) {
-    all += check.identity + " " + std::to_string(check.error) + " of " + std::to_string(check.allowed) + "\n";
+    all += check.identity + " " + std::to_string(check.error * 1e12) + "e-12 of " +
+           std::to_string(check.allowed * 1e12) + "e-12" + "\n";
   }
   return all;
 }
 
-void expect_certified(System system, const SolverOptions& options = {}) {
+void expect_certified(System system, const SolverOptions& options = {}, double to = 1e-12) {
   Case solved(std::move(system), options);
   const Certificate certificate = solved.certify();
   EXPECT_TRUE(certificate.passed()) << certificate.line() << "\n" << errors(certificate);
-  EXPECT_LE(certificate.certified_to(), 1e-12);
+  EXPECT_LE(certificate.certified_to(), to) << certificate.line() << "\n" << errors(certificate);
   EXPECT_FALSE(std::isnan(certificate.friction));
 }
 
@@ -147,13 +148,14 @@ TEST(FrictionCertificate, PassesRoughLinesWhereTheyHaveOneSolution) {
   EXPECT_GT(tried, 20);
 }
 
-/// Two lines, a rod and two contacts at rest hold six numbers seven times: what each carries is the smallest.
+/// Lines, rods and contacts at rest hold more than can move. The share of each is known to the rounding over the
+/// compliance that divides it, 2e-16/1e-4, and the law multiplies it by mu = 20 and the levers of the lines.
 TEST(FrictionCertificate, PassesWhatIsHeldMoreThanOnce) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     System system = make_rough_lines(seed, 4, 20.0, false);
     system.velocities.assign(system.velocities.size(), 0.0);
     SCOPED_TRACE("seed " + std::to_string(seed));
-    expect_certified(system);
+    expect_certified(system, {}, 2e-10);
   }
 }
 

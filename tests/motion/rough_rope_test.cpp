@@ -65,8 +65,12 @@ TEST(Rope, EachBeadMultipliesTheTensionByTheClosedForm) {
     }
     // (1 + mu tan(D/2))/(1 - mu tan(D/2)) = e^(mu D + O(D^3))
     const double error = total - std::exp(mu * std::numbers::pi);
-    if (count == 10) EXPECT_NEAR(total, 2.5884, 5e-5);
-    if (last_error > 0.0) EXPECT_NEAR(last_error / error, 4.0, 0.05);
+    if (count == 10) {
+      EXPECT_NEAR(total, 2.5884, 5e-5);
+    }
+    if (last_error > 0.0) {
+      EXPECT_NEAR(last_error / error, 4.0, 0.05);
+    }
     last_error = error;
   }
   EXPECT_NEAR(std::exp(mu * std::numbers::pi), 2.5663, 5e-5);
