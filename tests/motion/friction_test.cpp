@@ -73,6 +73,17 @@ TEST(RoughIncline, BelowTheFrictionAngleNothingCreepsInAHundredSeconds) {
   }
 }
 
+TEST(RoughIncline, ARegularisedLawCreepsAsItsVelocitySays) {
+  // m g sin = mu m g cos v/sqrt(v^2 + v0^2): v = v0 p/sqrt(1 - p^2), p = tan/mu
+  const double mu = 0.8, v0 = 1e-3, p = std::tan(std::numbers::pi / 6.0) / mu, v = v0 * p / std::sqrt(1.0 - p * p);
+  System system = make_incline(v, mu);
+  std::get<Coulomb>(system.friction[0]).regularisation = v0;
+  Simulation simulation(system, {.method = Method::Rk4, .step = 1e-4});
+  ASSERT_TRUE(simulation.advance(0.5).ok()) << simulation.outcome().what;
+  EXPECT_NEAR(along(simulation), 0.5 * v, 1e-12);
+  EXPECT_EQ(simulation.report().events, 0u);
+}
+
 // ---- cases/04b: a rough circle ----
 
 TEST(RoughCircle, SpeedDecaysByTheClosedForm) {
