@@ -154,7 +154,6 @@ void measure(const char* name, const System& rough, FrictionMethod method, int r
 
 int main(int argc, char** argv) {
   const int repetitions = argc > 1 ? std::atoi(argv[1]) : 21;
-  if (argc > 2) return measure("lines, groups of 100", make_lines(100), FrictionMethod::Anderson, repetitions), 0;
   for (const auto& [name, system] :
        {std::pair{"lines, groups of 10", make_lines(10)}, std::pair{"lines, groups of 100", make_lines(100)},
         std::pair{"hoops, groups of 10", make_hoops(10)}, std::pair{"hoops, groups of 100", make_hoops(100)}}) {
