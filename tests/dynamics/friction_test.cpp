@@ -5,6 +5,8 @@
 #include <random>
 #include <tanor/tanor.hpp>
 
+#include "rough_incline.hpp"
+
 namespace tanor {
 namespace {
 
@@ -28,20 +30,6 @@ Answer solve(const System& system, const SolverOptions& options = {}) {
 }
 
 // ---- cases/04a ----
-
-/// Mass 2 on a rough straight line inclined by 30 degrees.
-System make_incline(double speed, double mu) {
-  const double alpha = std::numbers::pi / 6.0;
-  const Vector3 downhill{std::cos(alpha), -std::sin(alpha), 0.0};
-  System system;
-  system.positions = {0.0, 0.0, 0.0};
-  system.velocities = {speed * downhill[0], speed * downhill[1], 0.0};
-  system.masses = {2.0};
-  system.constraints = {Lines{"rail", {0}, Vector3{}, downhill}};
-  system.forces = {Gravity{"", {0.0, -9.81, 0.0}}};
-  system.friction = {Coulomb{.name = "", .at = {"rail"}, .coefficient = mu}};
-  return system;
-}
 
 TEST(Friction, ABeadSlidesDownARoughIncline) {
   const Answer answer = solve(make_incline(1.0, 0.3));

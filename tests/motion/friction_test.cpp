@@ -4,25 +4,14 @@
 #include <numbers>
 #include <tanor/tanor.hpp>
 
+#include "rough_incline.hpp"
+
 namespace tanor {
 namespace {
 
 constexpr double g = 9.81;
 
 // ---- cases/04a: a rough incline ----
-
-System make_incline(double speed, double mu) {
-  const double alpha = std::numbers::pi / 6.0;
-  const Vector3 downhill{std::cos(alpha), -std::sin(alpha), 0.0};
-  System system;
-  system.positions = {0.0, 0.0, 0.0};
-  system.velocities = {speed * downhill[0], speed * downhill[1], 0.0};
-  system.masses = {2.0};
-  system.constraints = {Lines{"rail", {0}, Vector3{}, downhill}};
-  system.forces = {Gravity{"", {0.0, -g, 0.0}}};
-  system.friction = {Coulomb{.name = "", .at = {"rail"}, .coefficient = mu}};
-  return system;
-}
 
 double along(const Simulation& simulation) {
   const auto r = simulation.positions();
