@@ -3,7 +3,6 @@
 #include <limits>
 #include <utility>
 
-#include "base/check.hpp"
 #include "dynamics/normal_form.hpp"
 #include "system/text.hpp"
 
@@ -133,7 +132,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
 
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   const std::size_t most_passes = 20 + 4 * num_at_rest;
-  constexpr double slack = limit_slack, rounding_of_accelerations = 1e-9;
+  constexpr double rounding_of_accelerations = 1e-9;
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
     if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
     if (num_at_rest == 0) {
@@ -150,7 +149,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
         const double limit = friction_->static_limit(c, lambda_.data());
         const double held = norm(friction_->held(c, lambda_.data()));
         const double rounding = 1e-13 * scale * model_.mass[static_cast<std::size_t>(tangents[c].point)];
-        if (held - (1.0 + slack) * limit > rounding) too_much.emplace_back((held - limit) / held, c);
+        if (held - (1.0 + limit_slack) * limit > rounding) too_much.emplace_back((held - limit) / held, c);
         continue;
       }
       // a_t must point where it slides to

@@ -61,7 +61,7 @@ Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::
     std::vector<double> guess = lambda_;
     is_found = fixed_point_.iterate(model_.parallel, depth, lambda_.data()).has_converged;
     if (is_found) guess = lambda_;
-    lambda_ = guess;
+    if (!is_found) lambda_ = guess;
     const bool is_closer = fixed_point_.solve_by_newton(model_.parallel, lambda_.data(), wanted).has_converged;
     if (!is_closer) lambda_ = guess;
     is_found = is_found || is_closer;

@@ -23,8 +23,8 @@ Outcome iterate_friction_blocks(NormalForm& normal, Model& model, const Friction
 
   constexpr double tolerance = 1e-13, holds = 1e-12;
   std::vector<double> lambda = e, next(num_rows), tau(size), tau_N(size), tau_xi(num_rows), part(num_rows);
-  double change = std::numeric_limits<double>::infinity();
-  while (result->iterations < most_iterations) {
+  bool has_converged = false;
+  while (!has_converged && result->iterations < most_iterations) {
     ++result->iterations;
     normal.evaluate_friction(lambda.data(), tau.data());
     // tau^(xi) = Gamma^-1 K'tau, A tau^(q) = tau_T = tau - K tau^(xi)
@@ -40,21 +40,20 @@ Outcome iterate_friction_blocks(NormalForm& normal, Model& model, const Friction
     if (!result->tangent_block_left_out) normal.respond(b.data(), part.data(), points.data());
     for (std::size_t a = 0; a < num_rows; ++a) next[a] = e[a] + part[a] - tau_xi[a];
     normal.minimize_multipliers(place.r.data(), next.data());
-    double scale = 0.0;
-    change = 0.0;
+    double scale = 0.0, change = 0.0;
     for (std::size_t a = 0; a < num_rows; ++a) {
       change = larger(change, std::abs(next[a] - lambda[a]));
       scale = larger(scale, std::abs(next[a]));
     }
     std::swap(lambda, next);
     if (!std::isfinite(change)) return model.not_finite(place.t);
-    if (change <= tolerance * scale) break;
+    has_converged = change <= tolerance * scale;
   }
   result->multipliers.resize(model.numbering.num_user_rows);
   result->friction.resize(size);
   model.numbering.scatter_rows(lambda, result->multipliers);
   model.numbering.scatter_points(tau, result->friction);
-  if (result->iterations < most_iterations) return {};
+  if (has_converged) return {};
   return {Status::NotConverged, "(43) does not converge at t = " + text(place.t)};
 }
 

@@ -223,16 +223,14 @@ Outcome FrictionStage::iterate(double t, double* lambda) {
 
 /// Rounding of a single solve with an ill-conditioned S is more than the law may miss: Newton's method with refined
 /// solves.
-void FrictionStage::polish(const double* b, double* lambda) {
+void FrictionStage::polish(const double* b, const double* lambda) {
   set_right_side(b);
   refines_ = true;
   constexpr double wanted = 1e-15;
   std::vector<double> better(lambda, lambda + lambda_.size());
   const FixedPoint::Result result = fixed_point_.solve_by_newton(model_.parallel, better.data(), wanted);
   refines_ = false;
-  if (!result.has_converged) return;
-  std::copy(better.begin(), better.end(), lambda);
-  set_forces(lambda);
+  if (result.has_converged) set_forces(better.data());
 }
 
 void FrictionStage::add(double sign, double* w0, double* b) const {

@@ -39,7 +39,7 @@ class FrictionStage final : private Response {
   /// tau at (t, r, v) for b = phi + K'w0 [rows]; `lambda` [rows]: a guess.
   Outcome find(double t, const double* r, const double* v, const double* b, Judgement judgement, const double* lambda);
   /// Once more from lambda near the answer, with refined solves; b without friction.
-  void polish(const double* b, double* lambda);
+  void polish(const double* b, const double* lambda);
   /// tau into w0 and b: w0 += sign M^-1 tau [3n], b += sign K'M^-1 tau [rows].
   void add(double sign, double* w0, double* b) const;
   /// tau := tau(lambda), y += s M^-1 dtau [3n]; returns |dtau| over the largest friction. And the same change again.

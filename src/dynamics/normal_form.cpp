@@ -197,8 +197,7 @@ double NormalForm::find_multipliers_and_friction(double scale, double* w) {
     {
       const Stopwatch watch(&model_.times.friction);
       friction_->add(-1.0, w, right_side_.data());
-      std::vector<double> better = lambda_;
-      friction_->polish(right_side_.data(), better.data());
+      friction_->polish(right_side_.data(), lambda_.data());
       friction_->add(1.0, w, right_side_.data());
     }
     residual = find_multipliers(scale);

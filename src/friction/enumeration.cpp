@@ -179,9 +179,9 @@ SlidingSolutions find_sliding(const SlidingContacts& contacts) {
     if (determinant == 0.0) return;
     VectorXd s = lu.solve(b);
     // On lines each choice has one candidate; else Newton's method goes on from there.
-    for (int pass = 0; pass < (all_on_lines ? 1 : 20); ++pass) {
+    for (int pass = 0; !all_on_lines && pass < 20; ++pass) {
       const VectorXd rest = defect(contacts, s, &normal);
-      if (all_on_lines || rest.lpNorm<Eigen::Infinity>() <= 1e-13 * s.lpNorm<Eigen::Infinity>()) break;
+      if (rest.lpNorm<Eigen::Infinity>() <= 1e-13 * s.lpNorm<Eigen::Infinity>()) break;
       for (Eigen::Index c = 0; c < m; ++c) normal.col(c).normalize();
       project(contacts, normal, &b, &J);
       s = J.partialPivLu().solve(b);
