@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-enum class Method { Auto, Rk4, Dopri5, Rattle };
+enum class Method { Auto, Rk4, Dopri5, Rattle, Taylor };
 
 /// "rk4" …; throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);

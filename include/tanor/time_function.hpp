@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,6 +35,13 @@ class TANOR_API ScalarFunction {
   bool is_constant() const { return source_ == nullptr; }
   /// Taylor coefficients at t: value(), derivative(1), derivative(2).
   Jet<2> operator()(double t) const;
+
+  /// Higher orders than this are not asked for.
+  static constexpr int largest_order = 24;
+  /// Taylor coefficients 0 … P at t, for at most `largest_order` + 1 numbers; false: not known (a custom function).
+  bool expand(double t, std::span<double> coefficients) const;
+  /// Where the next piece of a table begins, s, after t: the series at t says nothing beyond it. Infinite: nowhere.
+  double smooth_until(double t) const;
 
   /// Where the numbers come from when they are not constant.
   class TANOR_LOCAL Source;

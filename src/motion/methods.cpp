@@ -4,6 +4,7 @@
 #include "base/check.hpp"
 #include "motion/rattle.hpp"
 #include "motion/runge_kutta.hpp"
+#include "motion/taylor.hpp"
 
 namespace tanor {
 
@@ -13,8 +14,8 @@ struct Entry {
   Method method;
   std::string_view name;
 };
-constexpr std::array<Entry, 4> methods{
-    {{Method::Auto, "auto"}, {Method::Rk4, "rk4"}, {Method::Dopri5, "dopri5"}, {Method::Rattle, "rattle"}}};
+constexpr std::array methods{Entry{Method::Auto, "auto"}, Entry{Method::Rk4, "rk4"}, Entry{Method::Dopri5, "dopri5"},
+                             Entry{Method::Rattle, "rattle"}, Entry{Method::Taylor, "taylor"}};
 
 }  // namespace
 
@@ -42,6 +43,8 @@ std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options,
       return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
     case Method::Rattle:
       return std::make_unique<Rattle>(mechanics);
+    case Method::Taylor:
+      return std::make_unique<Taylor>(options, mechanics);
     case Method::Auto:
       break;
   }

@@ -38,6 +38,9 @@ class Scheme {
   /// A step leaves State::a at the new place (else it is computed where somebody asks).
   virtual bool knows_acceleration() const { return true; }
 
+  /// The step that its own tolerances allow from this state, s; 0: it has no opinion.
+  virtual double propose_step(const State& /*from*/) { return 0.0; }
+
   /// From `from` by h to `to` (a different object), whose time is given: from.t + h, rounded as the caller wants it. On
   /// a failed outcome or an error above 1 the rest of `to` is meaningless, `from` stays good.
   virtual StepResult step(const State& from, double h, State* to) = 0;
