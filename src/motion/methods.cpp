@@ -2,6 +2,7 @@
 #include <string>
 
 #include "base/check.hpp"
+#include "motion/composition.hpp"
 #include "motion/rattle.hpp"
 #include "motion/runge_kutta.hpp"
 
@@ -13,8 +14,13 @@ struct Entry {
   Method method;
   std::string_view name;
 };
-constexpr std::array<Entry, 4> methods{
-    {{Method::Auto, "auto"}, {Method::Rk4, "rk4"}, {Method::Dopri5, "dopri5"}, {Method::Rattle, "rattle"}}};
+constexpr std::array<Entry, 7> methods{{{Method::Auto, "auto"},
+                                        {Method::Rk4, "rk4"},
+                                        {Method::Dopri5, "dopri5"},
+                                        {Method::Dop853, "dop853"},
+                                        {Method::Rattle, "rattle"},
+                                        {Method::Rattle4, "rattle4"},
+                                        {Method::Rattle6, "rattle6"}}};
 
 }  // namespace
 
@@ -40,8 +46,14 @@ std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options,
       return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
     case Method::Dopri5:
       return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
+    case Method::Dop853:
+      return std::make_unique<RungeKutta>(dop853_tableau(), options, mechanics);
     case Method::Rattle:
       return std::make_unique<Rattle>(mechanics);
+    case Method::Rattle4:
+      return std::make_unique<Composition>(4, suzuki_fractions(), mechanics);
+    case Method::Rattle6:
+      return std::make_unique<Composition>(6, kahan_li_fractions(), mechanics);
     case Method::Auto:
       break;
   }
