@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-enum class Method { Auto, Rk4, Dopri5, Rattle, Taylor };
+enum class Method { Auto, Rk4, Dopri5, Dop853, Taylor, Rattle, Rattle4, Rattle6 };
 
 /// "rk4" …; throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);
@@ -22,7 +22,7 @@ TANOR_API std::string_view method_name(Method method);
 enum class Stabilisation { Projection, None };
 
 struct MotionOptions {
-  Method method = Method::Auto;  ///< auto: dopri5 with tolerances, rk4 where a step is given
+  Method method = Method::Auto;  ///< auto: dop853 with tolerances, rk4 where a step is given
   double step = 0.0;             ///< s; fixed, or the first one to try where a tolerance rules; 0: none
   double rtol = 1e-8;            ///< relative to |r| and |v| of each point
   double atol = 1e-10;           ///< m and m/s

@@ -20,18 +20,24 @@ int count_solves(Method method) {
       return 4;
     case Method::Rattle:
       return 1;
-    case Method::Auto:
+    case Method::Rattle4:
+      return 5;
+    case Method::Rattle6:
+      return 9;
     case Method::Dopri5:
+      return 6;  // the seventh stage is the first one of the next step
+    case Method::Auto:
+    case Method::Dop853:
       break;
   }
-  return 6;  // the seventh stage is the first one of the next step
+  return 12;  // likewise
 }
 
 }  // namespace
 
 Method choose_method(const MotionOptions& motion) {
   if (motion.method != Method::Auto) return motion.method;
-  return motion.step > 0.0 ? Method::Rk4 : Method::Dopri5;
+  return motion.step > 0.0 ? Method::Rk4 : Method::Dop853;
 }
 
 StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method method) {

@@ -13,7 +13,7 @@ struct StepCost {
   double bytes = 0.0;    ///< of the matrices and the state
 };
 
-/// The method that `auto` stands for: rk4 where a step is given, dopri5 with tolerances.
+/// The method that `auto` stands for: rk4 where a step is given, dop853 with tolerances.
 Method choose_method(const MotionOptions& motion);
 
 StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method method);

@@ -22,15 +22,16 @@ void check_options(const MotionOptions& options) {
 
 Method resolve(const MotionOptions& options) {
   if (options.method != Method::Auto) return options.method;
-  return options.step > 0.0 ? Method::Rk4 : Method::Dopri5;
+  return options.step > 0.0 ? Method::Rk4 : Method::Dop853;
 }
 
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
-  if (method != Method::Rattle || system.coordinates.empty()) return solver;
+  const bool needs_constraints = method == Method::Rattle || method == Method::Rattle4 || method == Method::Rattle6;
+  if (!needs_constraints || system.coordinates.empty()) return solver;
   if (solver.form == Form::Tangent || num_equations(system) == 0) {
-    throw InputError("/motion/method",
-                     "rattle projects onto constraints, the tangent form has none; rk4 and dopri5 "
-                     "step in coordinates");
+    throw InputError("/motion/method", std::string(method_name(method)) +
+                                           " projects onto constraints, the tangent form has none; rk4 and "
+                                           "dopri5 step in coordinates");
   }
   solver.form = Form::Normal;
   return solver;
