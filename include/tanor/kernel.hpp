@@ -68,6 +68,7 @@ struct ForceBatch {
   const double* r;  ///< [count][3] m
   const double* v;  ///< [count][3] m/s
   double* f;        ///< [count][3] N
+  double* derivative = nullptr;  ///< [count][3][6] of f in r, then in v; null: not wanted
 };
 
 struct ForceKernel {
@@ -75,6 +76,7 @@ struct ForceKernel {
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const ForceBatch& batch) = nullptr;
   bool depends_on_velocity = true;
+  bool knows_derivatives = false;  ///< false: `derivative` is never asked for, implicit methods do not see how stiff f is
 };
 
 /// Friction at single points that slide along their guides, at one time.

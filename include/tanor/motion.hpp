@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-enum class Method { Auto, Rk4, Dopri5, Rattle };
+enum class Method { Auto, Rk4, Dopri5, Rattle, Radau5, GeneralizedAlpha };
 
 /// "rk4" …; throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);
@@ -28,6 +28,7 @@ struct MotionOptions {
   double atol = 1e-10;           ///< m and m/s
   Stabilisation stabilisation = Stabilisation::Projection;
   StartMode start = StartMode::Check;
+  double spectral_radius = 0.8;  ///< generalized_alpha: what a step leaves of the fastest oscillations, 0 … 1
 };
 
 /// Kinetic and potential energy, J, and the work done since the start.

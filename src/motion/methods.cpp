@@ -2,6 +2,8 @@
 #include <string>
 
 #include "base/check.hpp"
+#include "motion/generalized_alpha.hpp"
+#include "motion/radau.hpp"
 #include "motion/rattle.hpp"
 #include "motion/runge_kutta.hpp"
 
@@ -13,8 +15,12 @@ struct Entry {
   Method method;
   std::string_view name;
 };
-constexpr std::array<Entry, 4> methods{
-    {{Method::Auto, "auto"}, {Method::Rk4, "rk4"}, {Method::Dopri5, "dopri5"}, {Method::Rattle, "rattle"}}};
+constexpr std::array<Entry, 6> methods{{{Method::Auto, "auto"},
+                                        {Method::Rk4, "rk4"},
+                                        {Method::Dopri5, "dopri5"},
+                                        {Method::Rattle, "rattle"},
+                                        {Method::Radau5, "radau5"},
+                                        {Method::GeneralizedAlpha, "generalized_alpha"}}};
 
 }  // namespace
 
@@ -42,6 +48,10 @@ std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options,
       return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
     case Method::Rattle:
       return std::make_unique<Rattle>(mechanics);
+    case Method::Radau5:
+      return std::make_unique<Radau5>(options, mechanics);
+    case Method::GeneralizedAlpha:
+      return std::make_unique<GeneralizedAlpha>(options, mechanics);
     case Method::Auto:
       break;
   }

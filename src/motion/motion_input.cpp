@@ -18,6 +18,9 @@ void check_options(const MotionOptions& options) {
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
   positive("/motion/rtol", options.rtol, "a positive tolerance");
   positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
+  if (!(options.spectral_radius >= 0.0 && options.spectral_radius <= 1.0)) {
+    throw InputError("/motion/spectral_radius", text(options.spectral_radius) + " does not lie between 0 and 1");
+  }
 }
 
 Method resolve(const MotionOptions& options) {
