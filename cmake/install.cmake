@@ -19,6 +19,7 @@ install(FILES
   ${PROJECT_BINARY_DIR}/tanorConfigVersion.cmake
   cmake/FindCHOLMOD.cmake
   cmake/FindSPQR.cmake
+  cmake/FindKLU.cmake
   DESTINATION ${package_dir} COMPONENT development)
 
 file(RELATIVE_PATH libdir_to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})

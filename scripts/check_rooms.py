@@ -29,7 +29,7 @@ ROOMS = {
     "system":   Sees("base", "system", "Eigen/"),
     "evaluate": Sees("base system", "system", "Eigen/"),
     "assembly": Sees("base system evaluate", "system", "Eigen/"),
-    "factor":   Sees("base", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp metis.h Eigen/"),
+    "factor":   Sees("base", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
     "plan":     Sees("base system factor", "solver_options", ""),
     "solve":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),

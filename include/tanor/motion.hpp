@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-enum class Method { Auto, Rk4, Dopri5, Dop853, Taylor, Rattle, Rattle4, Rattle6 };
+enum class Method { Auto, Rk4, Dopri5, Dop853, Taylor, Rattle, Rattle4, Rattle6, Radau5, GeneralizedAlpha };
 
 /// "rk4" …; throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);
@@ -28,6 +28,8 @@ struct MotionOptions {
   double atol = 1e-10;           ///< m and m/s
   Stabilisation stabilisation = Stabilisation::Projection;
   StartMode start = StartMode::Check;
+  int order = 0;                   ///< taylor: terms of the series, 4 … 24; 0: as the tolerance asks
+  double spectral_radius = 0.8;  ///< generalized_alpha: what a step leaves of the fastest oscillations, 0 … 1
 };
 
 /// Kinetic and potential energy, J, and the work done since the start.
@@ -56,6 +58,7 @@ struct FrictionSummary {
 
 struct MotionReport {
   Method method = Method::Auto;  ///< the one used
+  std::string method_reason{};   ///< why, where `auto` chose it
   double time = 0.0;             ///< reached, s
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;

@@ -121,6 +121,39 @@ CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = 
   return kernel;
 }
 
+/// callable(const std::array<T, 3>& r, const std::array<T, 3>& v, double t) -> std::array<T, 3>, N, for T = double and
+/// Forward<6>: a force on a point at r with velocity v.
+template <class Callable>
+ForceKernel make_force_kernel(Callable&& callable, bool thread_safe = true) {
+  using Function = std::decay_t<Callable>;
+  ForceKernel kernel{.thread_safe = thread_safe, .knows_derivatives = true};
+  kernel.context = std::make_shared<const Function>(std::forward<Callable>(callable));
+  kernel.evaluate = [](const void* context, const ForceBatch& batch) {
+    const Function& function = *static_cast<const Function*>(context);
+    for (std::size_t k = 0; k < batch.count; ++k) {
+      std::array<double, 3> r, v;
+      std::array<Forward<6>, 3> r_variable, v_variable;
+      for (std::size_t i = 0; i < 3; ++i) {
+        r[i] = batch.r[3 * k + i];
+        v[i] = batch.v[3 * k + i];
+        r_variable[i] = Forward<6>::variable(r[i], static_cast<int>(i));
+        v_variable[i] = Forward<6>::variable(v[i], static_cast<int>(i + 3));
+      }
+      if (batch.derivative == nullptr) {
+        const std::array<double, 3> f = function(r, v, batch.t);
+        for (std::size_t i = 0; i < 3; ++i) batch.f[3 * k + i] = f[i];
+        continue;
+      }
+      const std::array<Forward<6>, 3> f = function(r_variable, v_variable, batch.t);
+      for (std::size_t i = 0; i < 3; ++i) {
+        batch.f[3 * k + i] = f[i].value();
+        for (std::size_t j = 0; j < 6; ++j) batch.derivative[6 * (3 * k + i) + j] = f[i].d[j];
+      }
+    }
+  };
+  return kernel;
+}
+
 /// callable(const Vector3& r, const Vector3& v, double t, const std::array<T, p>& lambda) -> std::array<T, 3>, N, for
 /// T = double and Forward<p>: the friction on a point at r that slides with v along its guides, whose p equations have
 /// the multipliers lambda.

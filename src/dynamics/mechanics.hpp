@@ -1,6 +1,8 @@
 #pragma once
 
+#include <complex>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,6 +31,49 @@ struct Energy {
 struct StepErrors {
   const double *x, *v;
   const double *x_from, *v_from, *x_to, *v_to;
+};
+
+/// What multiplies M, -df/dv and -df/dx in Newton's matrix of an implicit step.
+template <class T>
+struct NewtonWeights {
+  T mass, velocity, position;
+};
+
+/// What implicit schemes see: M x'' = f + K lambda and K'x' + xi_t = 0 as residuals at any (t, x, v, lambda), lambda
+/// `num_multipliers()` numbers, and Newton matrices
+///
+///   [ N  -K ]     N = a M - b df/dv - c (df/dx + d(K lambda)/dx)
+///   [ K'  0 ]
+///
+/// with the derivatives of springs, dampers, drag, formulas and rods; what else there is counts as not stiff.
+class ImplicitEquations {
+ public:
+  virtual ~ImplicitEquations() = default;
+
+  virtual std::size_t num_multipliers() const = 0;
+  /// Those of the mechanics' last accelerations.
+  virtual std::span<const double> multipliers() const = 0;
+
+  /// M^-1 (f + K lambda) into a, K'v + xi_t into rates.
+  virtual Outcome evaluate(double t, const double* x, const double* v, const double* lambda, double* a,
+                           double* rates) = 0;
+  /// xi [num_multipliers()]; returns the largest relative violation. K'v + xi_t likewise, with K at the last
+  /// `evaluate`.
+  virtual double evaluate_positions(double t, const double* x, double* xi) = 0;
+  virtual double evaluate_rates(double t, const double* x, const double* v, double* rates) = 0;
+  /// At the last `evaluate`.
+  virtual Power power(const double* x, const double* v) const = 0;
+
+  /// K and the derivatives of forces, from here to the next call.
+  virtual void linearise(double t, const double* x, const double* v, const double* lambda) = 0;
+  /// M^-1 (df/dx + d(K lambda)/dx) dx is added to a.
+  virtual void add_stiffness(const double* dx, double* a) = 0;
+  /// Newton's matrix at the last linearisation; one real and one complex factor stay until the next ones.
+  virtual Outcome factorize(const NewtonWeights<double>& weights) = 0;
+  virtual Outcome factorize(const NewtonWeights<std::complex<double>>& weights) = 0;
+  /// N y - K mu = M y_given, K'y = mu_given in place: y `size()` numbers (0 at supports), mu `num_multipliers()`.
+  virtual void solve(double* y, double* mu) = 0;
+  virtual void solve(std::complex<double>* y, std::complex<double>* mu) = 0;
 };
 
 /// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers.
@@ -102,6 +147,9 @@ class Mechanics {
   /// The discrete state, plain numbers, to be kept in a snapshot; and back. Throws InputError where it does not fit.
   virtual std::vector<int> discrete_state() const { return {}; }
   virtual void restore_discrete_state(std::span<const int> /*state*/) {}
+
+  /// For implicit schemes; null where the mechanics has none.
+  virtual std::unique_ptr<ImplicitEquations> make_implicit_equations() { return nullptr; }
 
   /// At the state of the last `accelerations`.
   virtual Power power(const double* x, const double* v) const = 0;

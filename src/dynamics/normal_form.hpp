@@ -38,6 +38,7 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
   double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
+  std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
   std::size_t rank() const override { return model_.rank; }

@@ -4,6 +4,7 @@
 #include <tuple>
 #include <vector>
 
+#include "base/block3.hpp"
 #include "evaluate/family.hpp"
 #include "evaluate/linear_family.hpp"
 #include "evaluate/tangents.hpp"
@@ -55,6 +56,11 @@ class Constraints {
   /// Into the contacts' own rows alone: phi + T'w0, the acceleration of sliding; returns the largest, m/s^2.
   double evaluate_contacts(const Parallel& parallel, const double* r, const double* v, const double* w0,
                            Tangents::Which which, double* phi);
+
+  /// Rods as pairs of points, and the derivative of K lambda in positions that is theirs, rod by rod:
+  /// lambda (I - u u')/L of the force on j in r_j (see Coupling).
+  std::vector<Coupling> list_rods() const;
+  void evaluate_rod_derivatives(const Parallel& parallel, const double* r, const double* lambda, Block3* to) const;
 
   /// Shortest of the lengths that violations are measured by, m; at most `scene_size`.
   double smallest_length(double scene_size) const;

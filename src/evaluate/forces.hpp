@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/block3.hpp"
 #include "base/parallel.hpp"
 #include "evaluate/pair_field.hpp"
 #include "evaluate/tables.hpp"
@@ -55,6 +56,17 @@ class Forces {
   /// f [3n], N.
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f);
 
+  /// Springs, as pairs of points.
+  std::vector<Coupling> list_couplings() const;
+  /// What `evaluate_derivatives` says: of points [moving point], of couplings in the order of `list_couplings`.
+  struct Derivatives {
+    Block3 *point_positions, *point_velocities;        ///< df_i/dr_i and df_i/dv_i without those of couplings
+    Block3 *coupling_positions, *coupling_velocities;  ///< of the force on j in r_j and v_j, see Coupling
+  };
+  /// df/dr and df/dv at (t, r, v) of springs, drag and formulas; those of pair forces are left out.
+  void evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
+                            const Derivatives& to) const;
+
   /// Potential energy of gravity, constant forces, springs and pairs, J. Supports take part as far as springs hold them
   /// and pairs push them.
   double potential(const Parallel& parallel, const double* r) const;
@@ -77,6 +89,8 @@ class Forces {
     std::size_t first_slot;
   };
   void evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v);
+  void evaluate_formula_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
+                                    const Derivatives& to) const;
   bool moves(Index point) const { return static_cast<std::size_t>(point) < num_moving_; }
   Vec3 spring_force(const Spring& spring, const double* r, const double* v, bool elastic, bool viscous) const;
 

@@ -23,7 +23,7 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       mechanics_(mechanics),
       report_(*report),
       scheme_(make_scheme(method, options, mechanics)),
-      control_(scheme_->order()),
+      control_(scheme_->estimate_order()),
       events_(mechanics),
       places_(options, mechanics, report) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
@@ -41,7 +41,7 @@ void Integration::write(Snapshot* snapshot) const {
 void Integration::restore(const Snapshot& snapshot) {
   mechanics_.restore_discrete_state(snapshot.discrete_state);
   next_step = snapshot.next_step;
-  control_ = StepControl(scheme_->order(), snapshot.last_error);
+  control_ = StepControl(scheme_->estimate_order(), snapshot.last_error);
   advance_begin_ = snapshot.advance_begin;
   advance_end_ = snapshot.advance_end;
   scheme_ = make_scheme(method_, options_, mechanics_);  // which remembers no other motion
@@ -197,7 +197,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
   const Attempt attempt = try_step(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
-    const double wanted = h * control_.accept(attempt.error);
+    const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
     // A step cut short by t_end says little about the next one, one cut short by an event nothing: the whole one does,
     // but not that the next one may be longer.
     next_step = last ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;

@@ -18,11 +18,24 @@ void check_options(const MotionOptions& options) {
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
   positive("/motion/rtol", options.rtol, "a positive tolerance");
   positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
+  if (options.order != 0 && !(options.order >= 4 && options.order <= ScalarFunction::largest_order)) {
+    throw InputError("/motion/order", text(options.order) + " terms; 4 to " + text(ScalarFunction::largest_order) +
+                                          " are right, or 0: as the tolerance asks");
+  }
+  if (!(options.spectral_radius >= 0.0 && options.spectral_radius <= 1.0)) {
+    throw InputError("/motion/spectral_radius", text(options.spectral_radius) + " does not lie between 0 and 1");
+  }
 }
 
-Method resolve(const MotionOptions& options) {
-  if (options.method != Method::Auto) return options.method;
-  return options.step > 0.0 ? Method::Rk4 : Method::Dop853;
+ChosenMethod choose_method(const MotionOptions& options, const Mechanics& mechanics, bool in_coordinates) {
+  if (options.method != Method::Auto) return {options.method, ""};
+  if (options.step > 0.0) {
+    if (in_coordinates) return {Method::Rk4, "a step is given, the motion is in coordinates"};
+    return {Method::Rattle, "a step is given: one solve each, and energy that does not drift"};
+  }
+  const std::string obstacle = mechanics.series_obstacle();
+  if (obstacle.empty()) return {Method::Taylor, "all constraints and forces have series in time"};
+  return {Method::Dop853, "no series in time: " + obstacle};
 }
 
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {

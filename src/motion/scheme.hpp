@@ -35,6 +35,10 @@ class Scheme {
   /// Order of the error per unit of time.
   virtual int order() const = 0;
   virtual bool is_adaptive() const = 0;
+  /// Power of h with which the error estimate falls (adaptive schemes).
+  virtual int estimate_order() const { return order(); }
+  /// The next step where one of length `last` was accepted and the error estimate allows `wanted`.
+  virtual double choose_step(double /*last*/, double wanted) const { return wanted; }
   /// A step leaves State::a at the new place (else it is computed where somebody asks).
   virtual bool knows_acceleration() const { return true; }
 

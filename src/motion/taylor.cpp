@@ -7,7 +7,6 @@
 #include <string>
 
 #include "motion/runge_kutta.hpp"
-#include "system/text.hpp"
 
 namespace tanor {
 
@@ -43,14 +42,16 @@ void make_quadrature(int count, std::vector<double>* nodes, std::vector<double>*
 }  // namespace
 
 Taylor::Taylor(const MotionOptions& options, Mechanics& mechanics)
-    : options_(options), mechanics_(mechanics), order_(choose_order(options.rtol)) {
+    : options_(options),
+      mechanics_(mechanics),
+      order_(options.order > 0 ? options.order : choose_order(options.rtol)) {
   const std::string obstacle = mechanics.series_obstacle();
   if (!obstacle.empty()) throw InputError("/motion/method", "taylor: " + obstacle);
   const std::size_t n = mechanics.size();
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));
   for (std::vector<double>& coefficient : coefficients_) pointers_.push_back(coefficient.data());
   for (std::vector<double>* array : {&inside_.x, &inside_.v, &inside_.a}) array->resize(n, 0.0);
-  other_ = std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
+  other_ = std::make_unique<RungeKutta>(dop853_tableau(), options, mechanics);
   if (mechanics.has_work()) make_quadrature((order_ + 1) / 2, &nodes_, &weights_);
 }
 
@@ -133,10 +134,14 @@ Power Taylor::integrate_power(const State& from, double h) {
 ///   (P+1) P r_{P+1} h^{P-1} = a - sum,   so   r_{P+1} h^{P+1} = (a - sum) h^2/((P+1) P)
 double Taylor::measure_error(const State& from, double h, const State& to) {
   const double of_v = h / order_, of_x = of_v * h / (order_ + 1);
+  // Accelerations are found to about 1e-12 of the largest one: less is no sign of anything.
+  constexpr double noise = 1e-11;
+  double largest = 0.0;
+  for (const double a : to.a) largest = std::max(largest, std::abs(a));
   for (std::size_t i = 0; i < to.a.size(); ++i) {
-    const double missing = to.a[i] - inside_.a[i];
-    inside_.x[i] = of_x * missing;
-    inside_.v[i] = of_v * missing;
+    const double missing = to.a[i] - inside_.a[i], sure = std::abs(missing) > noise * largest ? missing : 0.0;
+    inside_.x[i] = of_x * sure;
+    inside_.v[i] = of_v * sure;
   }
   return mechanics_.error_ratio(from.t,
                                 {inside_.x.data(), inside_.v.data(), from.x.data(), from.v.data(), to.x.data(),

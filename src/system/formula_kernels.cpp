@@ -179,6 +179,19 @@ void check_names(std::span<const std::string> names, const Constants& constants)
 
 using ForceFormulas = std::vector<Formula>;
 
+/// With the partial derivatives in the positions (first = 0) or in the velocities (first = 3).
+Lanes<Forward<3>> evaluate_force_partials(const Formula& formula, const ForceBatch& batch, const Rows& rows,
+                                          std::size_t first) {
+  return formula.evaluate_loading<Lanes<Forward<3>>>([&](int variable, Lanes<Forward<3>>* a) {
+    const auto i = static_cast<std::size_t>(variable);
+    a->fill(batch.t);
+    if (i < 6) gather(i < 3 ? batch.r : batch.v, rows, 3, i % 3, a->c[0]);
+    if (first <= i && i < first + 3) {
+      for (double& partial : a->c[1 + i - first]) partial = 1.0;
+    }
+  });
+}
+
 void evaluate_force(const void* context, const ForceBatch& batch) {
   const auto& formulas = *static_cast<const ForceFormulas*>(context);
   for_each_group(batch.count, [&](const Rows& rows) {
@@ -192,6 +205,11 @@ void evaluate_force(const void* context, const ForceBatch& batch) {
         }
       });
       scatter(f.c[0], rows, 3, component, batch.f);
+      if (batch.derivative == nullptr) continue;
+      for (const std::size_t first : {0, 3}) {
+        const Lanes<Forward<3>> partials = evaluate_force_partials(formulas[component], batch, rows, first);
+        for (std::size_t i = 0; i < 3; ++i) scatter(partials.c[1 + i], rows, 18, 6 * component + first + i, batch.derivative);
+      }
     }
   });
 }
@@ -255,7 +273,7 @@ CoordinateKernel formula_coordinates(std::span<const std::string> names, std::sp
 ForceKernel formula_force(const std::array<std::string, 3>& components, const Constants& constants) {
   static const std::vector<std::string> variables = {"x", "y", "z", "vx", "vy", "vz", "t"};
   static constexpr const char* places[] = {"/x", "/y", "/z"};
-  ForceKernel kernel{.evaluate = evaluate_force, .depends_on_velocity = false};
+  ForceKernel kernel{.evaluate = evaluate_force, .depends_on_velocity = false, .knows_derivatives = true};
   ForceFormulas formulas;
   for (std::size_t k = 0; k < 3; ++k) {
     formulas.push_back(parse_at(places[k], components[k], variables, constants));

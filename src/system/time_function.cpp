@@ -56,12 +56,20 @@ class TableSource final : public ScalarFunction::Source {
 
 class CustomSource final : public ScalarFunction::Source {
  public:
-  explicit CustomSource(std::function<Jet<2>(const Jet<2>&)> function) : function_(std::move(function)) {}
+  using Function = std::function<Jet<2>(const Jet<2>&)>;
+  using Series = std::function<Jet<ScalarFunction::largest_order>(const Jet<ScalarFunction::largest_order>&)>;
+  CustomSource(Function function, Series series) : function_(std::move(function)), series_(std::move(series)) {}
   Jet<2> evaluate(double t) const override { return function_(Jet<2>::variable(t)); }
-  bool expand(double, std::span<double>) const override { return false; }
+  bool expand(double t, std::span<double> coefficients) const override {
+    if (!series_) return false;
+    const auto series = series_(Jet<ScalarFunction::largest_order>::variable(t));
+    std::copy_n(series.c.begin(), coefficients.size(), coefficients.begin());
+    return true;
+  }
 
  private:
-  std::function<Jet<2>(const Jet<2>&)> function_;
+  Function function_;
+  Series series_;
 };
 
 }  // namespace
@@ -81,9 +89,9 @@ ScalarFunction ScalarFunction::table(std::vector<double> times, std::vector<doub
   return ScalarFunction(std::make_shared<TableSource>(Spline(std::move(times), values)));
 }
 
-ScalarFunction ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)> function) {
+ScalarFunction ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)> function, SeriesFunction series) {
   if (!function) throw InputError("", "custom function: it is empty, nothing to call");
-  return ScalarFunction(std::make_shared<CustomSource>(std::move(function)));
+  return ScalarFunction(std::make_shared<CustomSource>(std::move(function), std::move(series)));
 }
 
 Jet<2> ScalarFunction::operator()(double t) const {

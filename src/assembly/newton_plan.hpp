@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/block3.hpp"
+#include "evaluate/family.hpp"
+
+namespace tanor {
+
+/// Writes Newton's matrix of an implicit step straight into the pattern that the factorization reads: the unknowns are
+/// 3 numbers for each moving point, then one for each row,
+///
+///   [ N  -K ]     N = a M - b df/dv - c (df/dr + d(K lambda)/dr)
+///   [ K'  E ]
+///
+/// E is a tiny diagonal compliance: rows that depend on others have a factor too, and what is consistent is still
+/// solved, by Newton's iteration itself. Made once a topology; every entry knows its slot.
+class NewtonPlan {
+ public:
+  /// Supports (points from `masses.size()` on) and rows from `num_rows` on take no part.
+  NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
+             std::span<const Incidence> incidences);
+
+  /// Pattern by columns, rows increasing.
+  const std::vector<int>& column_start() const { return start_; }
+  const std::vector<int>& rows() const { return rows_; }
+
+  template <class T>
+  struct Weights {
+    T mass, velocity, position;  // a, b, c
+  };
+  struct Values {
+    const Block3 *point_positions, *point_velocities;        // [moving point]
+    const Block3 *coupling_positions, *coupling_velocities;  // [coupling]
+    const double* blocks;                                    // of K
+  };
+  /// T = double or std::complex<double>.
+  template <class T>
+  void assemble(const Weights<T>& weights, const Values& values, T* entries) const;
+
+  /// y += (df/dr + d(K lambda)/dr) x on moving points, 3 numbers a point.
+  void add_stiffness(const Values& values, const double* x, double* y) const;
+
+ private:
+  using Columns = std::array<int, 3>;  // slots of a block's first entry in each of its three columns
+
+  struct CoupledPoints {
+    Coupling points;  // -1: does not move
+    Columns ij, ji;   // force on i by a move of j, and on j by one of i
+  };
+  struct RowEntry {
+    int point, row, block;
+    double sign;
+    int below;           // slot of the first entry of K; the others follow
+    Columns transposed;  // slots of K'
+  };
+
+  std::vector<double> masses_;
+  std::vector<Columns> own_;  // [moving point]
+  std::vector<CoupledPoints> couplings_;
+  std::vector<RowEntry> entries_;
+  std::vector<int> compliance_;  // [row] slot
+  std::vector<int> start_, rows_;
+};
+
+}  // namespace tanor

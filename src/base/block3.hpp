@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "base/vec3.hpp"
+
+namespace tanor {
+
+/// 3 x 3 numbers, row by row: how a force on one point answers to a move of one point.
+struct Block3 {
+  std::array<double, 9> entries{};
+
+  double operator()(int row, int column) const { return entries[static_cast<std::size_t>(3 * row + column)]; }
+
+  /// += s a b'
+  void add_product(double s, Vec3 a, Vec3 b) {
+    const std::array<double, 3> column{a.x, a.y, a.z}, row{b.x, b.y, b.z};
+    for (std::size_t k = 0; k < 9; ++k) entries[k] += s * column[k / 3] * row[k % 3];
+  }
+  /// += s I
+  void add_identity(double s) {
+    for (const std::size_t k : {0, 4, 8}) entries[k] += s;
+  }
+};
+
+inline Vec3 operator*(const Block3& a, Vec3 x) {
+  return {a(0, 0) * x.x + a(0, 1) * x.y + a(0, 2) * x.z, a(1, 0) * x.x + a(1, 1) * x.y + a(1, 2) * x.z,
+          a(2, 0) * x.x + a(2, 1) * x.y + a(2, 2) * x.z};
+}
+
+/// Two points whose forces on each other depend on r_j - r_i and v_j - v_i alone: with B the derivative of the force on
+/// j in r_j, the other three are -B, -B and B.
+struct Coupling {
+  int i, j;
+};
+
+}  // namespace tanor

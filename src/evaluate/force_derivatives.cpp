@@ -1,0 +1,86 @@
+#include "evaluate/forces.hpp"
+
+namespace tanor {
+
+std::vector<Coupling> Forces::list_couplings() const {
+  std::vector<Coupling> result;
+  for (const Spring& spring : springs_) result.push_back({spring.i, spring.j});
+  return result;
+}
+
+void Forces::evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
+                                  const Derivatives& to) const {
+  // F = -T u on j with a = r_j - r_i = L u, b = v_j - v_i, T = k (L - rest) + c u.b:
+  //   dF/dr_j = -u (k u + c (b - (u.b)u)/L)' - (T/L)(I - u u'),   dF/dv_j = -c u u'
+  parallel.for_ranges(springs_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const Spring& spring = springs_[n];
+      Block3 by_position, by_velocity;
+      const Vec3 a = load(r, spring.j) - load(r, spring.i), b = load(v, spring.j) - load(v, spring.i);
+      const double length = norm(a);
+      if (length > 0.0) {
+        const Vec3 unit = (1.0 / length) * a;
+        const double along = dot(unit, b), c = spring.damping;
+        const double tension = spring.stiffness * (length - spring.rest_length) + c * along;
+        by_position.add_product(-1.0, unit, spring.stiffness * unit + (c / length) * (b - along * unit));
+        by_position.add_product(tension / length, unit, unit);
+        by_position.add_identity(-tension / length);
+        by_velocity.add_product(-c, unit, unit);
+      } else if (spring.rest_length == 0.0) {
+        by_position.add_identity(-spring.stiffness);
+      }
+      to.coupling_positions[n] = by_position;
+      to.coupling_velocities[n] = by_velocity;
+    }
+  });
+  parallel.for_ranges(num_moving_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      to.point_positions[i] = {};
+      // -c1 I - c2 (|v| I + v v'/|v|)
+      Block3 by_velocity;
+      for (const auto& [linear, quadratic] : drags_[i]) {
+        const Vec3 b = load(v, i);
+        const double speed = norm(b);
+        by_velocity.add_identity(-linear - quadratic * speed);
+        if (speed > 0.0) by_velocity.add_product(-quadratic / speed, b, b);
+      }
+      to.point_velocities[i] = by_velocity;
+    }
+  });
+  evaluate_formula_derivatives(parallel, t, r, v, to);
+}
+
+/// In chunks, as the forces themselves; one group after the other, so that points in several groups add up.
+void Forces::evaluate_formula_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
+                                          const Derivatives& to) const {
+  constexpr std::size_t chunk = 64;
+  for (const FormulaGroup& group : formulas_) {
+    if (!group.kernel.knows_derivatives) continue;
+    const Parallel serial(1);
+    const Parallel& loop = group.kernel.thread_safe ? parallel : serial;
+    loop.for_ranges(group.points.size(), [&](std::size_t first, std::size_t last) {
+      std::array<double, 3 * chunk> r_chunk, v_chunk, f;  // NOLINT: filled before use
+      std::array<double, 18 * chunk> derivative;          // NOLINT: filled before use
+      for (std::size_t begin = first; begin < last; begin += chunk) {
+        const std::size_t count = std::min(chunk, last - begin);
+        for (std::size_t k = 0; k < count; ++k) {
+          store(r_chunk.data(), k, load(r, group.points[begin + k]));
+          store(v_chunk.data(), k, load(v, group.points[begin + k]));
+        }
+        group.kernel.evaluate(group.kernel.context.get(),
+                              {count, t, r_chunk.data(), v_chunk.data(), f.data(), derivative.data()});
+        for (std::size_t k = 0; k < count; ++k) {
+          const auto point = static_cast<std::size_t>(group.points[begin + k]);
+          if (point >= num_moving_) continue;
+          for (std::size_t entry = 0; entry < 9; ++entry) {
+            const double* const row = derivative.data() + 18 * k + 6 * (entry / 3) + entry % 3;
+            to.point_positions[point].entries[entry] += row[0];
+            to.point_velocities[point].entries[entry] += row[3];
+          }
+        }
+      }
+    });
+  }
+}
+
+}  // namespace tanor

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace tanor {
+
+/// Pattern of a square sparse matrix by columns: entries of column j are start[j] … start[j + 1] - 1, rows increasing.
+struct SquarePattern {
+  std::vector<int> start{0};
+  std::vector<int> rows;
+
+  std::size_t size() const { return start.size() - 1; }
+};
+
+/// P A Q = L U of a general square matrix, T = double or std::complex<double>; symbolic once, numeric many times. The
+/// door to KLU.
+///
+/// Pivots are chosen by the first factorization and kept by the next ones, which then allocate nothing, as long as they
+/// serve; where one of them is too small they are chosen anew.
+template <class T>
+class SparseLu {
+ public:
+  /// Throws std::bad_alloc.
+  explicit SparseLu(SquarePattern pattern);
+  SparseLu(SparseLu&&) noexcept;
+  SparseLu& operator=(SparseLu&&) noexcept;
+  ~SparseLu();
+
+  const SquarePattern& pattern() const;
+  T* values();  ///< beside pattern().rows; to be filled before `factorize`
+
+  /// False: A is singular, or holds numbers that are not finite; there is no factor then.
+  [[nodiscard]] bool factorize();
+  /// Forgets the pivots: the next factorization chooses them anew.
+  void forget_pivots();
+
+  /// x := A^-1 x, [n].
+  void solve(T* x);
+
+  /// Factorizations that chose their pivots so far.
+  std::size_t num_pivotings() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+extern template class SparseLu<double>;
+extern template class SparseLu<std::complex<double>>;
+
+}  // namespace tanor

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "motion/implicit_step.hpp"
+
+namespace tanor {
+
+/// Generalized-alpha (Chung & Hulbert 1993; on constraints Arnold & Bruels 2007): order 2, one Newton iteration with one
+/// real matrix a step, the fastest oscillations damped by `spectral_radius` a step. With an acceleration b of its own
+///
+///   r_1 = r_0 + h v_0 + h^2 ((1/2 - beta) b_0 + beta b_1),   v_1 = v_0 + h ((1 - gamma) b_0 + gamma b_1)
+///   (1 - alpha_m) b_1 + alpha_m b_0 = (1 - alpha_f) w_1 + alpha_f w_0,   M w_1 = f_1 + K_1 lambda,   xi(r_1, t_1) = 0
+///
+/// and v_1 put onto K'v + xi_t = 0 at the end.
+class GeneralizedAlpha final : public Scheme {
+ public:
+  GeneralizedAlpha(const MotionOptions& options, Mechanics& mechanics);
+
+  int order() const override { return 2; }
+  bool is_adaptive() const override { return false; }
+  StepResult step(const State& from, double h, State* to) override;
+  void forget() override { knows_own_ = false; }
+
+ private:
+  Outcome iterate(const State& from, double h, State* to, bool* converged);
+
+  MotionOptions options_;
+  ImplicitStep implicit_;
+  Mechanics& mechanics_;
+  ImplicitEquations& equations_;
+  double alpha_m_, alpha_f_, beta_, gamma_;
+  std::vector<double> own_, next_own_;  // b_0 and b_1
+  double own_time_ = 0.0;
+  bool knows_own_ = false;
+  std::vector<double> lambda_, residual_, rows_, v_increment_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tanor {
+
+/// Judges the increments of a simplified Newton iteration inside a step, each measured by the tolerance of the step
+/// (Hairer & Wanner II, IV.8): it goes on until what is still to come is a small part of the tolerance.
+class NewtonIteration {
+ public:
+  enum class Verdict { GoOn, Converged, Stalls };
+
+  explicit NewtonIteration(double rtol)
+      : target_(std::max(10.0 * std::numeric_limits<double>::epsilon() / rtol, std::min(0.03, std::sqrt(rtol)))) {}
+
+  /// Of a step; `same_matrix`: as in the last one, whose rate tells what to expect.
+  void begin(bool same_matrix) {
+    if (!same_matrix) to_come_ = 1.0;
+    count_ = 0;
+    rate_ = 0.0;
+  }
+
+  Verdict judge(double increment) {
+    ++count_;
+    if (!std::isfinite(increment)) return Verdict::Stalls;
+    if (increment == 0.0) return Verdict::Converged;
+    if (count_ == 1) {
+      to_come_ = std::pow(std::max(to_come_, std::numeric_limits<double>::epsilon()), 0.8);
+    } else {
+      const double ratio = increment / last_;
+      rate_ = count_ == 2 ? ratio : std::sqrt(ratio * last_ratio_);
+      last_ratio_ = ratio;
+      // Increments that are rounding do not shrink.
+      if (rate_ >= 0.99) return increment <= rounding_part ? Verdict::Converged : Verdict::Stalls;
+      to_come_ = rate_ / (1.0 - rate_);
+      const double at_the_end = std::pow(rate_, most_iterations - count_) * to_come_ * increment;
+      if (at_the_end > target_ && increment > rounding_part) return Verdict::Stalls;
+    }
+    last_ = increment;
+    if (to_come_ * increment <= target_) return Verdict::Converged;
+    return count_ == most_iterations ? Verdict::Stalls : Verdict::GoOn;
+  }
+
+  /// By how much an iteration of the last step shortened the increment; 0: one was enough.
+  double rate() const { return rate_; }
+
+ private:
+  static constexpr int most_iterations = 12;
+  static constexpr double rounding_part = 0.1;  // of the tolerance
+
+  double target_;
+  double to_come_ = 1.0;  // sum of the increments to come over the last one
+  double rate_ = 0.0, last_ = 0.0, last_ratio_ = 0.0;
+  int count_ = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <complex>
+#include <vector>
+
+#include "motion/implicit_step.hpp"
+#include "motion/radau_coefficients.hpp"
+
+namespace tanor {
+
+/// Radau IIA of order 5 for stiff forces (Hairer & Wanner II, IV.8 and VII.4), stages
+///
+///   r_i = r_0 + h sum_j a_ij v_j,   M (v_i - v_0) = h sum_j a_ij (f_j + K_j lambda_j),   K_i'v_i + xi_t = 0
+///
+/// (index 2: order 5 in r and v), the end put onto xi = 0. Newton's systems have the size of one evaluation, one real
+/// and one complex; a kept factor serves as long as it converges.
+class Radau5 final : public Scheme {
+ public:
+  Radau5(const MotionOptions& options, Mechanics& mechanics);
+
+  int order() const override { return 5; }
+  int estimate_order() const override { return 4; }
+  bool is_adaptive() const override { return true; }
+  double choose_step(double last, double wanted) const override;
+  StepResult step(const State& from, double h, State* to) override;
+  void forget() override { knows_stages_ = false; }
+
+ private:
+  template <class T>
+  using Stages = std::array<std::vector<T>, 3>;
+
+  void predict(const State& from, double h);
+  void start_anew();
+  Outcome solve_stages(const State& from, double h, double t_end);
+  Outcome iterate(const State& from, double h, double t_end, bool* converged);
+  void place_stage(const State& from, double h, double t_end, std::size_t i);
+  double stage_time(const State& from, double h, double t_end, std::size_t i) const;
+  double take_increments(const State& from, double h);
+  double estimate_error(const State& from, double h, const State& to);
+  Outcome add_work(const State& from, double h, State* to);
+
+  const RadauCoefficients radau_ = radau_coefficients();
+  MotionOptions options_;
+  ImplicitStep implicit_;
+  Mechanics& mechanics_;
+  ImplicitEquations& equations_;
+  // Of the last step, from `begin_` to `end_`: v_i - v_0 and lambda_i, from which the next ones are guessed.
+  Stages<double> moved_, lambda_;
+  double begin_ = 0.0, end_ = 0.0;
+  bool knows_stages_ = false;
+  // Workspaces: stages; residuals, then increments.
+  Stages<double> x_, v_, a_, rates_;
+  std::vector<std::complex<double>> pair_, pair_rates_;
+};
+
+}  // namespace tanor
