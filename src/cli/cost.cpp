@@ -26,6 +26,12 @@ int count_solves(Method method) {
       return 9;
     case Method::Dopri5:
       return 6;  // the seventh stage is the first one of the next step
+    case Method::Taylor:
+      return 14;  // with the usual tolerances; but one factorization
+    case Method::Radau5:
+      return 10;
+    case Method::GeneralizedAlpha:
+      return 3;
     case Method::Auto:
     case Method::Dop853:
       break;
@@ -35,11 +41,6 @@ int count_solves(Method method) {
 
 }  // namespace
 
-Method choose_method(const MotionOptions& motion) {
-  if (motion.method != Method::Auto) return motion.method;
-  return motion.step > 0.0 ? Method::Rk4 : Method::Dop853;
-}
-
 StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method method) {
   const double points = static_cast<double>(num_points),
                equations = static_cast<double>(plan.form == Form::Tangent ? plan.coordinates : plan.equations);
@@ -48,9 +49,11 @@ StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method me
   StepCost cost;
   cost.solves = count_solves(method);
   // One pass over points and equations, one factorization, one forward and one back substitution.
+  const int factorizations = method == Method::Taylor ? 1 : cost.solves;
   cost.seconds =
-      cost.solves * (points * seconds_per_point + equations * seconds_per_equation + plan.factor_flops / factor_flops +
-                     factor_nonzeros * (factor_seconds_per_nonzero + solve_seconds_per_nonzero));
+      cost.solves * (points * seconds_per_point + equations * seconds_per_equation +
+                     factor_nonzeros * solve_seconds_per_nonzero) +
+      factorizations * (plan.factor_flops / factor_flops + factor_nonzeros * factor_seconds_per_nonzero);
   // L and S with 4-byte indices; about 20 state vectors of 3n.
   cost.bytes = 12.0 * (factor_nonzeros + static_cast<double>(plan.pattern_nonzeros)) + 20.0 * 24.0 * points;
   return cost;

@@ -47,7 +47,7 @@ void multiply(const Lane* a, const Lane* mu, int k, Products* products) {
 
 void DistanceSeries::resize(int order) {
   order_ = order;
-  lanes_.resize((members_.size() + series_width - 1) / series_width * lanes_per_chunk());
+  lanes_.resize((members_.size() + series_width - 1) / series_width * lanes_per_chunk() * series_width);
 }
 
 /// Coefficient k of a.
@@ -71,7 +71,7 @@ void DistanceSeries::load(SeriesLane* a, std::size_t chunk, int k, std::span<dou
 
 void DistanceSeries::advance_chunk(std::size_t chunk, int k, std::span<double* const> coefficients,
                                    const TimeSeriesTable& table, const double* last, double* blocks, double* rows) {
-  SeriesLane* const a = lanes_.data() + chunk * lanes_per_chunk();
+  SeriesLane* const a = reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk();
   SeriesLane* const mu = a + 3 * (order_ + 1);
   SeriesLane& inverse = mu[order_ + 1];
   if (k == 0) {

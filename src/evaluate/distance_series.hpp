@@ -44,7 +44,7 @@ class DistanceSeries {
             const TimeSeriesTable& table) const;
 
   std::vector<Member> members_;
-  std::vector<SeriesLane> lanes_;
+  std::vector<double> lanes_;  // [chunk][lanes_per_chunk()][series_width]
   int order_ = 0;
 };
 

@@ -8,9 +8,10 @@
 
 namespace tanor {
 
-/// The same number of several members, side by side; at any address, since a std::vector forgets the alignment.
+/// The same number of several members, side by side: a view of doubles at any address.
 inline constexpr std::size_t series_width = 8;
-using SeriesLane = double __attribute__((vector_size(series_width * sizeof(double)), aligned(sizeof(double))));
+using SeriesLane
+    = double __attribute__((vector_size(series_width * sizeof(double)), aligned(sizeof(double)), may_alias));
 
 /// An expression run on series in time, coefficient by coefficient, `series_width` members at once: coefficient k of
 /// every instruction follows from the coefficients up to k of those before it (Griewank & Walther, table 13.2), and

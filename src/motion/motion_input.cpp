@@ -27,15 +27,27 @@ void check_options(const MotionOptions& options) {
   }
 }
 
-ChosenMethod choose_method(const MotionOptions& options, const Mechanics& mechanics, bool in_coordinates) {
+namespace {
+
+ChosenMethod choose(const MotionOptions& options, bool in_coordinates, const auto& find_obstacle) {
   if (options.method != Method::Auto) return {options.method, ""};
   if (options.step > 0.0) {
     if (in_coordinates) return {Method::Rk4, "a step is given, the motion is in coordinates"};
     return {Method::Rattle, "a step is given: one solve each, and energy that does not drift"};
   }
-  const std::string obstacle = mechanics.series_obstacle();
+  const std::string obstacle = find_obstacle();
   if (obstacle.empty()) return {Method::Taylor, "all constraints and forces have series in time"};
   return {Method::Dop853, "no series in time: " + obstacle};
+}
+
+}  // namespace
+
+ChosenMethod choose_method(const MotionOptions& options, const Mechanics& mechanics, bool in_coordinates) {
+  return choose(options, in_coordinates, [&] { return mechanics.series_obstacle(); });
+}
+
+ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {
+  return choose(options, dynamics.plan().form == Form::Tangent, [&] { return dynamics.series_obstacle(); });
 }
 
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {

@@ -2,8 +2,6 @@
 
 #include <cstddef>
 
-#include <string>
-
 #include <tanor/motion.hpp>
 
 #include "dynamics/mechanics.hpp"
@@ -15,13 +13,6 @@ void check_options(const MotionOptions& options);
 /// `size`: 3 times the number of points.
 void check_snapshot(const Snapshot& snapshot, std::size_t size);
 
-/// A method and why it was chosen; empty where it was asked for.
-struct ChosenMethod {
-  Method method;
-  std::string reason;
-};
-/// What `auto` means for a system in this form: rattle (in coordinates rk4) where a step is given; taylor where
-/// everything has a series in time, else dop853.
 ChosenMethod choose_method(const MotionOptions& options, const Mechanics& mechanics, bool in_coordinates);
 /// rattle projects onto constraints: it steps in normal form. Throws InputError where there is none.
 SolverOptions resolve(SolverOptions solver, const System& system, Method method);
