@@ -72,11 +72,11 @@ class Judge {
 
   // ---- constraints, in judge_constraints.cpp ----
   void judge_constraints();
-  void judge_equations(const Definitions& definitions);
+  void judge_equations(const Definitions& definitions, const Vector& user_v);
   void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const;
   Vector measure_rows() const;
-  double measure_curvature(const Definitions& definitions);
-  void judge_power(const Definitions& definitions, const Vector& lambda, const Vector& eta);
+  double measure_curvature(const Definitions& definitions, const Vector& user_v);
+  void judge_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta);
   Vector multipliers_of(const Vector& u);
   Vector project_onto_tangent(const Vector& u);
   void judge_normal_projector(const Definitions& definitions);

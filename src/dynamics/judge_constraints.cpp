@@ -15,8 +15,11 @@ void Judge::judge_constraints() {
   model_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), K_.data());
   model_.clear_contacts(K_.data());
   row_norms_ = measure_rows();
-  scale_ = std::max(acceleration_, measure_curvature(definitions));
-  judge_equations(definitions);
+  {
+    const Vector user_v = to_user(answer_.v);
+    scale_ = std::max(acceleration_, measure_curvature(definitions, user_v));
+    judge_equations(definitions, user_v);
+  }
   if (forms_.tangent == nullptr) {
     judge_normal_projector(definitions);
     judge_by_second_factor();
@@ -26,12 +29,12 @@ void Judge::judge_constraints() {
   if (has_friction_) judge_friction(definitions);
 }
 
-void Judge::judge_equations(const Definitions& definitions) {
+void Judge::judge_equations(const Definitions& definitions, const Vector& user_v) {
   const double rounding = rounding_of_places();
 
   // K'w + phi: the second derivative of xi along r + e v + e^2/2 w
   Vector xi(d_), rate(d_), second(d_);
-  definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(answer_.v), to_user(answer_.w), xi, rate, second);
+  definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, to_user(answer_.w), xi, rate, second);
   Worst worst;
   for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(second[a]) / (row_norms_[a] * scale_), a);
   add_row(&result_.residual, "K'w + phi = 0", worst, 1e-10 + rounding);
@@ -48,7 +51,7 @@ void Judge::judge_equations(const Definitions& definitions) {
   }
   add_point(&result_.residual, "M w = " + given_force() + " + K lambda", worst_point(rest, scale_), 1e-10 + rounding);
 
-  judge_power(definitions, lambda, K_lambda);
+  judge_power(definitions, user_v, lambda, K_lambda);
 }
 
 /// The two unit vectors of a line that turns are a convention, which the definitions may keep otherwise: what the
@@ -91,19 +94,18 @@ Judge::Vector Judge::measure_rows() const {
 }
 
 /// max |phi|/|gradient|: phi along r + e v, with what is prescribed at supports.
-double Judge::measure_curvature(const Definitions& definitions) {
+double Judge::measure_curvature(const Definitions& definitions, const Vector& user_v) {
   Vector given(n_, 0.0), xi(d_), rate(d_);
   std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(), given.data() + moving_);
   phi_.resize(d_);
-  definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(answer_.v), to_user(given), xi, rate, phi_);
+  definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, to_user(given), xi, rate, phi_);
   double worst = 0.0;
   for (std::size_t a = 0; a < d_; ++a) worst = std::max(worst, std::abs(phi_[a]) / row_norms_[a]);
   return worst;
 }
 
 /// eta'v + lambda'xi_t = 0 over all points, supports too.
-void Judge::judge_power(const Definitions& definitions, const Vector& lambda, const Vector& eta) {
-  const Vector user_v = to_user(answer_.v);
+void Judge::judge_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta) {
   Vector xi_t(d_, 0.0);
   if (model_.constraints.depends_on_time()) {
     const Vector zero(n_, 0.0);

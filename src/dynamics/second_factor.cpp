@@ -182,11 +182,13 @@ double SecondFactor::estimate_reciprocal_condition() {
   constexpr int iterations = 3;
   double inverse = 0.0;
   for (std::size_t k = 0; k < packed_.size(); ++k) packed_[k] = std::sin(1.0 + 2.399963 * static_cast<double>(k));
+  double before = norm_of(packed_);
   for (int i = 0; i < iterations && !packed_.empty(); ++i) {
-    const double before = norm_of(packed_);
     solve();
-    inverse = norm_of(packed_) / before;
-    for (double& x : packed_) x /= inverse * before;
+    const double after = norm_of(packed_);
+    inverse = after / before;
+    for (double& x : packed_) x /= after;
+    before = 1.0;
   }
   return inverse > 0.0 ? 1.0 / (largest_column_sum_ * inverse) : 1.0;
 }
