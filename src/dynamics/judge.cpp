@@ -89,10 +89,17 @@ Judge::Vector Judge::inner_rows(const Vector& user) const {
   return inner;
 }
 
+/// splitmix64 (G. L. Steele, D. Lea, C. H. Flood 2014)
+double Judge::random_number() {
+  std::uint64_t z = random_ += 0x9e3779b97f4a7c15;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+  return 0x1p-63 * static_cast<double>(static_cast<std::int64_t>(z ^ (z >> 31)));
+}
+
 Judge::Vector Judge::random_points() {
   Vector u(n_, 0.0);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  for (std::size_t i = 0; i < moving_; ++i) u[i] = uniform(generator_);
+  for (std::size_t i = 0; i < moving_; ++i) u[i] = random_number();
   return u;
 }
 

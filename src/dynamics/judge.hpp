@@ -1,9 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <optional>
-#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -47,7 +47,8 @@ class Judge {
   Vector to_user(const Vector& inner) const;
   /// [rows] from the user's [d]; contacts: 0.
   Vector inner_rows(const Vector& user) const;
-  /// Independent of everything but the seed: no identity may hold by chance.
+  /// In (-1, 1), independent of everything but the seed: no identity may hold by chance.
+  double random_number();
   Vector random_points();
   /// sum of m x y over the moving points
   double product(const Vector& x, const Vector& y) const;
@@ -71,10 +72,11 @@ class Judge {
 
   // ---- constraints, in judge_constraints.cpp ----
   void judge_constraints();
+  void judge_equations(const Definitions& definitions, const Vector& user_v);
   void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const;
   Vector measure_rows() const;
-  double measure_curvature(const Definitions& definitions);
-  void judge_power(const Definitions& definitions, const Vector& lambda, const Vector& eta);
+  double measure_curvature(const Definitions& definitions, const Vector& user_v);
+  void judge_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta);
   Vector multipliers_of(const Vector& u);
   Vector project_onto_tangent(const Vector& u);
   void judge_normal_projector(const Definitions& definitions);
@@ -116,10 +118,10 @@ class Judge {
   const std::size_t n_, moving_, d_, num_rows_;  // d_: the user's rows; num_rows_: with those of contacts
   const bool has_friction_, something_sticks_;
   Certificate result_;
-  std::mt19937_64 generator_{20261};
+  std::uint64_t random_ = 20261;
   Vector K_;   // blocks at the answer, evaluated afresh; without contacts: what holds those that stick is given
   Vector w0_;  // M^-1 (f + tau)
-  Vector user_r_, row_norms_, phi_, xi_t_;
+  Vector user_r_, row_norms_, phi_;
   Vector other_w_, other_eta_;
   std::optional<SecondFactor> second_, own_gamma_;
   SecondFactor* gamma_ = nullptr;  // own_gamma_; or second_ where all masses are equal: Gamma = m S

@@ -9,20 +9,32 @@
 namespace tanor {
 
 void Judge::judge_constraints() {
-  const Vector &r = answer_.r, &v = answer_.v;
   Definitions definitions(model_.system, forms_.start_time());
-  user_r_ = to_user(r);
+  user_r_ = to_user(answer_.r);
   K_.resize(3 * model_.constraints.num_blocks());
-  model_.constraints.evaluate_gradients(model_.parallel, r.data(), K_.data());
-  K_ = model_.without_contacts(K_);
-  Vector xi(d_), rate(d_), second(d_);
+  model_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), K_.data());
+  model_.clear_contacts(K_.data());
   row_norms_ = measure_rows();
-  const double curvature = measure_curvature(definitions);
-  scale_ = std::max(acceleration_, curvature);
+  {
+    const Vector user_v = to_user(answer_.v);
+    scale_ = std::max(acceleration_, measure_curvature(definitions, user_v));
+    judge_equations(definitions, user_v);
+  }
+  if (forms_.tangent == nullptr) {
+    judge_normal_projector(definitions);
+    judge_by_second_factor();
+  }
+  judge_split();
+  judge_euclidean(definitions);
+  if (has_friction_) judge_friction(definitions);
+}
+
+void Judge::judge_equations(const Definitions& definitions, const Vector& user_v) {
   const double rounding = rounding_of_places();
 
   // K'w + phi: the second derivative of xi along r + e v + e^2/2 w
-  definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(v), to_user(answer_.w), xi, rate, second);
+  Vector xi(d_), rate(d_), second(d_);
+  definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, to_user(answer_.w), xi, rate, second);
   Worst worst;
   for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(second[a]) / (row_norms_[a] * scale_), a);
   add_row(&result_.residual, "K'w + phi = 0", worst, 1e-10 + rounding);
@@ -39,14 +51,7 @@ void Judge::judge_constraints() {
   }
   add_point(&result_.residual, "M w = " + given_force() + " + K lambda", worst_point(rest, scale_), 1e-10 + rounding);
 
-  judge_power(definitions, lambda, K_lambda);
-  if (forms_.tangent == nullptr) {
-    judge_normal_projector(definitions);
-    judge_by_second_factor();
-  }
-  judge_split();
-  judge_euclidean(definitions);
-  if (has_friction_) judge_friction(definitions);
+  judge_power(definitions, user_v, lambda, K_lambda);
 }
 
 /// The two unit vectors of a line that turns are a convention, which the definitions may keep otherwise: what the
@@ -70,7 +75,7 @@ void Judge::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) 
     const double factor = i.sign * answer_.lambda[static_cast<std::size_t>(i.row)];
     store(carried.data(), i.point, load(carried.data(), i.point) + factor * load(K_.data(), i.block));
   }
-  definitions.transposed(answer_.t, user_r_, to_user(carried), along);
+  definitions.transposed(model_.parallel, answer_.t, user_r_, to_user(carried), along);
   for (std::size_t a = 0; a < d_; ++a) {
     if (turns[a] != 0) (*lambda)[a] = along[a];
   }
@@ -89,23 +94,23 @@ Judge::Vector Judge::measure_rows() const {
 }
 
 /// max |phi|/|gradient|: phi along r + e v, with what is prescribed at supports.
-double Judge::measure_curvature(const Definitions& definitions) {
+double Judge::measure_curvature(const Definitions& definitions, const Vector& user_v) {
   Vector given(n_, 0.0), xi(d_), rate(d_);
   std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(), given.data() + moving_);
   phi_.resize(d_);
-  definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(answer_.v), to_user(given), xi, rate, phi_);
+  definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, to_user(given), xi, rate, phi_);
   double worst = 0.0;
   for (std::size_t a = 0; a < d_; ++a) worst = std::max(worst, std::abs(phi_[a]) / row_norms_[a]);
   return worst;
 }
 
 /// eta'v + lambda'xi_t = 0 over all points, supports too.
-void Judge::judge_power(const Definitions& definitions, const Vector& lambda, const Vector& eta) {
-  const Vector user_v = to_user(answer_.v), zero(n_, 0.0);
-  Vector xi(d_), second(d_);
-  xi_t_.assign(d_, 0.0);
+void Judge::judge_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta) {
+  Vector xi_t(d_, 0.0);
   if (model_.constraints.depends_on_time()) {
-    definitions.taylor(model_.parallel, answer_.t, user_r_, zero, zero, xi, xi_t_, second);
+    const Vector zero(n_, 0.0);
+    Vector xi(d_), second(d_);
+    definitions.taylor(model_.parallel, answer_.t, user_r_, zero, zero, xi, xi_t, second);
   }
   double sum = 0.0, size = 0.0;
   for (std::size_t i = 0; i < n_ / 3; ++i) {
@@ -113,8 +118,8 @@ void Judge::judge_power(const Definitions& definitions, const Vector& lambda, co
     size += norm(load(eta.data(), i)) * std::max(norm(load(user_v.data(), i)), model_.velocity_scale * 1e-3);
   }
   for (std::size_t a = 0; a < d_; ++a) {
-    sum += lambda[a] * xi_t_[a];
-    size += std::abs(lambda[a] * xi_t_[a]);
+    sum += lambda[a] * xi_t[a];
+    size += std::abs(lambda[a] * xi_t[a]);
   }
   // Velocities satisfy K'v + xi_t = 0 to the tolerance of their projection.
   add(&result_.power_balance, "eta'v = -lambda'xi_t", size > 0.0 ? std::abs(sum) / size : 0.0, 1e-9, "");
@@ -138,29 +143,27 @@ Judge::Vector Judge::project_onto_tangent(const Vector& u) {
   return result;
 }
 
-/// K'u is the rate of xi along u, without xi_t.
 Judge::Worst Judge::rows_of(const Definitions& definitions, const Vector& u, double size) const {
-  const Vector zero(n_, 0.0);
-  Vector xi(d_), rate(d_), second(d_);
-  definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(u), zero, xi, rate, second);
+  Vector rows(d_);
+  definitions.transposed(model_.parallel, answer_.t, user_r_, to_user(u), rows);
   Worst worst;
-  for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(rate[a] - xi_t_[a]) / (row_norms_[a] * size), a);
+  for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(rows[a]) / (row_norms_[a] * size), a);
   return worst;
 }
 
 void Judge::judge_normal_projector(const Definitions& definitions) {
   const double rcond = rcond_of_S_;
   const double allowed = conditioned(rcond) + rounding_of_places();
-  const Vector u = random_points(), y = random_points();
-  const Vector Qu = project_onto_tangent(u), QQu = project_onto_tangent(Qu), Qy = project_onto_tangent(y);
+  const Vector u = random_points(), Qu = project_onto_tangent(u);
   const double size = model_.largest_norm(u.data());
 
   add_row(&result_.normal_identity, "K'Q u = 0", rows_of(definitions, Qu, size), allowed);
 
-  Vector rest(n_);
-  for (std::size_t i = 0; i < n_; ++i) rest[i] = QQu[i] - Qu[i];
+  Vector rest = project_onto_tangent(Qu);
+  for (std::size_t i = 0; i < n_; ++i) rest[i] -= Qu[i];
   add_point(&result_.normal_identity, "Q Q u = Q u", worst_point(rest, size), allowed);
 
+  const Vector y = random_points(), Qy = project_onto_tangent(y);
   const double asymmetry = std::abs(product(y, Qu) - product(u, Qy)) / (norm_of(u) * norm_of(y));
   add(&result_.normal_identity, "y'M Q u = u'M Q y", asymmetry, allowed, "");
 }

@@ -108,8 +108,7 @@ void Judge::judge_both() {
 
   // K'A x = 0 (3)
   Vector x(model_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(num_rows_);
-  std::normal_distribution<double> normal;
-  for (double& value : x) value = normal(generator_);
+  for (double& value : x) value = random_number();
   model_.coordinates.apply(model_.parallel, forms_.tangent->blocks().data(), x.data(), Ax.data());
   model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr, rows.data());
   Worst worst;

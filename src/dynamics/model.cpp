@@ -210,9 +210,13 @@ std::string Model::name_row(std::size_t inner_row) const {
   return "a contact";
 }
 
+void Model::clear_contacts(double* blocks) const {
+  constraints.tangents().list_incidences([&](const Incidence& i) { store(blocks, i.block, Vec3{}); });
+}
+
 std::vector<double> Model::without_contacts(const std::vector<double>& blocks) const {
   std::vector<double> result = blocks;
-  constraints.tangents().list_incidences([&](const Incidence& i) { store(result.data(), i.block, Vec3{}); });
+  clear_contacts(result.data());
   return result;
 }
 

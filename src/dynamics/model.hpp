@@ -91,7 +91,9 @@ class Model {
   double largest_move(const double* x, const double* y) const;
 
   std::string name_row(std::size_t inner_row) const;
-  /// K without the rows of contacts: what the system's constraints alone span, whatever sticks. In the same places.
+  /// Rows of contacts := 0 in K: what the system's constraints alone span, whatever sticks.
+  void clear_contacts(double* blocks) const;
+  /// The same in a copy.
   std::vector<double> without_contacts(const std::vector<double>& blocks) const;
   /// "friction0 at wire[4], point 3"
   std::string name_contact(std::size_t contact) const;

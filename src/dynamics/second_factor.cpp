@@ -76,17 +76,17 @@ TrianglePattern multiply(const SparseColumns& C, const ByRow& by_row, std::span<
 
 SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
                            const std::string& first_ordering, SecondWay way) {
-  const SparseColumns C = scaled_columns(model, blocks, weights);
+  const PointColumns C = scaled_columns(model, blocks, weights);
   const std::size_t d = C.num_columns();
   const bool makes_no_fill = first_ordering == "natural";
   is_qr_ = way == SecondWay::Qr || (way == SecondWay::Auto && (makes_no_fill || d <= most_rows_of_qr));
   if (is_qr_) {
     const double tolerance =
         20.0 * static_cast<double>(d + 3 * model.num_points()) * std::numeric_limits<double>::epsilon();
-    R_ = factorize_qr(C, tolerance, makes_no_fill ? ColumnOrder::Given : ColumnOrder::FillReducing);
+    R_ = makes_no_fill ? merge_rows(C, tolerance) : factorize_qr(C.expand(), tolerance);
     row_of_ = R_.independent;
   } else {
-    factorize(C, first_ordering.find("metis") != std::string::npos ? Ordering::Nesdis : Ordering::Metis);
+    factorize(C.expand(), first_ordering.find("metis") != std::string::npos ? Ordering::Nesdis : Ordering::Metis);
   }
   for (int& row : row_of_) row = row_of_column_[static_cast<std::size_t>(row)];
   packed_.resize(row_of_.size());
@@ -111,54 +111,49 @@ void SecondFactor::factorize(const SparseColumns& C, Ordering ordering) {
 }
 
 /// Columns of W^1/2 K of the rows that take part, to unit length. Rows of contacts without a gradient have none.
-SparseColumns SecondFactor::scaled_columns(const Model& model, const double* blocks, std::span<const double> weights) {
-  struct Entry {
-    Index point;
-    Vec3 value;
-  };
+PointColumns SecondFactor::scaled_columns(const Model& model, const double* blocks, std::span<const double> weights) {
   const std::size_t d = model.numbering.first_idle_row();
   const auto weight_of = [&](const Incidence& i) { return weights[static_cast<std::size_t>(i.point)]; };
   // Incidences by row, then by the order of its points.
-  std::vector<std::size_t> first(d + 1, 0);
+  std::vector<std::size_t> first(d + 2, 0);
   for (const Incidence& i : model.incidences) {
-    if (weight_of(i) > 0.0) ++first[static_cast<std::size_t>(i.row) + 1];
+    if (weight_of(i) > 0.0) ++first[static_cast<std::size_t>(i.row) + 2];
   }
   std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<Entry> entries(first.back());
-  std::vector<std::size_t> next(first.begin(), first.end() - 1);
+  PointColumns C;
+  C.num_points = static_cast<int>(model.num_moving());
+  C.entries.resize(first.back());
   for (const Incidence& i : model.incidences) {
     if (weight_of(i) == 0.0) continue;
     const Vec3 value = (i.sign * std::sqrt(weight_of(i))) * load(blocks, i.block);
-    entries[next[static_cast<std::size_t>(i.row)]++] = {i.point, value};
+    C.entries[first[static_cast<std::size_t>(i.row) + 1]++] = {i.point, value};  // row a from first[a + 1] on
   }
-  SparseColumns C;
-  C.num_rows = static_cast<int>(3 * model.num_moving());
   C.start.reserve(d + 1);
-  C.rows.reserve(3 * entries.size());
-  C.values.reserve(3 * entries.size());
+  row_of_column_.reserve(d);
   lengths_.assign(model.num_rows(), 1.0);
   std::vector<double> row_sums(3 * model.num_moving(), 0.0);
+  std::size_t size = 0;
   for (std::size_t row = 0; row < d; ++row) {
-    const auto own = std::span(entries).subspan(first[row], first[row + 1] - first[row]);
-    std::ranges::sort(own, {}, &Entry::point);
+    const auto own = std::span(C.entries).subspan(first[row], first[row + 1] - first[row]);
+    std::ranges::sort(own, {}, &PointColumns::Entry::point);
     double square = 0.0;
-    for (const Entry& e : own) square += dot(e.value, e.value);
+    for (const auto& e : own) square += dot(e.value, e.value);
     const bool is_contact = static_cast<std::size_t>(model.numbering.user_row[row]) >= model.numbering.num_user_rows;
     if (square == 0.0 && is_contact) continue;
     row_of_column_.push_back(static_cast<int>(row));
     if (square > 0.0) lengths_[row] = std::sqrt(square);
+    const double inverse = 1.0 / lengths_[row];
     double column_sum = 0.0;
     for (const auto& [point, vector] : own) {
-      const Vec3 value = (1.0 / lengths_[row]) * vector;
-      for (int c = 0; c < 3; ++c) C.rows.push_back(3 * point + c);
-      C.values.insert(C.values.end(), {value.x, value.y, value.z});
-      store(row_sums.data(), point,
-            load(row_sums.data(), point) + Vec3{std::abs(value.x), std::abs(value.y), std::abs(value.z)});
-      column_sum += std::abs(value.x) + std::abs(value.y) + std::abs(value.z);
+      const Vec3 value = inverse * vector, sizes{std::abs(value.x), std::abs(value.y), std::abs(value.z)};
+      C.entries[size++] = {point, value};  // over those left out
+      store(row_sums.data(), point, load(row_sums.data(), point) + sizes);
+      column_sum += sizes.x + sizes.y + sizes.z;
     }
-    C.start.push_back(static_cast<int>(C.rows.size()));
+    C.start.push_back(static_cast<int>(size));
     largest_column_sum_ = std::max(largest_column_sum_, column_sum);
   }
+  C.entries.resize(size);
   // |C'C|_1 <= |C|_1 |C|_oo
   if (!row_sums.empty()) largest_column_sum_ *= *std::ranges::max_element(row_sums);
   return C;
@@ -187,11 +182,13 @@ double SecondFactor::estimate_reciprocal_condition() {
   constexpr int iterations = 3;
   double inverse = 0.0;
   for (std::size_t k = 0; k < packed_.size(); ++k) packed_[k] = std::sin(1.0 + 2.399963 * static_cast<double>(k));
+  double before = norm_of(packed_);
   for (int i = 0; i < iterations && !packed_.empty(); ++i) {
-    const double before = norm_of(packed_);
     solve();
-    inverse = norm_of(packed_) / before;
-    for (double& x : packed_) x /= inverse * before;
+    const double after = norm_of(packed_);
+    inverse = after / before;
+    for (double& x : packed_) x /= after;
+    before = 1.0;
   }
   return inverse > 0.0 ? 1.0 / (largest_column_sum_ * inverse) : 1.0;
 }

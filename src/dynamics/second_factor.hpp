@@ -7,7 +7,7 @@
 
 #include "dynamics/model.hpp"
 #include "factor/cholesky.hpp"
-#include "factor/sparse_qr.hpp"
+#include "factor/merged_rows.hpp"
 
 namespace tanor {
 
@@ -33,7 +33,7 @@ class SecondFactor {
   double estimate_reciprocal_condition();
 
  private:
-  SparseColumns scaled_columns(const Model& model, const double* blocks, std::span<const double> weights);
+  PointColumns scaled_columns(const Model& model, const double* blocks, std::span<const double> weights);
   void factorize(const SparseColumns& C, Ordering ordering);
   void solve();  // packed_ := (C'C)^-1 packed_
 

@@ -27,16 +27,16 @@ struct Place {
 };
 
 template <class T>
-T inner_product(const Place<T>& a, const Place<T>& b) {
+[[gnu::always_inline]] inline T inner_product(const Place<T>& a, const Place<T>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 template <class T>
-T length(const Place<T>& a) {
+[[gnu::always_inline]] inline T length(const Place<T>& a) {
   using std::sqrt;
   return sqrt(inner_product(a, a));
 }
 template <class T>
-Place<T> vector_product(const Place<T>& a, const Place<T>& b) {
+[[gnu::always_inline]] inline Place<T> vector_product(const Place<T>& a, const Place<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 template <class T>
@@ -334,6 +334,20 @@ struct Along {
   }
 };
 
+/// r + e u, to first order
+struct Straight {
+  const double *r, *u;
+
+  Place<Forward<1>> operator()(Index i) const {
+    const auto first = 3 * static_cast<std::size_t>(i);
+    Place<Forward<1>> result{r[first], r[first + 1], r[first + 2]};
+    result.x.d[0] = u[first];
+    result.y.d[0] = u[first + 1];
+    result.z.d[0] = u[first + 2];
+    return result;
+  }
+};
+
 /// Point `active` varies, the others stand.
 struct Varying {
   const double* r;
@@ -352,6 +366,16 @@ std::vector<Index> flatten(const UserConstraints& user) {
   std::vector<Index> points;
   for (const auto& tuple : user.tuples) points.insert(points.end(), tuple.begin(), tuple.end());
   return points;
+}
+
+/// Member `first + k` of a user's group: its gradient times w of its points.
+double along_gradient(const UserConstraints& group, const TupleValues& values, std::size_t k, const double* w) {
+  const std::vector<Index>& tuple = group.tuples[values.first + k];
+  double sum = 0.0;
+  for (std::size_t p = 0; p < tuple.size(); ++p) {
+    sum += dot(load(values.gradient + k * values.size, p), load(w, tuple[p]));
+  }
+  return sum;
 }
 
 }  // namespace
@@ -429,10 +453,9 @@ ScalarFunction Definitions::parameter(std::size_t g, std::size_t k) const {
       system_.constraints[g]);
 }
 
-void Definitions::taylor(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> v,
-                         std::span<const double> w, std::span<double> xi, std::span<double> rate,
-                         std::span<double> second) const {
-  const Along at{r.data(), v.data(), w.data()};
+template <class T, class At, class Use, class UseTuples>
+void Definitions::for_each_row(const Parallel& parallel, double t, const double* r, const double* v, const At& at,
+                               const Use& use, const UseTuples& use_tuples) const {
   for (std::size_t g = 0; g < starts_.size(); ++g) {
     const Start& start = starts_[g];
     std::visit(
@@ -442,35 +465,53 @@ void Definitions::taylor(const Parallel& parallel, double t, std::span<const dou
             const Parallel serial(1);
             const Parallel& loop = group.kernel.thread_safe ? parallel : serial;
             loop.for_ranges(num_members(group), [&](std::size_t begin, std::size_t end) {
-              for_each_chunk(group.kernel, points, begin, end, t, r.data(), v.data(), [&](const TupleValues& values) {
-                for (std::size_t k = 0; k < values.count; ++k) {
-                  const std::size_t row = start.first_row + values.first + k;
-                  xi[row] = values.xi[k];
-                  rate[row] = values.rate[k];
-                  second[row] = values.phi[k];
-                  const std::vector<Index>& tuple = group.tuples[values.first + k];
-                  for (std::size_t p = 0; p < tuple.size(); ++p) {
-                    second[row] += dot(load(values.gradient + k * values.size, p), load(w.data(), tuple[p]));
-                  }
-                }
-              });
+              for_each_chunk(group.kernel, points, begin, end, t, r, v,
+                             [&](const TupleValues& values) { use_tuples(start.first_row, group, values); });
             });
           } else {
-            const Definition<Group, Jet<2>> definition(group, Clock<Jet<2>>{t}, start.values, start.helper);
+            const Definition<Group, T> definition(group, Clock<T>{t}, start.values, start.helper);
             parallel.for_ranges(num_members(group), [&](std::size_t begin, std::size_t end) {
               for (std::size_t k = begin; k < end; ++k) {
                 std::size_t row = start.first_row + k * rows_per_member<Group>();
-                for (const Jet<2>& jet : definition.xi(k, at)) {
-                  xi[row] = jet.value();
-                  rate[row] = jet.derivative(1);
-                  second[row++] = jet.derivative(2);
-                }
+                for (const T& xi : definition.xi(k, at)) use(row++, xi);
               }
             });
           }
         },
         system_.constraints[g]);
   }
+}
+
+void Definitions::taylor(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> v,
+                         std::span<const double> w, std::span<double> xi, std::span<double> rate,
+                         std::span<double> second) const {
+  for_each_row<Jet<2>>(
+      parallel, t, r.data(), v.data(), Along{r.data(), v.data(), w.data()},
+      [&](std::size_t row, const Jet<2>& jet) {
+        xi[row] = jet.value();
+        rate[row] = jet.derivative(1);
+        second[row] = jet.derivative(2);
+      },
+      [&](std::size_t first_row, const UserConstraints& group, const TupleValues& values) {
+        for (std::size_t k = 0; k < values.count; ++k) {
+          const std::size_t row = first_row + values.first + k;
+          xi[row] = values.xi[k];
+          rate[row] = values.rate[k];
+          second[row] = values.phi[k] + along_gradient(group, values, k, w.data());
+        }
+      });
+}
+
+void Definitions::transposed(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> u,
+                             std::span<double> y) const {
+  for_each_row<Forward<1>>(
+      parallel, t, r.data(), nullptr, Straight{r.data(), u.data()},
+      [&](std::size_t row, const Forward<1>& xi) { y[row] = xi.d[0]; },
+      [&](std::size_t first_row, const UserConstraints& group, const TupleValues& values) {
+        for (std::size_t k = 0; k < values.count; ++k) {
+          y[first_row + values.first + k] = along_gradient(group, values, k, u.data());
+        }
+      });
 }
 
 template <class Use>
@@ -512,13 +553,6 @@ void Definitions::reactions(double t, std::span<const double> r, std::span<const
   for_each_gradient(t, r, [&](std::size_t row, Index point, Vec3 gradient) {
     store(eta.data(), point, load(eta.data(), point) + lambda[row] * gradient);
   });
-}
-
-void Definitions::transposed(double t, std::span<const double> r, std::span<const double> u,
-                             std::span<double> y) const {
-  std::ranges::fill(y, 0.0);
-  for_each_gradient(
-      t, r, [&](std::size_t row, Index point, Vec3 gradient) { y[row] += dot(gradient, load(u.data(), point)); });
 }
 
 }  // namespace tanor

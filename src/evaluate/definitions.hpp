@@ -47,8 +47,9 @@ class Definitions {
   /// What member k of a group has for its parameter.
   ScalarFunction parameter(std::size_t group, std::size_t k) const;
 
-  /// y = K'u [d].
-  void transposed(double t, std::span<const double> r, std::span<const double> u, std::span<double> y) const;
+  /// y = K'u [d], the rate of xi along u while time stands.
+  void transposed(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> u,
+                  std::span<double> y) const;
 
  private:
   /// What a group keeps of the start.
@@ -57,6 +58,12 @@ class Definitions {
     std::vector<double> values;  ///< [member] of a parameter that is "initial", else empty
     Vector3 helper{};            ///< of lines: the axis that the direction is farthest from
   };
+
+  /// use(row, xi) with xi over T at the points `at`, and use_tuples(first row, group, values) for users' own; r and v
+  /// [3n] are what their kernels take, v may be null.
+  template <class T, class At, class Use, class UseTuples>
+  void for_each_row(const Parallel& parallel, double t, const double* r, const double* v, const At& at, const Use& use,
+                    const UseTuples& use_tuples) const;
 
   /// use(row, point, gradient) for each point of each row: a column of K.
   template <class Use>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 namespace tanor {
 
@@ -12,7 +13,8 @@ namespace {
 struct Front {
   std::vector<int> columns;  // increasing
   std::vector<double> rows;  // row by row, columns.size() each
-  int next = -1;             // another one that waits at the same column
+  std::size_t num_rows = 0;
+  int next = -1;  // another one that waits at the same column
 };
 
 /// Fronts that wait at columns; their memory goes from one to the next.
@@ -56,86 +58,55 @@ class WaitingRoom {
   int free_ = -1;
 };
 
-/// One list of all rows of C by their first columns.
-struct Rows {
-  std::vector<int> start, columns;  // CSR
-  std::vector<double> values;
-  std::vector<int> by_first, first_of;  // rows that begin at column j: by_first[first_of[j]] … first_of[j + 1]
+/// Where each point's entries are in C, by increasing column.
+struct ByPoint {
+  struct Place {
+    int column, entry;
+  };
+  std::vector<int> start;
+  std::vector<Place> places;
 
-  explicit Rows(const SparseColumns& C) {
-    const auto num_rows = static_cast<std::size_t>(C.num_rows);
-    const std::size_t d = C.num_columns();
-    start.assign(num_rows + 1, 0);
-    for (const int row : C.rows) ++start[static_cast<std::size_t>(row) + 1];
+  explicit ByPoint(const PointColumns& C)
+      : start(static_cast<std::size_t>(C.num_points) + 2, 0), places(C.entries.size()) {
+    // Point i is filled from start[i + 1] on, which then stands where point i + 1 begins.
+    for (const auto& entry : C.entries) ++start[static_cast<std::size_t>(entry.point) + 2];
     std::partial_sum(start.begin(), start.end(), start.begin());
-    columns.resize(C.rows.size());
-    values.resize(C.rows.size());
-    std::vector<int> next(start.begin(), start.end() - 1);
-    for (std::size_t j = 0; j < d; ++j) {
+    for (std::size_t j = 0; j < C.num_columns(); ++j) {
       for (int k = C.start[j]; k < C.start[j + 1]; ++k) {
-        const int slot = next[static_cast<std::size_t>(C.rows[static_cast<std::size_t>(k)])]++;
-        columns[static_cast<std::size_t>(slot)] = static_cast<int>(j);
-        values[static_cast<std::size_t>(slot)] = C.values[static_cast<std::size_t>(k)];
+        const auto point = static_cast<std::size_t>(C.entries[static_cast<std::size_t>(k)].point);
+        places[static_cast<std::size_t>(start[point + 1]++)] = {static_cast<int>(j), k};
       }
     }
-    first_of.assign(d + 1, 0);
-    const auto first_column = [&](std::size_t row) {
-      return static_cast<std::size_t>(columns[static_cast<std::size_t>(start[row])]);
-    };
-    for (std::size_t row = 0; row < num_rows; ++row) {
-      if (start[row] < start[row + 1]) ++first_of[first_column(row) + 1];
-    }
-    std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
-    by_first.resize(static_cast<std::size_t>(first_of.back()));
-    next.assign(first_of.begin(), first_of.end() - 1);
-    for (std::size_t row = 0; row < num_rows; ++row) {
-      if (start[row] < start[row + 1])
-        by_first[static_cast<std::size_t>(next[first_column(row)]++)] = static_cast<int>(row);
-    }
+  }
+  std::span<const Place> operator[](int point) const {
+    const auto i = static_cast<std::size_t>(point);
+    return {places.data() + start[i], places.data() + start[i + 1]};
   }
 };
 
-/// Takes rows in one by one and keeps them as an upper trapezoid: at most one row begins at each column.
-class Trapezoid {
- public:
-  /// For rows of `width` columns.
-  void begin(std::size_t width) {
-    width_ = width;
-    row_at_.assign(width, none);
-    values_.clear();
+/// Householder's reflection of `rows` [num_rows x width] from row `first` on, which takes all of column c into that
+/// row. Returns false, and does nothing, where the column is no longer than `tolerance` there.
+bool reflect(double* rows, std::size_t num_rows, std::size_t width, std::size_t first, std::size_t c,
+             double tolerance) {
+  double square = 0.0;
+  for (std::size_t i = first; i < num_rows; ++i) square += rows[i * width + c] * rows[i * width + c];
+  const double length = std::sqrt(square);
+  if (!(length > tolerance)) return false;
+  // H = 1 - u u'/(length |u_1|), u = x + sign(x_1) length e_1; H x = -sign(x_1) length e_1
+  double* const top = rows + first * width;
+  const double signed_length = std::copysign(length, top[c]);
+  top[c] += signed_length;
+  const double factor = 1.0 / (signed_length * top[c]);
+  for (std::size_t k = c + 1; k < width; ++k) {
+    double along = 0.0;
+    for (std::size_t i = first; i < num_rows; ++i) along += rows[i * width + c] * rows[i * width + k];
+    along *= factor;
+    for (std::size_t i = first; i < num_rows; ++i) rows[i * width + k] -= along * rows[i * width + c];
   }
-  std::size_t width() const { return width_; }
-  /// Rotates `row` [width] (which is used up) into the rows that are there.
-  void take(double* row) {
-    for (std::size_t c = 0; c < width_; ++c) {
-      if (row[c] == 0.0) continue;
-      if (row_at_[c] == none) {
-        row_at_[c] = values_.size();
-        values_.insert(values_.end(), row, row + width_);
-        return;
-      }
-      // [cos sin; -sin cos] takes (a, b) at column c to (|(a, b)|, 0)
-      double* const other = values_.data() + row_at_[c];
-      const double length = std::sqrt(other[c] * other[c] + row[c] * row[c]), inverse = 1.0 / length;
-      const double cosine = other[c] * inverse, sine = row[c] * inverse;
-      other[c] = length;
-      row[c] = 0.0;
-      for (std::size_t k = c + 1; k < width_; ++k) {
-        const double a = other[k], b = row[k];
-        other[k] = cosine * a + sine * b;
-        row[k] = cosine * b - sine * a;
-      }
-    }
-  }
-  /// The row that begins at column c; null where none does.
-  const double* row_at(std::size_t c) const { return row_at_[c] == none ? nullptr : values_.data() + row_at_[c]; }
-
- private:
-  static constexpr auto none = static_cast<std::size_t>(-1);
-  std::size_t width_ = 0;
-  std::vector<std::size_t> row_at_;  // [column] its place in values_
-  std::vector<double> values_;
-};
+  top[c] = -signed_length;
+  for (std::size_t i = first + 1; i < num_rows; ++i) rows[i * width + c] = 0.0;
+  return true;
+}
 
 /// R row by row into columns; those of dependent columns are left out.
 void write_columns(const std::vector<int>& row_start, const std::vector<int>& columns,
@@ -164,80 +135,107 @@ void write_columns(const std::vector<int>& row_start, const std::vector<int>& co
 
 }  // namespace
 
-TriangularFactor merge_rows(const SparseColumns& C, double tolerance) {
+SparseColumns PointColumns::expand() const {
+  SparseColumns C;
+  C.num_rows = 3 * num_points;
+  C.rows.reserve(3 * entries.size());
+  C.values.reserve(3 * entries.size());
+  for (const auto& [point, value] : entries) {
+    for (int c = 0; c < 3; ++c) C.rows.push_back(3 * point + c);
+    C.values.insert(C.values.end(), {value.x, value.y, value.z});
+  }
+  C.start = start;
+  for (int& first : C.start) first *= 3;
+  return C;
+}
+
+TriangularFactor merge_rows(const PointColumns& C, double tolerance) {
   const std::size_t d = C.num_columns();
-  const Rows rows(C);
+  const ByPoint by_point(C);
   TriangularFactor R;
   std::vector<int> row_start{0}, row_columns;  // of R
   std::vector<double> row_values;
-  row_columns.reserve(C.rows.size() / 2);
-  row_values.reserve(C.rows.size() / 2);
+  row_columns.reserve(C.entries.size());
+  row_values.reserve(C.entries.size());
   row_start.reserve(d + 1);
   R.independent.reserve(d);
   WaitingRoom waiting(d);
   std::vector<int> columns, place(d, -1);  // of the front at hand; column -> its place there
-  std::vector<double> row;
-  Trapezoid trapezoid;
+  std::vector<int> own;                    // points whose rows begin at column j
+  std::vector<double> front;               // [num_rows x columns]
 
   for (std::size_t j = 0; j < d; ++j) {
     columns.clear();
+    own.clear();
+    std::size_t num_rows = 0;
     const auto include = [&](int column) {
       if (place[static_cast<std::size_t>(column)] >= 0) return;
       place[static_cast<std::size_t>(column)] = 0;
       columns.push_back(column);
     };
-    const auto own = [&](const auto& use) {
-      for (int k = rows.first_of[j]; k < rows.first_of[j + 1]; ++k) {
-        const auto i = static_cast<std::size_t>(rows.by_first[static_cast<std::size_t>(k)]);
-        for (int e = rows.start[i]; e < rows.start[i + 1]; ++e)
-          use(e == rows.start[i], e + 1 == rows.start[i + 1], static_cast<std::size_t>(e));
-      }
-    };
-    waiting.for_each(j, [&](const Front& front) { std::ranges::for_each(front.columns, include); });
-    own([&](bool, bool, std::size_t e) { include(rows.columns[e]); });
+    waiting.for_each(j, [&](const Front& other) {
+      for (const int column : other.columns) include(column);
+      num_rows += other.num_rows;
+    });
+    for (int k = C.start[j]; k < C.start[j + 1]; ++k) {
+      const int point = C.entries[static_cast<std::size_t>(k)].point;
+      if (by_point[point].front().column != static_cast<int>(j)) continue;
+      own.push_back(point);
+      for (const auto& there : by_point[point]) include(there.column);
+      num_rows += 3;
+    }
     if (columns.empty()) {
       R.dependent.push_back(static_cast<int>(j));
       continue;
     }
-    std::ranges::sort(columns);
-    for (std::size_t k = 0; k < columns.size(); ++k) place[static_cast<std::size_t>(columns[k])] = static_cast<int>(k);
-    const auto at = [&](int column) { return static_cast<std::size_t>(place[static_cast<std::size_t>(column)]); };
+    if (!std::ranges::is_sorted(columns)) std::ranges::sort(columns);
+    const std::size_t width = columns.size();
+    for (std::size_t k = 0; k < width; ++k) place[static_cast<std::size_t>(columns[k])] = static_cast<int>(k);
 
-    trapezoid.begin(columns.size());
-    waiting.for_each(j, [&](const Front& front) {
-      for (std::size_t first = 0; first < front.rows.size(); first += front.columns.size()) {
-        row.assign(columns.size(), 0.0);
-        for (std::size_t k = 0; k < front.columns.size(); ++k) row[at(front.columns[k])] = front.rows[first + k];
-        trapezoid.take(row.data());
+    front.assign(num_rows * width, 0.0);
+    double* row = front.data();
+    const auto at = [&](int column) { return row + place[static_cast<std::size_t>(column)]; };
+    waiting.for_each(j, [&](const Front& other) {
+      const double* value = other.rows.data();
+      for (std::size_t i = 0; i < other.num_rows; ++i, row += width) {
+        for (const int column : other.columns) *at(column) = *value++;
       }
     });
-    own([&](bool is_first, bool is_last, std::size_t e) {
-      if (is_first) row.assign(columns.size(), 0.0);
-      row[at(rows.columns[e])] = rows.values[e];
-      if (is_last) trapezoid.take(row.data());
-    });
+    for (const int point : own) {
+      for (const auto& [column, entry] : by_point[point]) {
+        const Vec3 value = C.entries[static_cast<std::size_t>(entry)].value;
+        double* const first = at(column);
+        first[0] = value.x;
+        first[width] = value.y;
+        first[2 * width] = value.z;
+      }
+      row += 3 * width;
+    }
     waiting.release(j);
 
-    const double* const pivot = static_cast<std::size_t>(columns[0]) == j ? trapezoid.row_at(0) : nullptr;
-    const bool is_independent = pivot != nullptr && std::abs(pivot[0]) > tolerance;
+    // To a trapezoid: at most one row begins at each column. Column j is left out where it is short.
+    const bool is_independent = reflect(front.data(), num_rows, width, 0, 0, tolerance);
+    const std::size_t first_left = is_independent ? 1 : 0;
+    std::size_t end = first_left;
+    for (std::size_t c = 1; c < width && end < num_rows; ++c) {
+      if (reflect(front.data(), num_rows, width, end, c, 0.0)) ++end;
+    }
     if (is_independent) {
       R.independent.push_back(static_cast<int>(j));
       row_columns.insert(row_columns.end(), columns.begin(), columns.end());
-      row_values.insert(row_values.end(), pivot, pivot + columns.size());
+      row_values.insert(row_values.end(), front.data(), front.data() + width);
       row_start.push_back(static_cast<int>(row_columns.size()));
     } else {
       R.dependent.push_back(static_cast<int>(j));
     }
-    // What a dependent column leaves of its row belongs to the others.
-    Front* rest = nullptr;
-    for (std::size_t c = is_independent ? 1 : 0; c < columns.size() && columns.size() > 1; ++c) {
-      const double* const left = trapezoid.row_at(c);
-      if (left == nullptr) continue;
-      if (rest == nullptr) {
-        rest = &waiting.add(static_cast<std::size_t>(columns[1]));
-        rest->columns.assign(columns.begin() + 1, columns.end());
+    // What is left, of a dependent column's rows too, belongs to the other columns.
+    if (end > first_left) {
+      Front& rest = waiting.add(static_cast<std::size_t>(columns[1]));
+      rest.columns.assign(columns.begin() + 1, columns.end());
+      rest.num_rows = end - first_left;
+      for (std::size_t i = first_left; i < end; ++i) {
+        for (std::size_t k = 1; k < width; ++k) rest.rows.push_back(front[i * width + k]);
       }
-      rest->rows.insert(rest->rows.end(), left + 1, left + columns.size());
     }
     for (const int column : columns) place[static_cast<std::size_t>(column)] = -1;
   }

@@ -1,15 +1,33 @@
 #pragma once
 
+#include <vector>
+
+#include "base/vec3.hpp"
 #include "factor/sparse_qr.hpp"
 
 namespace tanor {
 
-/// QR factorization of C in the order in which its columns stand, column by column, by Givens rotations of the rows
-/// that begin there. For orders that make no fill (chains, trees): what SuiteSparseQR spends on its small fronts is
+/// Sparse matrix by columns whose rows come in threes, one three a point: entries of column j are start[j] …
+/// start[j + 1] - 1, each point once.
+struct PointColumns {
+  struct Entry {
+    int point;
+    Vec3 value;  ///< in rows 3 point … 3 point + 2
+  };
+  int num_points = 0;
+  std::vector<int> start{0};
+  std::vector<Entry> entries;
+
+  std::size_t num_columns() const { return start.size() - 1; }
+  SparseColumns expand() const;
+};
+
+/// QR factorization of C in the order in which its columns stand, column by column, by reflections of the rows that
+/// begin there. For orders that make no fill (chains, trees): what SuiteSparseQR spends on its small fronts is
 /// most of its time there. A column that is less than `tolerance` away from those before it is left out.
 ///
 /// Rows that a column leaves over wait, as a trapezoid, where they begin (A. George, M. T. Heath 1980; J. W. H. Liu
 /// 1986).
-TriangularFactor merge_rows(const SparseColumns& C, double tolerance);
+TriangularFactor merge_rows(const PointColumns& C, double tolerance);
 
 }  // namespace tanor

@@ -5,7 +5,6 @@
 #include <new>
 
 #include "base/check.hpp"
-#include "factor/merged_rows.hpp"
 
 namespace tanor {
 
@@ -39,8 +38,7 @@ struct Result {
 
 }  // namespace
 
-TriangularFactor factorize_qr(const SparseColumns& C, double tolerance, ColumnOrder order) {
-  if (order == ColumnOrder::Given) return merge_rows(C, tolerance);
+TriangularFactor factorize_qr(const SparseColumns& C, double tolerance) {
   const std::size_t d = C.num_columns();
   TriangularFactor factor;
   if (C.rows.empty()) {

@@ -28,13 +28,10 @@ struct TriangularFactor {
   void solve_transposed(double* x) const;  ///< x := R11^-T x, [rho]
 };
 
-/// Given: where the columns already stand in an order without fill (chains, trees).
-enum class ColumnOrder { FillReducing, Given };
-
 /// QR factorization of C in a fill-reducing order of its columns. The door to SuiteSparseQR.
 ///
 /// A column that is less than `tolerance` away from those before it is left out as dependent (Heath's method); that
 /// finds every dependence that shows in a single |R_jj|, not one that is spread over many. Throws std::bad_alloc.
-TriangularFactor factorize_qr(const SparseColumns& C, double tolerance, ColumnOrder order = ColumnOrder::FillReducing);
+TriangularFactor factorize_qr(const SparseColumns& C, double tolerance);
 
 }  // namespace tanor

@@ -222,13 +222,13 @@ struct Simulation::Implementation {
     std::vector<double> at_a(form.size());
     Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, at_a.data());
     if (!found.ok()) return make_failed_certificate(found);
-    std::vector<double> at_r(points.r.size()), at_v(at_r), at_w(at_r), at_eta(at_r);
-    form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), at_r.data(), at_v.data(), at_w.data());
-    found = forms.reactions(state.t, at_r.data(), at_v.data(), rows.data(), at_eta.data());
+    form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), points.r.data(), points.v.data(),
+                      points.w.data());
+    std::vector<double> at_eta(points.r.size()), at_tau(points.r.size());
+    found = forms.reactions(state.t, points.r.data(), points.v.data(), rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
-    std::vector<double> at_tau(at_r.size());
     forms.friction_forces(at_tau.data());
-    return tanor::certify(forms, {state.t, at_r, at_v, at_w, at_eta, rows, at_tau});
+    return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau});
   }
 
   /// Accelerations and multipliers at the state itself, after steps that left others behind.

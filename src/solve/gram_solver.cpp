@@ -209,11 +209,13 @@ double GramSolver::estimate_reciprocal_condition() {
     // |S^-1| from x, S^-1 x, S^-2 x, …
     double inverse = 0.0;
     for (std::size_t k = 0; k < part.x.size(); ++k) part.x[k] = std::sin(1.0 + 2.399963 * static_cast<double>(k));
+    double before = norm_of(part.x);
     for (int i = 0; i < iterations; ++i) {
-      const double before = norm_of(part.x);
       part.solve(part.x.data());
-      inverse = norm_of(part.x) / before;
-      for (double& x : part.x) x /= inverse * before;
+      const double after = norm_of(part.x);
+      inverse = after / before;
+      for (double& x : part.x) x /= after;
+      before = 1.0;
     }
     const double largest = *std::max_element(column_sum.begin(), column_sum.end());
     worst = std::min(worst, 1.0 / (largest * inverse));

@@ -312,7 +312,7 @@ TEST_P(ConstraintKind, SecondDefinitionOfTheHouseSaysTheSame) {
     for (std::size_t a = 0; a < d; ++a) lambda[a] = std::sin(1.0 + 2.0 * static_cast<double>(a));
 
     definitions.taylor(Parallel(1), t, scene.r, scene.v, scene.w, xi, rate, curvature);
-    definitions.transposed(t, scene.r, scene.w, y);
+    definitions.transposed(Parallel(1), t, scene.r, scene.w, y);
     definitions.reactions(t, scene.r, lambda, eta);
 
     ASSERT_EQ(definitions.num_rows(), d);

@@ -128,7 +128,7 @@ RC_GTEST_PROP(DefinitionsProperty, AgreeWithTheFamiliesOnRandomSystems, ()) {
   Found found{std::vector<double>(d), std::vector<double>(d), std::vector<double>(d)};
   std::vector<double> y(d), eta(size);
   definitions.taylor(Parallel(1), random.t, random.positions, random.velocities, w, found.xi, found.rate, found.second);
-  definitions.transposed(random.t, random.positions, w, y);
+  definitions.transposed(Parallel(1), random.t, random.positions, w, y);
   definitions.reactions(random.t, random.positions, lambda, eta);
 
   const Parallel serial(1);
