@@ -63,7 +63,7 @@ TANOR_API std::string_view friction_method_name(FrictionMethod method);
 /// Friction at one instant.
 struct FrictionReport {
   std::size_t contacts = 0, sticking = 0;
-  int iterations = 0;        ///< evaluations of the law, one solve with the factor of S each
+  int iterations = 0;        ///< evaluations of the law, one solve with the factor of S each; of Newton's method, steps
   double contraction = 0.0;  ///< measured: by how much an iteration of (43) shortened the distance
   double residual = 0.0;     ///< |tau(lambda) - tau| over the largest friction
   /// On the friction, N: |F(x) - x|/(1 - L) where a contraction constant L < 1 is proven; else NaN.

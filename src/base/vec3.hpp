@@ -1,8 +1,8 @@
 #pragma once
 
-#include <cmath>
-
 #include <array>
+#include <cmath>
+#include <cstddef>
 
 namespace tanor {
 
@@ -38,6 +38,10 @@ inline void store(double* array, Integer i, Vec3 a) {
   p[0] = a.x;
   p[1] = a.y;
   p[2] = a.z;
+}
+template <class Integer>
+inline void add_to(double* array, Integer i, Vec3 a) {
+  store(array, i, load(array, i) + a);
 }
 inline Vec3 make_vec3(const std::array<double, 3>& a) {
   return {a[0], a[1], a[2]};

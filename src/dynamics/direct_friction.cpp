@@ -20,10 +20,8 @@ DirectFriction::DirectFriction(Model& model, NormalSpace& normal)
 void DirectFriction::add(double sign, const double* x, std::vector<double>* points) {
   laws_.write_forces(x, forces_.data());
   const Tangents& tangents = model_.constraints.tangents();
-  for (std::size_t c = 0; c < tangents.size(); ++c) {
-    const Index point = tangents[c].point;
-    store(points->data(), point, load(points->data(), point) + sign * load(forces_.data(), c));
-  }
+  for (std::size_t c = 0; c < tangents.size(); ++c)
+    add_to(points->data(), tangents[c].point, sign * load(forces_.data(), c));
 }
 
 /// Gamma^-1 K'(Mw - f - tau)

@@ -50,7 +50,6 @@ void FrictionStage::reduce(std::vector<SlidingIsland>* islands) {
       if (j < island.members.size()) fill(island, &island.contacts.W.emplace_back());
     }
   }
-  model_.counters.solves += most + 1;
 }
 
 /// Coulomb friction alone, of at most `most` contacts each.

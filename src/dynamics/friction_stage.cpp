@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "base/stopwatch.hpp"
 #include "system/text.hpp"
@@ -42,9 +44,10 @@ std::string_view friction_method_name(FrictionMethod method) {
 
 namespace {
 
-/// As deep as contacts are many, so that few of them are solved like a linear system; shallow where vectors are long.
+/// Deep where contacts are few, so that they are solved like a linear system; shallow where vectors are long: what they
+/// cost is more than the iterations that they save.
 int anderson_depth(std::size_t num_contacts) {
-  return num_contacts <= 1000 ? 10 : 5;
+  return num_contacts <= 1000 ? FixedPoint::most_depth : 3;
 }
 
 constexpr std::size_t most_judged = 64;  // contacts of an island, one solve each
@@ -114,6 +117,7 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
     shares_.push_back({part, 0.0});
   }
   touch_start_.push_back(static_cast<Index>(touches_.size()));
+  b_touched_.resize(touched_rows_.size());
 
   const std::vector<Index>& start = model.numbering.island_start;
   islands_.resize(model.numbering.num_islands());
@@ -143,15 +147,13 @@ void FrictionStage::set_forces(const double* lambda) {
 }
 
 void FrictionStage::set_right_side(const double* b) {
-  b_ = b;
   std::copy(b, b + right_side_.size(), right_side_.begin());
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k) b_touched_[k] = b[touched_rows_[k]];
 }
 
 void FrictionStage::find_multipliers(const double* x, double* lambda) {
-  for (std::size_t k = 0; k < touched_rows_.size(); ++k) {
-    const auto row = static_cast<std::size_t>(touched_rows_[k]);
-    right_side_[row] = b_[row] + felt(k, x);
-  }
+  for (std::size_t k = 0; k < touched_rows_.size(); ++k)
+    right_side_[static_cast<std::size_t>(touched_rows_[k])] = b_touched_[k] + felt(k, x);
   solve_(right_side_.data(), lambda, refines_);
 }
 
@@ -183,7 +185,6 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
     if (outcome.ok() && judgement != Judgement::None && report_.uniqueness == Uniqueness::NotAsked)
       outcome = judge(t, judgement == Judgement::Quick ? most_enumerated : most_judged);
     model_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
-    model_.counters.solves += static_cast<std::size_t>(report_.iterations);
     if (!outcome.ok()) return outcome;
   } else if (judgement != Judgement::None) {
     report_.uniqueness = Uniqueness::Proven;  // a given force
@@ -227,16 +228,16 @@ void FrictionStage::polish(const double* b, const double* lambda) {
   set_right_side(b);
   refines_ = true;
   constexpr double wanted = 1e-15;
-  std::vector<double> better(lambda, lambda + lambda_.size());
-  const FixedPoint::Result result = fixed_point_.solve_by_newton(model_.parallel, better.data(), wanted);
+  std::copy(lambda, lambda + lambda_.size(), guess_.begin());
+  const FixedPoint::Result result = fixed_point_.solve_by_newton(model_.parallel, guess_.data(), wanted);
   refines_ = false;
-  if (result.has_converged) set_forces(better.data());
+  if (result.has_converged) set_forces(guess_.data());
 }
 
 void FrictionStage::add(double sign, double* w0, double* b) const {
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
     const auto point = static_cast<std::size_t>(tangents_[c].point);
-    store(w0, point, load(w0, point) + sign * model_.inverse_mass[point] * load(tau_.data(), c));
+    add_to(w0, point, sign * model_.inverse_mass[point] * load(tau_.data(), c));
   }
   for (std::size_t k = 0; k < touched_rows_.size(); ++k) b[touched_rows_[k]] += sign * felt(k, x_.data());
 }
@@ -252,8 +253,7 @@ double FrictionStage::change_to(const double* lambda, double s, double* y) {
 void FrictionStage::add_change(double s, double* y) const {
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
     const auto point = static_cast<std::size_t>(tangents_[c].point);
-    const Vec3 change = model_.inverse_mass[point] * (load(tau_.data(), c) - load(tau_before_.data(), c));
-    store(y, point, load(y, point) + s * change);
+    add_to(y, point, s * model_.inverse_mass[point] * (load(tau_.data(), c) - load(tau_before_.data(), c)));
   }
 }
 
@@ -279,24 +279,17 @@ Vec3 FrictionStage::held(std::size_t contact, const double* lambda) const {
   return sum;
 }
 
-std::size_t FrictionStage::num_sticking() const {
-  std::size_t count = 0;
-  for (std::size_t c = 0; c < tangents_.size(); ++c) count += tangents_.sticks(c) ? 1 : 0;
-  return count;
-}
-
 double FrictionStage::static_limit(std::size_t contact, const double* lambda) const {
   return laws_.static_coefficient(contact) * norm(laws_.normal_force(contact, lambda));
 }
 
 void FrictionStage::add_to_points(const double* of_contacts, double* tau) const {
-  for (std::size_t c = 0; c < tangents_.size(); ++c)
-    store(tau, tangents_[c].point, load(tau, tangents_[c].point) + load(of_contacts, c));
+  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, load(of_contacts, c));
 }
 
 void FrictionStage::add_held(const double* lambda, double* tau) const {
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
-    if (tangents_.sticks(c)) store(tau, tangents_[c].point, load(tau, tangents_[c].point) + held(c, lambda));
+    if (tangents_.sticks(c)) add_to(tau, tangents_[c].point, held(c, lambda));
   }
 }
 

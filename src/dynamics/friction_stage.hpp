@@ -25,7 +25,8 @@ enum class Judgement { None, Quick, Thorough };
 ///
 ///   S lambda + K'M^-1 tau(lambda) = -(phi + K'M^-1 f)                         (*), (43)
 ///
-/// Each iteration is one solve with the factor of S that stands. With tau found, it is a given force.
+/// Each evaluation of tau(lambda) is one solve with the factor of S that stands; Newton's steps take more of them. With
+/// tau found, it is a given force.
 class FrictionStage final : private Response {
  public:
   /// x = -S^-1 b, both [rows], refined to rounding or not.
@@ -34,7 +35,6 @@ class FrictionStage final : private Response {
   FrictionStage(Model& model, FrictionMethod method, const std::vector<double>& blocks, Solve solve);
 
   FrictionLaws& laws() { return laws_; }
-  const FrictionLaws& laws() const { return laws_; }
 
   /// tau at (t, r, v) for b = phi + K'w0 [rows]; `lambda` [rows]: a guess.
   Outcome find(double t, const double* r, const double* v, const double* b, Judgement judgement, const double* lambda);
@@ -56,7 +56,7 @@ class FrictionStage final : private Response {
   double power(const double* lambda, const double* v) const;
   double held_power(const double* lambda, const double* v) const;
 
-  std::size_t num_sticking() const;
+  std::size_t num_sticking() const { return tangents_.num_sticking(); }
   const FrictionReport& report() const { return report_; }
   /// Several solutions are a failure (else: the one nearest to the guess is taken, and the report says so).
   void refuse_several(bool refuses) { several_are_refused_ = refuses; }
@@ -108,10 +108,10 @@ class FrictionStage final : private Response {
   std::vector<Share> shares_;                      // [touch]
   std::vector<Index> touched_rows_, touch_start_;  // [touched row], [touched row + 1]
   std::vector<std::vector<std::size_t>> islands_;  // contacts of each island that has some
-  const double* b_ = nullptr;
-  double amplification_ = 0.0;  // 1/(1 - L), L proven; else NaN
+  double amplification_ = 0.0;                     // 1/(1 - L), L proven; else NaN
   bool several_are_refused_ = true;
   std::vector<double> right_side_;  // [rows] b where nothing is touched
+  std::vector<double> b_touched_;   // [touched row]
   std::vector<double> change_;      // [rows] 0 there
   std::vector<double> lambda_, guess_;
   std::vector<double> x_, x_at_;          // [parts]

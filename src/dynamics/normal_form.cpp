@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "base/check.hpp"
 #include "base/stopwatch.hpp"
 #include "system/text.hpp"
 
@@ -33,7 +32,12 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
                                               [this](const double* b, double* x, bool refines) {
-                                                refines ? respond(b, x, respond_.data()) : solve_negative(b, x);
+                                                if (refines) {
+                                                  respond(b, x, respond_.data());
+                                                } else {
+                                                  ++model_.counters.solves;
+                                                  solve_negative(b, x);
+                                                }
                                                 share_out(x);
                                               });
   respond_.resize(size());

@@ -81,7 +81,7 @@ class ChainCoordinates final : public CoordinateFamily {
     for (const Chain& chain : chains) {
       Vec3 sum{};
       for (Index link = chain.first_link; link < chain.end_link; ++link) sum = sum + load(eta, points[link]);
-      store(eta, chain.anchor, load(eta, chain.anchor) - sum);
+      add_to(eta, chain.anchor, -sum);
     }
   }
 

@@ -300,7 +300,7 @@ bool Constraints::depends_on_time() const {
 }
 
 bool Constraints::gradients_are_constant() const {
-  bool result = tangents_.num_rows() == 0;  // contacts may change between stick and slip
+  bool result = tangents_.num_blocks() == 0;  // contacts may change between stick and slip
   for_each_family([&](const auto& family) { result = result && family.kernel.gradients_are_constant(); });
   return result;
 }
@@ -365,22 +365,22 @@ double Constraints::evaluate_right_side(const Parallel& parallel, const double* 
 double Constraints::evaluate_contacts(const Parallel& parallel, const double* r, const double* v, const double* w0,
                                       Tangents::Which which, double* phi) {
   std::array<const double*, 2> turn{};
-  if (tangents_.needs_turn(v, which)) {
+  if (const int num_turning = tangents_.num_turning(v, which); num_turning > 0) {
     const std::size_t size = 3 * num_points_;
-    const std::vector<double> nothing(size, 0.0);
+    nothing_.assign(size, 0.0);
     turns_.resize(3 * num_rows_);
     double* const other = turns_.data() + 2 * num_rows_;
     const auto evaluate_at = [&](int k, double s, double* result) {
       shifted_.assign(v, v + size);
       tangents_.shift_velocities(k, s, v, shifted_.data());
       for_each_family([&](const auto& family) {
-        family.template evaluate_right_side<false>(parallel, r, shifted_.data(), nothing.data(), result, nullptr);
+        family.template evaluate_right_side<false>(parallel, r, shifted_.data(), nothing_.data(), result, nullptr);
       });
     };
     double speed = 0.0;
     for (std::size_t i = 0; i < size; ++i) speed = std::max(speed, std::abs(v[i]));
     const double s = speed > 0.0 ? speed : 1.0;
-    for (int k = 0; k < 2; ++k) {
+    for (int k = 0; k < num_turning; ++k) {
       double* const result = turns_.data() + static_cast<std::size_t>(k) * num_rows_;
       evaluate_at(k, s, result);
       evaluate_at(k, -s, other);

@@ -84,7 +84,7 @@ class Constraints {
              Family<CircleKernel>, Family<AngleKernel>, Family<PulleyKernel>, LinearFamily, UserFamily>
       families_;
   Tangents tangents_;
-  std::vector<double> shifted_, turns_;  // [3n], [4][d] scratch of contacts that stick on moving guides
+  std::vector<double> shifted_, nothing_, turns_;  // [3n], [3n], [3][d] scratch of contacts on guides that turn
   std::size_t num_points_ = 0, num_rows_ = 0, num_blocks_ = 0;
 };
 

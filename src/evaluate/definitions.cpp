@@ -551,7 +551,7 @@ void Definitions::reactions(double t, std::span<const double> r, std::span<const
                             std::span<double> eta) const {
   std::ranges::fill(eta, 0.0);
   for_each_gradient(t, r, [&](std::size_t row, Index point, Vec3 gradient) {
-    store(eta.data(), point, load(eta.data(), point) + lambda[row] * gradient);
+    add_to(eta.data(), point, lambda[row] * gradient);
   });
 }
 

@@ -176,7 +176,7 @@ void PairField::follow(const Parallel& parallel, const double* r) {
 void PairField::add_forces(const Parallel& parallel, const double* r, double* f) {
   follow(parallel, r);
   parallel.for_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) store(f, points_[i], load(f, points_[i]) + felt_[i].force);
+    for (std::size_t i = begin; i < end; ++i) add_to(f, points_[i], felt_[i].force);
   });
 }
 

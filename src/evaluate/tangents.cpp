@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 namespace tanor {
 
@@ -155,11 +156,14 @@ std::array<double, 2> Tangents::across(std::size_t contact, const double* v) con
   return {(ll * b - kl * d) / determinant, (kk * d - kl * b) / determinant};
 }
 
-bool Tangents::needs_turn(const double* v, Which which) const {
+int Tangents::num_turning(const double* v, Which which) const {
+  int most = 0;
   for (std::size_t c = 0; c < size(); ++c) {
-    if ((sticks(c) || which == Which::All) && across(c, v) != std::array{0.0, 0.0}) return true;
+    const Place& place = places_[c];
+    const bool counts = place.first_row >= 0 && (sticks(c) || which == Which::All);
+    if (counts && place.num_tangents() > most && across(c, v) != std::array{0.0, 0.0}) most = place.num_tangents();
   }
-  return false;
+  return most;
 }
 
 void Tangents::shift_velocities(int k, double s, const double* v, double* shifted) const {

@@ -37,7 +37,6 @@ class Tangents {
 
   std::size_t size() const { return places_.size(); }
   std::size_t num_blocks() const { return num_blocks_; }
-  std::size_t num_rows() const { return num_blocks_; }
   const Place& operator[](std::size_t contact) const { return places_[contact]; }
 
   bool sticks(std::size_t contact) const { return sticks_[contact] != 0; }
@@ -58,6 +57,8 @@ class Tangents {
   void write_gradients(const Parallel& parallel, double* blocks);
   /// T [contact], `num_tangents` of them.
   const std::array<Vec3, 2>& directions(std::size_t contact) const { return directions_[contact]; }
+  /// K_g [contact], `num_guides` of them, 0 the other.
+  const std::array<Vec3, 2>& normals(std::size_t contact) const { return normals_[contact]; }
   /// T T'(v - u), m/s.
   Vec3 sliding_velocity(std::size_t contact, const double* v) const;
 
@@ -70,8 +71,8 @@ class Tangents {
   /// Which contacts have a say: those that stick, or all that could.
   enum class Which { Sticking, All };
 
-  /// Does T_dot matter for any of them, at v? Where guides rest and nothing moves, it does not.
-  bool needs_turn(const double* v, Which which) const;
+  /// For how many directions T_k does T_dot matter at v, at any of them? Where guides rest and nothing moves, for none.
+  int num_turning(const double* v, Which which) const;
   /// v + s T_k at all contacts (k: their first or second direction).
   void shift_velocities(int k, double s, const double* v, double* shifted) const;
   /// phi + T'w0 of the rows; `turn[k]` [d], unless null: (phi_g(v + s T_k) - phi_g(v - s T_k))/(4 s) = T_k'K_g_dot of

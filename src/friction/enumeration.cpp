@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace tanor {
@@ -142,6 +143,7 @@ SlidingSolutions find_sliding(const SlidingContacts& contacts) {
   std::size_t num_choices = 1;
   for (Eigen::Index c = 0; c < m; ++c) {
     const Directions directions = find_directions(contacts, c);
+    if (directions.dimension == 3) return result;
     all_on_lines = all_on_lines && directions.dimension == 1;
     std::vector<Vector3d>& own = corners.emplace_back();
     if (directions.dimension == 1) {
@@ -155,7 +157,6 @@ SlidingSolutions find_sliding(const SlidingContacts& contacts) {
                       std::cos(std::numbers::pi / num_corners));
       }
     }
-    if (directions.dimension == 3) return result;
     num_choices *= own.size();
   }
   if (m == 1 && !all_on_lines) {

@@ -24,9 +24,10 @@ struct SlidingSolutions {
   /// Where rho(R) < 1, R_cj = mu_c |W_cj|: largest row sum of (I - R)^-1. Then (43) has one solution, converges to it,
   /// and |s - s*| <= amplification |F(s) - s|: 1/(1 - L) with L = 1 - 1/amplification. Else NaN.
   double amplification = std::numeric_limits<double>::quiet_NaN();
-  std::vector<Eigen::VectorXd> found;  ///< where uniqueness was decided by trying: all solutions
-  bool is_complete = false;            ///< `found` holds all solutions there are
-  bool determinant_changes = false;    ///< det(I - diag(mu n) W) changes its sign over the signs n: Painleve
+  /// The solutions s [m] that trying found, each once; none where rho(R) < 1 says enough, or nothing could be tried.
+  std::vector<Eigen::VectorXd> found;
+  bool is_complete = false;          ///< there are no others than `found`
+  bool determinant_changes = false;  ///< det(I - diag(mu n) W) changes its sign over the signs n: Painleve
 };
 
 constexpr std::size_t most_enumerated = 10;

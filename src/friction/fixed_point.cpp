@@ -2,8 +2,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace tanor {
 
@@ -18,50 +20,26 @@ Eigen::Map<Vector> as_vector(std::vector<double>* x) {
   return {x->data(), static_cast<Eigen::Index>(x->size())};
 }
 
-double largest(const std::vector<double>& x) {
-  return x.empty() ? 0.0 : as_vector(x).lpNorm<Eigen::Infinity>();
-}
-
 double ratio(double part, double whole) {
   return part == 0.0 ? 0.0 : part / std::max(whole, std::numeric_limits<double>::min());
 }
 
-}  // namespace
-
-/// Anderson's method: the last differences of g = F(x) - x and of F(x), in a ring, with the products of the former.
-/// They steer, the answer does not rest on them: in single precision, half of what an iteration reads.
-class FixedPoint::History {
- public:
-  History(int depth, std::size_t size)
-      : size_(size),
-        dg_(static_cast<std::size_t>(depth), std::vector<float>(size)),
-        df_(dg_),
-        products_(depth, depth),
-        along_(depth),
-        image_(size),
-        g_(size) {}
-
-  int depth() const { return static_cast<int>(dg_.size()); }
-  void clear() {
-    count_ = next_ = 0;
-    has_last_ = false;
-  }
-  /// x := F - dF gamma, gamma the least |g - dG gamma|, at F = `image` (Walker and Ni, SIAM J. Numer. Anal. 49, 2011).
-  void advance(const Parts& image, Parts* x);
-
- private:
-  static constexpr std::size_t chunk = 512;  // of each array at a time: it stays in the nearest cache
-  void add(const Parts& image, const Parts& x);
-
-  std::size_t size_, count_ = 0, next_ = 0;
-  bool has_last_ = false;
-  std::vector<std::vector<float>> dg_, df_;
-  Eigen::MatrixXd products_;  // dG'dG
-  Vector along_;              // dG'g
-  Parts image_, g_;           // the last ones
+/// max |F - x| (NaN if any is) and max |F|.
+struct Distance {
+  double change, size;
 };
 
-namespace {
+Distance measure(const double* image, const double* x, std::size_t size) {
+  double worst = 0.0, largest_image = 0.0, sum = 0.0;
+#pragma omp simd reduction(max : worst, largest_image) reduction(+ : sum)
+  for (std::size_t k = 0; k < size; ++k) {
+    const double g = image[k] - x[k];
+    worst = std::max(worst, std::abs(g));
+    largest_image = std::max(largest_image, std::abs(image[k]));
+    sum += g;
+  }
+  return {std::isfinite(sum) ? worst : std::numeric_limits<double>::quiet_NaN(), largest_image};
+}
 
 double dot(const float* a, const float* b, std::size_t size) {
   double sum = 0.0;
@@ -72,25 +50,61 @@ double dot(const float* a, const float* b, std::size_t size) {
 
 }  // namespace
 
+/// Anderson's method: the last differences of g = F(x) - x and of F(x), in a ring, with the products of the former.
+/// They steer, the answer does not rest on them: in single precision, half of what an iteration reads.
+class FixedPoint::History {
+ public:
+  explicit History(std::size_t size) : size_(size), image_(size), x_(size) {}
+
+  /// Forgets all; from now on it looks back `depth` steps.
+  void start(int depth);
+  /// x := F - dF gamma, gamma the least |g - dG gamma|, at F = `image` (Walker and Ni, SIAM J. Numer. Anal. 49, 2011).
+  /// Keeps both arrays, and leaves others in place of them.
+  void advance(Parts* image, Parts* x);
+
+ private:
+  static constexpr std::size_t chunk = 512;  // of each array at a time: it stays in the nearest cache
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_depth, most_depth>;
+  using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_depth, 1>;
+  void add(const Parts& image, const Parts& x);
+
+  std::size_t size_, depth_ = 0, count_ = 0, next_ = 0;
+  bool has_last_ = false;
+  std::array<std::vector<float>, most_depth> dg_, df_;
+  Square products_;  // dG'dG
+  Column along_;     // dG'g
+  Parts image_, x_;  // the last ones
+};
+
+void FixedPoint::History::start(int depth) {
+  depth_ = static_cast<std::size_t>(depth);
+  for (std::size_t k = 0; k < depth_; ++k) {
+    dg_[k].resize(size_);
+    df_[k].resize(size_);
+  }
+  products_.setZero(depth, depth);
+  along_.setZero(depth);
+  count_ = next_ = 0;
+  has_last_ = false;
+}
+
 void FixedPoint::History::add(const Parts& image, const Parts& x) {
   const std::size_t place = next_;
-  next_ = (next_ + 1) % dg_.size();
-  count_ = std::min(count_ + 1, dg_.size());
-  std::vector<double> products(count_, 0.0);
+  next_ = (next_ + 1) % depth_;
+  count_ = std::min(count_ + 1, depth_);
+  std::array<double, most_depth> products{};
   double along = 0.0;
   for (std::size_t begin = 0; begin < size_; begin += chunk) {
     const std::size_t length = std::min(chunk, size_ - begin);
     float *const dg = dg_[place].data() + begin, *const df = df_[place].data() + begin;
-    double *const f_last = image_.data() + begin, *const g_last = g_.data() + begin;
-    const double *const f = image.data() + begin, *const x_now = x.data() + begin;
+    const double *const f = image.data() + begin, *const f_last = image_.data() + begin;
+    const double *const x_now = x.data() + begin, *const x_last = x_.data() + begin;
 #pragma omp simd reduction(+ : along)
     for (std::size_t k = 0; k < length; ++k) {
       const double g = f[k] - x_now[k];
-      dg[k] = static_cast<float>(g - g_last[k]);
+      dg[k] = static_cast<float>(g - (f_last[k] - x_last[k]));
       df[k] = static_cast<float>(f[k] - f_last[k]);
       along += static_cast<double>(dg[k]) * g;
-      f_last[k] = f[k];
-      g_last[k] = g;
     }
     for (std::size_t j = 0; j < count_; ++j) products[j] += dot(dg_[j].data() + begin, dg, length);
   }
@@ -103,25 +117,23 @@ void FixedPoint::History::add(const Parts& image, const Parts& x) {
   along_(static_cast<Eigen::Index>(place)) = along;
 }
 
-void FixedPoint::History::advance(const Parts& image, Parts* x) {
-  if (has_last_) {
-    add(image, *x);
-  } else {
-    image_ = image;
-    as_vector(&g_) = as_vector(image) - as_vector(*x);
-    has_last_ = true;
-  }
+void FixedPoint::History::advance(Parts* image, Parts* x) {
+  if (has_last_) add(*image, *x);
+  has_last_ = true;
+  std::swap(image_, *image);
+  std::swap(x_, *x);
   const auto count = static_cast<Eigen::Index>(count_);
-  const Eigen::MatrixXd normal = products_.topLeftCorner(count, count);
-  const Vector gamma =
-      count > 0 ? Vector(normal.completeOrthogonalDecomposition().solve(along_.head(count))) : Vector();
+  Column gamma;
+  if (count > 0)
+    gamma = Square(products_.topLeftCorner(count, count)).completeOrthogonalDecomposition().solve(along_.head(count));
   for (std::size_t begin = 0; begin < size_; begin += chunk) {
     const std::size_t length = std::min(chunk, size_ - begin);
     double* const next = x->data() + begin;
-    std::copy_n(image.data() + begin, length, next);
+    std::copy_n(image_.data() + begin, length, next);
     for (std::size_t j = 0; j < count_; ++j) {
       const float* const df = df_[j].data() + begin;
       const double weight = gamma(static_cast<Eigen::Index>(j));
+#pragma omp simd
       for (std::size_t k = 0; k < length; ++k) next[k] -= weight * static_cast<double>(df[k]);
     }
   }
@@ -147,17 +159,17 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
   const int most_iterations = depth > 0 ? 100 : 500;
   Parts &x = x_, &image = image_;
   laws_.evaluate(parallel, lambda, x.data());
-  if (depth > 0 && (!history_ || history_->depth() != depth)) history_ = std::make_unique<History>(depth, x.size());
-  if (depth > 0) history_->clear();
+  if (depth > 0 && history_ == nullptr) history_ = std::make_unique<History>(x.size());
+  if (depth > 0) history_->start(depth);
   Result result;
   double distance_before = 0.0, best = std::numeric_limits<double>::infinity();
   int since_best = 0;
   while (result.iterations < most_iterations) {
     evaluate(parallel, x, &image);
     ++result.iterations;
-    const double distance = (as_vector(image) - as_vector(x)).lpNorm<Eigen::Infinity>();
+    const auto [distance, size] = measure(image.data(), x.data(), x.size());
     if (!std::isfinite(distance)) return result;
-    result.change = ratio(distance, largest(image));
+    result.change = ratio(distance, size);
     if (depth == 0 || result.iterations == 2)
       result.contraction = std::max(result.contraction, ratio(distance, distance_before));
     if (result.iterations == 1) result.contraction = 0.0;
@@ -179,35 +191,51 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
       continue;
     }
     if (since_best >= patience) break;
-    history_->advance(image, &x);
+    history_->advance(&image, &x);
   }
   std::copy(lambda_.begin(), lambda_.end(), lambda);
   return result;
 }
 
-/// (I - F') step = defect by GMRES (Saad and Schultz 1986) at the last x: F' = -dx/d lambda S^-1 K'M^-1 costs one
-/// solve.
-double FixedPoint::find_newton_step(const Parallel& parallel, const Parts& defect, Parts* step, int* iterations) {
-  const auto size = static_cast<Eigen::Index>(defect.size());
-  const int most = static_cast<int>(std::min<Eigen::Index>(size, 60));
-  const double beta = as_vector(defect).norm();
-  Eigen::MatrixXd basis(size, most + 1), H = Eigen::MatrixXd::Zero(most + 1, most);
-  basis.col(0) = as_vector(defect) / beta;
+/// GMRES for one step of Newton's method.
+struct FixedPoint::Krylov {
+  static constexpr Eigen::Index most = 60;
+
+  explicit Krylov(std::size_t size) : image(size), H(most + 1, most) {}
+
+  Vector defect, step, w;     // [parts]
+  std::vector<Vector> basis;  // [parts] each, as many as were needed so far
+  Parts image;
+  Eigen::MatrixXd H;
+};
+
+/// (I - F') step = defect by GMRES (Saad and Schultz 1986) at the last x: each F' = -dx/d lambda S^-1 K'M^-1 costs one
+/// solve. Returns what is left of the defect.
+double FixedPoint::find_newton_step(const Parallel& parallel) {
+  Vector &defect = krylov_->defect, &step = krylov_->step, &w = krylov_->w;
+  std::vector<Vector>& basis = krylov_->basis;
+  Parts& image = krylov_->image;
+  Eigen::MatrixXd& H = krylov_->H;
+  const Eigen::Index most = std::min<Eigen::Index>(defect.size(), Krylov::most);
+  const double beta = defect.norm();
+  const auto direction = [&](Eigen::Index k) -> Vector& {
+    if (basis.size() <= static_cast<std::size_t>(k)) basis.emplace_back(defect.size());
+    return basis[static_cast<std::size_t>(k)];
+  };
+  H.setZero();
+  direction(0) = defect / beta;
   Vector solution;
   double rest = 1.0;
-  Parts direction(defect.size()), image(defect.size());
-  int k = 0;
+  Eigen::Index k = 0;
   for (; k < most && rest > 1e-10; ++k) {
-    as_vector(&direction) = basis.col(k);
-    response_.find_change(direction.data(), dlambda_.data());
-    ++*iterations;
+    response_.find_change(direction(k).data(), dlambda_.data());
     laws_.apply_derivative(parallel, lambda_.data(), dlambda_.data(), image.data());
-    Vector w = basis.col(k) - as_vector(image);
+    w = direction(k) - as_vector(image);
     for (int pass = 0; pass < 2; ++pass) {
-      for (int j = 0; j <= k; ++j) {
-        const double h = basis.col(j).dot(w);
+      for (Eigen::Index j = 0; j <= k; ++j) {
+        const double h = direction(j).dot(w);
         H(j, k) += h;
-        w -= h * basis.col(j);
+        w -= h * direction(j);
       }
     }
     H(k + 1, k) = w.norm();
@@ -216,34 +244,30 @@ double FixedPoint::find_newton_step(const Parallel& parallel, const Parts& defec
     const auto hessenberg = H.topLeftCorner(k + 2, k + 1);
     solution = hessenberg.colPivHouseholderQr().solve(right);
     rest = (right - hessenberg * solution).norm() / beta;
-    if (H(k + 1, k) <= 1e-14) {
-      ++k;
-      break;
-    }
-    basis.col(k + 1) = w / H(k + 1, k);
+    if (H(k + 1, k) <= 1e-14) break;
+    direction(k + 1) = w / H(k + 1, k);
   }
-  step->resize(defect.size());
-  as_vector(step) = basis.leftCols(k) * solution;
+  step.setZero(defect.size());
+  for (Eigen::Index j = 0; j < solution.size(); ++j) step += solution(j) * direction(j);
   return rest;
 }
 
 FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double* lambda, double wanted) {
   constexpr int most_steps = 20;
   Parts &x = x_, &image = image_;
-  Parts defect(x.size()), step;
+  if (krylov_ == nullptr) krylov_ = std::make_unique<Krylov>(x.size());
   laws_.evaluate(parallel, lambda, x.data());
   Result result;
-  int solves_of_steps = 0;
   double before = std::numeric_limits<double>::infinity();
   constexpr int patience = 6;
   double best = before;
   int since_best = 0;
   for (; result.iterations <= most_steps; ++result.iterations) {
     evaluate(parallel, x, &image);
-    as_vector(&defect) = as_vector(image) - as_vector(x);
-    const double distance = largest(defect);
+    krylov_->defect = as_vector(image) - as_vector(x);
+    const auto [distance, size] = measure(image.data(), x.data(), x.size());
     if (!std::isfinite(distance)) return result;
-    result.change = ratio(distance, largest(image));
+    result.change = ratio(distance, size);
     const bool stalls = result.change <= 1e-9 && !(distance < 0.5 * before);
     if (result.change <= wanted || stalls) {
       result.has_converged = true;
@@ -254,8 +278,8 @@ FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double*
     since_best = distance < 0.5 * best ? 0 : since_best + 1;
     best = std::min(best, distance);
     if (since_best > patience) break;
-    if (!(find_newton_step(parallel, defect, &step, &solves_of_steps) < 0.5)) break;
-    as_vector(&x) += as_vector(step);
+    if (!(find_newton_step(parallel) < 0.5)) break;
+    as_vector(&x) += krylov_->step;
   }
   std::copy(lambda_.begin(), lambda_.end(), lambda);
   return result;

@@ -18,14 +18,17 @@ class FixedPoint {
 
   struct Result {
     bool has_converged = false;
-    int iterations = 0;        // solves
+    int iterations = 0;        // evaluations of F, one solve each; or steps of Newton's method, which take more
     double contraction = 0.0;  // largest ratio of two distances that followed each other, while they were plain steps
     double change = 0.0;       // last |F(x) - x| over |F(x)|
   };
 
-  /// `lambda` [rows]: the guess, then the answer. `depth`: steps that Anderson's method looks back; 0: plain (43).
+  static constexpr int most_depth = 10;
+  /// `lambda` [rows]: the guess, then the answer. `depth` <= most_depth: steps that Anderson's method looks back; 0:
+  /// plain (43).
   Result iterate(const Parallel& parallel, int depth, double* lambda);
-  /// Semismooth Newton: (I - F'(x)) dx = F(x) - x by GMRES, until |dx| <= `wanted` |x|. Its iterations are such steps.
+  /// Semismooth Newton: (I - F'(x)) dx = F(x) - x by GMRES, one solve for each of its directions, until
+  /// |F(x) - x| <= `wanted` |F(x)|. Its iterations are steps dx.
   Result solve_by_newton(const Parallel& parallel, double* lambda, double wanted = tolerance);
 
   static constexpr double tolerance = 1e-12;
@@ -33,12 +36,14 @@ class FixedPoint {
  private:
   using Parts = std::vector<double>;
   class History;
+  struct Krylov;
   void evaluate(const Parallel& parallel, const Parts& x, Parts* image);
-  double find_newton_step(const Parallel& parallel, const Parts& defect, Parts* step, int* iterations);
+  double find_newton_step(const Parallel& parallel);
 
   const FrictionLaws& laws_;
   Response& response_;
-  std::unique_ptr<History> history_;
+  std::unique_ptr<History> history_;  // of Anderson's method, once it was asked
+  std::unique_ptr<Krylov> krylov_;    // of Newton's
   Parts x_, image_;
   std::vector<double> lambda_;   // [rows] at the last x
   std::vector<double> dlambda_;  // [rows]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 namespace tanor {
 
@@ -19,7 +20,7 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
   for (const Incidence& i : incidences) {
     const bool is_user =
         static_cast<std::size_t>(numbering.user_row[static_cast<std::size_t>(i.row)]) < numbering.num_user_rows;
-    if (is_user) at_point[static_cast<std::size_t>(i.point)].push_back({i.row, i.block, i.sign, {}});
+    if (is_user) at_point[static_cast<std::size_t>(i.point)].push_back({i.row, i.block, i.sign});
   }
   std::vector<Index> kernel_of_entry(system.friction.size(), -1);
   for (std::size_t c = 0; c < tangents.size(); ++c) {
@@ -28,7 +29,7 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
     Contact contact{};
     const auto add_guides = [&] {
       for (std::size_t g = 0; g < static_cast<std::size_t>(place.num_guides); ++g)
-        terms_.push_back({place.guide_row[g], place.guide_block[g], 1.0, {}});
+        terms_.push_back({place.guide_row[g], place.guide_block[g], 1.0});
     };
     if (const auto* coulomb = std::get_if<Coulomb>(&system.friction[entry_index])) {
       contact.law = Law::Coulomb;
@@ -53,7 +54,8 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
         kernels_.push_back(kernel);
         threads_are_safe_ = threads_are_safe_ && kernel.thread_safe;
       }
-      contact.kernel = kernel_of_entry[entry_index];
+      contact.user = static_cast<Index>(users_.size());
+      users_.push_back({.kernel = kernel_of_entry[entry_index]});
       add_guides();
     }
     term_start_.push_back(static_cast<Index>(terms_.size()));
@@ -64,40 +66,56 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
     part_start_.push_back(static_cast<Index>(directions_.size()));
   }
   factor_.resize(contacts_.size());
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    const auto& rows = tangents[c].guide_row;
+    guides_.push_back({.first_row = rows[0], .second_row = tangents[c].num_guides == 2 ? rows[1] : rows[0]});
+    if (!is_coulomb(c) || contacts_[c].is_full) others_.push_back(c);
+  }
 }
 
 void FrictionLaws::set_state(const Parallel& parallel, double t, const double* r, const double* v,
                              const double* blocks) {
   t_ = t;
+  blocks_ = blocks;
   const auto set_contact = [&](std::size_t c) {
-    Contact& contact = contacts_[c];
-    for (auto term = term_start_[c]; term < term_start_[c + 1]; ++term) {
-      Term& own = terms_[static_cast<std::size_t>(term)];
-      own.gradient = own.sign * load(blocks, own.block);
+    const Contact& contact = contacts_[c];
+    const Vec3 velocity = tangents_.sliding_velocity(c, v);
+    if (contact.law == Law::User) {
+      User& user = users_[static_cast<std::size_t>(contact.user)];
+      user.position = load(r, tangents_[c].point);
+      user.velocity = velocity;
+      return;
     }
-    contact.position = load(r, tangents_[c].point);
-    contact.velocity = tangents_.sliding_velocity(c, v);
-    if (contact.law == Law::User) return;
-    const double speed = norm(contact.velocity);
+    const double speed = norm(velocity);
     Vec3& e = directions_[first_part(c)];
+    e = speed > 0.0 ? (-1.0 / speed) * velocity : Vec3{};
     if (contact.law == Law::Viscous) {
       factor_[c] = contact.coefficient * speed;
-      e = speed > 0.0 ? (-1.0 / speed) * contact.velocity : Vec3{};
       return;
     }
     if (contact.regularisation > 0.0) {
       // mu |v|/sqrt(v^2 + v0^2) along v/|v|
       factor_[c] = contact.coefficient * speed / std::hypot(speed, contact.regularisation);
-      contact.direction = speed > 0.0 ? (1.0 / speed) * contact.velocity : Vec3{};
     } else {
       factor_[c] = contact.is_at_limit ? contact.static_coefficient : contact.coefficient;
-      contact.direction = sliding_direction(c, contact.velocity);
+      e = -sliding_direction(c, velocity);
     }
-    e = -contact.direction;
+    if (!contact.is_full) set_guides(c);
   };
   parallel.for_ranges(contacts_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) set_contact(c);
   });
+}
+
+void FrictionLaws::set_guides(std::size_t c) {
+  const auto& [first, second] = tangents_.normals(c);
+  const double mu = tangents_.sticks(c) ? 0.0 : factor_[c], length = norm(first);
+  const Vec3 q = length > 0.0 ? (1.0 / length) * first : Vec3{};
+  const double along = dot(q, second);
+  Guides& guides = guides_[c];
+  guides.a = mu * length;
+  guides.b = mu * along;
+  guides.c = mu * norm(second - along * q);
 }
 
 /// v/|v|, on as before beyond a stop: it is located on a smooth motion. On a surface the direction of a slow motion is
@@ -128,27 +146,37 @@ void FrictionLaws::keep_senses(const double* v) {
 
 Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const {
   Vec3 sum{};
-  for (const Term& term : terms(contact)) sum = sum + lambda[term.row] * term.gradient;
+  for (const Term& term : terms(contact)) sum = sum + term.sign * lambda[term.row] * load(blocks_, term.block);
   return sum;
 }
 
 /// tau of a user's law; d tau/d lambda [3][terms] unless null.
 Vec3 FrictionLaws::user_friction(std::size_t c, const double* lambda, double* derivative) const {
-  const Contact& contact = contacts_[c];
+  const User& user = users_[static_cast<std::size_t>(contacts_[c].user)];
   const std::span<const Term> all = terms(c);
   std::array<double, most_multipliers> own{};
   for (std::size_t a = 0; a < all.size(); ++a) own[a] = lambda[all[a].row];
-  const FrictionKernel& kernel = kernels_[static_cast<std::size_t>(contact.kernel)];
-  const std::array r{contact.position.x, contact.position.y, contact.position.z};
-  const std::array v{contact.velocity.x, contact.velocity.y, contact.velocity.z};
+  const FrictionKernel& kernel = kernels_[static_cast<std::size_t>(user.kernel)];
+  const std::array r{user.position.x, user.position.y, user.position.z};
+  const std::array v{user.velocity.x, user.velocity.y, user.velocity.z};
   std::array<double, 3> tau{};
   kernel.evaluate(kernel.context.get(), {1, t_, r.data(), v.data(), own.data(), tau.data(), derivative});
   return make_vec3(tau);
 }
 
 void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* x) const {
-  const auto evaluate_range = [&](std::size_t begin, std::size_t end) {
+  parallel.for_ranges(guides_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
+      // |mu R lambda_g|
+      const Guides& guides = guides_[c];
+      const double second = lambda[guides.second_row];
+      const double first = guides.a * lambda[guides.first_row] + guides.b * second;
+      x[part_start_[c]] = std::sqrt(first * first + guides.c * second * (guides.c * second));
+    }
+  });
+  const auto evaluate_others = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t c = others_[k];
       double* const own = x + first_part(c);
       if (tangents_.sticks(c))
         std::fill(own, x + end_part(c), 0.0);
@@ -160,8 +188,8 @@ void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, doub
         *own = factor_[c];
     }
   };
-  if (threads_are_safe_) return parallel.for_ranges(contacts_.size(), evaluate_range);
-  evaluate_range(0, contacts_.size());
+  if (threads_are_safe_) return parallel.for_ranges(others_.size(), evaluate_others);
+  evaluate_others(0, others_.size());
 }
 
 void FrictionLaws::apply_derivative(const Parallel& parallel, const double* lambda, const double* dlambda,

@@ -21,7 +21,6 @@ class FrictionLaws {
   FrictionLaws(const System& system, const Numbering& numbering, const Tangents& tangents,
                std::span<const Incidence> incidences);
 
-  std::size_t num_contacts() const { return contacts_.size(); }
   /// Some law reads multipliers.
   bool depend_on_reactions() const { return !terms_.empty(); }
 
@@ -64,7 +63,7 @@ class FrictionLaws {
   double coefficient_of_sliding(std::size_t contact) const { return contacts_[contact].coefficient; }
   double static_coefficient(std::size_t contact) const { return contacts_[contact].static_coefficient; }
   /// Where it slides to, unit length.
-  Vec3 direction(std::size_t contact) const { return contacts_[contact].direction; }
+  Vec3 direction(std::size_t contact) const { return is_user(contact) ? Vec3{} : -directions_[first_part(contact)]; }
   bool reads_full_reaction(std::size_t contact) const { return contacts_[contact].is_full; }
   /// N of a Coulomb contact.
   Vec3 normal_force(std::size_t contact, const double* lambda) const;
@@ -74,16 +73,19 @@ class FrictionLaws {
   struct Term {
     Index row, block;
     double sign;
-    Vec3 gradient;  // at the last place
   };
   struct Contact {
     Law law;
     bool is_full = false, is_at_limit = false;
+    Index user = -1;
     double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
-    Index kernel = -1;
-    Vec3 sense{};                              // last direction of sliding that was kept
-    Vec3 position{}, velocity{}, direction{};  // at the last place
+    Vec3 sense{};  // last direction of sliding that was kept
   };
+  struct User {
+    Index kernel;
+    Vec3 position{}, velocity{};  // at the last place
+  };
+  void set_guides(std::size_t contact);
   Vec3 sliding_direction(std::size_t contact, const Vec3& velocity) const;
   Vec3 user_friction(std::size_t contact, const double* lambda, double* derivative) const;
   std::span<const Term> terms(std::size_t contact) const {
@@ -95,11 +97,19 @@ class FrictionLaws {
   std::vector<Index> term_start_{0};  // [contact + 1]
   std::vector<Term> terms_;
   std::vector<Index> part_start_{0};  // [contact + 1]
-  // What every iteration reads, at the last place.
+  // What every iteration reads, at the last place: guides' normals K_g = Q R, so mu |N| = |mu R lambda_g|.
+  struct Guides {
+    double a = 0.0, b = 0.0, c = 0.0;  // mu R = [a b; 0 c]; 0: it sticks, or its law is no such one
+    Index first_row, second_row;
+  };
+  std::vector<Guides> guides_;       // [contact]
+  std::vector<std::size_t> others_;  // contacts whose law is not Coulomb's, or reads the full reaction
   std::vector<char> is_coulomb_;
   std::vector<double> factor_;    // [contact] mu of a Coulomb contact; of a given one x itself
   std::vector<Vec3> directions_;  // [part]
   std::vector<FrictionKernel> kernels_;
+  std::vector<User> users_;         // contacts with a user's law
+  const double* blocks_ = nullptr;  // K at the last place
   double t_ = 0.0, rest_ = 0.0, slow_ = 0.0;
   bool threads_are_safe_ = true;
 };

@@ -51,6 +51,8 @@ void write_friction_report(JsonWriter* json, const std::optional<FrictionReport>
   count(found.contacts);
   json->key("sticking");
   count(found.sticking);
+  json->key("sticking_is_indeterminate");
+  found.contacts > 0 ? json->value(found.sticking_is_indeterminate) : json->null();
   json->key("iterations");
   is_iterated ? json->value(found.iterations) : json->null();
   json->key("contraction");

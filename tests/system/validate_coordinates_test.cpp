@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <tanor/system.hpp>
 
+#include "system/mistake.hpp"
+
 namespace tanor {
 namespace {
 
@@ -25,26 +27,10 @@ UserCoordinates& user(System& system) {
   return std::get<UserCoordinates>(system.coordinates[1]);
 }
 
-struct Mistake {
-  const char* name;
-  void (*make)(System&);
-  const char* message;
-
-  friend std::ostream& operator<<(std::ostream& out, const Mistake& mistake) { return out << mistake.name; }
-};
-
 class CoordinateMistakeTest : public testing::TestWithParam<Mistake> {};
 
 TEST_P(CoordinateMistakeTest, IsNamedWithItsPlace) {
-  System system = make_system();
-  GetParam().make(system);
-
-  try {
-    validate(system);
-    FAIL() << "no error";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.where() + ": " + error.what(), GetParam().message);
-  }
+  expect_named_with_its_place(GetParam(), make_system());
 }
 
 const Mistake mistakes[] = {
@@ -84,8 +70,7 @@ const Mistake mistakes[] = {
      "/coordinates/0/points: all 3 points are on one line; a rigid body needs one beside it"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Validate, CoordinateMistakeTest, testing::ValuesIn(mistakes),
-                         [](const auto& instance) { return std::string(instance.param.name); });
+INSTANTIATE_TEST_SUITE_P(Validate, CoordinateMistakeTest, testing::ValuesIn(mistakes), name_of);
 
 TEST(ValidateTest, CoordinatesOfAGoodSystemPass) {
   EXPECT_NO_THROW(validate(make_system()));

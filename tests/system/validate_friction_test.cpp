@@ -7,6 +7,8 @@
 #include <tanor/system.hpp>
 #include <tanor/user_kernel.hpp>
 
+#include "system/mistake.hpp"
+
 namespace tanor {
 namespace {
 
@@ -112,26 +114,10 @@ TEST(ValidateTest, LawsWithoutStickMayShareAGuide) {
   EXPECT_NO_THROW(validate(system));
 }
 
-struct Mistake {
-  const char* name;
-  void (*make)(System&);
-  const char* message;
-
-  friend std::ostream& operator<<(std::ostream& out, const Mistake& mistake) { return out << mistake.name; }
-};
-
 class FrictionMistakeTest : public testing::TestWithParam<Mistake> {};
 
 TEST_P(FrictionMistakeTest, IsNamedWithItsPlace) {
-  System system = make_system();
-  GetParam().make(system);
-
-  try {
-    validate(system);
-    FAIL() << "no error";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.where() + ": " + error.what(), GetParam().message);
-  }
+  expect_named_with_its_place(GetParam(), make_system());
 }
 
 const Mistake mistakes[] = {
@@ -228,8 +214,7 @@ const Mistake mistakes[] = {
      "line, circle or formula of single points is right"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Validate, FrictionMistakeTest, testing::ValuesIn(mistakes),
-                         [](const auto& instance) { return std::string(instance.param.name); });
+INSTANTIATE_TEST_SUITE_P(Validate, FrictionMistakeTest, testing::ValuesIn(mistakes), name_of);
 
 }  // namespace
 }  // namespace tanor
