@@ -72,7 +72,7 @@ class FrictionStage final : private Response {
   void add_to_points(const double* of_contacts, double* tau) const;
   double felt(std::size_t touched_row, const double* x) const;
   void set_forces(const double* lambda);
-  Outcome iterate(double t, double* lambda);
+  Outcome iterate(double t, const double* guess, double* lambda);
 
   // In friction_islands.cpp.
   std::vector<SlidingIsland> list_sliding() const;
