@@ -2,8 +2,6 @@
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <cstdio>
-#include <cstdlib>
 
 #include "dynamics/normal_form.hpp"
 #include "system/text.hpp"
@@ -45,7 +43,7 @@ bool NormalForm::make_compliant() {
   std::vector<double> compliance(num_rows(), 0.0);
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     for (int k = 0; tangents[c].first_row >= 0 && k < tangents[c].num_tangents(); ++k)
-      compliance[static_cast<std::size_t>(tangents[c].first_row + k)] = least * std::pow(8.0, softness_[c]);
+      compliance[static_cast<std::size_t>(tangents[c].first_row + k)] = least * std::exp2(softness_[c]);
   }
   is_compliant_ = true;
   solver_.set_compliance(compliance);
@@ -54,7 +52,7 @@ bool NormalForm::make_compliant() {
 
 /// A contact holds less than those that hold it too.
 void NormalForm::soften(std::size_t contact) {
-  constexpr int softest = 3;
+  constexpr int softest = 9;
   softness_[contact] = std::min(softness_[contact] + 1, softest);
   forget_compliance();
 }
@@ -150,8 +148,13 @@ Outcome NormalForm::relax_contacts(double t, const double* r, const double* v, c
   for (const RestingContact& each : resting) {
     const std::size_t c = each.contact;
     const bool moves = norm(each.excess) > nearly_0 * each.limit;
-    if (!moves && each.slid) soften(c);
-    if (!moves) continue;
+    if (!moves) {
+      // Others hold it at its limit still, or it holds less than that.
+      const bool stays = laws.is_at_limit(c) && norm(each.force) >= (1.0 - nearly_0) * each.limit;
+      tangents.set_stick(c, !stays);
+      if (each.slid && !laws.is_at_limit(c)) soften(c);
+      continue;
+    }
     tangents.set_stick(c, false);
     laws.set_sense(c, (-1.0 / norm(each.force)) * each.force);
     laws.set_at_limit(c, false);
@@ -216,12 +219,12 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
                     tangents.directions(c)[static_cast<std::size_t>(k)];
       const double along = dot(a, laws.direction(c));
       if (along < -rounding_of_accelerations * scale) {
-        if (tangents[c].num_guides == 1 && released[c] < 6) {
+        if (tangents[c].num_guides == 1 && released[c] < 12) {
           ++released[c];
           is_astray = true;
           continue;
         }
-        if (released[c] >= 6) {
+        if (released[c] >= 12) {
           return {Status::NoSolution, "friction at t = " + text(t) + ": " + model_.name_contact(c) +
                                           " can neither stick nor slide; the velocity would have to jump"};
         }
@@ -238,26 +241,6 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
         has_changed = has_reached_limit = true;
       }
       is_astray = is_astray || norm(a - along * laws.direction(c)) > 1e-11 * scale;
-    }
-    if (std::getenv("TRACE")) {
-      std::printf("t %.12g pass %zu rel", t, pass);
-      for (auto c : releases) std::printf(" %zu", c);
-      std::printf(" |");
-      for (std::size_t c = 0; c < tangents.size(); ++c) {
-        if (at_rest[c] == 0) { std::printf("m"); continue; }
-        std::printf("%s", tangents.sticks(c) ? "s" : laws.is_at_limit(c) ? "L" : "k");
-      }
-      std::printf("| changed %d too much", has_changed);
-      for (auto& [e, c] : too_much) std::printf(" %zu:%.2e", c, e);
-      std::printf("\n");
-      for (std::size_t c = 0; c < tangents.size(); ++c) {
-        if (at_rest[c] == 0 || tangents.sticks(c)) continue;
-        Vec3 a{};
-        for (int k = 0; k < tangents[c].num_tangents(); ++k)
-          a = a + contact_rows_[static_cast<std::size_t>(tangents[c].first_row + k)] * tangents.directions(c)[static_cast<std::size_t>(k)];
-        const Vec3 d = laws.direction(c);
-        std::printf("   %zu a %.3e %.3e along %.3e dir %.4f %.4f\n", c, a.x/scale, a.y/scale, dot(a,d)/scale, d.x, d.y);
-      }
     }
     if (is_astray) {
       if (Outcome outcome = relax_contacts(t, r, v, at_rest, w); !outcome.ok()) return outcome;
@@ -287,7 +270,8 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
 
 namespace {
 
-enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2 };  // 4, 5: both
+// 4, 5: both of the last two; from `sticks_softly` on: one that sticks, and how softly
+enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2, sticks_softly = 5 };
 
 }  // namespace
 
@@ -302,6 +286,7 @@ std::vector<int> NormalForm::discrete_state() const {
                     : along > 0.0                                 ? slides_forward
                                                                   : slides_backward);
     if (state.back() > sticks && friction_->laws().is_at_limit(c)) state.back() += at_limit;
+    if (tangents.sticks(c) && softness_[c] > 0) state.back() = sticks_softly + softness_[c];
   }
   return state;
 }
@@ -313,7 +298,11 @@ void NormalForm::restore_discrete_state(std::span<const int> state) {
     throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for " + std::to_string(wanted) +
                                                      " contacts that may stick");
   }
-  for (std::size_t c = 0; c < state.size(); ++c) tangents.set_stick(c, state[c] == sticks);
+  for (std::size_t c = 0; c < state.size(); ++c) {
+    softness_[c] = std::max(0, state[c] - sticks_softly);
+    tangents.set_stick(c, state[c] == sticks || softness_[c] > 0);
+  }
+  if (wanted > 0) forget_compliance();
   restored_.assign(state.begin(), state.end());
 }
 
@@ -325,7 +314,7 @@ void NormalForm::restore_senses(const double* r, const double* v) {
   set_sliding_speeds();
   for (std::size_t c = 0; c < restored_.size(); ++c) {
     const Vec3 t = model_.constraints.tangents().directions(c)[0];
-    const bool is_at_limit = restored_[c] > slides_backward;
+    const bool is_at_limit = restored_[c] > slides_backward && restored_[c] <= sticks_softly;
     const int mode = is_at_limit ? restored_[c] - at_limit : restored_[c];
     laws.set_sense(c, mode == slides_forward ? t : mode == slides_backward ? -t : Vec3{});
     laws.set_at_limit(c, is_at_limit);

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "dynamics/friction_stage.hpp"
 
@@ -21,12 +19,13 @@ namespace tanor {
 /// rank. What it leaves is polished by the modes that it says.
 void FrictionStage::relax(const double* b, double compliance, std::vector<RestingContact>* resting, double* lambda) {
   constexpr int most_iterations = 3000;
-  constexpr double tolerance = 1e-13;
+  constexpr double tolerance = 1e-12;
   constexpr double over_relaxation = 1.6;
   std::vector<double> shifted(b, b + right_side_.size());
   laws_.evaluate(model_.parallel, lambda, x_.data());
   int iteration = 0;
-  for (double change = 1.0, size = 0.0; iteration < most_iterations && change > tolerance * size; ++iteration) {
+  double change = 1.0, size = 0.0;
+  for (; iteration < most_iterations && change > tolerance * size; ++iteration) {
     for (const RestingContact& each : *resting) {
       const Tangents::Place& place = tangents_[each.contact];
       const double rho = compliance * model_.inverse_mass[static_cast<std::size_t>(place.point)];
@@ -52,7 +51,6 @@ void FrictionStage::relax(const double* b, double compliance, std::vector<Restin
       each.excess = wanted - force;
     }
   }
-  if (std::getenv("TRACE")) std::printf("relax: %d iterations\n", iteration);
   model_.counters.solves += static_cast<std::size_t>(iteration);
 }
 
