@@ -52,9 +52,9 @@ class GramSolver {
   /// Rows from `first` on (in the user's numbers of `user_row` [row]) whose gradient may be 0: they are unit rows then.
   void allow_zero_rows(std::span<const Index> user_row, std::size_t first);
 
-  /// From the next `assemble` on: 1 + compliance [row] on the scaled diagonal of those rows where they take part; empty:
-  /// none. They may then depend on others: refined solutions of what is consistent still satisfy S x = b, with the least
-  /// x there, the less the more compliant.
+  /// From the next `assemble` on: 1 + compliance [row] on the scaled diagonal of those rows where they take part;
+  /// empty: none. They may then depend on others: refined solutions of what is consistent still satisfy S x = b, with
+  /// the least x there, the less the more compliant.
   void set_compliance(std::span<const double> compliance) { compliance_.assign(compliance.begin(), compliance.end()); }
 
   void assemble(const Parallel& parallel, const double* blocks);
