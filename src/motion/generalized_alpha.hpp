@@ -23,6 +23,7 @@ class GeneralizedAlpha final : public Scheme {
   void forget() override { knows_own_ = false; }
 
  private:
+  Outcome solve_step(const State& from, double h, State* to);
   Outcome iterate(const State& from, double h, State* to, bool* converged);
 
   MotionOptions options_;
