@@ -201,25 +201,41 @@ double Radau5::take_increments(const State& from, double h) {
 /// With s = gamma/h, rho_r = r_0' + sum e_i (r_i - r_0)/h = sum_j (e'A)_j moved_j and rho_v = w_0 + sum e_i moved_i/h:
 ///
 ///   (s M - df/dv - df/dr/s) e_v - K mu = M rho_v + df/dr rho_r/s,   K'e_v = 0,   e_r = (e_v + rho_r)/s
+///
+/// where that is too much, once more with w at (r_0 + e_r, v_0 + e_v) for w_0: without it what is stiff and already
+/// damped away would count.
 double Radau5::estimate_error(const State& from, double h, const State& to) {
   const double s = radau_.gamma / h;
   RadauCoefficients::Row e_a{};
   for (std::size_t j = 0; j < 3; ++j) {
     for (std::size_t i = 0; i < 3; ++i) e_a[j] += radau_.e[i] * radau_.a[i][j];
   }
-  std::vector<double>&rho = x_[0], &e_r = x_[1], &e_v = a_[0], &mu = rows_[0];
-  for (std::size_t k = 0; k < from.x.size(); ++k) {
-    rho[k] = combine(e_a, moved_, k);
-    e_r[k] = rho[k] / s;
-    e_v[k] = from.a[k] + combine(radau_.e, moved_, k) / h;
+  std::vector<double>&rho = v_[0], &e_r = x_[0], &e_v = a_[0], &mu = rows_[0];
+  e_v = from.a;
+  double error = 0.0;
+  for (int pass = 0; pass < 2; ++pass) {
+    for (std::size_t k = 0; k < from.x.size(); ++k) {
+      rho[k] = combine(e_a, moved_, k);
+      e_r[k] = rho[k] / s;
+      e_v[k] += combine(radau_.e, moved_, k) / h;
+    }
+    std::fill(mu.begin(), mu.end(), 0.0);
+    equations_.add_stiffness(e_r.data(), e_v.data(), mu.data());
+    equations_.solve(e_v.data(), mu.data());
+    for (std::size_t k = 0; k < from.x.size(); ++k) e_r[k] = (e_v[k] + rho[k]) / s;
+    error = mechanics_.error_ratio(
+        from.t, {e_r.data(), e_v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol,
+        options_.rtol);
+    if (pass == 1 || !(error > 1.0)) break;
+    std::vector<double>&x = x_[1], &v = v_[1], &lambda = rows_[1];
+    for (std::size_t k = 0; k < from.x.size(); ++k) {
+      x[k] = from.x[k] + e_r[k];
+      v[k] = from.v[k] + e_v[k];
+    }
+    equations_.write_multipliers(x.data(), v.data(), lambda.data());
+    if (!equations_.evaluate(from.t, x.data(), v.data(), lambda.data(), e_v.data(), mu.data()).ok()) break;
   }
-  std::fill(mu.begin(), mu.end(), 0.0);
-  equations_.add_stiffness(e_r.data(), e_v.data(), mu.data());
-  equations_.solve(e_v.data(), mu.data());
-  for (std::size_t k = 0; k < from.x.size(); ++k) e_r[k] = (e_v[k] + rho[k]) / s;
-  return mechanics_.error_ratio(
-      from.t, {e_r.data(), e_v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol,
-      options_.rtol);
+  return error;
 }
 
 /// Works are integrated by the stages as the motion is.
