@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
-PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "time_function", "kernel", "user_kernel", "system",
+PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "expression", "time_function", "kernel", "user_kernel", "system",
                   "solver_options", "certificate", "dynamics", "direct_problem", "motion", "tanor"]
 
 

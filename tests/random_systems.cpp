@@ -52,7 +52,7 @@ class RandomSystemMaker {
     if (!moves) return value;
     const double rate = uniform(0.5, 3.0), t = result_.t;
     return ScalarFunction::custom(
-        [=](const Jet<2>& s) { return value + amplitude * (sin(rate * s) - std::sin(rate * t)); });
+        [=](const auto& s) { return value + amplitude * (sin(rate * s) - std::sin(rate * t)); });
   }
   VectorFunction through(const Vector3& value, double amplitude, bool moves) {
     return {through(value[0], amplitude, moves), through(value[1], amplitude, moves),

@@ -201,6 +201,8 @@ class TANOR_API Dynamics {
   std::size_t num_points() const;
   std::size_t num_equations() const;
   const PlanSummary& plan() const;
+  /// Why the motion has no series in time, as method `taylor` needs it; empty: it has.
+  std::string series_obstacle() const;
 
   /// w (25), lambda = eta^(xi) (31), eta = K lambda (23) at (t, r, v). Rows of `reactions` and `accelerations` at
   /// supports: K lambda there, and the prescribed acceleration. An empty span is not computed.

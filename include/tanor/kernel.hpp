@@ -15,6 +15,7 @@
 #include <string_view>
 
 #include <tanor/export.hpp>
+#include <tanor/expression.hpp>
 #include <tanor/time_function.hpp>
 
 namespace tanor {
@@ -37,6 +38,8 @@ struct ConstraintKernel {
   std::shared_ptr<const void> context{};  ///< what `evaluate` gets: constants, a callable, a program
   void (*evaluate)(const void* context, const ConstraintBatch& batch) = nullptr;
   bool depends_on_time = true;  ///< false: xi does not depend on t, so no xi_t and no work through the constraint
+  /// The same function of the 3p coordinates and t, for series in time; null: only `evaluate` knows it.
+  std::shared_ptr<const Expression> expression{};
 
   static constexpr int most_points = 256;
 };
@@ -77,6 +80,8 @@ struct ForceKernel {
   void (*evaluate)(const void* context, const ForceBatch& batch) = nullptr;
   bool depends_on_velocity = true;
   bool knows_derivatives = false;  ///< false: `derivative` is never asked for, implicit methods do not see how stiff f is
+  /// The same three functions of x, y, z, vx, vy, vz and t, for series in time; null: only `evaluate` knows them.
+  std::shared_ptr<const Expression> expression{};
 };
 
 /// Friction at single points that slide along their guides, at one time.

@@ -13,7 +13,7 @@
 
 namespace tanor {
 
-enum class Method { Auto, Rk4, Dopri5, Rattle, Radau5, GeneralizedAlpha };
+enum class Method { Auto, Rk4, Dopri5, Dop853, Taylor, Rattle, Rattle4, Rattle6, Radau5, GeneralizedAlpha };
 
 /// "rk4" …; throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);
@@ -22,14 +22,24 @@ TANOR_API std::string_view method_name(Method method);
 enum class Stabilisation { Projection, None };
 
 struct MotionOptions {
-  Method method = Method::Auto;  ///< auto: dopri5 with tolerances, rk4 where a step is given
+  Method method = Method::Auto;  ///< auto: see choose_method
   double step = 0.0;             ///< s; fixed, or the first one to try where a tolerance rules; 0: none
   double rtol = 1e-8;            ///< relative to |r| and |v| of each point
   double atol = 1e-10;           ///< m and m/s
   Stabilisation stabilisation = Stabilisation::Projection;
   StartMode start = StartMode::Check;
+  int order = 0;                   ///< taylor: terms of the series, 4 … 24; 0: as the tolerance asks
   double spectral_radius = 0.8;  ///< generalized_alpha: what a step leaves of the fastest oscillations, 0 … 1
 };
+
+/// A method and why `auto` stands for it; empty where it was asked for.
+struct ChosenMethod {
+  Method method = Method::Auto;
+  std::string reason{};
+};
+/// What `auto` means for a system: rattle (in coordinates rk4) where a step is given, else taylor where everything has
+/// a series in time, else dop853.
+TANOR_API ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics);
 
 /// Kinetic and potential energy, J, and the work done since the start.
 struct TANOR_API EnergyReport {
@@ -57,6 +67,7 @@ struct FrictionSummary {
 
 struct MotionReport {
   Method method = Method::Auto;  ///< the one used
+  std::string method_reason{};   ///< why, where `auto` chose it
   double time = 0.0;             ///< reached, s
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;

@@ -6,6 +6,7 @@
 #include <tanor/direct_problem.hpp>
 #include <tanor/dynamics.hpp>
 #include <tanor/error.hpp>
+#include <tanor/expression.hpp>
 #include <tanor/forward.hpp>
 #include <tanor/jet.hpp>
 #include <tanor/kernel.hpp>

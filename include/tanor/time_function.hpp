@@ -1,11 +1,14 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <tanor/export.hpp>
@@ -21,6 +24,8 @@ using Constants = std::map<std::string, double, std::less<>>;
 /// A number that may depend on time, known with its first two derivatives. Immutable and cheap to copy.
 class TANOR_API ScalarFunction {
  public:
+  static constexpr int largest_order = 24;  ///< higher derivatives are not asked for
+
   ScalarFunction(double constant = 0.0);  // NOLINT(google-explicit-constructor): a constant is a function
   /// Text in `t`, `pi` and the given constants, e.g. "0.1*sin(omega*t)".
   /// Throws InputError naming the position inside the text.
@@ -29,16 +34,29 @@ class TANOR_API ScalarFunction {
   /// evaluation.
   static ScalarFunction table(std::vector<double> times, std::vector<double> values);
   /// A user's own function, written over jets (`[](auto t) { return sin(3.0 * t); }` fits).
-  static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function);
+  template <class Function>
+    requires std::invocable<const Function&, const Jet<largest_order>&>
+  static ScalarFunction custom(Function function) {
+    return custom(std::function<Jet<2>(const Jet<2>&)>(function), SeriesFunction(function));
+  }
+  /// The same for one that runs on Jet<2> alone: it has no series.
+  static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function) { return custom(std::move(function), {}); }
 
   bool is_constant() const { return source_ == nullptr; }
   /// Taylor coefficients at t: value(), derivative(1), derivative(2).
   Jet<2> operator()(double t) const;
 
+  /// Taylor coefficients 0 … P at t, for at most `largest_order` + 1 numbers; false: not known (a custom function).
+  bool expand(double t, std::span<double> coefficients) const;
+  /// Where the next piece of a table begins, s, after t: the series at t says nothing beyond it. Infinite: nowhere.
+  double smooth_until(double t) const;
+
   /// Where the numbers come from when they are not constant.
   class TANOR_LOCAL Source;
 
  private:
+  using SeriesFunction = std::function<Jet<largest_order>(const Jet<largest_order>&)>;
+  static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function, SeriesFunction series);
   explicit ScalarFunction(std::shared_ptr<const Source> source);
 
   double constant_ = 0.0;

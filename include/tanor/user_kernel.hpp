@@ -8,15 +8,18 @@
 ///     });
 ///
 /// The callable runs on Jet<2>, which yields xi, its rate and phi (r, v and psi) in one go, and on Forward, which
-/// yields the gradient (the tangents). It is instantiated here, on the user's side; the library gets a plain function
+/// yields the gradient (the tangents); on Traced it is taken down for series of any order. It is instantiated here, on the user's side; the library gets a plain function
 /// that loops over a batch. A callable without arguments that change it is called from several threads.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
+#include <tanor/expression.hpp>
 #include <tanor/forward.hpp>
 #include <tanor/jet.hpp>
 #include <tanor/kernel.hpp>
@@ -44,13 +47,19 @@ std::array<Forward<static_cast<int>(size)>, size> load_variables(const double* x
 
 }  // namespace detail
 
-/// callable(const std::array<T, 3p>& x, const T& t) -> T with x = {x1, y1, z1, x2, …}, for T = Jet<2> and Forward<3p>.
+/// callable(const std::array<T, 3p>& x, const T& t) -> T with x = {x1, y1, z1, x2, …}, for T = Jet<2>, Forward<3p> and
+/// Traced.
 template <int p, class Callable>
 ConstraintKernel make_constraint_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(1 <= p && p <= ConstraintKernel::most_points);
   using Function = std::decay_t<Callable>;
   constexpr std::size_t size = 3 * p;
   ConstraintKernel kernel{.num_points = p, .thread_safe = thread_safe};
+  kernel.expression = record_expression(3 * p + 1, [&](const std::vector<Traced>& variables) {
+    std::array<Traced, size> x;
+    std::copy_n(variables.begin(), size, x.begin());
+    return std::vector<Traced>{callable(std::as_const(x), variables[size])};
+  });
   kernel.context = std::make_shared<const Function>(std::forward<Callable>(callable));
   kernel.evaluate = [](const void* context, const ConstraintBatch& batch) {
     const Function& function = *static_cast<const Function*>(context);

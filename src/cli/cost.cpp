@@ -20,19 +20,26 @@ int count_solves(Method method) {
       return 4;
     case Method::Rattle:
       return 1;
-    case Method::Auto:
+    case Method::Rattle4:
+      return 5;
+    case Method::Rattle6:
+      return 9;
     case Method::Dopri5:
+      return 6;  // the seventh stage is the first one of the next step
+    case Method::Taylor:
+      return 14;  // with the usual tolerances; but one factorization
+    case Method::Radau5:
+      return 10;
+    case Method::GeneralizedAlpha:
+      return 3;
+    case Method::Auto:
+    case Method::Dop853:
       break;
   }
-  return 6;  // the seventh stage is the first one of the next step
+  return 12;  // likewise
 }
 
 }  // namespace
-
-Method choose_method(const MotionOptions& motion) {
-  if (motion.method != Method::Auto) return motion.method;
-  return motion.step > 0.0 ? Method::Rk4 : Method::Dopri5;
-}
 
 StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method method) {
   const double points = static_cast<double>(num_points),
@@ -42,9 +49,11 @@ StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method me
   StepCost cost;
   cost.solves = count_solves(method);
   // One pass over points and equations, one factorization, one forward and one back substitution.
+  const int factorizations = method == Method::Taylor ? 1 : cost.solves;
   cost.seconds =
-      cost.solves * (points * seconds_per_point + equations * seconds_per_equation + plan.factor_flops / factor_flops +
-                     factor_nonzeros * (factor_seconds_per_nonzero + solve_seconds_per_nonzero));
+      cost.solves * (points * seconds_per_point + equations * seconds_per_equation +
+                     factor_nonzeros * solve_seconds_per_nonzero) +
+      factorizations * (plan.factor_flops / factor_flops + factor_nonzeros * factor_seconds_per_nonzero);
   // L and S with 4-byte indices; about 20 state vectors of 3n.
   cost.bytes = 12.0 * (factor_nonzeros + static_cast<double>(plan.pattern_nonzeros)) + 20.0 * 24.0 * points;
   return cost;

@@ -54,12 +54,13 @@ std::string describe_form(const PlanSummary& plan, Form wanted) {
                             wanted == Form::Auto || wanted == Form::Both ? "the cheaper one is taken" : "asked for");
 }
 
-std::string describe_motion(const scene::Scene& scene, Method method) {
+std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chosen) {
   const std::string end = scene.t_end > 0.0 ? fmt::format(" to t = {} s", scene.t_end) : "; no t_end";
   const bool has_step = scene.motion.step > 0.0;
   const std::string step = has_step ? fmt::format("step {} s", scene.motion.step)
                                     : fmt::format("rtol {}, atol {}", scene.motion.rtol, scene.motion.atol);
-  return fmt::format("{}, {}{}", method_name(method), step, end);
+  const std::string reason = chosen.reason.empty() ? "" : fmt::format(" ({})", chosen.reason);
+  return fmt::format("{}{}, {}{}", method_name(chosen.method), reason, step, end);
 }
 
 }  // namespace
@@ -73,8 +74,8 @@ ExitCode execute(const InfoOptions& options) {
   const Dynamics dynamics = naming_file(options.scene, [&] { return Dynamics(std::move(scene.system), scene.solver); });
   const PlanSummary& plan = dynamics.plan();
   const std::size_t num_points = dynamics.num_points();
-  const Method method = choose_method(scene.motion);
-  const StepCost cost = predict_step(plan, num_points, method);
+  const ChosenMethod chosen = choose_method(scene.motion, dynamics);
+  const StepCost cost = predict_step(plan, num_points, chosen.method);
 
   print("scene", scene.name);
   print("source", scene.source);
@@ -98,7 +99,7 @@ ExitCode execute(const InfoOptions& options) {
   print("factorization", plan.factorization);
   print("nonzeros", fmt::format("{} in {}, {} in L", plan.pattern_nonzeros, plan.form == Form::Tangent ? "H" : "S",
                                 plan.factor_nonzeros));
-  print("motion", describe_motion(scene, method));
+  print("motion", describe_motion(scene, chosen));
   print("predicted factorization", fmt::format("{:.3g} flops", plan.factor_flops));
   print("predicted memory", describe_bytes(cost.bytes));
   print("predicted step", fmt::format("{} solves, about {:.2g} s on one thread", cost.solves, cost.seconds));

@@ -188,6 +188,10 @@ std::size_t Dynamics::num_points() const {
 std::size_t Dynamics::num_equations() const {
   return implementation_->numbering().num_user_rows;
 }
+std::string Dynamics::series_obstacle() const {
+  return implementation_->forms.main->series_obstacle();
+}
+
 const PlanSummary& Dynamics::plan() const {
   return implementation_->forms.plan;
 }

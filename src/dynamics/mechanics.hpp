@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
@@ -122,6 +123,19 @@ class Mechanics {
   virtual std::size_t rank() const { return 0; }
   /// x means the same before and after a step that was accepted.
   virtual bool keeps_variables() const { return true; }
+
+  // ---- the motion as a power series in time ----
+
+  /// Why there is none; empty: `expand` finds it.
+  virtual std::string series_obstacle() const { return "the motion in coordinates is not expanded in time"; }
+  /// coefficients[k] [size()] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one, in the order
+  /// that it has; linearised at (t, x). Writes the time up to which the functions of time are as smooth as at t, s.
+  virtual Outcome expand(double /*t*/, const double* /*x*/, const double* /*v*/,
+                         std::span<double* const> /*coefficients*/, double* /*smooth_until*/) {
+    return {};
+  }
+  /// Power at a state that moves with the acceleration a, which is not solved for.
+  virtual Power power_along(double /*t*/, const double* /*x*/, const double* /*v*/, const double* /*a*/) { return {}; }
 
   // ---- events: instants where the equations themselves change (a contact begins or ceases to slip) ----
 

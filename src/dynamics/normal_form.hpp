@@ -8,6 +8,7 @@
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/friction_stage.hpp"
 #include "dynamics/model.hpp"
+#include "dynamics/motion_series.hpp"
 #include "solve/gram_solver.hpp"
 #include "solve/redundancy.hpp"
 
@@ -66,6 +67,11 @@ class NormalForm final : public EquationsOfMotion {
   /// The law at lambda [3n], at the last accelerations; contacts that stick have none.
   void evaluate_friction(const double* lambda, double* tau);
   void judge_friction(bool judges, bool refuses_several);
+
+  std::string series_obstacle() const override;
+  Outcome expand(double t, const double* r, const double* v, std::span<double* const> coefficients,
+                 double* smooth_until) override;
+  Power power_along(double t, const double* r, const double* v, const double* w) override;
 
   // Contacts that slide or stick, in contacts.cpp.
   std::size_t num_events() const override { return num_switches_; }
@@ -168,6 +174,8 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> sum;           // of this step's iterations
     std::vector<double> last, before;  // of the last two steps, over h^2
   } step_multipliers_;
+  mutable std::unique_ptr<MotionSeries> series_;  // made where somebody asks
+  std::vector<double> lambda_series_;             // [d] lambda_k of the last order
   std::vector<double> right_side_of_qr_;  // [d] where QR takes part
   std::vector<double> step_start_;        // [3n] where rows depend
 };

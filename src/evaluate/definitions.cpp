@@ -58,6 +58,26 @@ struct Clock {
   }
 };
 
+/// Taken down, a function of time that moves is a variable. One instant serves all: `recording` outlives the clocks.
+struct Recording {
+  RecordedDefinition definition;
+  std::optional<Traced> parameter;
+};
+template <>
+struct Clock<Traced> {
+  double t;
+  Recording* recording;
+
+  Traced operator()(const ScalarFunction& function) const {
+    if (function.is_constant()) return function(t).value();
+    recording->definition.functions.push_back(function);
+    return Traced::variable(recording->definition.expression);
+  }
+  Place<Traced> operator()(const VectorFunction& function) const {
+    return {(*this)(function.components[0]), (*this)(function.components[1]), (*this)(function.components[2])};
+  }
+};
+
 /// A parameter's number for each member; a function that all share is evaluated once.
 template <class T>
 class Given {
@@ -78,6 +98,23 @@ class Given {
   std::span<const double> initial_;
   Clock<T> clock_;
   T shared_{};
+};
+
+template <>
+class Given<Traced> {
+ public:
+  Given(const Parameter& parameter, std::span<const double>, const Clock<Traced>& clock)
+      : parameter_(parameter), clock_(clock) {}
+  Traced operator[](std::size_t) const {
+    if (parameter_.functions.size() == 1) return clock_(parameter_.functions[0]);
+    if (parameter_.constants.size() == 1) return parameter_.constants[0];
+    clock_.recording->definition.has_parameter = true;
+    return *clock_.recording->parameter;
+  }
+
+ private:
+  const Parameter& parameter_;
+  Clock<Traced> clock_;
 };
 
 // ---- the definitions
@@ -268,14 +305,15 @@ struct Definition<Linears, T> {
   }
 };
 
+/// What members have one number each of; null: lines, and what users define.
 template <class Group>
-bool takes_initial(const Group& group) {
-  if constexpr (requires { group.length; }) return group.length.is_initial();
-  if constexpr (requires { group.offset; }) return group.offset.is_initial();
-  if constexpr (requires { group.radius; }) return group.radius.is_initial();
-  if constexpr (requires { group.cosine; }) return group.cosine.is_initial();
-  if constexpr (requires { group.value; }) return group.value.is_initial();
-  return false;
+const Parameter* parameter_of(const Group& group) {
+  if constexpr (requires { group.length; }) return &group.length;
+  if constexpr (requires { group.offset; }) return &group.offset;
+  if constexpr (requires { group.radius; }) return &group.radius;
+  if constexpr (requires { group.cosine; }) return &group.cosine;
+  if constexpr (requires { group.value; }) return &group.value;
+  return nullptr;
 }
 
 // ---- points
@@ -333,13 +371,62 @@ Definitions::Definitions(const System& system, double t0) : system_(system), sta
           if constexpr (std::is_same_v<Group, Lines>) {
             start.helper = farthest_axis(clock(group.direction));
           } else if constexpr (!std::is_same_v<Group, UserConstraints>) {
-            if (!takes_initial(group)) return;
+            if (!parameter_of(group)->is_initial()) return;
             const Definition<Group, double> definition(group, clock, {}, {});
             for (std::size_t k = 0; k < num_members(group); ++k) start.values.push_back(definition.measure(k, at));
           }
         },
         system.constraints[g]);
   }
+}
+
+std::optional<RecordedDefinition> Definitions::record(std::size_t g) const {
+  return std::visit(
+      [&]<class Group>(const Group& group) -> std::optional<RecordedDefinition> {
+        if (num_members(group) == 0) return std::nullopt;
+        if constexpr (std::is_same_v<Group, UserConstraints>) {
+          if (group.kernel.expression == nullptr) return std::nullopt;
+          return RecordedDefinition{*group.kernel.expression, {ScalarFunction::formula("t")}, false};
+        } else {
+          Recording recording;
+          Expression& expression = recording.definition.expression;
+          const std::span<const Index> points = member_points(group, 0);
+          std::vector<Place<Traced>> places;
+          for (std::size_t p = 0; p < points.size(); ++p) {
+            const Traced x = Traced::variable(expression), y = Traced::variable(expression);
+            places.push_back({x, y, Traced::variable(expression)});
+          }
+          const auto at = [&](Index i) {
+            return places[static_cast<std::size_t>(std::ranges::find(points, i) - points.begin())];
+          };
+          recording.parameter = Traced::variable(expression);
+          try {
+            const Definition<Group, Traced> definition(group, Clock<Traced>{0.0, &recording}, starts_[g].values,
+                                                       starts_[g].helper);
+            for (const Traced& xi : definition.xi(0, at)) expression.results.push_back(xi.number_in(expression));
+          } catch (const detail::NotTraceable&) {
+            return std::nullopt;
+          }
+          // Its variable stands before those of the functions: to the end, or away.
+          const auto parameter = expression.variables.begin() + static_cast<std::ptrdiff_t>(3 * points.size());
+          std::rotate(parameter, parameter + 1, expression.variables.end());
+          if (!recording.definition.has_parameter) expression.variables.pop_back();
+          return recording.definition;
+        }
+      },
+      system_.constraints[g]);
+}
+
+ScalarFunction Definitions::parameter(std::size_t g, std::size_t k) const {
+  return std::visit(
+      [&]<class Group>(const Group& group) -> ScalarFunction {
+        const Parameter* const parameter = parameter_of(group);
+        if (parameter == nullptr) return 0.0;
+        if (parameter->is_initial()) return starts_[g].values[k];
+        const auto pick = [k](const auto& each) { return each[each.size() == 1 ? 0 : k]; };
+        return parameter->functions.empty() ? ScalarFunction(pick(parameter->constants)) : pick(parameter->functions);
+      },
+      system_.constraints[g]);
 }
 
 void Definitions::taylor(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> v,

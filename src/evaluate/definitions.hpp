@@ -1,14 +1,24 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include <tanor/expression.hpp>
 #include <tanor/system.hpp>
 
 #include "base/parallel.hpp"
 
 namespace tanor {
+
+/// One group's definition taken down: its variables are the coordinates of a member's points (three each), then
+/// functions of time.
+struct RecordedDefinition {
+  Expression expression;                  ///< results: the rows of a member
+  std::vector<ScalarFunction> functions;  ///< that all members share
+  bool has_parameter = false;             ///< the last variable is each member's own, see Definitions::parameter
+};
 
 /// Every constraint a second time: xi written once as the contract of scene files says it, over a scalar type, straight
 /// from the System; all derivatives come from the scalar type. It shares nothing with the families and their
@@ -31,6 +41,11 @@ class Definitions {
 
   /// eta = K lambda [3n].
   void reactions(double t, std::span<const double> r, std::span<const double> lambda, std::span<double> eta) const;
+
+  /// Group `group` as an expression; nothing where it cannot be taken down.
+  std::optional<RecordedDefinition> record(std::size_t group) const;
+  /// What member k of a group has for its parameter.
+  ScalarFunction parameter(std::size_t group, std::size_t k) const;
 
   /// y = K'u [d].
   void transposed(double t, std::span<const double> r, std::span<const double> u, std::span<double> y) const;

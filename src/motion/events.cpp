@@ -83,17 +83,18 @@ Outcome Events::return_to(State* state) {
   return mechanics_.accelerations(state->t, state->x.data(), state->v.data(), Gradients::Evaluate, a_.data());
 }
 
-Outcome Events::evaluate_inside(const DenseOutput& dense, double fraction, double* values) {
-  const double t = dense.time(fraction);
-  dense.evaluate(mechanics_.parallel(), fraction, x_.data(), v_.data());
+Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* values) {
+  const double t = dense->time(fraction);
+  Outcome found = dense->evaluate(mechanics_.parallel(), fraction, x_.data(), v_.data());
+  if (!found.ok()) return found;
   mechanics_.prescribe(t, x_.data(), v_.data());
-  Outcome found = mechanics_.accelerations(t, x_.data(), v_.data(), Gradients::Evaluate, a_.data());
+  found = mechanics_.accelerations(t, x_.data(), v_.data(), Gradients::Evaluate, a_.data());
   if (found.ok()) found = evaluate(t, x_.data(), v_.data(), values);
   return found;
 }
 
 /// In its place among the others.
-Outcome Events::add_sample(const DenseOutput& dense, double fraction) {
+Outcome Events::add_sample(DenseOutput* dense, double fraction) {
   Sample& sample = samples_[num_samples_++];
   sample.fraction = fraction;
   Outcome found = evaluate_inside(dense, fraction, sample.values.data());
@@ -151,7 +152,7 @@ std::size_t Events::first_not_positive() const {
 }
 
 /// Inside the step, where a function may dip; the values of both ends are there.
-Outcome Events::take_samples(const DenseOutput& dense, double h) {
+Outcome Events::take_samples(DenseOutput* dense, double h) {
   if (!may_dip(h)) return {};
   for (const double fraction : {0.25, 0.5, 0.75}) {
     if (Outcome found = add_sample(dense, fraction); !found.ok()) return found;
@@ -195,7 +196,7 @@ double Events::least(std::span<const double> values) const {
 }
 
 /// The first interval at whose end something is not positive.
-Outcome Events::bracket(const DenseOutput& dense, Root* root) {
+Outcome Events::bracket(DenseOutput* dense, Root* root) {
   *root = Root::None;
   const std::size_t i = first_not_positive();
   if (i == num_samples_) return {};
@@ -232,7 +233,7 @@ Outcome Events::bracket(const DenseOutput& dense, Root* root) {
 
 /// Steps from `from` whose length is corrected by secants until the least function vanishes where they end; leaves the
 /// functions there in `values_`.
-Outcome Events::remake(Scheme& scheme, const DenseOutput& dense, const State& from, State* to, StepResult* step) {
+Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, State* to, StepResult* step) {
   RootBracket inside(low_, least_low_, high_, least_high_, dense_tolerance);
   while (!inside.is_narrow()) {
     const double fraction = inside.next();
@@ -313,7 +314,7 @@ Outcome Events::switch_equations(Scheme& scheme, double h, State* to) {
 
 Events::Meeting Events::meet(Scheme& scheme, const State& from, State* to, StepResult* step) {
   if (num_ == 0) return {};
-  const DenseOutput dense(from, *to);
+  DenseOutput dense(scheme, from, *to);
   num_samples_ = 2;
   samples_[0].fraction = 0.0;
   samples_[0].values = start_;
@@ -321,14 +322,14 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, State* to, StepR
   Meeting meeting;
   Outcome& found = meeting.outcome;
   if (found = evaluate(to->t, to->x.data(), to->v.data(), samples_[1].values.data()); !found.ok()) return meeting;
-  if (found = take_samples(dense, to->t - from.t); !found.ok()) return meeting;
+  if (found = take_samples(&dense, to->t - from.t); !found.ok()) return meeting;
   measure_scales();
   const bool looked_inside = num_samples_ > 2;
   Root root = Root::None;
-  if (found = bracket(dense, &root); !found.ok()) return meeting;
+  if (found = bracket(&dense, &root); !found.ok()) return meeting;
 
   if (root == Root::Inside) {
-    if (found = remake(scheme, dense, from, to, step); !found.ok()) return meeting;
+    if (found = remake(scheme, &dense, from, to, step); !found.ok()) return meeting;
     if (least(values_) > vanishing) root = Root::None;
     choose_vanishing(values_);
   } else if (root == Root::AtStart) {

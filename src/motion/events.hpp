@@ -59,18 +59,18 @@ class Events {
   void resize();
   Outcome return_to(State* state);
   Outcome evaluate(double t, const double* x, const double* v, double* values);
-  Outcome evaluate_inside(const DenseOutput& dense, double fraction, double* values);
-  Outcome add_sample(const DenseOutput& dense, double fraction);
+  Outcome evaluate_inside(DenseOutput* dense, double fraction, double* values);
+  Outcome add_sample(DenseOutput* dense, double fraction);
   std::size_t first_not_positive() const;
   bool may_dip(double h) const;
   double find_dip() const;
-  Outcome take_samples(const DenseOutput& dense, double h);
+  Outcome take_samples(DenseOutput* dense, double h);
   void measure_scales();
-  Outcome bracket(const DenseOutput& dense, Root* root);
+  Outcome bracket(DenseOutput* dense, Root* root);
   bool is_at_zero(std::size_t k) const;
   bool falls_from_zero(std::span<const double> values) const;
   double least(std::span<const double> values) const;
-  Outcome remake(Scheme& scheme, const DenseOutput& dense, const State& from, State* to, StepResult* step);
+  Outcome remake(Scheme& scheme, DenseOutput* dense, const State& from, State* to, StepResult* step);
   void choose_vanishing(std::span<const double> values);
   Outcome switch_equations(Scheme& scheme, double h, State* to);
 

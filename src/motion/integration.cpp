@@ -190,6 +190,7 @@ Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
 /// Tries a step once; `next_step` is then the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = events_.start(state); !found.ok()) return found;
+  if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = proposed;
   // End exactly at t_end, without a tiny last step.
   const double left = t_end - state.t;
   const bool last = next_step >= 0.99 * left;

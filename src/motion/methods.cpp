@@ -2,10 +2,12 @@
 #include <string>
 
 #include "base/check.hpp"
+#include "motion/composition.hpp"
 #include "motion/generalized_alpha.hpp"
 #include "motion/radau.hpp"
 #include "motion/rattle.hpp"
 #include "motion/runge_kutta.hpp"
+#include "motion/taylor.hpp"
 
 namespace tanor {
 
@@ -15,12 +17,13 @@ struct Entry {
   Method method;
   std::string_view name;
 };
-constexpr std::array<Entry, 6> methods{{{Method::Auto, "auto"},
-                                        {Method::Rk4, "rk4"},
-                                        {Method::Dopri5, "dopri5"},
-                                        {Method::Rattle, "rattle"},
-                                        {Method::Radau5, "radau5"},
-                                        {Method::GeneralizedAlpha, "generalized_alpha"}}};
+constexpr std::array methods{
+    Entry{Method::Auto, "auto"},       Entry{Method::Rk4, "rk4"},
+    Entry{Method::Dopri5, "dopri5"},   Entry{Method::Dop853, "dop853"},
+    Entry{Method::Taylor, "taylor"},   Entry{Method::Rattle, "rattle"},
+    Entry{Method::Rattle4, "rattle4"}, Entry{Method::Rattle6, "rattle6"},
+    Entry{Method::Radau5, "radau5"},   Entry{Method::GeneralizedAlpha, "generalized_alpha"},
+};
 
 }  // namespace
 
@@ -46,8 +49,16 @@ std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options,
       return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
     case Method::Dopri5:
       return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
+    case Method::Dop853:
+      return std::make_unique<RungeKutta>(dop853_tableau(), options, mechanics);
     case Method::Rattle:
       return std::make_unique<Rattle>(mechanics);
+    case Method::Taylor:
+      return std::make_unique<Taylor>(options, mechanics);
+    case Method::Rattle4:
+      return std::make_unique<Composition>(4, suzuki_fractions(), mechanics);
+    case Method::Rattle6:
+      return std::make_unique<Composition>(6, kahan_li_fractions(), mechanics);
     case Method::Radau5:
       return std::make_unique<Radau5>(options, mechanics);
     case Method::GeneralizedAlpha:

@@ -18,22 +18,45 @@ void check_options(const MotionOptions& options) {
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
   positive("/motion/rtol", options.rtol, "a positive tolerance");
   positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
+  if (options.order != 0 && !(options.order >= 4 && options.order <= ScalarFunction::largest_order)) {
+    throw InputError("/motion/order", text(options.order) + " terms; 4 to " + text(ScalarFunction::largest_order) +
+                                          " are right, or 0: as the tolerance asks");
+  }
   if (!(options.spectral_radius >= 0.0 && options.spectral_radius <= 1.0)) {
     throw InputError("/motion/spectral_radius", text(options.spectral_radius) + " does not lie between 0 and 1");
   }
 }
 
-Method resolve(const MotionOptions& options) {
-  if (options.method != Method::Auto) return options.method;
-  return options.step > 0.0 ? Method::Rk4 : Method::Dopri5;
+namespace {
+
+ChosenMethod choose(const MotionOptions& options, bool in_coordinates, const auto& find_obstacle) {
+  if (options.method != Method::Auto) return {options.method, ""};
+  if (options.step > 0.0) {
+    if (in_coordinates) return {Method::Rk4, "a step is given, the motion is in coordinates"};
+    return {Method::Rattle, "a step is given: one solve each, and energy that does not drift"};
+  }
+  const std::string obstacle = find_obstacle();
+  if (obstacle.empty()) return {Method::Taylor, "all constraints and forces have series in time"};
+  return {Method::Dop853, "no series in time: " + obstacle};
+}
+
+}  // namespace
+
+ChosenMethod choose_method(const MotionOptions& options, const Mechanics& mechanics, bool in_coordinates) {
+  return choose(options, in_coordinates, [&] { return mechanics.series_obstacle(); });
+}
+
+ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {
+  return choose(options, dynamics.plan().form == Form::Tangent, [&] { return dynamics.series_obstacle(); });
 }
 
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
-  if (method != Method::Rattle || system.coordinates.empty()) return solver;
+  const bool needs_constraints = method == Method::Rattle || method == Method::Rattle4 || method == Method::Rattle6;
+  if (!needs_constraints || system.coordinates.empty()) return solver;
   if (solver.form == Form::Tangent || num_equations(system) == 0) {
-    throw InputError("/motion/method",
-                     "rattle projects onto constraints, the tangent form has none; rk4 and dopri5 "
-                     "step in coordinates");
+    throw InputError("/motion/method", std::string(method_name(method)) +
+                                           " projects onto constraints, the tangent form has none; rk4 and "
+                                           "dopri5 step in coordinates");
   }
   solver.form = Form::Normal;
   return solver;

@@ -4,6 +4,8 @@
 
 #include <tanor/motion.hpp>
 
+#include "dynamics/mechanics.hpp"
+
 namespace tanor {
 
 /// What a user gives to a motion: throws InputError where it makes no sense.
@@ -11,8 +13,7 @@ void check_options(const MotionOptions& options);
 /// `size`: 3 times the number of points.
 void check_snapshot(const Snapshot& snapshot, std::size_t size);
 
-/// Auto: rk4 where a step is given.
-Method resolve(const MotionOptions& options);
+ChosenMethod choose_method(const MotionOptions& options, const Mechanics& mechanics, bool in_coordinates);
 /// rattle projects onto constraints: it steps in normal form. Throws InputError where there is none.
 SolverOptions resolve(SolverOptions solver, const System& system, Method method);
 

@@ -14,7 +14,8 @@ void add_scaled(const Parallel& parallel, const std::vector<double>& a, double s
 
 }  // namespace
 
-Rattle::Rattle(Mechanics& mechanics) : mechanics_(mechanics), free_(mechanics.size()), middle_(mechanics.size()) {}
+Rattle::Rattle(Mechanics& mechanics, int passes)
+    : mechanics_(mechanics), passes_(passes), free_(mechanics.size()), middle_(mechanics.size()) {}
 
 StepResult Rattle::step(const State& from, double h, State* to) {
   const Parallel& parallel = mechanics_.parallel();
@@ -38,9 +39,9 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   if (result.outcome = positions.outcome; !result.outcome.ok()) return result;
   if (result.outcome = mechanics_.linearise(t, to->x.data()); !result.outcome.ok()) return result;
 
-  // v1 = v1/2 + h/2 M^-1 f1, onto K(r1)'v1 + xi_t = 0; where f1 depends on v1, once more with the better v1
+  // v1 = v1/2 + h/2 M^-1 f1, onto K(r1)'v1 + xi_t = 0; where f1 depends on v1, again with the better v1
   const std::vector<double>* guess = &middle_;
-  for (int pass = 0; pass < (mechanics_.depends_on_velocity() ? 2 : 1); ++pass) {
+  for (int pass = 0; pass < (mechanics_.depends_on_velocity() ? passes_ : 1); ++pass) {
     result.outcome = mechanics_.free_accelerations(t, to->x.data(), guess->data(), free_.data());
     if (!result.outcome.ok()) return result;
     add_scaled(parallel, middle_, 0.5 * h, free_, &to->v);

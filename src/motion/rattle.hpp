@@ -11,7 +11,8 @@ namespace tanor {
 ///   v1   = v1/2 + h/2 M^-1 (f1 + K(r1) mu),  K(r1)'v1 + xi_t = 0
 class Rattle final : public Scheme {
  public:
-  explicit Rattle(Mechanics& mechanics);
+  /// `passes`: in which the second half finds v1 where forces depend on it; each is good for one order.
+  explicit Rattle(Mechanics& mechanics, int passes = 2);
 
   int order() const override { return 2; }
   bool is_adaptive() const override { return false; }
@@ -21,6 +22,7 @@ class Rattle final : public Scheme {
 
  private:
   Mechanics& mechanics_;
+  int passes_;
   std::vector<double> free_;    // M^-1 f at the last place
   std::vector<double> middle_;  // v1/2
   double free_time_ = 0.0;

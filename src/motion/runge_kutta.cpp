@@ -13,7 +13,9 @@ Tableau rk4_tableau() {
           .c = {0.0, 0.5, 0.5, 1.0},
           .a = {{}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}},
           .b = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6},
-          .e = {}};
+          .e = {},
+          .e3 = {},
+          .dense = {}};
 }
 
 /// Dormand & Prince 5(4), the seventh stage at the new point (Hairer, Norsett, Wanner I, table II.5.2).
@@ -27,38 +29,9 @@ Tableau dopri5_tableau() {
                 {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
                 {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656}},
           .b = {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84},
-          .e = {71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40}};
-}
-
-RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mechanics& mechanics)
-    : tableau_(tableau), options_(options), mechanics_(mechanics) {
-  const std::size_t stages = tableau_.b.size();
-  const auto a = [&](std::size_t i, std::size_t j) { return j < tableau_.a[i].size() ? tableau_.a[i][j] : 0.0; };
-  // x_i = x + h c_i v + h^2 sum_j (A^2)_ij a_j, likewise b'A for the step: only accelerations need to be kept.
-  for (std::size_t i = 0; i < stages; ++i) {
-    std::vector<double> squared(i, 0.0);
-    for (std::size_t j = 0; j < i; ++j) {
-      for (std::size_t k = j + 1; k < i; ++k) squared[j] += a(i, k) * a(k, j);
-    }
-    a_squared_.push_back(squared);
-  }
-  b_a_.assign(stages, 0.0);
-  for (std::size_t j = 0; j < stages; ++j) {
-    for (std::size_t k = j + 1; k < stages; ++k) b_a_[j] += tableau_.b[k] * a(k, j);
-  }
-  if (is_adaptive()) {
-    // The last stage of the estimate stands at the new point: its row of A is b.
-    e_a_.assign(stages, 0.0);
-    for (std::size_t j = 0; j < stages; ++j) {
-      for (std::size_t k = j + 1; k < stages; ++k) e_a_[j] += tableau_.e[k] * a(k, j);
-      e_a_[j] += tableau_.e[stages] * tableau_.b[j];
-    }
-  }
-  const std::size_t n = mechanics_.size();
-  for (std::size_t i = 1; i < stages; ++i) accelerations_.emplace_back(n);
-  stage_x_.resize(n);
-  stage_v_.resize(n);
-  zero_.resize(is_adaptive() ? n : 0, 0.0);
+          .e = {71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40},
+          .e3 = {},
+          .dense = {}};
 }
 
 namespace {
@@ -84,11 +57,58 @@ void combine(const Parallel& parallel, std::size_t n, const double* base, double
 
 }  // namespace
 
+RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mechanics& mechanics)
+    : tableau_(tableau), options_(options), mechanics_(mechanics) {
+  for (const std::vector<double>& row : tableau_.a) rows_.push_back(weigh(row));
+  rows_.push_back(weigh(tableau_.b));
+  for (const std::vector<double>& row : tableau_.dense.a) rows_.push_back(weigh(row));
+  estimate_ = weigh(tableau_.e);
+  estimate3_ = weigh(tableau_.e3);
+  for (const std::vector<double>& row : tableau_.dense.d) powers_.push_back(weigh(row));
+  ensure(rows_.size() <= most_stages, "a stage has its place among the accelerations");
+
+  const std::size_t n = mechanics_.size();
+  accelerations_.resize(tableau_.b.size() - 1 + tableau_.dense.c.size());
+  for (std::size_t i = 1; i < tableau_.b.size(); ++i) accelerations_[i - 1].resize(n);
+  stage_x_.resize(n);
+  stage_v_.resize(n);
+  zero_.resize(is_adaptive() ? n : 0, 0.0);
+}
+
+/// weights'A, by the rows that are there.
+RungeKutta::Weights RungeKutta::weigh(const std::vector<double>& weights) const {
+  Weights result{weights, std::vector<double>(weights.size(), 0.0)};
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    const std::vector<double>& row = rows_[k].v;
+    for (std::size_t j = 0; j < row.size(); ++j) result.x[j] += weights[k] * row[j];
+  }
+  return result;
+}
+
+/// Of all stages: the first one is where the step begins, the one after the others where it ends.
+RungeKutta::Accelerations RungeKutta::accelerations(const State& from, const State& to) const {
+  const std::size_t stages = tableau_.b.size();
+  Accelerations a{from.a.data()};
+  for (std::size_t i = 1; i < stages; ++i) a[i] = accelerations_[i - 1].data();
+  a[stages] = to.a.data();
+  for (std::size_t i = stages; i - 1 < accelerations_.size(); ++i) a[i + 1] = accelerations_[i - 1].data();
+  return a;
+}
+
+/// x_i = x + h c_i v + h^2 sum_j (A^2)_ij a_j,  v_i = v + h sum_j A_ij a_j: only accelerations need to be kept.
+Outcome RungeKutta::evaluate_stage(const State& from, double h, double c, const Weights& row,
+                                   const Accelerations& known, double* a) {
+  const std::size_t n = from.x.size();
+  const double t = from.t + c * h;
+  combine(mechanics_.parallel(), n, from.x.data(), h * c, from.v.data(), row.x, h * h, known, stage_x_.data());
+  combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), row.v, h, known, stage_v_.data());
+  mechanics_.prescribe(t, stage_x_.data(), stage_v_.data());
+  return mechanics_.accelerations(t, stage_x_.data(), stage_v_.data(), Gradients::Evaluate, a);
+}
+
 StepResult RungeKutta::step(const State& from, double h, State* to) {
   const std::size_t n = from.x.size(), stages = tableau_.b.size();
-  std::array<const double*, most_stages + 1> a{from.a.data()};
-  for (std::size_t i = 1; i < stages; ++i) a[i] = accelerations_[i - 1].data();
-  const auto first = [&](std::size_t count) { return std::span<const double* const>(a.data(), count); };
+  const Accelerations a = accelerations(from, *to);
 
   const bool has_work = mechanics_.has_work();
   to->work = from.work;
@@ -101,35 +121,78 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
 
   StepResult result;
   for (std::size_t i = 1; i < stages; ++i) {
-    const double t = from.t + tableau_.c[i] * h;
-    combine(mechanics_.parallel(), n, from.x.data(), h * tableau_.c[i], from.v.data(), a_squared_[i], h * h, first(i),
-            stage_x_.data());
-    combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), tableau_.a[i], h, first(i), stage_v_.data());
-    mechanics_.prescribe(t, stage_x_.data(), stage_v_.data());
-    result.outcome = mechanics_.accelerations(t, stage_x_.data(), stage_v_.data(), Gradients::Evaluate,
-                                              accelerations_[i - 1].data());
+    result.outcome = evaluate_stage(from, h, tableau_.c[i], rows_[i], a, accelerations_[i - 1].data());
     if (!result.outcome.ok()) return result;
     if (has_work) add_work(i, mechanics_.power(stage_x_.data(), stage_v_.data()));
   }
-  combine(mechanics_.parallel(), n, from.x.data(), h, from.v.data(), b_a_, h * h, first(stages), to->x.data());
-  combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), tableau_.b, h, first(stages), to->v.data());
+  const Weights& b = rows_[stages];
+  combine(mechanics_.parallel(), n, from.x.data(), h, from.v.data(), b.x, h * h, a, to->x.data());
+  combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), b.v, h, a, to->v.data());
   result = settle(mechanics_, options_.stabilisation, to);
-  if (result.outcome.ok() && is_adaptive()) {
-    a[stages] = to->a.data();
-    result.error = estimate_error(from, h, *to, first(stages + 1));
-  }
+  if (result.outcome.ok() && is_adaptive()) result.error = estimate_error(from, h, *to);
   return result;
 }
 
-/// Over the tolerance, as the mechanics measures it. The stages' workspaces are free again.
-double RungeKutta::estimate_error(const State& from, double h, const State& to, std::span<const double* const> a) {
+/// Over the tolerance, as the mechanics measures it. Two estimates e, e3 of different order make one of the method's
+/// own: e^2 / sqrt(e^2 + e3^2/100) (Hairer, Norsett, Wanner I, II.10).
+double RungeKutta::estimate_error(const State& from, double h, const State& to) {
+  const double e = measure(from, h, to, estimate_);
+  if (tableau_.e3.empty() || e == 0.0) return e;
+  return e * e / std::hypot(e, 0.1 * measure(from, h, to, estimate3_));
+}
+
+/// The stages' workspaces are free again.
+double RungeKutta::measure(const State& from, double h, const State& to, const Weights& estimate) {
   const std::size_t n = from.x.size();
   const Parallel& parallel = mechanics_.parallel();
-  combine(parallel, n, zero_.data(), 0.0, zero_.data(), e_a_, h * h, a, stage_x_.data());
-  combine(parallel, n, zero_.data(), 0.0, zero_.data(), tableau_.e, h, a, stage_v_.data());
+  const Accelerations a = accelerations(from, to);
+  combine(parallel, n, zero_.data(), 0.0, zero_.data(), estimate.x, h * h, a, stage_x_.data());
+  combine(parallel, n, zero_.data(), 0.0, zero_.data(), estimate.v, h, a, stage_v_.data());
   return mechanics_.error_ratio(
       from.t, {stage_x_.data(), stage_v_.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol,
       options_.rtol);
+}
+
+Outcome RungeKutta::prepare_inside(const State& from, const State& to) {
+  const std::size_t end = tableau_.b.size();
+  for (std::size_t i = 0; i < tableau_.dense.c.size(); ++i) {
+    std::vector<double>& a = accelerations_[end - 1 + i];
+    a.resize(from.x.size());
+    const Outcome found =
+        evaluate_stage(from, to.t - from.t, tableau_.dense.c[i], rows_[end + 1 + i], accelerations(from, to), a.data());
+    if (!found.ok()) return found;
+  }
+  return {};
+}
+
+/// y(s) = y0 + q (y1 - y0) + h (s (1-s)^2 y0' - s^2 (1-s) y1') + h sum_i p_i d_i'y',  q = s^2 (3 - 2s),
+/// p = s^2 (1-s)^2 (1, s, s (1-s), s^2 (1-s)), of y = (x, v).
+void RungeKutta::interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
+                             double* v) const {
+  if (powers_.empty()) return Scheme::interpolate(parallel, from, to, fraction, x, v);
+  const double s = fraction, r = 1.0 - s, q = s * s * (3.0 - 2.0 * s), h = to.t - from.t;
+  const double rise = s * r * r, fall = -s * s * r;
+  const std::array<double, 4> p{s * s * r * r, s * s * r * r * s, s * s * r * r * s * r, s * s * r * r * s * s * r};
+  std::array<double, most_stages> in_v{}, in_x{};
+  for (std::size_t i = 0; i < powers_.size(); ++i) {
+    for (std::size_t j = 0; j < powers_[i].v.size(); ++j) {
+      in_v[j] += p[i] * powers_[i].v[j];
+      in_x[j] += p[i] * powers_[i].x[j];
+    }
+  }
+  in_v[0] += rise;
+  in_v[tableau_.b.size()] += fall;
+  const std::size_t n = from.x.size();
+  parallel.for_ranges(n, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      x[i] = from.x[i] + q * (to.x[i] - from.x[i]) + h * (rise * from.v[i] + fall * to.v[i]);
+      v[i] = from.v[i] + q * (to.v[i] - from.v[i]);
+    }
+  });
+  const Accelerations a = accelerations(from, to);
+  const std::size_t stages = rows_.size();
+  combine(parallel, n, x, 0.0, x, std::span(in_x).first(stages), h * h, a, x);
+  combine(parallel, n, v, 0.0, v, std::span(in_v).first(stages), h, a, v);
 }
 
 }  // namespace tanor

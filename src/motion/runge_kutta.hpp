@@ -8,17 +8,23 @@
 
 namespace tanor {
 
-/// An explicit Runge-Kutta method: stages c, A (strictly lower), weights b; e = b - b^ (empty: no error estimate),
-/// whose last entry belongs to a stage at the new point.
+/// An explicit Runge-Kutta method: s stages c, A (strictly lower), weights b; e = b - b^ (empty: no error estimate),
+/// where entry s + 1 belongs to a stage at the new point; e3 the same of a method of lower order (empty: none).
 struct Tableau {
   int order;
   std::vector<double> c;
   std::vector<std::vector<double>> a;
-  std::vector<double> b, e;
+  std::vector<double> b, e, e3;
+  /// Further stages, after the one at the new point, and d: a row for each power that they add inside the step.
+  struct Dense {
+    std::vector<double> c;
+    std::vector<std::vector<double>> a, d;
+  } dense;
 };
 
 Tableau rk4_tableau();
 Tableau dopri5_tableau();
+Tableau dop853_tableau();
 
 /// x'' = a(t, x, v) by an explicit Runge-Kutta method; the new point is put onto the constraints, and the acceleration
 /// there is the first stage of the next step (and the last one of the error estimate).
@@ -29,18 +35,33 @@ class RungeKutta final : public Scheme {
   int order() const override { return tableau_.order; }
   bool is_adaptive() const override { return !tableau_.e.empty(); }
   StepResult step(const State& from, double h, State* to) override;
+  Outcome prepare_inside(const State& from, const State& to) override;
+  void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
+                   double* v) const override;
 
  private:
   static constexpr std::size_t most_stages = 16;
 
-  double estimate_error(const State& from, double h, const State& to, std::span<const double* const> a);
+  /// Weights of accelerations in v, and in x: the same times A, since stages of x move with those of v.
+  struct Weights {
+    std::vector<double> v, x;
+  };
+  using Accelerations = std::array<const double*, most_stages>;
+
+  Weights weigh(const std::vector<double>& weights) const;
+  Accelerations accelerations(const State& from, const State& to) const;
+  Outcome evaluate_stage(const State& from, double h, double c, const Weights& row, const Accelerations& known,
+                         double* a);
+  double estimate_error(const State& from, double h, const State& to);
+  double measure(const State& from, double h, const State& to, const Weights& estimate);
 
   Tableau tableau_;
   MotionOptions options_;
   Mechanics& mechanics_;
-  std::vector<std::vector<double>> a_squared_;  // A^2
-  std::vector<double> b_a_, e_a_;               // b'A, and the same of the estimate
-  std::vector<std::vector<double>> accelerations_;
+  std::vector<Weights> rows_;     // of A: the stages, the new point (b), the stages of the dense output
+  Weights estimate_, estimate3_;  // e, e3
+  std::vector<Weights> powers_;   // d
+  std::vector<std::vector<double>> accelerations_;  // of the stages but the first; then of the dense output's
   std::vector<double> stage_x_, stage_v_;
   std::vector<double> zero_;
 };

@@ -42,9 +42,21 @@ class Scheme {
   /// A step leaves State::a at the new place (else it is computed where somebody asks).
   virtual bool knows_acceleration() const { return true; }
 
+  /// The step that its own tolerances allow from this state, s; 0: it has no opinion.
+  virtual double propose_step(const State& /*from*/) { return 0.0; }
+
   /// From `from` by h to `to` (a different object), whose time is given: from.t + h, rounded as the caller wants it. On
   /// a failed outcome or an error above 1 the rest of `to` is meaningless, `from` stays good.
   virtual StepResult step(const State& from, double h, State* to) = 0;
+
+  /// Inside the last step that was made, `to` being as it left it. To be called once before `interpolate`; may compute,
+  /// so that the mechanics is then linearised elsewhere.
+  virtual Outcome prepare_inside(const State& /*from*/, const State& /*to*/) { return {}; }
+  /// x and v at from.t + fraction h, `size()` numbers each. By default: quintic Hermite interpolation of x from
+  /// (x, v, a) at both ends, and its derivative as v; errors O(h^6) and O(h^5), whatever the scheme was.
+  virtual void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
+                           double* v) const;
+
   /// The equations have changed: nothing of the last step holds for the next one.
   virtual void forget() {}
 };

@@ -24,6 +24,7 @@ struct Simulation::Implementation {
   EquationsOfMotion& form = *forms.main;
   Outcome outcome;
   MotionReport report;
+  ChosenMethod chosen;
   Integration integration;
   State& state = integration.state;
   // The state in the user's order.
@@ -35,10 +36,11 @@ struct Simulation::Implementation {
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
       : options((check_options(motion), motion)),
-        solver_options(resolve(solver, system, resolve(motion))),
+        solver_options(resolve(solver, system, motion.method)),
         forms(std::move(system), solver_options, t_start),
-        integration(resolve(motion), options, form, &report) {
-    report.method = resolve(motion);
+        chosen(choose_method(motion, form, forms.is_tangent())),
+        integration(chosen.method, options, form, &report) {
+    note_method();
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
       throw InputError("/motion/step", "method " + std::string(method_name(report.method)) +
                                            " has fixed steps: a positive step, s, is needed");
@@ -63,6 +65,11 @@ struct Simulation::Implementation {
     publish();
   }
 
+  void note_method() {
+    report.method = chosen.method;
+    report.method_reason = chosen.reason;
+  }
+
   Snapshot snapshot() {
     write_points();
     Snapshot snapshot;
@@ -80,7 +87,7 @@ struct Simulation::Implementation {
     check_snapshot(snapshot, points.r.size());
     integration.restore(snapshot);
     report = snapshot.report;
-    report.method = resolve(options);
+    note_method();
     report.time = snapshot.time;
     form.resume(report.counters, report.times);
 

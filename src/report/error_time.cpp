@@ -26,12 +26,12 @@ constexpr double finest_tolerance = 1e-13;  // below, rounding decides
 constexpr double certain_above = 3.0;       // errors of the judge
 
 bool has_fixed_steps(Method method) {
-  return method != Method::Dopri5;
+  return method != Method::Dopri5 && method != Method::Dop853;
 }
 
-/// dopri5 judges the others, rk4 judges dopri5.
+/// dop853 judges the others, dopri5 judges dop853.
 Method judge_of(Method method) {
-  return method == Method::Dopri5 ? Method::Rk4 : Method::Dopri5;
+  return method == Method::Dop853 ? Method::Dopri5 : Method::Dop853;
 }
 
 /// The coarsest step: the scene's own, else a hundredth of the time.

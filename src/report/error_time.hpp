@@ -42,7 +42,7 @@ struct ErrorTimeTable {
 };
 
 /// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against a finer run of *another*
-/// method, the judge: dopri5 is judged by rk4 with small steps, all others by dopri5 with a tight tolerance. A judge is
+/// method, the judge: dop853 is judged by dopri5, all others by dop853, each with a tight tolerance. A judge is
 /// refined, four times at most, until its own error is a tenth of the smallest that it finds. `say` hears a line after
 /// each run.
 ErrorTimeTable measure_error_time(const scene::Scene& scene, const std::vector<Method>& methods,

@@ -139,6 +139,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.key("source").value(facts.source);
     json.key("tanor_version").value(TANOR_VERSION);
     json.key("method").value(method_name(report.method));
+    if (!report.method_reason.empty()) json.key("method_reason").value(report.method_reason);
     json.key("form").value(name_form(simulation.plan()));
     json.key("threads").value(facts.threads);
     write_sizes(&json, facts, simulation);

@@ -58,7 +58,7 @@ CertificatePolicy read_certificate(const Cursor& certificate) {
 }  // namespace
 
 void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
-  motion.object({"method", "step", "rtol", "atol", "t_end", "output_every", "output_points", "stabilisation", "start"});
+  motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "t_end", "output_every", "output_points", "stabilisation", "start"});
   MotionOptions& options = scene->motion;
   if (const Cursor method = motion["method"]) {
     const std::string& name = method.string();
@@ -67,6 +67,8 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
   if (!motion["step"].is_null()) options.step = motion["step"].positive(0.0);
   options.rtol = motion["rtol"].positive(options.rtol);
   options.atol = motion["atol"].positive(options.atol);
+  options.order = static_cast<int>(motion["order"].integer(0, 24, options.order));
+  options.spectral_radius = motion["spectral_radius"].number(options.spectral_radius);
   options.stabilisation = motion["stabilisation"].choice<Stabilisation>(
       {{"projection", Stabilisation::Projection}, {"none", Stabilisation::None}}, options.stabilisation);
   options.start =

@@ -239,6 +239,9 @@ ConstraintKernel formula_constraint(std::string_view equation, int num_points, c
   variables.emplace_back("t");
   Formula formula(equation, variables, constants);
   ConstraintKernel kernel{.num_points = num_points, .evaluate = evaluate_constraint};
+  kernel.expression = record_expression(static_cast<int>(num_variables) + 1, [&](const std::vector<Traced>& x) {
+    return std::vector{formula.evaluate(std::span(x))};
+  });
   kernel.depends_on_time = formula.depends_on(static_cast<int>(num_variables));
   kernel.context = std::make_shared<const std::pair<Formula, std::size_t>>(std::move(formula), num_variables);
   return kernel;
@@ -278,6 +281,11 @@ ForceKernel formula_force(const std::array<std::string, 3>& components, const Co
       kernel.depends_on_velocity = kernel.depends_on_velocity || formulas.back().depends_on(velocity);
     }
   }
+  kernel.expression = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
+    std::vector<Traced> f;
+    for (const Formula& formula : formulas) f.push_back(formula.evaluate(std::span(x)));
+    return f;
+  });
   kernel.context = std::make_shared<const ForceFormulas>(std::move(formulas));
   return kernel;
 }

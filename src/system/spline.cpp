@@ -145,21 +145,38 @@ Spline::Spline(std::vector<double> times, const std::vector<double>& values) {
   }
 }
 
-Jet<2> Spline::evaluate(double t) const {
+/// The last one that starts at or before t.
+const Spline::Piece& Spline::find_piece(double t) const {
   const double rounding =
       8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(first_time_), std::abs(last_time_));
   if (!(first_time_ - rounding <= t && t <= last_time_ + rounding)) {
     throw InputError("", "t = " + text(t) + " is outside the table, which reaches from " + text(first_time_) + " to " +
                              text(last_time_));
   }
-  // Last piece that starts at or before t.
-  const auto piece = std::upper_bound(pieces_.begin() + 1, pieces_.end(), t,
-                                      [](double time, const Piece& next) { return time < next.start; }) -
-                     1;
-  const auto distance = Jet<2>::variable(t - piece->start);
+  return *(std::upper_bound(pieces_.begin() + 1, pieces_.end(), t,
+                            [](double time, const Piece& next) { return time < next.start; }) -
+           1);
+}
+
+Jet<2> Spline::evaluate(double t) const {
+  const Piece& piece = find_piece(t);
+  const auto distance = Jet<2>::variable(t - piece.start);
   Jet<2> value;
-  for (int k = max_degree; k >= 0; --k) value = value * distance + piece->coefficients[k];
+  for (int k = max_degree; k >= 0; --k) value = value * distance + piece.coefficients[k];
   return value;
+}
+
+void Spline::expand(double t, std::span<double> coefficients) const {
+  const Piece& piece = find_piece(t);
+  const auto distance = Jet<max_degree>::variable(t - piece.start);
+  Jet<max_degree> value;
+  for (int k = max_degree; k >= 0; --k) value = value * distance + piece.coefficients[k];
+  for (std::size_t k = 0; k < coefficients.size(); ++k) coefficients[k] = k <= max_degree ? value.c[k] : 0.0;
+}
+
+double Spline::next_knot(double t) const {
+  const Piece* const next = &find_piece(t) + 1;
+  return next == pieces_.data() + pieces_.size() ? std::numeric_limits<double>::infinity() : next->start;
 }
 
 }  // namespace tanor

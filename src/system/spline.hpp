@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include <tanor/jet.hpp>
@@ -19,6 +20,10 @@ class Spline {
 
   /// Value and two derivatives at t; outside the samples (by more than a rounding of t) InputError.
   Jet<2> evaluate(double t) const;
+  /// Taylor coefficients 0 … of the piece at t.
+  void expand(double t, std::span<double> coefficients) const;
+  /// Where the piece at t ends; infinite for the last one.
+  double next_knot(double t) const;
 
  private:
   /// Value = sum of coefficients[k] (t - start)^k.
@@ -26,6 +31,8 @@ class Spline {
     double start;
     std::array<double, 6> coefficients;
   };
+
+  const Piece& find_piece(double t) const;
 
   double first_time_, last_time_;
   std::vector<Piece> pieces_;

@@ -1,5 +1,7 @@
 #include <tanor/time_function.hpp>
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 #include <tanor/error.hpp>
@@ -13,6 +15,8 @@ class ScalarFunction::Source {
  public:
   virtual ~Source() = default;
   virtual Jet<2> evaluate(double t) const = 0;
+  virtual bool expand(double t, std::span<double> coefficients) const = 0;
+  virtual double smooth_until(double) const { return std::numeric_limits<double>::infinity(); }
 };
 
 namespace {
@@ -24,8 +28,15 @@ class FormulaSource final : public ScalarFunction::Source {
     const auto variable = Jet<2>::variable(t);
     return formula_.evaluate(std::span(&variable, 1));
   }
+  bool expand(double t, std::span<double> coefficients) const override {
+    const auto variable = Jet<largest_order>::variable(t);
+    const auto series = formula_.evaluate(std::span(&variable, 1));
+    std::copy_n(series.c.begin(), coefficients.size(), coefficients.begin());
+    return true;
+  }
 
  private:
+  static constexpr int largest_order = ScalarFunction::largest_order;
   Formula formula_;
 };
 
@@ -33,6 +44,11 @@ class TableSource final : public ScalarFunction::Source {
  public:
   explicit TableSource(Spline spline) : spline_(std::move(spline)) {}
   Jet<2> evaluate(double t) const override { return spline_.evaluate(t); }
+  bool expand(double t, std::span<double> coefficients) const override {
+    spline_.expand(t, coefficients);
+    return true;
+  }
+  double smooth_until(double t) const override { return spline_.next_knot(t); }
 
  private:
   Spline spline_;
@@ -40,11 +56,20 @@ class TableSource final : public ScalarFunction::Source {
 
 class CustomSource final : public ScalarFunction::Source {
  public:
-  explicit CustomSource(std::function<Jet<2>(const Jet<2>&)> function) : function_(std::move(function)) {}
+  using Function = std::function<Jet<2>(const Jet<2>&)>;
+  using Series = std::function<Jet<ScalarFunction::largest_order>(const Jet<ScalarFunction::largest_order>&)>;
+  CustomSource(Function function, Series series) : function_(std::move(function)), series_(std::move(series)) {}
   Jet<2> evaluate(double t) const override { return function_(Jet<2>::variable(t)); }
+  bool expand(double t, std::span<double> coefficients) const override {
+    if (!series_) return false;
+    const auto series = series_(Jet<ScalarFunction::largest_order>::variable(t));
+    std::copy_n(series.c.begin(), coefficients.size(), coefficients.begin());
+    return true;
+  }
 
  private:
-  std::function<Jet<2>(const Jet<2>&)> function_;
+  Function function_;
+  Series series_;
 };
 
 }  // namespace
@@ -64,13 +89,24 @@ ScalarFunction ScalarFunction::table(std::vector<double> times, std::vector<doub
   return ScalarFunction(std::make_shared<TableSource>(Spline(std::move(times), values)));
 }
 
-ScalarFunction ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)> function) {
+ScalarFunction ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)> function, SeriesFunction series) {
   if (!function) throw InputError("", "custom function: it is empty, nothing to call");
-  return ScalarFunction(std::make_shared<CustomSource>(std::move(function)));
+  return ScalarFunction(std::make_shared<CustomSource>(std::move(function), std::move(series)));
 }
 
 Jet<2> ScalarFunction::operator()(double t) const {
   return source_ ? source_->evaluate(t) : Jet<2>(constant_);
+}
+
+bool ScalarFunction::expand(double t, std::span<double> coefficients) const {
+  if (source_) return source_->expand(t, coefficients);
+  std::fill(coefficients.begin(), coefficients.end(), 0.0);
+  coefficients[0] = constant_;
+  return true;
+}
+
+double ScalarFunction::smooth_until(double t) const {
+  return source_ ? source_->smooth_until(t) : std::numeric_limits<double>::infinity();
 }
 
 VectorFunction::VectorFunction(const Vector3& constant) : components{constant[0], constant[1], constant[2]} {}

@@ -1,0 +1,62 @@
+/// \file The motion in normal form as a power series, see MotionSeries.
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "dynamics/normal_form.hpp"
+
+namespace tanor {
+
+std::string NormalForm::series_obstacle() const {
+  if (series_ == nullptr) series_ = std::make_unique<MotionSeries>(model_);
+  return series_->obstacle();
+}
+
+Outcome NormalForm::expand(double t, const double* r, const double* v, std::span<double* const> coefficients,
+                           double* smooth_until) {
+  if (series_ == nullptr) series_ = std::make_unique<MotionSeries>(model_);
+  const Parallel& parallel = model_.parallel;
+  std::copy(r, r + size(), coefficients[0]);
+  std::copy(v, v + size(), coefficients[1]);
+  if (Outcome outcome = accelerations(t, r, v, Gradients::Keep, coefficients[2]); !outcome.ok()) return outcome;
+  for (std::size_t i = 0; i < size(); ++i) coefficients[2][i] *= 0.5;
+  {
+    const Stopwatch watch(&model_.times.evaluate);
+    series_->begin(t, coefficients);
+  }
+  *smooth_until = series_->smooth_until();
+
+  const int passes = 1 + last_.refinements;
+  lambda_series_ = lambda_;
+  for (int k = 0; k + 2 < static_cast<int>(coefficients.size()); ++k) {
+    {
+      const Stopwatch watch(&model_.times.evaluate);
+      series_->advance(k, coefficients, lambda_series_.data(), right_side_.data());
+    }
+    if (k == 0 || num_rows() == 0) continue;
+    double* const next = coefficients[static_cast<std::size_t>(k) + 2];
+    // S mu = -(K_0'r_{k+2} + the lower ones), r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu
+    std::fill(lambda_series_.begin(), lambda_series_.end(), 0.0);
+    for (int pass = 0; pass < passes; ++pass) {
+      model_.constraints.apply_transposed(parallel, blocks_.data(), next, right_side_.data(), rows_.data());
+      correct(rows_.data(), next);
+      for (std::size_t a = 0; a < num_rows(); ++a) lambda_series_[a] += rows_[a];
+    }
+    const double factor = (k + 1.0) * (k + 2.0);
+    for (double& lambda : lambda_series_) lambda *= factor;
+  }
+  const double* const last = coefficients.back();
+  return std::all_of(last, last + size(), [](double x) { return std::isfinite(x); }) ? Outcome{} : model_.not_finite(t);
+}
+
+Power NormalForm::power_along(double t, const double* r, const double* v, const double* w) {
+  // M^-1 eta = w - M^-1 f
+  std::vector<double>& reaction = respond_;
+  reaction.resize(size());
+  model_.evaluate_free(t, r, v, reaction.data());
+  for (std::size_t i = 0; i < size(); ++i) reaction[i] = w[i] - reaction[i];
+  return model_.power(reaction.data(), r, v);
+}
+
+}  // namespace tanor

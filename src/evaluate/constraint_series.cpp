@@ -1,0 +1,184 @@
+#include "evaluate/constraint_series.hpp"
+
+#include <array>
+#include <optional>
+#include <variant>
+
+#include "evaluate/definitions.hpp"
+#include "system/members.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// First block of each row and point of K: the row's incidences, sorted as they come.
+class BlockPlaces {
+ public:
+  BlockPlaces(std::span<const Incidence> incidences, std::size_t num_rows) : of_row_(num_rows) {
+    for (const Incidence& incidence : incidences)
+      of_row_[static_cast<std::size_t>(incidence.row)].push_back({incidence.point, incidence.block});
+  }
+  Index find(Index row, Index point) const {
+    for (const auto& [at, block] : of_row_[static_cast<std::size_t>(row)]) {
+      if (at == point) return block;
+    }
+    return -1;
+  }
+
+ private:
+  std::vector<std::vector<std::pair<Index, Index>>> of_row_;
+};
+
+/// One slot for all members, or one each; nothing for a constant 0 that all share.
+template <class Get>
+std::size_t add_parameter(TimeSeriesTable* table, const Parameter& parameter, std::optional<std::size_t>* shared,
+                          const Get& get) {
+  const bool is_shared = parameter.functions.size() == 1 || parameter.constants.size() == 1;
+  if (is_shared && *shared) return **shared;
+  const std::size_t slot = table->add(get());
+  if (is_shared) *shared = slot;
+  return slot;
+}
+
+}  // namespace
+
+ConstraintSeries::ConstraintSeries(const System& system, const Numbering& numbering,
+                                   std::span<const Incidence> incidences, double t0) {
+  const Definitions definitions(system, t0);
+  const BlockPlaces places(incidences, numbering.num_rows());
+  std::size_t member = 0;
+  for (std::size_t g = 0; g < system.constraints.size() && obstacle_.empty(); ++g) {
+    std::visit(
+        [&]<class G>(const G& given) {
+          const std::size_t count = num_members(given), first_member = member;
+          member += count;
+          if (count == 0) return;
+          const auto row_of = [&](std::size_t k) { return numbering.member_row[first_member + k]; };
+          const auto inner = [&](Index point) { return numbering.inner_point[static_cast<std::size_t>(point)]; };
+          if constexpr (std::is_same_v<G, Rods>) {
+            const bool is_timed = !given.length.functions.empty();
+            std::optional<std::size_t> shared;
+            for (std::size_t k = 0; k < count; ++k) {
+              const Index i = inner(given.pairs[k][0]), j = inner(given.pairs[k][1]), row = row_of(k);
+              DistanceSeries::Member rod{.i = i, .j = j, .row = row, .block = places.find(row, j)};
+              if (!given.offsets.empty()) rod.offset = make_vec3(given.offsets[k]);
+              if (is_timed)
+                rod.length = add_parameter(&table_, given.length, &shared, [&] { return definitions.parameter(g, k); });
+              distances_.append(rod);
+            }
+          } else if constexpr (std::is_same_v<G, Spheres>) {
+            const bool is_timed = !given.radius.functions.empty();
+            std::optional<std::size_t> shared;
+            std::array<std::size_t, 3> center;
+            for (std::size_t c = 0; c < 3; ++c) center[c] = table_.add(given.center.components[c]);
+            for (std::size_t k = 0; k < count; ++k) {
+              const Index j = inner(given.points[k]), row = row_of(k);
+              DistanceSeries::Member sphere{.j = j, .row = row, .block = places.find(row, j), .center = center[0]};
+              if (is_timed)
+                sphere.length = add_parameter(&table_, given.radius, &shared, [&] { return definitions.parameter(g, k); });
+              distances_.append(sphere);
+            }
+          } else {
+            const std::optional<RecordedDefinition> recorded = definitions.record(g);
+            if (!recorded) {
+              obstacle_ = "constraints[" + text(g) + "] cannot be expanded in time: it is known as a function alone";
+              return;
+            }
+            const int p = static_cast<int>(member_points(given, 0).size());
+            std::vector<SeriesVariable> variables;
+            for (int i = 0; i < 3 * p; ++i)
+              variables.push_back({SeriesVariable::Source::Position, i / 3, i % 3, 0});
+            std::vector<char> is_position(variables.size(), 1);
+            const int num_functions = static_cast<int>(recorded->expression.variables.size()) - 3 * p;
+            for (int i = 0; i < num_functions; ++i) variables.push_back({SeriesVariable::Source::Time, 0, 0, i});
+            is_position.resize(variables.size(), 0);
+            SeriesProgram values(recorded->expression, false);
+            const bool is_linear = values.is_linear_in(is_position);
+            SeriesProgram program(recorded->expression, !is_linear);
+            Group group{ProgramFamily(std::move(program), std::move(variables), p, num_functions), is_linear, {}, {}};
+            std::vector<std::size_t> slots;
+            for (const ScalarFunction& function : recorded->functions) slots.push_back(table_.add(function));
+            const std::size_t num_shared = slots.size();
+            std::optional<std::size_t> shared;
+            for (std::size_t k = 0; k < count; ++k) {
+              slots.resize(num_shared);
+              if (recorded->has_parameter) slots.push_back(table_.add(definitions.parameter(g, k)));
+              std::vector<Index> points;
+              for (const Index point : member_points(given, k)) points.push_back(inner(point));
+              group.family.append_member(points, slots);
+              group.rows.push_back(row_of(k));
+              for (const Index point : points) group.blocks.push_back(places.find(row_of(k), point));
+            }
+            groups_.push_back(std::move(group));
+          }
+        },
+        system.constraints[g]);
+  }
+  if (obstacle_.empty() && table_.has_unknown(t0)) obstacle_ = "a function of time is known as a function alone";
+}
+
+void ConstraintSeries::begin(double t, int order) {
+  table_.expand(t, order);
+  distances_.resize(order);
+  for (Group& group : groups_) group.family.resize(order);
+}
+
+void ConstraintSeries::advance_chunk(Group& group, std::size_t chunk, int k, std::span<double* const> coefficients,
+                                     const double* last, double* blocks, double* rows) {
+  ProgramFamily& family = group.family;
+  const SeriesProgram& program = family.program();
+  const int order = family.order();
+  SeriesLane* const lanes = family.lanes(chunk);
+  // What became known: coefficient k + 1 of the points, k - 1 of lambda. Then the next ones as far as they are known.
+  const auto evaluate = [&](int coefficient, bool points_known) {
+    family.load(chunk, coefficient, coefficients, table_, points_known);
+    program.evaluate(lanes, order, coefficient);
+  };
+  if (k == 0) evaluate(0, true);
+  evaluate(k + 1, true);
+  evaluate(k + 2, false);
+
+  const std::size_t first = chunk * series_width, count = std::min(series_width, family.size() - first);
+  const std::size_t p = family.points_per_member();
+  for (std::size_t m = 0; m < program.num_results(); ++m) {
+    const SeriesLane& xi = program.result(lanes, order, m)[k + 2];
+    for (std::size_t lane = 0; lane < count; ++lane) rows[group.rows[first + lane] + static_cast<Index>(m)] = xi[lane];
+  }
+  if (group.is_linear) return;
+  SeriesLane zero[2]{};
+  if (k > 0) {
+    SeriesLane seeds[2]{};
+    for (std::size_t m = 0; m < program.num_results(); ++m) {
+      for (std::size_t lane = 0; lane < series_width; ++lane)
+        seeds[m][lane] = last[group.rows[family.member(chunk, lane)] + static_cast<Index>(m)];
+    }
+    program.differentiate(lanes, order, k - 1, seeds);
+    program.differentiate(lanes, order, k, zero);
+  }
+  for (std::size_t i = 0; i < p; ++i) {
+    const SeriesLane* gradient[3];
+    for (std::size_t c = 0; c < 3; ++c) gradient[c] = program.adjoint(lanes, order, 3 * i + c) + k;
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      Vec3 force{};
+      if (k > 0) force = {(*gradient[0])[lane], (*gradient[1])[lane], (*gradient[2])[lane]};
+      store(blocks, group.blocks[(first + lane) * p + i], force);
+    }
+  }
+}
+
+void ConstraintSeries::advance(const Parallel& parallel, int k, std::span<double* const> coefficients,
+                               const double* last, double* blocks, double* rows) {
+  if (distances_.size() > 0) distances_.advance(parallel, k, coefficients, table_, last, blocks, rows);
+  for (Group& group : groups_) {
+    parallel.for_ranges(
+        group.family.num_chunks(),
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t chunk = begin; chunk < end; ++chunk)
+            advance_chunk(group, chunk, k, coefficients, last, blocks, rows);
+        },
+        16);
+  }
+}
+
+}  // namespace tanor

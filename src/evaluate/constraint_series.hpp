@@ -1,0 +1,53 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "evaluate/distance_series.hpp"
+#include "evaluate/family.hpp"
+#include "evaluate/program_family.hpp"
+#include "evaluate/time_series.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// All constraints of a system as series in time. Distances are hand-written, every other kind runs on its definition.
+class ConstraintSeries {
+ public:
+  /// `incidences` of K; `t0`: where "initial" values stand.
+  ConstraintSeries(const System& system, const Numbering& numbering, std::span<const Incidence> incidences, double t0);
+
+  /// Why there are no series: names the constraint; empty: there are.
+  const std::string& obstacle() const { return obstacle_; }
+
+  /// Begins at t with series up to `order`.
+  void begin(double t, int order);
+  /// s: the series of the functions of time hold up to there.
+  double smooth_until() const { return table_.smooth_until(); }
+
+  /// For order k = 0, 1, …: coefficient k of K lambda without K_0 lambda_k, into `blocks`, whose places are those of K
+  /// (a row's blocks hold the share of all rows of its member); coefficient k + 2 of xi without K_0'r_{k+2}, into `rows`
+  /// [d]. `coefficients` [3n] of the points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
+  void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, const double* last,
+               double* blocks, double* rows);
+
+ private:
+  struct Group {
+    ProgramFamily family;
+    bool is_linear;
+    std::vector<Index> rows;    // [member] its first inner row
+    std::vector<Index> blocks;  // [member][point] of its first row
+  };
+  void advance_chunk(Group& group, std::size_t chunk, int k, std::span<double* const> coefficients, const double* last,
+                     double* blocks, double* rows);
+
+  TimeSeriesTable table_;
+  DistanceSeries distances_;
+  std::vector<Group> groups_;
+  std::string obstacle_;
+};
+
+}  // namespace tanor

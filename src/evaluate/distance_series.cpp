@@ -1,0 +1,118 @@
+#include "evaluate/distance_series.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "evaluate/instruction_sets.hpp"
+
+namespace tanor {
+
+namespace {
+
+using Lane = SeriesLane;
+
+/// What order k asks of the series of 8 members: force = sum over j = 1 … k of a_j mu_{k-j}, and
+/// half_square = 1/2 coefficient k + 2 of a.a without a_{k+2}.
+struct Products {
+  Lane force[3], half_square;
+};
+
+TANOR_EACH_INSTRUCTION_SET
+void multiply(const Lane* a, const Lane* mu, int k, Products* products) {
+  Lane x{}, y{}, z{};
+  for (int j = 1; j <= k; ++j) {
+    const Lane m = mu[k - j];
+    x += a[3 * j] * m;
+    y += a[3 * j + 1] * m;
+    z += a[3 * j + 2] * m;
+  }
+  products->force[0] = x;
+  products->force[1] = y;
+  products->force[2] = z;
+  // a_j.a_{k+2-j} for j = 1 … k + 1, each pair once
+  Lane square{};
+  int j = 1;
+  for (; 2 * j < k + 2; ++j) {
+    const Lane *const b = a + 3 * j, *const c = a + 3 * (k + 2 - j);
+    square += b[0] * c[0] + b[1] * c[1] + b[2] * c[2];
+  }
+  if (2 * j == k + 2) {
+    const Lane* const b = a + 3 * j;
+    square += 0.5 * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+  }
+  products->half_square = square;
+}
+
+}  // namespace
+
+void DistanceSeries::resize(int order) {
+  order_ = order;
+  lanes_.resize((members_.size() + series_width - 1) / series_width * lanes_per_chunk() * series_width);
+}
+
+/// Coefficient k of a.
+void DistanceSeries::load(SeriesLane* a, std::size_t chunk, int k, std::span<double* const> coefficients,
+                          const TimeSeriesTable& table) const {
+  const double* const r = coefficients[static_cast<std::size_t>(k)];
+  for (std::size_t lane = 0; lane < series_width; ++lane) {
+    const Member& member = members_[std::min(chunk * series_width + lane, members_.size() - 1)];
+    Vec3 d = tanor::load(r, member.j);
+    if (member.i >= 0) d = d - tanor::load(r, member.i);
+    if (k == 0) d = d + member.offset;
+    if (member.center) {
+      const std::size_t slot = *member.center;
+      d = d - Vec3{table[slot][k], table[slot + 1][k], table[slot + 2][k]};
+    }
+    a[3 * k][lane] = d.x;
+    a[3 * k + 1][lane] = d.y;
+    a[3 * k + 2][lane] = d.z;
+  }
+}
+
+void DistanceSeries::advance_chunk(std::size_t chunk, int k, std::span<double* const> coefficients,
+                                   const TimeSeriesTable& table, const double* last, double* blocks, double* rows) {
+  SeriesLane* const a = reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk();
+  SeriesLane* const mu = a + 3 * (order_ + 1);
+  SeriesLane& inverse = mu[order_ + 1];
+  if (k == 0) {
+    load(a, chunk, 0, coefficients, table);
+    const SeriesLane square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+    for (std::size_t lane = 0; lane < series_width; ++lane) inverse[lane] = 1.0 / std::sqrt(square[lane]);
+  }
+  load(a, chunk, k + 1, coefficients, table);
+  const std::size_t first = chunk * series_width, count = std::min(series_width, members_.size() - first);
+  if (k > 0) {
+    for (std::size_t lane = 0; lane < count; ++lane)
+      mu[k - 1][lane] = last[members_[first + lane].row] * inverse[lane];
+  }
+  Products products;
+  multiply(a, mu, k, &products);
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    const Member& member = members_[first + lane];
+    store(blocks, member.block, {products.force[0][lane], products.force[1][lane], products.force[2][lane]});
+    // (a.a - l^2)/(2 |a_0|), and the center's own coefficient k + 2
+    double xi = products.half_square[lane];
+    if (member.length) {
+      const double* const l = table[*member.length];
+      for (int j = 0; j <= k + 2; ++j) xi -= 0.5 * l[j] * l[k + 2 - j];
+    }
+    if (member.center) {
+      for (std::size_t c = 0; c < 3; ++c) xi -= a[c][lane] * table[*member.center + c][k + 2];
+    }
+    rows[member.row] = xi * inverse[lane];
+  }
+}
+
+void DistanceSeries::advance(const Parallel& parallel, int k, std::span<double* const> coefficients,
+                             const TimeSeriesTable& table, const double* last, double* blocks, double* rows) {
+  const std::size_t num_chunks = (members_.size() + series_width - 1) / series_width;
+  parallel.for_ranges(
+      num_chunks,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t chunk = begin; chunk < end; ++chunk)
+          advance_chunk(chunk, k, coefficients, table, last, blocks, rows);
+      },
+      64);
+}
+
+}  // namespace tanor

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "base/vec3.hpp"
+#include "evaluate/family.hpp"
+#include "evaluate/series_program.hpp"
+#include "evaluate/time_series.hpp"
+
+namespace tanor {
+
+/// Distances |a| - l, rods and spheres alike, as series in time; by hand, since most scenes consist of them.
+///
+/// With a(t) = r_j - r_i + offset, or r_j - center(t), the constraint is a.a = l^2 and its force on j is mu a with
+/// mu = lambda/|a|: two Cauchy products an order.
+class DistanceSeries {
+ public:
+  struct Member {
+    int i = -1, j = 0;  ///< points, inner; i = -1: there is a center
+    Index row = 0, block = 0;
+    Vec3 offset{};
+    std::optional<std::size_t> length{}, center{};  ///< slots in the table: of l(t), of the first of three components
+  };
+  void append(const Member& member) { members_.push_back(member); }
+  std::size_t size() const { return members_.size(); }
+
+  void resize(int order);
+
+  /// For order k: coefficient k of K lambda without K_0 lambda_k, as blocks [3 * num_blocks], and coefficient k + 2 of
+  /// xi without K_0'r_{k+2} [d]. The points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
+  void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
+               const double* last, double* blocks, double* rows);
+
+ private:
+  // Of a chunk: a [order + 1][3], mu [order + 1], 1/|a_0|
+  std::size_t lanes_per_chunk() const { return 4 * (static_cast<std::size_t>(order_) + 1) + 1; }
+  void advance_chunk(std::size_t chunk, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
+                     const double* last, double* blocks, double* rows);
+  void load(SeriesLane* a, std::size_t chunk, int k, std::span<double* const> coefficients,
+            const TimeSeriesTable& table) const;
+
+  std::vector<Member> members_;
+  std::vector<double> lanes_;  // [chunk][lanes_per_chunk()][series_width]
+  int order_ = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "evaluate/family.hpp"
+#include "evaluate/program_family.hpp"
+#include "evaluate/time_series.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// The active forces of a system as series in time.
+///
+/// Forces of one kind write one block of three numbers for each member, whose places `incidences` tells: gathered point
+/// by point they are the force there.
+class ForceSeries {
+ public:
+  ForceSeries(const System& system, const Numbering& numbering, double t0);
+
+  /// Why there are no series: names the force; empty: there are.
+  const std::string& obstacle() const { return obstacle_; }
+  const std::vector<Incidence>& incidences() const { return incidences_; }
+  std::size_t num_blocks() const { return static_cast<std::size_t>(num_blocks_); }
+
+  void begin(double t, int order);
+  double smooth_until() const { return table_.smooth_until(); }
+
+  /// Coefficient k of the force in each block; the points are known up to k + 1.
+  void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, double* blocks);
+  /// Gravity is the same everywhere, m/s^2.
+  Vec3 gravity() const { return gravity_; }
+
+ private:
+  struct Group {
+    ProgramFamily family;
+    Index first_block;
+  };
+  void append(const std::vector<Index>& points, Index block, bool is_pair);
+
+  Vec3 gravity_{};
+  TimeSeriesTable table_;
+  std::vector<Group> groups_;
+  std::vector<Incidence> incidences_;
+  Index num_blocks_ = 0;
+  std::string obstacle_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,11 @@
+#pragma once
+
+/// \file One function body for each instruction set, chosen when the library is loaded: packaged binaries are for the
+/// baseline of their architecture, hot loops should not be.
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define TANOR_EACH_INSTRUCTION_SET [[gnu::target_clones("avx512f", "avx2,fma", "default")]]
+#else
+#define TANOR_EACH_INSTRUCTION_SET
+#endif

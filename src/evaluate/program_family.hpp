@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "base/vec3.hpp"
+#include "evaluate/series_program.hpp"
+#include "evaluate/time_series.hpp"
+
+namespace tanor {
+
+/// Where a variable of a program comes from: a coordinate or a velocity of one of a member's points, or a function of
+/// time of its own.
+struct SeriesVariable {
+  enum class Source { Position, Velocity, Time } source;
+  int point = 0, component = 0;  ///< of Position and Velocity: point within the member
+  int function = 0;              ///< of Time: number within the member
+};
+
+/// Members that share one expression, as series in time. `coefficients[k]` [3n] are those of the points.
+class ProgramFamily {
+ public:
+  ProgramFamily(SeriesProgram program, std::vector<SeriesVariable> variables, int points_per_member,
+                int functions_per_member)
+      : program_(std::move(program)),
+        variables_(std::move(variables)),
+        points_per_member_(static_cast<std::size_t>(points_per_member)),
+        functions_per_member_(static_cast<std::size_t>(functions_per_member)) {}
+
+  /// `functions`: slots in a TimeSeriesTable.
+  template <class Points>
+  void append_member(const Points& points, std::span<const std::size_t> functions) {
+    points_.insert(points_.end(), points.begin(), points.end());
+    functions_.insert(functions_.end(), functions.begin(), functions.end());
+    ++size_;
+  }
+
+  std::size_t size() const { return size_; }
+  std::size_t num_chunks() const { return (size_ + series_width - 1) / series_width; }
+  std::size_t points_per_member() const { return points_per_member_; }
+  const SeriesProgram& program() const { return program_; }
+
+  /// Room for series up to this order.
+  void resize(int order) {
+    order_ = order;
+    lanes_per_chunk_ = program_.num_lanes(order);
+    lanes_.resize(num_chunks() * lanes_per_chunk_ * series_width);
+  }
+
+  int order() const { return order_; }
+  SeriesLane* lanes(std::size_t chunk) { return reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_; }
+  /// Member in a lane; the last chunk repeats the last one.
+  std::size_t member(std::size_t chunk, std::size_t lane) const {
+    return std::min(chunk * series_width + lane, size_ - 1);
+  }
+
+  /// Coefficient k of the variables of a chunk; with `points_known` false that of the points is taken as 0.
+  void load(std::size_t chunk, int k, std::span<double* const> coefficients, const TimeSeriesTable& table,
+            bool points_known = true) {
+    SeriesLane* const base = lanes(chunk);
+    for (std::size_t i = 0; i < variables_.size(); ++i) {
+      const SeriesVariable& variable = variables_[i];
+      SeriesLane& lane_values = program_.variable(base, order_, i)[k];
+      if (variable.source != SeriesVariable::Source::Time && !points_known) {
+        lane_values = SeriesLane{};
+        continue;
+      }
+      for (std::size_t lane = 0; lane < series_width; ++lane) {
+        const std::size_t m = member(chunk, lane);
+        if (variable.source == SeriesVariable::Source::Time) {
+          const std::size_t slot = functions_[m * functions_per_member_ + static_cast<std::size_t>(variable.function)];
+          lane_values[lane] = table[slot][k];
+          continue;
+        }
+        // v = r': v_k = (k + 1) r_{k+1}
+        const bool is_position = variable.source == SeriesVariable::Source::Position;
+        const double* const from = coefficients[static_cast<std::size_t>(is_position ? k : k + 1)];
+        const std::size_t place = 3 * point(m, variable.point) + static_cast<std::size_t>(variable.component);
+        lane_values[lane] = is_position ? from[place] : (k + 1) * from[place];
+      }
+    }
+  }
+
+  std::size_t point(std::size_t m, int p) const {
+    return static_cast<std::size_t>(points_[m * points_per_member_ + static_cast<std::size_t>(p)]);
+  }
+  const std::vector<SeriesVariable>& variables() const { return variables_; }
+
+ private:
+  SeriesProgram program_;
+  std::vector<SeriesVariable> variables_;
+  std::size_t points_per_member_, functions_per_member_, size_ = 0;
+  std::vector<int> points_;              // [member][point], inner
+  std::vector<std::size_t> functions_;   // [member][function]
+  std::vector<double> lanes_;            // [chunk][…][series_width]
+  std::size_t lanes_per_chunk_ = 0;
+  int order_ = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <tanor/expression.hpp>
+
+namespace tanor {
+
+/// The same number of several members, side by side: a view of doubles at any address.
+inline constexpr std::size_t series_width = 8;
+using SeriesLane
+    = double __attribute__((vector_size(series_width * sizeof(double)), aligned(sizeof(double)), may_alias));
+
+/// An expression run on series in time, coefficient by coefficient, `series_width` members at once: coefficient k of
+/// every instruction follows from the coefficients up to k of those before it (Griewank & Walther, table 13.2), and
+/// coefficient k of every adjoint from the coefficients up to k of the values and of the adjoints behind it.
+///
+/// One member's O(order) numbers of each instruction are kept by the caller: `num_lanes(order)` lanes.
+class SeriesProgram {
+ public:
+  SeriesProgram() = default;
+  SeriesProgram(Expression expression, bool with_adjoints);
+
+  std::size_t num_variables() const { return expression_.variables.size(); }
+  std::size_t num_results() const { return expression_.results.size(); }
+  /// No product or function of the variables for which `counts` is true: adjoints of those never change.
+  bool is_linear_in(const std::vector<char>& counts) const;
+
+  std::size_t num_lanes(int order) const { return (num_instructions() + num_adjoints_ + num_quotients_) * stride(order); }
+
+  /// Coefficients 0 … order of variable i, and of result m.
+  SeriesLane* variable(SeriesLane* lanes, int order, std::size_t i) const {
+    return lanes + number(expression_.variables[i]) * stride(order);
+  }
+  const SeriesLane* result(const SeriesLane* lanes, int order, std::size_t m) const {
+    return lanes + number(expression_.results[m]) * stride(order);
+  }
+  /// Adjoint of variable i: sum over the results of (d result/d variable) seed.
+  const SeriesLane* adjoint(const SeriesLane* lanes, int order, std::size_t i) const {
+    return lanes + (num_instructions() + number(expression_.variables[i])) * stride(order);
+  }
+
+  /// Coefficient k of everything, from that of the variables.
+  void evaluate(SeriesLane* lanes, int order, int k) const;
+  /// Coefficient k of all adjoints, from that of the seeds, one for each result. Values are known up to k.
+  void differentiate(SeriesLane* lanes, int order, int k, const SeriesLane* seeds) const;
+
+ private:
+  static std::size_t number(int instruction) { return static_cast<std::size_t>(instruction); }
+  static std::size_t stride(int order) { return static_cast<std::size_t>(order) + 1; }
+  std::size_t num_instructions() const { return expression_.instructions.size(); }
+
+  Expression expression_;
+  std::size_t num_adjoints_ = 0, num_quotients_ = 0;
+  std::vector<int> quotient_;  // [instruction] its slot among the quotients; -1: it needs none
+};
+
+}  // namespace tanor

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "motion/rattle.hpp"
+
+namespace tanor {
+
+/// Fractions of the step, forwards and backwards; symmetric, of sum 1.
+std::span<const double> suzuki_fractions();    ///< order 4
+std::span<const double> kahan_li_fractions();  ///< order 6
+
+/// RATTLE with steps gamma_1 h, …, gamma_s h (Hairer, Lubich, Wanner, Geometric Numerical Integration, V.3.2): of
+/// higher order, and as it is symplectic and symmetric where forces have a potential. Steps backwards in between go
+/// against friction and drag: these methods are meant for conservative motions.
+class Composition final : public Scheme {
+ public:
+  Composition(int order, std::span<const double> fractions, Mechanics& mechanics);
+
+  int order() const override { return order_; }
+  bool is_adaptive() const override { return false; }
+  bool knows_acceleration() const override { return rattle_.knows_acceleration(); }
+  StepResult step(const State& from, double h, State* to) override;
+  void forget() override { rattle_.forget(); }
+
+ private:
+  int order_;
+  std::span<const double> fractions_;
+  Rattle rattle_;
+  std::array<State, 2> between_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,163 @@
+#include "motion/taylor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "motion/runge_kutta.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// The cost of an order grows with its square, the step only slowly: rounding of ln(1/tol)/2 + 3 is near the best
+/// (Jorba & Zou 2005, and the working set of long scenes).
+int choose_order(double tolerance) {
+  constexpr int least = 6, most = 24;
+  return std::clamp(static_cast<int>(std::lround(3.0 - 0.5 * std::log(tolerance))), least, most);
+}
+
+/// Nodes and weights of Gauss & Legendre on [0, 1], by Newton's method on the polynomial.
+void make_quadrature(int count, std::vector<double>* nodes, std::vector<double>* weights) {
+  for (int i = 0; i < count; ++i) {
+    double x = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5)), slope = 1.0;
+    for (int iteration = 0; iteration < 20; ++iteration) {
+      // (k + 1) P_{k+1} = (2k + 1) x P_k - k P_{k-1}
+      double before = 1.0, value = x;
+      for (int k = 1; k < count; ++k) {
+        const double next = ((2 * k + 1) * x * value - k * before) / (k + 1);
+        before = value;
+        value = next;
+      }
+      slope = count * (x * value - before) / (x * x - 1.0);
+      x -= value / slope;
+    }
+    nodes->push_back(0.5 * (1.0 - x));
+    weights->push_back(1.0 / ((1.0 - x * x) * slope * slope));
+  }
+}
+
+}  // namespace
+
+Taylor::Taylor(const MotionOptions& options, Mechanics& mechanics)
+    : options_(options),
+      mechanics_(mechanics),
+      order_(options.order > 0 ? options.order : choose_order(options.rtol)) {
+  const std::string obstacle = mechanics.series_obstacle();
+  if (!obstacle.empty()) throw InputError("/motion/method", "taylor: " + obstacle);
+  const std::size_t n = mechanics.size();
+  coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));
+  for (std::vector<double>& coefficient : coefficients_) pointers_.push_back(coefficient.data());
+  for (std::vector<double>* array : {&inside_.x, &inside_.v, &inside_.a}) array->resize(n, 0.0);
+  other_ = std::make_unique<RungeKutta>(dop853_tableau(), options, mechanics);
+  if (mechanics.has_work()) make_quadrature((order_ + 1) / 2, &nodes_, &weights_);
+}
+
+double Taylor::propose_step(const State& from) {
+  if (!has_series_ || series_time_ != from.t) expand(from);
+  return exists_ ? longest_ : 0.0;
+}
+
+void Taylor::expand(const State& from) {
+  double smooth_until = 0.0;
+  exists_ = mechanics_.expand(from.t, from.x.data(), from.v.data(), pointers_, &smooth_until).ok();
+  has_series_ = true;
+  series_time_ = from.t;
+  if (exists_) longest_ = std::min(longest_step(from), smooth_until - from.t);
+}
+
+/// The longest h for which the last term, and the one before it, stay within the tolerance, positions and velocities.
+double Taylor::longest_step(const State& from) {
+  std::vector<double>& zero = inside_.a;
+  std::fill(zero.begin(), zero.end(), 0.0);
+  const auto ratio = [&](const std::vector<double>& x, const std::vector<double>& v) {
+    return mechanics_.error_ratio(
+        from.t, {x.data(), v.data(), from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol,
+        options_.rtol);
+  };
+  double inverse = 0.0;
+  for (int k = order_ - 1; k <= order_; ++k) {
+    const std::vector<double>& last = coefficients_[static_cast<std::size_t>(k)];
+    // |r_k| h^k and k |r_k| h^{k-1}
+    inverse = std::max(inverse, std::pow(ratio(last, zero), 1.0 / k));
+    inverse = std::max(inverse, std::pow(k * ratio(zero, last), 1.0 / (k - 1)));
+  }
+  return inverse > 0.0 ? 1.0 / inverse : std::numeric_limits<double>::infinity();
+}
+
+/// x, x' and x'' at h by Horner's scheme, in pieces that stay in the first cache.
+void Taylor::evaluate(double h, double* x, double* v, double* a) const {
+  const std::size_t n = coefficients_[0].size();
+  constexpr std::size_t piece = 256;
+  const auto evaluate_pieces = [&](std::size_t first, std::size_t end_piece) {
+    for (std::size_t begin = first * piece; begin < std::min(n, end_piece * piece); begin += piece) {
+      const std::size_t end = std::min(n, begin + piece);
+      for (std::size_t i = begin; i < end; ++i) x[i] = v[i] = a[i] = 0.0;
+      for (int k = order_; k >= 2; --k) {
+        const double* const c = pointers_[static_cast<std::size_t>(k)];
+        const double first_factor = k, second_factor = k * (k - 1.0);
+        for (std::size_t i = begin; i < end; ++i) {
+          x[i] = h * x[i] + c[i];
+          v[i] = h * v[i] + first_factor * c[i];
+          a[i] = h * a[i] + second_factor * c[i];
+        }
+      }
+      // The small terms are summed first.
+      for (std::size_t i = begin; i < end; ++i) {
+        const double v0 = pointers_[1][i];
+        x[i] = pointers_[0][i] + h * (v0 + h * x[i]);
+        v[i] = v0 + h * v[i];
+      }
+    }
+  };
+  mechanics_.parallel().for_ranges((n + piece - 1) / piece, evaluate_pieces, 16);
+}
+
+Power Taylor::integrate_power(const State& from, double h) {
+  Power sum = from.work;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const double t = from.t + nodes_[i] * h;
+    evaluate(nodes_[i] * h, inside_.x.data(), inside_.v.data(), inside_.a.data());
+    mechanics_.prescribe(t, inside_.x.data(), inside_.v.data());
+    const Power power = mechanics_.power_along(t, inside_.x.data(), inside_.v.data(), inside_.a.data());
+    sum.supports += h * weights_[i] * power.supports;
+    sum.forces += h * weights_[i] * power.forces;
+    sum.friction += h * weights_[i] * power.friction;
+  }
+  return sum;
+}
+
+/// The first omitted term, from what is missing in the acceleration at the new place:
+///
+///   (P+1) P r_{P+1} h^{P-1} = a - sum,   so   r_{P+1} h^{P+1} = (a - sum) h^2/((P+1) P)
+double Taylor::measure_error(const State& from, double h, const State& to) {
+  const double of_v = h / order_, of_x = of_v * h / (order_ + 1);
+  // Accelerations are found to about 1e-12 of the largest one: less is no sign of anything.
+  constexpr double noise = 1e-11;
+  double largest = 0.0;
+  for (const double a : to.a) largest = std::max(largest, std::abs(a));
+  for (std::size_t i = 0; i < to.a.size(); ++i) {
+    const double missing = to.a[i] - inside_.a[i], sure = std::abs(missing) > noise * largest ? missing : 0.0;
+    inside_.x[i] = of_x * sure;
+    inside_.v[i] = of_v * sure;
+  }
+  return mechanics_.error_ratio(from.t,
+                                {inside_.x.data(), inside_.v.data(), from.x.data(), from.v.data(), to.x.data(),
+                                 to.v.data()},
+                                options_.atol, options_.rtol);
+}
+
+StepResult Taylor::step(const State& from, double h, State* to) {
+  if (!has_series_ || series_time_ != from.t) expand(from);
+  if (!exists_) return other_->step(from, h, to);
+  to->work = nodes_.empty() ? from.work : integrate_power(from, h);
+  evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
+  StepResult result = settle(mechanics_, options_.stabilisation, to);
+  if (result.outcome.ok()) result.error = measure_error(from, h, *to);
+  if (!result.outcome.ok() || !(result.error <= 1.0)) longest_ = 0.7 * h;
+  return result;
+}
+
+}  // namespace tanor

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "motion/scheme.hpp"
+
+namespace tanor {
+
+/// The motion as a power series in time, of any order: one factorization a step, one solve an order. The order follows
+/// from the tolerance, the step from the last two coefficients (Jorba & Zou 2005); the acceleration that is found at the
+/// new place says how large the first omitted term really is. Where the series does not exist (a force that is not
+/// analytic at rest) a Runge-Kutta step passes the place.
+class Taylor final : public Scheme {
+ public:
+  Taylor(const MotionOptions& options, Mechanics& mechanics);
+
+  int order() const override { return order_; }
+  bool is_adaptive() const override { return true; }
+  double propose_step(const State& from) override;
+  StepResult step(const State& from, double h, State* to) override;
+  void forget() override { has_series_ = false; }
+
+ private:
+  void expand(const State& from);
+  double longest_step(const State& from);
+  void evaluate(double h, double* x, double* v, double* a) const;
+  Power integrate_power(const State& from, double h);
+  double measure_error(const State& from, double h, const State& to);
+
+  MotionOptions options_;
+  Mechanics& mechanics_;
+  int order_;
+  std::vector<std::vector<double>> coefficients_;  // [order + 1][n]
+  std::vector<double*> pointers_;
+  std::unique_ptr<Scheme> other_;  // where there is no series
+  struct {
+    std::vector<double> x, v, a;
+  } inside_;
+  std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
+
+  double series_time_ = 0.0, longest_ = 0.0;
+  bool has_series_ = false, exists_ = false;
+};
+
+}  // namespace tanor

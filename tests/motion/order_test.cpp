@@ -1,0 +1,139 @@
+/// The order of every method, by halving steps of equal length, on motions in elliptic functions.
+
+#include <cmath>
+#include <functional>
+#include <ostream>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "dynamics/forms.hpp"
+#include "motion/elliptic.hpp"
+#include "motion/scenes.hpp"
+#include "motion/scheme.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// A motion that is known: how far a state of it is from the truth at t.
+struct KnownMotion {
+  std::string name;
+  std::function<System()> build;
+  std::function<double(double t, const std::vector<double>& x)> measure_error;
+
+  friend std::ostream& operator<<(std::ostream& out, const KnownMotion& motion) { return out << motion.name; }
+};
+
+/// Let go horizontally at the length 0.1 m.
+KnownMotion make_pendulum() {
+  return {"pendulum", scenes::make_pendulum, [](double t, const std::vector<double>& x) {
+            const double angle = elliptic::swing(0.5 * pi, std::sqrt(9.81 / 0.1), t).angle;
+            return std::hypot(x[0] - 0.1 * std::sin(angle), x[2] + 0.1 * std::cos(angle));
+          }};
+}
+
+/// A bead on a hoop of radius 1 that turns about its vertical diameter with omega = 3, without gravity: twice the polar
+/// angle swings about pi, theta'' = omega^2 sin(theta) cos(theta).
+KnownMotion make_hoop() {
+  static constexpr double omega = 3.0, start = 0.3;
+  const auto build = [] {
+    System system;
+    scenes::add_point({std::sin(start), 0, std::cos(start)}, &system);
+    system.velocities = {0, omega * std::sin(start), 0};
+    const VectorFunction normal = {ScalarFunction::formula("-sin(3*t)"), ScalarFunction::formula("cos(3*t)"), 0.0};
+    system.constraints = {Circles{"hoop", {0}, Vector3{0, 0, 0}, normal, 1.0}};
+    return system;
+  };
+  return {"hoop", build, [](double t, const std::vector<double>& x) {
+            const double theta = 0.5 * (pi + elliptic::swing(2.0 * start - pi, omega, t).angle);
+            return std::hypot(x[0] - std::sin(theta) * std::cos(omega * t), x[1] - std::sin(theta) * std::sin(omega * t),
+                              x[2] - std::cos(theta));
+          }};
+}
+
+/// A spherical pendulum of length 2, pushed sideways at its lowest point, z1: its height is
+///
+///   z = z1 + (z2 - z1) sn^2(sqrt(g (z3 - z1)/(2 l^2)) t),  z'^2 l^2 = 2 (e - g z)(l^2 - z^2) - c^2
+KnownMotion make_spherical_pendulum() {
+  static constexpr double l = 2.0, g = 9.81, z1 = -1.6, rho = 1.2, speed = 5.0;
+  const auto build = [] {
+    System system;
+    scenes::add_point({rho, 0, z1}, &system);
+    system.velocities = {0, speed, 0};
+    system.constraints = {Spheres{"sphere", {0}, Vector3{0, 0, 0}, l}};
+    system.forces = {scenes::gravity};
+    return system;
+  };
+  return {"spherical pendulum", build, [](double t, const std::vector<double>& x) {
+            // (2 g z - 2 e)(z^2 - l^2) - c^2 without its root z1: 2 g (z^2 + p z + q)
+            const double e = 0.5 * speed * speed + g * z1;
+            const double p = z1 - e / g, q = p * z1 - l * l, root = std::sqrt(0.25 * p * p - q);
+            const double z2 = -0.5 * p - root, z3 = -0.5 * p + root;
+            const double k = std::sqrt((z2 - z1) / (z3 - z1));
+            const double sn = elliptic::evaluate(std::sqrt(g * (z3 - z1) / (2.0 * l * l)) * t, k).sn;
+            return std::abs(x[2] - (z1 + (z2 - z1) * sn * sn));
+          }};
+}
+
+/// Error at t_end after steps of equal length.
+double run(const KnownMotion& motion, Method method, double t_end, int steps) {
+  Forms forms(motion.build(), {});
+  EquationsOfMotion& form = *forms.main;
+  const std::unique_ptr<Scheme> scheme = make_scheme(method, {.method = method, .rtol = 1.0, .atol = 1.0}, form);
+  State state;
+  for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(form.size());
+  const std::vector<double> r = forms.model.system.positions, v = forms.model.system.velocities;
+  std::vector<double> inner_r(r.size()), inner_v(v.size()), outer(r.size());
+  forms.model.numbering.gather_points(r, inner_r);
+  forms.model.numbering.gather_points(v, inner_v);
+  Outcome found = form.adopt(0.0, inner_r.data(), inner_v.data(), state.x.data(), state.v.data());
+  if (found.ok()) found = form.linearise(0.0, state.x.data());
+  if (found.ok()) found = form.accelerations(0.0, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
+  if (form.has_work()) state.power = form.power(state.x.data(), state.v.data());
+  State next = state;
+  for (int k = 1; found.ok() && k <= steps; ++k) {
+    next.t = t_end * k / steps;
+    found = scheme->step(state, next.t - state.t, &next).outcome;
+    std::swap(state, next);
+  }
+  EXPECT_TRUE(found.ok()) << found.what;
+  forms.model.numbering.scatter_points(state.x, outer);
+  const std::size_t moving = motion.name == "pendulum" ? 3 : 0;
+  return motion.measure_error(t_end, {outer.begin() + static_cast<std::ptrdiff_t>(moving), outer.end()});
+}
+
+struct Order {
+  Method method;
+  double order;
+  int steps;  // a unit of time of the motion, of the coarsest run
+
+  friend std::ostream& operator<<(std::ostream& out, const Order& one) { return out << method_name(one.method); }
+};
+
+class OrderTest : public testing::TestWithParam<std::tuple<int, Order>> {};
+
+TEST_P(OrderTest, IsThatOfTheTheory) {
+  static const std::vector<KnownMotion> motions{make_pendulum(), make_hoop(), make_spherical_pendulum()};
+  static constexpr std::array<double, 3> ends{0.4, 1.5, 2.0};
+  const auto& [which, method] = GetParam();
+  const auto index = static_cast<std::size_t>(which);
+  const auto error_of = [&](int steps) { return run(motions[index], method.method, ends[index], steps); };
+  double before = error_of(method.steps);
+  for (int steps = 2 * method.steps, k=0; k<4; ++k, steps *= 2) {
+    const double now = error_of(steps);
+    printf("%-20s %-8s %6d %.3e order %.3f\n", motions[index].name.c_str(), std::string(method_name(method.method)).c_str(), steps, now, std::log2(before / now));
+    before = now;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, OrderTest,
+                         testing::Combine(testing::Values(0, 1, 2),
+                                          testing::Values(Order{Method::Rk4, 4, 100}, Order{Method::Dopri5, 5, 50},
+                                                          Order{Method::Dop853, 8, 10}, Order{Method::Rattle, 2, 200},
+                                                          Order{Method::Rattle4, 4, 40},
+                                                          Order{Method::Rattle6, 6, 20})));
+
+}  // namespace
+}  // namespace tanor

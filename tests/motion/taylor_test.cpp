@@ -1,0 +1,138 @@
+/// Method `taylor`: closed forms, what it counts, what it passes by other means.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+
+#include "motion/elliptic.hpp"
+#include "motion/scenes.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+double distance(const Simulation& a, const Simulation& b) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < a.positions().size(); ++i)
+    worst = std::max(worst, std::abs(a.positions()[i] - b.positions()[i]));
+  return worst;
+}
+
+/// IFToMM benchmark A01: l = 1, from (-1, 0) at rest, g = 9.81.
+double error_of_pendulum(double t_end, double rtol, MotionReport* report = nullptr) {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  scenes::add_point({-1, 0, 0}, &system);
+  system.supports = {{.points = {0}}};
+  system.constraints = {Rods{"rod", {{0, 1}}}};
+  system.forces = {scenes::gravity};
+  Simulation simulation(system, {.method = Method::Taylor, .rtol = rtol, .atol = rtol});
+  const Outcome outcome = simulation.advance(t_end);
+  EXPECT_TRUE(outcome.ok()) << outcome.what;
+  if (report != nullptr) *report = simulation.report();
+  const double angle = elliptic::swing(-0.5 * pi, std::sqrt(9.81), t_end).angle;
+  const auto r = simulation.positions();
+  return std::hypot(r[3] - std::sin(angle), r[5] + std::cos(angle));
+}
+
+TEST(Taylor, PendulumOfTwoThousandSeconds) {
+  EXPECT_LT(error_of_pendulum(2000.0, 1e-7), 1e-3);
+  EXPECT_LT(error_of_pendulum(2000.0, 1e-10), 1e-6);
+  EXPECT_LT(error_of_pendulum(10.0, 1e-13), 1e-12);
+}
+
+TEST(Taylor, OneFactorizationAStepAndASolveAnOrder) {
+  MotionReport report;
+  error_of_pendulum(10.0, 1e-10, &report);
+  EXPECT_LE(report.counters.factorizations, report.steps + 4);
+  EXPECT_EQ(report.rejected, 0u);
+  EXPECT_LT(report.steps, 120u);  // dopri5 takes about 3000
+}
+
+TEST(Taylor, HigherOrdersTakeLongerSteps) {
+  std::size_t last = 1000000;
+  for (const int order : {6, 10, 16, 24}) {
+    Simulation simulation(scenes::make_pendulum(), {.method = Method::Taylor, .rtol = 1e-9, .atol = 1e-11, .order = order});
+    ASSERT_TRUE(simulation.advance(3.0).ok());
+    EXPECT_LT(simulation.report().steps, last) << order;
+    last = simulation.report().steps;
+  }
+}
+
+/// Drag |v| v has no series at rest: the first step is of another method, the rest is not.
+TEST(Taylor, PassesPlacesWithoutASeries) {
+  System system = scenes::make_pendulum();
+  system.forces.push_back(Drag{"air", {1}, 0.0, 0.5});
+  Simulation series(system, {.method = Method::Taylor, .rtol = 1e-11, .atol = 1e-13});
+  Simulation other(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14});
+  ASSERT_TRUE(series.advance(1.0).ok()) << series.outcome().what;
+  ASSERT_TRUE(other.advance(1.0).ok());
+  EXPECT_LT(distance(series, other), 1e-10);
+  EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
+}
+
+/// A table is a polynomial from knot to knot: no step goes beyond one.
+TEST(Taylor, StopsAtTheKnotsOfATable) {
+  std::vector<double> times, values;
+  for (int i = 0; i <= 20; ++i) {
+    times.push_back(0.1 * i);
+    values.push_back(0.02 * std::sin(3.0 * times.back()));
+  }
+  System system = scenes::make_pendulum();
+  system.supports[0].displacement = {ScalarFunction::table(times, values), 0.0, 0.0};
+  const MotionOptions options{.rtol = 1e-11, .atol = 1e-13, .start = StartMode::Project};
+  MotionOptions taylor = options, other = options;
+  taylor.method = Method::Taylor;
+  other.method = Method::Dop853;
+  other.step = 1e-3;
+  Simulation series(system, taylor), second(system, other);
+  ASSERT_TRUE(series.advance(2.0).ok()) << series.outcome().what;
+  ASSERT_TRUE(second.advance(2.0).ok());
+  EXPECT_LT(distance(series, second), 1e-9);
+  EXPECT_EQ(series.report().rejected, 0u);
+  EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
+}
+
+/// A moving support does work: its integral balances the energy.
+TEST(Taylor, WorkOfSupportsAndForcesBalancesTheEnergy) {
+  System system = scenes::make_pendulum();
+  system.supports[0].displacement = {ScalarFunction::formula("0.03*sin(7*t)"), 0.0, ScalarFunction::formula("0.02*t^2")};
+  system.forces.push_back(Drag{"air", {1}, 0.05, 0.0});
+  system.velocities = {0.21, 0, 0, 0.21, 0, 0};
+  Simulation simulation(system, {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12, .start = StartMode::Project});
+  ASSERT_TRUE(simulation.advance(3.0).ok()) << simulation.outcome().what;
+  EXPECT_GT(std::abs(simulation.report().energy.work_of_supports), 1e-3);
+  EXPECT_LT(simulation.report().energy.work_of_forces, -1e-3);
+  EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-10);
+}
+
+TEST(Taylor, GoesOnFromASnapshotBitByBit) {
+  const MotionOptions options{.method = Method::Taylor, .rtol = 1e-9, .atol = 1e-11};
+  Simulation whole(scenes::make_pendulum(), options), second(scenes::make_pendulum(), options);
+  ASSERT_TRUE(whole.advance(0.5).ok());
+  second.restore(whole.snapshot());
+  ASSERT_TRUE(whole.advance(1.0).ok());
+  ASSERT_TRUE(second.advance(1.0).ok());
+  EXPECT_EQ(distance(whole, second), 0.0);
+}
+
+TEST(Taylor, IsWhatAutoTakesWhereEverythingHasASeries) {
+  System system = scenes::make_pendulum();
+  Simulation simulation(system);
+  EXPECT_EQ(simulation.report().method, Method::Taylor);
+  EXPECT_EQ(simulation.report().method_reason, "all constraints and forces have series in time");
+  system.forces.push_back(PairForces{.name = "pairs", .points = {0, 1}, .law = PairLaw::Log, .strength = 0.1});
+  EXPECT_EQ(Simulation(system).report().method, Method::Dop853);
+  try {
+    Simulation refused(system, {.method = Method::Taylor});
+    FAIL() << "taylor took a force without a series";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.where(), "/motion/method");
+    EXPECT_EQ(std::string(error.what()), "taylor: forces[1] cannot be expanded in time");
+  }
+}
+
+}  // namespace
+}  // namespace tanor
