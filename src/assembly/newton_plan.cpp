@@ -7,9 +7,7 @@ namespace tanor {
 
 NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
                        std::span<const Incidence> incidences, std::span<const Compliance> compliances)
-    : masses_(masses.begin(), masses.end()),
-      diagonal_(num_rows),
-      compliances_(compliances.begin(), compliances.end()) {
+    : masses_(masses.begin(), masses.end()), diagonal_(num_rows), compliances_(compliances.begin(), compliances.end()) {
   const int num_points = static_cast<int>(masses.size()), first_row = 3 * num_points;
   std::vector<std::vector<int>> columns(static_cast<std::size_t>(first_row) + num_rows);
   const auto add_block = [&](int i, int j) {
@@ -51,7 +49,9 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
     const auto end = rows_.begin() + start_[static_cast<std::size_t>(column) + 1];
     return static_cast<int>(std::lower_bound(begin, end, row) - rows_.begin());
   };
-  const auto block = [&](int i, int j) { return Columns{slot(3 * i, 3 * j), slot(3 * i, 3 * j + 1), slot(3 * i, 3 * j + 2)}; };
+  const auto block = [&](int i, int j) {
+    return Columns{slot(3 * i, 3 * j), slot(3 * i, 3 * j + 1), slot(3 * i, 3 * j + 2)};
+  };
   for (int i = 0; i < num_points; ++i) own_.push_back(block(i, i));
   for (CoupledPoints& coupling : couplings_) {
     const auto [i, j] = coupling.points;

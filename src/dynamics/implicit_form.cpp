@@ -121,9 +121,9 @@ void ImplicitForm::linearise(double t, const double* r, const double* v, const d
   model_.constraints.evaluate_gradients(parallel, r, linearised_blocks_.data());
   model_.forces.evaluate_compliant_springs(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
                                            spring_residuals_.data());
-  model_.forces.evaluate_derivatives(parallel, t, r, v, tau,
-                                     {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(),
-                                      coupling_velocities_.data()});
+  model_.forces.evaluate_derivatives(
+      parallel, t, r, v, tau,
+      {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data()});
   model_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
 }
 

@@ -44,7 +44,8 @@ struct NewtonWeights {
 ///   M x'' = f + K lambda,   K'x' + xi_t = 0
 ///
 /// Springs with a rest length are no part of f but have rows among those of lambda, after the constraints', with
-/// lambda + k xi + c dxi/dt = 0 instead: however stiff they are, Newton's iteration sees rods that give way. Its matrix,
+/// lambda + k xi + c dxi/dt = 0 instead: however stiff they are, Newton's iteration sees rods that give way. Its
+/// matrix,
 ///
 ///   [ N  -K ]     N = a M - b df/dv - c (df/dx + d(K lambda)/dx)
 ///   [ K'  E ]     E = 1/(b damping + c stiffness) for springs, else 0
@@ -128,8 +129,9 @@ class Mechanics {
 
   /// Why there is none; empty: `expand` finds it.
   virtual std::string series_obstacle() const { return "the motion in coordinates is not expanded in time"; }
-  /// coefficients[k] [size()] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one, in the order
-  /// that it has; linearised at (t, x). Writes the time up to which the functions of time are as smooth as at t, s.
+  /// coefficients[k] [size()] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one, in the
+  /// order that it has; linearised at (t, x). Writes the time up to which the functions of time are as smooth as at t,
+  /// s.
   virtual Outcome expand(double /*t*/, const double* /*x*/, const double* /*v*/,
                          std::span<double* const> /*coefficients*/, double* /*smooth_until*/) {
     return {};

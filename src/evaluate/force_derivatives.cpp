@@ -31,8 +31,8 @@ void Forces::evaluate_compliant_springs(const Parallel& parallel, const double* 
   });
 }
 
-void Forces::add_compliant_forces(const Parallel& parallel, const double* units, const double* tau,
-                                  const double* scale, double* y) const {
+void Forces::add_compliant_forces(const Parallel& parallel, const double* units, const double* tau, const double* scale,
+                                  double* y) const {
   if (compliant_springs_.empty()) return;
   parallel.for_ranges(num_moving_, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

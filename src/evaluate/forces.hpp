@@ -59,7 +59,8 @@ class Forces {
                 Which which = Which::All);
 
   // What implicit methods see. A spring with a rest length is compliant: a rod that gives way, with a multiplier tau of
-  // its own, tau + k (L - rest) + c dL/dt = 0, so that Newton's iteration converges as it does with rods, however stiff.
+  // its own, tau + k (L - rest) + c dL/dt = 0, so that Newton's iteration converges as it does with rods, however
+  // stiff.
 
   struct CompliantSpring {
     Index i, j;

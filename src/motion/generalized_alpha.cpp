@@ -82,12 +82,12 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
       to->v[k] = from.v[k] + h * ((1.0 - gamma_) * own_[k] + gamma_ * next_own_[k]);
     }
     mechanics_.prescribe(to->t, to->x.data(), to->v.data());
-    Outcome found = equations_.evaluate(to->t, to->x.data(), to->v.data(), lambda_.data(), residual_.data(), rows_.data());
+    Outcome found =
+        equations_.evaluate(to->t, to->x.data(), to->v.data(), lambda_.data(), residual_.data(), rows_.data());
     if (!found.ok()) return found;
     // M^-1 (f + K lambda) - w_1
     for (std::size_t k = 0; k < n; ++k) {
-      residual_[k] -=
-          ((1.0 - alpha_m_) * next_own_[k] + alpha_m_ * own_[k] - alpha_f_ * from.a[k]) / (1.0 - alpha_f_);
+      residual_[k] -= ((1.0 - alpha_m_) * next_own_[k] + alpha_m_ * own_[k] - alpha_f_ * from.a[k]) / (1.0 - alpha_f_);
     }
     (void)equations_.evaluate_positions(to->t, to->x.data(), rows_.data());
     equations_.solve(residual_.data(), rows_.data());
@@ -96,10 +96,9 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
       v_increment_[k] = gamma_ / (beta_ * h) * residual_[k];
     }
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
-    const double increment = mechanics_.error_ratio(from.t,
-                                                    {residual_.data(), v_increment_.data(), from.x.data(),
-                                                     from.v.data(), to->x.data(), to->v.data()},
-                                                    options_.atol, options_.rtol);
+    const double increment = mechanics_.error_ratio(
+        from.t, {residual_.data(), v_increment_.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()},
+        options_.atol, options_.rtol);
     switch (implicit_.newton.judge(increment)) {
       case NewtonIteration::Verdict::GoOn:
         break;
