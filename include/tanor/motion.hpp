@@ -28,7 +28,7 @@ struct MotionOptions {
   double atol = 1e-10;           ///< m and m/s
   Stabilisation stabilisation = Stabilisation::Projection;
   StartMode start = StartMode::Check;
-  int order = 0;                   ///< taylor: terms of the series, 4 … 24; 0: as the tolerance asks
+  int order = 0;                 ///< taylor: terms of the series, 4 … 24; 0: as the tolerance asks
   double spectral_radius = 0.8;  ///< generalized_alpha: what a step leaves of the fastest oscillations, 0 … 1
 };
 
@@ -37,8 +37,9 @@ struct ChosenMethod {
   Method method = Method::Auto;
   std::string reason{};
 };
-/// What `auto` means for a system: rattle (in coordinates rk4) where a step is given, else taylor where everything has
-/// a series in time, else dop853.
+/// What `auto` means for a system: generalized_alpha or radau5 where springs are too stiff for explicit steps (and
+/// there is neither friction nor a step in coordinates), else rattle (in coordinates rk4) where a step is given, else
+/// taylor where everything has a series in time, else dop853.
 TANOR_API ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics);
 
 /// Kinetic and potential energy, J, and the work done since the start.

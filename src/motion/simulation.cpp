@@ -38,7 +38,7 @@ struct Simulation::Implementation {
       : options((check_options(motion), motion)),
         solver_options(resolve(solver, system, motion.method)),
         forms(std::move(system), solver_options, t_start),
-        chosen(choose_method(motion, form, forms.is_tangent())),
+        chosen(choose_method(motion, model.system, form, forms.is_tangent())),
         integration(chosen.method, options, form, &report) {
     note_method();
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {

@@ -26,7 +26,7 @@ constexpr double finest_tolerance = 1e-13;  // below, rounding decides
 constexpr double certain_above = 3.0;       // errors of the judge
 
 bool has_fixed_steps(Method method) {
-  return method != Method::Dopri5 && method != Method::Dop853;
+  return method != Method::Dopri5 && method != Method::Dop853 && method != Method::Radau5;
 }
 
 /// dop853 judges the others, dopri5 judges dop853.
