@@ -88,6 +88,24 @@ struct MotionReport {
   PhaseTimes times;
 };
 
+/// A function of the motion whose passages through 0 are looked for.
+struct Event {
+  enum class Direction { Both, Rising, Falling };
+
+  std::string name{};
+  /// Of t, r [3n] and v [3n] in the user's order; smooth where it vanishes.
+  std::function<double(double t, std::span<const double> r, std::span<const double> v)> value{};
+  Direction direction = Direction::Both;
+  bool stops = false;  ///< ends the advance there
+};
+
+/// One of them, to the accuracy of the method inside its steps.
+struct Passage {
+  std::size_t event = 0;  ///< as `add_event` numbered it
+  double time = 0.0;      ///< s
+  bool rises = false;
+};
+
 /// All that another simulation of the same system needs to go on from here; plain data, to be kept in any form.
 struct Snapshot {
   double time = 0.0;               ///< s
@@ -116,8 +134,15 @@ class TANOR_API Simulation {
   /// Called after every step; return false to stop there.
   using Observer = std::function<bool(const MotionReport&)>;
 
-  /// Steps to exactly t_end (> time()); on a failure the state stays at the last good step.
+  /// Steps to exactly t_end (> time()), or to an event that stops; on a failure the state stays at the last good step.
   Outcome advance(double t_end, const Observer& observer = {});
+
+  /// From now on looks for the event; returns its number. Each step evaluates the function at both ends and at three
+  /// places between: two passages between neighbouring ones are missed. One that begins at 0 does not pass there.
+  /// Events are no part of a snapshot. Throws InputError where there is no function.
+  std::size_t add_event(Event event);
+  /// So far, in the order of time.
+  std::span<const Passage> passages() const;
 
   /// Proves accelerations, multipliers and reactions at the present state, also inside an observer.
   Certificate certify();

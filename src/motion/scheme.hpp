@@ -53,7 +53,8 @@ class Scheme {
   /// so that the mechanics is then linearised elsewhere.
   virtual Outcome prepare_inside(const State& /*from*/, const State& /*to*/) { return {}; }
   /// x and v at from.t + fraction h, `size()` numbers each. By default: quintic Hermite interpolation of x from
-  /// (x, v, a) at both ends, and its derivative as v; errors O(h^6) and O(h^5), whatever the scheme was.
+  /// (x, v, a) at both ends, and its derivative as v; errors O(h^6) and O(h^5), whatever the scheme was. Where it
+  /// leaves no a: cubic, O(h^4) and O(h^3).
   virtual void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                            double* v) const;
 
