@@ -42,6 +42,9 @@ struct Simulation::Implementation {
         chosen(choose_method(motion, model.system, form, forms.is_tangent())),
         integration(chosen.method, options, form, &report) {
     note_method();
+    // Residuals of 1e-12 would be the noise of such steps. (Friction takes it for a wish to judge each instant.)
+    constexpr double demanding = 1e-10;
+    form.set_exact(integration.scheme().is_adaptive() && motion.rtol < demanding && !model.has_friction());
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
       throw InputError("/motion/step", "method " + std::string(method_name(report.method)) +
                                            " has fixed steps: a positive step, s, is needed");

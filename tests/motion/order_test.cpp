@@ -154,7 +154,8 @@ TEST_P(OrderTest, IsThatOfTheTheory) {
 INSTANTIATE_TEST_SUITE_P(Methods, OrderTest,
                          testing::Values(Order{Method::Rk4, 4, 800}, Order{Method::Dopri5, 5, 200},
                                          Order{Method::Dop853, 8, 20}, Order{Method::Rattle, 2, 2000},
-                                         Order{Method::Rattle4, 4, 200}, Order{Method::Rattle6, 6, 80}),
+                                         Order{Method::Rattle4, 4, 200}, Order{Method::Rattle6, 6, 80},
+                                         Order{Method::Taylor, 5, 100}),
                          [](const auto& instance) { return std::string(method_name(instance.param.method)); });
 
 }  // namespace
