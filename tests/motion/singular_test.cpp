@@ -234,7 +234,7 @@ System make_many_four_bars(int bars) {
   system.constraints = {rods, Planes{"plane", top, Vector3{0, 0, 1}, 0.0}};
   for (const Vector3& e : {Vector3{1, 0, 0}, Vector3{0, 1, 0}, Vector3{0, 0, 1}}) {
     const Vector3 back{-e[0], -e[1], -e[2]}, twice{2 * e[0], 2 * e[1], 2 * e[2]};
-    system.constraints.push_back(Linears{"middles", middles, {twice, back, back}, 0.0});
+    system.constraints.push_back(Linears{"", middles, {twice, back, back}, 0.0});
   }
   system.forces = {Gravity{"", {0, -9.81, 0}}};
   return system;
