@@ -130,8 +130,8 @@ TEST(OutputTimesTest, AMotionMayStartAtAnyTime) {
 // ---- options
 // ----------------------------------------------------------------------------------------------------------
 
-TEST(MethodTest, AutoIsDopri5WithTolerancesAndRk4WithAStep) {
-  EXPECT_EQ(Simulation(scenes::make_pendulum(), {}).report().method, Method::Dopri5);
+TEST(MethodTest, AutoIsDop853WithTolerancesAndRk4WithAStep) {
+  EXPECT_EQ(Simulation(scenes::make_pendulum(), {}).report().method, Method::Dop853);
   EXPECT_EQ(Simulation(scenes::make_pendulum(), {.step = 1e-3}).report().method, Method::Rk4);
 }
 

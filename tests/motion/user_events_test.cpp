@@ -48,7 +48,10 @@ TEST_P(UserEventsTest, APendulumPassesTheVerticalWhenEllipticIntegralsSay) {
 TEST_P(UserEventsTest, AStoppingOneEndsTheAdvanceAndTheNextOneGoesOn) {
   Simulation watched(scenes::make_pendulum(), GetParam().options);
   const std::size_t turn = watched.add_event(
-      {"turn", [](double, std::span<const double>, std::span<const double> v) { return v[3]; }, {}, false});
+      {"turn",
+       [](double, std::span<const double> r, std::span<const double> v) { return r[3] * v[5] - r[5] * v[3]; },
+       {},
+       false});
   const std::size_t vertical = watched.add_event(through_the_vertical(Event::Direction::Rising, true));
 
   for (const double wanted : {3.0 * quarter, 7.0 * quarter}) {
