@@ -151,9 +151,9 @@ class TANOR_API Simulation {
   Snapshot snapshot() const;
   /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew.
   /// With equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding
-  /// of its projections; tangent form: up to rounding, since coordinates are found anew from the positions; a few steps
-  /// before a singular place: up to their error, since earlier steps tell how to pass it). Throws InputError where
-  /// sizes do not fit or numbers are not finite.
+  /// of its projections; implicit methods: up to what their Newton iterations leave; tangent form: up to rounding,
+  /// since coordinates are found anew from the positions; a few steps before a singular place: up to their error, since
+  /// earlier steps tell how to pass it). Throws InputError where sizes do not fit or numbers are not finite.
   void restore(const Snapshot& snapshot);
 
   const System& system() const;
