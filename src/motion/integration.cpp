@@ -127,6 +127,7 @@ Integration::Attempt Integration::try_coasting(double t) {
 void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   const double h = trial_.t - state.t;
   std::swap(state, trial_);
+  limit_ = std::numeric_limits<double>::infinity();
   trial_is_before_ = mechanics_.keeps_variables() && !attempt.has_switched;
   if (attempt.has_switched) places_.forget();
   if (attempt.has_coasted) events_.forget();
@@ -192,7 +193,7 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
     const double t = state.t;
     const bool is_disturbed = places_.disturb(t, std::min(next_step, t_end - t));
     const bool coasts = is_disturbed && trial_is_before_;
-    if (is_disturbed && !coasts && places_.approach()) next_step = places_.half_way(t);
+    if (is_disturbed && !coasts && places_.approach()) limit_ = next_step = places_.half_way(t);
     if (Outcome found = coasts ? coast_adaptively(t_end, taken) : step_adaptively(t_end, taken); !found.ok())
       return found;
     if (state.t > t && observer && !observer(report_)) break;
@@ -211,14 +212,14 @@ Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
   }
   ++report_.rejected;
   if (!places_.approach()) return step_too_small(std::min(wanted, left), attempt.step.outcome);
-  if (!places_.is_coasting()) next_step = places_.half_way(state.t);
+  if (!places_.is_coasting()) limit_ = next_step = places_.half_way(state.t);
   return {};
 }
 
 /// Tries a step once; `next_step` is then the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = events_.start(state); !found.ok()) return found;
-  if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = proposed;
+  if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = std::min(proposed, limit_);
   // End exactly at t_end, without a tiny last step.
   const double left = t_end - state.t;
   const bool last = next_step >= 0.99 * left;
@@ -238,7 +239,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   ++report_.rejected;
   if (attempt.has_surprised) {
     places_.approach();
-    next_step = 0.5 * h;
+    limit_ = next_step = 0.5 * h;
     return {};
   }
   const bool has_error = step.outcome.ok() && std::isfinite(attempt.error);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include <tanor/motion.hpp>
@@ -85,6 +86,7 @@ class Integration {
   State trial_;                                     // after a step: the one before, if …
   bool trial_is_before_ = false;                    // … no other was tried since
   State beyond_;                                    // of steps that coast; made by the first of them
+  double limit_ = std::numeric_limits<double>::infinity();  // s, of the next step, whatever its scheme proposes
   double advance_begin_ = 0.0, advance_end_ = 0.0;  // of the last advance in equal steps
 };
 

@@ -45,6 +45,9 @@ class Scheme {
   /// The step that its own tolerances allow from this state, s; 0: it has no opinion.
   virtual double propose_step(const State& /*from*/) { return 0.0; }
 
+  /// A step from this state looks at no place inside itself: it may pass one where K loses rank.
+  virtual bool sees_through(const State& /*from*/) { return false; }
+
   /// From `from` by h to `to` (a different object), whose time is given: from.t + h, rounded as the caller wants it. On
   /// a failed outcome or an error above 1 the rest of `to` is meaningless, `from` stays good.
   virtual StepResult step(const State& from, double h, State* to) = 0;

@@ -69,12 +69,14 @@ double SingularPlaces::coasting_length(double t_before, double t) const {
   return is_coasting() ? before * std::pow(0.5, memory_.approaches) : ahead + 0.5 * std::max(ahead, 0.5 * before);
 }
 
-StepResult SingularPlaces::coast(const Scheme& scheme, const State& before, const State& from, State* to) {
+StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const State& from, State* to) {
   constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
   SingularForecast& forecast = memory_.forecast;
   const Coasting how{.knows_acceleration_before = scheme.knows_acceleration(),
                      .ends_there = forecast.lies_near(to->t, to->t - from.t)};
-  StepResult step = tanor::coast(mechanics_, options_, before, from, how, to);
+  const bool by_itself = !how.ends_there && !is_coasting() && scheme.sees_through(from);
+  StepResult step = by_itself ? scheme.step(from, to->t - from.t, to)
+                              : tanor::coast(mechanics_, options_, before, from, how, to);
   if (!step.outcome.ok()) return step;
   // From halfway there the error is 1/32 of the one before, or it is rounding.
   const bool is_rounding = step.error > 0.25 * memory_.coasting_error;

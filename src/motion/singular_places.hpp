@@ -35,7 +35,7 @@ class SingularPlaces {
   /// Of a step that coasts: half as far beyond the place as it lies ahead.
   double coasting_length(double t_before, double t) const;
   /// From `from` on along `before` and it, to `to`, whose time is given; an error above 1: try a shorter step.
-  StepResult coast(const Scheme& scheme, const State& before, const State& from, State* to);
+  StepResult coast(Scheme& scheme, const State& before, const State& from, State* to);
 
  private:
   static constexpr int most_approaches = 12;
