@@ -25,7 +25,7 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       scheme_(make_scheme(method, options, mechanics)),
       control_(scheme_->estimate_order()),
       events_(mechanics),
-      places_(options, mechanics, report),
+      places_(options, mechanics, scheme_->has_long_steps(), report),
       watch_(mechanics) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
 }

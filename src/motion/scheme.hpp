@@ -45,6 +45,8 @@ class Scheme {
   /// The step that its own tolerances allow from this state, s; 0: it has no opinion.
   virtual double propose_step(const State& /*from*/) { return 0.0; }
 
+  /// Steps may be so long that K loses rank inside one, and neither end shows it.
+  virtual bool has_long_steps() const { return false; }
   /// A step from this state looks at no place inside itself: it may pass one where K loses rank.
   virtual bool sees_through(const State& /*from*/) { return false; }
 
