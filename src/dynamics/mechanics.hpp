@@ -122,9 +122,9 @@ class Mechanics {
 
   /// Of K, as it was decided last.
   virtual std::size_t rank() const { return 0; }
-  /// The smallest singular value of M^-1/2 K at the last linearisation, with a sign that changes where it passes
-  /// through 0 between two calls. `anew`: whatever came before.
-  virtual double follow_weakest(bool /*anew*/) { return 1.0; }
+  /// Where between the K of the last call and the one of the last linearisation K lost rank, as a fraction of the way:
+  /// a singular value passed through 0 there; negative: nowhere. `anew`: whatever came before.
+  virtual double find_passage(bool /*anew*/) { return -1.0; }
   /// x means the same before and after a step that was accepted.
   virtual bool keeps_variables() const { return true; }
 

@@ -44,6 +44,8 @@ class Model {
   std::vector<double> support_accelerations;     ///< [3 * supports]
   const double scene_size, smallest_length;      ///< m
   double velocity_scale = 1.0;                   ///< m/s
+  /// Constraints close loops, or hold one island in two places: trees of rods on one support never lose rank.
+  const bool may_lose_rank;
   PhaseTimes times;
   Counters counters;
   std::size_t rank = 0;  ///< of K, as it was decided last; every row with moving points where nothing was suspected

@@ -42,7 +42,7 @@ class NormalForm final : public EquationsOfMotion {
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
   std::size_t rank() const override { return model_.rank; }
-  double follow_weakest(bool anew) override;
+  double find_passage(bool anew) override;
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
 
@@ -179,10 +179,7 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> last, before;  // of the last two steps, over h^2
   } step_multipliers_;
   mutable std::unique_ptr<MotionSeries> series_;  // made where somebody asks
-  struct {
-    std::vector<double> right, left;  // singular vectors [d], [3n]
-    double sign = 1.0;
-  } weakest_;
+  std::vector<double> blocks_before_;             // K at the last `find_passage`, where it may lose rank
   std::vector<double> lambda_series_;             // [d] lambda_k of the last order
   std::vector<double> right_side_of_qr_;  // [d] where QR takes part
   std::vector<double> step_start_;        // [3n] where rows depend

@@ -29,7 +29,7 @@ void SingularPlaces::note(double t, bool is_settled) {
   }
   if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
   memory_.forecast.add(t, reciprocal_condition);
-  if (follows_) follow(t);
+  if (follows_) find_passage(t);
   if (is_at_one()) {
     note_passage(t, reciprocal_condition, memory_.is_at_one);
     memory_.last_passage = t;
@@ -38,18 +38,15 @@ void SingularPlaces::note(double t, bool is_settled) {
   note_rank(t);
 }
 
-/// Where the smallest singular value has changed its sign since the last step, it went through 0 as a straight line.
-void SingularPlaces::follow(double t) {
-  const bool knows_last = !std::isnan(memory_.followed_time);
-  const double value = mechanics_.follow_weakest(!knows_last);
-  const double from = memory_.followed_time, before = memory_.followed;
-  memory_.followed_time = t;
-  memory_.followed = value;
-  if (!knows_last || (value > 0.0) == (before > 0.0)) return;
-  const double zero = from + (t - from) * std::abs(before) / (std::abs(before) + std::abs(value));
-  const bool is_known = std::abs(memory_.last_passage - zero) < 0.5 * (t - from);
-  if (!is_known) note_passage(zero, mechanics_.last_solve().reciprocal_condition, false);
-  memory_.last_passage = zero;
+/// One that lies inside the last step, unless it is known.
+void SingularPlaces::find_passage(double t) {
+  const double from = memory_.compared_time, fraction = mechanics_.find_passage(std::isnan(from));
+  memory_.compared_time = t;
+  if (fraction < 0.0) return;
+  const double time = from + fraction * (t - from);
+  const bool is_known = std::abs(memory_.last_passage - time) < 0.5 * (t - from);
+  if (!is_known) note_passage(time, mechanics_.last_solve().reciprocal_condition, false);
+  memory_.last_passage = time;
   memory_.is_at_one = true;  // should this place still be near: it is the same one
 }
 

@@ -11,7 +11,7 @@ namespace tanor {
 /// report which ones it met.
 class SingularPlaces {
  public:
-  /// `follows`: the smallest singular value is followed with its sign, for a scheme with long steps.
+  /// `follows`: K is compared from step to step, for a scheme with long steps.
   SingularPlaces(const MotionOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
       : options_(options), mechanics_(mechanics), follows_(follows), report_(*report) {}
 
@@ -42,7 +42,7 @@ class SingularPlaces {
   static constexpr int most_approaches = 12;
 
   bool is_at_one() const;
-  void follow(double t);
+  void find_passage(double t);
   void note_rank(double t);
   void note_passage(double t, double reciprocal_condition, bool is_the_last_one);
 
@@ -57,7 +57,7 @@ class SingularPlaces {
     int approaches = 0;  // to the place that is foreseen, each halves the way …
     double coasting_error = std::numeric_limits<double>::infinity();  // … and this of the last of them
     double last_passage = std::numeric_limits<double>::quiet_NaN();
-    double followed_time = std::numeric_limits<double>::quiet_NaN(), followed = 0.0;  // with its sign, there
+    double compared_time = std::numeric_limits<double>::quiet_NaN();  // of the last step
   } memory_;
 };
 
