@@ -2,7 +2,7 @@
 """Runs tanor and its rivals in turn on the same problems and tabulates the time that each needs to reach an error.
 
     compare.py DRIVERS OUT [PROBLEM …]    DRIVERS: folder of rival_tanor, rival_sundials, rival_simbody
-                                          PROBLEM: P1-10 P1-100 P1-1000 P2 P3 A01 (default: all)
+                                          PROBLEM: P1-1000 P2 P3 A01 P1-10 P1-100 (default: all)
 
 Writes OUT/rivals.csv (every run) and OUT/rivals.md (times to reach an error, ratios, bars). Processor time of one
 thread, without set-up; the middle one of three rounds, in each of which all programs run one after the other.
@@ -48,10 +48,9 @@ def runs_of(driver: str, methods: str, tolerances: list) -> list:
 
 
 def tanor_runs(finest: int, orders: str) -> list:
-    steps = range(2, finest + 1)
-    return (runs_of("tanor", "taylor " + orders, [10.0**-k for k in steps]) +
-            runs_of("tanor", "dop853", [10.0**-k for k in steps]) +
-            runs_of("tanor", "dopri5", [10.0**-k for k in steps if k <= 9]))
+    tolerances = [10.0**-k for k in range(3, finest + 1)]
+    return (runs_of("tanor", "taylor dop853", tolerances) + runs_of("tanor", orders, tolerances[::2]) +
+            runs_of("tanor", "dopri5", tolerances[:7:2]))
 
 
 def sundials_runs(low_orders: list, erk8: list) -> list:
@@ -59,14 +58,6 @@ def sundials_runs(low_orders: list, erk8: list) -> list:
 
 
 PROBLEMS = {
-    "P1-10": Problem("chain", 10, "chain of 10 rods, 1 s", [1e-4, 1e-6, 1e-9],
-                     tanor_runs(12, "taylor8 taylor12 taylor16") +
-                     sundials_runs([1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]) +
-                     runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7, 1e-9]), "chain10.txt"),
-    "P1-100": Problem("chain", 100, "chain of 100 rods, 1 s", [1e-4, 1e-6, 1e-9],
-                      tanor_runs(12, "taylor8 taylor12 taylor16") +
-                      sundials_runs([1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]) +
-                      runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7]), "chain100.txt"),
     "P1-1000": Problem("chain", 1000, "chain of 1000 rods, 1 s", [1e-4, 1e-6, 1e-9],
                        tanor_runs(11, "taylor8 taylor10 taylor12 taylor16") +
                        sundials_runs([1e-4, 1e-6, 1e-8], [1e-4, 1e-6, 1e-8, 1e-10, 1e-11]) +
@@ -81,6 +72,14 @@ PROBLEMS = {
     "A01": Problem("a01", 1, "IFToMM A01: pendulum of 1 m, 2000 s", [1e-3, 1e-6],
                    tanor_runs(14, "taylor12 taylor16 taylor20 taylor24") +
                    runs_of("sundials", "erk8", [1e-8, 1e-10, 1e-12]), ""),
+    "P1-10": Problem("chain", 10, "chain of 10 rods, 1 s", [1e-4, 1e-6, 1e-9],
+                     tanor_runs(12, "taylor8 taylor12 taylor16") +
+                     sundials_runs([1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]) +
+                     runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7, 1e-9]), "chain10.txt"),
+    "P1-100": Problem("chain", 100, "chain of 100 rods, 1 s", [1e-4, 1e-6, 1e-9],
+                      tanor_runs(12, "taylor8 taylor12 taylor16") +
+                      sundials_runs([1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]) +
+                      runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7]), "chain100.txt"),
 }
 
 
@@ -215,13 +214,7 @@ def processor() -> str:
     return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
-def main() -> None:
-    drivers, out, names = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3:] or list(PROBLEMS)
-    out.mkdir(parents=True, exist_ok=True)
-    measured = {}
-    for name in names:
-        measured[name] = measure(drivers, PROBLEMS[name])
-        print(make_table(PROBLEMS[name], measured[name]), flush=True)
+def write_results(out: pathlib.Path, measured: dict) -> None:
     with open(out / "rivals.csv", "w", newline="", encoding="utf-8") as file:
         fields = ["problem", "group", "method", "tolerance", "seconds", "steps", "factorizations", "error", "trouble"]
         writer = csv.DictWriter(file, fields)
@@ -229,21 +222,34 @@ def main() -> None:
         for name, rows in measured.items():
             writer.writerows({"problem": name, **row} for row in rows)
     load = pathlib.Path("/proc/loadavg").read_text().split()[0] if pathlib.Path("/proc/loadavg").exists() else "?"
-    head = f"""# tanor beside its rivals: time to reach an error
+    text = f"""# tanor beside its rivals: time to reach an error
 
 Measured {datetime.date.today()} on {processor()}, load {load}; repeat with `scripts/error-time --rivals`.
 Processor time of one thread, steps alone without set-up, the middle one of {ROUNDS} rounds in which all programs run in
 turn: trust ratios more than times. Error: largest distance of a bead at the end from digits made by another program
 (`bench/rivals/reference`; A01: closed form). Each program with the best of the settings in `rivals.csv`, log-log
-interpolation between them. "sundials": S and its projections written by hand (`bench/rivals/normal_form.hpp`, Eigen's
-SimplicialLDLT); erk5, erk8: ARKODE, projected after each step; adams: CVODE, which has no projection with it; bdf: CVODE with
-projection. "simbody rkm": a tree of universal joints.
+interpolation between them.
+
+- taylor, dop853, dopri5: tanor. taylor with any order: the best of those that were tried.
+- erk5, erk8: SUNDIALS' ARKODE, projected after each step; adams: CVODE, which has no projection with it; bdf: CVODE with
+  projection. S and its projections are written by hand (`bench/rivals/normal_form.hpp`, Eigen's SimplicialLDLT).
+- simbody rkm: a tree of universal joints, Runge-Kutta-Merson.
 
 """
-    text = head + make_bars(measured) + "".join(make_table(PROBLEMS[name], rows) for name, rows in measured.items())
+    text += make_bars(measured) + "".join(make_table(PROBLEMS[name], rows) for name, rows in measured.items())
     if "A01" in measured:
-        text += "For A01 OpenSim's published time is 637 ms, on another machine.\n"
+        text += "OpenSim's published time for A01 is 637 ms, on another machine.\n"
     (out / "rivals.md").write_text(text, encoding="utf-8")
+
+
+def main() -> None:
+    drivers, out, names = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3:] or list(PROBLEMS)
+    out.mkdir(parents=True, exist_ok=True)
+    measured = {}
+    for name in names:
+        measured[name] = measure(drivers, PROBLEMS[name])
+        print(make_table(PROBLEMS[name], measured[name]), flush=True)
+        write_results(out, measured)
     print(make_bars(measured))
 
 

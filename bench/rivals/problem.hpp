@@ -97,12 +97,12 @@ struct Run {
   std::vector<double> places;
 };
 
-/// Makes short runs again and again for a fifth of a second, keeps the middle of their times, prints
+/// Makes short runs again and again for a twentieth of a second, keeps the middle of their times, prints
 /// "seconds steps factorizations" and writes the end as a reference file has it.
 inline void report(const Problem& problem, const std::function<Run()>& make_run, const std::string& file) {
   std::vector<double> times;
   Run last;
-  for (double total = 0.0; total < 0.2 && times.size() < 101; total += last.seconds) {
+  for (double total = 0.0; total < 0.05 && times.size() < 101; total += last.seconds) {
     last = make_run();
     times.push_back(last.seconds);
   }
