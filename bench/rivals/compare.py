@@ -226,8 +226,8 @@ def write_results(out: pathlib.Path, measured: dict) -> None:
 
 Measured {datetime.date.today()} on {processor()}, load {load}; repeat with `scripts/error-time --rivals`.
 Processor time of one thread, steps alone without set-up, the middle one of {ROUNDS} rounds in which all programs run in
-turn: trust ratios more than times. Error: largest distance of a bead at the end from digits made by another program
-(`bench/rivals/reference`; A01: closed form). Each program with the best of the settings in `rivals.csv`, log-log
+turn: trust ratios more than times. Error: largest distance of a bead at the end from digits that others than
+tanor made (`bench/rivals/reference`; A01: closed form). Each program with the best of the settings in `rivals.csv`, log-log
 interpolation between them.
 
 - taylor, dop853, dopri5: tanor. taylor with any order: the best of those that were tried.
