@@ -94,8 +94,8 @@ void Model::prescribe_all(double t, double* r, double* v) {
   prescribe(moving_supports_, t, r, v);
 }
 
-double Model::evaluate_free(double t, const double* r, const double* v, double* w0) {
-  forces.evaluate(parallel, t, r, v, f.data());
+double Model::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {
+  forces.evaluate(parallel, t, r, v, f.data(), which);
   std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * num_moving());
   return parallel.max_over_ranges(num_moving(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;

@@ -67,7 +67,8 @@ class Model {
   void prescribe_all(double t, double* r, double* v);
 
   /// f at (t, r, v), and w0 [3n]: M^-1 f on moving points, the prescribed acceleration at supports. Returns max |w0|.
-  double evaluate_free(double t, const double* r, const double* v, double* w0);
+  double evaluate_free(double t, const double* r, const double* v, double* w0,
+                       Forces::Which which = Forces::Which::All);
 
   /// Assembles and factorizes S or H, timed and counted.
   GramSolver::Quality factorize(GramSolver* solver, const double* blocks);

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
+#include "base/stopwatch.hpp"
 #include "dynamics/normal_form.hpp"
 #include "system/text.hpp"
 
@@ -189,6 +191,39 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
   for (std::size_t a = 0; a < num_rows(); ++a) report.multipliers_unique[user_row(a)] = unique[a];
   report.multipliers_unique.resize(num_user_rows);
   return report;
+}
+
+/// Inverse iteration on S, warm from the last place: M^-1/2 K z = s u. Followed along the motion z and u turn a little;
+/// where u turns around, s has passed through 0.
+double NormalForm::follow_weakest(bool anew) {
+  if (num_rows() == 0 || redundancy_.is_found()) return 1.0;
+  std::vector<double>&z = weakest_.right, &u = respond_;
+  anew = anew || z.empty();
+  if (anew) {
+    z.resize(num_rows());
+    for (std::size_t a = 0; a < z.size(); ++a) z[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
+    weakest_.left.assign(size(), 0.0);
+    weakest_.sign = 1.0;
+  }
+  const Stopwatch watch(&model_.times.solve);
+  for (int k = 0; k < (anew ? 8 : 1); ++k) {
+    solve_negative(z.data(), z.data());
+    const double length = std::sqrt(std::inner_product(z.begin(), z.end(), z.begin(), 0.0));
+    for (double& x : z) x /= -length;
+  }
+  u.resize(size());
+  std::fill(u.begin(), u.end(), 0.0);
+  model_.gather.write_scaled(model_.parallel, blocks_.data(), z.data(), model_.inverse_mass.data(), model_.num_moving(),
+                             u.data());
+  // u = M^-1 K z so far; products in the M-norm
+  const auto product = [&](const std::vector<double>& a, const std::vector<double>& b) {
+    return model_.parallel.sum(model_.num_moving(),
+                               [&](std::size_t i) { return model_.mass[i] * dot(load(a.data(), i), load(b.data(), i)); });
+  };
+  if (product(u, weakest_.left) < 0.0) weakest_.sign = -weakest_.sign;
+  const double singular_value = std::sqrt(product(u, u));
+  weakest_.left = u;
+  return weakest_.sign * singular_value;
 }
 
 }  // namespace tanor
