@@ -18,6 +18,8 @@ enum class Method { Auto, Rk4, Dopri5, Dop853, Taylor, Rattle, Rattle4, Rattle6,
 /// "rk4" …; throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);
 TANOR_API std::string_view method_name(Method method);
+/// It steps by `step`, whatever the error: rk4, rattle, …; the others, and auto, follow a tolerance.
+TANOR_API bool has_fixed_steps(Method method);
 
 enum class Stabilisation { Projection, None };
 
