@@ -149,27 +149,24 @@ std::vector<KnownProblem> list_known_motions() {
     double promised;
   };
   std::vector<KnownProblem> problems;
-  for (const auto& [options, promised] : {Way{tightly(Method::Taylor), 12.0}, Way{tightly(Method::Dop853), 11.5},
-                                          Way{tightly(Method::Dopri5), 10.5}, Way{tightly(Method::Radau5), 9.0},
-                                          Way{{.method = Method::Rk4, .step = 1e-3}, 9.0},
-                                          Way{{.method = Method::Rattle, .step = 1e-3}, 4.0},
-                                          Way{{.method = Method::Rattle4, .step = 1e-3}, 8.5},
-                                          Way{{.method = Method::Rattle6, .step = 2e-3}, 10.0},
-                                          Way{{.method = Method::GeneralizedAlpha, .step = 1e-3}, 3.5}}) {
+  for (const auto& [options, promised] :
+       {Way{tightly(Method::Taylor), 12.0}, Way{tightly(Method::Dop853), 11.0}, Way{tightly(Method::Dopri5), 10.5},
+        Way{tightly(Method::Radau5), 9.0}, Way{{.method = Method::Rk4, .step = 1e-3}, 9.0},
+        Way{{.method = Method::Rattle, .step = 1e-3}, 4.0}, Way{{.method = Method::Rattle4, .step = 1e-3}, 8.5},
+        Way{{.method = Method::Rattle6, .step = 2e-3}, 10.0},
+        Way{{.method = Method::GeneralizedAlpha, .step = 1e-3}, 3.0}}) {
     problems.push_back({"pendulum, 10 s", "elliptic functions", std::string(method_name(options.method)), promised,
                         [options = options] { return swing_pendulum(options, 10.0); }});
   }
   const std::string quadruple = "quadruple precision, two ways";
-  problems.insert(
-      problems.end(),
-      {{"pendulum, 2000 s (IFToMM A01)", "elliptic functions", "taylor", 9.0,
-        [] { return swing_pendulum(tightly(Method::Taylor), 2000.0); }},
-       {"spherical pendulum, 5 s", quadruple, "dop853", 12.0, swing_spherical_pendulum},
-       {"bead on a turning hoop, 5 s", quadruple, "taylor", 12.0, ride_hoop},
-       {"pendulum on a line that is reeled, 5 s", quadruple, "radau5", 10.0, reel_pendulum},
-       {"chain of 10 rods, 1 s", quadruple, "taylor", 11.0, drop_chain},
-       {"wave of 1 mm on a chain of 9 rods, 5.7 s", quadruple, "taylor", 9.0, send_wave},
-       {"four WCA beads fly apart", "energy", "dopri5", 10.0, explode_tetrahedron}});
+  problems.insert(problems.end(), {{"pendulum, 2000 s (IFToMM A01)", "elliptic functions", "taylor", 8.0,
+                                    [] { return swing_pendulum(tightly(Method::Taylor), 2000.0); }},
+                                   {"spherical pendulum, 5 s", quadruple, "dop853", 12.0, swing_spherical_pendulum},
+                                   {"bead on a turning hoop, 5 s", quadruple, "taylor", 12.0, ride_hoop},
+                                   {"pendulum on a line that is reeled, 5 s", quadruple, "radau5", 11.0, reel_pendulum},
+                                   {"chain of 10 rods, 1 s", quadruple, "taylor", 9.5, drop_chain},
+                                   {"wave of 1 mm on a chain of 9 rods, 5.7 s", quadruple, "taylor", 11.5, send_wave},
+                                   {"four WCA beads fly apart", "energy", "dopri5", 10.0, explode_tetrahedron}});
   return problems;
 }
 

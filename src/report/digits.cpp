@@ -14,11 +14,11 @@ double DigitsRow::won() const {
 }
 
 std::string format_digits(const std::vector<DigitsRow>& rows) {
-  std::string text = fmt::format("{:<44}{:<42}{:<18}{:>7}{:>10}{:>10}\n", "problem", "known from", "method", "digits",
+  std::string text = fmt::format("{:<47}{:<31}{:<18}{:>7}{:>10}{:>10}\n", "problem", "known from", "method", "digits",
                                  "promised", "ms");
   double seconds = 0.0;
   for (const DigitsRow& row : rows) {
-    text += fmt::format("{:<44}{:<42}{:<18}{:>7.1f}{:>10.1f}{:>10.1f}{}\n", row.name, row.known, row.method, row.won(),
+    text += fmt::format("{:<47}{:<31}{:<18}{:>7.1f}{:>10.1f}{:>10.1f}{}\n", row.name, row.known, row.method, row.won(),
                         row.promised, 1e3 * row.wall_s, row.keeps_promise() ? "" : "  MISSED");
     seconds += row.wall_s;
   }
