@@ -53,13 +53,16 @@ struct ErrorTimeOptions {
   bool quiet = false;
 };
 
+/// `tanor selftest`: problems with known answers, digits won.
+struct SelftestOptions {};
+
 /// A text that was asked for: --help, --version.
 struct TextRequest {
   std::string text;
 };
 
-using Command =
-    std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions, TextRequest>;
+using Command = std::variant<RunOptions, SolveOptions, ForcesOptions, InfoOptions, CheckOptions, ErrorTimeOptions,
+                             SelftestOptions, TextRequest>;
 
 /// Reads the command line. Throws InputError for wrong usage, the option in its `where()` where there is one.
 Command parse_command_line(int argc, const char* const* argv);
@@ -71,6 +74,7 @@ ExitCode execute(const ForcesOptions& options);
 ExitCode execute(const InfoOptions& options);
 ExitCode execute(const CheckOptions& options);
 ExitCode execute(const ErrorTimeOptions& options);
+ExitCode execute(const SelftestOptions& options);
 ExitCode execute(const TextRequest& request);
 
 }  // namespace tanor::cli

@@ -1,7 +1,9 @@
 /// Heavy tips on light chains, large coordinates: what rounding does, and refinement undoes.
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -71,6 +73,105 @@ TEST_P(HeavyTip, AccelerationsAndTensionsAreThoseOfTheKktMatrix) {
   ASSERT_TRUE(solved.report.outcome.ok()) << solved.report.outcome.what;
   EXPECT_LE((solved.w - expected.w).norm(), 1e-12 * expected.w.norm());
   EXPECT_LE((solved.lambda - expected.lambda).norm(), 1e-12 * expected.lambda.norm());
+}
+
+// ---- the same in quadruple precision -------------------------------------------------------------------------------
+
+__extension__ typedef __float128 Quad;
+
+Quad root(Quad x) {
+  Quad result = std::sqrt(static_cast<double>(x));
+  for (int k = 0; k < 3; ++k) result = (result + x / result) / 2;
+  return result;
+}
+
+/// Rows a, each with its right side behind it; Gauss with pivots.
+std::vector<Quad> solve(std::vector<std::vector<Quad>> a) {
+  const std::size_t n = a.size();
+  const auto size = [](Quad x) { return x < 0 ? -x : x; };
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto pivot = std::max_element(a.begin() + static_cast<std::ptrdiff_t>(k), a.end(),
+                                        [&](const auto& x, const auto& y) { return size(x[k]) < size(y[k]); });
+    std::swap(a[k], *pivot);
+    for (std::size_t i = k + 1; i < n; ++i) {
+      const Quad factor = a[i][k] / a[k][k];
+      if (factor == 0) continue;
+      for (std::size_t j = k; j <= n; ++j) a[i][j] -= factor * a[k][j];
+    }
+  }
+  std::vector<Quad> x(n);
+  for (std::size_t k = n; k-- > 0;) {
+    Quad sum = a[k][n];
+    for (std::size_t j = k + 1; j < n; ++j) sum -= a[k][j] * x[j];
+    x[k] = sum / a[k][k];
+  }
+  return x;
+}
+
+/// A chain on its support, as system of w and lambda, xi = |r_k - r_(k-1)| - l:
+///
+///   m w_k - u_k lambda_k + u_(k+1) lambda_(k+1) = m g
+///   u_k.(w_k - w_(k-1)) = -(|dv|^2 - (u_k.dv)^2)/|dr|
+struct QuadChain {
+  explicit QuadChain(const RandomSystem& random) {
+    const System& system = random.system;
+    const std::size_t rods = system.num_points() - 1, n = 4 * rods;
+    const Vector3 g = std::get<Gravity>(system.forces[0]).acceleration;
+    gradients.resize(3 * rods);
+    curvatures.resize(rods);
+    std::vector<std::vector<Quad>> equations(n, std::vector<Quad>(n + 1, 0));
+    for (std::size_t k = 0; k < rods; ++k) {
+      Quad dr[3], dv[3], length2 = 0, speed2 = 0, along = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        dr[c] = Quad(random.positions[3 * (k + 1) + c]) - Quad(random.positions[3 * k + c]);
+        dv[c] = Quad(random.velocities[3 * (k + 1) + c]) - (k > 0 ? Quad(random.velocities[3 * k + c]) : Quad(0));
+        length2 += dr[c] * dr[c];
+        speed2 += dv[c] * dv[c];
+        along += dr[c] * dv[c];
+      }
+      const Quad length = root(length2), m = system.masses[k + 1];
+      curvatures[k] = (speed2 - along * along / length2) / length;
+      equations[3 * rods + k][n] = -curvatures[k];
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Quad u = gradients[3 * k + c] = dr[c] / length;
+        equations[3 * k + c][3 * k + c] = m;
+        equations[3 * k + c][n] = m * Quad(g[c]);
+        equations[3 * k + c][3 * rods + k] = -u;
+        equations[3 * rods + k][3 * k + c] = u;
+        if (k == 0) continue;
+        equations[3 * (k - 1) + c][3 * rods + k] = u;
+        equations[3 * rods + k][3 * (k - 1) + c] = -u;
+      }
+    }
+    w = solve(equations);  // lambda behind w
+  }
+  std::vector<Quad> gradients, curvatures, w;
+};
+
+TEST_P(HeavyTip, EachBeadMovesAsInQuadruplePrecision) {
+  const RandomSystem random = make_heavy_tip(GetParam().ratio, GetParam().bend);
+  const QuadChain exact(random);
+  const std::size_t rods = random.system.num_points() - 1;
+  Dynamics dynamics(random.system);
+  std::vector<double> w(3 * rods + 3), lambda(rods);
+
+  ASSERT_TRUE(dynamics.solve(0.0, random.positions, random.velocities, w, lambda).outcome.ok());
+
+  for (std::size_t k = 0; k < rods; ++k) {
+    Quad residual = exact.curvatures[k];
+    double error2 = 0.0, size2 = 0.0, terms = static_cast<double>(exact.curvatures[k]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Quad here = w[3 * (k + 1) + c], before = k > 0 ? w[3 * k + c] : 0.0, u = exact.gradients[3 * k + c];
+      residual += u * (here - before);
+      terms += std::abs(static_cast<double>(u * here)) + std::abs(static_cast<double>(u * before));
+      error2 += std::pow(static_cast<double>(here - exact.w[3 * k + c]), 2);
+      size2 += std::pow(static_cast<double>(exact.w[3 * k + c]), 2);
+    }
+    EXPECT_LE(std::abs(static_cast<double>(residual)), 1e-12 * terms) << "rod " << k;
+    EXPECT_LE(std::sqrt(error2), 1e-9 * std::sqrt(size2)) << "bead " << k + 1;
+    const double tension = static_cast<double>(exact.w[3 * rods + k]);
+    EXPECT_NEAR(lambda[k], tension, 1e-9 * std::abs(tension)) << "rod " << k;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Dynamics, HeavyTip,

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tanor/tanor.hpp>
+
+/// Problems whose answers are known in closed form or to published digits: what `tanor selftest` solves.
+namespace tanor::cli {
+
+/// How far an answer is from what is known, or why there is none.
+struct Finding {
+  double error = 0.0;  ///< largest difference over the largest known number
+  Outcome outcome{};
+};
+
+struct KnownProblem {
+  std::string name, known, method;
+  double promised = 0.0;  ///< digits: about half a digit less than they are, for other compilers' rounding
+  std::function<Finding()> solve;
+};
+
+/// Pendulums, chains and mechanisms on their way.
+std::vector<KnownProblem> list_known_motions();
+std::vector<KnownProblem> list_known_mechanisms();
+/// Sliding, sticking, jamming.
+std::vector<KnownProblem> list_known_friction();
+/// Forces at one instant.
+std::vector<KnownProblem> list_known_forces();
+
+// ---- what they share
+// -------------------------------------------------------------------------------------------------
+
+/// Adds a point and gives its number.
+Index add_point(const Vector3& place, const Vector3& velocity, double mass, System* system);
+
+/// Tolerances near rounding.
+MotionOptions tightly(Method method);
+
+double relative_error(std::span<const double> found, std::span<const double> known);
+
+/// Advances to t_end and compares positions, from the given point on.
+Finding follow(const System& system, const MotionOptions& options, double t_end, Index first_point,
+               const std::vector<double>& known);
+
+}  // namespace tanor::cli

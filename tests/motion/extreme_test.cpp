@@ -1,0 +1,124 @@
+/// Scenes at the edge: rods hold to rounding whatever the masses, lengths and speeds, and what cannot go on says so.
+
+#include "motion/extreme_scenes.hpp"
+
+#include <tuple>
+
+#include <gtest/gtest.h>
+
+namespace tanor {
+namespace {
+
+using extreme::Case;
+
+struct Named {
+  Case (*make)();
+  friend std::ostream& operator<<(std::ostream& out, const Named& named) { return out << named.make().name; }
+};
+
+/// Found anew from the positions: the largest ||dr| - l|/l.
+double find_violation(const System& system, std::span<const double> r) {
+  long double worst = 0.0L;
+  for (const Constraint& constraint : system.constraints) {
+    const Rods* rods = std::get_if<Rods>(&constraint);
+    if (rods == nullptr) continue;
+    for (std::size_t k = 0; k < rods->pairs.size(); ++k) {
+      const auto length = [&](std::span<const double> places) {
+        const std::size_t i = 3 * static_cast<std::size_t>(rods->pairs[k][0]),
+                          j = 3 * static_cast<std::size_t>(rods->pairs[k][1]);
+        const auto along = [&](std::size_t axis) {
+          return static_cast<long double>(places[j + axis]) - places[i + axis];
+        };
+        return std::hypot(along(0), along(1), along(2));
+      };
+      const std::vector<double>& given = rods->length.constants;
+      const long double l = given.empty() ? length(system.positions) : given[given.size() == 1 ? 0 : k];
+      worst = std::max(worst, std::abs(length(r) - l) / l);
+    }
+  }
+  return static_cast<double>(worst);
+}
+
+class ExtremeScene : public testing::TestWithParam<std::tuple<Named, Method>> {};
+
+TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
+  const Case scene = std::get<0>(GetParam()).make();
+  const double allowed = extreme::largest_violation(scene.system);
+  Simulation simulation(scene.system, extreme::options_of(scene, std::get<1>(GetParam())));
+
+  for (int k = 1; k <= 8; ++k) {
+    ASSERT_TRUE(simulation.advance(scene.t_end * k / 8.0).ok()) << simulation.outcome().what;
+    EXPECT_LE(find_violation(scene.system, simulation.positions()), allowed);
+  }
+
+  EXPECT_LE(simulation.report().position_violation, allowed) << "after every step";
+  if (scene.error) {
+    EXPECT_LE(scene.error(simulation), scene.largest_error);
+  } else {
+    EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-4);
+  }
+}
+
+const auto in_every_way = testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4, Method::Rattle,
+                                          Method::Rattle4, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha);
+
+INSTANTIATE_TEST_SUITE_P(EveryMethod, ExtremeScene,
+                         testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e3); }},
+                                                          Named{[] { return extreme::drop_heavy_tip(1e3); }},
+                                                          Named{[] { return extreme::drop_alternating(1e3); }},
+                                                          Named{[] { return extreme::swing_scaled(1e-9); }},
+                                                          Named{[] { return extreme::swing_scaled(1e9); }},
+                                                          Named{[] { return extreme::drop_scaled_chain(1e-9); }},
+                                                          Named{[] { return extreme::drop_scaled_chain(1e9); }},
+                                                          Named{[] { return extreme::turn_fast(0.5); }},
+                                                          Named{extreme::pull_straight}, Named{extreme::hold_taut},
+                                                          Named{[] { return extreme::swing_on_flat_triangle(1e-2); }},
+                                                          Named{[] { return extreme::swing_on_flat_triangle(1e-4); }},
+                                                          Named{[] { return extreme::drop_adjacent_net(6); }},
+                                                          Named{extreme::swing_parallelogram},
+                                                          Named{extreme::drop_duplicates},
+                                                          Named{extreme::rest_free_point}, Named{extreme::rest_chain},
+                                                          Named{extreme::rest_hanging}, Named{extreme::ring_spring}),
+                                          in_every_way));
+
+INSTANTIATE_TEST_SUITE_P(HeavyTips, ExtremeScene,
+                         testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e6); }},
+                                                          Named{[] { return extreme::drop_heavy_tip(1e6); }}),
+                                          testing::Values(Method::Taylor, Method::Dop853)));
+
+INSTANTIATE_TEST_SUITE_P(HeaviestTip, ExtremeScene,
+                         testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e12); }}),
+                                          testing::Values(Method::Radau5, Method::GeneralizedAlpha)));
+
+INSTANTIATE_TEST_SUITE_P(UnequalRods, ExtremeScene,
+                         testing::Combine(testing::Values(Named{[] { return extreme::drop_unequal(0); }},
+                                                          Named{[] { return extreme::drop_unequal(1); }},
+                                                          Named{[] { return extreme::drop_unequal(2); }}),
+                                          testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4,
+                                                          Method::Rattle, Method::Rattle4, Method::Rattle6)));
+
+/// Light beads hum faster than the steps can follow.
+class TooLongSteps : public testing::TestWithParam<std::tuple<Named, Method>> {};
+
+TEST_P(TooLongSteps, EndWithPlaceAndReason) {
+  const Case scene = std::get<0>(GetParam()).make();
+  Simulation simulation(scene.system, extreme::options_of(scene, std::get<1>(GetParam())));
+
+  const Outcome outcome = simulation.advance(scene.t_end);
+
+  EXPECT_FALSE(outcome.ok());
+  EXPECT_NE(outcome.what.find("t = "), std::string::npos) << outcome.what;
+  EXPECT_LT(simulation.time(), scene.t_end);
+  EXPECT_TRUE(scenes::all_finite(simulation.positions()));
+  EXPECT_TRUE(scenes::all_finite(simulation.velocities()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Motion, TooLongSteps,
+                         testing::Combine(testing::Values(Named{[] { return extreme::drop_heavy_tip(1e9); }},
+                                                          Named{[] { return extreme::drop_heavy_tip(1e12); }},
+                                                          Named{[] { return extreme::drop_alternating(1e9); }}),
+                                          testing::Values(Method::Rk4, Method::Rattle, Method::Rattle4,
+                                                          Method::Rattle6)));
+
+}  // namespace
+}  // namespace tanor
