@@ -101,9 +101,10 @@ StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const Stat
     return step;
   }
   step.error = 0.0;
+  // What a step passes by itself is found where it ends.
   if (!by_itself && forecast.time() != memory_.last_passage)
     note_passage(forecast.time(), forecast.reciprocal_condition(), false);
-  memory_.last_passage = forecast.time();
+  if (!by_itself) memory_.last_passage = forecast.time();
   memory_.approaches = 0;
   memory_.coasting_error = std::numeric_limits<double>::infinity();
   if (step.is_settled) forecast.forget();
