@@ -36,7 +36,7 @@ ROOMS = {
     "dynamics": Sees("base system evaluate assembly factor plan solve friction", "direct_problem", "Eigen/"),
     "motion":   Sees("base system dynamics/mechanics.hpp", "motion", ""),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/"),
-    "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h"),
+    "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h spawn.h sys/wait.h"),
     "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h dlfcn.h"),
 }
 

@@ -18,6 +18,8 @@ enum class Method { Auto, Rk4, Dopri5, Dop853, Taylor, Rattle, Rattle4, Rattle6,
 /// "rk4" …; throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);
 TANOR_API std::string_view method_name(Method method);
+/// It steps by `step`, whatever the error: rk4, rattle, …; the others, and auto, follow a tolerance.
+TANOR_API bool has_fixed_steps(Method method);
 
 enum class Stabilisation { Projection, None };
 
@@ -28,7 +30,7 @@ struct MotionOptions {
   double atol = 1e-10;           ///< m and m/s
   Stabilisation stabilisation = Stabilisation::Projection;
   StartMode start = StartMode::Check;
-  int order = 0;                   ///< taylor: terms of the series, 4 … 24; 0: as the tolerance asks
+  int order = 0;                 ///< taylor: terms of the series, 4 … 24; 0: as the tolerance asks
   double spectral_radius = 0.8;  ///< generalized_alpha: what a step leaves of the fastest oscillations, 0 … 1
 };
 
@@ -37,8 +39,9 @@ struct ChosenMethod {
   Method method = Method::Auto;
   std::string reason{};
 };
-/// What `auto` means for a system: rattle (in coordinates rk4) where a step is given, else taylor where everything has
-/// a series in time, else dop853.
+/// What `auto` means for a system: generalized_alpha or radau5 where springs are too stiff for explicit steps (and
+/// there is neither friction nor a step in coordinates), else rattle (in coordinates rk4) where a step is given, else
+/// taylor where everything has a series in time, else dop853.
 TANOR_API ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics);
 
 /// Kinetic and potential energy, J, and the work done since the start.
@@ -87,6 +90,24 @@ struct MotionReport {
   PhaseTimes times;
 };
 
+/// A function of the motion whose passages through 0 are looked for.
+struct Event {
+  enum class Direction { Both, Rising, Falling };
+
+  std::string name{};
+  /// Of t, r [3n] and v [3n] in the user's order; smooth where it vanishes.
+  std::function<double(double t, std::span<const double> r, std::span<const double> v)> value{};
+  Direction direction = Direction::Both;
+  bool stops = false;  ///< ends the advance there
+};
+
+/// One of them, to the accuracy of the method inside its steps.
+struct Passage {
+  std::size_t event = 0;  ///< as `add_event` numbered it
+  double time = 0.0;      ///< s
+  bool rises = false;
+};
+
 /// All that another simulation of the same system needs to go on from here; plain data, to be kept in any form.
 struct Snapshot {
   double time = 0.0;               ///< s
@@ -115,8 +136,15 @@ class TANOR_API Simulation {
   /// Called after every step; return false to stop there.
   using Observer = std::function<bool(const MotionReport&)>;
 
-  /// Steps to exactly t_end (> time()); on a failure the state stays at the last good step.
+  /// Steps to exactly t_end (> time()), or to an event that stops; on a failure the state stays at the last good step.
   Outcome advance(double t_end, const Observer& observer = {});
+
+  /// From now on looks for the event; returns its number. Each step evaluates the function at both ends and at three
+  /// places between: two passages between neighbouring ones are missed. One that begins at 0 does not pass there.
+  /// Events are no part of a snapshot. Throws InputError where there is no function.
+  std::size_t add_event(Event event);
+  /// So far, in the order of time.
+  std::span<const Passage> passages() const;
 
   /// Proves accelerations, multipliers and reactions at the present state, also inside an observer.
   Certificate certify();
@@ -125,9 +153,9 @@ class TANOR_API Simulation {
   Snapshot snapshot() const;
   /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew.
   /// With equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding
-  /// of its projections; tangent form: up to rounding, since coordinates are found anew from the positions; a few steps
-  /// before a singular place: up to their error, since earlier steps tell how to pass it). Throws InputError where
-  /// sizes do not fit or numbers are not finite.
+  /// of its projections; implicit methods: up to what their Newton iterations leave; tangent form: up to rounding,
+  /// since coordinates are found anew from the positions; a few steps before a singular place: up to their error, since
+  /// earlier steps tell how to pass it). Throws InputError where sizes do not fit or numbers are not finite.
   void restore(const Snapshot& snapshot);
 
   const System& system() const;

@@ -6,8 +6,8 @@
 namespace tanor {
 
 NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
-                       std::span<const Incidence> incidences)
-    : masses_(masses.begin(), masses.end()), compliance_(num_rows) {
+                       std::span<const Incidence> incidences, std::span<const Compliance> compliances)
+    : masses_(masses.begin(), masses.end()), diagonal_(num_rows), compliances_(compliances.begin(), compliances.end()) {
   const int num_points = static_cast<int>(masses.size()), first_row = 3 * num_points;
   std::vector<std::vector<int>> columns(static_cast<std::size_t>(first_row) + num_rows);
   const auto add_block = [&](int i, int j) {
@@ -23,7 +23,7 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
     add_block(j, i);
   }
   for (const Incidence& incidence : incidences) {
-    if (incidence.point >= num_points || static_cast<std::size_t>(incidence.row) >= num_rows) continue;
+    if (incidence.point >= num_points) continue;
     const int row = first_row + incidence.row;
     for (int c = 0; c < 3; ++c) {
       columns[static_cast<std::size_t>(row)].push_back(3 * incidence.point + c);
@@ -49,7 +49,9 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
     const auto end = rows_.begin() + start_[static_cast<std::size_t>(column) + 1];
     return static_cast<int>(std::lower_bound(begin, end, row) - rows_.begin());
   };
-  const auto block = [&](int i, int j) { return Columns{slot(3 * i, 3 * j), slot(3 * i, 3 * j + 1), slot(3 * i, 3 * j + 2)}; };
+  const auto block = [&](int i, int j) {
+    return Columns{slot(3 * i, 3 * j), slot(3 * i, 3 * j + 1), slot(3 * i, 3 * j + 2)};
+  };
   for (int i = 0; i < num_points; ++i) own_.push_back(block(i, i));
   for (CoupledPoints& coupling : couplings_) {
     const auto [i, j] = coupling.points;
@@ -64,7 +66,7 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
   }
   for (std::size_t a = 0; a < num_rows; ++a) {
     const int row = first_row + static_cast<int>(a);
-    compliance_[a] = slot(row, row);
+    diagonal_[a] = slot(row, row);
   }
 }
 
@@ -94,6 +96,7 @@ void NewtonPlan::assemble(const Weights<T>& weights, const Values& values, T* en
     add(ji, -1.0, by_position, by_velocity);
   }
   constexpr double compliance = 1e-10;  // over what the row's points have by themselves
+  const std::size_t num_stiff = diagonal_.size() - compliances_.size();
   for (const auto& [point, row, block, sign, below, transposed] : entries_) {
     const Vec3 g = sign * load(values.blocks, block);
     const std::array<double, 3> gradient{g.x, g.y, g.z};
@@ -104,7 +107,12 @@ void NewtonPlan::assemble(const Weights<T>& weights, const Values& values, T* en
       entries[transposed[at]] += gradient[at];
       trace += entries[own_[static_cast<std::size_t>(point)][at] + c];
     }
-    entries[compliance_[static_cast<std::size_t>(row)]] += 3.0 * compliance * dot(g, g) / std::abs(trace);
+    const auto at_row = static_cast<std::size_t>(row);
+    if (at_row < num_stiff) entries[diagonal_[at_row]] += 3.0 * compliance * dot(g, g) / std::abs(trace);
+  }
+  for (std::size_t k = 0; k < compliances_.size(); ++k) {
+    entries[diagonal_[num_stiff + k]] =
+        1.0 / (weights.velocity * compliances_[k].damping + weights.position * compliances_[k].stiffness);
   }
 }
 

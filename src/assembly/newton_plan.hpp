@@ -10,19 +10,25 @@
 
 namespace tanor {
 
+/// How a row gives way: multiplier = -stiffness xi - damping dxi/dt.
+struct Compliance {
+  double stiffness, damping;
+};
+
 /// Writes Newton's matrix of an implicit step straight into the pattern that the factorization reads: the unknowns are
 /// 3 numbers for each moving point, then one for each row,
 ///
 ///   [ N  -K ]     N = a M - b df/dv - c (df/dr + d(K lambda)/dr)
-///   [ K'  E ]
+///   [ K'  E ]     E = 1/(b damping + c stiffness), diagonal
 ///
-/// E is a tiny diagonal compliance: rows that depend on others have a factor too, and what is consistent is still
-/// solved, by Newton's iteration itself. Made once a topology; every entry knows its slot.
+/// where E of the rows of constraints is a tiny compliance: those that depend on others have a factor too, and what is
+/// consistent is still solved, by Newton's iteration itself. Made once a topology; every entry knows its slot.
 class NewtonPlan {
  public:
-  /// Supports (points from `masses.size()` on) and rows from `num_rows` on take no part.
+  /// Supports (points from `masses.size()` on) take no part. `compliances`: of the last rows, the first are those of
+  /// constraints.
   NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
-             std::span<const Incidence> incidences);
+             std::span<const Incidence> incidences, std::span<const Compliance> compliances);
 
   /// Pattern by columns, rows increasing.
   const std::vector<int>& column_start() const { return start_; }
@@ -62,7 +68,8 @@ class NewtonPlan {
   std::vector<Columns> own_;  // [moving point]
   std::vector<CoupledPoints> couplings_;
   std::vector<RowEntry> entries_;
-  std::vector<int> compliance_;  // [row] slot
+  std::vector<int> diagonal_;  // [row] slot
+  std::vector<Compliance> compliances_;
   std::vector<int> start_, rows_;
 };
 

@@ -54,7 +54,7 @@ void add_run(CLI::App* app, RunOptions* options) {
   add_scene(command, &options->scene);
   command->add_option("--out", options->out, "folder of the results; default <name>.out")->check(require_text);
   scene::Overrides* over = &options->overrides;
-  command->add_option("--method", over->method, "auto, rk4, dopri5, dop853, rattle, rattle4, rattle6");
+  command->add_option("--method", over->method, "auto, rk4, dopri5, dop853, taylor, rattle, rattle4, rattle6, radau5, generalized_alpha");
   CLI::Option* step =
       command->add_option("--step", over->step, "fixed step, or the first one to try with adaptive methods, s");
   CLI::Option* rtol = command->add_option("--rtol", over->rtol, "relative tolerance")->check(require_positive);
@@ -91,10 +91,12 @@ void add_check(CLI::App* app, CheckOptions* options) {
 }
 
 void add_error_time(CLI::App* app, ErrorTimeOptions* options) {
-  CLI::App* command = app->add_subcommand("error-time", "Error against run time: table, CSV and plot");
+  CLI::App* command = app->add_subcommand("error-time", "Error against run time: tables and plots");
   add_scene(command, &options->scene);
-  command->add_option("--methods", options->methods, "default rattle rk4 dopri5")->delimiter(',');
-  command->add_option("--out", options->out, "folder of CSV and plot; default <name>.out")->check(require_text);
+  command->add_option("--methods", options->methods, "default rattle rk4 dopri5 dop853 taylor")->delimiter(',');
+  command->add_option("--out", options->out, "folder of tables and plots; default <name>.out")->check(require_text);
+  command->add_option("--reference", options->reference, "file with the state at the end; default: another method")
+      ->check(require_text);
   command->add_option("--step", options->overrides.step, "coarsest fixed step, s")->check(require_positive);
   add_motion(command, &options->overrides);
   command->add_flag("--quiet", options->quiet, "no progress on stderr");

@@ -46,9 +46,10 @@ struct CheckOptions {
 /// `tanor error-time`: each method with four step sizes or tolerances against a finer run of another method.
 struct ErrorTimeOptions {
   std::filesystem::path scene;
-  std::vector<std::string> methods;          ///< default: rattle, rk4, dopri5
-  std::optional<std::filesystem::path> out;  ///< folder; default: `<name>.out`
-  scene::Overrides overrides;                ///< the coarsest step, t_end, threads
+  std::vector<std::string> methods;                ///< default: rattle, rk4, dopri5, dop853, taylor
+  std::optional<std::filesystem::path> out;        ///< folder; default: `<name>.out`
+  std::optional<std::filesystem::path> reference;  ///< state at t_end that replaces the judge
+  scene::Overrides overrides;                      ///< the coarsest step, t_end, threads
   bool quiet = false;
 };
 

@@ -50,7 +50,8 @@ int anderson_depth(std::size_t num_contacts) {
   return num_contacts <= 1000 ? FixedPoint::most_depth : 3;
 }
 
-constexpr std::size_t most_judged = 64;  // contacts of an island, one solve each
+constexpr double poor_contraction = 0.1;  // Newton's method is asked instead
+constexpr std::size_t most_judged = 64;   // contacts of an island, one solve each
 constexpr double smallest_number = std::numeric_limits<double>::min();
 
 double largest_of(const std::vector<double>& x) {
@@ -181,7 +182,7 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
   const bool all_stick = report_.sticking == report_.contacts;
   if (laws_.depend_on_reactions() && !all_stick) {
     ++model_.counters.friction_solves;
-    Outcome outcome = iterate(t, lambda_.data());
+    Outcome outcome = iterate(t, lambda, lambda_.data());
     if (outcome.ok() && judgement != Judgement::None && report_.uniqueness == Uniqueness::NotAsked)
       outcome = judge(t, judgement == Judgement::Quick ? most_enumerated : most_judged);
     model_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
@@ -194,30 +195,41 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
   return std::isfinite(largest_of(x_)) ? Outcome{} : model_.not_finite(t);
 }
 
-Outcome FrictionStage::iterate(double t, double* lambda) {
-  const auto converges = [&](FrictionMethod method) {
-    std::copy(lambda, lambda + lambda_.size(), guess_.begin());
+Outcome FrictionStage::iterate(double t, const double* guess, double* lambda) {
+  const auto converges = [&](FrictionMethod method, double poor = std::numeric_limits<double>::infinity()) {
     const Parallel& parallel = model_.parallel;
-    const FixedPoint::Result result = method == FrictionMethod::Newton ? fixed_point_.solve_by_newton(parallel, lambda)
-                                      : method == FrictionMethod::Anderson
-                                          ? fixed_point_.iterate(parallel, anderson_depth(tangents_.size()), lambda)
-                                          : fixed_point_.iterate(parallel, 0, lambda);
+    const int depth = method == FrictionMethod::Anderson ? anderson_depth(tangents_.size()) : 0;
+    const FixedPoint::Result result = method == FrictionMethod::Newton
+                                          ? fixed_point_.solve_by_newton(parallel, lambda)
+                                          : fixed_point_.iterate(parallel, depth, lambda, poor);
     report_.method_used = method;
     report_.iterations += result.iterations;
     report_.contraction = std::max(report_.contraction, result.contraction);
-    if (!result.has_converged) std::copy(guess_.begin(), guess_.end(), lambda);
+    if (!result.has_converged) std::copy(guess, guess + lambda_.size(), lambda);
     return result.has_converged;
   };
-  if (method_ == FrictionMethod::FixedPoint) {
-    if (converges(FrictionMethod::FixedPoint)) return {};
-    return fail(Status::NotConverged, t,
-                "(43) does not converge by itself (contraction " + text(report_.contraction) + "); others may");
-  }
-  if (method_ != FrictionMethod::Enumeration) {
-    if (method_ != FrictionMethod::Newton && converges(FrictionMethod::Anderson)) return {};
-    if (method_ != FrictionMethod::Anderson && converges(FrictionMethod::Newton)) return {};
-    const bool are_few = tangents_.size() <= most_enumerated;
-    if (method_ == FrictionMethod::Newton && !are_few && converges(FrictionMethod::Anderson)) return {};
+  const bool are_few = tangents_.size() <= most_enumerated;
+  switch (method_) {
+    case FrictionMethod::FixedPoint:
+      if (converges(FrictionMethod::FixedPoint)) return {};
+      return fail(Status::NotConverged, t,
+                  "(43) does not converge by itself (contraction " + text(report_.contraction) + "); others may");
+    case FrictionMethod::Auto:
+      // A step of Newton's method for few contacts is a few solves: less than slow iterations are.
+      if (are_few && converges(FrictionMethod::Anderson, poor_contraction)) return {};
+      if (are_few && converges(FrictionMethod::Newton)) return {};
+      if (converges(FrictionMethod::Anderson)) return {};
+      if (!are_few && converges(FrictionMethod::Newton)) return {};
+      break;
+    case FrictionMethod::Anderson:
+      if (converges(FrictionMethod::Anderson)) return {};
+      break;
+    case FrictionMethod::Newton:
+      if (converges(FrictionMethod::Newton)) return {};
+      if (!are_few && converges(FrictionMethod::Anderson)) return {};
+      break;
+    case FrictionMethod::Enumeration:
+      break;
   }
   return enumerate(t, lambda);
 }

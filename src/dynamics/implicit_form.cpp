@@ -10,52 +10,85 @@
 
 namespace tanor {
 
-namespace {
-
-/// Springs, then rods.
-std::vector<Coupling> list_couplings(const Model& model) {
-  std::vector<Coupling> result = model.forces.list_couplings();
-  const std::vector<Coupling> rods = model.constraints.list_rods();
-  result.insert(result.end(), rods.begin(), rods.end());
-  return result;
-}
-
-}  // namespace
-
 std::unique_ptr<ImplicitEquations> NormalForm::make_implicit_equations() {
   ensure(friction_ == nullptr, "friction was refused before");
   return std::make_unique<ImplicitForm>(model_, lambda_);
 }
 
+namespace {
+
+std::vector<Compliance> list_compliances(std::span<const Forces::CompliantSpring> springs) {
+  std::vector<Compliance> result;
+  for (const Forces::CompliantSpring& spring : springs) result.push_back({spring.stiffness, spring.damping});
+  return result;
+}
+
+}  // namespace
+
 ImplicitForm::ImplicitForm(Model& model, std::span<const double> multipliers)
     : model_(model),
       multipliers_(multipliers),
+      springs_(model.forces.list_compliant_springs()),
+      compliances_(list_compliances(springs_)),
       num_springs_(model.forces.list_couplings().size()),
-      plan_(std::span(model.mass).first(model.num_moving()), num_active_rows(), list_couplings(model),
-            model.incidences),
+      plan_(make_plan()),
       blocks_(3 * model.constraints.num_blocks()),
-      blocks_at_newton_(blocks_.size()),
+      units_(3 * springs_.size()),
+      linearised_blocks_(blocks_.size() + units_.size()),
       reactions_(3 * model.num_points(), 0.0),
-      product_(3 * model.num_moving()),
+      product_(3 * model.num_points()),
+      spring_residuals_(springs_.size()),
       point_positions_(model.num_moving()),
       point_velocities_(model.num_moving()),
       coupling_positions_(num_springs_ + model.constraints.list_rods().size()),
       coupling_velocities_(coupling_positions_.size()) {}
 
+/// Rows of constraints, then of compliant springs; couplings of all springs, then of rods.
+NewtonPlan ImplicitForm::make_plan() const {
+  std::vector<Coupling> couplings = model_.forces.list_couplings();
+  const std::vector<Coupling> rods = model_.constraints.list_rods();
+  couplings.insert(couplings.end(), rods.begin(), rods.end());
+
+  auto row = static_cast<Index>(num_active_rows()), block = static_cast<Index>(model_.constraints.num_blocks());
+  std::vector<Incidence> incidences;
+  std::ranges::copy_if(model_.incidences, std::back_inserter(incidences),
+                       [row](const Incidence& incidence) { return incidence.row < row; });
+  for (const Forces::CompliantSpring& spring : springs_) {
+    incidences.push_back({spring.i, row, block, -1.0});
+    incidences.push_back({spring.j, row++, block++, 1.0});
+  }
+  return {std::span(model_.mass).first(model_.num_moving()), static_cast<std::size_t>(row), couplings, incidences,
+          compliances_};
+}
+
+void ImplicitForm::write_multipliers(const double* r, const double* v, double* lambda) {
+  std::ranges::copy(multipliers_, lambda);
+  double* const tau = lambda + num_constraints();
+  std::fill(tau, tau + springs_.size(), 0.0);
+  model_.forces.evaluate_compliant_springs(model_.parallel, r, v, tau, units_.data(), tau);
+  for (std::size_t k = 0; k < springs_.size(); ++k) tau[k] = -tau[k];
+}
+
+// ---- residuals ----
+
 Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const double* lambda, double* w,
-                               double* rates) {
+                               double* rows) {
   model_.set_time(t);
   ++model_.counters.evaluations;
   const Stopwatch watch(&model_.times.evaluate);
-  double scale = model_.evaluate_free(t, r, v, w);
-  scale = larger(scale, model_.constraints.evaluate_rates(model_.parallel, r, v, rates));
+  const Parallel& parallel = model_.parallel;
+  const double* const tau = lambda + num_constraints();
+  double scale = model_.evaluate_free(t, r, v, w, Forces::Which::WithoutCompliant);
+  scale = larger(scale, model_.constraints.evaluate_rates(parallel, r, v, rows));
   if (!std::isfinite(scale)) return model_.not_finite(t);
-  if (num_multipliers() == 0) return {};
-  model_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
-  model_.gather.write_scaled(model_.parallel, blocks_.data(), lambda, model_.inverse_mass.data(), model_.num_moving(),
-                             reactions_.data());
   // w = M^-1 (f + K lambda)
-  model_.parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+  model_.forces.evaluate_compliant_springs(parallel, r, v, tau, units_.data(), rows + num_constraints());
+  model_.forces.add_compliant_forces(parallel, units_.data(), tau, model_.inverse_mass.data(), w);
+  if (num_constraints() == 0) return {};
+  model_.constraints.evaluate_gradients(parallel, r, blocks_.data());
+  model_.gather.write_scaled(parallel, blocks_.data(), lambda, model_.inverse_mass.data(), model_.num_moving(),
+                             reactions_.data());
+  parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) w[i] += reactions_[i];
   });
   return {};
@@ -77,30 +110,41 @@ Power ImplicitForm::power(const double* r, const double* v) const {
   return model_.power(reactions_.data(), r, v);
 }
 
+// ---- Newton's matrix ----
+
 void ImplicitForm::linearise(double t, const double* r, const double* v, const double* lambda) {
   model_.set_time(t);
   linearised_at_ = t;
   const Stopwatch watch(&model_.times.evaluate);
-  model_.constraints.evaluate_gradients(model_.parallel, r, blocks_at_newton_.data());
-  model_.forces.evaluate_derivatives(model_.parallel, t, r, v,
-                                     {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(),
-                                      coupling_velocities_.data()});
-  model_.constraints.evaluate_rod_derivatives(model_.parallel, r, lambda, coupling_positions_.data() + num_springs_);
+  const Parallel& parallel = model_.parallel;
+  const double* const tau = lambda + num_constraints();
+  model_.constraints.evaluate_gradients(parallel, r, linearised_blocks_.data());
+  model_.forces.evaluate_compliant_springs(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
+                                           spring_residuals_.data());
+  model_.forces.evaluate_derivatives(
+      parallel, t, r, v, tau,
+      {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data()});
+  model_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
 }
 
 NewtonPlan::Values ImplicitForm::values() const {
   return {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data(),
-          blocks_at_newton_.data()};
+          linearised_blocks_.data()};
 }
 
-void ImplicitForm::add_stiffness(const double* dr, double* w) {
+void ImplicitForm::add_stiffness(const double* dr, double* w, double* rows) {
   std::fill(product_.begin(), product_.end(), 0.0);
   plan_.add_stiffness(values(), dr, product_.data());
-  for (std::size_t i = 0; i < product_.size(); ++i) w[i] += model_.inverse_mass[i / 3] * product_[i];
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w[i] += model_.inverse_mass[i / 3] * product_[i];
+  for (std::size_t k = 0; k < springs_.size(); ++k) {
+    const Vec3 unit = load(linearised_blocks_.data() + blocks_.size(), k);
+    rows[num_constraints() + k] += springs_[k].stiffness * dot(unit, load(dr, springs_[k].j) - load(dr, springs_[k].i));
+  }
 }
 
 template <class T>
 Outcome ImplicitForm::factorize(const NewtonWeights<T>& weights, Factor<T>* factor) {
+  factor->weights = weights;
   if (plan_.rows().empty()) return {};
   if (factor->lu == nullptr) {
     factor->lu = std::make_unique<SparseLu<T>>(SquarePattern{plan_.column_start(), plan_.rows()});
@@ -117,20 +161,27 @@ Outcome ImplicitForm::factorize(const NewtonWeights<T>& weights, Factor<T>* fact
 }
 
 template <class T>
-void ImplicitForm::solve(Factor<T>* factor, T* y, T* mu) {
+void ImplicitForm::solve(Factor<T>* factor, T* w, T* rows) {
   const Stopwatch watch(&model_.times.solve);
   ++model_.counters.solves;
-  const std::size_t moving = 3 * model_.num_moving(), rows = num_active_rows();
+  const std::size_t moving = 3 * model_.num_moving(), active = num_active_rows(), first_spring = num_constraints();
   std::vector<T>& unknowns = factor->unknowns;
   if (!unknowns.empty()) {
-    for (std::size_t i = 0; i < moving; ++i) unknowns[i] = model_.mass[i / 3] * y[i];
-    std::copy(mu, mu + rows, unknowns.begin() + static_cast<std::ptrdiff_t>(moving));
+    const auto& [mass, velocity, position] = factor->weights;
+    for (std::size_t i = 0; i < moving; ++i) unknowns[i] = model_.mass[i / 3] * w[i];
+    for (std::size_t a = 0; a < active; ++a) unknowns[moving + a] = -rows[a];
+    T* const springs = unknowns.data() + moving + active;
+    for (std::size_t k = 0; k < springs_.size(); ++k) {
+      const auto& [stiffness, damping] = compliances_[k];
+      springs[k] = -rows[first_spring + k] / (velocity * damping + position * stiffness);
+    }
     factor->lu->solve(unknowns.data());
-    std::copy_n(unknowns.begin(), moving, y);
-    std::copy_n(unknowns.begin() + static_cast<std::ptrdiff_t>(moving), rows, mu);
+    std::copy_n(unknowns.data(), moving, w);
+    std::copy_n(unknowns.data() + moving, active, rows);
+    std::copy_n(springs, springs_.size(), rows + first_spring);
   }
-  std::fill(y + moving, y + 3 * model_.num_points(), T(0.0));
-  std::fill(mu + rows, mu + num_multipliers(), T(0.0));
+  std::fill(w + moving, w + 3 * model_.num_points(), T(0.0));
+  std::fill(rows + active, rows + first_spring, T(0.0));
 }
 
 }  // namespace tanor

@@ -39,26 +39,32 @@ struct NewtonWeights {
   T mass, velocity, position;
 };
 
-/// What implicit schemes see: M x'' = f + K lambda and K'x' + xi_t = 0 as residuals at any (t, x, v, lambda), lambda
-/// `num_multipliers()` numbers, and Newton matrices
+/// What implicit schemes see: residuals at any (t, x, v, lambda) of
+///
+///   M x'' = f + K lambda,   K'x' + xi_t = 0
+///
+/// Springs with a rest length are no part of f but have rows among those of lambda, after the constraints', with
+/// lambda + k xi + c dxi/dt = 0 instead: however stiff they are, Newton's iteration sees rods that give way. Its
+/// matrix,
 ///
 ///   [ N  -K ]     N = a M - b df/dv - c (df/dx + d(K lambda)/dx)
-///   [ K'  0 ]
+///   [ K'  E ]     E = 1/(b damping + c stiffness) for springs, else 0
 ///
-/// with the derivatives of springs, dampers, drag, formulas and rods; what else there is counts as not stiff.
+/// has the derivatives of springs, dampers, drag, formulas and rods; what else there is counts as not stiff.
 class ImplicitEquations {
  public:
   virtual ~ImplicitEquations() = default;
 
-  virtual std::size_t num_multipliers() const = 0;
-  /// Those of the mechanics' last accelerations.
-  virtual std::span<const double> multipliers() const = 0;
+  /// Of constraints, and all of them.
+  virtual std::size_t num_constraints() const = 0;
+  virtual std::size_t num_rows() const = 0;
+  /// lambda [num_rows()] to begin with: of the mechanics' last accelerations, and of springs at (x, v).
+  virtual void write_multipliers(const double* x, const double* v, double* lambda) = 0;
 
-  /// M^-1 (f + K lambda) into a, K'v + xi_t into rates.
+  /// M^-1 (f + K lambda) into a; K'v + xi_t, or lambda + k xi + c dxi/dt, into rows.
   virtual Outcome evaluate(double t, const double* x, const double* v, const double* lambda, double* a,
-                           double* rates) = 0;
-  /// xi [num_multipliers()]; returns the largest relative violation. K'v + xi_t likewise, with K at the last
-  /// `evaluate`.
+                           double* rows) = 0;
+  /// xi, or K'v + xi_t with K at x, of constraints [num_constraints()]; returns the largest relative violation.
   virtual double evaluate_positions(double t, const double* x, double* xi) = 0;
   virtual double evaluate_rates(double t, const double* x, const double* v, double* rates) = 0;
   /// At the last `evaluate`.
@@ -66,14 +72,16 @@ class ImplicitEquations {
 
   /// K and the derivatives of forces, from here to the next call.
   virtual void linearise(double t, const double* x, const double* v, const double* lambda) = 0;
-  /// M^-1 (df/dx + d(K lambda)/dx) dx is added to a.
-  virtual void add_stiffness(const double* dx, double* a) = 0;
+  /// How forces answer to a move dx: M^-1 (df/dx + d(K lambda)/dx) dx is added to a, k K'dx to the rows of springs.
+  virtual void add_stiffness(const double* dx, double* a, double* rows) = 0;
   /// Newton's matrix at the last linearisation; one real and one complex factor stay until the next ones.
   virtual Outcome factorize(const NewtonWeights<double>& weights) = 0;
   virtual Outcome factorize(const NewtonWeights<std::complex<double>>& weights) = 0;
-  /// N y - K mu = M y_given, K'y = mu_given in place: y `size()` numbers (0 at supports), mu `num_multipliers()`.
-  virtual void solve(double* y, double* mu) = 0;
-  virtual void solve(std::complex<double>* y, std::complex<double>* mu) = 0;
+  /// The increments dx [size()] (0 at supports) and dlambda that answer to residuals of `evaluate`: in their places
+  ///
+  ///   N dx - K dlambda = M a,   K'dx + E dlambda = -rows (of springs -E rows)
+  virtual void solve(double* a, double* rows) = 0;
+  virtual void solve(std::complex<double>* a, std::complex<double>* rows) = 0;
 };
 
 /// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers.
@@ -114,6 +122,9 @@ class Mechanics {
 
   /// Of K, as it was decided last.
   virtual std::size_t rank() const { return 0; }
+  /// Where between the K of the last call and the one of the last linearisation K lost rank, as a fraction of the way:
+  /// a singular value passed through 0 there; negative: nowhere. `anew`: whatever came before.
+  virtual double find_passage(bool /*anew*/) { return -1.0; }
   /// x means the same before and after a step that was accepted.
   virtual bool keeps_variables() const { return true; }
 
@@ -121,8 +132,9 @@ class Mechanics {
 
   /// Why there is none; empty: `expand` finds it.
   virtual std::string series_obstacle() const { return "the motion in coordinates is not expanded in time"; }
-  /// coefficients[k] [size()] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one, in the order
-  /// that it has; linearised at (t, x). Writes the time up to which the functions of time are as smooth as at t, s.
+  /// coefficients[k] [size()] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one, in the
+  /// order that it has; linearised at (t, x). Writes the time up to which the functions of time are as smooth as at t,
+  /// s.
   virtual Outcome expand(double /*t*/, const double* /*x*/, const double* /*v*/,
                          std::span<double* const> /*coefficients*/, double* /*smooth_until*/) {
     return {};

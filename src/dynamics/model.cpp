@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "base/stopwatch.hpp"
 #include "system/text.hpp"
@@ -17,6 +18,44 @@ std::vector<double> masses_in_order(const System& system, const Numbering& numbe
     result[i] = system.masses[static_cast<std::size_t>(numbering.user_point[i])];
   }
   return result;
+}
+
+/// Rods that join what is joined already, or any constraint that is no distance.
+bool closes_loops(const System& system, const Numbering& numbering) {
+  // Points of one tree have one root; all supports and centers are one place.
+  std::vector<Index> parent(numbering.num_moving + 1);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find_root = [&](Index i) {
+    while (parent[static_cast<std::size_t>(i)] != i) {
+      Index& up = parent[static_cast<std::size_t>(i)];
+      i = up = parent[static_cast<std::size_t>(up)];
+    }
+    return i;
+  };
+  const auto ground = static_cast<Index>(numbering.num_moving);
+  const auto place = [&](Index point) {
+    return std::min(numbering.inner_point[static_cast<std::size_t>(point)], ground);
+  };
+  const auto joins_what_is_joined = [&](Index i, Index j) {
+    const Index a = find_root(i), b = find_root(j);
+    if (a == b) return i != j;  // between supports alone: idle
+    parent[static_cast<std::size_t>(a)] = b;
+    return false;
+  };
+  for (const Constraint& constraint : system.constraints) {
+    if (const auto* rods = std::get_if<Rods>(&constraint)) {
+      for (const auto& [i, j] : rods->pairs) {
+        if (joins_what_is_joined(place(i), place(j))) return true;
+      }
+    } else if (const auto* spheres = std::get_if<Spheres>(&constraint)) {
+      for (const Index point : spheres->points) {
+        if (joins_what_is_joined(place(point), ground)) return true;
+      }
+    } else {
+      return true;
+    }
+  }
+  return false;
 }
 
 std::vector<double> inverses(std::vector<double> masses) {
@@ -56,6 +95,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       support_accelerations(3 * (numbering.num_points() - numbering.num_moving), 0.0),
       scene_size(tanor::scene_size(system)),
       smallest_length(constraints.smallest_length(scene_size)),
+      may_lose_rank(closes_loops(system, numbering)),
       rank(numbering.first_idle_row()),
       time_(t),
       rows_(constraints.num_rows()) {
@@ -94,8 +134,8 @@ void Model::prescribe_all(double t, double* r, double* v) {
   prescribe(moving_supports_, t, r, v);
 }
 
-double Model::evaluate_free(double t, const double* r, const double* v, double* w0) {
-  forces.evaluate(parallel, t, r, v, f.data());
+double Model::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {
+  forces.evaluate(parallel, t, r, v, f.data(), which);
   std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * num_moving());
   return parallel.max_over_ranges(num_moving(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;

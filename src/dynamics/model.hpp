@@ -44,6 +44,8 @@ class Model {
   std::vector<double> support_accelerations;     ///< [3 * supports]
   const double scene_size, smallest_length;      ///< m
   double velocity_scale = 1.0;                   ///< m/s
+  /// Constraints close loops, or hold one island in two places: trees of rods on one support never lose rank.
+  const bool may_lose_rank;
   PhaseTimes times;
   Counters counters;
   std::size_t rank = 0;  ///< of K, as it was decided last; every row with moving points where nothing was suspected
@@ -67,7 +69,8 @@ class Model {
   void prescribe_all(double t, double* r, double* v);
 
   /// f at (t, r, v), and w0 [3n]: M^-1 f on moving points, the prescribed acceleration at supports. Returns max |w0|.
-  double evaluate_free(double t, const double* r, const double* v, double* w0);
+  double evaluate_free(double t, const double* r, const double* v, double* w0,
+                       Forces::Which which = Forces::Which::All);
 
   /// Assembles and factorizes S or H, timed and counted.
   GramSolver::Quality factorize(GramSolver* solver, const double* blocks);

@@ -42,6 +42,7 @@ class NormalForm final : public EquationsOfMotion {
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
   std::size_t rank() const override { return model_.rank; }
+  double find_passage(bool anew) override;
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
 
@@ -114,7 +115,9 @@ class NormalForm final : public EquationsOfMotion {
   void restore_senses(const double* r, const double* v);
   double find_multipliers_and_friction(double scale, double* w);
   Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                       std::span<const std::size_t> releases, double* w);
+                       std::span<const std::size_t> releases, std::span<const std::size_t> stay_released, double* w);
+  void soften(std::size_t contact);
+  Outcome relax_contacts(double t, const double* r, const double* v, const std::vector<char>& at_rest, double* w);
   double sliding_threshold() const;
   void set_sliding_speeds();
   void forget_compliance();
@@ -155,6 +158,7 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
   bool is_compliant_ = false;         // contacts that stick depend on constraints, or on each other
+  std::vector<int> softness_;         // [contact] how little one that sticks holds of what others can hold too
   double acceleration_scale_ = 0.0;   // m/s^2, of what cancels in the last accelerations
   std::vector<int> restored_;         // discrete state whose senses are still to be found
   std::vector<double> contact_rows_;  // [d] scratch
@@ -175,6 +179,7 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> last, before;  // of the last two steps, over h^2
   } step_multipliers_;
   mutable std::unique_ptr<MotionSeries> series_;  // made where somebody asks
+  std::vector<double> blocks_before_;             // K at the last `find_passage`, where it may lose rank
   std::vector<double> lambda_series_;             // [d] lambda_k of the last order
   std::vector<double> right_side_of_qr_;  // [d] where QR takes part
   std::vector<double> step_start_;        // [3n] where rows depend

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/stopwatch.hpp"
 #include "dynamics/normal_form.hpp"
 #include "system/text.hpp"
 
@@ -189,6 +190,42 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
   for (std::size_t a = 0; a < num_rows(); ++a) report.multipliers_unique[user_row(a)] = unique[a];
   report.multipliers_unique.resize(num_user_rows);
   return report;
+}
+
+/// With K_0 before and K_1 now, C = S_1^-1 K_1'M^-1 K_0 is 1 where nothing turns, and a singular value that went from
+/// s_0 through 0 to s_1 is an eigenvalue s_0/s_1 < 0 of it: the largest one of 1 - C, found by power iteration.
+double NormalForm::find_passage(bool anew) {
+  if (!model_.may_lose_rank || redundancy_.is_found()) return -1.0;
+  const bool knows_before = !anew && !blocks_before_.empty();
+  double fraction = -1.0;
+  if (knows_before) {
+    const Stopwatch watch(&model_.times.solve);
+    constexpr int most_iterations = 10, least_iterations = 4;
+    constexpr double hopeless = 0.7;
+    std::vector<double> x(num_rows()), y(num_rows());
+    respond_.assign(size(), 0.0);
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
+    for (int k = 0; k < most_iterations; ++k) {
+      model_.gather.write_scaled(model_.parallel, blocks_before_.data(), x.data(), model_.inverse_mass.data(),
+                                 model_.num_moving(), respond_.data());
+      model_.constraints.apply_transposed(model_.parallel, blocks_.data(), respond_.data(), nullptr, y.data());
+      ++model_.counters.solves;
+      solve_negative(y.data(), y.data());
+      double along = 0.0, before = 0.0, after = 0.0;
+      for (std::size_t a = 0; a < x.size(); ++a) {
+        y[a] += x[a];
+        along += x[a] * y[a];
+        before += x[a] * x[a];
+        after += y[a] * y[a];
+      }
+      const double eigenvalue = along / before;  // of 1 - C
+      fraction = eigenvalue > 1.0 ? (eigenvalue - 1.0) / eigenvalue : -1.0;
+      if (!(after > 0.0) || (k >= least_iterations && after < hopeless * hopeless * before)) break;
+      for (std::size_t a = 0; a < x.size(); ++a) x[a] = y[a] / std::sqrt(after);
+    }
+  }
+  blocks_before_ = blocks_;
+  return fraction;
 }
 
 }  // namespace tanor

@@ -1,7 +1,9 @@
 #include "evaluate/constraint_series.hpp"
 
 #include <array>
+#include <numeric>
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include "evaluate/definitions.hpp"
@@ -12,22 +14,27 @@ namespace tanor {
 
 namespace {
 
-/// First block of each row and point of K: the row's incidences, sorted as they come.
+/// Where the blocks of K stand, row by row.
 class BlockPlaces {
  public:
-  BlockPlaces(std::span<const Incidence> incidences, std::size_t num_rows) : of_row_(num_rows) {
+  BlockPlaces(std::span<const Incidence> incidences, std::size_t num_rows)
+      : start_(num_rows + 1, 0), entries_(incidences.size()) {
+    for (const Incidence& incidence : incidences) ++start_[static_cast<std::size_t>(incidence.row) + 1];
+    std::partial_sum(start_.begin(), start_.end(), start_.begin());
+    std::vector<std::size_t> next(start_.begin(), start_.end() - 1);
     for (const Incidence& incidence : incidences)
-      of_row_[static_cast<std::size_t>(incidence.row)].push_back({incidence.point, incidence.block});
+      entries_[next[static_cast<std::size_t>(incidence.row)]++] = {incidence.point, incidence.block};
   }
+  /// The one of this point.
   Index find(Index row, Index point) const {
-    for (const auto& [at, block] : of_row_[static_cast<std::size_t>(row)]) {
-      if (at == point) return block;
-    }
-    return -1;
+    std::size_t k = start_[static_cast<std::size_t>(row)];
+    while (entries_[k].first != point) ++k;
+    return entries_[k].second;
   }
 
  private:
-  std::vector<std::vector<std::pair<Index, Index>>> of_row_;
+  std::vector<std::size_t> start_;                 // [row]
+  std::vector<std::pair<Index, Index>> entries_;  // point, block
 };
 
 /// One slot for all members, or one each; nothing for a constant 0 that all share.
@@ -61,11 +68,11 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
             std::optional<std::size_t> shared;
             for (std::size_t k = 0; k < count; ++k) {
               const Index i = inner(given.pairs[k][0]), j = inner(given.pairs[k][1]), row = row_of(k);
-              DistanceSeries::Member rod{.i = i, .j = j, .row = row, .block = places.find(row, j)};
-              if (!given.offsets.empty()) rod.offset = make_vec3(given.offsets[k]);
+              DistanceSeries::Extra extra;
+              if (!given.offsets.empty()) extra.offset = make_vec3(given.offsets[k]);
               if (is_timed)
-                rod.length = add_parameter(&table_, given.length, &shared, [&] { return definitions.parameter(g, k); });
-              distances_.append(rod);
+                extra.length = add_parameter(&table_, given.length, &shared, [&] { return definitions.parameter(g, k); });
+              distances_.append({.i = i, .j = j, .row = row, .block = places.find(row, j)}, extra);
             }
           } else if constexpr (std::is_same_v<G, Spheres>) {
             const bool is_timed = !given.radius.functions.empty();
@@ -74,10 +81,10 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
             for (std::size_t c = 0; c < 3; ++c) center[c] = table_.add(given.center.components[c]);
             for (std::size_t k = 0; k < count; ++k) {
               const Index j = inner(given.points[k]), row = row_of(k);
-              DistanceSeries::Member sphere{.j = j, .row = row, .block = places.find(row, j), .center = center[0]};
+              DistanceSeries::Extra extra{.center = center[0]};
               if (is_timed)
-                sphere.length = add_parameter(&table_, given.radius, &shared, [&] { return definitions.parameter(g, k); });
-              distances_.append(sphere);
+                extra.length = add_parameter(&table_, given.radius, &shared, [&] { return definitions.parameter(g, k); });
+              distances_.append({.j = j, .row = row, .block = places.find(row, j)}, extra);
             }
           } else {
             const std::optional<RecordedDefinition> recorded = definitions.record(g);

@@ -45,6 +45,12 @@ void multiply(const Lane* a, const Lane* mu, int k, Products* products) {
 
 }  // namespace
 
+void DistanceSeries::append(const Member& member, const Extra& extra) {
+  if (extra.is_there()) extras_.resize(members_.size());
+  members_.push_back(member);
+  if (extra.is_there() || !extras_.empty()) extras_.push_back(extra);
+}
+
 void DistanceSeries::resize(int order) {
   order_ = order;
   lanes_.resize((members_.size() + series_width - 1) / series_width * lanes_per_chunk() * series_width);
@@ -55,13 +61,14 @@ void DistanceSeries::load(SeriesLane* a, std::size_t chunk, int k, std::span<dou
                           const TimeSeriesTable& table) const {
   const double* const r = coefficients[static_cast<std::size_t>(k)];
   for (std::size_t lane = 0; lane < series_width; ++lane) {
-    const Member& member = members_[std::min(chunk * series_width + lane, members_.size() - 1)];
+    const std::size_t m = std::min(chunk * series_width + lane, members_.size() - 1);
+    const Member& member = members_[m];
     Vec3 d = tanor::load(r, member.j);
     if (member.i >= 0) d = d - tanor::load(r, member.i);
-    if (k == 0) d = d + member.offset;
-    if (member.center) {
-      const std::size_t slot = *member.center;
-      d = d - Vec3{table[slot][k], table[slot + 1][k], table[slot + 2][k]};
+    if (!extras_.empty()) {
+      if (k == 0) d = d + extras_[m].offset;
+      if (const std::optional<std::size_t> slot = extras_[m].center)
+        d = d - Vec3{table[*slot][k], table[*slot + 1][k], table[*slot + 2][k]};
     }
     a[3 * k][lane] = d.x;
     a[3 * k + 1][lane] = d.y;
@@ -92,12 +99,13 @@ void DistanceSeries::advance_chunk(std::size_t chunk, int k, std::span<double* c
     store(blocks, member.block, {products.force[0][lane], products.force[1][lane], products.force[2][lane]});
     // (a.a - l^2)/(2 |a_0|), and the center's own coefficient k + 2
     double xi = products.half_square[lane];
-    if (member.length) {
-      const double* const l = table[*member.length];
-      for (int j = 0; j <= k + 2; ++j) xi -= 0.5 * l[j] * l[k + 2 - j];
-    }
-    if (member.center) {
-      for (std::size_t c = 0; c < 3; ++c) xi -= a[c][lane] * table[*member.center + c][k + 2];
+    if (!extras_.empty()) {
+      const Extra& extra = extras_[first + lane];
+      if (extra.length) {
+        const double* const l = table[*extra.length];
+        for (int j = 0; j <= k + 2; ++j) xi -= 0.5 * l[j] * l[k + 2 - j];
+      }
+      for (std::size_t c = 0; c < 3 && extra.center; ++c) xi -= a[c][lane] * table[*extra.center + c][k + 2];
     }
     rows[member.row] = xi * inverse[lane];
   }

@@ -20,12 +20,17 @@ namespace tanor {
 class DistanceSeries {
  public:
   struct Member {
-    int i = -1, j = 0;  ///< points, inner; i = -1: there is a center
+    Index i = -1, j = 0;  ///< points, inner; i = -1: there is a center
     Index row = 0, block = 0;
-    Vec3 offset{};
-    std::optional<std::size_t> length{}, center{};  ///< slots in the table: of l(t), of the first of three components
   };
-  void append(const Member& member) { members_.push_back(member); }
+  /// What most have not: slots in the table of l(t) and of the first of three components of the center.
+  struct Extra {
+    Vec3 offset{};
+    std::optional<std::size_t> length{}, center{};
+
+    bool is_there() const { return length || center || dot(offset, offset) > 0.0; }
+  };
+  void append(const Member& member, const Extra& extra);
   std::size_t size() const { return members_.size(); }
 
   void resize(int order);
@@ -44,6 +49,7 @@ class DistanceSeries {
             const TimeSeriesTable& table) const;
 
   std::vector<Member> members_;
+  std::vector<Extra> extras_;  // beside `members_`; empty where nobody has one
   std::vector<double> lanes_;  // [chunk][lanes_per_chunk()][series_width]
   int order_ = 0;
 };

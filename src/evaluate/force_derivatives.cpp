@@ -8,10 +8,50 @@ std::vector<Coupling> Forces::list_couplings() const {
   return result;
 }
 
+std::vector<Forces::CompliantSpring> Forces::list_compliant_springs() const {
+  std::vector<CompliantSpring> result;
+  for (const Index k : compliant_springs_) {
+    const Spring& spring = springs_[k];
+    result.push_back({spring.i, spring.j, spring.stiffness, spring.damping});
+  }
+  return result;
+}
+
+void Forces::evaluate_compliant_springs(const Parallel& parallel, const double* r, const double* v, const double* tau,
+                                        double* units, double* residuals) const {
+  parallel.for_ranges(compliant_springs_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Spring& spring = springs_[compliant_springs_[k]];
+      const Vec3 a = load(r, spring.j) - load(r, spring.i), b = load(v, spring.j) - load(v, spring.i);
+      const double length = norm(a);
+      const Vec3 unit = length > 0.0 ? (1.0 / length) * a : Vec3{};
+      store(units, k, unit);
+      residuals[k] = tau[k] + spring.stiffness * (length - spring.rest_length) + spring.damping * dot(unit, b);
+    }
+  });
+}
+
+void Forces::add_compliant_forces(const Parallel& parallel, const double* units, const double* tau, const double* scale,
+                                  double* y) const {
+  if (compliant_springs_.empty()) return;
+  parallel.for_ranges(num_moving_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Vec3 sum = load(y, i);
+      for (const Index end_of_spring : spring_ends_[i]) {
+        const bool is_last = end_of_spring >= 0;
+        const Index k = springs_[is_last ? end_of_spring : ~end_of_spring].compliant;
+        if (k >= 0) sum = sum + (is_last ? scale[i] : -scale[i]) * tau[k] * load(units, k);
+      }
+      store(y, i, sum);
+    }
+  });
+}
+
 void Forces::evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
-                                  const Derivatives& to) const {
+                                  const double* tau, const Derivatives& to) const {
   // F = -T u on j with a = r_j - r_i = L u, b = v_j - v_i, T = k (L - rest) + c u.b:
   //   dF/dr_j = -u (k u + c (b - (u.b)u)/L)' - (T/L)(I - u u'),   dF/dv_j = -c u u'
+  // of compliant ones, T = -tau being an unknown, the second term alone.
   parallel.for_ranges(springs_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const Spring& spring = springs_[n];
@@ -21,11 +61,15 @@ void Forces::evaluate_derivatives(const Parallel& parallel, double t, const doub
       if (length > 0.0) {
         const Vec3 unit = (1.0 / length) * a;
         const double along = dot(unit, b), c = spring.damping;
-        const double tension = spring.stiffness * (length - spring.rest_length) + c * along;
-        by_position.add_product(-1.0, unit, spring.stiffness * unit + (c / length) * (b - along * unit));
+        double tension = spring.stiffness * (length - spring.rest_length) + c * along;
+        if (spring.compliant >= 0) {
+          tension = -tau[spring.compliant];
+        } else {
+          by_position.add_product(-1.0, unit, spring.stiffness * unit + (c / length) * (b - along * unit));
+          by_velocity.add_product(-c, unit, unit);
+        }
         by_position.add_product(tension / length, unit, unit);
         by_position.add_identity(-tension / length);
-        by_velocity.add_product(-c, unit, unit);
       } else if (spring.rest_length == 0.0) {
         by_position.add_identity(-spring.stiffness);
       }

@@ -42,8 +42,11 @@ Forces::Forces(const System& system, const Numbering& numbering)
                          rest_length = rest.functions[rest.functions.size() == 1 ? 0 : k](0.0).value();
                        }
                        const Index spring = static_cast<Index>(springs_.size());
+                       const bool gives_way = rest_length > 0.0 && (group.stiffness > 0.0 || group.damping > 0.0);
+                       const Index compliant = gives_way ? static_cast<Index>(compliant_springs_.size()) : -1;
+                       if (gives_way) compliant_springs_.push_back(spring);
                        springs_.push_back({numbering.inner_point[i], numbering.inner_point[j], group.stiffness,
-                                           group.damping, rest_length});
+                                           group.damping, rest_length, compliant});
                        spring_ends.push_back({springs_.back().i, ~spring});
                        spring_ends.push_back({springs_.back().j, spring});
                      }
@@ -86,11 +89,12 @@ Vec3 Forces::spring_force(const Spring& spring, const double* r, const double* v
   return -tension * unit;
 }
 
-void Forces::evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f) {
+void Forces::evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f, Which which) {
   if (forces_depend_on_time_) given_.set_time(t);
   parallel.for_ranges(springs_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      store(spring_force_.data(), k, spring_force(springs_[k], r, v, true, true));
+      const bool counts = which == Which::All || springs_[k].compliant < 0;
+      store(spring_force_.data(), k, counts ? spring_force(springs_[k], r, v, true, true) : Vec3{});
     }
   });
   evaluate_formulas(parallel, t, r, v);

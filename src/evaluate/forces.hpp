@@ -53,18 +53,37 @@ class Forces {
   bool has_springs() const { return !springs_.empty(); }
   bool has_pairs() const { return !pairs_.empty(); }
 
-  /// f [3n], N.
-  void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f);
+  /// f [3n], N. Compliant springs may be left out, see below.
+  enum class Which { All, WithoutCompliant };
+  void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f,
+                Which which = Which::All);
 
-  /// Springs, as pairs of points.
+  // What implicit methods see. A spring with a rest length is compliant: a rod that gives way, with a multiplier tau of
+  // its own, tau + k (L - rest) + c dL/dt = 0, so that Newton's iteration converges as it does with rods, however
+  // stiff.
+
+  struct CompliantSpring {
+    Index i, j;
+    double stiffness, damping;
+  };
+  std::vector<CompliantSpring> list_compliant_springs() const;
+  /// Unit vectors from i to j [compliant spring][3], and tau + k (L - rest) + c dL/dt of each.
+  void evaluate_compliant_springs(const Parallel& parallel, const double* r, const double* v, const double* tau,
+                                  double* units, double* residuals) const;
+  /// y_i += scale_i (force by tau) on moving points.
+  void add_compliant_forces(const Parallel& parallel, const double* units, const double* tau, const double* scale,
+                            double* y) const;
+
+  /// All springs, as pairs of points.
   std::vector<Coupling> list_couplings() const;
   /// What `evaluate_derivatives` says: of points [moving point], of couplings in the order of `list_couplings`.
   struct Derivatives {
     Block3 *point_positions, *point_velocities;        ///< df_i/dr_i and df_i/dv_i without those of couplings
     Block3 *coupling_positions, *coupling_velocities;  ///< of the force on j in r_j and v_j, see Coupling
   };
-  /// df/dr and df/dv at (t, r, v) of springs, drag and formulas; those of pair forces are left out.
-  void evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
+  /// df/dr and df/dv at (t, r, v) of springs (compliant ones at given tau), drag and formulas; those of pair forces are
+  /// left out.
+  void evaluate_derivatives(const Parallel& parallel, double t, const double* r, const double* v, const double* tau,
                             const Derivatives& to) const;
 
   /// Potential energy of gravity, constant forces, springs and pairs, J. Supports take part as far as springs hold them
@@ -79,6 +98,7 @@ class Forces {
   struct Spring {
     Index i, j;
     double stiffness, damping, rest_length;
+    Index compliant;  // number among the compliant ones, -1: the force is (nearly) linear in r
   };
   struct DragNumbers {
     double linear, quadratic;
@@ -103,6 +123,7 @@ class Forces {
   ByPoint<DragNumbers> drags_;
   std::vector<Spring> springs_;
   std::vector<double> spring_force_;      // [spring] on its point j
+  std::vector<Index> compliant_springs_;  // numbers in springs_
   ByPoint<Index> spring_ends_;            // k, or ~k where the point is the spring's point i
   mutable std::vector<PairField> pairs_;  // each keeps what belongs to the positions it saw last
   bool has_damping_ = false, forces_depend_on_time_ = false;

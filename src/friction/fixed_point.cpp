@@ -129,32 +129,29 @@ void FixedPoint::History::advance(Parts* image, Parts* x) {
   for (std::size_t begin = 0; begin < size_; begin += chunk) {
     const std::size_t length = std::min(chunk, size_ - begin);
     double* const next = x->data() + begin;
-    std::copy_n(image_.data() + begin, length, next);
+    const double* sum = image_.data() + begin;
     for (std::size_t j = 0; j < count_; ++j) {
       const float* const df = df_[j].data() + begin;
       const double weight = gamma(static_cast<Eigen::Index>(j));
 #pragma omp simd
-      for (std::size_t k = 0; k < length; ++k) next[k] -= weight * static_cast<double>(df[k]);
+      for (std::size_t k = 0; k < length; ++k) next[k] = sum[k] - weight * static_cast<double>(df[k]);
+      sum = next;
     }
+    if (count_ == 0) std::copy_n(sum, length, next);
   }
 }
 
 FixedPoint::FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows)
-    : laws_(laws),
-      response_(response),
-      x_(laws.num_parts()),
-      image_(laws.num_parts()),
-      lambda_(num_rows),
-      dlambda_(num_rows) {}
+    : laws_(laws), response_(response), x_(laws.num_parts()), image_(laws.num_parts()), dlambda_(num_rows) {}
 FixedPoint::~FixedPoint() = default;
 
 /// F(x): what the laws say at the multipliers that x leaves.
-void FixedPoint::evaluate(const Parallel& parallel, const Parts& x, Parts* image) {
-  response_.find_multipliers(x.data(), lambda_.data());
-  laws_.evaluate(parallel, lambda_.data(), image->data());
+void FixedPoint::evaluate(const Parallel& parallel, const Parts& x, double* lambda, Parts* image) {
+  response_.find_multipliers(x.data(), lambda);
+  laws_.evaluate(parallel, lambda, image->data());
 }
 
-FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, double* lambda) {
+FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, double* lambda, double poor) {
   constexpr int patience = 12;  // iterations without getting nearer
   const int most_iterations = depth > 0 ? 100 : 500;
   Parts &x = x_, &image = image_;
@@ -165,7 +162,7 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
   double distance_before = 0.0, best = std::numeric_limits<double>::infinity();
   int since_best = 0;
   while (result.iterations < most_iterations) {
-    evaluate(parallel, x, &image);
+    evaluate(parallel, x, lambda, &image);
     ++result.iterations;
     const auto [distance, size] = measure(image.data(), x.data(), x.size());
     if (!std::isfinite(distance)) return result;
@@ -178,6 +175,7 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
       result.has_converged = true;
       break;
     }
+    if (result.contraction > poor) break;
     // Rounding of an ill-conditioned S may keep it from getting nearer.
     since_best = distance < 0.9 * best ? 0 : since_best + 1;
     best = std::min(best, distance);
@@ -193,7 +191,6 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
     if (since_best >= patience) break;
     history_->advance(&image, &x);
   }
-  std::copy(lambda_.begin(), lambda_.end(), lambda);
   return result;
 }
 
@@ -211,7 +208,7 @@ struct FixedPoint::Krylov {
 
 /// (I - F') step = defect by GMRES (Saad and Schultz 1986) at the last x: each F' = -dx/d lambda S^-1 K'M^-1 costs one
 /// solve. Returns what is left of the defect.
-double FixedPoint::find_newton_step(const Parallel& parallel) {
+double FixedPoint::find_newton_step(const Parallel& parallel, const double* lambda) {
   Vector &defect = krylov_->defect, &step = krylov_->step, &w = krylov_->w;
   std::vector<Vector>& basis = krylov_->basis;
   Parts& image = krylov_->image;
@@ -229,7 +226,7 @@ double FixedPoint::find_newton_step(const Parallel& parallel) {
   Eigen::Index k = 0;
   for (; k < most && rest > 1e-10; ++k) {
     response_.find_change(direction(k).data(), dlambda_.data());
-    laws_.apply_derivative(parallel, lambda_.data(), dlambda_.data(), image.data());
+    laws_.apply_derivative(parallel, lambda, dlambda_.data(), image.data());
     w = direction(k) - as_vector(image);
     for (int pass = 0; pass < 2; ++pass) {
       for (Eigen::Index j = 0; j <= k; ++j) {
@@ -263,7 +260,7 @@ FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double*
   double best = before;
   int since_best = 0;
   for (; result.iterations <= most_steps; ++result.iterations) {
-    evaluate(parallel, x, &image);
+    evaluate(parallel, x, lambda, &image);
     krylov_->defect = as_vector(image) - as_vector(x);
     const auto [distance, size] = measure(image.data(), x.data(), x.size());
     if (!std::isfinite(distance)) return result;
@@ -278,10 +275,9 @@ FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double*
     since_best = distance < 0.5 * best ? 0 : since_best + 1;
     best = std::min(best, distance);
     if (since_best > patience) break;
-    if (!(find_newton_step(parallel) < 0.5)) break;
+    if (!(find_newton_step(parallel, lambda) < 0.5)) break;
     as_vector(&x) += krylov_->step;
   }
-  std::copy(lambda_.begin(), lambda_.end(), lambda);
   return result;
 }
 

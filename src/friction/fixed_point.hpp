@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -24,9 +25,11 @@ class FixedPoint {
   };
 
   static constexpr int most_depth = 10;
-  /// `lambda` [rows]: the guess, then the answer. `depth` <= most_depth: steps that Anderson's method looks back; 0:
-  /// plain (43).
-  Result iterate(const Parallel& parallel, int depth, double* lambda);
+  /// `lambda` [rows]: the guess, then the answer; of no use without convergence. `depth` <= most_depth: steps that
+  /// Anderson's method looks back; 0: plain (43).
+  /// Gives up at once where the contraction is worse than `poor`.
+  Result iterate(const Parallel& parallel, int depth, double* lambda,
+                 double poor = std::numeric_limits<double>::infinity());
   /// Semismooth Newton: (I - F'(x)) dx = F(x) - x by GMRES, one solve for each of its directions, until
   /// |F(x) - x| <= `wanted` |F(x)|. Its iterations are steps dx.
   Result solve_by_newton(const Parallel& parallel, double* lambda, double wanted = tolerance);
@@ -37,15 +40,14 @@ class FixedPoint {
   using Parts = std::vector<double>;
   class History;
   struct Krylov;
-  void evaluate(const Parallel& parallel, const Parts& x, Parts* image);
-  double find_newton_step(const Parallel& parallel);
+  void evaluate(const Parallel& parallel, const Parts& x, double* lambda, Parts* image);
+  double find_newton_step(const Parallel& parallel, const double* lambda);
 
   const FrictionLaws& laws_;
   Response& response_;
   std::unique_ptr<History> history_;  // of Anderson's method, once it was asked
   std::unique_ptr<Krylov> krylov_;    // of Newton's
   Parts x_, image_;
-  std::vector<double> lambda_;   // [rows] at the last x
   std::vector<double> dlambda_;  // [rows]
 };
 

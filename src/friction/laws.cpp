@@ -1,5 +1,6 @@
 #include "friction/laws.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <variant>
@@ -167,12 +168,15 @@ Vec3 FrictionLaws::user_friction(std::size_t c, const double* lambda, double* de
 void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* x) const {
   parallel.for_ranges(guides_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      // |mu R lambda_g|
+      // |mu R lambda_g|^2, then all roots together
       const Guides& guides = guides_[c];
       const double second = lambda[guides.second_row];
       const double first = guides.a * lambda[guides.first_row] + guides.b * second;
-      x[part_start_[c]] = std::sqrt(first * first + guides.c * second * (guides.c * second));
+      x[part_start_[c]] = first * first + guides.c * second * (guides.c * second);
     }
+    const Index first_part = part_start_[begin];
+    Eigen::Map<Eigen::ArrayXd> own(x + first_part, part_start_[end] - first_part);
+    own = own.sqrt();
   });
   const auto evaluate_others = [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {

@@ -12,6 +12,18 @@ void Scheme::interpolate(const Parallel& parallel, const State& from, const Stat
   const double f2 = -4 * s3 + 7 * s4 - 3 * s5, g2 = -12 * s2 + 28 * s3 - 15 * s4;
   const double f3 = 0.5 * (s2 - 3 * s3 + 3 * s4 - s5), g3 = 0.5 * (2 * s - 9 * s2 + 12 * s3 - 5 * s4);
   const double f4 = 0.5 * (s3 - 2 * s4 + s5), g4 = 0.5 * (3 * s2 - 8 * s3 + 5 * s4);
+  if (!knows_acceleration()) {
+    const double h0 = 3 * s2 - 2 * s3, h1 = s - 2 * s2 + s3, h2 = s3 - s2;
+    const double k0 = 6 * s - 6 * s2, k1 = 1 - 4 * s + 3 * s2, k2 = 3 * s2 - 2 * s;
+    parallel.for_ranges(from.x.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const double moved = to.x[i] - from.x[i];
+        x[i] = from.x[i] + h0 * moved + h * (h1 * from.v[i] + h2 * to.v[i]);
+        v[i] = k0 * moved / h + k1 * from.v[i] + k2 * to.v[i];
+      }
+    });
+    return;
+  }
   parallel.for_ranges(from.x.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const double moved = to.x[i] - from.x[i];

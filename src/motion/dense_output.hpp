@@ -8,12 +8,20 @@ namespace tanor {
 /// all have to stay as they are.
 class DenseOutput {
  public:
-  DenseOutput(Scheme& scheme, const State& from, const State& to) : scheme_(scheme), from_(from), to_(to) {}
+  /// `by_ends`: from what both ends know only, whoever made the step; the mechanics then stays where it is.
+  DenseOutput(Scheme& scheme, const State& from, const State& to, bool by_ends = false)
+      : scheme_(scheme), from_(from), to_(to), by_ends_(by_ends) {}
 
+  /// The mechanics may not be where it was.
+  bool has_moved() const { return is_prepared_; }
   double time(double fraction) const { return from_.t + fraction * (to_.t - from_.t); }
 
   /// x and v at `time(fraction)`, `size()` numbers each. The first time, the mechanics may be moved.
   Outcome evaluate(const Parallel& parallel, double fraction, double* x, double* v) {
+    if (by_ends_) {
+      scheme_.Scheme::interpolate(parallel, from_, to_, fraction, x, v);
+      return {};
+    }
     if (!is_prepared_) {
       if (Outcome found = scheme_.prepare_inside(from_, to_); !found.ok()) return found;
       is_prepared_ = true;
@@ -25,6 +33,7 @@ class DenseOutput {
  private:
   Scheme& scheme_;
   const State &from_, &to_;
+  bool by_ends_;
   bool is_prepared_ = false;
 };
 

@@ -283,8 +283,9 @@ void Events::choose_vanishing(std::span<const double> values) {
   }
 }
 
-/// At the end of a step of length h; 0: where it would have begun. One that fails leaves the equations as they were.
-Outcome Events::switch_equations(Scheme& scheme, double h, State* to) {
+/// One that fails leaves the equations as they were.
+Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
+  const double h = to->t - from.t;
   const std::vector<int> before = mechanics_.discrete_state();
   Outcome found = mechanics_.switch_equations(to->t, to->x.data(), to->v.data(), which_, to->a.data());
   if (found.ok()) {
@@ -346,8 +347,7 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, State* to, StepR
     for (std::size_t k = 0; k < num_; ++k) slopes_[k] = (values_[k] - start_[k]) / h;
     std::swap(start_, values_);
   } else {
-    meeting.has_switched = true;
-    found = switch_equations(scheme, h, to);
+    meeting.asks_for_switch = true;
   }
   return meeting;
 }

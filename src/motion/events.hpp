@@ -26,7 +26,7 @@ class Events {
 
   struct Meeting {
     Outcome outcome;
-    bool has_switched = false;
+    bool asks_for_switch = false;
   };
 
   /// To be called before a step from `state`: evaluates the functions there, unless they are known from the last step.
@@ -35,11 +35,11 @@ class Events {
   void forget();
 
   /// After a step from `from` to `to` that was accepted: where a function vanishes on the way, the step is made again
-  /// so that it ends at the first such instant, and the equations are switched there; `to` and `step` are then those of
-  /// the shorter step, whose length is 0 where a function falls from 0 at once. On a failed outcome `to` is
-  /// meaningless; with `has_switched` it was the switch that failed, and no other step helps. The next step has to
-  /// start from `to`.
+  /// so that it ends at the first such instant, and asks for a switch there; `to` and `step` are then those of the
+  /// shorter step, whose length is 0 where a function falls from 0 at once. On a failed outcome `to` is meaningless.
   Meeting meet(Scheme& scheme, const State& from, State* to, StepResult* step);
+  /// Where `meet` asked for it. The next step has to start from `to`; where it fails, no other step helps.
+  Outcome switch_equations(Scheme& scheme, const State& from, State* to);
 
   std::size_t count() const { return count_; }
   double last_time() const { return last_time_; }  ///< s, of the last one
@@ -72,7 +72,6 @@ class Events {
   double least(std::span<const double> values) const;
   Outcome remake(Scheme& scheme, DenseOutput* dense, const State& from, State* to, StepResult* step);
   void choose_vanishing(std::span<const double> values);
-  Outcome switch_equations(Scheme& scheme, double h, State* to);
 
   Mechanics& mechanics_;
   std::size_t num_ = 0;

@@ -13,9 +13,9 @@ GeneralizedAlpha::GeneralizedAlpha(const MotionOptions& options, Mechanics& mech
       equations_(*implicit_.equations),
       own_(mechanics.size()),
       next_own_(mechanics.size()),
-      lambda_(equations_.num_multipliers()),
+      lambda_(equations_.num_rows()),
       residual_(mechanics.size()),
-      rows_(equations_.num_multipliers()),
+      rows_(equations_.num_rows()),
       v_increment_(mechanics.size()) {
   const double rho = options.spectral_radius;
   alpha_m_ = (2.0 * rho - 1.0) / (rho + 1.0);
@@ -29,24 +29,15 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
   const bool goes_on = knows_own_ && own_time_ == from.t;
   if (!goes_on) {
     own_ = from.a;
-    std::ranges::copy(equations_.multipliers(), lambda_.begin());
+    equations_.write_multipliers(from.x.data(), from.v.data(), lambda_.data());
   }
-  for (;;) {
-    if (implicit_.prepare(from, h, lambda_.data())) {
-      // dw/dr = (1 - alpha_m)/((1 - alpha_f) beta h^2), dv/dr = gamma/(beta h)
-      const NewtonWeights<double> weights{(1.0 - alpha_m_) / ((1.0 - alpha_f_) * beta_ * h * h), gamma_ / (beta_ * h), 1.0};
-      if (result.outcome = equations_.factorize(weights); !result.outcome.ok()) {
-        implicit_.forget_factor();
-        return result;
-      }
-    }
-    bool converged = false;
-    if (result.outcome = iterate(from, h, to, &converged); !result.outcome.ok()) return result;
-    if (converged) break;
-    if (!implicit_.may_renew(from)) {
-      result.outcome = {Status::NotConverged, "Newton's iteration of the step from t = " + text(from.t) + " stalls"};
-      return result;
-    }
+  // b_1 = b_0 to begin with
+  for (std::size_t k = 0; k < to->x.size(); ++k) to->x[k] = from.x[k] + h * (from.v[k] + 0.5 * h * own_[k]);
+  to->v = from.v;
+  mechanics_.prescribe(to->t, to->x.data(), to->v.data());
+  if (result.outcome = solve_step(from, h, to); !result.outcome.ok()) {
+    implicit_.renew();
+    return result;
   }
   implicit_.note_convergence();
   to->work = from.work;
@@ -63,35 +54,51 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
   return result;
 }
 
+/// Newton's iteration with the matrix that is there; where it stalls, with a new one at the place it came to.
+Outcome GeneralizedAlpha::solve_step(const State& from, double h, State* to) {
+  constexpr int most_renewals = 2;
+  for (int renewals = 0;; ++renewals) {
+    if (implicit_.wants_linearisation()) implicit_.linearise(to->t, to->x.data(), to->v.data(), lambda_.data());
+    if (implicit_.wants_factors(h)) {
+      // dw/dr = (1 - alpha_m)/((1 - alpha_f) beta h^2), dv/dr = gamma/(beta h)
+      const NewtonWeights<double> weights{(1.0 - alpha_m_) / ((1.0 - alpha_f_) * beta_ * h * h), gamma_ / (beta_ * h),
+                                          1.0};
+      if (Outcome found = equations_.factorize(weights); !found.ok()) return found;
+    }
+    bool converged = false;
+    if (Outcome found = iterate(from, h, to, &converged); !found.ok()) return found;
+    if (converged) return {};
+    if (renewals == most_renewals)
+      return {Status::NotConverged, "Newton's iteration of the step from t = " + text(from.t) + " stalls"};
+    implicit_.renew();
+  }
+}
+
 Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* converged) {
   const std::size_t n = from.x.size();
-  // b_1 = b_0 to begin with
-  for (std::size_t k = 0; k < n; ++k) to->x[k] = from.x[k] + h * (from.v[k] + 0.5 * h * own_[k]);
   for (;;) {
     for (std::size_t k = 0; k < n; ++k) {
       next_own_[k] = ((to->x[k] - from.x[k] - h * from.v[k]) / (h * h) - (0.5 - beta_) * own_[k]) / beta_;
       to->v[k] = from.v[k] + h * ((1.0 - gamma_) * own_[k] + gamma_ * next_own_[k]);
     }
     mechanics_.prescribe(to->t, to->x.data(), to->v.data());
-    Outcome found = equations_.evaluate(to->t, to->x.data(), to->v.data(), lambda_.data(), residual_.data(), rows_.data());
+    Outcome found =
+        equations_.evaluate(to->t, to->x.data(), to->v.data(), lambda_.data(), residual_.data(), rows_.data());
     if (!found.ok()) return found;
     // M^-1 (f + K lambda) - w_1
     for (std::size_t k = 0; k < n; ++k) {
-      residual_[k] -=
-          ((1.0 - alpha_m_) * next_own_[k] + alpha_m_ * own_[k] - alpha_f_ * from.a[k]) / (1.0 - alpha_f_);
+      residual_[k] -= ((1.0 - alpha_m_) * next_own_[k] + alpha_m_ * own_[k] - alpha_f_ * from.a[k]) / (1.0 - alpha_f_);
     }
     (void)equations_.evaluate_positions(to->t, to->x.data(), rows_.data());
-    for (double& row : rows_) row = -row;
     equations_.solve(residual_.data(), rows_.data());
     for (std::size_t k = 0; k < n; ++k) {
       to->x[k] += residual_[k];
       v_increment_[k] = gamma_ / (beta_ * h) * residual_[k];
     }
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
-    const double increment = mechanics_.error_ratio(from.t,
-                                                    {residual_.data(), v_increment_.data(), from.x.data(),
-                                                     from.v.data(), to->x.data(), to->v.data()},
-                                                    options_.atol, options_.rtol);
+    const double increment = mechanics_.error_ratio(
+        from.t, {residual_.data(), v_increment_.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()},
+        options_.atol, options_.rtol);
     switch (implicit_.newton.judge(increment)) {
       case NewtonIteration::Verdict::GoOn:
         break;

@@ -6,8 +6,9 @@
 
 namespace tanor {
 
-/// Generalized-alpha (Chung & Hulbert 1993; on constraints Arnold & Bruels 2007): order 2, one Newton iteration with one
-/// real matrix a step, the fastest oscillations damped by `spectral_radius` a step. With an acceleration b of its own
+/// Generalized-alpha (Chung & Hulbert 1993; on constraints Arnold & Bruels 2007): order 2, one Newton iteration with
+/// one real matrix a step, the fastest oscillations damped by `spectral_radius` a step. With an acceleration b of its
+/// own
 ///
 ///   r_1 = r_0 + h v_0 + h^2 ((1/2 - beta) b_0 + beta b_1),   v_1 = v_0 + h ((1 - gamma) b_0 + gamma b_1)
 ///   (1 - alpha_m) b_1 + alpha_m b_0 = (1 - alpha_f) w_1 + alpha_f w_0,   M w_1 = f_1 + K_1 lambda,   xi(r_1, t_1) = 0
@@ -23,6 +24,7 @@ class GeneralizedAlpha final : public Scheme {
   void forget() override { knows_own_ = false; }
 
  private:
+  Outcome solve_step(const State& from, double h, State* to);
   Outcome iterate(const State& from, double h, State* to, bool* converged);
 
   MotionOptions options_;

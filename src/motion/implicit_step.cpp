@@ -13,29 +13,23 @@ ImplicitStep::ImplicitStep(const MotionOptions& options, Mechanics& given)
       equations(given.make_implicit_equations()),
       newton(options.rtol),
       options_(options),
-      y_(given.size()),
-      mu_(equations == nullptr ? 0 : equations->num_multipliers()) {
+      moves_(given.size()),
+      rows_(equations == nullptr ? 0 : equations->num_rows()) {
   ensure(equations != nullptr, "implicit methods step in normal form");
 }
 
-bool ImplicitStep::prepare(const State& from, double h, const double* lambda) {
-  constexpr double same = 0.01;  // as good as the same step
-  const bool linearises = !is_linearised_ || renew_;
-  if (linearises) {
-    equations->linearise(from.t, from.x.data(), from.v.data(), lambda);
-    linearised_at_ = from.t;
-    is_linearised_ = true;
-    renew_ = false;
-  }
-  const bool factorizes = linearises || std::abs(factorized_for_ - h) > same * h;
-  if (factorizes) factorized_for_ = h;
-  newton.begin(!factorizes);
-  return factorizes;
+void ImplicitStep::linearise(double t, const double* x, const double* v, const double* lambda) {
+  equations->linearise(t, x, v, lambda);
+  renew_ = false;
+  forget_factors();
 }
 
-bool ImplicitStep::may_renew(const State& from) {
-  renew_ = linearised_at_ != from.t;
-  return renew_;
+bool ImplicitStep::wants_factors(double h) {
+  constexpr double same = 0.01;  // as good as the same length
+  const bool wants = !(std::abs(factorized_for_ - h) <= same * h);
+  if (wants) factorized_for_ = h;
+  newton.begin(!wants);
+  return wants;
 }
 
 void ImplicitStep::note_convergence() {
@@ -45,28 +39,24 @@ void ImplicitStep::note_convergence() {
 
 StepResult ImplicitStep::finish(State* to) {
   mechanics.prescribe(to->t, to->x.data(), to->v.data());
-  if (options_.stabilisation == Stabilisation::Projection && equations->num_multipliers() > 0) put_onto_constraints(to);
+  if (options_.stabilisation == Stabilisation::Projection && equations->num_constraints() > 0) put_onto_positions(to);
   return settle(mechanics, options_.stabilisation, to);
 }
 
-/// N y = K mu, K'y = -xi, x += y, and the same of v: chord iterations with the K of the linearisation.
-void ImplicitStep::put_onto_constraints(State* to) {
+/// N dx = K mu, K'dx = -xi: chord iterations with the K of the linearisation.
+void ImplicitStep::put_onto_positions(State* to) {
   constexpr double target = 1e-13;
   constexpr int most_iterations = 10;
-  const auto iterate = [&](std::vector<double>& moved, const auto& violation) {
-    double before = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < most_iterations; ++k) {
-      const double now = violation();
-      if (!(now > target) || !(now < 0.5 * before)) return;
-      before = now;
-      std::fill(y_.begin(), y_.end(), 0.0);
-      for (double& row : mu_) row = -row;
-      equations->solve(y_.data(), mu_.data());
-      for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += y_[i];
-    }
-  };
-  iterate(to->x, [&] { return equations->evaluate_positions(to->t, to->x.data(), mu_.data()); });
-  iterate(to->v, [&] { return equations->evaluate_rates(to->t, to->x.data(), to->v.data(), mu_.data()); });
+  double before = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < most_iterations; ++k) {
+    const double violation = equations->evaluate_positions(to->t, to->x.data(), rows_.data());
+    if (!(violation > target) || !(violation < 0.5 * before)) return;
+    before = violation;
+    std::fill(moves_.begin(), moves_.end(), 0.0);
+    std::fill(rows_.begin() + static_cast<std::ptrdiff_t>(equations->num_constraints()), rows_.end(), 0.0);
+    equations->solve(moves_.data(), rows_.data());
+    for (std::size_t i = 0; i < moves_.size(); ++i) to->x[i] += moves_[i];
+  }
 }
 
 }  // namespace tanor

@@ -18,26 +18,29 @@ class ImplicitStep {
   const std::unique_ptr<ImplicitEquations> equations;
   NewtonIteration newton;
 
-  /// Before the iteration of a step from `from`: linearises where there is nothing, or `renew` was asked for. True: the
-  /// matrices have to be factorized, for h.
-  bool prepare(const State& from, double h, const double* lambda);
-  /// After an iteration that converged, or not: a slow one asks for a new linearisation. False: the step is hopeless,
-  /// for the linearisation was already its own.
-  bool may_renew(const State& from);
-  void note_convergence();
-  void forget_factor() { factorized_for_ = 0.0; }
+  /// The matrices stand at a place of the step that is tried, or at one of an earlier step; where there is none, or one
+  /// that served badly, they want a new one.
+  bool wants_linearisation() const { return renew_; }
+  void linearise(double t, const double* x, const double* v, const double* lambda);
+  /// They have to be factorized for steps of length h, which is noted.
+  bool wants_factors(double h);
+  void forget_factors() { factorized_for_ = 0.0; }
+  void renew() { renew_ = true; }
 
-  /// `to`, whose x and v are found, onto the constraints in the norm of Newton's matrix, which leaves stiff springs as
-  /// they are; then `settle`.
+  /// Newton's iteration of a step converged: a slow one wants a new linearisation for the next.
+  void note_convergence();
+
+  /// The end of a step, whose x and v are found: onto xi = 0 in the norm of Newton's matrix, which leaves stiff springs
+  /// as they are; then `settle`.
   StepResult finish(State* to);
 
  private:
-  void put_onto_constraints(State* to);
+  void put_onto_positions(State* to);
 
   MotionOptions options_;
-  double linearised_at_ = 0.0, factorized_for_ = 0.0;  // s
-  bool is_linearised_ = false, renew_ = false;
-  std::vector<double> y_, mu_;
+  double factorized_for_ = 0.0;  // s; 0: there is no factor
+  bool renew_ = true;
+  std::vector<double> moves_, rows_;  // scratch
 };
 
 }  // namespace tanor

@@ -25,7 +25,8 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       scheme_(make_scheme(method, options, mechanics)),
       control_(scheme_->estimate_order()),
       events_(mechanics),
-      places_(options, mechanics, report) {
+      places_(options, mechanics, scheme_->has_long_steps(), report),
+      watch_(mechanics) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
 }
 
@@ -57,9 +58,11 @@ void Integration::resume() {
   trial_ = state;  // what does not move stands in both
   trial_is_before_ = false;
   places_.resume(state.t);
+  watch_.forget();
 }
 
 Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {
+  has_stopped_ = false;
   return scheme_->is_adaptive() ? advance_adaptively(t_end, taken, observer)
                                 : advance_in_equal_steps(t_end, taken, observer);
 }
@@ -76,8 +79,28 @@ Integration::Attempt Integration::try_step(double t, bool may_surprise) {
   if (!attempt.is_good()) return attempt;
   const Events::Meeting meeting = events_.meet(*scheme_, state, &trial_, &step);
   step.outcome = meeting.outcome;
-  attempt.has_switched = meeting.has_switched;
+  if (step.outcome.ok()) look_out(&attempt);
+  if (step.outcome.ok() && meeting.asks_for_switch && !attempt.has_stopped) {
+    attempt.has_switched = true;
+    step.outcome = events_.switch_equations(*scheme_, state, &trial_);
+  }
   return attempt;
+}
+
+/// For the user's events on the way of a good attempt; ends it at one that stops.
+void Integration::look_out(Attempt* attempt) {
+  if (watch_.is_empty() || trial_.t == state.t) return;
+  StepResult& step = attempt->step;
+  const DenseOutput by_ends(*scheme_, state, trial_, true), dense(*scheme_, state, trial_, attempt->has_coasted);
+  double stop = 0.0;
+  if (step.outcome = watch_.look(state, &trial_, by_ends, dense, &stop); !step.outcome.ok()) return;
+  if (stop > trial_.t) return;
+  attempt->has_stopped = true;
+  if (stop == trial_.t || attempt->has_coasted) return;
+  events_.forget();
+  if (step.outcome = mechanics_.linearise(state.t, state.x.data()); !step.outcome.ok()) return;
+  trial_.t = stop;
+  step = scheme_->step(state, stop - state.t, &trial_);
 }
 
 /// Past a singular place, or near it: on along the last two states. Events on the way are met at its end.
@@ -93,7 +116,10 @@ Integration::Attempt Integration::try_coasting(double t) {
   beyond_.t = t;
   attempt.step = places_.coast(*scheme_, trial_, state, &beyond_);
   attempt.error = attempt.step.error;
-  if (attempt.is_good()) std::swap(trial_, beyond_);
+  if (!attempt.is_good()) return attempt;
+  std::swap(trial_, beyond_);
+  look_out(&attempt);
+  trial_is_before_ = attempt.is_good();
   return attempt;
 }
 
@@ -101,9 +127,12 @@ Integration::Attempt Integration::try_coasting(double t) {
 void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   const double h = trial_.t - state.t;
   std::swap(state, trial_);
+  limit_ = std::numeric_limits<double>::infinity();
   trial_is_before_ = mechanics_.keeps_variables() && !attempt.has_switched;
   if (attempt.has_switched) places_.forget();
   if (attempt.has_coasted) events_.forget();
+  if (attempt.has_stopped) has_stopped_ = true;
+  watch_.accept();
   report_.events = events_.count();
   report_.last_event = events_.last_time();
   if (h > 0.0) {
@@ -115,7 +144,7 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
 
 /// A fixed step, in pieces where events lie on the way; one that fails is tried again in halves.
 Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken) {
-  while (state.t < t) {
+  while (state.t < t && !has_stopped_) {
     const double h = t - state.t;
     const bool coasts = trial_is_before_ && places_.disturb(state.t, h);
     if (Outcome found = coasts ? Outcome{} : events_.start(state); !found.ok()) return found;
@@ -152,7 +181,7 @@ Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, co
   const double resolution =
       16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_end), std::abs(state.t));
   if (steps.length() < resolution) return step_too_small(resolution, {});
-  while (k < steps.count()) {
+  while (k < steps.count() && !has_stopped_) {
     if (Outcome found = step_or_split(steps.time(++k), most_splits, taken); !found.ok()) return found;
     if (observer && !observer(report_)) break;
   }
@@ -160,11 +189,11 @@ Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, co
 }
 
 Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const Observer& observer) {
-  while (state.t < t_end) {
+  while (state.t < t_end && !has_stopped_) {
     const double t = state.t;
     const bool is_disturbed = places_.disturb(t, std::min(next_step, t_end - t));
     const bool coasts = is_disturbed && trial_is_before_;
-    if (is_disturbed && !coasts && places_.approach()) next_step = places_.half_way(t);
+    if (is_disturbed && !coasts && places_.approach()) limit_ = next_step = places_.half_way(t);
     if (Outcome found = coasts ? coast_adaptively(t_end, taken) : step_adaptively(t_end, taken); !found.ok())
       return found;
     if (state.t > t && observer && !observer(report_)) break;
@@ -183,14 +212,14 @@ Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
   }
   ++report_.rejected;
   if (!places_.approach()) return step_too_small(std::min(wanted, left), attempt.step.outcome);
-  if (!places_.is_coasting()) next_step = places_.half_way(state.t);
+  if (!places_.is_coasting()) limit_ = next_step = places_.half_way(state.t);
   return {};
 }
 
 /// Tries a step once; `next_step` is then the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = events_.start(state); !found.ok()) return found;
-  if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = proposed;
+  if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = std::min(proposed, limit_);
   // End exactly at t_end, without a tiny last step.
   const double left = t_end - state.t;
   const bool last = next_step >= 0.99 * left;
@@ -210,7 +239,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   ++report_.rejected;
   if (attempt.has_surprised) {
     places_.approach();
-    next_step = 0.5 * h;
+    limit_ = next_step = 0.5 * h;
     return {};
   }
   const bool has_error = step.outcome.ok() && std::isfinite(attempt.error);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include <tanor/motion.hpp>
@@ -9,6 +10,7 @@
 #include "motion/scheme.hpp"
 #include "motion/singular_places.hpp"
 #include "motion/step_control.hpp"
+#include "motion/watch.hpp"
 
 namespace tanor {
 
@@ -32,8 +34,12 @@ class Integration {
   void begin();
   void resume();
 
-  /// From state.t to exactly t_end; on a failure `state` stays at the last good step, the mechanics does not. An
-  /// adaptive scheme needs `next_step` > 0.
+  /// What the user looks for on the way.
+  Watch& watch() { return watch_; }
+  const Watch& watch() const { return watch_; }
+
+  /// From state.t to exactly t_end, or to an event that stops there; on a failure `state` stays at the last good step,
+  /// the mechanics does not. An adaptive scheme needs `next_step` > 0.
   Outcome advance(double t_end, const Taken& taken, const Observer& observer);
 
   /// What the next step depends on beside the state, to and from a snapshot; then the state, and `resume`.
@@ -50,6 +56,7 @@ class Integration {
     double error = 0.0;          // of the whole step, also where an event cut it short
     bool has_surprised = false;  // a singular place that was not foreseen
     bool has_coasted = false;
+    bool has_stopped = false;   // at an event of the user's
     bool has_switched = false;  // equations at its end; on a failed outcome no other step helps
 
     bool is_good() const { return step.outcome.ok() && error <= 1.0 && !has_surprised; }
@@ -63,6 +70,7 @@ class Integration {
   Outcome step_too_small(double resolution, const Outcome& reason) const;
   Attempt try_step(double t, bool may_surprise);
   Attempt try_coasting(double t);
+  void look_out(Attempt* attempt);
   void take_trial(const Attempt& attempt, const Taken& taken);
 
   Method method_;
@@ -73,9 +81,12 @@ class Integration {
   StepControl control_;
   Events events_;
   SingularPlaces places_;
+  Watch watch_;
+  bool has_stopped_ = false;                        // the advance, before its end
   State trial_;                                     // after a step: the one before, if …
   bool trial_is_before_ = false;                    // … no other was tried since
   State beyond_;                                    // of steps that coast; made by the first of them
+  double limit_ = std::numeric_limits<double>::infinity();  // s, of the next step, whatever its scheme proposes
   double advance_begin_ = 0.0, advance_end_ = 0.0;  // of the last advance in equal steps
 };
 

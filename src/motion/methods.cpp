@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -16,13 +17,19 @@ namespace {
 struct Entry {
   Method method;
   std::string_view name;
+  bool has_fixed_steps = false;
 };
 constexpr std::array methods{
-    Entry{Method::Auto, "auto"},       Entry{Method::Rk4, "rk4"},
-    Entry{Method::Dopri5, "dopri5"},   Entry{Method::Dop853, "dop853"},
-    Entry{Method::Taylor, "taylor"},   Entry{Method::Rattle, "rattle"},
-    Entry{Method::Rattle4, "rattle4"}, Entry{Method::Rattle6, "rattle6"},
-    Entry{Method::Radau5, "radau5"},   Entry{Method::GeneralizedAlpha, "generalized_alpha"},
+    Entry{Method::Auto, "auto"},
+    Entry{Method::Rk4, "rk4", true},
+    Entry{Method::Dopri5, "dopri5"},
+    Entry{Method::Dop853, "dop853"},
+    Entry{Method::Taylor, "taylor"},
+    Entry{Method::Rattle, "rattle", true},
+    Entry{Method::Rattle4, "rattle4", true},
+    Entry{Method::Rattle6, "rattle6", true},
+    Entry{Method::Radau5, "radau5"},
+    Entry{Method::GeneralizedAlpha, "generalized_alpha", true},
 };
 
 }  // namespace
@@ -41,6 +48,11 @@ std::string_view method_name(Method method) {
     if (entry.method == method) return entry.name;
   }
   return "";
+}
+
+bool has_fixed_steps(Method method) {
+  return std::any_of(methods.begin(), methods.end(),
+                     [&](const Entry& entry) { return entry.method == method && entry.has_fixed_steps; });
 }
 
 std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics) {

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "motion/stiffness.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -29,8 +31,33 @@ void check_options(const MotionOptions& options) {
 
 namespace {
 
-ChosenMethod choose(const MotionOptions& options, bool in_coordinates, const auto& find_obstacle) {
+bool is_implicit(Method method) {
+  return method == Method::Radau5 || method == Method::GeneralizedAlpha;
+}
+
+/// Springs that explicit steps would have to resolve, though the motion does not: with a step their stability decides,
+/// else how many of their swings go into one of the slow motion.
+std::optional<ChosenMethod> choose_for_stiff_springs(const MotionOptions& options, const System& system) {
+  constexpr double stable = 2.0;         // radians a step: rattle
+  constexpr double worthwhile = 1000.0;  // radians in which the slow motion turns by one
+  if (!system.friction.empty()) return {};
+  const auto [rate, spring, slow_rate] = measure_stiffness(system);
+  if (options.step > 0.0) {
+    if (!(rate * options.step > stable)) return {};
+    return ChosenMethod{Method::GeneralizedAlpha,
+                        "stiff: " + spring + " swings by " + text(rate * options.step) + " rad a step"};
+  }
+  if (!(slow_rate > 0.0 && rate > worthwhile * slow_rate)) return {};
+  return ChosenMethod{Method::Radau5,
+                      "stiff: " + spring + " swings " + text(rate / slow_rate) + " times faster than the system falls"};
+}
+
+ChosenMethod choose(const MotionOptions& options, const System& system, bool in_coordinates,
+                    const auto& find_obstacle) {
   if (options.method != Method::Auto) return {options.method, ""};
+  if (!in_coordinates) {
+    if (const auto stiff = choose_for_stiff_springs(options, system)) return *stiff;
+  }
   if (options.step > 0.0) {
     if (in_coordinates) return {Method::Rk4, "a step is given, the motion is in coordinates"};
     return {Method::Rattle, "a step is given: one solve each, and energy that does not drift"};
@@ -42,16 +69,23 @@ ChosenMethod choose(const MotionOptions& options, bool in_coordinates, const aut
 
 }  // namespace
 
-ChosenMethod choose_method(const MotionOptions& options, const Mechanics& mechanics, bool in_coordinates) {
-  return choose(options, in_coordinates, [&] { return mechanics.series_obstacle(); });
+ChosenMethod choose_method(const MotionOptions& options, const System& system, const Mechanics& mechanics,
+                           bool in_coordinates) {
+  return choose(options, system, in_coordinates, [&] { return mechanics.series_obstacle(); });
 }
 
 ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {
-  return choose(options, dynamics.plan().form == Form::Tangent, [&] { return dynamics.series_obstacle(); });
+  return choose(options, dynamics.system(), dynamics.plan().form == Form::Tangent,
+                [&] { return dynamics.series_obstacle(); });
 }
 
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
-  const bool needs_constraints = method == Method::Rattle || method == Method::Rattle4 || method == Method::Rattle6;
+  if (is_implicit(method) && !system.friction.empty()) {
+    throw InputError("/motion/method", std::string(method_name(method)) + " does not know friction (" +
+                                           friction_name(system, 0) + "); dopri5, rk4 and rattle do");
+  }
+  const bool needs_constraints =
+      is_implicit(method) || method == Method::Rattle || method == Method::Rattle4 || method == Method::Rattle6;
   if (!needs_constraints || system.coordinates.empty()) return solver;
   if (solver.form == Form::Tangent || num_equations(system) == 0) {
     throw InputError("/motion/method", std::string(method_name(method)) +

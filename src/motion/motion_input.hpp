@@ -13,8 +13,10 @@ void check_options(const MotionOptions& options);
 /// `size`: 3 times the number of points.
 void check_snapshot(const Snapshot& snapshot, std::size_t size);
 
-ChosenMethod choose_method(const MotionOptions& options, const Mechanics& mechanics, bool in_coordinates);
-/// rattle projects onto constraints: it steps in normal form. Throws InputError where there is none.
+ChosenMethod choose_method(const MotionOptions& options, const System& system, const Mechanics& mechanics,
+                           bool in_coordinates);
+/// rattle and the implicit methods step in normal form. Throws InputError where there is none, or friction that
+/// implicit methods do not know.
 SolverOptions resolve(SolverOptions solver, const System& system, Method method);
 
 }  // namespace tanor

@@ -43,6 +43,8 @@ class NewtonIteration {
     return count_ == most_iterations ? Verdict::Stalls : Verdict::GoOn;
   }
 
+  /// Increments shrank, though too slowly.
+  bool shrinks() const { return count_ > 1 && rate_ < 0.9; }
   /// By how much an iteration of the last step shortened the increment; 0: one was enough.
   double rate() const { return rate_; }
 

@@ -17,15 +17,15 @@ double combine(const RadauCoefficients::Row& row, const std::array<std::vector<d
 
 Radau5::Radau5(const MotionOptions& options, Mechanics& mechanics)
     : options_(options), implicit_(options, mechanics), mechanics_(mechanics), equations_(*implicit_.equations) {
-  const std::size_t n = mechanics.size(), d = equations_.num_multipliers();
+  const std::size_t n = mechanics.size(), d = equations_.num_rows();
   for (Stages<double>* stages : {&moved_, &x_, &v_, &a_}) {
     for (std::vector<double>& stage : *stages) stage.resize(n);
   }
-  for (Stages<double>* stages : {&lambda_, &rates_}) {
+  for (Stages<double>* stages : {&lambda_, &rows_}) {
     for (std::vector<double>& stage : *stages) stage.resize(d);
   }
   pair_.resize(n);
-  pair_rates_.resize(d);
+  pair_rows_.resize(d);
 }
 
 /// A step that is hardly longer is not worth new factors.
@@ -51,7 +51,7 @@ StepResult Radau5::step(const State& from, double h, State* to) {
 
 /// From the polynomials through the last stages: v_0 + moved is of degree 3, lambda of degree 2.
 void Radau5::predict(const State& from, double h) {
-  if (!knows_stages_ || (from.t != end_ && from.t != begin_)) return start_anew();
+  if (!knows_stages_ || (from.t != end_ && from.t != begin_)) return start_anew(from);
   const double last = end_ - begin_, from_u = (from.t - begin_) / last;
   const auto& c = radau_.c;
   const auto lagrange = [&](double u, std::size_t j, bool with_start) {
@@ -75,33 +75,41 @@ void Radau5::predict(const State& from, double h) {
   for (std::size_t k = 0; k < lambda_[0].size(); ++k) apply(of_lambda, lambda_, k);
 }
 
-void Radau5::start_anew() {
+void Radau5::start_anew(const State& from) {
   for (std::vector<double>& stage : moved_) std::fill(stage.begin(), stage.end(), 0.0);
-  for (std::vector<double>& stage : lambda_) std::ranges::copy(equations_.multipliers(), stage.begin());
+  for (std::vector<double>& stage : lambda_) equations_.write_multipliers(from.x.data(), from.v.data(), stage.data());
 }
 
-/// Newton's iteration with the factors that are there; where it stalls once more with new ones.
+/// Newton's iteration with the matrices that are there; where it stalls, with new ones at the place it came to.
 Outcome Radau5::solve_stages(const State& from, double h, double t_end) {
+  constexpr int most_renewals = 2;
   knows_stages_ = false;
-  for (;;) {
-    if (implicit_.prepare(from, h, lambda_[0].data())) {
+  for (int renewals = 0;; ++renewals) {
+    if (implicit_.wants_linearisation()) {
+      place_stage(from, h, t_end, 1);
+      implicit_.linearise(stage_time(from, h, t_end, 1), x_[1].data(), v_[1].data(), lambda_[1].data());
+    }
+    if (implicit_.wants_factors(h)) {
       // s M - df/dv - df/dr/s with s = gamma/h and (alpha + i beta)/h
       const double s = radau_.gamma / h;
       const std::complex<double> z = radau_.alpha_beta / h;
       Outcome found = equations_.factorize(NewtonWeights<double>{s, 1.0, 1.0 / s});
       if (found.ok()) found = equations_.factorize(NewtonWeights<std::complex<double>>{z, 1.0, 1.0 / z});
       if (!found.ok()) {
-        implicit_.forget_factor();
+        implicit_.renew();
         return found;
       }
     }
     bool converged = false;
-    if (Outcome found = iterate(from, h, t_end, &converged); !found.ok()) return found;
-    if (converged) break;
-    if (!implicit_.may_renew(from)) {
-      return {Status::NotConverged, "Newton's iteration of the step from t = " + text(from.t) + " stalls"};
+    if (Outcome found = iterate(from, h, t_end, &converged); !found.ok()) {
+      implicit_.renew();
+      return found;
     }
-    start_anew();
+    if (converged) break;
+    implicit_.renew();
+    if (renewals == most_renewals)
+      return {Status::NotConverged, "Newton's iteration of the step from t = " + text(from.t) + " stalls"};
+    if (!implicit_.newton.shrinks()) start_anew(from);
   }
   implicit_.note_convergence();
   knows_stages_ = true;
@@ -111,16 +119,16 @@ Outcome Radau5::solve_stages(const State& from, double h, double t_end) {
 }
 
 Outcome Radau5::iterate(const State& from, double h, double t_end, bool* converged) {
-  const std::size_t n = from.x.size(), d = equations_.num_multipliers();
+  const std::size_t n = from.x.size(), d = equations_.num_rows();
   const auto& s = radau_.t_inverse;
   for (;;) {
     for (std::size_t i = 0; i < 3; ++i) {
       place_stage(from, h, t_end, i);
       Outcome found = equations_.evaluate(stage_time(from, h, t_end, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
-                                          a_[i].data(), rates_[i].data());
+                                          a_[i].data(), rows_[i].data());
       if (!found.ok()) return found;
     }
-    // M^-1 (f + K lambda) - A^-1 moved/h and -(K'v + xi_t), transformed
+    // M^-1 (f + K lambda) - A^-1 moved/h and the rows, transformed
     for (std::size_t k = 0; k < n; ++k) {
       RadauCoefficients::Row residual;
       for (std::size_t i = 0; i < 3; ++i) residual[i] = a_[i][k] - combine(radau_.a_inverse[i], moved_, k) / h;
@@ -131,11 +139,11 @@ Outcome Radau5::iterate(const State& from, double h, double t_end, bool* converg
       pair_[k] = {along(1), along(2)};
     }
     for (std::size_t k = 0; k < d; ++k) {
-      pair_rates_[k] = {-combine(s[1], rates_, k), -combine(s[2], rates_, k)};
-      rates_[0][k] = -combine(s[0], rates_, k);
+      pair_rows_[k] = {combine(s[1], rows_, k), combine(s[2], rows_, k)};
+      rows_[0][k] = combine(s[0], rows_, k);
     }
-    equations_.solve(a_[0].data(), rates_[0].data());
-    equations_.solve(pair_.data(), pair_rates_.data());
+    equations_.solve(a_[0].data(), rows_[0].data());
+    equations_.solve(pair_.data(), pair_rows_.data());
 
     switch (implicit_.newton.judge(take_increments(from, h))) {
       case NewtonIteration::Verdict::GoOn:
@@ -175,15 +183,14 @@ double Radau5::take_increments(const State& from, double h) {
     }
   }
   for (std::size_t k = 0; k < lambda_[0].size(); ++k) {
-    for (std::size_t i = 0; i < 3; ++i) lambda_[i][k] += back(radau_.t[i], rates_[0][k], pair_rates_[k]);
+    for (std::size_t i = 0; i < 3; ++i) lambda_[i][k] += back(radau_.t[i], rows_[0][k], pair_rows_[k]);
   }
   double largest = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < from.x.size(); ++k) x_[i][k] = h * combine(radau_.a[i], a_, k);
-    const double ratio = mechanics_.error_ratio(from.t,
-                                                {x_[i].data(), a_[i].data(), from.x.data(), from.v.data(),
-                                                 from.x.data(), v_[i].data()},
-                                                options_.atol, options_.rtol);
+    const double ratio = mechanics_.error_ratio(
+        from.t, {x_[i].data(), a_[i].data(), from.x.data(), from.v.data(), from.x.data(), v_[i].data()}, options_.atol,
+        options_.rtol);
     largest = ratio > largest || !(ratio == ratio) ? ratio : largest;
   }
   return largest;
@@ -192,25 +199,41 @@ double Radau5::take_increments(const State& from, double h) {
 /// With s = gamma/h, rho_r = r_0' + sum e_i (r_i - r_0)/h = sum_j (e'A)_j moved_j and rho_v = w_0 + sum e_i moved_i/h:
 ///
 ///   (s M - df/dv - df/dr/s) e_v - K mu = M rho_v + df/dr rho_r/s,   K'e_v = 0,   e_r = (e_v + rho_r)/s
+///
+/// where that is too much, once more with w at (r_0 + e_r, v_0 + e_v) for w_0: without it what is stiff and already
+/// damped away would count.
 double Radau5::estimate_error(const State& from, double h, const State& to) {
   const double s = radau_.gamma / h;
   RadauCoefficients::Row e_a{};
   for (std::size_t j = 0; j < 3; ++j) {
     for (std::size_t i = 0; i < 3; ++i) e_a[j] += radau_.e[i] * radau_.a[i][j];
   }
-  std::vector<double>&rho = x_[0], &e_r = x_[1], &e_v = a_[0], &mu = rates_[0];
-  for (std::size_t k = 0; k < from.x.size(); ++k) {
-    rho[k] = combine(e_a, moved_, k);
-    e_r[k] = rho[k] / s;
-    e_v[k] = from.a[k] + combine(radau_.e, moved_, k) / h;
+  std::vector<double>&rho = v_[0], &e_r = x_[0], &e_v = a_[0], &mu = rows_[0];
+  e_v = from.a;
+  double error = 0.0;
+  for (int pass = 0; pass < 2; ++pass) {
+    for (std::size_t k = 0; k < from.x.size(); ++k) {
+      rho[k] = combine(e_a, moved_, k);
+      e_r[k] = rho[k] / s;
+      e_v[k] += combine(radau_.e, moved_, k) / h;
+    }
+    std::fill(mu.begin(), mu.end(), 0.0);
+    equations_.add_stiffness(e_r.data(), e_v.data(), mu.data());
+    equations_.solve(e_v.data(), mu.data());
+    for (std::size_t k = 0; k < from.x.size(); ++k) e_r[k] = (e_v[k] + rho[k]) / s;
+    error =
+        mechanics_.error_ratio(from.t, {e_r.data(), e_v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
+                               options_.atol, options_.rtol);
+    if (pass == 1 || !(error > 1.0)) break;
+    std::vector<double>&x = x_[1], &v = v_[1], &lambda = rows_[1];
+    for (std::size_t k = 0; k < from.x.size(); ++k) {
+      x[k] = from.x[k] + e_r[k];
+      v[k] = from.v[k] + e_v[k];
+    }
+    equations_.write_multipliers(x.data(), v.data(), lambda.data());
+    if (!equations_.evaluate(from.t, x.data(), v.data(), lambda.data(), e_v.data(), mu.data()).ok()) break;
   }
-  equations_.add_stiffness(e_r.data(), e_v.data());
-  std::fill(mu.begin(), mu.end(), 0.0);
-  equations_.solve(e_v.data(), mu.data());
-  for (std::size_t k = 0; k < from.x.size(); ++k) e_r[k] = (e_v[k] + rho[k]) / s;
-  return mechanics_.error_ratio(
-      from.t, {e_r.data(), e_v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol,
-      options_.rtol);
+  return error;
 }
 
 /// Works are integrated by the stages as the motion is.
@@ -218,7 +241,7 @@ Outcome Radau5::add_work(const State& from, double h, State* to) {
   for (std::size_t i = 0; i < 3; ++i) {
     place_stage(from, h, to->t, i);
     Outcome found = equations_.evaluate(stage_time(from, h, to->t, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
-                                        a_[i].data(), rates_[i].data());
+                                        a_[i].data(), rows_[i].data());
     if (!found.ok()) return found;
     const Power power = equations_.power(x_[i].data(), v_[i].data());
     to->work.supports += h * radau_.a[2][i] * power.supports;

@@ -31,7 +31,7 @@ class Radau5 final : public Scheme {
   using Stages = std::array<std::vector<T>, 3>;
 
   void predict(const State& from, double h);
-  void start_anew();
+  void start_anew(const State& from);
   Outcome solve_stages(const State& from, double h, double t_end);
   Outcome iterate(const State& from, double h, double t_end, bool* converged);
   void place_stage(const State& from, double h, double t_end, std::size_t i);
@@ -50,8 +50,8 @@ class Radau5 final : public Scheme {
   double begin_ = 0.0, end_ = 0.0;
   bool knows_stages_ = false;
   // Workspaces: stages; residuals, then increments.
-  Stages<double> x_, v_, a_, rates_;
-  std::vector<std::complex<double>> pair_, pair_rates_;
+  Stages<double> x_, v_, a_, rows_;
+  std::vector<std::complex<double>> pair_, pair_rows_;
 };
 
 }  // namespace tanor

@@ -45,6 +45,11 @@ class Scheme {
   /// The step that its own tolerances allow from this state, s; 0: it has no opinion.
   virtual double propose_step(const State& /*from*/) { return 0.0; }
 
+  /// Steps may be so long that K loses rank inside one, and neither end shows it.
+  virtual bool has_long_steps() const { return false; }
+  /// A step from this state looks at no place inside itself: it may pass one where K loses rank.
+  virtual bool sees_through(const State& /*from*/) { return false; }
+
   /// From `from` by h to `to` (a different object), whose time is given: from.t + h, rounded as the caller wants it. On
   /// a failed outcome or an error above 1 the rest of `to` is meaningless, `from` stays good.
   virtual StepResult step(const State& from, double h, State* to) = 0;
@@ -53,7 +58,8 @@ class Scheme {
   /// so that the mechanics is then linearised elsewhere.
   virtual Outcome prepare_inside(const State& /*from*/, const State& /*to*/) { return {}; }
   /// x and v at from.t + fraction h, `size()` numbers each. By default: quintic Hermite interpolation of x from
-  /// (x, v, a) at both ends, and its derivative as v; errors O(h^6) and O(h^5), whatever the scheme was.
+  /// (x, v, a) at both ends, and its derivative as v; errors O(h^6) and O(h^5), whatever the scheme was. Where it
+  /// leaves no a: cubic, O(h^4) and O(h^3).
   virtual void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                            double* v) const;
 

@@ -33,14 +33,18 @@ struct Simulation::Implementation {
     std::vector<double> r, v, w;
   } points;                  // the state [3n] in the inner order
   std::vector<double> rows;  // [d]
+  std::size_t num_events = 0;
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
       : options((check_options(motion), motion)),
         solver_options(resolve(solver, system, motion.method)),
         forms(std::move(system), solver_options, t_start),
-        chosen(choose_method(motion, form, forms.is_tangent())),
+        chosen(choose_method(motion, model.system, form, forms.is_tangent())),
         integration(chosen.method, options, form, &report) {
     note_method();
+    // Residuals of 1e-12 would be the noise of such steps. (Friction takes it for a wish to judge each instant.)
+    constexpr double demanding = 1e-10;
+    form.set_exact(integration.scheme().is_adaptive() && motion.rtol < demanding && !model.has_friction());
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
       throw InputError("/motion/step", "method " + std::string(method_name(report.method)) +
                                            " has fixed steps: a positive step, s, is needed");
@@ -264,6 +268,19 @@ struct Simulation::Implementation {
     return outcome;
   }
 
+  std::size_t add_event(Event event) {
+    if (!event.value) throw InputError("/event", "\"" + event.name + "\" has no function");
+    const auto value = [this, value = std::move(event.value), at_r = std::vector<double>(r.size()),
+                        at_v = std::vector<double>(v.size())](double t, const double* x, const double* x_dot) mutable {
+      form.write_points(t, x, x_dot, state.a.data(), points.r.data(), points.v.data(), points.w.data());
+      model.numbering.scatter_points(points.r, at_r);
+      model.numbering.scatter_points(points.v, at_v);
+      return value(t, at_r, at_v);
+    };
+    integration.watch().add({value, event.direction, event.stops});
+    return num_events++;
+  }
+
   /// A step that was accepted.
   void take(const StepResult& step) {
     form.recentre(state.t, state.x.data(), state.v.data(), state.a.data());
@@ -295,6 +312,12 @@ Outcome Simulation::advance(double t_end, const Observer& observer) {
   return implementation_->advance(t_end, observer);
 }
 
+std::size_t Simulation::add_event(Event event) {
+  return implementation_->add_event(std::move(event));
+}
+std::span<const Passage> Simulation::passages() const {
+  return implementation_->integration.watch().passages();
+}
 Snapshot Simulation::snapshot() const {
   return implementation_->snapshot();
 }

@@ -29,9 +29,25 @@ void SingularPlaces::note(double t, bool is_settled) {
   }
   if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
   memory_.forecast.add(t, reciprocal_condition);
-  if (is_at_one()) note_passage(t, reciprocal_condition, memory_.is_at_one);
+  if (follows_) find_passage(t);
+  if (is_at_one()) {
+    note_passage(t, reciprocal_condition, memory_.is_at_one);
+    memory_.last_passage = t;
+  }
   memory_.is_at_one = is_at_one();
   note_rank(t);
+}
+
+/// One that lies inside the last step, unless it is known.
+void SingularPlaces::find_passage(double t) {
+  const double from = memory_.compared_time, fraction = mechanics_.find_passage(std::isnan(from));
+  memory_.compared_time = t;
+  if (fraction < 0.0) return;
+  const double time = from + fraction * (t - from);
+  const bool is_known = std::abs(memory_.last_passage - time) < 0.5 * (t - from);
+  if (!is_known) note_passage(time, mechanics_.last_solve().reciprocal_condition, false);
+  memory_.last_passage = time;
+  memory_.is_at_one = true;  // should this place still be near: it is the same one
 }
 
 void SingularPlaces::note_rank(double t) {
@@ -69,12 +85,14 @@ double SingularPlaces::coasting_length(double t_before, double t) const {
   return is_coasting() ? before * std::pow(0.5, memory_.approaches) : ahead + 0.5 * std::max(ahead, 0.5 * before);
 }
 
-StepResult SingularPlaces::coast(const Scheme& scheme, const State& before, const State& from, State* to) {
+StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const State& from, State* to) {
   constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
   SingularForecast& forecast = memory_.forecast;
   const Coasting how{.knows_acceleration_before = scheme.knows_acceleration(),
                      .ends_there = forecast.lies_near(to->t, to->t - from.t)};
-  StepResult step = tanor::coast(mechanics_, options_, before, from, how, to);
+  const bool by_itself = !how.ends_there && !is_coasting() && scheme.sees_through(from);
+  StepResult step = by_itself ? scheme.step(from, to->t - from.t, to)
+                              : tanor::coast(mechanics_, options_, before, from, how, to);
   if (!step.outcome.ok()) return step;
   // From halfway there the error is 1/32 of the one before, or it is rounding.
   const bool is_rounding = step.error > 0.25 * memory_.coasting_error;
@@ -83,7 +101,8 @@ StepResult SingularPlaces::coast(const Scheme& scheme, const State& before, cons
     return step;
   }
   step.error = 0.0;
-  if (forecast.time() != memory_.last_passage) note_passage(forecast.time(), forecast.reciprocal_condition(), false);
+  if (!by_itself && forecast.time() != memory_.last_passage)
+    note_passage(forecast.time(), forecast.reciprocal_condition(), false);
   memory_.last_passage = forecast.time();
   memory_.approaches = 0;
   memory_.coasting_error = std::numeric_limits<double>::infinity();

@@ -11,8 +11,9 @@ namespace tanor {
 /// report which ones it met.
 class SingularPlaces {
  public:
-  SingularPlaces(const MotionOptions& options, Mechanics& mechanics, MotionReport* report)
-      : options_(options), mechanics_(mechanics), report_(*report) {}
+  /// `follows`: K is compared from step to step, for a scheme with long steps.
+  SingularPlaces(const MotionOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
+      : options_(options), mechanics_(mechanics), follows_(follows), report_(*report) {}
 
   /// The motion begins at t, or goes on there from a snapshot; the mechanics has solved there.
   void begin(double t);
@@ -35,17 +36,19 @@ class SingularPlaces {
   /// Of a step that coasts: half as far beyond the place as it lies ahead.
   double coasting_length(double t_before, double t) const;
   /// From `from` on along `before` and it, to `to`, whose time is given; an error above 1: try a shorter step.
-  StepResult coast(const Scheme& scheme, const State& before, const State& from, State* to);
+  StepResult coast(Scheme& scheme, const State& before, const State& from, State* to);
 
  private:
   static constexpr int most_approaches = 12;
 
   bool is_at_one() const;
+  void find_passage(double t);
   void note_rank(double t);
   void note_passage(double t, double reciprocal_condition, bool is_the_last_one);
 
   MotionOptions options_;
   Mechanics& mechanics_;
+  bool follows_;
   MotionReport& report_;
   // Of the steps before
   struct {
@@ -54,6 +57,7 @@ class SingularPlaces {
     int approaches = 0;  // to the place that is foreseen, each halves the way …
     double coasting_error = std::numeric_limits<double>::infinity();  // … and this of the last of them
     double last_passage = std::numeric_limits<double>::quiet_NaN();
+    double compared_time = std::numeric_limits<double>::quiet_NaN();  // of the last step
   } memory_;
 };
 

@@ -149,6 +149,17 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
                                 options_.atol, options_.rtol);
 }
 
+Outcome Taylor::prepare_inside(const State& from, const State& to) {
+  return exists_ ? Outcome{} : other_->prepare_inside(from, to);
+}
+
+/// The series itself.
+void Taylor::interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
+                         double* v) const {
+  if (!exists_ || series_time_ != from.t) return other_->interpolate(parallel, from, to, fraction, x, v);
+  evaluate(fraction * (to.t - from.t), x, v, inside_.a.data());
+}
+
 StepResult Taylor::step(const State& from, double h, State* to) {
   if (!has_series_ || series_time_ != from.t) expand(from);
   if (!exists_) return other_->step(from, h, to);

@@ -15,10 +15,16 @@ class Taylor final : public Scheme {
  public:
   Taylor(const MotionOptions& options, Mechanics& mechanics);
 
-  int order() const override { return order_; }
+  /// Velocities lose one term.
+  int order() const override { return order_ - 1; }
   bool is_adaptive() const override { return true; }
   double propose_step(const State& from) override;
+  bool has_long_steps() const override { return true; }
+  bool sees_through(const State& from) override { return propose_step(from) > 0.0; }
   StepResult step(const State& from, double h, State* to) override;
+  Outcome prepare_inside(const State& from, const State& to) override;
+  void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
+                   double* v) const override;
   void forget() override { has_series_ = false; }
 
  private:
@@ -34,7 +40,7 @@ class Taylor final : public Scheme {
   std::vector<std::vector<double>> coefficients_;  // [order + 1][n]
   std::vector<double*> pointers_;
   std::unique_ptr<Scheme> other_;  // where there is no series
-  struct {
+  mutable struct {
     std::vector<double> x, v, a;
   } inside_;
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works

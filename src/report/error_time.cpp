@@ -3,35 +3,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
-
-#include "report/loglog_plot.hpp"
-#include "report/output_file.hpp"
+#include <numeric>
 
 namespace tanor::report {
 
 namespace {
 
 constexpr int rows_per_method = 4;
-constexpr double coarsest_tolerance = 1e-2;
+constexpr double coarsest_tolerance = 1e-3;
+constexpr double short_run = 0.1;  // s; made three times
 
-// A judge begins half a step or a hundredth of a tolerance behind the finest row of its own method, which then tells
-// its own error at no cost.
+// A judge begins a hundredth of a tolerance behind the finest row of its own method, which then tells its own error at
+// no cost.
 constexpr int first_judge_level = rows_per_method;
 constexpr int most_refinements = 4;
 constexpr double judge_share = 0.1;         // of the smallest error that it judges
 constexpr double finest_tolerance = 1e-13;  // below, rounding decides
-constexpr double certain_above = 3.0;       // errors of the judge
 
-bool has_fixed_steps(Method method) {
-  return method != Method::Dopri5 && method != Method::Dop853;
-}
-
-/// dop853 judges the others, dopri5 judges dop853.
-Method judge_of(Method method) {
-  return method == Method::Dop853 ? Method::Dopri5 : Method::Dop853;
+/// Who may judge a method, never itself, the best first.
+std::array<Method, 2> judges_of(Method method) {
+  if (method == Method::Taylor) return {Method::Dop853, Method::Dopri5};
+  return {Method::Taylor, method == Method::Dop853 ? Method::Dopri5 : Method::Dop853};
 }
 
 /// The coarsest step: the scene's own, else a hundredth of the time.
@@ -53,14 +49,6 @@ MotionOptions options_of(const scene::Scene& scene, Method method, int level) {
   return options;
 }
 
-double largest_distance(std::span<const double> a, std::span<const double> b) {
-  double worst = 0.0;
-  for (std::size_t i = 0; i < a.size(); i += 3) {
-    worst = std::max(worst, std::hypot(a[i] - b[i], a[i + 1] - b[i + 1], a[i + 2] - b[i + 2]));
-  }
-  return worst;
-}
-
 /// A run to t_end: its row (without errors and order) and where the points end.
 struct Run {
   ErrorTimeRow row;
@@ -68,7 +56,7 @@ struct Run {
   std::vector<double> positions;
 };
 
-Run run(const scene::Scene& scene, const MotionOptions& options) {
+Run run_once(const scene::Scene& scene, const MotionOptions& options) {
   Simulation simulation(scene.system, options, scene.solver);
   Run result;
   const auto begin = std::chrono::steady_clock::now();
@@ -79,6 +67,7 @@ Run run(const scene::Scene& scene, const MotionOptions& options) {
   result.row.step = options.step;
   result.row.tolerance = has_fixed_steps(report.method) ? 0.0 : options.rtol;
   result.row.steps = report.steps;
+  result.row.factorizations = report.counters.factorizations;
   result.row.violation = report.position_violation;
   result.row.energy_drift = report.energy.drift_relative();
   result.row.trouble = result.outcome.what;
@@ -86,29 +75,60 @@ Run run(const scene::Scene& scene, const MotionOptions& options) {
   return result;
 }
 
-std::string setting_of(const ErrorTimeRow& row) {
-  return row.step > 0.0 ? fmt::format("step {:.4g}", row.step) : fmt::format("rtol {:.0e}", row.tolerance);
+/// Short runs three times: the middle of their times.
+Run run(const scene::Scene& scene, const MotionOptions& options) {
+  Run first = run_once(scene, options);
+  if (!first.outcome.ok() || first.row.wall_s > short_run) return first;
+  std::array times{first.row.wall_s, run_once(scene, options).row.wall_s, run_once(scene, options).row.wall_s};
+  std::sort(times.begin(), times.end());
+  first.row.wall_s = times[1];
+  return first;
 }
 
 /// Runs of a scene by method and level, each done once, when it is asked for.
 class Runs {
  public:
-  Runs(const scene::Scene& scene, const std::function<void(const std::string&)>& say) : scene_(scene), say_(say) {}
+  Runs(const scene::Scene& scene, std::vector<Index> points, const std::function<void(const std::string&)>& say)
+      : scene_(scene), points_(std::move(points)), say_(say) {}
 
   const Run& get(Method method, int level) {
-    const auto [found, is_new] = runs_.try_emplace({method, level});
+    const auto found = runs_.find({method, level});
+    if (found != runs_.end()) return found->second;
+    const Run& made = runs_[{method, level}] = run(scene_, options_of(scene_, method, level));
+    say_(fmt::format("{} with {}: {:.3g} s", method_name(method), describe_setting(made.row), made.row.wall_s));
+    return made;
+  }
+
+  /// Why a method cannot step this scene; empty: it can.
+  const std::string& refusal(Method method) {
+    const auto [found, is_new] = refusals_.try_emplace(method);
     if (is_new) {
-      found->second = run(scene_, options_of(scene_, method, level));
-      const ErrorTimeRow& row = found->second.row;
-      say_(fmt::format("{} with {}: {:.3g} s", method_name(method), setting_of(row), row.wall_s));
+      try {
+        get(method, 0);
+      } catch (const InputError& error) {
+        if (error.where() != "/motion/method") throw;  // the scene itself is wrong
+        found->second = error.what();
+      }
     }
     return found->second;
   }
 
+  /// Largest distance of a point that is compared.
+  double distance(const std::vector<double>& a, const std::vector<double>& b) const {
+    double worst = 0.0;
+    for (const Index point : points_) {
+      const std::size_t i = 3 * static_cast<std::size_t>(point);
+      worst = std::max(worst, std::hypot(a[i] - b[i], a[i + 1] - b[i + 1], a[i + 2] - b[i + 2]));
+    }
+    return worst;
+  }
+
  private:
   const scene::Scene& scene_;
+  std::vector<Index> points_;
   const std::function<void(const std::string&)>& say_;
   std::map<std::pair<Method, int>, Run> runs_;
+  std::map<Method, std::string> refusals_;
 };
 
 /// A run that judges others, and its distance from its own coarser run; infinite where one of them did not arrive.
@@ -123,8 +143,7 @@ Judge call_judge(Runs* runs, Method method, int level) {
   const Run& finer = runs->get(method, level);
   if (!finer.outcome.ok()) return {method, level, &finer, HUGE_VAL};
   const Run& coarser = runs->get(method, level - 1);
-  return {method, level, &finer,
-          coarser.outcome.ok() ? largest_distance(finer.positions, coarser.positions) : HUGE_VAL};
+  return {method, level, &finer, coarser.outcome.ok() ? runs->distance(finer.positions, coarser.positions) : HUGE_VAL};
 }
 
 /// The smallest error above 0 that a judge finds among the rows of a method.
@@ -132,20 +151,19 @@ double smallest_error(Runs* runs, Method method, const Judge& judge) {
   double smallest = HUGE_VAL;
   for (int level = 0; level < rows_per_method; ++level) {
     const Run& judged = runs->get(method, level);
-    const double error = largest_distance(judged.positions, judge.run->positions);
+    const double error = runs->distance(judged.positions, judge.run->positions);
     if (judged.outcome.ok() && error > 0.0) smallest = std::min(smallest, error);
   }
   return smallest;
 }
 
-/// The judge of a method's rows, fine enough for them where rounding permits.
-Judge find_judge(const scene::Scene& scene, Runs* runs, Method method) {
-  Judge judge = call_judge(runs, judge_of(method), first_judge_level);
+/// A judge of a method's rows, fine enough for them where rounding permits.
+Judge refine_judge(const scene::Scene& scene, Runs* runs, Method method, Method judging) {
+  Judge judge = call_judge(runs, judging, first_judge_level);
   for (int k = 0; k < most_refinements && judge.run->outcome.ok(); ++k) {
     if (judge.error <= judge_share * smallest_error(runs, method, judge)) break;
-    const MotionOptions next = options_of(scene, judge.method, judge.level + 1);
-    if (!has_fixed_steps(judge.method) && next.rtol < 0.5 * finest_tolerance) break;
-    const Judge finer = call_judge(runs, judge.method, judge.level + 1);
+    if (options_of(scene, judging, judge.level + 1).rtol < 0.5 * finest_tolerance) break;
+    const Judge finer = call_judge(runs, judging, judge.level + 1);
     if (!(finer.error < judge.error)) break;
     const bool rounding_rules = finer.error > 0.5 * judge.error;
     judge = finer;
@@ -154,78 +172,65 @@ Judge find_judge(const scene::Scene& scene, Runs* runs, Method method) {
   return judge;
 }
 
-/// Within three errors of the judge all that is certain is a bound.
-std::string describe_error(const ErrorTimeRow& row) {
-  const bool is_certain = row.error >= certain_above * row.judge_error;
-  return is_certain ? fmt::format("{:.2e}", row.error) : fmt::format("<= {:.2e}", row.error + row.judge_error);
+/// The first of those that may judge a method and arrives; none arrived: the last.
+Judge find_judge(const scene::Scene& scene, Runs* runs, Method method) {
+  Judge judge{};
+  for (const Method judging : judges_of(method)) {
+    if (!runs->refusal(judging).empty()) continue;
+    judge = refine_judge(scene, runs, method, judging);
+    if (judge.run->outcome.ok()) break;
+  }
+  return judge;
+}
+
+std::vector<Index> list_points(const System& system) {
+  std::vector<Index> points(system.masses.size());
+  std::iota(points.begin(), points.end(), Index{0});
+  return points;
 }
 
 }  // namespace
 
-ErrorTimeTable measure_error_time(const scene::Scene& scene, const std::vector<Method>& methods,
+std::string describe_setting(const ErrorTimeRow& row) {
+  return row.step > 0.0 ? fmt::format("step {:.4g}", row.step) : fmt::format("rtol {:.0e}", row.tolerance);
+}
+
+ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Method> methods,
+                                  const scene::ReferenceState* reference,
                                   const std::function<void(const std::string&)>& say) {
-  ErrorTimeTable table{scene.name, scene.source, scene.t_end, scene.solver.threads, {}, {}, {}};
-  Runs runs(scene, say);
+  ErrorTimeTable table{scene.name, scene.source, scene.t_end, scene.solver.threads, {}, {}, {}, {}};
+  Runs runs(scene, reference ? reference->points : list_points(scene.system), say);
   for (const Method method : methods) {
-    const Judge judge = find_judge(scene, &runs, method);
-    if (!judge.run->outcome.ok()) {
-      table.outcome = judge.run->outcome;
-      return table;
+    if (const std::string& refusal = runs.refusal(method); !refusal.empty()) {
+      table.left_out.push_back(refusal);
+      continue;
     }
-    table.judges.push_back({method, judge.method, setting_of(judge.run->row), judge.error});
+    const std::vector<double>* truth = reference ? &reference->positions : nullptr;
+    ErrorTimeTable::Judge named{method, reference ? reference->name : "", 0.0};
+    if (!reference) {
+      const Judge judge = find_judge(scene, &runs, method);
+      if (!judge.run->outcome.ok()) {
+        table.outcome = judge.run->outcome;
+        return table;
+      }
+      truth = &judge.run->positions;
+      named.setting = fmt::format("{} with {}", method_name(judge.method), describe_setting(judge.run->row));
+      named.error = judge.error;
+    }
+    table.judges.push_back(named);
     double last_error = 0.0;
     for (int level = 0; level < rows_per_method; ++level) {
       const Run& judged = runs.get(method, level);
       ErrorTimeRow row = judged.row;
-      row.error = largest_distance(judged.positions, judge.run->positions);
-      row.judge_error = judge.error;
+      row.error = runs.distance(judged.positions, *truth);
+      row.judge_error = named.error;
       if (has_fixed_steps(method) && last_error > 0.0 && row.error > 0.0) row.order = std::log2(last_error / row.error);
       last_error = row.trouble.empty() ? row.error : 0.0;
       table.rows.push_back(row);
     }
   }
+  if (table.rows.empty()) throw InputError("--methods", table.left_out.empty() ? "none is named" : table.left_out[0]);
   return table;
-}
-
-std::string format_error_time(const ErrorTimeTable& table) {
-  std::string text = fmt::format("error against run time, t = {:g} s\n", table.t_end);
-  text += fmt::format("  {:8}{:>16}{:>8}{:>11}{:>14}{:>8}{:>12}{:>14}\n", "method", "setting", "steps", "wall, s",
-                      "error, m", "order", "violation", "energy drift");
-  for (const ErrorTimeRow& row : table.rows) {
-    text += fmt::format("  {:8}{:>16}{:>8}{:>11.3g}", method_name(row.method), setting_of(row), row.steps, row.wall_s);
-    if (!row.trouble.empty()) {
-      text += "  " + row.trouble + "\n";
-      continue;
-    }
-    text += fmt::format("{:>14}{:>8}{:>12.1e}{:>14.1e}\n", describe_error(row),
-                        row.order != 0.0 ? fmt::format("{:.2f}", row.order) : "", row.violation, row.energy_drift);
-  }
-  for (const auto& [judged, method, setting, error] : table.judges) {
-    text += fmt::format("  {} is judged by {} with {}, judge's own error <= {:.1e} m\n", method_name(judged),
-                        method_name(method), setting, error);
-  }
-  return text;
-}
-
-void write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table) {
-  make_folder(directory);
-  OutputFile csv(directory / "error_time.csv");
-  csv.write(
-      std::string_view("method,step_s,rtol,steps,wall_s,error_m,judge_error_m,order,violation,energy_drift,trouble\n"));
-  std::vector<PlotSeries> series;
-  for (const ErrorTimeRow& row : table.rows) {
-    csv.write(std::string_view(fmt::format("{},{},{},{},{},{},{},{},{},{},\"{}\"\n", method_name(row.method), row.step,
-                                           row.tolerance, row.steps, row.wall_s, row.error, row.judge_error, row.order,
-                                           row.violation, row.energy_drift, row.trouble)));
-    const std::string name(method_name(row.method));
-    if (series.empty() || series.back().name != name) series.push_back({name, {}});
-    if (row.trouble.empty() && row.error > 0.0) series.back().points.push_back({row.wall_s, row.error});
-  }
-  csv.close();
-  replace_file(directory / "error_time.svg", [&](OutputFile* file) {
-    file->write(std::string_view(make_loglog_plot(
-        {table.scene + ": error against run time", "wall time, s", "largest error at the end, m", series})));
-  });
 }
 
 }  // namespace tanor::report

@@ -1,12 +1,13 @@
 #pragma once
 
-#include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <tanor/motion.hpp>
 
+#include "scene/reference_state.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::report {
@@ -16,8 +17,8 @@ struct ErrorTimeRow {
   Method method;
   double step = 0.0;       ///< s; 0 for adaptive methods
   double tolerance = 0.0;  ///< rtol; 0 for fixed steps
-  std::size_t steps = 0;
-  double wall_s = 0.0;       ///< of the steps alone, without set-up
+  std::size_t steps = 0, factorizations = 0;
+  double wall_s = 0.0;       ///< of the steps alone, without set-up; short runs: the middle one of three
   double error = 0.0;        ///< largest distance of a point from the judge at t_end, m
   double judge_error = 0.0;  ///< of the judge itself, m: what the error is uncertain by
   double order = 0.0;        ///< log2 of the error's ratio to the row before (fixed steps halved); 0: first row
@@ -32,26 +33,25 @@ struct ErrorTimeTable {
   double t_end = 0.0;
   int threads = 1;
   struct Judge {
-    Method judged, method;
-    std::string setting;  ///< "rtol 1e-12", "step 0.0003125"
-    double error = 0.0;   ///< its distance from its own run with twice the step or 100 times the tolerance, m
+    Method judged;
+    std::string setting;  ///< "taylor with rtol 1e-13", "chain10.txt"
+    double error = 0.0;   ///< its distance from its own run with 100 times the tolerance, m; 0 for a file
   };
   std::vector<Judge> judges;  ///< one for each method of the rows
   std::vector<ErrorTimeRow> rows;
-  Outcome outcome;  ///< why a judge did not arrive; the rows that it was to judge are missing
+  std::vector<std::string> left_out;  ///< "taylor: <force> has no series": methods that the scene refuses, and why
+  Outcome outcome;                    ///< why a judge did not arrive; the rows that it was to judge are missing
 };
 
-/// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against a finer run of *another*
-/// method, the judge: dop853 is judged by dopri5, all others by dop853, each with a tight tolerance. A judge is
-/// refined, four times at most, until its own error is a tenth of the smallest that it finds. `say` hears a line after
-/// each run.
-ErrorTimeTable measure_error_time(const scene::Scene& scene, const std::vector<Method>& methods,
+/// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against the file that is given, or
+/// else against a finer run of *another* method, the judge: dop853 judges taylor, taylor all others; where it refuses
+/// the scene, dop853, and dopri5 judges dop853. A judge is refined until its own error is a tenth of the smallest that
+/// it finds, or rounding rules. `say` hears a line after each run. Throws InputError where the scene refuses all.
+ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Method> methods,
+                                  const scene::ReferenceState* reference,
                                   const std::function<void(const std::string&)>& say);
 
-/// The table as text, one screen wide.
-std::string format_error_time(const ErrorTimeTable& table);
-
-/// `error_time.csv` and `error_time.svg` (both axes logarithmic) in a folder.
-void write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table);
+/// "rtol 1e-05", "step 0.005"
+std::string describe_setting(const ErrorTimeRow& row);
 
 }  // namespace tanor::report

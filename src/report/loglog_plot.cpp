@@ -10,7 +10,8 @@ namespace tanor::report {
 namespace {
 
 constexpr double width = 640.0, height = 440.0, left = 80.0, right = 20.0, top = 40.0, bottom = 60.0;
-constexpr std::array colors{"#0b6e99", "#c1440e", "#4c8c2b", "#7b4fa3", "#8a6d00"};
+constexpr std::array colors{"#0b6e99", "#c1440e", "#4c8c2b", "#7b4fa3", "#8a6d00",
+                            "#222222", "#d1498b", "#2aa198", "#9a9a9a", "#5d4037"};
 
 /// Whole decades around the data.
 struct Axis {
@@ -83,7 +84,7 @@ std::string make_loglog_plot(const LogLogPlot& plot) {
     const double y = top + 18.0 + 18.0 * static_cast<double>(k);
     svg += fmt::format(
         "<rect x=\"{}\" y=\"{}\" width=\"12\" height=\"12\" fill=\"{}\"/><text x=\"{}\" y=\"{}\">{}</text>\n",
-        width - right - 100.0, y - 10.0, color, width - right - 82.0, y, escape(series.name));
+        width - right - 130.0, y - 10.0, color, width - right - 112.0, y, escape(series.name));
   }
   return svg + "</svg>\n";
 }

@@ -123,6 +123,43 @@ TEST_P(DigitsTest, TenDigitsOfMotionReactionsAndMultipliers) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, DigitsTest, list_answers([](const CaseScene&) { return true; }), name_answer);
 
+/// The car axis is stiff: its 826 steps follow the springs, the tolerance is met all the same.
+TEST(Dop853Test, ElevenDigitsOfEveryCase) {
+  const MotionOptions options{.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14};
+  for (const CaseScene& scene : moving_cases()) {
+    const Judge judge(scene);
+    for (const Instant& instant : judge.instants()) {
+      const Answer answer = through_library("", scene.build(judge.start()), options, instant.t);
+      EXPECT_LT(judge.error(answer, instant), 1e-11) << scene.name << ", t = " << instant.t;
+    }
+  }
+}
+
+/// Case 16: a string of beads under tension swings in its first mode, small and large; after a quarter
+/// and after the whole of the small one's period (whose digits the case rounds).
+TEST(Dop853Test, WavesOfAChainUnderTension) {
+  const nlohmann::json file = read_case("16_wave_chain");
+  const double period = 2.0 * 3.14159265358979323846 / number(file.at("omega_j").at(0));
+  for (const char* amplitude : {"nonlinear_A=1e-3", "nonlinear_A=0.1"}) {
+    const auto vectors = [&](std::size_t k, const char* key) {
+      return make_spatial(numbers(file.at(amplitude).at(k).at(key)), 2);
+    };
+    const std::vector<double> start = vectors(0, "r");
+    System system = make_hanging_chain({0.0, start, vectors(0, "v"), {}, {}, {}}, 1.0, {0, 0, 0}, 1.0);
+    const auto last = static_cast<Index>(start.size() / 3);
+    system.constraints.push_back(Planes{"slider", {last}, Vector3{0, 1, 0}, 0.0});
+    system.forces = {ConstantForce{"tension", {last}, VectorFunction(Vector3{10, 0, 0})}};
+    for (const auto& [k, t] : {std::pair{1U, 0.25 * period}, std::pair{2U, period}}) {
+      Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-13, .atol = 1e-15});
+
+      ASSERT_TRUE(simulation.advance(t).ok());
+
+      EXPECT_LT(largest_difference(simulation.positions().subspan(3), vectors(k, "r")), 1e-11) << amplitude;
+      EXPECT_LT(largest_difference(simulation.velocities().subspan(3), vectors(k, "v")), 1e-11) << amplitude;
+    }
+  }
+}
+
 class EnergyTest : public AnswerTest {};
 
 /// E(t) - E(0) is what supports and moving constraints put in.

@@ -40,6 +40,56 @@ TEST(ErrorTimeTest, JudgesAreBetterThanTheJudged) {
   for (std::size_t k = 0; k < errors.size(); ++k) EXPECT_GT(errors[k], 3.0 * uncertainties[k]) << ended.out;
   EXPECT_FALSE(contains(ended.out.substr(0, ended.out.find("judged")), "<=")) << ended.out;
   EXPECT_TRUE(contains(ended.out, "judge's own error <= ")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "rk4 is judged by taylor with rtol")) << ended.out;
+  // Four stages a step and one factor each; positions are projected once more.
+  const std::vector<double> steps = read_column(folder / "a_b.out/error_time.csv", "steps");
+  const std::vector<double> factorizations = read_column(folder / "a_b.out/error_time.csv", "factorizations");
+  EXPECT_GE(factorizations[0], 4.0 * steps[0]) << ended.out;
+}
+
+// A bead that falls 4.905 m, and a file that wants it 0.25 m beside.
+TEST(ErrorTimeTest, AReferenceFileReplacesTheJudge) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0], [1,1,1]]},
+    "supports": [{"points": [1], "motion": "fixed"}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 1}})");
+  write_text(folder / "end.txt", "# by hand\n0.5\n0 0 -1.22625\n1\n0.25 0 -4.905 0 0 -9.81\n");
+  write_text(folder / "end.json", R"({"dim": 3, "trajectory": [{"t": "1", "r": ["0", "-0.5", "-4.905"]}]})");
+
+  const auto error_of = [&](const std::string& file) {
+    const Ended ended =
+        run_program(folder, {"error-time", "s.json", "--methods", "dopri5", "--reference", file, "--quiet"});
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_TRUE(contains(ended.out, "dopri5 is judged by " + file + "\n")) << ended.out;
+    return read_column(folder / "s.out/error_time.csv", "error_m").back();
+  };
+  EXPECT_NEAR(error_of("end.txt"), 0.25, 1e-12);
+  EXPECT_NEAR(error_of("end.json"), 0.5, 1e-12);
+
+  const std::string line = complaint(
+      folder, {"error-time", "s.json", "--t-end", "2", "--methods", "dopri5", "--reference", "end.txt", "--quiet"}, 2);
+  EXPECT_TRUE(contains(line, "end.txt: has no state at t_end = 2 s; its times are 0.5, 1")) << line;
+}
+
+// Coordinates alone: nothing to project onto, no series in time.
+TEST(ErrorTimeTest, MethodsThatASceneRefusesAreLeftOutWithTheReason) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[1,0,0]]},
+    "coordinates": [{"kind": "circle", "points": [0], "center": [0,0,0], "normal": [0,0,1], "radius": 1}],
+    "forces": [{"kind": "gravity", "acceleration": [0, -9.81, 0]}], "motion": {"t_end": 1}})");
+
+  const Ended ended = run_program(folder, {"error-time", "s.json", "--quiet"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(contains(ended.out, "left out: rattle projects onto constraints")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "left out: taylor: the motion in coordinates")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "rk4 is judged by dop853")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "dop853 is judged by dopri5")) << ended.out;
+  EXPECT_TRUE(contains(read_text(folder / "s.out/error_time.md"), "| dop853 | rtol 1e-03 |"));
+  EXPECT_EQ(read_column(folder / "s.out/error_time.csv", "wall_s").size(), 12u);
+
+  const std::string line = complaint(folder, {"error-time", "s.json", "--methods", "taylor", "--quiet"}, 2);
+  EXPECT_TRUE(contains(line, "taylor: the motion in coordinates")) << line;
 }
 
 // A point on two parallel planes.

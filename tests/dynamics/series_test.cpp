@@ -111,11 +111,13 @@ RandomSystem make_functions(ConstraintKernel surface) {
   system.masses = {1.0, 2.0};
   random.positions = system.positions;
   random.velocities = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-  double xi = 0.0;
+  double xi = 0.0, rate = 0.0, phi = 0.0;
   std::vector<double> gradient(3);
-  ConstraintBatch batch{1, 0.0, system.positions.data(), random.velocities.data(), &xi, nullptr, nullptr, gradient.data()};
+  ConstraintBatch batch{1, 0.0, system.positions.data(), random.velocities.data(), &xi, &rate, &phi, gradient.data()};
   surface.evaluate(surface.context.get(), batch);
-  system.positions[2] = random.positions[2] = -xi;  // z1 + …
+  // It is z1 + something: the start lies on it and goes along.
+  system.positions[2] = random.positions[2] = -xi;
+  random.velocities[2] = random.velocities[5] = -rate;
   system.velocities = random.velocities;
   system.constraints = {UserConstraints{"surface", {{0}}, std::move(surface)}, Rods{"rod", {{0, 1}}}};
   system.forces = {Gravity{"g", {0, 0, -9.81}},

@@ -36,7 +36,7 @@ def main() -> None:
 
     with open(folder / "error_time.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    check(len(rows) == 12 and not any(row["trouble"] for row in rows), "12 rows without trouble")
+    check(len(rows) == 20 and not any(row["trouble"] for row in rows), "20 rows without trouble")
     judged = [(float(row["error_m"]), float(row["judge_error_m"])) for row in rows]
     check(all(error >= 3.0 * uncertainty for error, uncertainty in judged), "judges are better than the judged")
     for method, order in (("rattle", 2.0), ("rk4", 4.0)):

@@ -130,13 +130,14 @@ TEST(OutputTimesTest, AMotionMayStartAtAnyTime) {
 // ---- options
 // ----------------------------------------------------------------------------------------------------------
 
-TEST(MethodTest, AutoIsDopri5WithTolerancesAndRk4WithAStep) {
-  EXPECT_EQ(Simulation(scenes::make_pendulum(), {}).report().method, Method::Dopri5);
-  EXPECT_EQ(Simulation(scenes::make_pendulum(), {.step = 1e-3}).report().method, Method::Rk4);
+TEST(MethodTest, AutoIsTaylorWithTolerancesAndRattleWithAStep) {
+  EXPECT_EQ(Simulation(scenes::make_pendulum(), {}).report().method, Method::Taylor);
+  EXPECT_EQ(Simulation(scenes::make_pendulum(), {.step = 1e-3}).report().method, Method::Rattle);
 }
 
 TEST(MethodTest, NamesGoBothWaysAndAnUnknownOneListsTheKnown) {
-  for (const Method method : {Method::Auto, Method::Rk4, Method::Dopri5, Method::Rattle}) {
+  for (const Method method : {Method::Auto, Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Rattle,
+                              Method::Rattle4, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha}) {
     EXPECT_EQ(method_from_name(method_name(method)), method);
   }
   try {
@@ -144,7 +145,7 @@ TEST(MethodTest, NamesGoBothWaysAndAnUnknownOneListsTheKnown) {
     FAIL() << "euler is no method";
   } catch (const InputError& error) {
     const std::string what = error.what();
-    for (const char* name : {"euler", "auto", "rk4", "dopri5", "rattle"}) {
+    for (const char* name : {"euler", "auto", "rk4", "dopri5", "taylor", "rattle", "radau5"}) {
       EXPECT_NE(what.find(name), std::string::npos) << what;
     }
   }

@@ -30,7 +30,7 @@ struct KnownMotion {
 KnownMotion make_pendulum() {
   return {"pendulum", scenes::make_pendulum, [](double t, const std::vector<double>& x) {
             const double angle = elliptic::swing(0.5 * pi, std::sqrt(9.81 / 0.1), t).angle;
-            return std::hypot(x[0] - 0.1 * std::sin(angle), x[2] + 0.1 * std::cos(angle));
+            return std::hypot(x[3] - 0.1 * std::sin(angle), x[5] + 0.1 * std::cos(angle));
           }};
 }
 
@@ -48,8 +48,8 @@ KnownMotion make_hoop() {
   };
   return {"hoop", build, [](double t, const std::vector<double>& x) {
             const double theta = 0.5 * (pi + elliptic::swing(2.0 * start - pi, omega, t).angle);
-            return std::hypot(x[0] - std::sin(theta) * std::cos(omega * t), x[1] - std::sin(theta) * std::sin(omega * t),
-                              x[2] - std::cos(theta));
+            return std::hypot(x[0] - std::sin(theta) * std::cos(omega * t),
+                              x[1] - std::sin(theta) * std::sin(omega * t), x[2] - std::cos(theta));
           }};
 }
 
@@ -77,7 +77,28 @@ KnownMotion make_spherical_pendulum() {
           }};
 }
 
-/// Error at t_end after steps of equal length.
+/// A bead on an inclined line, drawn to the origin by a spring, in air: s'' = -k/m s - c/m s', from rest at s = 1.
+KnownMotion make_damped_bead() {
+  static constexpr double stiffness = 0.1, drag = 0.02;
+  const auto build = [] {
+    System system;
+    scenes::add_point({0.6, 0, 0.8}, &system);
+    scenes::add_point({0, 0, 0}, &system);
+    system.supports = {{"origin", {1}, {}}};
+    system.constraints = {Lines{"line", {0}, Vector3{0, 0, 0}, Vector3{3, 0, 4}}};
+    system.forces = {Springs{"spring", {{0, 1}}, stiffness, 0.0, 0.0}, Drag{"air", {0}, drag, 0.0}};
+    return system;
+  };
+  return {"damped bead", build, [](double t, const std::vector<double>& x) {
+            const double decay = 0.5 * drag / scenes::mass;
+            const double frequency = std::sqrt(stiffness / scenes::mass - decay * decay);
+            const double s =
+                std::exp(-decay * t) * (std::cos(frequency * t) + decay / frequency * std::sin(frequency * t));
+            return std::hypot(x[0] - 0.6 * s, x[1], x[2] - 0.8 * s);
+          }};
+}
+
+/// Largest error on the way to t_end in steps of equal length.
 double run(const KnownMotion& motion, Method method, double t_end, int steps) {
   Forms forms(motion.build(), {});
   EquationsOfMotion& form = *forms.main;
@@ -93,47 +114,49 @@ double run(const KnownMotion& motion, Method method, double t_end, int steps) {
   if (found.ok()) found = form.accelerations(0.0, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
   if (form.has_work()) state.power = form.power(state.x.data(), state.v.data());
   State next = state;
+  double worst = 0.0;
   for (int k = 1; found.ok() && k <= steps; ++k) {
     next.t = t_end * k / steps;
     found = scheme->step(state, next.t - state.t, &next).outcome;
     std::swap(state, next);
+    forms.model.numbering.scatter_points(state.x, outer);
+    worst = std::max(worst, motion.measure_error(state.t, outer));
   }
   EXPECT_TRUE(found.ok()) << found.what;
-  forms.model.numbering.scatter_points(state.x, outer);
-  const std::size_t moving = motion.name == "pendulum" ? 3 : 0;
-  return motion.measure_error(t_end, {outer.begin() + static_cast<std::ptrdiff_t>(moving), outer.end()});
+  return worst;
 }
 
 struct Order {
   Method method;
   double order;
-  int steps;  // a unit of time of the motion, of the coarsest run
+  int steps;
 
   friend std::ostream& operator<<(std::ostream& out, const Order& one) { return out << method_name(one.method); }
 };
 
-class OrderTest : public testing::TestWithParam<std::tuple<int, Order>> {};
+class OrderTest : public testing::TestWithParam<Order> {};
 
 TEST_P(OrderTest, IsThatOfTheTheory) {
-  static const std::vector<KnownMotion> motions{make_pendulum(), make_hoop(), make_spherical_pendulum()};
-  static constexpr std::array<double, 3> ends{0.4, 1.5, 2.0};
-  const auto& [which, method] = GetParam();
-  const auto index = static_cast<std::size_t>(which);
-  const auto error_of = [&](int steps) { return run(motions[index], method.method, ends[index], steps); };
-  double before = error_of(method.steps);
-  for (int steps = 2 * method.steps, k=0; k<4; ++k, steps *= 2) {
-    const double now = error_of(steps);
-    printf("%-20s %-8s %6d %.3e order %.3f\n", motions[index].name.c_str(), std::string(method_name(method.method)).c_str(), steps, now, std::log2(before / now));
-    before = now;
+  const auto& [method, order, steps] = GetParam();
+  const std::array<std::pair<KnownMotion, double>, 4> motions{
+      {{make_pendulum(), 1.0}, {make_hoop(), 2.0}, {make_spherical_pendulum(), 5.0}, {make_damped_bead(), 20.0}}};
+  for (const auto& [motion, t_end] : motions) {
+    const double coarse = run(motion, method, t_end, steps), fine = run(motion, method, t_end, 2 * steps);
+
+    const double found = std::log2(coarse / fine);
+    EXPECT_GT(found, order - 0.15) << motion.name << ": " << coarse << ", " << fine;
+    // The leading term of dop853 is so small that where constraints turn the next one hides it down to rounding.
+    if (method != Method::Dop853 || motion.name == "damped bead")
+      EXPECT_LT(found, order + 0.15) << motion.name << ": " << coarse << ", " << fine;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, OrderTest,
-                         testing::Combine(testing::Values(0, 1, 2),
-                                          testing::Values(Order{Method::Rk4, 4, 100}, Order{Method::Dopri5, 5, 50},
-                                                          Order{Method::Dop853, 8, 10}, Order{Method::Rattle, 2, 200},
-                                                          Order{Method::Rattle4, 4, 40},
-                                                          Order{Method::Rattle6, 6, 20})));
+                         testing::Values(Order{Method::Rk4, 4, 800}, Order{Method::Dopri5, 5, 200},
+                                         Order{Method::Dop853, 8, 20}, Order{Method::Rattle, 2, 2000},
+                                         Order{Method::Rattle4, 4, 200}, Order{Method::Rattle6, 6, 80},
+                                         Order{Method::Taylor, 5, 100}),
+                         [](const auto& instance) { return std::string(method_name(instance.param.method)); });
 
 }  // namespace
 }  // namespace tanor

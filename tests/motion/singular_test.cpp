@@ -207,6 +207,53 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(Motion, FourBar, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle));
 
+/// N + 1 uniform links on the ground and N uniform couplers between them, each 1 m and 1 kg, upright and on their way
+/// with 1 m/s (IFToMM benchmark A02). A uniform rod is two end masses of 1/6 and one of 4/6 in its middle.
+System make_many_four_bars(int bars) {
+  System system;
+  const auto add = [&](double x, double y, double mass, double speed) {
+    system.positions.insert(system.positions.end(), {x, y, 0.0});
+    system.velocities.insert(system.velocities.end(), {speed, 0.0, 0.0});
+    system.masses.push_back(mass);
+    return static_cast<Index>(system.masses.size() - 1);
+  };
+  std::vector<Index> ground, top;
+  for (int i = 0; i <= bars; ++i) ground.push_back(add(i, 0.0, 1.0, 0.0));
+  for (int i = 0; i <= bars; ++i) top.push_back(add(i, 1.0, (1.0 + (i > 0) + (i < bars)) / 6.0, 1.0));
+  Rods rods{"rods", {}, 1.0, {}};
+  std::vector<std::vector<Index>> middles;
+  for (std::size_t i = 0; i < top.size(); ++i) {
+    rods.pairs.push_back({ground[i], top[i]});
+    middles.push_back({add(static_cast<double>(i), 0.5, 4.0 / 6.0, 0.5), ground[i], top[i]});
+  }
+  for (std::size_t i = 0; i + 1 < top.size(); ++i) {
+    rods.pairs.push_back({top[i], top[i + 1]});
+    middles.push_back({add(static_cast<double>(i) + 0.5, 1.0, 4.0 / 6.0, 1.0), top[i], top[i + 1]});
+  }
+  system.supports = {{"ground", ground, {}}};
+  system.constraints = {rods, Planes{"plane", top, Vector3{0, 0, 1}, 0.0}};
+  for (const Vector3& e : {Vector3{1, 0, 0}, Vector3{0, 1, 0}, Vector3{0, 0, 1}}) {
+    const Vector3 back{-e[0], -e[1], -e[2]}, twice{2 * e[0], 2 * e[1], 2 * e[2]};
+    system.constraints.push_back(Linears{"", middles, {twice, back, back}, 0.0});
+  }
+  system.forces = {Gravity{"", {0, -9.81, 0}}};
+  return system;
+}
+
+TEST(Singular, FortyFourBarsGoThroughAllTheirFlatPlacesAsOnePendulum) {
+  MotionOptions options;
+  options.method = Method::Dopri5;
+  options.rtol = 1e-10;
+  options.atol = 1e-12;
+  Simulation simulation(make_many_four_bars(40), options);
+
+  ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+
+  EXPECT_NEAR(simulation.positions()[3 * 41], 0.410901153762945, 1e-6);
+  EXPECT_NEAR(simulation.positions()[3 * 41 + 1], 0.911679900971981, 1e-6);
+  EXPECT_EQ(simulation.report().singular_passages.count, 20U);
+}
+
 /// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut.
 System make_net_on_adjacent_corners() {
   constexpr Index m = 10;

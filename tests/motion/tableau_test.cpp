@@ -164,8 +164,7 @@ TEST(CompositionTest, FractionsAreSymmetricAndCancelOddPowers) {
     EXPECT_NEAR(sum(fractions, 1), 1.0, 1e-15);
     for (int power = 3; power < order; power += 2) EXPECT_NEAR(sum(fractions, power), 0.0, 2e-16) << order;
     EXPECT_GT(std::abs(sum(fractions, order + 1)), 1e-3);
-    for (std::size_t k = 0; k < fractions.size(); ++k)
-      EXPECT_EQ(fractions[k], fractions[fractions.size() - 1 - k]);
+    for (std::size_t k = 0; k < fractions.size(); ++k) EXPECT_EQ(fractions[k], fractions[fractions.size() - 1 - k]);
   }
 }
 

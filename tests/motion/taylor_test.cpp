@@ -48,7 +48,7 @@ TEST(Taylor, OneFactorizationAStepAndASolveAnOrder) {
   error_of_pendulum(10.0, 1e-10, &report);
   EXPECT_LE(report.counters.factorizations, report.steps + 4);
   EXPECT_EQ(report.rejected, 0u);
-  EXPECT_LT(report.steps, 120u);  // dopri5 takes about 3000
+  EXPECT_LT(report.steps, 150u);  // dopri5 takes about 3000
 }
 
 TEST(Taylor, HigherOrdersTakeLongerSteps) {

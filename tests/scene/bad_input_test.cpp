@@ -282,7 +282,7 @@ const BadInput bad_inputs[] = {
     {"OutputPointIsOutOfRange", three_points(R"("motion": {"output_points": [5]})"),
      R"(scene.json: /motion/output_points/0: found number 5, wanted a whole number from 0 to 2)"},
     {"MethodIsUnknown", three_points(R"("motion": {"method": "euler"})"),
-     R"(scene.json: /motion/method: method "euler" is not known; this version has auto, rk4, dopri5, rattle)"},
+     R"(scene.json: /motion/method: method "euler" is not known; this version has auto, rk4, dopri5, dop853, taylor, rattle, rattle4, rattle6, radau5, generalized_alpha)"},
     {"StartIsUnknown", three_points(R"("motion": {"start": "jump"})"),
      R"(scene.json: /motion/start: found string "jump", wanted one of check, project)"},
     {"StabilisationIsUnknown", three_points(R"("motion": {"stabilisation": "baumgarte"})"),

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+/// What every driver here simulates: beads on rigid rods under gravity, released at rest.
+namespace rivals {
+
+using Place = std::array<double, 3>;
+
+/// From point i to point j; i = -1: from an anchor.
+struct Rod {
+  int i, j;
+  Place anchor{};
+};
+
+struct Problem {
+  double mass = 0.1, length = 0.1, gravity = 9.81;  // kg, m, m/s^2 down z
+  double t_end = 1.0;                               // s
+  std::vector<double> places;                       // 3n, m
+  std::vector<Rod> rods;
+
+  int size() const { return static_cast<int>(places.size() / 3); }
+  int equations() const { return static_cast<int>(rods.size()); }
+
+  /// r_j - r_i of a rod, where r are places, or velocities (anchors rest).
+  Place difference(const Rod& rod, const double* r, bool are_places) const {
+    Place d;
+    for (int c = 0; c < 3; ++c) {
+      const double from = rod.i >= 0 ? r[3 * rod.i + c] : are_places ? rod.anchor[c] : 0.0;
+      d[c] = r[3 * rod.j + c] - from;
+    }
+    return d;
+  }
+};
+
+/// N rods from an anchor, horizontal.
+inline Problem make_chain(int count, double mass, double length, double t_end) {
+  Problem chain{mass, length, 9.81, t_end, {}, {}};
+  for (int i = 0; i < count; ++i) {
+    chain.places.insert(chain.places.end(), {length * (i + 1), 0.0, 0.0});
+    chain.rods.push_back({i - 1, i});
+  }
+  return chain;
+}
+
+/// m x m beads in a plane, two diagonal corners anchored.
+inline Problem make_net(int m) {
+  Problem net;
+  net.t_end = 0.1;
+  std::vector<int> number(static_cast<std::size_t>(m * m), -1);
+  const auto place = [&](int k) { return Place{net.length * (k % m), net.length * (k / m), 0.0}; };
+  for (int k = 1; k + 1 < m * m; ++k) {
+    number[k] = net.size();
+    const Place r = place(k);
+    net.places.insert(net.places.end(), r.begin(), r.end());
+  }
+  const auto join = [&](int a, int b) {
+    if (number[b] < 0) std::swap(a, b);
+    net.rods.push_back({number[a], number[b], place(a)});
+  };
+  for (int k = 0; k < m * m; ++k) {
+    if (k % m + 1 < m) join(k, k + 1);
+    if (k + m < m * m) join(k, k + m);
+  }
+  return net;
+}
+
+/// "chain" (size rods, 1 s), "net" (size x size, 0.1 s), "pendulum" (10 s), "a01" (IFToMM: 1 kg, 1 m, 2000 s).
+inline Problem make_problem(const std::string& name, int size) {
+  if (name == "chain") return make_chain(size, 0.1, 0.1, 1.0);
+  if (name == "net") return make_net(size);
+  if (name == "pendulum") return make_chain(1, 0.1, 0.1, 10.0);
+  if (name == "a01") return make_chain(1, 1.0, 1.0, 2000.0);
+  throw std::invalid_argument("problem " + name);
+}
+
+/// Processor time of the process, s: other work on the machine counts little.
+inline double processor_time() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// What a run cost and where the points end.
+struct Run {
+  double seconds = 0.0;  // of the steps alone, without set-up
+  long steps = 0, factorizations = 0;
+  std::vector<double> places;
+};
+
+/// Makes short runs again and again for a twentieth of a second, keeps the middle of their times, prints
+/// "seconds steps factorizations" and writes the end as a reference file has it.
+inline void report(const Problem& problem, const std::function<Run()>& make_run, const std::string& file) {
+  std::vector<double> times;
+  Run last;
+  for (double total = 0.0; total < 0.05 && times.size() < 101; total += last.seconds) {
+    last = make_run();
+    times.push_back(last.seconds);
+  }
+  std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
+  std::printf("%.6g %ld %ld\n", times[times.size() / 2], last.steps, last.factorizations);
+  std::FILE* out = std::fopen(file.c_str(), "w");
+  if (!out) throw std::runtime_error("cannot write " + file);
+  std::fprintf(out, "%.17g\n", problem.t_end);
+  for (std::size_t i = 0; i < last.places.size(); i += 3) {
+    std::fprintf(out, "%.17g %.17g %.17g\n", last.places[i], last.places[i + 1], last.places[i + 2]);
+  }
+  std::fclose(out);
+}
+
+}  // namespace rivals

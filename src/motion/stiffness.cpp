@@ -1,0 +1,82 @@
+#include "motion/stiffness.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/vec3.hpp"
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// visit(springs, number of the force)
+template <class Visit>
+void for_each_springs(const System& system, const Visit& visit) {
+  for (std::size_t n = 0; n < system.forces.size(); ++n) {
+    if (const auto* springs = std::get_if<Springs>(&system.forces[n])) visit(*springs, n);
+  }
+}
+
+double shortest_length(const System& system) {
+  double result = std::numeric_limits<double>::infinity();
+  const auto look_at = [&](const std::vector<std::array<Index, 2>>& pairs) {
+    for (const auto& [i, j] : pairs) {
+      const double length = norm(load(system.positions.data(), j) - load(system.positions.data(), i));
+      if (length > 0.0) result = std::min(result, length);
+    }
+  };
+  for_each_springs(system, [&](const Springs& springs, std::size_t) { look_at(springs.pairs); });
+  for (const Constraint& constraint : system.constraints) {
+    if (const auto* rods = std::get_if<Rods>(&constraint)) look_at(rods->pairs);
+  }
+  return result;
+}
+
+/// sqrt(g/l) and |v|/l with the shortest length l.
+double slow_rate(const System& system) {
+  const double length = shortest_length(system);
+  double acceleration = 0.0, speed = 0.0;
+  for (const Force& force : system.forces) {
+    if (const auto* gravity = std::get_if<Gravity>(&force)) acceleration += norm(make_vec3(gravity->acceleration));
+  }
+  for (std::size_t i = 0; 3 * i < system.velocities.size(); ++i) {
+    speed = std::max(speed, norm(load(system.velocities.data(), i)));
+  }
+  return std::max(std::sqrt(acceleration / length), speed / length);
+}
+
+}  // namespace
+
+Stiffness measure_stiffness(const System& system) {
+  // Sums over the springs at a point, over its mass: no eigenvalue is larger than those of a spring's two ends
+  // together.
+  std::vector<double> stiffness(system.num_points(), 0.0), damping(stiffness);
+  for_each_springs(system, [&](const Springs& springs, std::size_t) {
+    for (const auto& [i, j] : springs.pairs) {
+      for (const Index end : {i, j}) {
+        stiffness[end] += springs.stiffness / system.masses[end];
+        damping[end] += springs.damping / system.masses[end];
+      }
+    }
+  });
+  for (const Support& support : system.supports) {
+    for (const Index point : support.points) stiffness[point] = damping[point] = 0.0;
+  }
+  Stiffness result;
+  for_each_springs(system, [&](const Springs& springs, std::size_t n) {
+    for (std::size_t k = 0; k < springs.pairs.size(); ++k) {
+      const auto [i, j] = springs.pairs[k];
+      const double rate = std::max(std::sqrt(stiffness[i] + stiffness[j]), damping[i] + damping[j]);
+      if (!(rate > result.rate)) continue;
+      result.rate = rate;
+      result.spring = force_name(system, n) + "[" + std::to_string(k) + "]";
+    }
+  });
+  if (result.rate > 0.0) result.slow_rate = slow_rate(system);
+  return result;
+}
+
+}  // namespace tanor

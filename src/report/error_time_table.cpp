@@ -1,0 +1,111 @@
+#include "report/error_time_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "report/loglog_plot.hpp"
+#include "report/output_file.hpp"
+#include "report/picture.hpp"
+
+namespace tanor::report {
+
+namespace {
+
+constexpr double certain_above = 3.0;  // errors of the judge
+
+/// Within three errors of the judge all that is certain is a bound.
+std::string describe_error(const ErrorTimeRow& row) {
+  const bool is_certain = row.error >= certain_above * row.judge_error;
+  return is_certain ? fmt::format("{:.2e}", row.error) : fmt::format("<= {:.2e}", row.error + row.judge_error);
+}
+
+std::string describe_order(const ErrorTimeRow& row) {
+  return row.order != 0.0 ? fmt::format("{:.2f}", row.order) : "";
+}
+
+/// Who judged whom, and what was left out.
+std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
+  std::vector<std::string> remarks;
+  for (const auto& [judged, setting, error] : table.judges) {
+    remarks.push_back(fmt::format("{} is judged by {}", method_name(judged), setting));
+    if (error > 0.0) remarks.back() += fmt::format(", judge's own error <= {:.1e} m", error);
+  }
+  for (const std::string& method : table.left_out) remarks.push_back("left out: " + method);
+  return remarks;
+}
+
+std::string make_csv(const ErrorTimeTable& table) {
+  std::string text =
+      "method,step_s,rtol,steps,factorizations,wall_s,error_m,judge_error_m,order,violation,energy_drift,trouble\n";
+  for (const ErrorTimeRow& row : table.rows) {
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},\"{}\"\n", method_name(row.method), row.step, row.tolerance,
+                        row.steps, row.factorizations, row.wall_s, row.error, row.judge_error, row.order, row.violation,
+                        row.energy_drift, row.trouble);
+  }
+  return text;
+}
+
+std::string make_markdown(const ErrorTimeTable& table) {
+  std::string text =
+      fmt::format("# {}: error against run time\n\nPoints: {}; t = {:g} s; threads: {}.\n\n", table.scene, table.source,
+                  table.t_end, table.threads > 0 ? fmt::to_string(table.threads) : "all");
+  text +=
+      "| method | setting | steps | factorizations | wall, s | error, m | order | violation | energy drift |\n"
+      "|---|---|--:|--:|--:|--:|--:|--:|--:|\n";
+  for (const ErrorTimeRow& row : table.rows) {
+    text += fmt::format("| {} | {} | {} | {} | {:.3g} |", method_name(row.method), describe_setting(row), row.steps,
+                        row.factorizations, row.wall_s);
+    text += row.trouble.empty() ? fmt::format(" {} | {} | {:.1e} | {:.1e} |\n", describe_error(row),
+                                              describe_order(row), row.violation, row.energy_drift)
+                                : fmt::format(" {} | | | |\n", row.trouble);
+  }
+  text += "\n";
+  for (const std::string& remark : list_remarks(table)) text += "- " + remark + "\n";
+  return text;
+}
+
+/// A line a method, in the order of its settings.
+LogLogPlot make_plot(const ErrorTimeTable& table) {
+  LogLogPlot plot{table.scene + ": error against run time", "wall time, s", "largest error at the end, m", {}};
+  for (const ErrorTimeRow& row : table.rows) {
+    const std::string name(method_name(row.method));
+    if (plot.series.empty() || plot.series.back().name != name) plot.series.push_back({name, {}});
+    if (row.trouble.empty() && row.error > 0.0) plot.series.back().points.push_back({row.wall_s, row.error});
+  }
+  return plot;
+}
+
+}  // namespace
+
+std::string format_error_time(const ErrorTimeTable& table) {
+  std::size_t width = 8;
+  for (const ErrorTimeRow& row : table.rows) width = std::max(width, method_name(row.method).size());
+  std::string text = fmt::format("error against run time, t = {:g} s\n", table.t_end);
+  text += fmt::format("  {:{}}{:>15}{:>8}{:>9}{:>10}{:>13}{:>7}{:>11}{:>14}\n", "method", width, "setting", "steps",
+                      "factors", "wall, s", "error, m", "order", "violation", "energy drift");
+  for (const ErrorTimeRow& row : table.rows) {
+    text += fmt::format("  {:{}}{:>15}{:>8}{:>9}{:>10.3g}", method_name(row.method), width, describe_setting(row),
+                        row.steps, row.factorizations, row.wall_s);
+    text += row.trouble.empty() ? fmt::format("{:>13}{:>7}{:>11.1e}{:>14.1e}\n", describe_error(row),
+                                              describe_order(row), row.violation, row.energy_drift)
+                                : "  " + row.trouble + "\n";
+  }
+  for (const std::string& remark : list_remarks(table)) text += "  " + remark + "\n";
+  return text;
+}
+
+std::string write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table) {
+  make_folder(directory);
+  const auto write = [&](const char* name, const std::string& text) {
+    replace_file(directory / name, [&](OutputFile* file) { file->write(std::string_view(text)); });
+  };
+  write("error_time.csv", make_csv(table));
+  write("error_time.md", make_markdown(table));
+  write("error_time.svg", make_loglog_plot(make_plot(table)));
+  if (convert_to_png(directory / "error_time.svg", directory / "error_time.png")) return "";
+  remove_file(directory / "error_time.png");  // of another run
+  return "no error_time.png: rsvg-convert (Debian: librsvg2-bin) is not here or failed";
+}
+
+}  // namespace tanor::report

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "report/error_time.hpp"
+
+namespace tanor::report {
+
+/// The table as text, for a screen.
+std::string format_error_time(const ErrorTimeTable& table);
+
+/// `error_time.csv`, `error_time.md` (Markdown), `error_time.svg` (both axes logarithmic) and `error_time.png` in a
+/// folder. Says why there is no PNG; empty: there is one.
+std::string write_error_time(const std::filesystem::path& directory, const ErrorTimeTable& table);
+
+}  // namespace tanor::report
