@@ -134,7 +134,7 @@ std::string brief(double x) {
 int main(int argc, char** argv) {
   const double time_limit = argc > 1 ? std::atof(argv[1]) : 5.0;
   const std::string word = argc > 2 ? argv[2] : "";
-  std::string matrix = "| scene |", rule = "|---|", details;
+  std::string matrix = "| scene |", rule = "|---|", details, lost;
   for (const Method method : all_methods) {
     matrix += " " + std::string(method_name(method)) + " |";
     rule += "---|";
@@ -153,10 +153,12 @@ int main(int argc, char** argv) {
       ++counts[row.verdict];
       const std::string measure = std::isnan(row.error) ? "(" + brief(row.drift) + ")" : brief(row.error);
       matrix += " " + (row.verdict == "ok" ? measure : row.verdict == "lost" ? "**lost**" : row.verdict) + " |";
-      details += "| " + scene.name + " | " + std::string(method_name(method)) + " | " + row.verdict + " | " +
-                 brief(row.error) + " | " + brief(row.drift) + " | " + brief(row.violation) + " / " +
-                 brief(row.largest_violation) + " | " + std::to_string(row.steps) + " | " + brief(row.seconds) + " | " +
-                 row.reason + " |\n";
+      const std::string line = "| " + scene.name + " | " + std::string(method_name(method)) + " | " + row.verdict +
+                               " | " + brief(row.error) + " | " + brief(row.drift) + " | " + brief(row.violation) +
+                               " / " + brief(row.largest_violation) + " | " + std::to_string(row.steps) + " | " +
+                               brief(row.seconds) + " | " + row.reason + " |\n";
+      details += line;
+      if (row.verdict == "lost") lost += line;
       std::fprintf(stderr, "%-50s %-18s %-9s error %-6s drift %-6s violation %-6s %8zu steps %6.2f s  %s\n",
                    scene.name.c_str(), std::string(method_name(method)).c_str(), row.verdict.c_str(),
                    brief(row.error).c_str(), brief(row.drift).c_str(), brief(row.violation).c_str(), row.steps,
@@ -164,6 +166,9 @@ int main(int argc, char** argv) {
     }
     matrix += "\n";
   }
+  constexpr const char* head =
+      "| scene | method | verdict | error | drift | violation / allowed | steps | s | reason |\n"
+      "|---|---|---|---|---|---|---|---|---|\n";
   std::printf(
       "# Extreme scenes\n\n"
       "Written by `scripts/extreme` (`bench/extreme.cpp`, `tests/motion/extreme_scenes.hpp` say what each scene is). "
@@ -177,9 +182,8 @@ int main(int argc, char** argv) {
       "crashes, hangs, holds a number that is not finite, breaks constraints by more than max(1e-12, 8 eps |r|/L), or "
       "is "
       "wrong (by the scene's closed form, or by 1e-2 of the energy) without a word.\n\n%s\n"
-      "## Every run\n\n"
-      "| scene | method | verdict | error | drift | violation / allowed | steps | s | reason |\n"
-      "|---|---|---|---|---|---|---|---|---|\n%s",
-      counts["ok"], counts["reported"], counts["slow"], counts["lost"], time_limit, matrix.c_str(), details.c_str());
+      "## What is lost\n\n%s%s\n## Every run\n\n%s%s",
+      counts["ok"], counts["reported"], counts["slow"], counts["lost"], time_limit, matrix.c_str(), head, lost.c_str(),
+      head, details.c_str());
   return 0;
 }

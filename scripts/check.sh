@@ -27,7 +27,7 @@ headline "format (scripts/check.sh --format mends it)"
 clang-format --dry-run -Werror "${sources[@]}"
 
 headline "scripts"
-shellcheck scripts/run scripts/test scripts/install_packages scripts/fetch_examples scripts/main_job scripts/check.sh .ci/run
+shellcheck scripts/run scripts/test scripts/install_packages scripts/fetch_examples scripts/main_job scripts/extreme scripts/check.sh .ci/run
 
 headline "rooms"
 scripts/check_rooms.py

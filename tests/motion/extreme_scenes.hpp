@@ -129,6 +129,14 @@ inline Case drop_scaled_chain(double length) {
   return {"lengths", "chain of " + power(length) + " m rods", system, t, t / 1000, {}, 1e-2, 1e-12 * length};
 }
 
+/// Rods of 0.1 m far from the origin: what positions round to is eps |r|/L of a rod.
+inline Case drop_far_chain(double distance) {
+  System system = scenes::make_chain(10);
+  for (std::size_t i = 0; i < system.positions.size(); i += 3) system.positions[i] += distance;
+  std::get<Rods>(system.constraints[0]).length = {};
+  return {"lengths", "chain " + power(distance) + " m away", system, 0.3, 1e-3};
+}
+
 /// Three rods, one of them a millionth of the others.
 inline Case drop_unequal(int place) {
   System system;
@@ -188,7 +196,7 @@ inline Case swing_on_flat_triangle(double sag) {
   return {"straight", "flat triangle, sag " + power(sag),
           system,     t,
           t / 1000,   miss(2, {0, sag * std::sin(angle), -sag * std::cos(angle)}, sag),
-          1e-2,       1e-12 * sag};
+          1e-2,       std::max(1e-12 * sag, 1e-14)};
 }
 
 // ---- singular and redundant ----------------------------------------------------------------------------------------
@@ -355,6 +363,7 @@ inline std::vector<Case> list_cases() {
   for (const double ratio : {1e3, 1e6, 1e9, 1e12}) cases.push_back(drop_alternating(ratio));
   for (const double length : {1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9}) cases.push_back(swing_scaled(length));
   for (const double length : {1e-9, 1e-3, 1e3, 1e9}) cases.push_back(drop_scaled_chain(length));
+  for (const double distance : {1e3, 1e5, 1e7}) cases.push_back(drop_far_chain(distance));
   for (const int place : {0, 1, 2}) cases.push_back(drop_unequal(place));
   for (const double angle : {0.1, 0.5, 1.0, 1.5, 2.0, 3.0}) cases.push_back(turn_fast(angle));
   cases.push_back(pull_straight());
@@ -366,6 +375,7 @@ inline std::vector<Case> list_cases() {
   cases.push_back(turn_four_bars(5));
   cases.push_back(turn_four_bars(40));
   cases.push_back(drop_adjacent_net(10));
+  cases.push_back(drop_adjacent_net(30));
   cases.push_back(swing_parallelogram());
   cases.push_back(drop_duplicates());
   cases.push_back(throw_diamond());

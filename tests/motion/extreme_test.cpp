@@ -90,6 +90,13 @@ INSTANTIATE_TEST_SUITE_P(HeaviestTip, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e12); }}),
                                           testing::Values(Method::Radau5, Method::GeneralizedAlpha)));
 
+INSTANTIATE_TEST_SUITE_P(FarAway, ExtremeScene,
+                         testing::Combine(testing::Values(Named{[] { return extreme::drop_far_chain(1e3); }},
+                                                          Named{[] { return extreme::drop_far_chain(1e5); }}),
+                                          testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4,
+                                                          Method::Rattle, Method::Rattle4, Method::Rattle6,
+                                                          Method::Radau5)));
+
 INSTANTIATE_TEST_SUITE_P(UnequalRods, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::drop_unequal(0); }},
                                                           Named{[] { return extreme::drop_unequal(1); }},
