@@ -30,7 +30,7 @@ double NormalForm::sliding_threshold() const {
 /// Other contacts stick than before: whether they hold too much is to be found anew.
 void NormalForm::forget_compliance() {
   is_compliant_ = false;
-  solver_.set_compliance({});
+  solver_.set_compliance(0.0);
 }
 
 /// What sticks may hold more than can move, and then no law divides the load: the least friction that holds. A little
@@ -38,23 +38,10 @@ void NormalForm::forget_compliance() {
 /// is to be factorized anew.
 bool NormalForm::make_compliant() {
   if (friction_ == nullptr || is_compliant_ || friction_->num_sticking() == 0) return false;
-  constexpr double least = 1e-6;  // rounding grows by its inverse, each refinement wins the digits of the largest
-  const Tangents& tangents = model_.constraints.tangents();
-  std::vector<double> compliance(num_rows(), 0.0);
-  for (std::size_t c = 0; c < tangents.size(); ++c) {
-    for (int k = 0; tangents[c].first_row >= 0 && k < tangents[c].num_tangents(); ++k)
-      compliance[static_cast<std::size_t>(tangents[c].first_row + k)] = least * std::exp2(softness_[c]);
-  }
+  constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
   is_compliant_ = true;
   solver_.set_compliance(compliance);
   return true;
-}
-
-/// A contact holds less than those that hold it too.
-void NormalForm::soften(std::size_t contact) {
-  constexpr int softest = 9;
-  softness_[contact] = std::min(softness_[contact] + 1, softest);
-  forget_compliance();
 }
 
 /// K as far as its rank is a question: contacts take no part.
@@ -87,14 +74,13 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
   for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, false);
   if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
   set_sliding_speeds();
-  softness_.assign(tangents.size(), 0);
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     at_rest[c] = tangents[c].first_row >= 0 && norm(tangents.sliding_velocity(c, v)) <= sliding_threshold();
     tangents.set_stick(c, at_rest[c] != 0);
     friction_->laws().set_sense(c, {});
   }
   friction_->laws().keep_senses(v);
-  return choose_modes(t, r, v, std::move(at_rest), {}, {}, w);
+  return choose_modes(t, r, v, std::move(at_rest), {}, w);
 }
 
 Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
@@ -102,7 +88,7 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
   Tangents& tangents = model_.constraints.tangents();
   std::vector<char> at_rest(tangents.size(), 0), is_met(num_switches_, 0);
   for (const std::size_t event : which) is_met[event] = 1;
-  std::vector<std::size_t> releases, stay_released;
+  std::vector<std::size_t> releases;
   std::size_t event = 0;
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     if (tangents[c].first_row < 0) continue;
@@ -113,60 +99,15 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
     } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold()) {
       at_rest[c] = 1;
       tangents.set_stick(c, true);
-      softness_[c] = 0;
-      if (!is_now) stay_released.push_back(c);
     }
   }
-  return choose_modes(t, r, v, std::move(at_rest), releases, stay_released, w);
-}
-
-/// Modes, and directions, from the friction of all contacts at rest as one problem; they are tried exactly then.
-Outcome NormalForm::relax_contacts(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                                   double* w) {
-  constexpr double compliance = 0.1;
-  Tangents& tangents = model_.constraints.tangents();
-  FrictionLaws& laws = friction_->laws();
-  std::vector<RestingContact> resting;
-  std::vector<double> of_rows(num_rows(), 0.0);
-  for (std::size_t c = 0; c < tangents.size(); ++c) {
-    if (at_rest[c] == 0) continue;
-    const bool slides = !tangents.sticks(c) && !laws.is_at_limit(c);
-    resting.push_back({c, !tangents.sticks(c), slides ? laws.coefficient_of_sliding(c) : laws.static_coefficient(c),
-                       friction_->force(c, lambda_.data())});
-    for (int k = 0; k < tangents[c].num_tangents(); ++k)
-      of_rows[static_cast<std::size_t>(tangents[c].first_row + k)] = compliance;
-  }
-  for (const RestingContact& each : resting) tangents.set_stick(each.contact, true);
-  is_compliant_ = true;
-  solver_.set_compliance(of_rows);
-  if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
-  if (!std::isfinite(model_.evaluate_free(t, r, v, w))) return model_.not_finite(t);
-  model_.constraints.evaluate_right_side(model_.parallel, r, v, w, right_side_.data(), nullptr);
-  friction_->relax(right_side_.data(), compliance, &resting, lambda_.data());
-  forget_compliance();
-  constexpr double nearly_0 = 1e-9;
-  for (const RestingContact& each : resting) {
-    const std::size_t c = each.contact;
-    const bool moves = norm(each.excess) > nearly_0 * each.limit;
-    if (!moves) {
-      // Others hold it at its limit still, or it holds less than that.
-      const bool stays = laws.is_at_limit(c) && norm(each.force) >= (1.0 - nearly_0) * each.limit;
-      tangents.set_stick(c, !stays);
-      if (each.slid && !laws.is_at_limit(c)) soften(c);
-      continue;
-    }
-    tangents.set_stick(c, false);
-    laws.set_sense(c, (-1.0 / norm(each.force)) * each.force);
-    laws.set_at_limit(c, false);
-  }
-  return {};
+  return choose_modes(t, r, v, std::move(at_rest), releases, w);
 }
 
 /// The modes of all contacts at rest together: they stick, but for `releases`; the ones that cannot are released
 /// against what held them, and what does not slide off then is held again.
 Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                                 std::span<const std::size_t> releases, std::span<const std::size_t> stay_released,
-                                 double* w) {
+                                 std::span<const std::size_t> releases, double* w) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
   const auto release = [&](std::size_t c) {
@@ -188,7 +129,6 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
   const ProjectionReport still = project_velocities(t, r, v);
   if (!still.outcome.ok()) return still.outcome;
   for (const std::size_t c : releases) tangents.set_stick(c, false);
-  for (const std::size_t c : stay_released) tangents.set_stick(c, false);
 
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   const std::size_t most_passes = 20 + 4 * num_at_rest;
@@ -201,7 +141,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     }
     const double scale = std::max(acceleration_scale_, std::numeric_limits<double>::min());
     model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
-    bool has_changed = false, has_reached_limit = false, is_astray = false;
+    bool has_changed = false, has_reached_limit = false;
     std::vector<std::pair<double, std::size_t>> too_much;  // how far above the limit, relative
     for (std::size_t c = 0; c < tangents.size(); ++c) {
       if (at_rest[c] == 0) continue;
@@ -217,20 +157,13 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
       for (int k = 0; k < tangents[c].num_tangents(); ++k)
         a = a + contact_rows_[static_cast<std::size_t>(tangents[c].first_row + k)] *
                     tangents.directions(c)[static_cast<std::size_t>(k)];
-      const double along = dot(a, laws.direction(c));
+      const double along = dot(a, laws.direction(c)), size = norm(a);
       if (along < -rounding_of_accelerations * scale) {
-        if (tangents[c].num_guides == 1 && released[c] < 12) {
-          ++released[c];
-          is_astray = true;
-          continue;
-        }
-        if (released[c] >= 12) {
+        if (released[c] >= 4) {
           return {Status::NoSolution, "friction at t = " + text(t) + ": " + model_.name_contact(c) +
                                           " can neither stick nor slide; the velocity would have to jump"};
         }
         tangents.set_stick(c, true);
-        // What cannot slide away from what it holds held a part that others can hold.
-        if (is_compliant_) soften(c);
         has_changed = true;
         continue;
       }
@@ -240,11 +173,10 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
         laws.set_at_limit(c, is_held);
         has_changed = has_reached_limit = true;
       }
-      is_astray = is_astray || norm(a - along * laws.direction(c)) > 1e-11 * scale;
-    }
-    if (is_astray) {
-      if (Outcome outcome = relax_contacts(t, r, v, at_rest, w); !outcome.ok()) return outcome;
-      continue;
+      if (tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
+        laws.set_sense(c, (1.0 / size) * a);  // on a surface the direction is a part of the answer
+        has_changed = has_changed || along < (1.0 - 1e-12) * size;
+      }
     }
     // Many at once while that goes well, then one by one.
     constexpr std::size_t passes_at_once = 10;
@@ -270,8 +202,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
 
 namespace {
 
-// 4, 5: both of the last two; from `sticks_softly` on: one that sticks, and how softly
-enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2, sticks_softly = 5 };
+enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2 };  // 4, 5: both
 
 }  // namespace
 
@@ -286,7 +217,6 @@ std::vector<int> NormalForm::discrete_state() const {
                     : along > 0.0                                 ? slides_forward
                                                                   : slides_backward);
     if (state.back() > sticks && friction_->laws().is_at_limit(c)) state.back() += at_limit;
-    if (tangents.sticks(c) && softness_[c] > 0) state.back() = sticks_softly + softness_[c];
   }
   return state;
 }
@@ -298,11 +228,7 @@ void NormalForm::restore_discrete_state(std::span<const int> state) {
     throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for " + std::to_string(wanted) +
                                                      " contacts that may stick");
   }
-  for (std::size_t c = 0; c < state.size(); ++c) {
-    softness_[c] = std::max(0, state[c] - sticks_softly);
-    tangents.set_stick(c, state[c] == sticks || softness_[c] > 0);
-  }
-  if (wanted > 0) forget_compliance();
+  for (std::size_t c = 0; c < state.size(); ++c) tangents.set_stick(c, state[c] == sticks);
   restored_.assign(state.begin(), state.end());
 }
 
@@ -314,7 +240,7 @@ void NormalForm::restore_senses(const double* r, const double* v) {
   set_sliding_speeds();
   for (std::size_t c = 0; c < restored_.size(); ++c) {
     const Vec3 t = model_.constraints.tangents().directions(c)[0];
-    const bool is_at_limit = restored_[c] > slides_backward && restored_[c] <= sticks_softly;
+    const bool is_at_limit = restored_[c] > slides_backward;
     const int mode = is_at_limit ? restored_[c] - at_limit : restored_[c];
     laws.set_sense(c, mode == slides_forward ? t : mode == slides_backward ? -t : Vec3{});
     laws.set_at_limit(c, is_at_limit);

@@ -17,16 +17,6 @@ struct SlidingIsland {
   SlidingContacts contacts;
 };
 
-/// A contact at rest among others, N.
-struct RestingContact {
-  std::size_t contact;
-  bool slid;           ///< before
-  double coefficient;  ///< |force| <= coefficient |N|
-  Vec3 force;          ///< its friction: the guess, then the answer
-  Vec3 excess{};       ///< along the force, and away from where it slides: 0 where it sticks
-  double limit = 0.0;  ///< coefficient |N| at the answer
-};
-
 /// How much is asked about other solutions than the one that was found: nothing; of few contacts, as in every step; of
 /// more of them.
 enum class Judgement { None, Quick, Thorough };
@@ -58,11 +48,6 @@ class FrictionStage final : private Response {
   /// |tau(lambda) - tau| over the largest friction, into the report.
   double measure(const double* lambda);
 
-  /// Friction of contacts at rest, all together, while others slide as at the last `find`. The rows of those at rest
-  /// take part, with `compliance` on their scaled diagonal; b is without friction, `lambda` [rows] a guess, then the
-  /// answer. In friction_at_rest.cpp.
-  void relax(const double* b, double compliance, std::vector<RestingContact>* resting, double* lambda);
-
   // Into tau [3n], N.
   void add_sliding(double* tau) const { add_to_points(tau_.data(), tau); }
   void add_held(const double* lambda, double* tau) const;
@@ -79,10 +64,6 @@ class FrictionStage final : private Response {
   /// Largest friction that contact c could hold, and the one it holds (lambda of its rows), N.
   double static_limit(std::size_t contact, const double* lambda) const;
   Vec3 held(std::size_t contact, const double* lambda) const;
-  /// Friction of contact c, whether it sticks or slides, N.
-  Vec3 force(std::size_t contact, const double* lambda) const {
-    return tangents_.sticks(contact) ? held(contact, lambda) : load(tau_.data(), contact);
-  }
 
  private:
   void set_right_side(const double* b);

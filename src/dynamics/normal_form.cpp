@@ -44,7 +44,6 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   solver_.allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
   contact_rows_.resize(num_rows());
   const Tangents& tangents = model.constraints.tangents();
-  softness_.assign(tangents.size(), 0);
   for (std::size_t c = 0; c < tangents.size(); ++c) num_switches_ += tangents[c].first_row >= 0 ? 1 : 0;
 }
 

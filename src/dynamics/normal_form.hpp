@@ -115,9 +115,7 @@ class NormalForm final : public EquationsOfMotion {
   void restore_senses(const double* r, const double* v);
   double find_multipliers_and_friction(double scale, double* w);
   Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                       std::span<const std::size_t> releases, std::span<const std::size_t> stay_released, double* w);
-  void soften(std::size_t contact);
-  Outcome relax_contacts(double t, const double* r, const double* v, const std::vector<char>& at_rest, double* w);
+                       std::span<const std::size_t> releases, double* w);
   double sliding_threshold() const;
   void set_sliding_speeds();
   void forget_compliance();
@@ -158,7 +156,6 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
   bool is_compliant_ = false;         // contacts that stick depend on constraints, or on each other
-  std::vector<int> softness_;         // [contact] how little one that sticks holds of what others can hold too
   double acceleration_scale_ = 0.0;   // m/s^2, of what cancels in the last accelerations
   std::vector<int> restored_;         // discrete state whose senses are still to be found
   std::vector<double> contact_rows_;  // [d] scratch

@@ -141,11 +141,10 @@ void GramSolver::allow_zero_rows(std::span<const Index> user_row, std::size_t fi
     const std::vector<int>&start = part.plan.column_start(), &rows = part.plan.rows();
     for (std::size_t column = 0; column < part.x.size(); ++column) {
       const std::size_t place = part.permutation.empty() ? column : static_cast<std::size_t>(part.permutation[column]);
-      const std::size_t row = static_cast<std::size_t>(part.first_row) + place;
-      if (static_cast<std::size_t>(user_row[row]) < first) continue;
+      const Index row = user_row[static_cast<std::size_t>(part.first_row) + place];
+      if (static_cast<std::size_t>(row) < first) continue;
       for (int slot = start[column]; slot < start[column + 1]; ++slot) {
-        if (rows[static_cast<std::size_t>(slot)] == static_cast<int>(column))
-          part.may_be_zero.emplace_back(slot, static_cast<Index>(row));
+        if (rows[static_cast<std::size_t>(slot)] == static_cast<int>(column)) part.may_be_zero.push_back(slot);
       }
     }
   }
@@ -165,9 +164,8 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
     Part& part = parts_[p];
     double* const values = part.values();
     part.plan.assemble(blocks, values);
-    for (const auto& [slot, row] : part.may_be_zero) {
-      const double compliance = compliance_.empty() ? 0.0 : compliance_[static_cast<std::size_t>(row)];
-      values[slot] = values[slot] == 0.0 ? 1.0 : values[slot] + compliance;
+    for (const int slot : part.may_be_zero) {
+      values[slot] = values[slot] == 0.0 ? 1.0 : values[slot] + compliance_;
     }
     for (const int slot : part.zero_slots) values[slot] = 0.0;
     for (const int slot : part.unit_slots) values[slot] = 1.0;

@@ -52,10 +52,9 @@ class GramSolver {
   /// Rows from `first` on (in the user's numbers of `user_row` [row]) whose gradient may be 0: they are unit rows then.
   void allow_zero_rows(std::span<const Index> user_row, std::size_t first);
 
-  /// From the next `assemble` on: 1 + compliance [row] on the scaled diagonal of those rows where they take part;
-  /// empty: none. They may then depend on others: refined solutions of what is consistent still satisfy S x = b, with
-  /// the least x there, the less the more compliant.
-  void set_compliance(std::span<const double> compliance) { compliance_.assign(compliance.begin(), compliance.end()); }
+  /// From the next `assemble` on: 1 + compliance on the scaled diagonal of those rows where they take part. They may
+  /// then depend on others: refined solutions of what is consistent still satisfy S x = b, with the least x there.
+  void set_compliance(double compliance) { compliance_ = compliance; }
 
   void assemble(const Parallel& parallel, const double* blocks);
   [[nodiscard]] Quality factorize(const Parallel& parallel);
@@ -92,7 +91,7 @@ class GramSolver {
       std::visit([&](auto& any) { any.solve(b); }, factor);
     }
     std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
-    std::vector<std::pair<int, Index>> may_be_zero;            // diagonal slots and their rows
+    std::vector<int> may_be_zero;                              // diagonal slots
   };
 
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
@@ -100,7 +99,7 @@ class GramSolver {
 
   std::vector<Part> parts_;
   std::size_t first_idle_row_, num_rows_;
-  std::vector<double> compliance_;
+  double compliance_ = 0.0;
   Summary summary_;
 };
 

@@ -1,8 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <tanor/tanor.hpp>
 
@@ -79,7 +77,7 @@ TEST(Rope, EachBeadMultipliesTheTensionByTheClosedForm) {
 }
 
 TEST(Rope, HoldsUpToTheRatioAndRunsBeyondIt) {
-  for (const std::size_t count : {2u, 3u, 10u, 30u}) {
+  for (const std::size_t count : {2u, 3u, 10u}) {
     const double total = std::pow(ratio(std::numbers::pi / static_cast<double>(count)), static_cast<double>(count));
     for (const auto& [pull, sense] : {std::pair{total * (1.0 + 1e-6), 1},
                                       {total * (1.0 - 1e-6), 0},
@@ -97,28 +95,6 @@ TEST(Rope, HoldsUpToTheRatioAndRunsBeyondIt) {
         EXPECT_GT(v * sense, 1e-9) << count << " beads, pull " << pull;
       }
     }
-  }
-}
-
-TEST(Rope, ThatIsPulledMoreAndMoreLeavesAtTheLimit) {
-  for (const std::size_t count : {10u, 30u}) {
-    const double total = std::pow(ratio(std::numbers::pi / static_cast<double>(count)), static_cast<double>(count));
-    // (1 + t) N; the last bead's next rod points as one N does
-    System system = make_rope(count, 0.0, 1.0);
-    auto& pull = std::get<ConstantForce>(system.forces[1]).force;
-    const auto one = pull(0.0);
-    const auto growing = [](double size) {
-      std::array<char, 40> digits;
-      std::snprintf(digits.data(), digits.size(), "%.17g*(1 + t)", size);
-      return ScalarFunction::formula(digits.data());
-    };
-    pull = VectorFunction{growing(one[0].value()), growing(one[1].value()), 0.0};
-    Simulation simulation(system, {.rtol = 1e-9, .atol = 1e-12});
-    const std::vector<double> events = advance_and_list_events(&simulation, total - 1.0 + 0.1);
-    ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-    ASSERT_FALSE(events.empty());
-    EXPECT_NEAR(events.back(), total - 1.0, 1e-9) << count << " beads";
-    EXPECT_GT(simulation.velocities()[1], 1e-4);
   }
 }
 
