@@ -79,13 +79,15 @@ bool SeriesProgram::is_linear_in(const std::vector<char>& counts) const {
   return true;
 }
 
+namespace {
+
 TANOR_EACH_INSTRUCTION_SET
-void SeriesProgram::evaluate(SeriesLane* lanes, int order, int k) const {
-  const std::size_t length = stride(order);
+void evaluate_coefficient(const std::vector<Expression::Instruction>& instructions, Lane* lanes, std::size_t length,
+                          int k) {
   const auto series = [lanes, length](int number) { return lanes + static_cast<std::size_t>(number) * length; };
   const double inverse = k > 0 ? 1.0 / k : 0.0;
-  for (std::size_t i = 0; i < num_instructions(); ++i) {
-    const Expression::Instruction& instruction = expression_.instructions[i];
+  for (std::size_t i = 0; i < instructions.size(); ++i) {
+    const Expression::Instruction& instruction = instructions[i];
     const Lane* const a = series(instruction.a);
     const Lane* const b = series(instruction.b);
     Lane* const r = lanes + i * length;
@@ -213,24 +215,25 @@ void SeriesProgram::evaluate(SeriesLane* lanes, int order, int k) const {
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void SeriesProgram::differentiate(SeriesLane* lanes, int order, int k, const SeriesLane* seeds) const {
-  const std::size_t length = stride(order), count = num_instructions();
+void differentiate_coefficient(const Expression& expression, const std::vector<int>& quotient, Lane* lanes,
+                               std::size_t length, int k, const Lane* seeds) {
+  const std::size_t count = expression.instructions.size();
   const auto series = [lanes, length](int number) { return lanes + static_cast<std::size_t>(number) * length; };
   Lane* const adjoints = lanes + count * length;
   Lane* const quotients = adjoints + count * length;
   const auto adjoint = [adjoints, length](int number) { return adjoints + static_cast<std::size_t>(number) * length; };
   for (std::size_t i = 0; i < count; ++i) adjoints[i * length + static_cast<std::size_t>(k)] = Lane{};
-  for (std::size_t m = 0; m < num_results(); ++m) adjoint(expression_.results[m])[k] += seeds[m];
+  for (std::size_t m = 0; m < expression.results.size(); ++m) adjoint(expression.results[m])[k] += seeds[m];
 
   for (std::size_t i = count; i-- > 0;) {
-    const Expression::Instruction& instruction = expression_.instructions[i];
+    const Expression::Instruction& instruction = expression.instructions[i];
     const Lane* const self = adjoints + i * length;
     const Lane* const r = lanes + i * length;
     Lane* const to_a = adjoint(instruction.a) + k;
     Lane* const to_b = adjoint(instruction.b) + k;
     const Lane* const a = series(instruction.a);
     const Lane* const b = series(instruction.b);
-    Lane* const q = quotient_[i] >= 0 ? quotients + static_cast<std::size_t>(quotient_[i]) * length : nullptr;
+    Lane* const q = quotient[i] >= 0 ? quotients + static_cast<std::size_t>(quotient[i]) * length : nullptr;
     // q = self/divisor
     const auto divide = [q, k](const Lane* dividend, const Lane* divisor) __attribute__((always_inline)) {
       Lane s{};
@@ -321,6 +324,16 @@ void SeriesProgram::differentiate(SeriesLane* lanes, int order, int k, const Ser
         break;
     }
   }
+}
+
+}  // namespace
+
+void SeriesProgram::evaluate(SeriesLane* lanes, int order, int k) const {
+  evaluate_coefficient(expression_.instructions, lanes, stride(order), k);
+}
+
+void SeriesProgram::differentiate(SeriesLane* lanes, int order, int k, const SeriesLane* seeds) const {
+  differentiate_coefficient(expression_, quotient_, lanes, stride(order), k, seeds);
 }
 
 }  // namespace tanor

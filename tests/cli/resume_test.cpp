@@ -69,7 +69,7 @@ TEST_P(ResumeTest, AnInterruptedRunEndsWhereOneRunDoesBitByBit) {
             without_work(read_json(folder / "whole/summary.json")));
 }
 
-INSTANTIATE_TEST_SUITE_P(Motions, ResumeTest, testing::Values(R"("step": 0.0007)", R"("rtol": 1e-10, "atol": 1e-12)"));
+INSTANTIATE_TEST_SUITE_P(Motions, ResumeTest, testing::Values(R"("method": "rk4", "step": 0.0007)", R"("rtol": 1e-10, "atol": 1e-12)"));
 
 TEST(ResumeTest, RattleGoesOnUpToRounding) {
   const Folder folder;
@@ -92,7 +92,7 @@ TEST(ResumeTest, RattleGoesOnUpToRounding) {
 
 TEST(ResumeTest, CountsTheWorkOfAllParts) {
   const Folder folder;
-  write_text(folder / "s.json", moving_scene(R"("t_end": 1, "step": 0.125)"));
+  write_text(folder / "s.json", moving_scene(R"("t_end": 1, "method": "rk4", "step": 0.125)"));
 
   run_program(folder, {"run", "s.json", "--out", "o", "--t-end", "0.5"});
   run_program(folder, {"run", "s.json", "--out", "o", "--resume"});

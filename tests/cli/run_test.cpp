@@ -88,7 +88,7 @@ TEST(RunTest, TolerancesReplaceAStep) {
   run_program(folder, {"run", "s.json", "--rtol", "1e-4", "--out", "o"});
 
   const json summary = read_json(folder / "o/summary.json");
-  EXPECT_EQ(summary["method"], "dopri5");
+  EXPECT_EQ(summary["method"], "taylor");
   EXPECT_LT(summary["steps"], 100);
 }
 
@@ -164,7 +164,7 @@ TEST(EarlyEndTest, AFailureKeepsWhatIsTrue) {
   EXPECT_EQ(summary["final"]["t"], reached);
   EXPECT_EQ(summary["t_end"], 3);
   const std::vector<double> times = list_times(folder / "o/trajectory.xyz");
-  EXPECT_EQ(times.size(), 9u) << "t = 0, 0.125, ... 0.875 and where it stopped";
+  EXPECT_EQ(times.size(), std::ceil(reached / 0.125) + 1) << "t = 0, 0.125, ... and where it stopped";
   EXPECT_EQ(times.back(), reached);
 }
 

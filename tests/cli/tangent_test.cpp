@@ -19,7 +19,7 @@ std::string hoop(const std::string& more = "", double radius = 0.5) {
       "normal": {"formula": ["-sin(O*t)", "cos(O*t)", "0"]}, "radius": )json" +
          std::to_string(radius) + R"json(}],
     "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
-    "motion": {"t_end": 1, "step": 0.001, "output_every": 0.125})json" +
+    "motion": {"t_end": 1, "method": "rk4", "step": 0.001, "output_every": 0.125})json" +
          more + "}";
 }
 

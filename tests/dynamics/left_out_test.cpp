@@ -71,7 +71,7 @@ TEST(LeftOut, ConstantKIsFactorizedOnceInAWholeRun) {
 }
 
 TEST(LeftOut, MovingRodsAreFactorizedAtEveryStage) {
-  Simulation simulation(make_chain(5), {.step = 0.01});
+  Simulation simulation(make_chain(5), {.method = Method::Rk4, .step = 0.01});
 
   ASSERT_TRUE(simulation.advance(0.1).ok());
 
