@@ -67,10 +67,10 @@ struct CoordinateKernel {
 /// A force f(r, v, t) on single points, at one time.
 struct ForceBatch {
   std::size_t count;
-  double t;         ///< s
-  const double* r;  ///< [count][3] m
-  const double* v;  ///< [count][3] m/s
-  double* f;        ///< [count][3] N
+  double t;                      ///< s
+  const double* r;               ///< [count][3] m
+  const double* v;               ///< [count][3] m/s
+  double* f;                     ///< [count][3] N
   double* derivative = nullptr;  ///< [count][3][6] of f in r, then in v; null: not wanted
 };
 
@@ -79,7 +79,8 @@ struct ForceKernel {
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const ForceBatch& batch) = nullptr;
   bool depends_on_velocity = true;
-  bool knows_derivatives = false;  ///< false: `derivative` is never asked for, implicit methods do not see how stiff f is
+  bool knows_derivatives =
+      false;  ///< false: `derivative` is never asked for, implicit methods do not see how stiff f is
   /// The same three functions of x, y, z, vx, vy, vz and t, for series in time; null: only `evaluate` knows them.
   std::shared_ptr<const Expression> expression{};
 };

@@ -35,12 +35,14 @@ class TANOR_API ScalarFunction {
   static ScalarFunction table(std::vector<double> times, std::vector<double> values);
   /// A user's own function, written over jets (`[](auto t) { return sin(3.0 * t); }` fits).
   template <class Function>
-    requires std::invocable<const Function&, const Jet<largest_order>&>
-  static ScalarFunction custom(Function function) {
+  requires std::invocable < const Function&, const Jet<largest_order>
+  & > static ScalarFunction custom(Function function) {
     return custom(std::function<Jet<2>(const Jet<2>&)>(function), SeriesFunction(function));
   }
   /// The same for one that runs on Jet<2> alone: it has no series.
-  static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function) { return custom(std::move(function), {}); }
+  static ScalarFunction custom(std::function<Jet<2>(const Jet<2>&)> function) {
+    return custom(std::move(function), {});
+  }
 
   bool is_constant() const { return source_ == nullptr; }
   /// Taylor coefficients at t: value(), derivative(1), derivative(2).

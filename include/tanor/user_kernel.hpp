@@ -8,8 +8,9 @@
 ///     });
 ///
 /// The callable runs on Jet<2>, which yields xi, its rate and phi (r, v and psi) in one go, and on Forward, which
-/// yields the gradient (the tangents); on Traced it is taken down for series of any order. It is instantiated here, on the user's side; the library gets a plain function
-/// that loops over a batch. A callable without arguments that change it is called from several threads.
+/// yields the gradient (the tangents); on Traced it is taken down for series of any order. It is instantiated here, on
+/// the user's side; the library gets a plain function that loops over a batch. A callable without arguments that change
+/// it is called from several threads.
 
 #include <algorithm>
 #include <array>

@@ -30,9 +30,7 @@ inline double seconds_per_tick() {
 class Stopwatch {
  public:
   explicit Stopwatch(double* seconds) : seconds_(seconds) {}
-  ~Stopwatch() {
-    *seconds_ += detail::seconds_per_tick() * static_cast<double>(detail::count_ticks() - start_);
-  }
+  ~Stopwatch() { *seconds_ += detail::seconds_per_tick() * static_cast<double>(detail::count_ticks() - start_); }
   Stopwatch(const Stopwatch&) = delete;
   Stopwatch& operator=(const Stopwatch&) = delete;
 

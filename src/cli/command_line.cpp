@@ -54,7 +54,8 @@ void add_run(CLI::App* app, RunOptions* options) {
   add_scene(command, &options->scene);
   command->add_option("--out", options->out, "folder of the results; default <name>.out")->check(require_text);
   scene::Overrides* over = &options->overrides;
-  command->add_option("--method", over->method, "auto, rk4, dopri5, dop853, taylor, rattle, rattle4, rattle6, radau5, generalized_alpha");
+  command->add_option("--method", over->method,
+                      "auto, rk4, dopri5, dop853, taylor, rattle, rattle4, rattle6, radau5, generalized_alpha");
   CLI::Option* step =
       command->add_option("--step", over->step, "fixed step, or the first one to try with adaptive methods, s");
   CLI::Option* rtol = command->add_option("--rtol", over->rtol, "relative tolerance")->check(require_positive);

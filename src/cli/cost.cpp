@@ -50,10 +50,9 @@ StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method me
   cost.solves = count_solves(method);
   // One pass over points and equations, one factorization, one forward and one back substitution.
   const int factorizations = method == Method::Taylor ? 1 : cost.solves;
-  cost.seconds =
-      cost.solves * (points * seconds_per_point + equations * seconds_per_equation +
-                     factor_nonzeros * solve_seconds_per_nonzero) +
-      factorizations * (plan.factor_flops / factor_flops + factor_nonzeros * factor_seconds_per_nonzero);
+  cost.seconds = cost.solves * (points * seconds_per_point + equations * seconds_per_equation +
+                                factor_nonzeros * solve_seconds_per_nonzero) +
+                 factorizations * (plan.factor_flops / factor_flops + factor_nonzeros * factor_seconds_per_nonzero);
   // L and S with 4-byte indices; about 20 state vectors of 3n.
   cost.bytes = 12.0 * (factor_nonzeros + static_cast<double>(plan.pattern_nonzeros)) + 20.0 * 24.0 * points;
   return cost;

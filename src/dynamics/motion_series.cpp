@@ -64,7 +64,8 @@ void MotionSeries::advance(int k, std::span<double* const> coefficients, const d
   // (k+1)(k+2) r_{k+2} = M^-1 (f_k + sum over j = 1 … k of K_j lambda_{k-j})
   double* const next = coefficients[static_cast<std::size_t>(k) + 2];
   const std::size_t moving = model_.num_moving();
-  model_.gather.write_scaled(parallel, constraint_blocks_.data(), ones_.data(), model_.inverse_mass.data(), moving, next);
+  model_.gather.write_scaled(parallel, constraint_blocks_.data(), ones_.data(), model_.inverse_mass.data(), moving,
+                             next);
   if (forces_.num_blocks() > 0)
     gather_forces_.add_scaled(parallel, force_blocks_.data(), ones_.data(), model_.inverse_mass.data(), moving, next);
   const double factor = 1.0 / ((k + 1.0) * (k + 2.0));

@@ -31,8 +31,8 @@ class MotionSeries {
   /// s: no series holds beyond it.
   double smooth_until() const;
 
-  /// Order k >= 1: all of r_{k+2} but M^-1 K_0 lambda_k/((k+1)(k+2)), into coefficients[k + 2]; and minus what K_0'r_{k+2}
-  /// has to be [d]. Orders follow one another; k = 0 prepares the others and finds nothing.
+  /// Order k >= 1: all of r_{k+2} but M^-1 K_0 lambda_k/((k+1)(k+2)), into coefficients[k + 2]; and minus what
+  /// K_0'r_{k+2} has to be [d]. Orders follow one another; k = 0 prepares the others and finds nothing.
   void advance(int k, std::span<double* const> coefficients, const double* last_lambda, double* rows);
 
  private:

@@ -178,8 +178,8 @@ class NormalForm final : public EquationsOfMotion {
   mutable std::unique_ptr<MotionSeries> series_;  // made where somebody asks
   std::vector<double> blocks_before_;             // K at the last `find_passage`, where it may lose rank
   std::vector<double> lambda_series_;             // [d] lambda_k of the last order
-  std::vector<double> right_side_of_qr_;  // [d] where QR takes part
-  std::vector<double> step_start_;        // [3n] where rows depend
+  std::vector<double> right_side_of_qr_;          // [d] where QR takes part
+  std::vector<double> step_start_;                // [3n] where rows depend
 };
 
 }  // namespace tanor

@@ -33,7 +33,7 @@ class BlockPlaces {
   }
 
  private:
-  std::vector<std::size_t> start_;                 // [row]
+  std::vector<std::size_t> start_;                // [row]
   std::vector<std::pair<Index, Index>> entries_;  // point, block
 };
 
@@ -71,7 +71,8 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
               DistanceSeries::Extra extra;
               if (!given.offsets.empty()) extra.offset = make_vec3(given.offsets[k]);
               if (is_timed)
-                extra.length = add_parameter(&table_, given.length, &shared, [&] { return definitions.parameter(g, k); });
+                extra.length =
+                    add_parameter(&table_, given.length, &shared, [&] { return definitions.parameter(g, k); });
               distances_.append({.i = i, .j = j, .row = row, .block = places.find(row, j)}, extra);
             }
           } else if constexpr (std::is_same_v<G, Spheres>) {
@@ -83,7 +84,8 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
               const Index j = inner(given.points[k]), row = row_of(k);
               DistanceSeries::Extra extra{.center = center[0]};
               if (is_timed)
-                extra.length = add_parameter(&table_, given.radius, &shared, [&] { return definitions.parameter(g, k); });
+                extra.length =
+                    add_parameter(&table_, given.radius, &shared, [&] { return definitions.parameter(g, k); });
               distances_.append({.j = j, .row = row, .block = places.find(row, j)}, extra);
             }
           } else {
@@ -94,8 +96,7 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
             }
             const int p = static_cast<int>(member_points(given, 0).size());
             std::vector<SeriesVariable> variables;
-            for (int i = 0; i < 3 * p; ++i)
-              variables.push_back({SeriesVariable::Source::Position, i / 3, i % 3, 0});
+            for (int i = 0; i < 3 * p; ++i) variables.push_back({SeriesVariable::Source::Position, i / 3, i % 3, 0});
             std::vector<char> is_position(variables.size(), 1);
             const int num_functions = static_cast<int>(recorded->expression.variables.size()) - 3 * p;
             for (int i = 0; i < num_functions; ++i) variables.push_back({SeriesVariable::Source::Time, 0, 0, i});

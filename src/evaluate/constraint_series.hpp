@@ -29,8 +29,8 @@ class ConstraintSeries {
   double smooth_until() const { return table_.smooth_until(); }
 
   /// For order k = 0, 1, …: coefficient k of K lambda without K_0 lambda_k, into `blocks`, whose places are those of K
-  /// (a row's blocks hold the share of all rows of its member); coefficient k + 2 of xi without K_0'r_{k+2}, into `rows`
-  /// [d]. `coefficients` [3n] of the points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
+  /// (a row's blocks hold the share of all rows of its member); coefficient k + 2 of xi without K_0'r_{k+2}, into
+  /// `rows` [d]. `coefficients` [3n] of the points are known up to k + 1, lambda [d] up to k - 1, which is `last`.
   void advance(const Parallel& parallel, int k, std::span<double* const> coefficients, const double* last,
                double* blocks, double* rows);
 

@@ -550,9 +550,8 @@ void Definitions::for_each_gradient(double t, std::span<const double> r, const U
 void Definitions::reactions(double t, std::span<const double> r, std::span<const double> lambda,
                             std::span<double> eta) const {
   std::ranges::fill(eta, 0.0);
-  for_each_gradient(t, r, [&](std::size_t row, Index point, Vec3 gradient) {
-    add_to(eta.data(), point, lambda[row] * gradient);
-  });
+  for_each_gradient(
+      t, r, [&](std::size_t row, Index point, Vec3 gradient) { add_to(eta.data(), point, lambda[row] * gradient); });
 }
 
 }  // namespace tanor

@@ -89,8 +89,7 @@ void DistanceSeries::advance_chunk(std::size_t chunk, int k, std::span<double* c
   load(a, chunk, k + 1, coefficients, table);
   const std::size_t first = chunk * series_width, count = std::min(series_width, members_.size() - first);
   if (k > 0) {
-    for (std::size_t lane = 0; lane < count; ++lane)
-      mu[k - 1][lane] = last[members_[first + lane].row] * inverse[lane];
+    for (std::size_t lane = 0; lane < count; ++lane) mu[k - 1][lane] = last[members_[first + lane].row] * inverse[lane];
   }
   Products products;
   multiply(a, mu, k, &products);

@@ -58,10 +58,10 @@ void ForceSeries::append(const std::vector<Index>& points, Index block, bool is_
 ForceSeries::ForceSeries(const System& system, const Numbering& numbering, double t0) {
   const auto inner = [&](Index point) { return numbering.inner_point[static_cast<std::size_t>(point)]; };
   const auto add_group = [&](Expression expression, int num_points, bool has_velocities, int num_functions) -> Group& {
-    groups_.push_back({ProgramFamily(SeriesProgram(std::move(expression), false),
-                                     list_variables(num_points, has_velocities, num_functions), num_points,
-                                     num_functions),
-                       num_blocks_});
+    groups_.push_back(
+        {ProgramFamily(SeriesProgram(std::move(expression), false),
+                       list_variables(num_points, has_velocities, num_functions), num_points, num_functions),
+         num_blocks_});
     return groups_.back();
   };
   const auto add_member = [&](Group& group, const std::vector<Index>& points, std::span<const std::size_t> slots) {
@@ -76,9 +76,10 @@ ForceSeries::ForceSeries(const System& system, const Numbering& numbering, doubl
       Expression expression;
       for (int c = 0; c < 3; ++c) (void)Traced::variable(expression);
       expression.results = expression.variables;
-      groups_.push_back({ProgramFamily(SeriesProgram(std::move(expression), false),
-                                       {{Source::Time, 0, 0, 0}, {Source::Time, 0, 0, 1}, {Source::Time, 0, 0, 2}}, 1, 3),
-                         num_blocks_});
+      groups_.push_back(
+          {ProgramFamily(SeriesProgram(std::move(expression), false),
+                         {{Source::Time, 0, 0, 0}, {Source::Time, 0, 0, 1}, {Source::Time, 0, 0, 2}}, 1, 3),
+           num_blocks_});
       std::vector<std::size_t> slots;
       for (const ScalarFunction& component : given->force.components) slots.push_back(table_.add(component));
       for (const Index point : given->points) add_member(groups_.back(), {inner(point)}, slots);
@@ -92,10 +93,10 @@ ForceSeries::ForceSeries(const System& system, const Numbering& numbering, doubl
         const auto pick = [k](const auto& each) { return each[each.size() == 1 ? 0 : k]; };
         std::vector<std::size_t> slots;
         if (has_rest) {
-          const double length =
-              rest.is_initial() ? norm(load(system.positions.data(), j) - load(system.positions.data(), i))
-              : rest.functions.empty() ? pick(rest.constants)
-                                       : pick(rest.functions)(0.0).value();
+          const double length = rest.is_initial()
+                                    ? norm(load(system.positions.data(), j) - load(system.positions.data(), i))
+                                : rest.functions.empty() ? pick(rest.constants)
+                                                         : pick(rest.functions)(0.0).value();
           slots.push_back(table_.add(length));
         }
         add_member(group, {inner(i), inner(j)}, slots);

@@ -51,7 +51,9 @@ class ProgramFamily {
   }
 
   int order() const { return order_; }
-  SeriesLane* lanes(std::size_t chunk) { return reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_; }
+  SeriesLane* lanes(std::size_t chunk) {
+    return reinterpret_cast<SeriesLane*>(lanes_.data()) + chunk * lanes_per_chunk_;
+  }
   /// Member in a lane; the last chunk repeats the last one.
   std::size_t member(std::size_t chunk, std::size_t lane) const {
     return std::min(chunk * series_width + lane, size_ - 1);
@@ -93,9 +95,9 @@ class ProgramFamily {
   SeriesProgram program_;
   std::vector<SeriesVariable> variables_;
   std::size_t points_per_member_, functions_per_member_, size_ = 0;
-  std::vector<int> points_;              // [member][point], inner
-  std::vector<std::size_t> functions_;   // [member][function]
-  std::vector<double> lanes_;            // [chunk][…][series_width]
+  std::vector<int> points_;             // [member][point], inner
+  std::vector<std::size_t> functions_;  // [member][function]
+  std::vector<double> lanes_;           // [chunk][…][series_width]
   std::size_t lanes_per_chunk_ = 0;
   int order_ = 0;
 };

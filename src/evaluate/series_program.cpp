@@ -123,7 +123,8 @@ void evaluate_coefficient(const std::vector<Expression::Instruction>& instructio
       case Operation::Sqrt:
         // r^2 = a
         if (k == 0) {
-          map(a[0], [](double x) { return std::sqrt(x); }, &r[0]);
+          map(
+              a[0], [](double x) { return std::sqrt(x); }, &r[0]);
         } else {
           add_products(r, r, k, 1, k - 1, &sum);
           r[k] = (a[k] - sum) / (2.0 * r[0]);
@@ -132,7 +133,8 @@ void evaluate_coefficient(const std::vector<Expression::Instruction>& instructio
       case Operation::Exp:
         // r' = a' r
         if (k == 0) {
-          map(a[0], [](double x) { return std::exp(x); }, &r[0]);
+          map(
+              a[0], [](double x) { return std::exp(x); }, &r[0]);
         } else {
           add_weighted(a, r, k, 1, k, &sum);
           r[k] = inverse * sum;
@@ -141,7 +143,8 @@ void evaluate_coefficient(const std::vector<Expression::Instruction>& instructio
       case Operation::Log:
         // r' a = a'
         if (k == 0) {
-          map(a[0], [](double x) { return std::log(x); }, &r[0]);
+          map(
+              a[0], [](double x) { return std::log(x); }, &r[0]);
         } else {
           add_weighted(r, a, k, 1, k - 1, &sum);
           r[k] = (a[k] - inverse * sum) / a[0];
@@ -153,8 +156,10 @@ void evaluate_coefficient(const std::vector<Expression::Instruction>& instructio
         Lane* const cosine = r + length;
         const bool is_circular = instruction.operation == Operation::Sin;
         if (k == 0) {
-          map(a[0], [is_circular](double x) { return is_circular ? std::sin(x) : std::sinh(x); }, &r[0]);
-          map(a[0], [is_circular](double x) { return is_circular ? std::cos(x) : std::cosh(x); }, &cosine[0]);
+          map(
+              a[0], [is_circular](double x) { return is_circular ? std::sin(x) : std::sinh(x); }, &r[0]);
+          map(
+              a[0], [is_circular](double x) { return is_circular ? std::cos(x) : std::cosh(x); }, &cosine[0]);
         } else {
           add_weighted(a, cosine, k, 1, k, &sum);
           r[k] = inverse * sum;
@@ -172,7 +177,8 @@ void evaluate_coefficient(const std::vector<Expression::Instruction>& instructio
         // r' b = a'
         if (k == 0) {
           const bool is_asin = instruction.operation == Operation::Asin;
-          map(a[0], [is_asin](double x) { return is_asin ? std::asin(x) : std::atan(x); }, &r[0]);
+          map(
+              a[0], [is_asin](double x) { return is_asin ? std::asin(x) : std::atan(x); }, &r[0]);
         } else {
           add_weighted(r, b, k, 1, k - 1, &sum);
           r[k] = (a[k] - inverse * sum) / b[0];
@@ -235,7 +241,7 @@ void differentiate_coefficient(const Expression& expression, const std::vector<i
     const Lane* const b = series(instruction.b);
     Lane* const q = quotient[i] >= 0 ? quotients + static_cast<std::size_t>(quotient[i]) * length : nullptr;
     // q = self/divisor
-    const auto divide = [q, k](const Lane* dividend, const Lane* divisor) __attribute__((always_inline)) {
+    const auto divide = [ q, k ](const Lane* dividend, const Lane* divisor) __attribute__((always_inline)) {
       Lane s{};
       add_products(divisor, q, k, 1, k, &s);
       q[k] = (dividend[k] - s) / divisor[0];

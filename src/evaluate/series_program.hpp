@@ -10,8 +10,8 @@ namespace tanor {
 
 /// The same number of several members, side by side: a view of doubles at any address.
 inline constexpr std::size_t series_width = 8;
-using SeriesLane
-    = double __attribute__((vector_size(series_width * sizeof(double)), aligned(sizeof(double)), may_alias));
+using SeriesLane =
+    double __attribute__((vector_size(series_width * sizeof(double)), aligned(sizeof(double)), may_alias));
 
 /// An expression run on series in time, coefficient by coefficient, `series_width` members at once: coefficient k of
 /// every instruction follows from the coefficients up to k of those before it (Griewank & Walther, table 13.2), and
@@ -28,7 +28,9 @@ class SeriesProgram {
   /// No product or function of the variables for which `counts` is true: adjoints of those never change.
   bool is_linear_in(const std::vector<char>& counts) const;
 
-  std::size_t num_lanes(int order) const { return (num_instructions() + num_adjoints_ + num_quotients_) * stride(order); }
+  std::size_t num_lanes(int order) const {
+    return (num_instructions() + num_adjoints_ + num_quotients_) * stride(order);
+  }
 
   /// Coefficients 0 … order of variable i, and of result m.
   SeriesLane* variable(SeriesLane* lanes, int order, std::size_t i) const {

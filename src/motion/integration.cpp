@@ -243,7 +243,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
     return {};
   }
   const bool has_error = step.outcome.ok() && std::isfinite(attempt.error);
-  next_step = h * (has_error ? control_.reject(attempt.error) : 0.25);
+  limit_ = next_step = h * (has_error ? control_.reject(attempt.error) : 0.25);
   const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
   return next_step < resolution ? step_too_small(resolution, step.outcome) : Outcome{};
 }

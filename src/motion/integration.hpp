@@ -82,12 +82,12 @@ class Integration {
   Events events_;
   SingularPlaces places_;
   Watch watch_;
-  bool has_stopped_ = false;                        // the advance, before its end
-  State trial_;                                     // after a step: the one before, if …
-  bool trial_is_before_ = false;                    // … no other was tried since
-  State beyond_;                                    // of steps that coast; made by the first of them
+  bool has_stopped_ = false;                                // the advance, before its end
+  State trial_;                                             // after a step: the one before, if …
+  bool trial_is_before_ = false;                            // … no other was tried since
+  State beyond_;                                            // of steps that coast; made by the first of them
   double limit_ = std::numeric_limits<double>::infinity();  // s, of the next step, whatever its scheme proposes
-  double advance_begin_ = 0.0, advance_end_ = 0.0;  // of the last advance in equal steps
+  double advance_begin_ = 0.0, advance_end_ = 0.0;          // of the last advance in equal steps
 };
 
 }  // namespace tanor

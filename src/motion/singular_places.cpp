@@ -91,8 +91,8 @@ StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const Stat
   const Coasting how{.knows_acceleration_before = scheme.knows_acceleration(),
                      .ends_there = forecast.lies_near(to->t, to->t - from.t)};
   const bool by_itself = !how.ends_there && !is_coasting() && scheme.sees_through(from);
-  StepResult step = by_itself ? scheme.step(from, to->t - from.t, to)
-                              : tanor::coast(mechanics_, options_, before, from, how, to);
+  StepResult step =
+      by_itself ? scheme.step(from, to->t - from.t, to) : tanor::coast(mechanics_, options_, before, from, how, to);
   if (!step.outcome.ok()) return step;
   // From halfway there the error is 1/32 of the one before, or it is rounding.
   const bool is_rounding = step.error > 0.25 * memory_.coasting_error;

@@ -8,8 +8,8 @@
 namespace tanor {
 
 /// The motion as a power series in time, of any order: one factorization a step, one solve an order. The order follows
-/// from the tolerance, the step from the last two coefficients (Jorba & Zou 2005); the acceleration that is found at the
-/// new place says how large the first omitted term really is. Where the series does not exist (a force that is not
+/// from the tolerance, the step from the last two coefficients (Jorba & Zou 2005); the acceleration that is found at
+/// the new place says how large the first omitted term really is. Where the series does not exist (a force that is not
 /// analytic at rest) a Runge-Kutta step passes the place.
 class Taylor final : public Scheme {
  public:
@@ -40,12 +40,11 @@ class Taylor final : public Scheme {
   std::vector<std::vector<double>> coefficients_;  // [order + 1][n]
   std::vector<double*> pointers_;
   std::unique_ptr<Scheme> other_;  // where there is no series
-  mutable struct {
-    std::vector<double> x, v, a;
-  } inside_;
+  mutable struct { std::vector<double> x, v, a; } inside_;
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
 
   double series_time_ = 0.0, longest_ = 0.0;
+  double missing_ = 0.0;  // in the acceleration at the last place that was rejected, over the largest; 0: none was
   bool has_series_ = false, exists_ = false;
 };
 

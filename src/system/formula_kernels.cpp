@@ -208,7 +208,8 @@ void evaluate_force(const void* context, const ForceBatch& batch) {
       if (batch.derivative == nullptr) continue;
       for (const std::size_t first : {0, 3}) {
         const Lanes<Forward<3>> partials = evaluate_force_partials(formulas[component], batch, rows, first);
-        for (std::size_t i = 0; i < 3; ++i) scatter(partials.c[1 + i], rows, 18, 6 * component + first + i, batch.derivative);
+        for (std::size_t i = 0; i < 3; ++i)
+          scatter(partials.c[1 + i], rows, 18, 6 * component + first + i, batch.derivative);
       }
     }
   });

@@ -69,7 +69,8 @@ TEST_P(ResumeTest, AnInterruptedRunEndsWhereOneRunDoesBitByBit) {
             without_work(read_json(folder / "whole/summary.json")));
 }
 
-INSTANTIATE_TEST_SUITE_P(Motions, ResumeTest, testing::Values(R"("method": "rk4", "step": 0.0007)", R"("rtol": 1e-10, "atol": 1e-12)"));
+INSTANTIATE_TEST_SUITE_P(Motions, ResumeTest,
+                         testing::Values(R"("method": "rk4", "step": 0.0007)", R"("rtol": 1e-10, "atol": 1e-12)"));
 
 TEST(ResumeTest, RattleGoesOnUpToRounding) {
   const Folder folder;

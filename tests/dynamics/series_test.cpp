@@ -88,7 +88,8 @@ RC_GTEST_PROP(Series, SatisfiesTheEquationsToItsOrder, ()) {
   Expanded series(random, order);
   RC_PRE(series.form.series_obstacle().empty());
   RC_ASSERT(series.outcome.ok());
-  const double h = std::min(0.05 * series.radius(), 0.05), scale = 1.0 + series.model.largest_norm(series.coefficients[2].data());
+  const double h = std::min(0.05 * series.radius(), 0.05),
+               scale = 1.0 + series.model.largest_norm(series.coefficients[2].data());
   // x'' to order P - 2: its error O(h^{P-1}); xi = O(h^{P+1})
   expect_slope(order - 1, series.defect(h), series.defect(0.5 * h), 1e-9 * scale);
   expect_slope(order + 1, series.violation(h), series.violation(0.5 * h), 1e-13);
@@ -121,8 +122,10 @@ RandomSystem make_functions(ConstraintKernel surface) {
   system.velocities = random.velocities;
   system.constraints = {UserConstraints{"surface", {{0}}, std::move(surface)}, Rods{"rod", {{0, 1}}}};
   system.forces = {Gravity{"g", {0, 0, -9.81}},
-                   FormulaForce{"field", {1}, formula_force({"-x*exp(-x^2) + 0.1*vx*abs(vy-1)", "sinh(0.3*y) - tanh(z)",
-                                                             "atan2(y, x) + log(2 + x)*cos(t)"})},
+                   FormulaForce{"field",
+                                {1},
+                                formula_force({"-x*exp(-x^2) + 0.1*vx*abs(vy-1)", "sinh(0.3*y) - tanh(z)",
+                                               "atan2(y, x) + log(2 + x)*cos(t)"})},
                    Springs{"spring", {{0, 1}}, 3.0, 0.2, 0.5}, Drag{"air", {0}, 0.3, 0.0}};
   return random;
 }
@@ -155,7 +158,8 @@ TEST(Series, CallablesAreFormulas) {
   ASSERT_EQ(code.form.series_obstacle(), "");
   for (std::size_t k = 0; k < text.coefficients.size(); ++k) {
     for (std::size_t i = 0; i < text.form.size(); ++i)
-      EXPECT_NEAR(text.coefficients[k][i], code.coefficients[k][i], 1e-10 * (1.0 + std::abs(text.coefficients[k][i]))) << k;
+      EXPECT_NEAR(text.coefficients[k][i], code.coefficients[k][i], 1e-10 * (1.0 + std::abs(text.coefficients[k][i])))
+          << k;
   }
 }
 
@@ -166,7 +170,8 @@ TEST(Series, WhatComparesItsArgumentsHasNone) {
                           return x[0] > 100.0 ? x[2] : x[2] + 0.1 * x[0] * x[1] + 0.01 * t;
                         })),
                         4);
-  EXPECT_EQ(series.form.series_obstacle(), "constraints[0] cannot be expanded in time: it is known as a function alone");
+  EXPECT_EQ(series.form.series_obstacle(),
+            "constraints[0] cannot be expanded in time: it is known as a function alone");
 }
 
 }  // namespace

@@ -254,6 +254,18 @@ TEST(Singular, FortyFourBarsGoThroughAllTheirFlatPlacesAsOnePendulum) {
   EXPECT_EQ(simulation.report().singular_passages.count, 20U);
 }
 
+/// taylor's steps lead beyond the places where branches part.
+TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
+  Simulation simulation(make_many_four_bars(40), {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12, .order = 15});
+
+  ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+
+  EXPECT_NEAR(simulation.positions()[3 * 41], 0.410901153762945, 1e-7);
+  EXPECT_NEAR(simulation.positions()[3 * 41 + 1], 0.911679900971981, 1e-7);
+  EXPECT_EQ(simulation.report().singular_passages.count, 20U);
+  EXPECT_LT(simulation.report().steps, 400U);
+}
+
 /// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut.
 System make_net_on_adjacent_corners() {
   constexpr Index m = 10;

@@ -54,7 +54,8 @@ TEST(Taylor, OneFactorizationAStepAndASolveAnOrder) {
 TEST(Taylor, HigherOrdersTakeLongerSteps) {
   std::size_t last = 1000000;
   for (const int order : {6, 10, 16, 24}) {
-    Simulation simulation(scenes::make_pendulum(), {.method = Method::Taylor, .rtol = 1e-9, .atol = 1e-11, .order = order});
+    Simulation simulation(scenes::make_pendulum(),
+                          {.method = Method::Taylor, .rtol = 1e-9, .atol = 1e-11, .order = order});
     ASSERT_TRUE(simulation.advance(3.0).ok());
     EXPECT_LT(simulation.report().steps, last) << order;
     last = simulation.report().steps;
@@ -98,7 +99,8 @@ TEST(Taylor, StopsAtTheKnotsOfATable) {
 /// A moving support does work: its integral balances the energy.
 TEST(Taylor, WorkOfSupportsAndForcesBalancesTheEnergy) {
   System system = scenes::make_pendulum();
-  system.supports[0].displacement = {ScalarFunction::formula("0.03*sin(7*t)"), 0.0, ScalarFunction::formula("0.02*t^2")};
+  system.supports[0].displacement = {ScalarFunction::formula("0.03*sin(7*t)"), 0.0,
+                                     ScalarFunction::formula("0.02*t^2")};
   system.forces.push_back(Drag{"air", {1}, 0.05, 0.0});
   system.velocities = {0.21, 0, 0, 0.21, 0, 0};
   Simulation simulation(system, {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12, .start = StartMode::Project});
