@@ -117,4 +117,14 @@ inline void report(const Problem& problem, const std::function<Run()>& make_run,
   std::fclose(out);
 }
 
+/// A driver's main: PROBLEM SIZE METHOD TOLERANCE FILE; make_run(problem, method, tolerance) is one run of it.
+template <class MakeRun>
+int drive(int count, char** words, const MakeRun& make_run) {
+  if (count != 6) return 2;
+  const Problem problem = make_problem(words[1], std::atoi(words[2]));
+  report(
+      problem, [&] { return make_run(problem, std::string(words[3]), std::atof(words[4])); }, words[5]);
+  return 0;
+}
+
 }  // namespace rivals

@@ -9,7 +9,7 @@
 namespace rivals {
 namespace {
 
-Run make_run(const Problem& problem, double accuracy) {
+Run make_run(const Problem& problem, const std::string& /*method*/, double accuracy) {
   using namespace SimTK;
   MultibodySystem system;
   SimbodyMatterSubsystem matter(system);
@@ -46,8 +46,5 @@ Run make_run(const Problem& problem, double accuracy) {
 }  // namespace rivals
 
 int main(int count, char** words) {
-  if (count != 6) return 2;
-  const rivals::Problem problem = rivals::make_problem(words[1], std::atoi(words[2]));
-  rivals::report(
-      problem, [&] { return rivals::make_run(problem, std::atof(words[4])); }, words[5]);
+  return rivals::drive(count, words, rivals::make_run);
 }

@@ -125,8 +125,5 @@ Run make_run(const Problem& problem, const std::string& method, double tolerance
 }  // namespace rivals
 
 int main(int count, char** words) {
-  if (count != 6) return 2;
-  const rivals::Problem problem = rivals::make_problem(words[1], std::atoi(words[2]));
-  rivals::report(
-      problem, [&] { return rivals::make_run(problem, words[3], std::atof(words[4])); }, words[5]);
+  return rivals::drive(count, words, rivals::make_run);
 }

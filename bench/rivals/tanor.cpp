@@ -30,8 +30,17 @@ tanor::System make_system(const Problem& problem) {
   return system;
 }
 
-Run make_run(const Problem& problem, const tanor::MotionOptions& options) {
-  tanor::Simulation simulation(make_system(problem), options, {.threads = 1});
+/// "taylor12" -> taylor, order 12
+tanor::MotionOptions read_options(const std::string& method, double rtol) {
+  tanor::MotionOptions options{.rtol = rtol, .atol = 0.01 * rtol};
+  const bool has_order = method.starts_with("taylor") && method.size() > 6;
+  options.method = tanor::method_from_name(has_order ? "taylor" : method);
+  if (has_order) options.order = std::stoi(method.substr(6));
+  return options;
+}
+
+Run make_run(const Problem& problem, const std::string& method, double rtol) {
+  tanor::Simulation simulation(make_system(problem), read_options(method, rtol), {.threads = 1});
   Run run;
   const double begin = processor_time();
   const tanor::Outcome outcome = simulation.advance(problem.t_end);
@@ -44,22 +53,9 @@ Run make_run(const Problem& problem, const tanor::MotionOptions& options) {
   return run;
 }
 
-/// "taylor12" -> taylor, order 12
-tanor::MotionOptions read_options(const std::string& method, double rtol) {
-  tanor::MotionOptions options{.rtol = rtol, .atol = 0.01 * rtol};
-  const bool has_order = method.starts_with("taylor") && method.size() > 6;
-  options.method = tanor::method_from_name(has_order ? "taylor" : method);
-  if (has_order) options.order = std::stoi(method.substr(6));
-  return options;
-}
-
 }  // namespace
 }  // namespace rivals
 
 int main(int count, char** words) {
-  if (count != 6) return 2;
-  const rivals::Problem problem = rivals::make_problem(words[1], std::atoi(words[2]));
-  const tanor::MotionOptions options = rivals::read_options(words[3], std::atof(words[4]));
-  rivals::report(
-      problem, [&] { return rivals::make_run(problem, options); }, words[5]);
+  return rivals::drive(count, words, rivals::make_run);
 }

@@ -176,10 +176,13 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> last, before;  // of the last two steps, over h^2
   } step_multipliers_;
   mutable std::unique_ptr<MotionSeries> series_;  // made where somebody asks
-  std::vector<double> blocks_before_;             // K at the last `find_passage`, where it may lose rank
-  std::vector<double> lambda_series_;             // [d] lambda_k of the last order
-  std::vector<double> right_side_of_qr_;          // [d] where QR takes part
-  std::vector<double> step_start_;                // [3n] where rows depend
+  struct {
+    std::vector<double> blocks;           // K at the last `find_passage`
+    std::vector<double> x, y, move;       // [d], [d], [3n] scratch
+  } before_;                              // where K may lose rank
+  std::vector<double> lambda_series_;     // [d] lambda_k of the last order
+  std::vector<double> right_side_of_qr_;  // [d] where QR takes part
+  std::vector<double> step_start_;        // [3n] where rows depend
 };
 
 }  // namespace tanor

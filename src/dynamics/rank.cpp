@@ -196,19 +196,21 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
 /// s_0 through 0 to s_1 is an eigenvalue s_0/s_1 < 0 of it: the largest one of 1 - C, found by power iteration.
 double NormalForm::find_passage(bool anew) {
   if (!model_.may_lose_rank || redundancy_.is_found()) return -1.0;
-  const bool knows_before = !anew && !blocks_before_.empty();
+  const bool knows_before = !anew && !before_.blocks.empty();
   double fraction = -1.0;
   if (knows_before) {
     const Stopwatch watch(&model_.times.solve);
     constexpr int most_iterations = 10, least_iterations = 4;
     constexpr double hopeless = 0.7;
-    std::vector<double> x(num_rows()), y(num_rows());
-    respond_.assign(size(), 0.0);
+    std::vector<double>&x = before_.x, &y = before_.y, &move = before_.move;
+    x.resize(num_rows());
+    y.resize(num_rows());
+    move.assign(size(), 0.0);
     for (std::size_t a = 0; a < x.size(); ++a) x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
     for (int k = 0; k < most_iterations; ++k) {
-      model_.gather.write_scaled(model_.parallel, blocks_before_.data(), x.data(), model_.inverse_mass.data(),
-                                 model_.num_moving(), respond_.data());
-      model_.constraints.apply_transposed(model_.parallel, blocks_.data(), respond_.data(), nullptr, y.data());
+      model_.gather.write_scaled(model_.parallel, before_.blocks.data(), x.data(), model_.inverse_mass.data(),
+                                 model_.num_moving(), move.data());
+      model_.constraints.apply_transposed(model_.parallel, blocks_.data(), move.data(), nullptr, y.data());
       ++model_.counters.solves;
       solve_negative(y.data(), y.data());
       double along = 0.0, before = 0.0, after = 0.0;
@@ -224,7 +226,7 @@ double NormalForm::find_passage(bool anew) {
       for (std::size_t a = 0; a < x.size(); ++a) x[a] = y[a] / std::sqrt(after);
     }
   }
-  blocks_before_ = blocks_;
+  before_.blocks = blocks_;
   return fraction;
 }
 

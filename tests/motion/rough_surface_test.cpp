@@ -12,6 +12,22 @@ namespace {
 
 constexpr double g = 9.81;
 
+/// The one event is the stop, with each method; then expect(simulation, method) of the place it comes to. At a stop the
+/// direction turns faster than fixed steps can follow: its instant lies within one of them.
+template <class Expect>
+void expect_stop(const System& system, double stop, const Expect& expect) {
+  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
+    MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
+    if (has_fixed_steps(method)) options.step = 1e-3;
+    Simulation simulation(system, options);
+    const std::vector<double> events = advance_and_list_events(&simulation, stop + 1.0);
+    ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
+    ASSERT_EQ(events.size(), 1u) << method_name(method);
+    EXPECT_NEAR(events[0], stop, method == Method::Dopri5 ? 1e-9 : 1e-3) << method_name(method);
+    expect(simulation, method);
+  }
+}
+
 /// A bead that starts across a force on a rough plane: with a = F/m, b = mu g, k = b/a, psi the angle from the force to
 /// v and u = tan(psi/2), the hodograph is |v| = C u^k/sin psi, and it stops at u = 0:
 ///
@@ -30,20 +46,12 @@ TEST(RoughPlane, ABeadAcrossAForceFollowsTheHodographAndStops) {
     system.constraints = {Planes{"floor", {0}, Vector3{0.0, 0.0, 1.0}, 0.0}};
     system.forces = {Gravity{"", {a, 0.0, -g}}};
     system.friction = {Coulomb{.name = "", .at = {"floor"}, .coefficient = mu}};
-    for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
-      MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
-      if (method != Method::Dopri5) options.step = 1e-3;
-      Simulation simulation(system, options);
-      const std::vector<double> events = advance_and_list_events(&simulation, stop + 1.0);
-      ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-      EXPECT_EQ(events.size(), 1u) << method_name(method) << " k = " << k;
-      if (events.empty()) continue;
-      // at a stop the direction turns faster than fixed steps can follow: its instant within one of them
+    SCOPED_TRACE(k);
+    expect_stop(system, stop, [&](const Simulation& simulation, Method method) {
       const double allowed = method == Method::Dopri5 ? 1e-9 : 1e-6;
-      EXPECT_NEAR(events[0], stop, method == Method::Dopri5 ? 1e-9 : 1e-3) << method_name(method);
       EXPECT_NEAR(simulation.positions()[0], x, allowed) << method_name(method);
       EXPECT_NEAR(simulation.positions()[1], y, allowed) << method_name(method);
-    }
+    });
   }
 }
 
@@ -87,19 +95,11 @@ TEST(RoughSphere, ABeadInABowlSpiralsDownAndStops) {
     t += h;
   }
   const auto stop = static_cast<double>(t + speed() / deceleration);
-  for (const Method method : {Method::Dopri5, Method::Rk4, Method::Rattle}) {
-    MotionOptions options{.method = method, .rtol = 1e-11, .atol = 1e-13};
-    if (method != Method::Dopri5) options.step = 1e-3;
-    Simulation simulation(system, options);
-    const std::vector<double> events = advance_and_list_events(&simulation, stop + 1.0);
-    ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-    EXPECT_EQ(events.size(), 1u) << method_name(method);
-    if (events.empty()) continue;
-    EXPECT_NEAR(events[0], stop, method == Method::Dopri5 ? 1e-9 : 1e-3) << method_name(method);
+  expect_stop(system, stop, [&](const Simulation& simulation, Method method) {
     for (std::size_t c = 0; c < 3; ++c)
       EXPECT_NEAR(simulation.positions()[c], static_cast<double>(s[c]), method == Method::Dopri5 ? 1e-10 : 1e-6);
     EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), method == Method::Dopri5 ? 1e-9 : 1e-5);
-  }
+  });
 }
 
 }  // namespace
