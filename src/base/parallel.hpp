@@ -72,6 +72,11 @@ class Parallel {
   template <class Term>
   double sum(std::size_t count, const Term& term, std::size_t grain = 2048) const {
     std::array<double, 64> parts;
+    if (count <= parts.size()) {  // a part has one term at most
+      double result = 0.0;
+      for (std::size_t k = 0; k < count; ++k) result += term(k);
+      return result;
+    }
     const auto add_parts = [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) {
         parts[p] = 0.0;

@@ -33,6 +33,14 @@ struct StepErrors {
   const double *x_from, *v_from, *x_to, *v_to;
 };
 
+/// Largest over the points of |error|/(atol + rtol |.|).
+struct ErrorRatios {
+  double x, v;  // of positions, of velocities
+
+  /// A NaN wins.
+  double largest() const { return larger(x, v); }
+};
+
 /// What multiplies M, -df/dv and -df/dx in Newton's matrix of an implicit step.
 template <class T>
 struct NewtonWeights {
@@ -116,9 +124,11 @@ class Mechanics {
     return project_velocities(t, x, v);
   }
 
-  /// Largest over the points of |error|/(atol + rtol |.|), positions and velocities; t: at the step's beginning. The
-  /// last accelerations were those at its end.
-  virtual double error_ratio(double t, const StepErrors& errors, double atol, double rtol) = 0;
+  /// t: at the step's beginning. The last accelerations were those at its end.
+  virtual ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) = 0;
+
+  /// How many accelerations were found so far.
+  virtual std::size_t num_accelerations() const { return 0; }
 
   /// Of K, as it was decided last.
   virtual std::size_t rank() const { return 0; }
@@ -133,9 +143,9 @@ class Mechanics {
   /// Why there is none; empty: `expand` finds it.
   virtual std::string series_obstacle() const { return "the motion in coordinates is not expanded in time"; }
   /// coefficients[k] [size()] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one, in the
-  /// order that it has; linearised at (t, x). Writes the time up to which the functions of time are as smooth as at t,
-  /// s.
-  virtual Outcome expand(double /*t*/, const double* /*x*/, const double* /*v*/,
+  /// order that it has; linearised at (t, x). `a` may be null; else the last accelerations were those at (t, x, v), and
+  /// found it. Writes the time up to which the functions of time are as smooth as at t, s.
+  virtual Outcome expand(double /*t*/, const double* /*x*/, const double* /*v*/, const double* /*a*/,
                          std::span<double* const> /*coefficients*/, double* /*smooth_until*/) {
     return {};
   }

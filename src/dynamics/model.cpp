@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/stopwatch.hpp"
+#include "base/instruction_sets.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -67,6 +68,34 @@ System validated(System system, double t) {
   validate(system, t);
   if (system.velocities.empty()) system.velocities.assign(system.positions.size(), 0.0);
   return system;
+}
+
+/// Largest |error_i|/(atol + rtol |.|) of the points [begin, end), where |.| is the larger one by components.
+TANOR_EACH_INSTRUCTION_SET
+double largest_ratio(const double* error, const double* from, const double* to, std::size_t begin, std::size_t end,
+                     double atol, double rtol) {
+  constexpr std::size_t width = 8;
+  double worst[width] = {};
+  const auto look_at = [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
+    double squares[width], sizes[width];
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = 3 * (first + k);
+      const double *const e = error + i, *const a = from + i, *const b = to + i;
+      squares[k] = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+      sizes[k] = std::max(a[0] * a[0], b[0] * b[0]) + std::max(a[1] * a[1], b[1] * b[1]) +
+                 std::max(a[2] * a[2], b[2] * b[2]);
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const double allowed = atol + rtol * std::sqrt(sizes[k]);
+      worst[k] = larger(worst[k], squares[k] / (allowed * allowed));
+    }
+  };
+  std::size_t first = begin;
+  for (; first + width <= end; first += width) look_at(first, width);
+  if (first < end) look_at(first, end - first);
+  double result = 0.0;
+  for (const double square : worst) result = larger(result, square);
+  return std::sqrt(result);
 }
 
 }  // namespace
@@ -199,23 +228,13 @@ double Model::velocity_violation(double t, const double* r, const double* v) {
   return constraints.evaluate_rates(parallel, r, v, rows_.data()) / velocity_scale;
 }
 
-double Model::error_ratio(const StepErrors& errors, double atol, double rtol) const {
-  return parallel.max_over_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
-    const auto ratio = [&](const double* error, const double* from, const double* to, std::size_t i) {
-      double e = 0.0, size = 0.0;
-      for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
-        e += error[c] * error[c];
-        size += std::max(from[c] * from[c], to[c] * to[c]);
-      }
-      return std::sqrt(e) / (atol + rtol * std::sqrt(size));
-    };
-    double worst = 0.0;
-    for (std::size_t i = begin; i < end; ++i) {
-      worst = larger(worst, ratio(errors.x, errors.x_from, errors.x_to, i));
-      worst = larger(worst, ratio(errors.v, errors.v_from, errors.v_to, i));
-    }
-    return worst;
-  });
+ErrorRatios Model::error_ratios(const StepErrors& errors, double atol, double rtol) const {
+  const auto largest = [&](const double* error, const double* from, const double* to) {
+    return parallel.max_over_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
+      return largest_ratio(error, from, to, begin, end, atol, rtol);
+    });
+  };
+  return {largest(errors.x, errors.x_from, errors.x_to), largest(errors.v, errors.v_from, errors.v_to)};
 }
 
 double Model::largest_norm(const double* x) const {

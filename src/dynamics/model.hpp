@@ -86,8 +86,7 @@ class Model {
   /// Largest relative violation of positions; of velocities, over the velocity scale.
   double position_violation(double t, const double* r);
   double velocity_violation(double t, const double* r, const double* v);
-  /// Largest over the points of |error|/(atol + rtol |.|), positions and velocities [3n].
-  double error_ratio(const StepErrors& errors, double atol, double rtol) const;
+  ErrorRatios error_ratios(const StepErrors& errors, double atol, double rtol) const;
 
   /// Largest |x_i|, and largest |x_i - y_i|, over the points.
   double largest_norm(const double* x) const;

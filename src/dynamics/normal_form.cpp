@@ -350,8 +350,8 @@ Power NormalForm::power(const double* r, const double* v) const {
   return result;
 }
 
-double NormalForm::error_ratio(double, const StepErrors& errors, double atol, double rtol) {
-  return model_.error_ratio(errors, atol, rtol);
+ErrorRatios NormalForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
+  return model_.error_ratios(errors, atol, rtol);
 }
 
 ProjectionReport NormalForm::put_positions(double t, double* r) {

@@ -10,6 +10,7 @@
 #include "dynamics/model.hpp"
 #include "dynamics/motion_series.hpp"
 #include "solve/gram_solver.hpp"
+#include "solve/path_series.hpp"
 #include "solve/redundancy.hpp"
 
 namespace tanor {
@@ -37,10 +38,11 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
-  double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
+  ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
+  std::size_t num_accelerations() const override { return model_.counters.evaluations; }
   std::size_t rank() const override { return model_.rank; }
   double find_passage(bool anew) override;
   const SolveReport& last_solve() const override { return last_; }
@@ -70,7 +72,7 @@ class NormalForm final : public EquationsOfMotion {
   void judge_friction(bool judges, bool refuses_several);
 
   std::string series_obstacle() const override;
-  Outcome expand(double t, const double* r, const double* v, std::span<double* const> coefficients,
+  Outcome expand(double t, const double* r, const double* v, const double* w, std::span<double* const> coefficients,
                  double* smooth_until) override;
   Power power_along(double t, const double* r, const double* v, const double* w) override;
 
@@ -148,6 +150,9 @@ class NormalForm final : public EquationsOfMotion {
                                 const char* unit) const;
   std::string describe(const Redundancy::Found& found, const char* verb) const;
 
+  Outcome expand_paths(double t, std::span<double* const> coefficients, double* smooth_until);
+  Outcome check_finite(double t, const double* x) const;
+
   std::string name_row(std::size_t inner_row) const { return model_.name_row(inner_row); }
   std::size_t num_rows() const { return model_.num_rows(); }
 
@@ -175,7 +180,8 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> sum;           // of this step's iterations
     std::vector<double> last, before;  // of the last two steps, over h^2
   } step_multipliers_;
-  mutable std::unique_ptr<MotionSeries> series_;  // made where somebody asks
+  mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
+  mutable std::unique_ptr<MotionSeries> series_;     // else, or where that fails
   struct {
     std::vector<double> blocks;           // K at the last `find_passage`
     std::vector<double> x, y, move;       // [d], [d], [3n] scratch

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/stopwatch.hpp"
 #include "dynamics/normal_form.hpp"
@@ -9,18 +10,27 @@
 namespace tanor {
 
 std::string NormalForm::series_obstacle() const {
-  if (series_ == nullptr) series_ = std::make_unique<MotionSeries>(model_);
-  return series_->obstacle();
+  if (path_series_ == nullptr && series_ == nullptr) {
+    path_series_ = PathSeries::make(model_.system, model_.numbering, model_.incidences, model_.inverse_mass);
+    if (path_series_ == nullptr) series_ = std::make_unique<MotionSeries>(model_);
+  }
+  return series_ == nullptr ? std::string{} : series_->obstacle();
 }
 
-Outcome NormalForm::expand(double t, const double* r, const double* v, std::span<double* const> coefficients,
-                           double* smooth_until) {
-  if (series_ == nullptr) series_ = std::make_unique<MotionSeries>(model_);
+Outcome NormalForm::expand(double t, const double* r, const double* v, const double* w,
+                           std::span<double* const> coefficients, double* smooth_until) {
+  (void)series_obstacle();
   const Parallel& parallel = model_.parallel;
   std::copy(r, r + size(), coefficients[0]);
   std::copy(v, v + size(), coefficients[1]);
-  if (Outcome outcome = accelerations(t, r, v, Gradients::Keep, coefficients[2]); !outcome.ok()) return outcome;
+  if (w != nullptr) {
+    std::copy(w, w + size(), coefficients[2]);
+  } else if (Outcome outcome = accelerations(t, r, v, Gradients::Keep, coefficients[2]); !outcome.ok()) {
+    return outcome;
+  }
   for (std::size_t i = 0; i < size(); ++i) coefficients[2][i] *= 0.5;
+  if (path_series_ != nullptr && last_.refinements == 0) return expand_paths(t, coefficients, smooth_until);
+  if (series_ == nullptr) series_ = std::make_unique<MotionSeries>(model_);  // S is too ill-conditioned to go without
   {
     const Stopwatch watch(&model_.times.evaluate);
     series_->begin(t, coefficients);
@@ -46,8 +56,22 @@ Outcome NormalForm::expand(double t, const double* r, const double* v, std::span
     const double factor = (k + 1.0) * (k + 2.0);
     for (double& lambda : lambda_series_) lambda *= factor;
   }
-  const double* const last = coefficients.back();
-  return std::all_of(last, last + size(), [](double x) { return std::isfinite(x); }) ? Outcome{} : model_.not_finite(t);
+  return check_finite(t, coefficients.back());
+}
+
+Outcome NormalForm::expand_paths(double t, std::span<double* const> coefficients, double* smooth_until) {
+  *smooth_until = std::numeric_limits<double>::infinity();
+  const Stopwatch watch(&model_.times.solve);
+  path_series_->begin(model_.parallel, coefficients, lambda_.data());
+  for (std::size_t k = 1; k + 2 < coefficients.size(); ++k) {
+    ++model_.counters.solves;
+    path_series_->advance(model_.parallel, static_cast<int>(k), coefficients[k + 2]);
+  }
+  return check_finite(t, coefficients.back());
+}
+
+Outcome NormalForm::check_finite(double t, const double* x) const {
+  return std::all_of(x, x + size(), [](double x_i) { return std::isfinite(x_i); }) ? Outcome{} : model_.not_finite(t);
 }
 
 Power NormalForm::power_along(double t, const double* r, const double* v, const double* w) {

@@ -186,7 +186,7 @@ Outcome TangentForm::free_accelerations(double t, const double* q, const double*
   return accelerations(t, q, q_dot, Gradients::Evaluate, q_ddot);  // there is nothing to be free of
 }
 
-double TangentForm::error_ratio(double t, const StepErrors& errors, double atol, double rtol) {
+ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double atol, double rtol) {
   // What the errors of q and q_dot do at the points, with A at the step's end: A dq, A dq_dot.
   const auto& coordinates = model_.coordinates;
   std::vector<double>&moved = points_, &rate = error_rates_, &r_from = r_from_, &v_from = v_from_;
@@ -198,7 +198,7 @@ double TangentForm::error_ratio(double t, const StepErrors& errors, double atol,
   model_.prescribe_all(t, r_from.data(), v_from.data());
   coordinates.evaluate(model_.parallel, errors.x_from, errors.v_from, r_from.data(), v_from.data(), nullptr, nullptr);
   model_.set_time(t_end);
-  return model_.error_ratio({moved.data(), rate.data(), r_from.data(), v_from.data(), r_.data(), v_.data()}, atol,
+  return model_.error_ratios({moved.data(), rate.data(), r_from.data(), v_from.data(), r_.data(), v_.data()}, atol,
                             rtol);
 }
 

@@ -33,7 +33,7 @@ class TangentForm final : public EquationsOfMotion {
   ProjectionReport project_positions(double t, double* q) override;
   ProjectionReport project_step(double, double, double*, double*) override { return {}; }
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
-  double error_ratio(double t, const StepErrors& errors, double atol, double rtol) override;
+  ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   Power power(const double* q, const double* q_dot) const override;
   Energy energy(double t, const double* q, const double* q_dot) override;
   std::size_t rank() const override { return model_.rank; }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evaluate/instruction_sets.hpp"
+#include "base/instruction_sets.hpp"
 
 namespace tanor {
 

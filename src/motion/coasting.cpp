@@ -70,9 +70,12 @@ StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State
       return result;
     }
   }
-  result.error = mechanics.error_ratio(
-      from.t, {x_error.data(), v_error.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()}, options.atol,
-      options.rtol);
+  result.error =
+      mechanics
+          .error_ratios(from.t,
+                        {x_error.data(), v_error.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()},
+                        options.atol, options.rtol)
+          .largest();
 
   // The parabola through the powers at u = -1, at 0 and at the end
   const double w_before = -h * h / (6.0 * p * (p + h)), w_from = (h + 3.0 * p) / (6.0 * p),

@@ -96,9 +96,12 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
       v_increment_[k] = gamma_ / (beta_ * h) * residual_[k];
     }
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
-    const double increment = mechanics_.error_ratio(
-        from.t, {residual_.data(), v_increment_.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()},
-        options_.atol, options_.rtol);
+    const double increment = mechanics_
+                                 .error_ratios(from.t,
+                                               {residual_.data(), v_increment_.data(), from.x.data(), from.v.data(),
+                                                to->x.data(), to->v.data()},
+                                               options_.atol, options_.rtol)
+                                 .largest();
     switch (implicit_.newton.judge(increment)) {
       case NewtonIteration::Verdict::GoOn:
         break;

@@ -188,9 +188,12 @@ double Radau5::take_increments(const State& from, double h) {
   double largest = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < from.x.size(); ++k) x_[i][k] = h * combine(radau_.a[i], a_, k);
-    const double ratio = mechanics_.error_ratio(
-        from.t, {x_[i].data(), a_[i].data(), from.x.data(), from.v.data(), from.x.data(), v_[i].data()}, options_.atol,
-        options_.rtol);
+    const double ratio =
+        mechanics_
+            .error_ratios(from.t,
+                          {x_[i].data(), a_[i].data(), from.x.data(), from.v.data(), from.x.data(), v_[i].data()},
+                          options_.atol, options_.rtol)
+            .largest();
     largest = ratio > largest || !(ratio == ratio) ? ratio : largest;
   }
   return largest;
@@ -221,9 +224,10 @@ double Radau5::estimate_error(const State& from, double h, const State& to) {
     equations_.add_stiffness(e_r.data(), e_v.data(), mu.data());
     equations_.solve(e_v.data(), mu.data());
     for (std::size_t k = 0; k < from.x.size(); ++k) e_r[k] = (e_v[k] + rho[k]) / s;
-    error =
-        mechanics_.error_ratio(from.t, {e_r.data(), e_v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
-                               options_.atol, options_.rtol);
+    error = mechanics_
+                .error_ratios(from.t, {e_r.data(), e_v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
+                              options_.atol, options_.rtol)
+                .largest();
     if (pass == 1 || !(error > 1.0)) break;
     std::vector<double>&x = x_[1], &v = v_[1], &lambda = rows_[1];
     for (std::size_t k = 0; k < from.x.size(); ++k) {

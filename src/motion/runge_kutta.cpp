@@ -148,9 +148,10 @@ double RungeKutta::measure(const State& from, double h, const State& to, const W
   const Accelerations a = accelerations(from, to);
   combine(parallel, n, zero_.data(), 0.0, zero_.data(), estimate.x, h * h, a, stage_x_.data());
   combine(parallel, n, zero_.data(), 0.0, zero_.data(), estimate.v, h, a, stage_v_.data());
-  return mechanics_.error_ratio(
-      from.t, {stage_x_.data(), stage_v_.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol,
-      options_.rtol);
+  return mechanics_
+      .error_ratios(from.t, {stage_x_.data(), stage_v_.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
+                    options_.atol, options_.rtol)
+      .largest();
 }
 
 Outcome RungeKutta::prepare_inside(const State& from, const State& to) {

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 
+#include "base/instruction_sets.hpp"
 #include "motion/runge_kutta.hpp"
 
 namespace tanor {
@@ -20,6 +22,29 @@ int choose_order(double tolerance, std::size_t n) {
   constexpr std::size_t large = 50000;
   const double order = n < large ? 4.0 - 0.7 * std::log(tolerance) : 3.0 - 0.5 * std::log(tolerance);
   return std::clamp(static_cast<int>(std::lround(order)), least, most);
+}
+
+/// x, x' and x'' at h of the numbers [begin, end), by Horner's scheme.
+TANOR_EACH_INSTRUCTION_SET
+void sum_series(std::span<double* const> coefficients, double h, std::size_t begin, std::size_t end, double* x,
+                double* v, double* a) {
+  for (std::size_t i = begin; i < end; ++i) x[i] = v[i] = a[i] = 0.0;
+  for (std::size_t k = coefficients.size() - 1; k >= 2; --k) {
+    const double* const c = coefficients[k];
+    const auto first_factor = static_cast<double>(k), second_factor = first_factor * (first_factor - 1.0);
+#pragma GCC ivdep
+    for (std::size_t i = begin; i < end; ++i) {
+      x[i] = h * x[i] + c[i];
+      v[i] = h * v[i] + first_factor * c[i];
+      a[i] = h * a[i] + second_factor * c[i];
+    }
+  }
+  // The small terms are summed first.
+  for (std::size_t i = begin; i < end; ++i) {
+    const double v0 = coefficients[1][i];
+    x[i] = coefficients[0][i] + h * (v0 + h * x[i]);
+    v[i] = v0 + h * v[i];
+  }
 }
 
 /// Nodes and weights of Gauss & Legendre on [0, 1], by Newton's method on the polynomial.
@@ -65,7 +90,12 @@ double Taylor::propose_step(const State& from) {
 
 void Taylor::expand(const State& from) {
   double smooth_until = 0.0;
-  exists_ = mechanics_.expand(from.t, from.x.data(), from.v.data(), pointers_, &smooth_until).ok();
+  const bool knows_acceleration =
+      knows_acceleration_ && end_ == from.t && num_accelerations_ == mechanics_.num_accelerations();
+  exists_ = mechanics_
+                .expand(from.t, from.x.data(), from.v.data(), knows_acceleration ? from.a.data() : nullptr, pointers_,
+                        &smooth_until)
+                .ok();
   has_series_ = true;
   missing_ = 0.0;
   series_time_ = from.t;
@@ -74,47 +104,25 @@ void Taylor::expand(const State& from) {
 
 /// The longest h for which the last term, and the one before it, stay within the tolerance, positions and velocities.
 double Taylor::longest_step(const State& from) {
-  std::vector<double>& zero = inside_.a;
-  std::fill(zero.begin(), zero.end(), 0.0);
-  const auto ratio = [&](const std::vector<double>& x, const std::vector<double>& v) {
-    return mechanics_.error_ratio(from.t,
-                                  {x.data(), v.data(), from.x.data(), from.v.data(), from.x.data(), from.v.data()},
-                                  options_.atol, options_.rtol);
-  };
-  double inverse = 0.0;
+  double log_h = std::numeric_limits<double>::infinity();
   for (int k = order_ - 1; k <= order_; ++k) {
-    const std::vector<double>& last = coefficients_[static_cast<std::size_t>(k)];
+    const double* const last = pointers_[static_cast<std::size_t>(k)];
+    const ErrorRatios ratios = mechanics_.error_ratios(
+        from.t, {last, last, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
     // |r_k| h^k and k |r_k| h^{k-1}
-    inverse = std::max(inverse, std::pow(ratio(last, zero), 1.0 / k));
-    inverse = std::max(inverse, std::pow(k * ratio(zero, last), 1.0 / (k - 1)));
+    log_h = std::min(log_h, -std::log(ratios.x) / k);
+    log_h = std::min(log_h, -std::log(k * ratios.v) / (k - 1));
   }
-  return inverse > 0.0 ? 1.0 / inverse : std::numeric_limits<double>::infinity();
+  return std::exp(log_h);
 }
 
-/// x, x' and x'' at h by Horner's scheme, in pieces that stay in the first cache.
+/// x, x' and x'' at h, in pieces that stay in the first cache.
 void Taylor::evaluate(double h, double* x, double* v, double* a) const {
   const std::size_t n = coefficients_[0].size();
   constexpr std::size_t piece = 256;
-  const auto evaluate_pieces = [&](std::size_t first, std::size_t end_piece) {
-    for (std::size_t begin = first * piece; begin < std::min(n, end_piece * piece); begin += piece) {
-      const std::size_t end = std::min(n, begin + piece);
-      for (std::size_t i = begin; i < end; ++i) x[i] = v[i] = a[i] = 0.0;
-      for (int k = order_; k >= 2; --k) {
-        const double* const c = pointers_[static_cast<std::size_t>(k)];
-        const double first_factor = k, second_factor = k * (k - 1.0);
-        for (std::size_t i = begin; i < end; ++i) {
-          x[i] = h * x[i] + c[i];
-          v[i] = h * v[i] + first_factor * c[i];
-          a[i] = h * a[i] + second_factor * c[i];
-        }
-      }
-      // The small terms are summed first.
-      for (std::size_t i = begin; i < end; ++i) {
-        const double v0 = pointers_[1][i];
-        x[i] = pointers_[0][i] + h * (v0 + h * x[i]);
-        v[i] = v0 + h * v[i];
-      }
-    }
+  const auto evaluate_pieces = [&](std::size_t first, std::size_t end) {
+    for (std::size_t begin = first * piece; begin < std::min(n, end * piece); begin += piece)
+      sum_series(pointers_, h, begin, std::min(n, begin + piece), x, v, a);
   };
   mechanics_.parallel().for_ranges((n + piece - 1) / piece, evaluate_pieces, 16);
 }
@@ -150,9 +158,12 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
     inside_.x[i] = of_x * sure;
     inside_.v[i] = of_v * sure;
   }
-  const double error = mechanics_.error_ratio(
-      from.t, {inside_.x.data(), inside_.v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
-      options_.atol, options_.rtol);
+  const double error =
+      mechanics_
+          .error_ratios(from.t,
+                        {inside_.x.data(), inside_.v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
+                        options_.atol, options_.rtol)
+          .largest();
   // Far from the origin, or where S is ill-conditioned, there is more noise: it does not fall with h, as terms do.
   constexpr double most_noise = 1e-6, fall_of_noise = 0.3;
   const double before = std::exchange(missing_, error > 1.0 ? most_missing / largest : 0.0);
@@ -178,6 +189,9 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
   StepResult result = settle(mechanics_, options_.stabilisation, to);
   if (result.outcome.ok()) result.error = measure_error(from, h, *to);
+  knows_acceleration_ = result.outcome.ok();
+  end_ = to->t;
+  num_accelerations_ = mechanics_.num_accelerations();
   if (!result.outcome.ok() || !(result.error <= 1.0)) longest_ = 0.7 * h;
   return result;
 }

@@ -25,7 +25,7 @@ class Taylor final : public Scheme {
   Outcome prepare_inside(const State& from, const State& to) override;
   void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                    double* v) const override;
-  void forget() override { has_series_ = false; }
+  void forget() override { has_series_ = knows_acceleration_ = false; }
 
  private:
   void expand(const State& from);
@@ -46,6 +46,10 @@ class Taylor final : public Scheme {
   double series_time_ = 0.0, longest_ = 0.0;
   double missing_ = 0.0;  // in the acceleration at the last place that was rejected, over the largest; 0: none was
   bool has_series_ = false, exists_ = false;
+  // The last accelerations were those at a step's end.
+  bool knows_acceleration_ = false;
+  double end_ = 0.0;
+  std::size_t num_accelerations_ = 0;
 };
 
 }  // namespace tanor

@@ -37,7 +37,7 @@ struct Expanded {
     std::vector<double*> pointers;
     for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
     double smooth_until = 0.0;
-    if (outcome.ok()) outcome = form.expand(t, r.data(), v.data(), pointers, &smooth_until);
+    if (outcome.ok()) outcome = form.expand(t, r.data(), v.data(), nullptr, pointers, &smooth_until);
   }
 
   /// Derivative of the series at h: 0 places, 1 velocities, 2 accelerations.

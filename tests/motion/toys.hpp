@@ -38,11 +38,11 @@ class Toy : public Mechanics {
     return report;
   }
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
-  double error_ratio(double, const StepErrors& errors, double atol, double rtol) override {
-    double result = 0.0;
+  ErrorRatios error_ratios(double, const StepErrors& errors, double atol, double rtol) override {
+    ErrorRatios result{};
     for (std::size_t i = 0; i < size_; ++i) {
-      result = std::max(result, std::abs(errors.x[i]) / (atol + rtol * std::abs(errors.x_to[i])));
-      result = std::max(result, std::abs(errors.v[i]) / (atol + rtol * std::abs(errors.v_to[i])));
+      result.x = std::max(result.x, std::abs(errors.x[i]) / (atol + rtol * std::abs(errors.x_to[i])));
+      result.v = std::max(result.v, std::abs(errors.v[i]) / (atol + rtol * std::abs(errors.v_to[i])));
     }
     return result;
   }

@@ -1,0 +1,195 @@
+#include "solve/path_series.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include "base/instruction_sets.hpp"
+#include "solve/path_lanes.hpp"
+
+namespace tanor {
+
+namespace {
+
+using Pieces = PathLanes<RodLanes::most, true>;
+using Paths = PathLanes<RodLanes::most, false>;
+using FewPaths = PathLanes<RodLanes::few, false>;
+
+TANOR_EACH_INSTRUCTION_SET void factorize(const Pieces& lanes) {
+  lanes.factorize();
+}
+TANOR_EACH_INSTRUCTION_SET void factorize(const Paths& lanes) {
+  lanes.factorize();
+}
+TANOR_EACH_INSTRUCTION_SET void factorize(const FewPaths& lanes) {
+  lanes.factorize();
+}
+TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k) {
+  lanes.advance(k);
+}
+TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k) {
+  lanes.advance(k);
+}
+TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k) {
+  lanes.advance(k);
+}
+
+/// The numbers of one PathLanes.
+template <std::size_t lanes_wide, bool is_cut>
+class Group {
+ public:
+  static constexpr std::size_t width = lanes_wide;
+  using Lanes = PathLanes<width, is_cut>;
+  using Vector = typename Lanes::Vector;
+
+  Group(RodLanes given, std::span<const Vector3> offsets, std::span<const double> inverse_mass)
+      : given_(std::move(given)), rods_(given_.length), points_(given_.length + 1) {
+    for (std::size_t at = 0; at < given_.points.size(); ++at) {
+      const Index point = given_.points[at];
+      if (point >= 0) points_[at / width].inverse_mass[at % width] = inverse_mass[static_cast<std::size_t>(point)];
+    }
+    if (!offsets.empty()) offsets_.resize(given_.length);
+    for (std::size_t at = 0; at < given_.rows.size(); ++at) {
+      const Index row = given_.rows[at];
+      rods_[at / width].is_there[at % width] = row < 0 ? 0.0 : 1.0;
+      if (row < 0 || offsets.empty()) continue;
+      const auto& [x, y, z] = offsets[static_cast<std::size_t>(row)];
+      const double sign = given_.flipped[at] != 0 ? -1.0 : 1.0;
+      put(&offsets_[at / width], at % width, {sign * x, sign * y, sign * z});
+    }
+  }
+
+  void begin(std::span<double* const> coefficients, const double* lambda) {
+    stride_ = coefficients.size();
+    series_.resize(given_.length * stride_);
+    for (std::size_t k = 0; k <= 2; ++k) load(k, coefficients[k]);
+    for (std::size_t i = 0; i < given_.length; ++i) {
+      auto& rod = rods_[i];
+      auto& first = series_[i * stride_];
+      for (std::size_t s = 0; s < width; ++s) {
+        const Vec3 a{first.a.x[s], first.a.y[s], first.a.z[s]};
+        const Index row = given_.rows[i * width + s];
+        const double inverse_length = row < 0 ? 0.0 : 1.0 / norm(a);
+        rod.inverse_length[s] = inverse_length;
+        put(&rod.u, s, inverse_length * a);
+        first.mu[s] = row < 0 ? 0.0 : lambda[row] * inverse_length;
+      }
+    }
+    factorize(lanes());
+  }
+
+  void advance(int k, double* next) {
+    tanor::advance(lanes(), k);
+    for (std::size_t at = 0; at < given_.points.size(); ++at) {
+      const Index point = given_.points[at];
+      const Vector& r = points_[at / width].r;
+      const std::size_t s = at % width;
+      if (point >= 0) store(next, point, {r.x[s], r.y[s], r.z[s]});
+    }
+  }
+
+ private:
+  static void put(Vector* to, std::size_t lane, Vec3 a) {
+    to->x[lane] = a.x;
+    to->y[lane] = a.y;
+    to->z[lane] = a.z;
+  }
+
+  Lanes lanes() {
+    return {
+        given_.length, stride_, rods_.data(), points_.data(), series_.data(), &separator_l_, &separator_inverse_pivot_};
+  }
+
+  /// Coefficient k of the rods' a.
+  void load(std::size_t k, const double* r) {
+    for (std::size_t at = 0; at < given_.points.size(); ++at) {
+      const Index point = given_.points[at];
+      if (point >= 0) put(&points_[at / width].r, at % width, tanor::load(r, point));
+    }
+    for (std::size_t i = 0; i < given_.length; ++i) {
+      const Vector &begin = points_[i].r, &end = points_[i + 1].r;
+      Vector& a = series_[i * stride_ + k].a;
+      for (std::size_t s = 0; s < width; ++s) {
+        Vec3 d{end.x[s] - begin.x[s], end.y[s] - begin.y[s], end.z[s] - begin.z[s]};
+        if (k == 0 && !offsets_.empty()) d = d + Vec3{offsets_[i].x[s], offsets_[i].y[s], offsets_[i].z[s]};
+        put(&a, s, rods_[i].is_there[s] * d);
+      }
+    }
+  }
+
+  RodLanes given_;
+  std::vector<typename Lanes::Rod> rods_;
+  std::vector<typename Lanes::Point> points_;
+  std::vector<Vector> offsets_;  // of a_0; empty where there are none
+  std::array<double, width> separator_l_{}, separator_inverse_pivot_{};
+  std::size_t stride_ = 0;
+  std::vector<typename Lanes::Coefficient> series_;
+};
+
+}  // namespace
+
+struct PathSeries::AnyGroup {
+  std::variant<Group<RodLanes::most, true>, Group<RodLanes::most, false>, Group<RodLanes::few, false>> group;
+};
+
+PathSeries::~PathSeries() = default;
+
+std::unique_ptr<PathSeries> PathSeries::make(const System& system, const Numbering& numbering,
+                                             std::span<const Incidence> incidences,
+                                             std::span<const double> inverse_mass) {
+  const bool only_gravity = std::all_of(system.forces.begin(), system.forces.end(),
+                                        [](const auto& force) { return std::holds_alternative<Gravity>(force); });
+  const bool fixed_supports = std::all_of(system.supports.begin(), system.supports.end(),
+                                          [](const Support& support) { return support.displacement.is_constant(); });
+  if (!only_gravity || !fixed_supports) return {};
+  std::vector<Vector3> offsets;  // [row]
+  for (std::size_t g = 0, member = 0; g < system.constraints.size(); ++g) {
+    const auto* const rods = std::get_if<Rods>(&system.constraints[g]);
+    if (rods == nullptr || !rods->length.functions.empty()) return {};
+    if (!rods->offsets.empty()) offsets.resize(numbering.num_rows());
+    for (std::size_t k = 0; k < rods->pairs.size(); ++k, ++member) {
+      if (!rods->offsets.empty()) offsets[static_cast<std::size_t>(numbering.member_row[member])] = rods->offsets[k];
+    }
+  }
+  std::optional<std::vector<RodLanes>> lanes = lay_rods(system, numbering, incidences);
+  if (!lanes) return {};
+  return std::unique_ptr<PathSeries>(new PathSeries(std::move(*lanes), offsets, inverse_mass));
+}
+
+PathSeries::PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> offsets,
+                       std::span<const double> inverse_mass) {
+  std::vector<char> is_held(inverse_mass.size(), 0);
+  for (RodLanes& given : lanes) {
+    for (const Index point : given.points) {
+      if (point >= 0 && inverse_mass[static_cast<std::size_t>(point)] > 0.0)
+        is_held[static_cast<std::size_t>(point)] = 1;
+    }
+    if (given.is_cut) {
+      groups_.push_back({Group<RodLanes::most, true>(std::move(given), offsets, inverse_mass)});
+    } else if (given.width == RodLanes::most) {
+      groups_.push_back({Group<RodLanes::most, false>(std::move(given), offsets, inverse_mass)});
+    } else {
+      groups_.push_back({Group<RodLanes::few, false>(std::move(given), offsets, inverse_mass)});
+    }
+  }
+  for (std::size_t point = 0; point < is_held.size(); ++point) {
+    if (is_held[point] == 0) still_.push_back(static_cast<Index>(point));
+  }
+}
+
+void PathSeries::begin(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda) {
+  parallel.for_tasks(groups_.size(), [&](std::size_t g) {
+    std::visit([&](auto& group) { group.begin(coefficients, lambda); }, groups_[g].group);
+  });
+  for (std::size_t k = 3; k < coefficients.size(); ++k) {
+    for (const Index point : still_) store(coefficients[k], point, {});
+  }
+}
+
+void PathSeries::advance(const Parallel& parallel, int k, double* next) {
+  parallel.for_tasks(groups_.size(), [&](std::size_t g) {
+    std::visit([&](auto& group) { group.advance(k, next); }, groups_[g].group);
+  });
+}
+
+}  // namespace tanor

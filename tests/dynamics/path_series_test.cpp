@@ -1,0 +1,142 @@
+/// The motion of rods along paths as a power series: order by order as the general way finds it.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "dynamics/normal_form.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr int order = 12;
+
+/// Paths of rods in random shapes, masses and numbering, some with supports at their ends or inside, moving at random.
+struct RandomPaths {
+  std::mt19937 random;
+  System system;
+  Rods rods;
+  std::vector<Index> supports;
+
+  RandomPaths(const std::vector<std::size_t>& lengths, std::uint32_t seed, bool has_offsets) : random(seed) {
+    std::vector<Vec3> places, velocities;
+    for (const std::size_t length : lengths) {
+      Vec3 place{draw(), draw(), draw()}, velocity{draw(), draw(), draw()};
+      const double held = draw();
+      const auto first = static_cast<Index>(places.size());
+      for (std::size_t i = 0; i <= length; ++i) {
+        places.push_back(place);
+        velocities.push_back(velocity);
+        const Vec3 step{0.6 + 0.3 * draw(), 0.5 * draw(), 0.5 * draw()};
+        // the next point turns about this one
+        velocity = velocity + cross(Vec3{draw(), draw(), draw()}, step);
+        place = place + step;
+        const auto point = static_cast<Index>(places.size() - 1);
+        if (i > 0) rods.pairs.push_back(draw() > 0.0 ? std::array{point - 1, point} : std::array{point, point - 1});
+      }
+      const auto last = static_cast<Index>(places.size() - 1);
+      if (held > 0.3) supports.push_back(first);
+      if (std::abs(held) > 0.6) supports.push_back(last);
+      if (held < -0.8 && length > 4) supports.push_back(first + 2);
+    }
+    places.push_back({9.0, 9.0, 9.0});  // free
+    velocities.push_back({1.0, 0.0, 0.0});
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const bool rests = std::find(supports.begin(), supports.end(), static_cast<Index>(i)) != supports.end();
+      const Vec3 v = rests ? Vec3{} : velocities[i];
+      system.positions.insert(system.positions.end(), {places[i].x, places[i].y, places[i].z});
+      system.velocities.insert(system.velocities.end(), {v.x, v.y, v.z});
+      system.masses.push_back(std::exp(draw()));
+    }
+    if (has_offsets) {
+      // an image of the second point elsewhere
+      for (std::size_t k = 0; k < rods.pairs.size(); ++k) rods.offsets.push_back({draw(), draw(), draw()});
+    }
+    std::shuffle(rods.pairs.begin(), rods.pairs.end(), random);
+    system.supports = {Support{"held", supports}};
+    system.constraints = {rods};
+    system.forces = {Gravity{"g", {0.3, -0.2, -9.81}}};
+  }
+
+  double draw() { return std::uniform_real_distribution<double>(-1.0, 1.0)(random); }
+};
+
+struct Expanded {
+  Model model;
+  NormalForm form;
+  std::vector<std::vector<double>> coefficients;
+  Outcome outcome;
+
+  explicit Expanded(const System& system) : model(system, {.threads = 1}, 0.0), form(model, {.threads = 1}) {
+    const std::size_t n = form.size();
+    coefficients.assign(order + 1, std::vector<double>(n, std::nan("")));
+    std::vector<double> r(n), v(n);
+    model.numbering.gather_points(system.positions, r);
+    model.numbering.gather_points(system.velocities, v);
+    form.prescribe(0.0, r.data(), v.data());
+    model.prescribe_all(0.0, r.data(), v.data());
+    outcome = form.linearise(0.0, r.data());
+    if (outcome.ok()) outcome = form.project_velocities(0.0, r.data(), v.data()).outcome;
+    std::vector<double*> pointers;
+    for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
+    double smooth_until = 0.0;
+    if (outcome.ok()) outcome = form.expand(0.0, r.data(), v.data(), nullptr, pointers, &smooth_until);
+  }
+};
+
+/// Largest difference of the terms c_k h^k over the largest term, at the h where all are at most |c_1| h; in units of
+/// what S leaves of the last digit.
+double compare(const System& system) {
+  System general = system;
+  general.forces.push_back(ConstantForce{"none", {0}, {0.0, 0.0, 0.0}});
+  Expanded one(system), other(general);
+  EXPECT_TRUE(one.outcome.ok()) << one.outcome.what;
+  EXPECT_TRUE(other.outcome.ok()) << other.outcome.what;
+  const auto largest = [](const std::vector<double>& c) {
+    double result = 0.0;
+    for (const double x : c) result = larger(result, std::abs(x));
+    return result;
+  };
+  const double first = largest(other.coefficients[1]);
+  double h = HUGE_VAL, worst = 0.0;
+  for (std::size_t k = 2; k <= order; ++k)
+    h = std::min(h, std::pow(first / largest(other.coefficients[k]), 1.0 / static_cast<double>(k - 1)));
+  for (std::size_t k = 1; k <= order; ++k) {
+    std::vector<double> difference = one.coefficients[k];
+    for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= other.coefficients[k][i];
+    worst = larger(worst, largest(difference) * std::pow(h, static_cast<double>(k - 1)) / first);
+  }
+  return worst * other.form.estimate_reciprocal_condition() / std::numeric_limits<double>::epsilon();
+}
+
+constexpr double agreement = 100.0;  // an order rests on those before it
+
+RC_GTEST_PROP(PathSeries, IsThatOfTheGeneralWay, ()) {
+  const auto lengths = *rc::gen::nonEmpty(rc::gen::container<std::vector<std::size_t>>(rc::gen::inRange(1, 30)));
+  const auto seed = *rc::gen::arbitrary<std::uint32_t>();
+  RC_ASSERT(compare(RandomPaths(lengths, seed, false).system) <= agreement);
+}
+
+TEST(PathSeries, OfOnePathThatIsCutIsThatOfTheGeneralWay) {
+  for (const std::size_t length : {64, 65, 71, 72, 73, 200, 1001}) {
+    for (std::uint32_t seed = 0; seed < 4; ++seed)
+      EXPECT_LE(compare(RandomPaths({length}, seed, false).system), agreement) << length << ", " << seed;
+  }
+}
+
+TEST(PathSeries, OfPathsOfAllLengthsIsThatOfTheGeneralWay) {
+  EXPECT_LE(compare(RandomPaths({100, 3, 1, 1, 80, 2, 30, 30, 29, 5, 5, 300, 7}, 5, false).system), agreement);
+}
+
+TEST(PathSeries, KnowsTheImagesOfPeriodicPoints) {
+  for (const std::size_t length : {1, 10, 90})
+    EXPECT_LE(compare(RandomPaths({length, length}, 3, true).system), agreement) << length;
+}
+
+}  // namespace
+}  // namespace tanor
