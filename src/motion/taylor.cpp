@@ -99,13 +99,30 @@ void Taylor::expand(const State& from) {
   has_series_ = true;
   missing_ = 0.0;
   series_time_ = from.t;
-  if (exists_) longest_ = std::min(longest_step(from), smooth_until - from.t);
+  if (!exists_) return;
+  choose_terms(from);
+  longest_ = std::min(longest_, smooth_until - from.t);
+}
+
+/// All of them, unless rounding has grown above the last ones: near a place where K loses rank the terms of other
+/// motions that start within the rounding grow faster than those of the motion itself.
+void Taylor::choose_terms(const State& from) {
+  constexpr int least = 6;
+  terms_ = order_;
+  longest_ = longest_step(from, order_);
+  if (order_ / 2 < least || longest_step(from, order_ / 2) < longest_) return;
+  for (int terms = least; terms < order_; ++terms) {
+    if (const double h = longest_step(from, terms); h > longest_) {
+      longest_ = h;
+      terms_ = terms;
+    }
+  }
 }
 
 /// The longest h for which the last term, and the one before it, stay within the tolerance, positions and velocities.
-double Taylor::longest_step(const State& from) {
+double Taylor::longest_step(const State& from, int terms) {
   double log_h = std::numeric_limits<double>::infinity();
-  for (int k = order_ - 1; k <= order_; ++k) {
+  for (int k = terms - 1; k <= terms; ++k) {
     const double* const last = pointers_[static_cast<std::size_t>(k)];
     const ErrorRatios ratios = mechanics_.error_ratios(
         from.t, {last, last, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
@@ -122,7 +139,8 @@ void Taylor::evaluate(double h, double* x, double* v, double* a) const {
   constexpr std::size_t piece = 256;
   const auto evaluate_pieces = [&](std::size_t first, std::size_t end) {
     for (std::size_t begin = first * piece; begin < std::min(n, end * piece); begin += piece)
-      sum_series(pointers_, h, begin, std::min(n, begin + piece), x, v, a);
+      sum_series(std::span(pointers_).first(static_cast<std::size_t>(terms_) + 1), h, begin, std::min(n, begin + piece),
+                 x, v, a);
   };
   mechanics_.parallel().for_ranges((n + piece - 1) / piece, evaluate_pieces, 16);
 }
@@ -145,7 +163,7 @@ Power Taylor::integrate_power(const State& from, double h) {
 ///
 ///   (P+1) P r_{P+1} h^{P-1} = a - sum,   so   r_{P+1} h^{P+1} = (a - sum) h^2/((P+1) P)
 double Taylor::measure_error(const State& from, double h, const State& to) {
-  const double of_v = h / order_, of_x = of_v * h / (order_ + 1);
+  const double of_v = h / terms_, of_x = of_v * h / (terms_ + 1);
   // Accelerations are found to about 1e-12 of the largest one: less is no sign of anything.
   constexpr double noise = 1e-11;
   double largest = 0.0, most_missing = 0.0;

@@ -29,7 +29,8 @@ class Taylor final : public Scheme {
 
  private:
   void expand(const State& from);
-  double longest_step(const State& from);
+  void choose_terms(const State& from);
+  double longest_step(const State& from, int terms);
   void evaluate(double h, double* x, double* v, double* a) const;
   Power integrate_power(const State& from, double h);
   double measure_error(const State& from, double h, const State& to);
@@ -46,6 +47,7 @@ class Taylor final : public Scheme {
   double series_time_ = 0.0, longest_ = 0.0;
   double missing_ = 0.0;  // in the acceleration at the last place that was rejected, over the largest; 0: none was
   bool has_series_ = false, exists_ = false;
+  int terms_ = 0;  // that are summed, at most `order_`
   // The last accelerations were those at a step's end.
   bool knows_acceleration_ = false;
   double end_ = 0.0;
