@@ -30,7 +30,7 @@ struct Tampering {
     }
     (void)solver.factorize(Parallel(1));
   }
-  static GramSolver& S(const Forms& forms) { return forms.normal->solver_; }
+  static GramSolver& S(const Forms& forms) { return *forms.normal->solver_; }  // of the general way
   static GramSolver& H(const Forms& forms) { return forms.tangent->solver_; }
   static std::vector<double>& K(const Forms& forms) { return forms.normal->blocks_; }
   static void refactorize(Forms& forms) {

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include <tanor/solver_options.hpp>
+
+#include "base/parallel.hpp"
+#include "evaluate/constraints.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Where points are and how they move without constraints; all in the inner order, [3n].
+struct FreeMotion {
+  const double *r, *v;
+  /// M^-1 f of moving points, the prescribed acceleration of supports.
+  const double* w0;
+  /// Not null: w0 of every moving point; the array above then holds supports alone.
+  const Vec3* uniform = nullptr;
+};
+
+/// What a sweep found on its way.
+struct Elimination {
+  double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
+  double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
+};
+
+/// S lambda = -b on a short way that serves the whole system: evaluation and elimination in one sweep over the memory,
+/// substitution and w in a second one. Rows and points in the inner order; K as blocks with the places of
+/// Constraints::list_incidences; the same bits for any number of threads; no call allocates.
+///
+/// Where S is singular or looks so, where rows come and go, and for pivots in another order the general way answers.
+class Sweep {
+ public:
+  virtual ~Sweep() = default;
+
+  /// blocks := K at r, b := phi + K'w0 [d], S = K'M^-1K eliminated, and b along with it: in lambda [d], until
+  /// `substitute`.
+  virtual Elimination eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                                double* lambda) = 0;
+
+  /// After `eliminate`, with what it wrote: lambda := -S^-1 b [d] and w := w0 + M^-1 K lambda [3n], where w of moving
+  /// points holds w0 (with `uniform`: anything). Returns max |K'(w - w0) + b|/|gradient|, from the blocks and w - w0
+  /// as they came out.
+  virtual double substitute(const Parallel& parallel, const Vec3* uniform, const double* blocks, const double* b,
+                            double* lambda, double* w) = 0;
+
+  /// S eliminated from given blocks of K.
+  virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
+
+  /// x := -S^-1 b [d] with the last elimination; x may be b.
+  virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
+
+  struct Summary {
+    std::string name;    ///< as PlanSummary::way
+    std::string reason;  ///< "every island is a path of rods"
+    std::size_t parts = 0, pattern_nonzeros = 0, factor_nonzeros = 0;
+    double flops = 0.0;  ///< of one elimination
+  };
+  virtual const Summary& summary() const = 0;
+};
+
+/// The sweep that serves all rows of a system, or null: the general way. `inverse_mass` [point], 0 for supports; all
+/// three are kept as they are given. Throws InputError where `wanted` does not serve.
+std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Numbering& numbering,
+                                  std::span<const double> inverse_mass, const SolverOptions& wanted);
+
+}  // namespace tanor
