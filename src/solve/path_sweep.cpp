@@ -73,6 +73,14 @@ Vec3 PathSweep::gradient(const double* blocks, Index row) const {
   return sign_[a] * load(blocks, block_[a]);
 }
 
+Elimination PathSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                             double* lambda, double* w) {
+  Elimination result = eliminate(parallel, motion, blocks, b, lambda);
+  if (result.reciprocal_condition > 0.0) result.residual = substitute(parallel, motion.uniform, blocks, b, lambda, w);
+  return result;
+}
+
+/// The first sweep; b is eliminated too, in lambda.
 Elimination PathSweep::eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
                                  double* lambda) {
   const auto& [r, v, w0, uniform] = motion;

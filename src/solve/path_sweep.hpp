@@ -17,10 +17,8 @@ class PathSweep final : public Sweep {
   static std::unique_ptr<PathSweep> make(const Constraints& constraints, const Numbering& numbering,
                                          std::span<const double> inverse_mass);
 
-  Elimination eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                        double* lambda) override;
-  double substitute(const Parallel& parallel, const Vec3* uniform, const double* blocks, const double* b,
-                    double* lambda, double* w) override;
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+                    double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   const Summary& summary() const override { return summary_; }
@@ -47,6 +45,9 @@ class PathSweep final : public Sweep {
   };
 
   PathSweep() = default;
+  Elimination eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda);
+  double substitute(const Parallel& parallel, const Vec3* uniform, const double* blocks, const double* b,
+                    double* lambda, double* w);
   double inverse_mass(Index point) const { return inverse_mass_[static_cast<std::size_t>(point)]; }
   Vec3 gradient(const double* blocks, Index row) const;
   Elimination factorize(const Path& path, const double* blocks);
