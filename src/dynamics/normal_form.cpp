@@ -241,7 +241,7 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   Elimination found;
   {
     const Stopwatch watch(&model_.times.solve);
-    ++model_.counters.factorizations;
+    if (!is_factorized_ || !model_.constraints.gradients_are_constant()) ++model_.counters.factorizations;
     ++model_.counters.solves;
     found = sweep_->solve(model_.parallel, {r, v, w, uniform}, blocks_.data(), right_side_.data(), lambda_.data(), w);
   }

@@ -174,7 +174,7 @@ void PointSweep::solve(const Run& run, Index begin, Index end, const FreeMotion&
     const Index step = i - run.first;
     const auto row = static_cast<std::size_t>(run.first_row + step * R);
     const Vec3 w0 = motion.uniform != nullptr ? *motion.uniform : load(motion.w0, i);
-    double phi[R], x[R];
+    double phi[R] = {}, x[R];
     Vec3 g[R];
     int count = 0;
     for (std::size_t k = 0; k < static_cast<std::size_t>(run.num_members); ++k) {
