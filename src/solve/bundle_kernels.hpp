@@ -16,6 +16,12 @@ struct Eight3 {
   Eight x, y, z;
 };
 
+inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
+  points->x[lane] = value.x;
+  points->y[lane] = value.y;
+  points->z[lane] = value.z;
+}
+
 /// A list of them, which lies where whole vectors can be read at once.
 class Eights {
  public:

@@ -142,10 +142,7 @@ void BundleSweep::add_bundle(const IslandTopology& topology, std::span<const Isl
       bundle.blocks[place * num_lanes + lane] = is_reversed ? ~rod.block : rod.block;
       if (dot(rod.offset, rod.offset) > 0.0) {
         bundle.offsets.resize(bundle.num_batches * num_rods);
-        const Vec3 offset = is_reversed ? -rod.offset : rod.offset;
-        bundle.offsets[place].x[lane] = offset.x;
-        bundle.offsets[place].y[lane] = offset.y;
-        bundle.offsets[place].z[lane] = offset.z;
+        set_lane(&bundle.offsets[place], lane, is_reversed ? -rod.offset : rod.offset);
       }
       if (rod.length != nullptr) {
         bundle.lengths.resize(bundle.rows.size());
