@@ -261,6 +261,7 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
                              model_.num_moving(), dw_.data());
   if (is_fine) return Outcome{};
   (void)model_.evaluate_free(t, r, v, w);
+  (void)model_.constraints.evaluate_right_side(model_.parallel, r, v, w, right_side_.data(), nullptr);
   if (!(refine(scale) <= doubtful_above)) return {};
   add_reactions(w);
   return Outcome{};

@@ -201,7 +201,7 @@ const Eight* BundleSweep::second_derivatives(const Bundle& bundle, std::size_t b
   return result;
 }
 
-Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
                                double* lambda, double* w) {
   for_each_batch(parallel, [&](Bundle& bundle, std::size_t batch, Desk& desk) {
     const std::size_t num_places = bundle.num_places(), num_rods = bundle.num_rods();
@@ -225,7 +225,6 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
 
     scatter_points(desk.w.data(), points, num_points, w);
     scatter_blocks(desk.u.data(), bundle.blocks.data() + batch * num_rods * num_lanes, num_rods, blocks);
-    scatter_rows(desk.b.data(), rows, num_rods, b);
     scatter_rows(desk.x.data(), rows, num_rods, lambda);
   });
   return found();

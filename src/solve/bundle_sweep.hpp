@@ -18,7 +18,7 @@ class BundleSweep final : public Sweep {
   static std::unique_ptr<BundleSweep> make(const Constraints& constraints, const Numbering& numbering,
                                            std::span<const double> inverse_mass, int threads, bool eagerly);
 
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
                     double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;

@@ -19,7 +19,8 @@ std::vector<PointSweep::Member> PointSweep::read_members(const Constraints& cons
                                                           family.kernel.points[k][0],
                                                           Kernel::num_rows,
                                                           family.first_block + number * Kernel::num_blocks,
-                                                          !family.kernel.depends_on_time(), family.kernel.geometry[k]};
+                                                          !family.kernel.depends_on_time(),
+                                                          family.kernel.geometry[k]};
     }
   };
   read(Guide::Plane, constraints.family<PlaneKernel>());
@@ -232,7 +233,7 @@ void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::siz
   }
 }
 
-Elimination PointSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+Elimination PointSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
                               double* lambda, double* w) {
   return for_each_chunk(parallel, [&](Chunk& chunk) {
     const std::size_t count = chunk.count;
@@ -257,7 +258,6 @@ Elimination PointSweep::solve(const Parallel& parallel, const FreeMotion& motion
     add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, chunk.w, &chunk.residual);
     scale_by_mass(chunk.num_rows(), count, chunk.inverse_mass, chunk.x);
     scatter_points(chunk.w, chunk.points, count, w);
-    chunk.scatter_rows_of(chunk.b, b);
     chunk.scatter_rows_of(chunk.x, lambda);
   });
 }

@@ -21,7 +21,7 @@ class PointSweep final : public Sweep {
   static std::unique_ptr<PointSweep> make(const Constraints& constraints, const Numbering& numbering,
                                           std::span<const double> inverse_mass);
 
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
                     double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;

@@ -37,10 +37,10 @@ class Sweep {
  public:
   virtual ~Sweep() = default;
 
-  /// blocks := K at r, b := phi + K'w0 [d], S = K'M^-1K eliminated, lambda := -S^-1 b [d], w := w0 + M^-1 K lambda
+  /// blocks := K at r, S = K'M^-1K eliminated, lambda := -S^-1 b [d] with b = phi + K'w0, w := w0 + M^-1 K lambda
   /// [3n]. `motion.w0` is w, where supports have what is prescribed and stay. Without a factor lambda and w are
-  /// anything.
-  virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+  /// anything; `scratch` [d].
+  virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
                             double* lambda, double* w) = 0;
 
   /// S eliminated from given blocks of K.
