@@ -164,12 +164,12 @@ void NormalForm::correct(double* rows, double* points) {
 Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
   model_.set_time(t);
   ++model_.counters.evaluations;
-  const bool fresh =
-      gradients == Gradients::Evaluate && !(is_factorized_ && model_.constraints.gradients_are_constant());
-  const bool may_sweep = fresh && sweeps();
+  const bool may_sweep = gradients == Gradients::Evaluate && sweeps();
   if (may_sweep) {
     if (std::optional<Outcome> outcome = sweep(t, r, v, w)) return last_.outcome = *std::move(outcome);
   }
+  const bool fresh =
+      gradients == Gradients::Evaluate && !(is_factorized_ && model_.constraints.gradients_are_constant());
   double scale = 0.0;
   {
     const Stopwatch watch(&model_.times.evaluate);
@@ -185,8 +185,8 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
   if (num_rows() == 0) return last_.outcome = {};
   if (fresh) {
-    const bool was_refused = may_sweep;  // what the sweep could not do is the general way's
-    if (Outcome outcome = factorize(t, r, !was_refused); !outcome.ok()) return last_.outcome = outcome;
+    // What the sweep has refused is the general way's.
+    if (Outcome outcome = factorize(t, r, !may_sweep); !outcome.ok()) return last_.outcome = outcome;
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 

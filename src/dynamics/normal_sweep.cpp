@@ -16,25 +16,22 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   {
     const Stopwatch watch(&model_.times.evaluate);
     scale = uniform != nullptr ? model_.write_free_supports(w) : model_.evaluate_free(t, r, v, w);
-    const Elimination elimination =
-        sweep_->eliminate(model_.parallel, {r, v, w, uniform}, blocks_.data(), right_side_.data(), lambda_.data());
-    ++model_.counters.factorizations;
-    scale = larger(scale, elimination.largest_right_side);
-    last_.reciprocal_condition = elimination.reciprocal_condition;
   }
+  Elimination found;
+  {
+    const Stopwatch watch(&model_.times.solve);
+    if (!is_factorized_ || !model_.constraints.gradients_are_constant()) ++model_.counters.factorizations;
+    ++model_.counters.solves;
+    found = sweep_->solve(model_.parallel, {r, v, w, uniform}, blocks_.data(), right_side_.data(), lambda_.data(), w);
+  }
+  acceleration_scale_ = scale = larger(scale, found.largest_right_side);
+  last_.reciprocal_condition = found.reciprocal_condition;
   last_.residual = 0.0;
   last_.refinements = 0;
-  acceleration_scale_ = scale;
   if (!std::isfinite(scale)) return model_.not_finite(t);
   is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
   if (!is_swept_) return {};
-  {
-    const Stopwatch watch(&model_.times.solve);
-    ++model_.counters.solves;
-    last_.residual =
-        sweep_->substitute(model_.parallel, uniform, blocks_.data(), right_side_.data(), lambda_.data(), w) /
-        (scale > 0.0 ? scale : 1.0);
-  }
+  last_.residual = found.residual / (scale > 0.0 ? scale : 1.0);
   const bool is_fine = last_.residual <= good_enough();
   if (is_fine && !model_.is_rheonomic()) return Outcome{};
 
@@ -43,7 +40,11 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
                              model_.num_moving(), dw_.data());
   if (is_fine) return Outcome{};
   (void)model_.evaluate_free(t, r, v, w);
-  if (!(refine(scale) <= doubtful_above)) return {};
+  (void)model_.constraints.evaluate_right_side(model_.parallel, r, v, w, right_side_.data(), nullptr);
+  if (!(refine(scale) <= doubtful_above)) {
+    is_swept_ = is_factorized_ = false;
+    return {};
+  }
   add_reactions(w);
   return Outcome{};
 }

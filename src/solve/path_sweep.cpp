@@ -151,6 +151,14 @@ Elimination PathSweep::eliminate(const Parallel& parallel, const Numbers& number
   return {.reciprocal_condition = is_positive ? 1.0 / total.largest_ratio : 0.0, .largest_right_side = total.largest};
 }
 
+Elimination PathSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                             double* lambda, double* w) {
+  Elimination result = eliminate(parallel, motion, blocks, b, lambda);
+  if (result.reciprocal_condition > 0.0) result.residual = substitute(parallel, motion.uniform, blocks, b, lambda, w);
+  return result;
+}
+
+/// The first sweep; b is eliminated too, in lambda.
 Elimination PathSweep::eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
                                  double* lambda) {
   return eliminate(parallel, Numbers{&motion, blocks, blocks, b, lambda});

@@ -20,10 +20,8 @@ class PathSweep final : public Sweep {
   static std::unique_ptr<PathSweep> make(const Constraints& constraints, const Numbering& numbering,
                                          std::span<const double> inverse_mass);
 
-  Elimination eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                        double* lambda) override;
-  double substitute(const Parallel& parallel, const Vec3* uniform, const double* blocks, const double* b,
-                    double* lambda, double* w) override;
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+                    double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   const Summary& summary() const override { return summary_; }
@@ -73,6 +71,9 @@ class PathSweep final : public Sweep {
   struct Half;
 
   PathSweep() = default;
+  Elimination eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda);
+  double substitute(const Parallel& parallel, const Vec3* uniform, const double* blocks, const double* b,
+                    double* lambda, double* w);
   void read_rods(const Constraints& constraints, std::vector<std::array<Index, 2>>* ends);
   bool add_path(const Numbering& numbering, std::size_t island, std::span<const std::array<Index, 2>> ends);
   void finish();

@@ -2,7 +2,9 @@
 
 #include <tanor/error.hpp>
 
+#include "solve/bundle_sweep.hpp"
 #include "solve/path_sweep.hpp"
+#include "solve/point_sweep.hpp"
 
 namespace tanor {
 
@@ -29,6 +31,12 @@ std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Numberin
   if (const char* obstacle = obstacle_to_all(constraints, numbering)) return refuse(obstacle);
 
   const auto may_be = [&](Way way) { return wanted.way == Way::Auto || wanted.way == way; };
+  if (may_be(Way::ClosedForm)) {
+    if (auto sweep = PointSweep::make(constraints, numbering, inverse_mass)) return sweep;
+  }
+  if (may_be(Way::Bundles)) {
+    if (auto sweep = BundleSweep::make(constraints, numbering, inverse_mass, wanted.threads, is_forced)) return sweep;
+  }
   if (may_be(Way::Paths)) {
     if (auto sweep = PathSweep::make(constraints, numbering, inverse_mass)) return sweep;
   }

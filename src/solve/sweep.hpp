@@ -25,26 +25,22 @@ struct FreeMotion {
 struct Elimination {
   double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
   double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
+  double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
 };
 
-/// S lambda = -b on a short way that serves the whole system: evaluation and elimination in one sweep over the memory,
-/// substitution and w in a second one. Rows and points in the inner order; K as blocks with the places of
-/// Constraints::list_incidences; the same bits for any number of threads; no call allocates.
+/// S lambda = -b on a short way that serves the whole system: evaluation, elimination and w in one or two sweeps over
+/// the memory. Rows and points in the inner order; K as blocks with the places of Constraints::list_incidences; the
+/// same bits for any number of threads; no call allocates.
 ///
 /// Where S is singular or looks so, where rows come and go, and for pivots in another order the general way answers.
 class Sweep {
  public:
   virtual ~Sweep() = default;
 
-  /// blocks := K at r, b := phi + K'w0 [d], S = K'M^-1K eliminated, and b along with it: in lambda [d], until
-  /// `substitute`.
-  virtual Elimination eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                                double* lambda) = 0;
-
-  /// After `eliminate`, with what it wrote: lambda := -S^-1 b [d] and w := w0 + M^-1 K lambda [3n], where w of moving
-  /// points holds w0 (with `uniform`: anything). Returns max |K'(w - w0) + b|/|gradient|, from the blocks and w - w0
-  /// as they came out.
-  virtual double substitute(const Parallel& parallel, const Vec3* uniform, const double* blocks, const double* b,
+  /// blocks := K at r, S = K'M^-1K eliminated, lambda := -S^-1 b [d] with b = phi + K'w0, w := w0 + M^-1 K lambda
+  /// [3n]. `motion.w0` is w, where supports have what is prescribed and stay. Without a factor lambda and w are
+  /// anything; `scratch` [d].
+  virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
                             double* lambda, double* w) = 0;
 
   /// S eliminated from given blocks of K.
