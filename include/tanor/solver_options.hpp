@@ -22,8 +22,19 @@ enum class FrictionMethod {
   Enumeration  ///< all signs of the normal forces; Coulomb friction, up to 10 contacts an island
 };
 
+/// How S lambda = b is found in normal form. The ways agree to rounding; those that serve a structure alone fuse the
+/// evaluation of the constraints with the elimination.
+enum class Way {
+  Auto,       ///< the shortest one that serves the whole system
+  General,    ///< assembly and sparse factorization
+  Paths,      ///< every island is a path of rods: elimination along it, from both ends
+  Bundles,    ///< small islands of equal structure: eliminated side by side
+  ClosedForm  ///< no constraint joins two moving points: point by point
+};
+
 struct SolverOptions {
   Form form = Form::Auto;
+  Way way = Way::Auto;
   Ordering ordering = Ordering::Auto;
   int threads = 0;  ///< OpenMP threads; 0: as many as OpenMP gives
   FrictionMethod friction = FrictionMethod::Auto;

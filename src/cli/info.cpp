@@ -95,6 +95,7 @@ ExitCode execute(const InfoOptions& options) {
   print("friction", report::describe_friction(dynamics.system()));
   print("islands", fmt::format("{}, in {} part{}", plan.islands, plan.parts, plan.parts == 1 ? "" : "s"));
   print("form", describe_form(plan, wanted));
+  print("way", plan.way_reason.empty() ? plan.way : fmt::format("{} ({})", plan.way, plan.way_reason));
   print("ordering", plan.ordering);
   print("factorization", plan.factorization);
   print("nonzeros", fmt::format("{} in {}, {} in L", plan.pattern_nonzeros, plan.form == Form::Tangent ? "H" : "S",

@@ -30,7 +30,7 @@ double NormalForm::sliding_threshold() const {
 /// Other contacts stick than before: whether they hold too much is to be found anew.
 void NormalForm::forget_compliance() {
   is_compliant_ = false;
-  solver_.set_compliance(0.0);
+  general().set_compliance(0.0);
 }
 
 /// What sticks may hold more than can move, and then no law divides the load: the least friction that holds. A little
@@ -40,7 +40,7 @@ bool NormalForm::make_compliant() {
   if (friction_ == nullptr || is_compliant_ || friction_->num_sticking() == 0) return false;
   constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
   is_compliant_ = true;
-  solver_.set_compliance(compliance);
+  general().set_compliance(compliance);
   return true;
 }
 

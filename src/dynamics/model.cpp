@@ -126,6 +126,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       smallest_length(constraints.smallest_length(scene_size)),
       may_lose_rank(closes_loops(system, numbering)),
       rank(numbering.first_idle_row()),
+      uniform_free_(forces.uniform_acceleration()),
       time_(t),
       rows_(constraints.num_rows()) {
   for (const Support& support : system.supports) {
@@ -136,6 +137,8 @@ Model::Model(System given, const SolverOptions& options, double t)
     }
     (support.displacement.is_constant() ? fixed_supports_ : moving_supports_).push_back(std::move(prescribed));
   }
+  // m g, for good: nobody evaluates it where w0 is known
+  if (uniform_free_) forces.evaluate(parallel, t, system.positions.data(), system.velocities.data(), f.data());
 }
 
 void Model::set_time(double t) {
@@ -165,7 +168,7 @@ void Model::prescribe_all(double t, double* r, double* v) {
 
 double Model::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {
   forces.evaluate(parallel, t, r, v, f.data(), which);
-  std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * num_moving());
+  (void)write_free_supports(w0);
   return parallel.max_over_ranges(num_moving(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;
     for (std::size_t i = begin; i < end; ++i) {
@@ -175,6 +178,11 @@ double Model::evaluate_free(double t, const double* r, const double* v, double* 
     }
     return std::sqrt(worst);
   });
+}
+
+double Model::write_free_supports(double* w0) const {
+  std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * num_moving());
+  return uniform_free_ ? norm(*uniform_free_) : 0.0;
 }
 
 GramSolver::Quality Model::factorize(GramSolver* solver, const double* blocks) {

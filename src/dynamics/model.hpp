@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,11 @@ class Model {
   double evaluate_free(double t, const double* r, const double* v, double* w0,
                        Forces::Which which = Forces::Which::All);
 
+  /// w0 of every moving point, where gravity alone acts; else null.
+  const Vec3* uniform_free() const { return uniform_free_ ? &*uniform_free_ : nullptr; }
+  /// The prescribed accelerations of supports into w0 [3n], where `uniform_free` says the others. Returns its length.
+  double write_free_supports(double* w0) const;
+
   /// Assembles and factorizes S or H, timed and counted.
   GramSolver::Quality factorize(GramSolver* solver, const double* blocks);
 
@@ -110,6 +116,7 @@ class Model {
   void prescribe(const std::vector<PrescribedPoints>& supports, double t, double* r, double* v);
 
   std::vector<PrescribedPoints> fixed_supports_, moving_supports_;
+  const std::optional<Vec3> uniform_free_;
   double time_;
   std::vector<double> rows_;  // [d] scratch
 };

@@ -12,14 +12,13 @@ namespace {
 
 // Far above `GramSolver::singular_below`: the estimate of the condition is from above.
 constexpr double first_suspicion = 1e-11;
-constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
 
 }  // namespace
 
 NormalForm::NormalForm(Model& model, const SolverOptions& options)
     : model_(model),
-      solver_(model.incidences, model.inverse_mass, model.numbering, options.ordering,
-              model.constraints.squared_gradient_norms()),
+      ordering_(options.ordering),
+      sweep_(make_sweep(model.constraints, model.numbering, model.inverse_mass, options)),
       redundancy_(model.incidences, model.inverse_mass, model.numbering),
       suspect_below_(first_suspicion),
       blocks_(3 * model.constraints.num_blocks()),
@@ -29,6 +28,7 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
       rows_(num_rows()),
       step_multipliers_{std::vector<double>(num_rows()), std::vector<double>(num_rows()),
                         std::vector<double>(num_rows())} {
+  if (sweep_ == nullptr) (void)general();
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
                                               [this](const double* b, double* x, bool refines) {
@@ -41,21 +41,43 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
                                                 share_out(x);
                                               });
   respond_.resize(size());
-  solver_.allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
+  solver_->allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
   contact_rows_.resize(num_rows());
   const Tangents& tangents = model.constraints.tangents();
   for (std::size_t c = 0; c < tangents.size(); ++c) num_switches_ += tangents[c].first_row >= 0 ? 1 : 0;
 }
 
+/// Made when first needed: a system that a sweep serves may never need it.
+GramSolver& NormalForm::general() {
+  if (solver_ == nullptr) {
+    solver_ = std::make_unique<GramSolver>(model_.incidences, model_.inverse_mass, model_.numbering, ordering_,
+                                           model_.constraints.squared_gradient_norms());
+  }
+  return *solver_;
+}
+
 double NormalForm::predicted_flops() const {
-  const GramSolver::Summary& summary = solver_.summary();
   constexpr double flops_an_entry = 6.0, flops_a_row = 60.0;
-  return summary.flops + 4.0 * summary.factor_nonzeros +
-         flops_an_entry * static_cast<double>(summary.pattern_nonzeros) + flops_a_row * static_cast<double>(num_rows());
+  PlanSummary plan;
+  describe_solver(&plan);
+  return plan.factor_flops + 4.0 * static_cast<double>(plan.factor_nonzeros) +
+         flops_an_entry * static_cast<double>(plan.pattern_nonzeros) + flops_a_row * static_cast<double>(num_rows());
+}
+
+void NormalForm::describe_solver(PlanSummary* plan) const {
+  if (sweep_ == nullptr) return describe_factor(solver_->summary(), plan);
+  const Sweep::Summary& summary = sweep_->summary();
+  plan->way = plan->factorization = summary.name;
+  plan->way_reason = summary.reason;
+  plan->ordering = "natural";
+  plan->parts = summary.parts;
+  plan->pattern_nonzeros = summary.pattern_nonzeros;
+  plan->factor_nonzeros = summary.factor_nonzeros;
+  plan->factor_flops = summary.flops;
 }
 
 void NormalForm::describe(PlanSummary* plan) const {
-  describe_factor(solver_.summary(), plan);
+  describe_solver(plan);
   auto& left_out = plan->left_out;
   if (num_rows() == 0)
     left_out.push_back("factorization: no constraints");
@@ -81,15 +103,17 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
 }
 
 GramSolver::Quality NormalForm::factorize_gram() {
-  const GramSolver::Quality quality = model_.factorize(&solver_, blocks_.data());
+  is_swept_ = false;
+  const GramSolver::Quality quality = model_.factorize(&general(), blocks_.data());
   last_.reciprocal_condition = quality.reciprocal_condition;
   return quality;
 }
 
-Outcome NormalForm::factorize(double t, const double* r) {
+Outcome NormalForm::factorize(double t, const double* r, bool may_sweep) {
+  if (may_sweep && sweeps() && factorize_sweep()) return {};
   if (redundancy_.uses_qr()) {
     redundancy_.release_qr();
-    solver_.set_active(redundancy_.rows_for_gram());
+    general().set_active(redundancy_.rows_for_gram());
   }
   GramSolver::Quality quality = factorize_gram();
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
@@ -114,9 +138,10 @@ Outcome NormalForm::linearise(double t, const double* r) {
 }
 
 void NormalForm::solve_negative(const double* b, double* x) {
-  if (!redundancy_.uses_qr()) return solver_.solve_negative(model_.parallel, b, x);
+  if (is_swept_) return sweep_->solve_negative(model_.parallel, b, x);
+  if (!redundancy_.uses_qr()) return general().solve_negative(model_.parallel, b, x);
   right_side_of_qr_.assign(b, b + num_rows());
-  solver_.solve_negative(model_.parallel, b, x);
+  general().solve_negative(model_.parallel, b, x);
   redundancy_.solve_negative(right_side_of_qr_.data(), x);
 }
 
@@ -139,6 +164,10 @@ void NormalForm::correct(double* rows, double* points) {
 Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
   model_.set_time(t);
   ++model_.counters.evaluations;
+  const bool may_sweep = gradients == Gradients::Evaluate && sweeps();
+  if (may_sweep) {
+    if (std::optional<Outcome> outcome = sweep(t, r, v, w)) return last_.outcome = *std::move(outcome);
+  }
   const bool fresh =
       gradients == Gradients::Evaluate && !(is_factorized_ && model_.constraints.gradients_are_constant());
   double scale = 0.0;
@@ -156,7 +185,8 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
   if (num_rows() == 0) return last_.outcome = {};
   if (fresh) {
-    if (Outcome outcome = factorize(t, r); !outcome.ok()) return last_.outcome = outcome;
+    // What the sweep has refused is the general way's.
+    if (Outcome outcome = factorize(t, r, !may_sweep); !outcome.ok()) return last_.outcome = outcome;
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
@@ -173,11 +203,15 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   }
   if (!std::isfinite(residual)) return last_.outcome = model_.not_finite(t);
 
-  // w = w0 + M^-1 K lambda (25)
+  add_reactions(w);
+  return last_.outcome = {};
+}
+
+/// w = w0 + M^-1 K lambda (25)
+void NormalForm::add_reactions(double* w) const {
   model_.parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) w[i] += dw_[i];
   });
-  return last_.outcome = {};
 }
 
 /// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
@@ -215,8 +249,6 @@ double NormalForm::find_multipliers_and_friction(double scale, double* w) {
 /// S lambda = -b, dw = M^-1 K lambda; then refinement in w (theory, section 8):
 /// rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho. Returns |rho|/scale over all rows.
 double NormalForm::find_multipliers(double scale) {
-  const double good_enough = exact_ ? 1e-15 : 1e-12;
-  constexpr int most_passes = 5;
   {
     const Stopwatch watch(&model_.times.solve);
     ++model_.counters.solves;
@@ -224,6 +256,13 @@ double NormalForm::find_multipliers(double scale) {
     model_.gather.write_scaled(model_.parallel, blocks_.data(), lambda_.data(), model_.inverse_mass.data(),
                                model_.num_moving(), dw_.data());
   }
+  refine(scale);
+  share_out(lambda_.data());
+  return last_.residual;
+}
+
+double NormalForm::refine(double scale) {
+  constexpr int most_passes = 5;
   const double unit = scale > 0.0 ? scale : 1.0;
   double residual = 0.0;
   last_.refinements = 0;
@@ -234,12 +273,11 @@ double NormalForm::find_multipliers(double scale) {
                                 unit;
     // What dependent rows leave over is not for the others to mend.
     if (redundancy_.is_found()) residual = largest_active(rows_) / unit;
-    if (residual <= good_enough || pass == most_passes || (pass > 0 && !(residual < 0.5 * before))) break;
+    if (residual <= good_enough() || pass == most_passes || (pass > 0 && !(residual < 0.5 * before))) break;
     ++last_.refinements;
     correct(rows_.data(), dw_.data());
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
   }
-  share_out(lambda_.data());
   return last_.residual;
 }
 

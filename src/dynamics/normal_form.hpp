@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "solve/gram_solver.hpp"
 #include "solve/path_series.hpp"
 #include "solve/redundancy.hpp"
+#include "solve/sweep.hpp"
 
 namespace tanor {
 
@@ -100,8 +102,8 @@ class NormalForm final : public EquationsOfMotion {
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
   /// Of S: "natural" where elimination makes no fill, "amd", …
-  const std::string& ordering() const { return solver_.summary().ordering; }
-  double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
+  std::string ordering() const { return sweep_ != nullptr ? "natural" : solver_->summary().ordering; }
+  double estimate_reciprocal_condition();
   /// rows := -S^-1 rows with the last factor [d].
   void solve_negative(double* rows);
   /// K as blocks at the last linearisation.
@@ -109,9 +111,18 @@ class NormalForm final : public EquationsOfMotion {
 
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
-  Outcome factorize(double t, const double* r);
+  GramSolver& general();
+  void describe_solver(PlanSummary* plan) const;
+  bool sweeps() const { return sweep_ != nullptr && !redundancy_.is_found(); }
+  std::optional<Outcome> sweep(double t, const double* r, const double* v, double* w);
+  bool factorize_sweep();
+  Outcome factorize(double t, const double* r, bool may_sweep = true);
   GramSolver::Quality factorize_gram();
   double find_multipliers(double scale);
+  double refine(double scale);
+  void add_reactions(double* w) const;
+  static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
+  double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
   Outcome settle_contacts(double t, const double* r, double* v, double* w);
   Outcome find_friction(double t, const double* r, const double* v, Judgement judgement, double* w);
   void restore_senses(const double* r, const double* v);
@@ -160,12 +171,15 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
-  bool is_compliant_ = false;         // contacts that stick depend on constraints, or on each other
-  double acceleration_scale_ = 0.0;   // m/s^2, of what cancels in the last accelerations
-  std::vector<int> restored_;         // discrete state whose senses are still to be found
-  std::vector<double> contact_rows_;  // [d] scratch
-  std::vector<double> respond_;       // [3n] scratch
-  GramSolver solver_;
+  bool is_compliant_ = false;           // contacts that stick depend on constraints, or on each other
+  double acceleration_scale_ = 0.0;     // m/s^2, of what cancels in the last accelerations
+  std::vector<int> restored_;           // discrete state whose senses are still to be found
+  std::vector<double> contact_rows_;    // [d] scratch
+  std::vector<double> respond_;         // [3n] scratch
+  const Ordering ordering_;             // wanted
+  std::unique_ptr<Sweep> sweep_;        // null: the general way alone
+  std::unique_ptr<GramSolver> solver_;  // the general way; null where nobody has needed it beside the sweep
+  bool is_swept_ = false;               // the last factor is the sweep's
   Redundancy redundancy_;
   double suspect_below_;                // reciprocal condition of S
   std::vector<double> gradient_norms_;  // [d] at the last decision, where rows depend

@@ -25,7 +25,7 @@ Outcome NormalForm::decide_rank(double t, const double* r) {
   ++model_.counters.rank_decisions;
   bool has_changed = false;
   const std::vector<double> K = blocks_of_constraints();
-  for (const Redundancy::Rows& rows : solver_.weak_parts(suspect_below_)) {
+  for (const Redundancy::Rows& rows : general().weak_parts(suspect_below_)) {
     has_changed = redundancy_.decide(K.data(), rows, tolerance) || has_changed;
   }
   adopt_rank(has_changed);
@@ -45,13 +45,14 @@ void NormalForm::adopt_rank(bool has_changed) {
     // rows of contacts that slide have no gradient now, and a unit one when they stick
     for (double& norm : gradient_norms_) norm = norm > 0.0 ? std::sqrt(norm) : 1.0;
     model_.rank = model_.numbering.first_idle_row() - redundancy_.num_dependent();
-    solver_.set_active(redundancy_.rows_for_gram());
+    general().set_active(redundancy_.rows_for_gram());
     (void)factorize_gram();
   }
-  for (const Redundancy::Rows& rows : solver_.weak_parts(GramSolver::singular_below)) redundancy_.take_qr(rows);
+  if (is_swept_) return;
+  for (const Redundancy::Rows& rows : general().weak_parts(GramSolver::singular_below)) redundancy_.take_qr(rows);
   if (redundancy_.uses_qr()) {
     const double reciprocal_condition = last_.reciprocal_condition;
-    solver_.set_active(redundancy_.rows_for_gram());
+    general().set_active(redundancy_.rows_for_gram());
     (void)factorize_gram();
     last_.reciprocal_condition = std::min(last_.reciprocal_condition, reciprocal_condition);
   }
@@ -90,13 +91,13 @@ Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
   }
   if (violation > rounding) return {};  // not where rank has a meaning: the step's error decides
   ++model_.counters.rank_decisions;
-  for (const Redundancy::Rows& rows : solver_.weak_parts(1.0)) {
+  for (const Redundancy::Rows& rows : general().weak_parts(1.0)) {
     const auto is_poor = [&](double value) { return !(std::abs(value) <= rounding * scale); };
     if (std::none_of(rows_.begin() + rows.first, rows_.begin() + rows.second, is_poor)) continue;
     (void)redundancy_.decide(blocks_of_constraints().data(), rows, model_.rank_tolerance(r));
     if (!is_compliant_) redundancy_.take_qr(rows);
   }
-  solver_.set_active(redundancy_.rows_for_gram());
+  general().set_active(redundancy_.rows_for_gram());
   (void)factorize_gram();
   (void)find_multipliers(scale);
   return {};

@@ -24,6 +24,12 @@ class Constraints {
   std::size_t num_rows() const { return num_rows_; }
   std::size_t num_blocks() const { return num_blocks_; }
   bool depends_on_time() const;
+  /// Those of one kind.
+  template <class Kernel>
+  const Family<Kernel>& family() const {
+    return std::get<Family<Kernel>>(families_);
+  }
+
   /// All constraints are linear in r with constant coefficients: K never changes.
   bool gradients_are_constant() const;
   /// |gradient| never changes, so the diagonal of S does not either.

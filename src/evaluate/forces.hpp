@@ -1,6 +1,7 @@
 #pragma once
 
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -52,6 +53,12 @@ class Forces {
   bool depends_on_velocity() const { return !drags_.empty() || has_damping_ || formulas_depend_on_velocity_; }
   bool has_springs() const { return !springs_.empty(); }
   bool has_pairs() const { return !pairs_.empty(); }
+
+  /// M^-1 f of every moving point, where gravity alone acts.
+  std::optional<Vec3> uniform_acceleration() const {
+    const bool others = has_springs() || has_pairs() || !given_forces_.empty() || !drags_.empty() || !formulas_.empty();
+    return others ? std::nullopt : std::optional(gravity_);
+  }
 
   /// f [3n], N. Compliant springs may be left out, see below.
   enum class Which { All, WithoutCompliant };

@@ -85,10 +85,16 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
 }
 
 void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene) {
-  solver.object({"form", "ordering", "threads", "certificate", "friction"});
+  solver.object({"form", "way", "ordering", "threads", "certificate", "friction"});
   scene->solver.form = solver["form"].choice<Form>(
       {{"auto", Form::Auto}, {"normal", Form::Normal}, {"tangent", Form::Tangent}, {"both", Form::Both}},
       scene->solver.form);
+  scene->solver.way = solver["way"].choice<Way>({{"auto", Way::Auto},
+                                                 {"general", Way::General},
+                                                 {"paths", Way::Paths},
+                                                 {"bundles", Way::Bundles},
+                                                 {"closed_form", Way::ClosedForm}},
+                                                scene->solver.way);
   scene->solver.ordering = solver["ordering"].choice<Ordering>({{"auto", Ordering::Auto},
                                                                 {"amd", Ordering::Amd},
                                                                 {"metis", Ordering::Metis},

@@ -126,9 +126,12 @@ Numbering number(const System& system) {
     for (auto point = order.rbegin(); point != order.rend(); ++point) {
       seen[*point] = 1;
       append_point(*point);
-      // A member is numbered with the first of its points: in a tree that is the rod towards the root.
-      for (const Index member : members_of_point[*point]) {
-        if (result.member_row[member] < 0) append_member(member);
+      // A member is numbered with the first of its points: in a tree that is the rod towards the root. Those of this
+      // point alone come first, so that a path which begins at a support runs along.
+      for (const bool alone : {true, false}) {
+        for (const Index member : members_of_point[*point]) {
+          if (result.member_row[member] < 0 && (points_of_member[member].size() == 1) == alone) append_member(member);
+        }
       }
     }
     result.island_start.push_back(static_cast<Index>(result.user_row.size()));

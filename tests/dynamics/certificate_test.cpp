@@ -30,7 +30,7 @@ struct Tampering {
     }
     (void)solver.factorize(Parallel(1));
   }
-  static GramSolver& S(const Forms& forms) { return forms.normal->solver_; }
+  static GramSolver& S(const Forms& forms) { return *forms.normal->solver_; }  // of the general way
   static GramSolver& H(const Forms& forms) { return forms.tangent->solver_; }
   static std::vector<double>& K(const Forms& forms) { return forms.normal->blocks_; }
   static void refactorize(Forms& forms) {
@@ -108,9 +108,10 @@ RC_GTEST_PROP(Certificate, PassesRandomSystems, ()) {
 
 TEST(Certificate, FindsEveryCorruptedSlotOfS) {
   for (const System& system : {make_driven_chain(), make_chain_with_coordinates()}) {
-    const std::size_t slots = Tampering::num_slots(Tampering::S(Case(system, {.form = Form::Normal}).forms));
+    const std::size_t slots =
+        Tampering::num_slots(Tampering::S(Case(system, {.form = Form::Normal, .way = Way::General}).forms));
     for (std::size_t slot = 0; slot < slots; ++slot) {
-      Case solved(system, {.form = Form::Normal});
+      Case solved(system, {.form = Form::Normal, .way = Way::General});
       Tampering::corrupt_slot(Tampering::S(solved.forms), slot, 1e-6);
       EXPECT_FALSE(solved.certify().passed()) << "slot " << slot;
     }
@@ -264,8 +265,9 @@ TEST(Certificate, Equations9And10FindEachSlotOfSAndOfH) {
   const System system = make_chain_with_coordinates();
   for (const char* equation : {"(9)", "(10)"}) {
     // The form that steps keeps its factor, the other one is made afresh.
-    for (std::size_t slot = 0; slot < Tampering::num_slots(Tampering::S(Case(system).forms)); ++slot) {
-      Case solved(system, {.form = Form::Normal});
+    for (std::size_t slot = 0; slot < Tampering::num_slots(Tampering::S(Case(system, {.way = Way::General}).forms));
+         ++slot) {
+      Case solved(system, {.form = Form::Normal, .way = Way::General});
       EXPECT_FALSE(fails(solved.certify(), equation));
       Tampering::corrupt_slot(Tampering::S(solved.forms), slot, 1e-6);
       EXPECT_TRUE(fails(solved.certify(), equation)) << "S " << slot;

@@ -375,7 +375,7 @@ TEST(Dynamics, PlanTellsWhatTheSystemNeeds) {
   System system = falling_points(6);
   system.supports = {{"", {0}, {}}};
   system.constraints = {Rods{"", {{0, 1}, {1, 2}, {0, 3}, {3, 4}}, {}, {}}};
-  const Dynamics dynamics(system);
+  const Dynamics dynamics(system, {.way = Way::General});
 
   const PlanSummary& plan = dynamics.plan();
 

@@ -1,0 +1,220 @@
+#include "solve/bundle_kernels.hpp"
+
+#include <cmath>
+
+#include "base/parallel.hpp"
+#include "evaluate/instruction_sets.hpp"
+
+namespace tanor {
+
+// ---- in and out: plain loads and stores, which no instruction set does better ----
+
+namespace {
+
+using Two [[gnu::vector_size(16), gnu::aligned(8), gnu::may_alias]] = double;
+
+const double* at(const double* array, Index k) {
+  return array + 3 * static_cast<std::size_t>(k);
+}
+double* at(double* array, Index k) {
+  return array + 3 * static_cast<std::size_t>(k);
+}
+
+}  // namespace
+
+void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to) {
+  for (std::size_t p = 0; p < count; ++p, points += num_lanes) {
+    auto* const lanes = reinterpret_cast<double*>(to + p);
+    for (std::size_t lane = 0; lane < num_lanes; lane += 2) {
+      const double *const a = at(from, points[lane]), *const b = at(from, points[lane + 1]);
+      const Two a_xy = *reinterpret_cast<const Two*>(a), b_xy = *reinterpret_cast<const Two*>(b);
+      *reinterpret_cast<Two*>(lanes + lane) = Two{a_xy[0], b_xy[0]};
+      *reinterpret_cast<Two*>(lanes + num_lanes + lane) = Two{a_xy[1], b_xy[1]};
+      *reinterpret_cast<Two*>(lanes + 2 * num_lanes + lane) = Two{a[2], b[2]};
+    }
+  }
+}
+
+void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to) {
+  for (std::size_t p = 0; p < count; ++p, points += num_lanes) {
+    const auto* const lanes = reinterpret_cast<const double*>(from + p);
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      double* const a = at(to, points[lane]);
+      *reinterpret_cast<Two*>(a) = Two{lanes[lane], lanes[num_lanes + lane]};
+      a[2] = lanes[2 * num_lanes + lane];
+    }
+  }
+}
+
+void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u) {
+  for (std::size_t k = 0; k < count; ++k, blocks += num_lanes) {
+    auto* const lanes = reinterpret_cast<double*>(u + k);
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      const double sign = blocks[lane] < 0 ? -1.0 : 1.0;
+      const double* const g = at(from, blocks[lane] < 0 ? ~blocks[lane] : blocks[lane]);
+      for (std::size_t c = 0; c < 3; ++c) lanes[c * num_lanes + lane] = sign * g[c];
+    }
+  }
+}
+
+void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to) {
+  for (std::size_t k = 0; k < count; ++k, blocks += num_lanes) {
+    const auto* const lanes = reinterpret_cast<const double*>(u + k);
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      const double sign = blocks[lane] < 0 ? -1.0 : 1.0;
+      double* const g = at(to, blocks[lane] < 0 ? ~blocks[lane] : blocks[lane]);
+      *reinterpret_cast<Two*>(g) = Two{sign * lanes[lane], sign * lanes[num_lanes + lane]};
+      g[2] = sign * lanes[2 * num_lanes + lane];
+    }
+  }
+}
+
+void fill(Eight3* points, std::size_t count, Vec3 value) {
+  const Eight nothing{};
+  for (std::size_t p = 0; p < count; ++p) {
+    points[p].x = nothing + value.x;
+    points[p].y = nothing + value.y;
+    points[p].z = nothing + value.z;
+  }
+}
+
+void add(const Eight3* from, std::size_t count, Eight3* to) {
+  for (std::size_t p = 0; p < count; ++p) {
+    to[p].x += from[p].x;
+    to[p].y += from[p].y;
+    to[p].z += from[p].z;
+  }
+}
+
+void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to) {
+  auto* const lanes = reinterpret_cast<double*>(to);
+  for (std::size_t k = 0; k < count * num_lanes; ++k) lanes[k] = from[rows[k]];
+}
+
+void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to) {
+  const auto* const lanes = reinterpret_cast<const double*>(from);
+  for (std::size_t k = 0; k < count * num_lanes; ++k) to[rows[k]] = lanes[k];
+}
+
+double Largest::read() const {
+  double result = 0.0;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);
+  return result;
+}
+
+// ---- numbers: each function is its own loop nest, so that every instruction set has all of it ----
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
+                   const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
+    if (offsets != nullptr) {
+      x += offsets[a].x;
+      y += offsets[a].y;
+      z += offsets[a].z;
+    }
+    const Eight vx = v[j].x - v[i].x, vy = v[j].y - v[i].y, vz = v[j].z - v[i].z;
+    const Eight wx = w0[j].x - w0[i].x, wy = w0[j].y - w0[i].y, wz = w0[j].z - w0[i].z;
+    // rho = |a|, u = a/rho
+    Eight rho = x * x + y * y + z * z;
+#pragma GCC unroll 1
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
+    const Eight inverse = 1.0 / rho;
+    x *= inverse;
+    y *= inverse;
+    z *= inverse;
+    // phi = (v.v - (u.v)^2)/rho
+    const Eight speed = x * vx + y * vy + z * vz;
+    Eight right = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse + (x * wx + y * wy + z * wz);
+    if (second_derivatives != nullptr) right -= second_derivatives[a];
+    const Eight size = right < 0.0 ? -right : right;
+    worst = size > worst ? size : worst;
+    zero += 0.0 * right;
+    u[a] = {x, y, z};
+    b[a] = right;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
+               const Eight3* u, Eight* factor, Eight* smallest) {
+  const Eight nothing{};
+  for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
+  for (const auto& [slot, a, b, point, sign] : schedule.products) {
+    factor[slot] += sign * inverse_mass[point] * (u[a].x * u[b].x + u[a].y * u[b].y + u[a].z * u[b].z);
+  }
+  Eight largest_inverse = nothing + 1.0;  // of the scaled pivots
+  for (const auto& [row, first, end, first_target] : schedule.columns) {
+    const auto [i, j] = topology.rods[row];
+    // unit gradients: 1/m_i + 1/m_j is the diagonal; what was eliminated before lies in its slot
+    const Eight diagonal = inverse_mass[i] + inverse_mass[j];
+    const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
+    // a pivot of 0, below 0 or NaN ends it
+    const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
+    largest_inverse = checked > largest_inverse ? checked : largest_inverse;
+    factor[first] = inverse;
+    const int* target = schedule.targets.data() + first_target;
+    for (int f = first + 1; f < end; ++f) {
+      const Eight l = factor[f] * inverse;
+      for (int e = f; e < end; ++e) factor[*target++] -= l * factor[e];
+      factor[f] = l;
+    }
+  }
+  const Eight found = 1.0 / largest_inverse;
+  *smallest = found < *smallest ? found : *smallest;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void solve_negative(const IslandSchedule& schedule, const Eight* factor, const Eight* b, Eight* x) {
+  for (std::size_t a = 0; a < schedule.columns.size(); ++a) x[a] = -b[a];
+  for (const auto& [row, first, end, targets] : schedule.columns) {
+    const Eight known = x[row];
+    for (int e = first + 1; e < end; ++e) x[schedule.slot_row[e]] -= factor[e] * known;
+  }
+  for (auto column = schedule.columns.rbegin(); column != schedule.columns.rend(); ++column) {
+    Eight sum = x[column->row] * factor[column->first];
+    for (int e = column->first + 1; e < column->end; ++e) sum -= factor[e] * x[schedule.slot_row[e]];
+    x[column->row] = sum;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
+           const Eight* lambda, Eight3* dw, Largest* largest) {
+  const Eight nothing{};
+  const int num_points = topology.num_points, num_places = num_points + topology.num_supports;
+  for (int p = 0; p < num_places; ++p) dw[p].x = dw[p].y = dw[p].z = nothing;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    const Eight x = lambda[a] * u[a].x, y = lambda[a] * u[a].y, z = lambda[a] * u[a].z;
+    dw[i].x -= x;
+    dw[i].y -= y;
+    dw[i].z -= z;
+    dw[j].x += x;
+    dw[j].y += y;
+    dw[j].z += z;
+  }
+  for (int p = 0; p < num_places; ++p) {
+    dw[p].x *= inverse_mass[p];
+    dw[p].y *= inverse_mass[p];
+    dw[p].z *= inverse_mass[p];
+  }
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    const Eight left =
+        u[a].x * (dw[j].x - dw[i].x) + u[a].y * (dw[j].y - dw[i].y) + u[a].z * (dw[j].z - dw[i].z) + b[a];
+    const Eight size = left < 0.0 ? -left : left;
+    worst = size > worst ? size : worst;
+    zero += 0.0 * left;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+}  // namespace tanor

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <vector>
+
+#include <tanor/system.hpp>
+
+#include "base/vec3.hpp"
+#include "solve/island_schedule.hpp"
+
+/// \file Islands of one topology, eight at once: the same number of each in the lanes of one vector.
+namespace tanor {
+
+inline constexpr std::size_t num_lanes = 8;
+using Eight [[gnu::vector_size(num_lanes * sizeof(double)), gnu::aligned(num_lanes * sizeof(double))]] = double;
+struct Eight3 {
+  Eight x, y, z;
+};
+
+inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
+  points->x[lane] = value.x;
+  points->y[lane] = value.y;
+  points->z[lane] = value.z;
+}
+
+/// A list of them, which lies where whole vectors can be read at once.
+class Eights {
+ public:
+  void resize(std::size_t size) { cells_.resize(size); }
+  std::size_t size() const { return cells_.size(); }
+  Eight* data() { return reinterpret_cast<Eight*>(cells_.data()); }
+
+ private:
+  struct alignas(Eight) Cell {
+    double lanes[num_lanes] = {};
+  };
+  std::vector<Cell> cells_;
+};
+
+/// In and out: numbers of points, rows and blocks [place][lane] that lie anywhere.
+
+void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to);
+void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to);
+/// Blocks of K, whose signs follow from the direction of u: block ~k stands for the negative of block k.
+void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u);
+void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to);
+void fill(Eight3* points, std::size_t count, Vec3 value);
+void add(const Eight3* from, std::size_t count, Eight3* to);
+void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to);
+void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to);
+
+/// Largest |.| that was seen; a NaN stays.
+struct Largest {
+  Eight value{}, zero{};  // zero: 0 times what was seen
+  double read() const;
+};
+
+/// Per rod, from points r, v and w0 [point]: u along the rod, b = phi + K'w0, with offsets and the second derivatives
+/// of lengths where these are not null.
+void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
+                   const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest);
+
+/// S = L D L' of rods along u: L below the diagonal and 1/D on it [slot]. `smallest` := the least of it and of the
+/// pivots over their diagonals; 0 or less: not positive definite.
+void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
+               const Eight3* u, Eight* factor, Eight* smallest);
+
+/// x := -S^-1 b [rod]; x may be b.
+void solve_negative(const IslandSchedule& schedule, const Eight* factor, const Eight* b, Eight* x);
+
+/// dw := M^-1 K lambda [point], 0 at supports, and the largest of |K'dw + b|.
+void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
+           const Eight* lambda, Eight3* dw, Largest* largest);
+
+}  // namespace tanor

@@ -1,0 +1,268 @@
+#include "solve/path_kernels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "evaluate/instruction_sets.hpp"
+
+namespace tanor::paths {
+
+namespace {
+
+/// Eight numbers at any address.
+using Lane [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
+
+[[gnu::always_inline]] inline double largest_of(const Lane& lane) {
+  double result = lane[0];
+  for (int k = 1; k < 8; ++k) result = std::max(result, lane[k]);
+  return result;
+}
+
+template <bool HasField, bool HasOffset>
+[[gnu::always_inline]] inline void evaluate_rods(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks_out,
+                                                 double* b_out) {
+  const double* __restrict r = rods.r, * __restrict v = rods.v, * __restrict w0 = rods.w0, * __restrict o = rods.offset;
+  const signed char* __restrict sign = rods.sign;
+  double* __restrict x = chunk->x + slot, * __restrict y = chunk->y + slot, * __restrict z = chunk->z + slot;
+  double* __restrict blocks = blocks_out, * __restrict b = b_out;
+  for (std::size_t k = 0; k < rods.count; ++k) {
+    const std::size_t i = 3 * k;
+    double ax = r[i + 3] - r[i], ay = r[i + 4] - r[i + 1], az = r[i + 5] - r[i + 2];
+    if constexpr (HasOffset) {
+      ax += o[i];
+      ay += o[i + 1];
+      az += o[i + 2];
+    }
+    const double vx = v[i + 3] - v[i], vy = v[i + 4] - v[i + 1], vz = v[i + 5] - v[i + 2];
+    // g = a/|a|, phi = (v.v - (g.v)^2)/|a|
+    const double inverse = 1.0 / std::sqrt(ax * ax + ay * ay + az * az);
+    const double gx = inverse * ax, gy = inverse * ay, gz = inverse * az;
+    const double along = gx * vx + gy * vy + gz * vz;
+    double right_side = inverse * (vx * vx + vy * vy + vz * vz - along * along);
+    if constexpr (HasField) {
+      right_side += gx * (w0[i + 3] - w0[i]) + gy * (w0[i + 4] - w0[i + 1]) + gz * (w0[i + 5] - w0[i + 2]);
+    }
+    b[k] = right_side;
+    x[k] = gx;
+    y[k] = gy;
+    z[k] = gz;
+    const double s = sign[k];
+    blocks[i] = s * gx;
+    blocks[i + 1] = s * gy;
+    blocks[i + 2] = s * gz;
+  }
+}
+
+/// One step of the recurrence.
+[[gnu::always_inline]] inline void step(Chunk& chunk, std::size_t k, Determinants& d) {
+  const double next = chunk.diagonal[k] * d.last - chunk.coupling[k] * chunk.coupling[k] * d.before;
+  chunk.numerator[k] = d.last;
+  chunk.denominator[k] = next;
+  d.before = d.last;
+  d.last = next;
+}
+[[gnu::always_inline]] inline void scale(Determinants& d) {
+  const double factor = 1.0 / d.last;
+  d.before *= factor;
+  d.last = 1.0;
+}
+
+}  // namespace
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks, double* b) {
+  if (rods.offset == nullptr) {
+    rods.w0 == nullptr ? evaluate_rods<false, false>(rods, slot, chunk, blocks, b)
+                       : evaluate_rods<true, false>(rods, slot, chunk, blocks, b);
+  } else {
+    rods.w0 == nullptr ? evaluate_rods<false, true>(rods, slot, chunk, blocks, b)
+                       : evaluate_rods<true, true>(rods, slot, chunk, blocks, b);
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void load_directions(const double* __restrict blocks, const signed char* __restrict sign, Chunk* chunk) {
+  double* __restrict x = chunk->x + 1, * __restrict y = chunk->y + 1, * __restrict z = chunk->z + 1;
+  for (std::size_t k = 0; k < chunk->count; ++k) {
+    const double s = sign[k];
+    x[k] = s * blocks[3 * k];
+    y[k] = s * blocks[3 * k + 1];
+    z[k] = s * blocks[3 * k + 2];
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void assemble(Towards towards, Chunk* chunk) {
+  // S_ab = -g_a.g_b/m of the point between
+  const std::size_t shift = towards == Towards::Right ? 0 : 1;
+  const double* __restrict x = chunk->x + shift, * __restrict y = chunk->y + shift, * __restrict z = chunk->z + shift;
+  const double* __restrict w = chunk->inverse_mass, * __restrict shared = chunk->inverse_mass + shift;
+  double* __restrict diagonal = chunk->diagonal, * __restrict coupling = chunk->coupling;
+  for (std::size_t k = 0; k < chunk->count; ++k) {
+    diagonal[k] = w[k] + w[k + 1];
+    coupling[k] = -shared[k] * (x[k] * x[k + 1] + y[k] * y[k + 1] + z[k] * z[k + 1]);
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void find_pivots(Chunk* right, Determinants* to_right, Chunk* left, Determinants* to_left) {
+  constexpr std::size_t group = 8;
+  Determinants d = *to_right, e = *to_left;
+  const std::size_t last = left->count - 1, common = std::min(right->count, left->count) / group * group;
+  for (std::size_t begin = 0; begin < common; begin += group) {
+    for (std::size_t k = begin; k < begin + group; ++k) {
+      step(*right, k, d);
+      step(*left, last - k, e);
+    }
+    scale(d);
+    scale(e);
+  }
+  for (std::size_t k = common; k < right->count; ++k) {
+    step(*right, k, d);
+    if (k % group == group - 1) scale(d);
+  }
+  for (std::size_t k = common; k < left->count; ++k) {
+    step(*left, last - k, e);
+    if (k % group == group - 1) scale(e);
+  }
+  *to_right = d;
+  *to_left = e;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void finish_pivots(Towards towards, Chunk* chunk, double* __restrict inverse_pivots, double* __restrict factors,
+                   PivotRange* range) {
+  const std::size_t count = chunk->count;
+  double* const own = chunk->inverse_pivot + 1;
+  for (std::size_t k = 0; k < count; ++k) own[k] = chunk->numerator[k] / chunk->denominator[k];
+  const double* const before = towards == Towards::Right ? own - 1 : own + 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    inverse_pivots[k] = own[k];
+    factors[k] = chunk->coupling[k] * before[k];
+  }
+  Lane smallest = range->smallest - Lane{}, largest = range->largest - Lane{};
+  std::size_t k = 0;
+  for (; k + 8 <= count; k += 8) {
+    const Lane ratio = *reinterpret_cast<const Lane*>(own + k) * *reinterpret_cast<const Lane*>(chunk->diagonal + k);
+    smallest = ratio < smallest ? ratio : smallest;
+    largest = ratio > largest ? ratio : largest;
+  }
+  for (; k < count; ++k) {
+    const double ratio = own[k] * chunk->diagonal[k];
+    smallest[0] = std::min(smallest[0], ratio);
+    largest[0] = std::max(largest[0], ratio);
+  }
+  range->smallest = -largest_of(-smallest);
+  range->largest = largest_of(largest);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_inwards(Substitution* right, Substitution* left) {
+  const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
+  double last = right->last, other = left->last;
+  const auto step_right = [&](std::size_t k) __attribute__((always_inline)) {
+    right->y[k] = last = right->b[k] - right->factors[k] * last;
+  };
+  const auto step_left = [&](std::size_t k) __attribute__((always_inline)) {
+    left->y[k] = other = left->b[k] - left->factors[k] * other;
+  };
+  for (std::size_t k = 0; k < common; ++k) {
+    step_right(k);
+    step_left(end - k);
+  }
+  for (std::size_t k = common; k < right->count; ++k) step_right(k);
+  for (std::size_t k = common; k < left->count; ++k) step_left(end - k);
+  right->last = last;
+  left->last = other;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_outwards(BackSubstitution* left, BackSubstitution* right) {
+  const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
+  double last = left->last, factor = left->factor, other = right->last, other_factor = right->factor;
+  const auto step_left = [&](std::size_t k) __attribute__((always_inline)) {
+    left->lambda[k] = last = -left->lambda[k] * left->inverse_pivots[k] - factor * last;
+    factor = left->factors[k];
+  };
+  const auto step_right = [&](std::size_t k) __attribute__((always_inline)) {
+    right->lambda[k] = other = -right->lambda[k] * right->inverse_pivots[k] - other_factor * other;
+    other_factor = right->factors[k];
+  };
+  for (std::size_t k = 0; k < common; ++k) {
+    step_left(end - k);
+    step_right(k);
+  }
+  for (std::size_t k = common; k < left->count; ++k) step_left(end - k);
+  for (std::size_t k = common; k < right->count; ++k) step_right(k);
+  left->last = last;
+  left->factor = factor;
+  right->last = other;
+  right->factor = other_factor;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+Ends accelerate(const Between& between, double* residual) {
+  constexpr std::size_t size = chunk_size + 1;
+  double gx[size], gy[size], gz[size], dx[size], dy[size], dz[size], rest[size];  // NOLINT: filled before use
+  const std::size_t count = between.count;
+  const double* __restrict blocks = between.blocks, * __restrict lambda = between.lambda;
+  const double* __restrict inverse_mass = between.inverse_mass, * __restrict b = between.b;
+  const signed char* __restrict sign = between.sign;
+  double* __restrict w = between.w;
+  for (std::size_t k = 0; k <= count; ++k) {
+    const double s = sign[k];
+    gx[k] = s * blocks[3 * k];
+    gy[k] = s * blocks[3 * k + 1];
+    gz[k] = s * blocks[3 * k + 2];
+  }
+  // dw = (g_k lambda_k - g_{k+1} lambda_{k+1})/m
+  for (std::size_t k = 0; k < count; ++k) {
+    const double m = inverse_mass[k], here = lambda[k], next = lambda[k + 1];
+    dx[k] = m * (here * gx[k] - next * gx[k + 1]);
+    dy[k] = m * (here * gy[k] - next * gy[k + 1]);
+    dz[k] = m * (here * gz[k] - next * gz[k + 1]);
+  }
+  if (between.uniform != nullptr) {
+    const Vec3 w0 = *between.uniform;
+    for (std::size_t k = 0; k < count; ++k) {
+      w[3 * k] = w0.x + dx[k];
+      w[3 * k + 1] = w0.y + dy[k];
+      w[3 * k + 2] = w0.z + dz[k];
+    }
+  } else {
+    for (std::size_t k = 0; k < count; ++k) {
+      w[3 * k] += dx[k];
+      w[3 * k + 1] += dy[k];
+      w[3 * k + 2] += dz[k];
+    }
+  }
+  // K'dw + b
+  for (std::size_t k = 1; k < count; ++k) {
+    rest[k - 1] = gx[k] * (dx[k] - dx[k - 1]) + gy[k] * (dy[k] - dy[k - 1]) + gz[k] * (dz[k] - dz[k - 1]) + b[k];
+  }
+  *residual = largest_magnitude(rest, count - 1, *residual);
+  return {{dx[0], dy[0], dz[0]}, {dx[count - 1], dy[count - 1], dz[count - 1]}};
+}
+
+TANOR_EACH_INSTRUCTION_SET
+double largest_magnitude(const double* x, std::size_t count, double so_far) {
+  Lane largest = so_far - Lane{};
+  double nothing = 0.0;  // or NaN, where some number is no number
+  std::size_t k = 0;
+  Lane lost{};
+  for (; k + 8 <= count; k += 8) {
+    const Lane a = *reinterpret_cast<const Lane*>(x + k);
+    const Lane size = a < 0.0 ? -a : a;
+    largest = size > largest ? size : largest;
+    lost += a - a;
+  }
+  for (; k < count; ++k) {
+    largest[0] = std::max(largest[0], std::abs(x[k]));
+    nothing += x[k] - x[k];
+  }
+  for (int lane = 0; lane < 8; ++lane) nothing += lost[lane];
+  return largest_of(largest) + nothing;
+}
+
+}  // namespace tanor::paths

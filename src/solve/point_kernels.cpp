@@ -1,0 +1,156 @@
+#include "solve/point_kernels.hpp"
+
+#include <cmath>
+
+#include "evaluate/instruction_sets.hpp"
+
+namespace tanor {
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, Eight3* gradients,
+                      Eight* phi) {
+  for (std::size_t k = 0; k < count; ++k) {
+    Eight x = r[k].x - centers[k].x, y = r[k].y - centers[k].y, z = r[k].z - centers[k].z;
+    const Eight vx = v[k].x, vy = v[k].y, vz = v[k].z;
+    Eight rho = x * x + y * y + z * z;
+#pragma GCC unroll 1
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
+    const Eight inverse = 1.0 / rho;
+    x *= inverse;
+    y *= inverse;
+    z *= inverse;
+    const Eight speed = x * vx + y * vy + z * vz;
+    phi[k] = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
+    gradients[k] = {x, y, z};
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_circles(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, const Eight3* normals,
+                      Eight3* gradients, Eight* phi) {
+  const Eight nothing{};
+  for (std::size_t k = 0; k < count; ++k) {
+    const Eight nx = normals[k].x, ny = normals[k].y, nz = normals[k].z;
+    Eight x = r[k].x - centers[k].x, y = r[k].y - centers[k].y, z = r[k].z - centers[k].z;
+    // p = a - (n.a) n, and its derivative
+    const Eight s = nx * x + ny * y + nz * z, s1 = nx * v[k].x + ny * v[k].y + nz * v[k].z;
+    x -= s * nx;
+    y -= s * ny;
+    z -= s * nz;
+    const Eight vx = v[k].x - s1 * nx, vy = v[k].y - s1 * ny, vz = v[k].z - s1 * nz;
+    Eight rho = x * x + y * y + z * z;
+#pragma GCC unroll 1
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
+    const Eight inverse = 1.0 / rho;
+    x *= inverse;
+    y *= inverse;
+    z *= inverse;
+    const Eight speed = x * vx + y * vy + z * vz;
+    phi[k] = nothing;
+    phi[count + k] = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
+    gradients[k] = normals[k];
+    gradients[count + k] = {x, y, z};
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, PointFactor* factors, Eight* smallest) {
+  const Eight nothing{};
+  Eight least = *smallest;
+  for (std::size_t k = 0; k < count && num_rows > 1; ++k) {
+    const Eight3 &g0 = gradients[k], &g1 = gradients[count + k];
+    const Eight l10 = g1.x * g0.x + g1.y * g0.y + g1.z * g0.z;
+    const Eight d1 = 1.0 - l10 * l10, inverse_d1 = 1.0 / d1;
+    factors[k].l10 = l10;
+    factors[k].inverse_d1 = inverse_d1;
+    const Eight checked1 = d1 > 0.0 ? d1 : nothing;
+    least = checked1 < least ? checked1 : least;
+    if (num_rows == 2) continue;
+    const Eight3& g2 = gradients[2 * count + k];
+    const Eight l20 = g2.x * g0.x + g2.y * g0.y + g2.z * g0.z;
+    const Eight c = g2.x * g1.x + g2.y * g1.y + g2.z * g1.z - l20 * l10, l21 = c * inverse_d1;
+    const Eight d2 = 1.0 - l20 * l20 - c * l21;
+    factors[k].l20 = l20;
+    factors[k].l21 = l21;
+    factors[k].inverse_d2 = 1.0 / d2;
+    const Eight checked2 = d2 > 0.0 ? d2 : nothing;
+    least = checked2 < least ? checked2 : least;
+  }
+  *smallest = least;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void solve_points(int num_rows, std::size_t count, const PointFactor* factors, const Eight* b, Eight* x) {
+  for (std::size_t k = 0; k < count; ++k) {
+    Eight x0 = -b[k];
+    if (num_rows > 1) {
+      const PointFactor& factor = factors[k];
+      Eight x1 = -b[count + k] - factor.l10 * x0;
+      if (num_rows > 2) {
+        const Eight x2 = (-b[2 * count + k] - factor.l20 * x0 - factor.l21 * x1) * factor.inverse_d2;
+        x1 = x1 * factor.inverse_d1 - factor.l21 * x2;
+        x0 -= factor.l20 * x2;
+        x[2 * count + k] = x2;
+      } else {
+        x1 *= factor.inverse_d1;
+      }
+      x0 -= factor.l10 * x1;
+      x[count + k] = x1;
+    }
+    x[k] = x0;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add_free(int num_rows, std::size_t count, const Eight3* gradients, const Eight3* w0, Eight* phi,
+              Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (int m = 0; m < num_rows; ++m, gradients += count, phi += count) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const Eight3& g = gradients[k];
+      const Eight b = phi[k] + (g.x * w0[k].x + g.y * w0[k].y + g.z * w0[k].z), size = b < 0.0 ? -b : b;
+      worst = size > worst ? size : worst;
+      zero += 0.0 * b;
+      phi[k] = b;
+    }
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, const Eight* b, const Eight* x, Eight3* w0,
+                   Largest* largest) {
+  const Eight nothing{};
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t k = 0; k < count; ++k) {
+    Eight wx = nothing, wy = nothing, wz = nothing;
+    for (int m = 0; m < num_rows; ++m) {
+      const std::size_t row = static_cast<std::size_t>(m) * count + k;
+      wx += x[row] * gradients[row].x;
+      wy += x[row] * gradients[row].y;
+      wz += x[row] * gradients[row].z;
+    }
+    for (int m = 0; m < num_rows; ++m) {
+      const std::size_t row = static_cast<std::size_t>(m) * count + k;
+      const Eight3& g = gradients[row];
+      const Eight left = b[row] + (g.x * wx + g.y * wy + g.z * wz), size = left < 0.0 ? -left : left;
+      worst = size > worst ? size : worst;
+      zero += 0.0 * left;
+    }
+    w0[k].x += wx;
+    w0[k].y += wy;
+    w0[k].z += wz;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void scale_by_mass(int num_rows, std::size_t count, const Eight* inverse_mass, Eight* x) {
+  for (int m = 0; m < num_rows; ++m, x += count) {
+    for (std::size_t k = 0; k < count; ++k) x[k] /= inverse_mass[k];
+  }
+}
+
+}  // namespace tanor

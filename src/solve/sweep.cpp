@@ -1,0 +1,46 @@
+#include "solve/sweep.hpp"
+
+#include <tanor/error.hpp>
+
+#include "solve/bundle_sweep.hpp"
+#include "solve/path_sweep.hpp"
+#include "solve/point_sweep.hpp"
+
+namespace tanor {
+
+namespace {
+
+const char* obstacle_to_all(const Constraints& constraints, const Numbering& numbering) {
+  if (numbering.num_rows() == 0) return "there are no constraints";
+  if (numbering.first_idle_row() < numbering.num_rows()) return "some constraints join supports alone";
+  if (constraints.tangents().size() > 0) return "contacts with friction have rows that come and go";
+  return nullptr;
+}
+
+}  // namespace
+
+std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Numbering& numbering,
+                                  std::span<const double> inverse_mass, const SolverOptions& wanted) {
+  const bool is_forced = wanted.way != Way::Auto;
+  const auto refuse = [&](const std::string& why) -> std::unique_ptr<Sweep> {
+    if (is_forced) throw InputError("/solver/way", "it does not serve this system: " + why);
+    return nullptr;
+  };
+  if (wanted.way == Way::General) return nullptr;
+  if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general way");
+  if (const char* obstacle = obstacle_to_all(constraints, numbering)) return refuse(obstacle);
+
+  const auto may_be = [&](Way way) { return wanted.way == Way::Auto || wanted.way == way; };
+  if (may_be(Way::ClosedForm)) {
+    if (auto sweep = PointSweep::make(constraints, numbering, inverse_mass)) return sweep;
+  }
+  if (may_be(Way::Bundles)) {
+    if (auto sweep = BundleSweep::make(constraints, numbering, inverse_mass, wanted.threads, is_forced)) return sweep;
+  }
+  if (may_be(Way::Paths)) {
+    if (auto sweep = PathSweep::make(constraints, numbering, inverse_mass)) return sweep;
+  }
+  return refuse("its islands have another structure");
+}
+
+}  // namespace tanor

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include <tanor/solver_options.hpp>
+
+#include "base/parallel.hpp"
+#include "evaluate/constraints.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Where points are and how they move without constraints; all in the inner order, [3n].
+struct FreeMotion {
+  const double *r, *v;
+  /// M^-1 f of moving points, the prescribed acceleration of supports.
+  const double* w0;
+  /// Not null: w0 of every moving point; the array above then holds supports alone.
+  const Vec3* uniform = nullptr;
+};
+
+/// What a sweep found on its way.
+struct Elimination {
+  double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
+  double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
+  double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
+};
+
+/// S lambda = -b on a short way that serves the whole system: evaluation, elimination and w in one or two sweeps over
+/// the memory. Rows and points in the inner order; K as blocks with the places of Constraints::list_incidences; the
+/// same bits for any number of threads; no call allocates.
+///
+/// Where S is singular or looks so, where rows come and go, and for pivots in another order the general way answers.
+class Sweep {
+ public:
+  virtual ~Sweep() = default;
+
+  /// blocks := K at r, S = K'M^-1K eliminated, lambda := -S^-1 b [d] with b = phi + K'w0, w := w0 + M^-1 K lambda
+  /// [3n]. `motion.w0` is w, where supports have what is prescribed and stay. Without a factor lambda and w are
+  /// anything; `scratch` [d].
+  virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                            double* lambda, double* w) = 0;
+
+  /// S eliminated from given blocks of K.
+  virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
+
+  /// x := -S^-1 b [d] with the last elimination; x may be b.
+  virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
+
+  struct Summary {
+    std::string name;    ///< as PlanSummary::way
+    std::string reason;  ///< "every island is a path of rods"
+    std::size_t parts = 0, pattern_nonzeros = 0, factor_nonzeros = 0;
+    double flops = 0.0;  ///< of one elimination
+  };
+  virtual const Summary& summary() const = 0;
+};
+
+/// The sweep that serves all rows of a system, or null: the general way. `inverse_mass` [point], 0 for supports; all
+/// three are kept as they are given. Throws InputError where `wanted` does not serve.
+std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Numbering& numbering,
+                                  std::span<const double> inverse_mass, const SolverOptions& wanted);
+
+}  // namespace tanor
