@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
-#include "evaluate/instruction_sets.hpp"
+#include "base/instruction_sets.hpp"
 
 namespace tanor {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "evaluate/instruction_sets.hpp"
+#include "base/instruction_sets.hpp"
 
 namespace tanor::paths {
 

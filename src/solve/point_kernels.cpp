@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "evaluate/instruction_sets.hpp"
+#include "base/instruction_sets.hpp"
 
 namespace tanor {
 
