@@ -28,23 +28,29 @@ int choose_order(double tolerance, std::size_t n) {
 TANOR_EACH_INSTRUCTION_SET
 void sum_series(std::span<double* const> coefficients, double h, std::size_t begin, std::size_t end, double* x,
                 double* v, double* a) {
-  for (std::size_t i = begin; i < end; ++i) x[i] = v[i] = a[i] = 0.0;
-  for (std::size_t k = coefficients.size() - 1; k >= 2; --k) {
-    const double* const c = coefficients[k];
-    const auto first_factor = static_cast<double>(k), second_factor = first_factor * (first_factor - 1.0);
-#pragma GCC ivdep
-    for (std::size_t i = begin; i < end; ++i) {
-      x[i] = h * x[i] + c[i];
-      v[i] = h * v[i] + first_factor * c[i];
-      a[i] = h * a[i] + second_factor * c[i];
+  constexpr std::size_t width = 16;  // that stay in registers
+  const auto sum_some = [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
+    double sum[width] = {}, first_sum[width] = {}, second_sum[width] = {};
+    for (std::size_t k = coefficients.size() - 1; k >= 2; --k) {
+      const auto first_factor = static_cast<double>(k), second_factor = first_factor * (first_factor - 1.0);
+      const double* const c = coefficients[k] + first;
+      for (std::size_t i = 0; i < count; ++i) {
+        sum[i] = h * sum[i] + c[i];
+        first_sum[i] = h * first_sum[i] + first_factor * c[i];
+        second_sum[i] = h * second_sum[i] + second_factor * c[i];
+      }
     }
-  }
-  // The small terms are summed first.
-  for (std::size_t i = begin; i < end; ++i) {
-    const double v0 = coefficients[1][i];
-    x[i] = coefficients[0][i] + h * (v0 + h * x[i]);
-    v[i] = v0 + h * v[i];
-  }
+    // The small terms are summed first.
+    for (std::size_t i = 0; i < count; ++i) {
+      const double v0 = coefficients[1][first + i];
+      x[first + i] = coefficients[0][first + i] + h * (v0 + h * sum[i]);
+      v[first + i] = v0 + h * first_sum[i];
+      a[first + i] = second_sum[i];
+    }
+  };
+  std::size_t first = begin;
+  for (; first + width <= end; first += width) sum_some(first, width);
+  if (first < end) sum_some(first, end - first);
 }
 
 /// Nodes and weights of Gauss & Legendre on [0, 1], by Newton's method on the polynomial.
@@ -110,7 +116,10 @@ void Taylor::choose_terms(const State& from) {
   constexpr int least = 6;
   terms_ = order_;
   longest_ = longest_step(from, order_);
-  if (order_ / 2 < least || longest_step(from, order_ / 2) < longest_) return;
+  const int half = order_ / 2;
+  if (!mechanics_.may_lose_rank() || half <= least || longest_step_of(from, half) < longest_ ||
+      longest_step_of(from, half - 1) < longest_)
+    return;
   for (int terms = least; terms < order_; ++terms) {
     if (const double h = longest_step(from, terms); h > longest_) {
       longest_ = h;
@@ -119,18 +128,18 @@ void Taylor::choose_terms(const State& from) {
   }
 }
 
-/// The longest h for which the last term, and the one before it, stay within the tolerance, positions and velocities.
+/// The longest h for which the last term, and the one before it, stay within the tolerance.
 double Taylor::longest_step(const State& from, int terms) {
-  double log_h = std::numeric_limits<double>::infinity();
-  for (int k = terms - 1; k <= terms; ++k) {
-    const double* const last = pointers_[static_cast<std::size_t>(k)];
-    const ErrorRatios ratios = mechanics_.error_ratios(
-        from.t, {last, last, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
-    // |r_k| h^k and k |r_k| h^{k-1}
-    log_h = std::min(log_h, -std::log(ratios.x) / k);
-    log_h = std::min(log_h, -std::log(k * ratios.v) / (k - 1));
-  }
-  return std::exp(log_h);
+  return std::min(longest_step_of(from, terms - 1), longest_step_of(from, terms));
+}
+
+/// The longest h for which term k stays within the tolerance, in positions and velocities.
+double Taylor::longest_step_of(const State& from, int k) {
+  const double* const c = pointers_[static_cast<std::size_t>(k)];
+  const ErrorRatios ratios = mechanics_.error_ratios(
+      from.t, {c, c, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
+  // |r_k| h^k and k |r_k| h^{k-1}
+  return std::exp(std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1)));
 }
 
 /// x, x' and x'' at h, in pieces that stay in the first cache.
