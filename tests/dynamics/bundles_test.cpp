@@ -113,6 +113,7 @@ void expect_agreement(const System& system, const SolverOptions& options = {.way
   const Answer general = solve(system, {.way = Way::General}, t), bundles = solve(system, options, t);
   ASSERT_TRUE(general.report.outcome.ok()) << general.report.outcome.what;
   ASSERT_TRUE(bundles.report.outcome.ok()) << bundles.report.outcome.what;
+  EXPECT_LE(bundles.report.refinements, general.report.refinements + 1);
   EXPECT_LE(relative_difference(bundles.w, general.w), rounding);
   EXPECT_LE(relative_difference(bundles.lambda, general.lambda), rounding);
   EXPECT_LE(relative_difference(bundles.eta, general.eta), rounding);
