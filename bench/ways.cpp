@@ -1,7 +1,9 @@
 // One evaluation of the accelerations on each way (SolverOptions::way), beside the Eigen baseline, in turn in one
 // process:
-//   ways [--threads N] [NAME …]      scenes whose name begins so; default: all of them, one thread
-// Prints nanoseconds a rod or bead (medians), the ratio baseline/ours, and the ratio general way/ours.
+//   ways [--threads N] [NAME …]      scenes whose name begins so; default: all of them
+// Prints nanoseconds a rod or bead (medians) and the ratios baseline/ours and general way/ours on one thread; with
+// N > 1 by how much N threads are faster than one (best of each: others' work on the machine stops threads that wait
+// for each other).
 
 #include <fmt/format.h>
 
@@ -168,7 +170,9 @@ struct Ours {
 void measure(const BenchScene& scene, int threads) {
   constexpr int rounds = 11;
   const System system = scene.make();
-  Ours ours(system, {.threads = threads}), general(system, {.way = Way::General, .threads = threads});
+  Ours ours(system, {.threads = 1}), general(system, {.way = Way::General, .threads = 1});
+  std::unique_ptr<Ours> together;
+  if (threads > 1) together = std::make_unique<Ours>(system, SolverOptions{.threads = threads});
   const auto baseline = make_baseline(system);
   const bool is_of_beads = !std::holds_alternative<Rods>(system.constraints.front());
   const double num_members =
@@ -176,7 +180,7 @@ void measure(const BenchScene& scene, int threads) {
   const std::vector<double> r = ours.in_users_order(ours.r), v = ours.in_users_order(ours.v);
 
   const int repeats = std::max(1, static_cast<int>(2e5 / num_members));
-  std::vector<double> times[3];
+  std::vector<double> times[4];
   for (int round = 0; round < rounds; ++round) {
     times[0].push_back(seconds_of([&] { (void)baseline(r.data(), v.data()); }));
     const auto repeat = [&](Ours& each) {
@@ -188,6 +192,7 @@ void measure(const BenchScene& scene, int threads) {
     };
     times[1].push_back(repeat(ours));
     times[2].push_back(repeat(general));
+    if (together) times[3].push_back(repeat(*together));
   }
   const std::vector<double> w = ours.in_users_order(ours.w);
   double difference = 0.0, largest = 1e-300;
@@ -200,8 +205,10 @@ void measure(const BenchScene& scene, int threads) {
   const double tolerance = std::max(1e-9, 1e-15 * num_members * num_members);
   if (!(difference <= tolerance * largest)) throw std::runtime_error(scene.name + ": the two solutions differ");
   const double unit = 1e9 / num_members, base = median(times[0]), mine = median(times[1]), theirs = median(times[2]);
-  fmt::print("{:20}{:>14}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.0f}{:10.1f}\n", scene.name, ours.forms.plan.way,
-             unit * base, unit * theirs, unit * mine, base / mine, scene.bar, theirs / mine);
+  const auto best = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
+  const std::string speedup = together ? fmt::format("{:12.2f}", best(times[1]) / best(times[3])) : "";
+  fmt::print("{:20}{:>14}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.0f}{:10.1f}{}\n", scene.name, ours.forms.plan.way,
+             unit * base, unit * theirs, unit * mine, base / mine, scene.bar, theirs / mine, speedup);
 }
 
 }  // namespace
@@ -217,8 +224,8 @@ int main(int argc, char** argv) try {
       wanted.push_back(word);
     }
   }
-  fmt::print("{:20}{:>14}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}\n", "ns a rod or bead", "way", "Eigen", "general", "ours",
-             "ratio", "bar", "/general");
+  fmt::print("{:20}{:>14}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{}\n", "ns a rod or bead", "way", "Eigen", "general",
+             "ours", "ratio", "bar", "/general", threads > 1 ? fmt::format("{:>11}x", threads) : "");
   for (const BenchScene& scene : scenes) {
     const auto begins = [&](const std::string& word) { return scene.name.starts_with(word); };
     if (wanted.empty() || std::any_of(wanted.begin(), wanted.end(), begins)) measure(scene, threads);

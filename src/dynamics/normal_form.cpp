@@ -12,7 +12,6 @@ namespace {
 
 // Far above `GramSolver::singular_below`: the estimate of the condition is from above.
 constexpr double first_suspicion = 1e-11;
-constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
 
 }  // namespace
 
@@ -110,16 +109,8 @@ GramSolver::Quality NormalForm::factorize_gram() {
   return quality;
 }
 
-/// S of the blocks at hand by the sweep. False where it looks singular: for the general way to decide.
-bool NormalForm::factorize_sweep() {
-  const Stopwatch watch(&model_.times.factor);
-  ++model_.counters.factorizations;
-  last_.reciprocal_condition = sweep_->factorize(model_.parallel, blocks_.data()).reciprocal_condition;
-  return is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
-}
-
-Outcome NormalForm::factorize(double t, const double* r) {
-  if (sweeps() && factorize_sweep()) return {};
+Outcome NormalForm::factorize(double t, const double* r, bool may_sweep) {
+  if (may_sweep && sweeps() && factorize_sweep()) return {};
   if (redundancy_.uses_qr()) {
     redundancy_.release_qr();
     general().set_active(redundancy_.rows_for_gram());
@@ -154,15 +145,6 @@ void NormalForm::solve_negative(const double* b, double* x) {
   redundancy_.solve_negative(right_side_of_qr_.data(), x);
 }
 
-/// By the general way too: it has the matrix.
-double NormalForm::estimate_reciprocal_condition() {
-  if (is_swept_) {
-    general().assemble(model_.parallel, blocks_.data());
-    (void)general().factorize(model_.parallel);
-  }
-  return general().estimate_reciprocal_condition();
-}
-
 /// With a factor that is compliant S is solved by its refinement alone.
 void NormalForm::solve_negative(double* rows) {
   if (!is_compliant_) return solve_negative(rows, rows);
@@ -182,11 +164,12 @@ void NormalForm::correct(double* rows, double* points) {
 Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
   model_.set_time(t);
   ++model_.counters.evaluations;
-  const bool fresh =
-      gradients == Gradients::Evaluate && !(is_factorized_ && model_.constraints.gradients_are_constant());
-  if (gradients == Gradients::Evaluate && sweeps()) {
+  const bool may_sweep = gradients == Gradients::Evaluate && sweeps();
+  if (may_sweep) {
     if (std::optional<Outcome> outcome = sweep(t, r, v, w)) return last_.outcome = *std::move(outcome);
   }
+  const bool fresh =
+      gradients == Gradients::Evaluate && !(is_factorized_ && model_.constraints.gradients_are_constant());
   double scale = 0.0;
   {
     const Stopwatch watch(&model_.times.evaluate);
@@ -202,7 +185,8 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
   if (num_rows() == 0) return last_.outcome = {};
   if (fresh) {
-    if (Outcome outcome = factorize(t, r); !outcome.ok()) return last_.outcome = outcome;
+    // What the sweep has refused is the general way's.
+    if (Outcome outcome = factorize(t, r, !may_sweep); !outcome.ok()) return last_.outcome = outcome;
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
@@ -228,43 +212,6 @@ void NormalForm::add_reactions(double* w) const {
   model_.parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) w[i] += dw_[i];
   });
-}
-
-/// All of it by the sweep. None where S looks singular, or K'w = -phi does not come out: the general way decides.
-std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double* v, double* w) {
-  const Vec3* const uniform = model_.uniform_free();
-  double scale = 0.0;
-  {
-    const Stopwatch watch(&model_.times.evaluate);
-    scale = uniform != nullptr ? model_.write_free_supports(w) : model_.evaluate_free(t, r, v, w);
-  }
-  Elimination found;
-  {
-    const Stopwatch watch(&model_.times.solve);
-    if (!is_factorized_ || !model_.constraints.gradients_are_constant()) ++model_.counters.factorizations;
-    ++model_.counters.solves;
-    found = sweep_->solve(model_.parallel, {r, v, w, uniform}, blocks_.data(), right_side_.data(), lambda_.data(), w);
-  }
-  acceleration_scale_ = scale = larger(scale, found.largest_right_side);
-  last_.reciprocal_condition = found.reciprocal_condition;
-  last_.residual = 0.0;
-  last_.refinements = 0;
-  if (!std::isfinite(scale)) return model_.not_finite(t);
-  is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
-  if (!is_swept_) return {};
-  last_.residual = found.residual / (scale > 0.0 ? scale : 1.0);
-  const bool is_fine = last_.residual <= good_enough();
-  if (is_fine && !model_.is_rheonomic()) return Outcome{};
-
-  // Refinement wants w0 and dw apart, and so does the power of the reactions.
-  model_.gather.write_scaled(model_.parallel, blocks_.data(), lambda_.data(), model_.inverse_mass.data(),
-                             model_.num_moving(), dw_.data());
-  if (is_fine) return Outcome{};
-  (void)model_.evaluate_free(t, r, v, w);
-  (void)model_.constraints.evaluate_right_side(model_.parallel, r, v, w, right_side_.data(), nullptr);
-  if (!(refine(scale) <= doubtful_above)) return {};
-  add_reactions(w);
-  return Outcome{};
 }
 
 /// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.

@@ -114,11 +114,12 @@ class NormalForm final : public EquationsOfMotion {
   bool sweeps() const { return sweep_ != nullptr && !redundancy_.is_found(); }
   std::optional<Outcome> sweep(double t, const double* r, const double* v, double* w);
   bool factorize_sweep();
-  Outcome factorize(double t, const double* r);
+  Outcome factorize(double t, const double* r, bool may_sweep = true);
   GramSolver::Quality factorize_gram();
   double find_multipliers(double scale);
   double refine(double scale);
   void add_reactions(double* w) const;
+  static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
   double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
   Outcome settle_contacts(double t, const double* r, double* v, double* w);
   Outcome find_friction(double t, const double* r, const double* v, Judgement judgement, double* w);

@@ -4,6 +4,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -96,6 +97,221 @@ TEST(Ways, PathsAgreeWithTheGeneralWay) {
       EXPECT_LE(relative_difference(paths.eta, general.eta), 1e-12) << num_points;
     }
   }
+}
+
+TEST(Ways, PathsAgreeWhereMassesAreFarApart) {
+  std::mt19937 random(7);
+  for (const Ends ends : {Ends::Free, Ends::First, Ends::Both}) {
+    const System system = make_chain(300, ends, 1e6, &random);
+
+    const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
+
+    EXPECT_LE(paths.report.residual, 1e-14);
+    EXPECT_LE(relative_difference(paths.w, general.w), 1e-12);
+    EXPECT_LE(relative_difference(paths.lambda, general.lambda), 1e-12);
+  }
+}
+
+TEST(Ways, HangingPathCarriesTheWeightBelow) {
+  constexpr Index num_points = 1001;
+  constexpr double g = 9.81;
+  System system;
+  Rods rods;
+  for (Index i = 0; i < num_points; ++i) {
+    system.positions.insert(system.positions.end(), {0.0, 0.0, -0.5 * i});
+    system.masses.push_back(1.0 + i % 3);
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  system.velocities.assign(system.positions.size(), 0.0);
+  system.supports = {{"", {0}, VectorFunction(0.0, 0.0, 0.0)}};
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
+
+  const Answer answer = solve(system, {.way = Way::Paths});
+
+  ASSERT_TRUE(answer.report.outcome.ok());
+  double weight = 0.0, whole = g * std::accumulate(system.masses.begin() + 1, system.masses.end(), 0.0);
+  for (std::size_t k = rods.pairs.size(); k-- > 0;) {
+    weight += g * system.masses[k + 1];
+    EXPECT_NEAR(answer.lambda[k], -weight, 1e-13 * whole) << "rod " << k;
+  }
+  EXPECT_LE(largest(answer.w), 1e-12 * g);
+}
+
+/// Lengths that move, an offset, a support that moves, and forces of their own at each point.
+System make_driven_chain(std::mt19937* random) {
+  System system = make_chain(500, Ends::First, 1e1, random);
+  Rods& all = std::get<Rods>(system.constraints[0]);
+  Rods breathing{"breathing", {}, {}, {}}, across{"across", {}, {}, {}};
+  breathing.length.functions = {ScalarFunction::formula("1+0.1*sin(3*t)")};
+  std::vector<std::array<Index, 2>> plain;
+  for (std::size_t k = 0; k < all.pairs.size(); ++k) {
+    if (k % 7 == 2) {
+      breathing.pairs.push_back(all.pairs[k]);
+    } else if (k % 11 == 3) {
+      across.pairs.push_back(all.pairs[k]);
+      across.offsets.push_back({0.5, -1.0, 0.25});
+    } else {
+      plain.push_back(all.pairs[k]);
+    }
+  }
+  all.pairs = plain;
+  system.constraints = {breathing, all, across};
+  system.supports[0].displacement = VectorFunction(ScalarFunction::formula("0.3*t^2"), 0.0, 0.1);
+  system.forces.push_back(Drag{"", {}, 0.2, 0.1});
+  auto& points = std::get<Drag>(system.forces.back()).points;
+  for (Index i = 0; i < 500; i += 3) points.push_back(i);
+  return system;
+}
+
+TEST(Ways, PathsKnowLengthsThatMoveOffsetsAndForces) {
+  std::mt19937 random(8);
+  for (int repetition = 0; repetition < 3; ++repetition) {
+    const System system = make_driven_chain(&random);
+
+    const Answer general = solve(system, {.way = Way::General}, 0.4), paths = solve(system, {.way = Way::Paths}, 0.4);
+
+    ASSERT_TRUE(paths.report.outcome.ok()) << paths.report.outcome.what;
+    EXPECT_LE(relative_difference(paths.w, general.w), 1e-12);
+    EXPECT_LE(relative_difference(paths.lambda, general.lambda), 1e-12);
+    EXPECT_LE(relative_difference(paths.eta, general.eta), 1e-12);
+  }
+}
+
+TEST(Ways, PathsSideBySideAgreeWithTheGeneralWay) {
+  std::mt19937 random(9);
+  System system;
+  Rods rods;
+  for (int p = 0; p < 200; ++p) {
+    const System one = make_chain(2 + static_cast<std::size_t>(p) % 37, Ends::Free, 1e2, &random);
+    const auto first = static_cast<Index>(system.masses.size());
+    system.positions.insert(system.positions.end(), one.positions.begin(), one.positions.end());
+    system.velocities.insert(system.velocities.end(), one.velocities.begin(), one.velocities.end());
+    system.masses.insert(system.masses.end(), one.masses.begin(), one.masses.end());
+    for (const auto& [i, j] : std::get<Rods>(one.constraints[0]).pairs) rods.pairs.push_back({first + i, first + j});
+  }
+  system.constraints = {rods};
+
+  const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
+
+  EXPECT_LE(relative_difference(paths.w, general.w), 1e-12);
+  EXPECT_LE(relative_difference(paths.lambda, general.lambda), 1e-12);
+}
+
+TEST(Ways, ThreadsChangeNoBit) {
+  std::mt19937 random(10);
+  for (const Ends ends : {Ends::Free, Ends::Both}) {
+    const System system = make_chain(20011, ends, 1e1, &random);
+    const Answer one = solve(system, {.way = Way::Paths, .threads = 1});
+    for (const int threads : {2, 3, 7}) {
+      const Answer several = solve(system, {.way = Way::Paths, .threads = threads});
+      EXPECT_EQ(several.w, one.w) << threads;
+      EXPECT_EQ(several.lambda, one.lambda) << threads;
+      EXPECT_EQ(several.report.residual, one.report.residual) << threads;
+    }
+  }
+}
+
+/// `bend`: how far the middle of a straight path between two supports is out of line.
+System make_taut_path(double bend) {
+  System system;
+  Rods rods;
+  for (Index i = 0; i < 6; ++i) {
+    system.positions.insert(system.positions.end(), {0.3 * i, 0.0, i == 2 ? bend : 0.0});
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  system.masses.assign(6, 0.5);
+  system.velocities.assign(18, 0.0);
+  system.supports = {{"", {0, 5}, VectorFunction(0.0, 0.0, 0.0)}};
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  return system;
+}
+
+TEST(Ways, TautPathIsLeftToTheGeneralWay) {
+  const System taut = make_taut_path(0.0), bent = make_taut_path(0.1);
+  Dynamics dynamics(taut, {.way = Way::Paths});
+  std::vector<double> w(18), lambda(5);
+
+  const SolveReport report = dynamics.solve(0.0, taut.positions, taut.velocities, w, lambda);
+  const RankReport rank = dynamics.rank();
+  const Answer general = solve(taut, {.way = Way::General});
+
+  ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
+  EXPECT_EQ(rank.rank, 4u);
+  EXPECT_EQ(rank.dependences.size(), 1u);
+  EXPECT_EQ(w, general.w);
+  EXPECT_EQ(lambda, general.lambda);
+
+  // And back on its own way where the rank is full.
+  ASSERT_TRUE(dynamics.solve(0.0, bent.positions, bent.velocities, w, lambda).outcome.ok());
+  EXPECT_EQ(dynamics.rank().rank, 5u);
+  EXPECT_LE(relative_difference(w, solve(bent, {.way = Way::General}).w), 1e-12);
+}
+
+TEST(Ways, NearlyTautPathIsAsGoodAsOnTheGeneralWay) {
+  for (const double bend : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
+    const System system = make_taut_path(bend);
+
+    const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
+
+    ASSERT_TRUE(paths.report.outcome.ok() && general.report.outcome.ok());
+    EXPECT_LE(paths.report.residual, 1e-14);
+    EXPECT_LE(relative_difference(paths.w, general.w), 1e-14 / (bend * bend));
+  }
+}
+
+TEST(Ways, PathsStepAsTheGeneralWayDoes) {
+  std::mt19937 random(11);
+  const System system = make_chain(40, Ends::First, 1e1, &random);
+  for (const Method method : {Method::Rattle, Method::Dop853, Method::Taylor}) {
+    MotionOptions motion;
+    motion.method = method;
+    motion.start = StartMode::Project;
+    if (method == Method::Rattle) motion.step = 1e-3;
+    motion.rtol = motion.atol = 1e-10;
+    Simulation general(system, motion, {.way = Way::General}), paths(system, motion, {.way = Way::Paths});
+
+    ASSERT_TRUE(general.advance(0.05).ok() && paths.advance(0.05).ok());
+
+    const std::vector<double> r(paths.positions().begin(), paths.positions().end());
+    EXPECT_LE(relative_difference(r, {general.positions().begin(), general.positions().end()}), 1e-10);
+  }
+}
+
+TEST(Ways, WrongNumbersAreToldAsOnTheGeneralWay) {
+  System system = make_taut_path(0.1);
+  system.velocities[7] = std::numeric_limits<double>::infinity();
+  for (const Way way : {Way::General, Way::Paths}) {
+    Dynamics dynamics(make_taut_path(0.1), {.way = way});
+    std::vector<double> w(18);
+    EXPECT_EQ(dynamics.solve(0.0, system.positions, system.velocities, w).outcome.status, Status::NotFinite);
+    // One rod without direction
+    std::vector<double> positions = make_taut_path(0.1).positions;
+    std::copy_n(positions.begin() + 6, 3, positions.begin() + 9);
+    EXPECT_EQ(dynamics.solve(0.0, positions, {}, w).outcome.status, Status::NotFinite);
+  }
+}
+
+TEST(Ways, WhatDoesNotServeIsRefused) {
+  System ring = make_taut_path(0.1);
+  ring.supports.clear();
+  std::get<Rods>(ring.constraints[0]).pairs.push_back({5, 0});
+  const auto message = [](const System& system, SolverOptions options) -> std::string {
+    try {
+      (void)Dynamics(system, options);
+    } catch (const InputError& error) {
+      return error.where() + ": " + error.what();
+    }
+    return "";
+  };
+
+  EXPECT_NE(message(ring, {.way = Way::Paths}).find("/solver/way"), std::string::npos);
+  EXPECT_EQ(message(ring, {}), "");
+  EXPECT_NE(message(make_taut_path(0.1), {.way = Way::Paths, .ordering = Ordering::Amd}).find("ordering"),
+            std::string::npos);
+  EXPECT_EQ(Dynamics(make_taut_path(0.1), {.ordering = Ordering::Amd}).plan().way, "general");
+  EXPECT_EQ(Dynamics(make_taut_path(0.1)).plan().way, "paths");
 }
 
 }  // namespace

@@ -1,0 +1,95 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/stopwatch.hpp"
+#include "dynamics/normal_form.hpp"
+
+/// \file Where a sweep serves the whole system, NormalForm takes it; what it cannot decide it leaves to the general
+/// way.
+namespace tanor {
+
+/// All of it by the sweep. None where S looks singular, or K'w = -phi does not come out: the general way decides.
+std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double* v, double* w) {
+  const Vec3* const uniform = model_.uniform_free();
+  double scale = 0.0;
+  {
+    const Stopwatch watch(&model_.times.evaluate);
+    scale = uniform != nullptr ? model_.write_free_supports(w) : model_.evaluate_free(t, r, v, w);
+  }
+  Elimination found;
+  {
+    const Stopwatch watch(&model_.times.solve);
+    if (!is_factorized_ || !model_.constraints.gradients_are_constant()) ++model_.counters.factorizations;
+    ++model_.counters.solves;
+    found = sweep_->solve(model_.parallel, {r, v, w, uniform}, blocks_.data(), right_side_.data(), lambda_.data(), w);
+  }
+  acceleration_scale_ = scale = larger(scale, found.largest_right_side);
+  last_.reciprocal_condition = found.reciprocal_condition;
+  last_.residual = 0.0;
+  last_.refinements = 0;
+  if (!std::isfinite(scale)) return model_.not_finite(t);
+  is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
+  if (!is_swept_) return {};
+  last_.residual = found.residual / (scale > 0.0 ? scale : 1.0);
+  const bool is_fine = last_.residual <= good_enough();
+  if (is_fine && !model_.is_rheonomic()) return Outcome{};
+
+  // Refinement wants w0 and dw apart, and so does the power of the reactions.
+  model_.gather.write_scaled(model_.parallel, blocks_.data(), lambda_.data(), model_.inverse_mass.data(),
+                             model_.num_moving(), dw_.data());
+  if (is_fine) return Outcome{};
+  (void)model_.evaluate_free(t, r, v, w);
+  (void)model_.constraints.evaluate_right_side(model_.parallel, r, v, w, right_side_.data(), nullptr);
+  if (!(refine(scale) <= doubtful_above)) {
+    is_swept_ = is_factorized_ = false;
+    return {};
+  }
+  add_reactions(w);
+  return Outcome{};
+}
+
+/// S of the blocks at hand by the sweep. False where it looks singular: for the general way to decide.
+bool NormalForm::factorize_sweep() {
+  const Stopwatch watch(&model_.times.factor);
+  ++model_.counters.factorizations;
+  last_.reciprocal_condition = sweep_->factorize(model_.parallel, blocks_.data()).reciprocal_condition;
+  return is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
+}
+
+/// A sweep has no matrix: largest eigenvalues of D S D and of its inverse by iteration, D = diag(S)^-1/2.
+double NormalForm::estimate_reciprocal_condition() {
+  if (!is_swept_) return general().estimate_reciprocal_condition();
+  constexpr int iterations = 4;
+  std::vector<double> scale(num_rows(), 0.0), x(num_rows()), dw(size(), 0.0);
+  for (const auto& [point, row, block, sign] : model_.incidences) {
+    const Vec3 g = load(blocks_.data(), block);
+    scale[static_cast<std::size_t>(row)] += model_.inverse_mass[static_cast<std::size_t>(point)] * dot(g, g);
+  }
+  for (double& each : scale) each = std::sqrt(each);
+  const auto find_largest = [&](const auto& apply) {
+    double eigenvalue = 1.0;
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
+    for (int k = 0; k <= iterations; ++k) {
+      eigenvalue = std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
+      for (double& each : x) each /= eigenvalue;
+      apply();
+    }
+    return eigenvalue;
+  };
+  const double largest = find_largest([&] {
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] /= scale[a];
+    model_.gather.write_scaled(model_.parallel, blocks_.data(), x.data(), model_.inverse_mass.data(),
+                               model_.num_moving(), dw.data());
+    model_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw.data(), nullptr, x.data());
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] /= scale[a];
+  });
+  const double largest_of_inverse = find_largest([&] {
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];
+    sweep_->solve_negative(model_.parallel, x.data(), x.data());
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];
+  });
+  return 1.0 / (largest * largest_of_inverse);
+}
+
+}  // namespace tanor
