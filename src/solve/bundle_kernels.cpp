@@ -145,6 +145,81 @@ void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3
 }
 
 TANOR_EACH_INSTRUCTION_SET
+void evaluate_directions(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, Eight3* u) {
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
+    if (offsets != nullptr) {
+      x += offsets[a].x;
+      y += offsets[a].y;
+      z += offsets[a].z;
+    }
+    Eight rho = x * x + y * y + z * z;
+#pragma GCC unroll 1
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
+    const Eight inverse = 1.0 / rho;
+    u[a] = {inverse * x, inverse * y, inverse * z};
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, const Eight* lengths,
+                     Eight* xi, Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
+    if (offsets != nullptr) {
+      x += offsets[a].x;
+      y += offsets[a].y;
+      z += offsets[a].z;
+    }
+    Eight rho = x * x + y * y + z * z;
+#pragma GCC unroll 1
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
+    const Eight value = rho - lengths[a], size = (value < 0.0 ? -value : value) / lengths[a];
+    worst = size > worst ? size : worst;
+    zero += 0.0 * value;
+    xi[a] = value;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_rates(const IslandTopology& topology, const Eight3* u, const Eight3* v, const Eight* first_derivatives,
+                    Eight* rates, Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight rate = u[a].x * (v[j].x - v[i].x) + u[a].y * (v[j].y - v[i].y) + u[a].z * (v[j].z - v[i].z);
+    if (first_derivatives != nullptr) rate -= first_derivatives[a];
+    const Eight size = rate < 0.0 ? -rate : rate;
+    worst = size > worst ? size : worst;
+    zero += 0.0 * rate;
+    rates[a] = rate;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* rows,
+          Eight3* points) {
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    const Eight row = rows[a], x = row * u[a].x, y = row * u[a].y, z = row * u[a].z;
+    const Eight mi = inverse_mass[i], mj = inverse_mass[j];
+    points[i].x -= mi * x;
+    points[i].y -= mi * y;
+    points[i].z -= mi * z;
+    points[j].x += mj * x;
+    points[j].y += mj * y;
+    points[j].z += mj * z;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
 void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
                const Eight3* u, Eight* factor, Eight* smallest) {
   const Eight nothing{};
