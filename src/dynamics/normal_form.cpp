@@ -162,6 +162,7 @@ void NormalForm::solve_negative(double* rows) {
 void NormalForm::correct(double* rows, double* points) {
   const Stopwatch watch(&model_.times.solve);
   ++model_.counters.solves;
+  if (is_swept_ && sweep_->correct(model_.parallel, blocks_.data(), rows, points)) return;
   solve_negative(rows, rows);
   model_.gather.add_scaled(model_.parallel, blocks_.data(), rows, model_.inverse_mass.data(), model_.num_moving(),
                            points);

@@ -55,6 +55,11 @@ class Sweep {
   /// x := -S^-1 b [d] with the last elimination; x may be b.
   virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
 
+  /// rows := -S^-1 rows [d] and points += M^-1 K rows [3n] in one go. False: not on this way.
+  virtual bool correct(const Parallel& /*parallel*/, const double* /*blocks*/, double* /*rows*/, double* /*points*/) {
+    return false;
+  }
+
   struct Summary {
     std::string name;    ///< as PlanSummary::way
     std::string reason;  ///< "every island is a path of rods"
