@@ -61,6 +61,15 @@ bool closes_loops(const System& system, const Numbering& numbering) {
   return false;
 }
 
+std::size_t count_constrained(std::span<const Incidence> incidences, const Numbering& numbering) {
+  std::size_t result = 0;
+  for (const Incidence& incidence : incidences) {
+    const auto point = static_cast<std::size_t>(incidence.point);
+    if (point < numbering.num_moving) result = std::max(result, point + 1);
+  }
+  return result;
+}
+
 std::vector<double> inverses(std::vector<double> masses) {
   for (double& mass : masses) mass = mass > 0.0 ? 1.0 / mass : 0.0;
   return masses;
@@ -156,6 +165,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       may_lose_rank(closes_loops(system, numbering)),
       rank(numbering.first_idle_row()),
       uniform_free_(forces.uniform_acceleration()),
+      num_constrained_(count_constrained(incidences, numbering)),
       time_(t),
       rows_(constraints.num_rows()) {
   for (const Support& support : system.supports) {
@@ -197,7 +207,7 @@ void Model::prescribe_all(double t, double* r, double* v) {
 
 double Model::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {
   forces.evaluate(parallel, t, r, v, f.data(), which);
-  (void)write_free_supports(w0);
+  std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * num_moving());
   return parallel.max_over_ranges(num_moving(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;
     for (std::size_t i = begin; i < end; ++i) {
@@ -209,9 +219,18 @@ double Model::evaluate_free(double t, const double* r, const double* v, double* 
   });
 }
 
-double Model::write_free_supports(double* w0) const {
+double Model::write_unconstrained(double* w0) const {
   std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * num_moving());
-  return uniform_free_ ? norm(*uniform_free_) : 0.0;
+  if (!uniform_free_) return 0.0;
+  for (std::size_t i = num_constrained_; i < num_moving(); ++i) store(w0, i, *uniform_free_);
+  return norm(*uniform_free_);
+}
+
+void Model::write_uniform(double* w0) const {
+  (void)write_unconstrained(w0);
+  parallel.for_ranges(num_constrained_, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) store(w0, i, *uniform_free_);
+  });
 }
 
 GramSolver::Quality Model::factorize(GramSolver* solver, const double* blocks) {

@@ -75,8 +75,11 @@ class Model {
 
   /// w0 of every moving point, where gravity alone acts; else null.
   const Vec3* uniform_free() const { return uniform_free_ ? &*uniform_free_ : nullptr; }
-  /// The prescribed accelerations of supports into w0 [3n], where `uniform_free` says the others. Returns its length.
-  double write_free_supports(double* w0) const;
+  /// Where `uniform_free` says the others: the prescribed accelerations of supports, and those of points without
+  /// constraints, into w0 [3n]. Returns its length.
+  double write_unconstrained(double* w0) const;
+  /// Those of all points.
+  void write_uniform(double* w0) const;
 
   /// Assembles and factorizes S or H, timed and counted.
   GramSolver::Quality factorize(GramSolver* solver, const double* blocks);
@@ -117,6 +120,7 @@ class Model {
 
   std::vector<PrescribedPoints> fixed_supports_, moving_supports_;
   const std::optional<Vec3> uniform_free_;
+  const std::size_t num_constrained_;  // moving points that constraints join; they come first
   double time_;
   std::vector<double> rows_;  // [d] scratch
 };

@@ -99,6 +99,10 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
     return {};
   }
   const Stopwatch watch(&model_.times.evaluate);
+  if (sweeps() && model_.uniform_free() != nullptr) {
+    model_.write_uniform(w);
+    return {};
+  }
   return std::isfinite(model_.evaluate_free(t, r, v, w)) ? Outcome{} : model_.not_finite(t);
 }
 
@@ -130,11 +134,13 @@ Outcome NormalForm::factorize(double t, const double* r, bool may_sweep) {
 Outcome NormalForm::linearise(double t, const double* r) {
   model_.set_time(t);
   if (num_rows() == 0 || (is_factorized_ && model_.constraints.gradients_are_constant())) return {};
+  const bool by_islands = sweeps() && sweep_->projects();
+  if (by_islands && linearise_islands(r)) return {};
   {
     const Stopwatch watch(&model_.times.evaluate);
     model_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   }
-  return factorize(t, r);
+  return factorize(t, r, !by_islands);
 }
 
 void NormalForm::solve_negative(const double* b, double* x) {
@@ -156,6 +162,7 @@ void NormalForm::solve_negative(double* rows) {
 void NormalForm::correct(double* rows, double* points) {
   const Stopwatch watch(&model_.times.solve);
   ++model_.counters.solves;
+  if (is_swept_ && sweep_->correct(model_.parallel, blocks_.data(), rows, points)) return;
   solve_negative(rows, rows);
   model_.gather.add_scaled(model_.parallel, blocks_.data(), rows, model_.inverse_mass.data(), model_.num_moving(),
                            points);

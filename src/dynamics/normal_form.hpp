@@ -117,6 +117,10 @@ class NormalForm final : public EquationsOfMotion {
   bool sweeps() const { return sweep_ != nullptr && !redundancy_.is_found(); }
   std::optional<Outcome> sweep(double t, const double* r, const double* v, double* w);
   bool factorize_sweep();
+  bool projects_islands() const { return is_swept_ && sweep_->projects(); }
+  bool linearise_islands(const double* r);
+  void project_islands(double target, double* r, double* sum, ProjectionReport* report);
+  void project_island_velocities(double target, const double* r, double* v, ProjectionReport* report);
   Outcome factorize(double t, const double* r, bool may_sweep = true);
   GramSolver::Quality factorize_gram();
   double find_multipliers(double scale);

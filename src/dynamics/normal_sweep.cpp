@@ -15,7 +15,7 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   double scale = 0.0;
   {
     const Stopwatch watch(&model_.times.evaluate);
-    scale = uniform != nullptr ? model_.write_free_supports(w) : model_.evaluate_free(t, r, v, w);
+    scale = uniform != nullptr ? model_.write_unconstrained(w) : model_.evaluate_free(t, r, v, w);
   }
   Elimination found;
   {
@@ -55,6 +55,32 @@ bool NormalForm::factorize_sweep() {
   ++model_.counters.factorizations;
   last_.reciprocal_condition = sweep_->factorize(model_.parallel, blocks_.data()).reciprocal_condition;
   return is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
+}
+
+/// The same with K at r.
+bool NormalForm::linearise_islands(const double* r) {
+  const Stopwatch watch(&model_.times.factor);
+  ++model_.counters.factorizations;
+  last_.reciprocal_condition = sweep_->linearise(model_.parallel, r, blocks_.data()).reciprocal_condition;
+  return is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
+}
+
+/// As far as chord iterations lead, each island by itself; `sum` is a guess on entry.
+void NormalForm::project_islands(double target, double* r, double* sum, ProjectionReport* report) {
+  const Stopwatch watch(&model_.times.solve);
+  const Projection found = sweep_->project_positions(model_.parallel, blocks_.data(), target, r, sum);
+  model_.counters.solves += static_cast<std::size_t>(found.iterations);
+  report->iterations = found.iterations;
+  report->violation = found.violation;
+}
+
+void NormalForm::project_island_velocities(double target, const double* r, double* v, ProjectionReport* report) {
+  const Stopwatch watch(&model_.times.solve);
+  const double wanted = target * model_.velocity_scale;
+  const Projection found = sweep_->project_velocities(model_.parallel, blocks_.data(), wanted, r, v);
+  model_.counters.solves += static_cast<std::size_t>(found.iterations);
+  report->iterations = found.iterations;
+  report->violation = found.violation / model_.velocity_scale;
 }
 
 /// A sweep has no matrix: largest eigenvalues of D S D and of its inverse by iteration, D = diag(S)^-1/2.

@@ -38,8 +38,10 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
     }
   });
   if (redundancy_.is_found()) step_start_.assign(r, r + size());
-  model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
-                           model_.num_moving(), r);
+  if (!projects_islands()) {  // they take the guess by themselves
+    model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
+                             model_.num_moving(), r);
+  }
 
   const ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
   if (!report.outcome.ok() && redundancy_.is_found()) return project_singular_step(t, h, r, step_velocity);
@@ -53,8 +55,12 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
     }
   });
   // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
-  model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
-                           model_.num_moving(), step_velocity);
+  if (projects_islands()) {
+    sweep_->add_reactions(model_.parallel, blocks_.data(), step.sum.data(), step_velocity);
+  } else {
+    model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
+                             model_.num_moving(), step_velocity);
+  }
   return steps_with_friction() ? settle_step_friction(t, h, r, step_velocity, report) : report;
 }
 
@@ -107,6 +113,10 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
   constexpr int most_iterations = 100;
   double before = std::numeric_limits<double>::infinity();
   bool linearised_here = false, decided_here = false;
+  if (projects_islands()) {
+    project_islands(target, r, sum, &report);
+    if (report.violation <= target || report.violation <= rounding_floor(r)) return report;
+  }
   for (;; ++report.iterations) {
     {
       const Stopwatch watch(&model_.times.evaluate);
@@ -189,6 +199,10 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
   const bool holds_contacts = friction_ != nullptr && friction_->num_sticking() > 0;
   double before = std::numeric_limits<double>::infinity();
   bool decided_here = false;
+  if (projects_islands() && sum == nullptr) {
+    project_island_velocities(target, r, v, &report);
+    if (report.violation <= target) return report;
+  }
   for (;; ++report.iterations) {
     double rate = 0.0;
     {

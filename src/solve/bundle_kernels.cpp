@@ -23,48 +23,52 @@ double* at(double* array, Index k) {
 }  // namespace
 
 void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to) {
-  for (std::size_t p = 0; p < count; ++p, points += num_lanes) {
-    auto* const lanes = reinterpret_cast<double*>(to + p);
-    for (std::size_t lane = 0; lane < num_lanes; lane += 2) {
-      const double *const a = at(from, points[lane]), *const b = at(from, points[lane + 1]);
+  for (std::size_t lane = 0; lane < num_lanes; lane += 2) {
+    double* lanes = reinterpret_cast<double*>(to) + lane;
+    const Index* point = points + lane;
+    for (std::size_t p = 0; p < count; ++p, point += num_lanes, lanes += 3 * num_lanes) {
+      const double *const a = at(from, point[0]), *const b = at(from, point[1]);
       const Two a_xy = *reinterpret_cast<const Two*>(a), b_xy = *reinterpret_cast<const Two*>(b);
-      *reinterpret_cast<Two*>(lanes + lane) = Two{a_xy[0], b_xy[0]};
-      *reinterpret_cast<Two*>(lanes + num_lanes + lane) = Two{a_xy[1], b_xy[1]};
-      *reinterpret_cast<Two*>(lanes + 2 * num_lanes + lane) = Two{a[2], b[2]};
+      *reinterpret_cast<Two*>(lanes) = Two{a_xy[0], b_xy[0]};
+      *reinterpret_cast<Two*>(lanes + num_lanes) = Two{a_xy[1], b_xy[1]};
+      *reinterpret_cast<Two*>(lanes + 2 * num_lanes) = Two{a[2], b[2]};
     }
   }
 }
 
 void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to) {
-  for (std::size_t p = 0; p < count; ++p, points += num_lanes) {
-    const auto* const lanes = reinterpret_cast<const double*>(from + p);
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      double* const a = at(to, points[lane]);
-      *reinterpret_cast<Two*>(a) = Two{lanes[lane], lanes[num_lanes + lane]};
-      a[2] = lanes[2 * num_lanes + lane];
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double* lanes = reinterpret_cast<const double*>(from) + lane;
+    const Index* point = points + lane;
+    for (std::size_t p = 0; p < count; ++p, point += num_lanes, lanes += 3 * num_lanes) {
+      double* const a = at(to, *point);
+      *reinterpret_cast<Two*>(a) = Two{lanes[0], lanes[num_lanes]};
+      a[2] = lanes[2 * num_lanes];
     }
   }
 }
 
 void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u) {
-  for (std::size_t k = 0; k < count; ++k, blocks += num_lanes) {
-    auto* const lanes = reinterpret_cast<double*>(u + k);
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      const double sign = blocks[lane] < 0 ? -1.0 : 1.0;
-      const double* const g = at(from, blocks[lane] < 0 ? ~blocks[lane] : blocks[lane]);
-      for (std::size_t c = 0; c < 3; ++c) lanes[c * num_lanes + lane] = sign * g[c];
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    double* lanes = reinterpret_cast<double*>(u) + lane;
+    const Index* block = blocks + lane;
+    for (std::size_t k = 0; k < count; ++k, block += num_lanes, lanes += 3 * num_lanes) {
+      const double sign = *block < 0 ? -1.0 : 1.0;
+      const double* const g = at(from, *block < 0 ? ~*block : *block);
+      for (std::size_t c = 0; c < 3; ++c) lanes[c * num_lanes] = sign * g[c];
     }
   }
 }
 
 void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to) {
-  for (std::size_t k = 0; k < count; ++k, blocks += num_lanes) {
-    const auto* const lanes = reinterpret_cast<const double*>(u + k);
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      const double sign = blocks[lane] < 0 ? -1.0 : 1.0;
-      double* const g = at(to, blocks[lane] < 0 ? ~blocks[lane] : blocks[lane]);
-      *reinterpret_cast<Two*>(g) = Two{sign * lanes[lane], sign * lanes[num_lanes + lane]};
-      g[2] = sign * lanes[2 * num_lanes + lane];
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double* lanes = reinterpret_cast<const double*>(u) + lane;
+    const Index* block = blocks + lane;
+    for (std::size_t k = 0; k < count; ++k, block += num_lanes, lanes += 3 * num_lanes) {
+      const double sign = *block < 0 ? -1.0 : 1.0;
+      double* const g = at(to, *block < 0 ? ~*block : *block);
+      *reinterpret_cast<Two*>(g) = Two{sign * lanes[0], sign * lanes[num_lanes]};
+      g[2] = sign * lanes[2 * num_lanes];
     }
   }
 }
@@ -138,6 +142,81 @@ void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3
   }
   largest->value = worst;
   largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_directions(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, Eight3* u) {
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
+    if (offsets != nullptr) {
+      x += offsets[a].x;
+      y += offsets[a].y;
+      z += offsets[a].z;
+    }
+    Eight rho = x * x + y * y + z * z;
+#pragma GCC unroll 1
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
+    const Eight inverse = 1.0 / rho;
+    u[a] = {inverse * x, inverse * y, inverse * z};
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, const Eight* lengths,
+                     Eight* xi, Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
+    if (offsets != nullptr) {
+      x += offsets[a].x;
+      y += offsets[a].y;
+      z += offsets[a].z;
+    }
+    Eight rho = x * x + y * y + z * z;
+#pragma GCC unroll 1
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
+    const Eight value = rho - lengths[a], size = (value < 0.0 ? -value : value) / lengths[a];
+    worst = size > worst ? size : worst;
+    zero += 0.0 * value;
+    xi[a] = value;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_rates(const IslandTopology& topology, const Eight3* u, const Eight3* v, const Eight* first_derivatives,
+                    Eight* rates, Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight rate = u[a].x * (v[j].x - v[i].x) + u[a].y * (v[j].y - v[i].y) + u[a].z * (v[j].z - v[i].z);
+    if (first_derivatives != nullptr) rate -= first_derivatives[a];
+    const Eight size = rate < 0.0 ? -rate : rate;
+    worst = size > worst ? size : worst;
+    zero += 0.0 * rate;
+    rates[a] = rate;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* rows,
+          Eight3* points) {
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    const Eight row = rows[a], x = row * u[a].x, y = row * u[a].y, z = row * u[a].z;
+    const Eight mi = inverse_mass[i], mj = inverse_mass[j];
+    points[i].x -= mi * x;
+    points[i].y -= mi * y;
+    points[i].z -= mi * z;
+    points[j].x += mj * x;
+    points[j].y += mj * y;
+    points[j].z += mj * z;
+  }
 }
 
 TANOR_EACH_INSTRUCTION_SET

@@ -59,6 +59,21 @@ struct Largest {
 void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
                    const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest);
 
+/// u along the rods.
+void evaluate_directions(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, Eight3* u);
+
+/// xi [rod], and the largest of |xi|/length.
+void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, const Eight* lengths,
+                     Eight* xi, Largest* largest);
+
+/// K'v + xi_t [rod] with rods along u; `first_derivatives` of lengths may be null.
+void evaluate_rates(const IslandTopology& topology, const Eight3* u, const Eight3* v, const Eight* first_derivatives,
+                    Eight* rates, Largest* largest);
+
+/// points += M^-1 K rows
+void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* rows,
+          Eight3* points);
+
 /// S = L D L' of rods along u: L below the diagonal and 1/D on it [slot]. `smallest` := the least of it and of the
 /// pivots over their diagonals; 0 or less: not positive definite.
 void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,

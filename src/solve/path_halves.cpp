@@ -41,8 +41,7 @@ struct PathSweep::Half {
   }
 };
 
-void PathSweep::eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Eliminated* left_end,
-                                 Eliminated* right_end) {
+void PathSweep::eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Work* work) {
   const std::size_t middle = path.middle();
   Half left(Towards::Right, path.first, includes(halves, Halves::Left) ? middle - path.first : 0);
   Half right(Towards::Left, path.end, includes(halves, Halves::Right) ? path.end - middle - 1 : 0);
@@ -69,8 +68,8 @@ void PathSweep::eliminate_halves(const Path& path, const Numbers& numbers, Halve
     right.end.y = of_right.last;
   }
   for (Half* half : {&left, &right}) half->end.range = {half->pivots.smallest, half->pivots.largest, half->largest};
-  if (includes(halves, Halves::Left)) *left_end = left.end;
-  if (includes(halves, Halves::Right)) *right_end = right.end;
+  if (includes(halves, Halves::Left)) work->left_end = left.end;
+  if (includes(halves, Halves::Right)) work->right_end = right.end;
 }
 
 /// Directions, b and S of the next rows.
@@ -140,8 +139,8 @@ Vec3 PathSweep::evaluate_row(const Path& path, std::size_t row, const Numbers& n
 }
 
 /// d = S_aa - S_ab^2/d_b - S_ac^2/d_c with its neighbours b and c.
-PathSweep::Range PathSweep::eliminate_middle(std::size_t p, const Numbers& numbers, const Eliminated& left,
-                                             const Eliminated& right) {
+void PathSweep::eliminate_middle(std::size_t p, const Numbers& numbers, Work* work) {
+  const Eliminated &left = work->left_end, &right = work->right_end;
   const Path& path = paths_[p];
   const std::size_t row = path.middle();
   const Vec3 g = evaluate_row(path, row, numbers);
@@ -156,17 +155,16 @@ PathSweep::Range PathSweep::eliminate_middle(std::size_t p, const Numbers& numbe
   Range range{.smallest_ratio = ratio, .largest_ratio = ratio};
   if (numbers.b != nullptr) {
     numbers.y[row] = numbers.b[row] - factor_[row] * left.y - right_factor_[p] * right.y;
-    range.largest = std::abs(numbers.b[row]);
+    range.right_side = std::abs(numbers.b[row]);
   }
   range.include(left.range);
   range.include(right.range);
-  return range;
+  work->range = range;
 }
 
 /// From the middle outwards: the next rods' lambda, w of the points between them and the rods before, and what K'dw + b
 /// leaves over. Row `row` of a path joins the points that dw_left and dw_right belong to.
-void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Halves halves, Accelerated* left,
-                                  Accelerated* right) const {
+void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Halves halves, Work* work) const {
   const Path& path = paths_[p];
   const std::size_t middle = path.middle();
   const bool goes_left = includes(halves, Halves::Left), goes_right = includes(halves, Halves::Right);
@@ -221,7 +219,7 @@ void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Hal
     } else {
       of_left.residual = larger(of_left.residual, rest(first, dw, dw_left));
     }
-    *left = of_left;
+    work->left = of_left;
   }
   if (goes_right) {
     const std::size_t row = last - 1;
@@ -231,7 +229,7 @@ void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Hal
     } else {
       of_right.residual = larger(of_right.residual, rest(row, dw_right, dw));
     }
-    *right = of_right;
+    work->right = of_right;
   }
 }
 
@@ -247,7 +245,7 @@ paths::Ends PathSweep::accelerate(const Path& path, const Substituted& numbers, 
   const std::size_t point = path.right_point(first);
   return paths::accelerate({.blocks = blocks,
                             .lambda = numbers.lambda + first,
-                            .b = numbers.b + first,
+                            .b = numbers.b != nullptr ? numbers.b + first : nullptr,
                             .inverse_mass = inverse_mass_.data() + point,
                             .sign = &sign_[first],
                             .count = count,
@@ -265,6 +263,7 @@ Vec3 PathSweep::accelerate_end(const Substituted& numbers, std::size_t row, std:
 
 /// |K'dw + b| of one row.
 double PathSweep::rest_of(const Substituted& numbers, std::size_t row, Vec3 dw_left, Vec3 dw_right) const {
+  if (numbers.b == nullptr) return 0.0;
   return std::abs(dot(direction(numbers.blocks, row), dw_right - dw_left) + numbers.b[row]);
 }
 

@@ -237,12 +237,14 @@ Ends accelerate(const Between& between, double* residual) {
       w[3 * k + 2] += dz[k];
     }
   }
+  const Ends ends{{dx[0], dy[0], dz[0]}, {dx[count - 1], dy[count - 1], dz[count - 1]}};
+  if (b == nullptr) return ends;
   // K'dw + b
   for (std::size_t k = 1; k < count; ++k) {
     rest[k - 1] = gx[k] * (dx[k] - dx[k - 1]) + gy[k] * (dy[k] - dy[k - 1]) + gz[k] * (dz[k] - dz[k - 1]) + b[k];
   }
   *residual = largest_magnitude(rest, count - 1, *residual);
-  return {{dx[0], dy[0], dz[0]}, {dx[count - 1], dy[count - 1], dz[count - 1]}};
+  return ends;
 }
 
 TANOR_EACH_INSTRUCTION_SET

@@ -14,7 +14,8 @@ constexpr std::size_t few_paths = 8, rows_worth_a_thread = 4096, most_groups = 6
 void PathSweep::Range::include(const Range& other) {
   smallest_ratio = std::min(smallest_ratio, other.smallest_ratio);
   largest_ratio = larger(largest_ratio, other.largest_ratio);
-  largest = larger(largest, other.largest);
+  right_side = larger(right_side, other.right_side);
+  residual = larger(residual, other.residual);
 }
 
 std::unique_ptr<PathSweep> PathSweep::make(const Constraints& constraints, const Numbering& numbering,
@@ -93,11 +94,7 @@ void PathSweep::finish() {
     if (paths_[p].end - paths_[group_start_.back()].first >= least_rows) group_start_.push_back(p + 1);
   }
   if (group_start_.back() < paths_.size()) group_start_.push_back(paths_.size());
-  range_.resize(group_start_.size() - 1);
-  if (paths_.size() <= few_paths) {
-    eliminated_.resize(paths_.size());
-    accelerated_.resize(paths_.size());
-  }
+  work_.resize(std::max(group_start_.size() - 1, std::min(paths_.size(), few_paths)));
 
   constexpr double flops_a_row = 5.0;
   summary_ = {.name = "paths",
@@ -108,133 +105,128 @@ void PathSweep::finish() {
               .flops = flops_a_row * static_cast<double>(num_rows)};
 }
 
-// ---- threads: groups of paths, or the halves of a few long ones ----
+// ---- what all calls have in common: inwards over both halves, the row in the middle, and outwards again ----
 
-bool PathSweep::splits(const Parallel& parallel) const {
-  return parallel.threads() > 1 && !eliminated_.empty() && sign_.size() >= 2 * rows_worth_a_thread;
-}
-
-/// whole(path, range): of all paths.
-template <class Whole>
-void PathSweep::for_groups(const Parallel& parallel, const Whole& whole) {
-  parallel.for_tasks(group_start_.size() - 1, [&](std::size_t group) {
-    range_[group] = {};
-    for (std::size_t p = group_start_[group]; p < group_start_[group + 1]; ++p) whole(p, &range_[group]);
-  });
-}
-
-/// of_half(path, half): of all paths.
-template <class OfHalf>
-void PathSweep::for_halves(const Parallel& parallel, const OfHalf& of_half) const {
-  parallel.for_tasks(2 * paths_.size(),
-                     [&](std::size_t k) { of_half(k / 2, k % 2 == 0 ? Halves::Left : Halves::Right); });
-}
-
-Elimination PathSweep::eliminate(const Parallel& parallel, const Numbers& numbers) {
+/// Groups of paths, or the halves of a few long ones, go to the threads. `inwards(p, halves, work)`, `middle(p, work)`,
+/// `outwards(p, halves, work)` and `finish(p, work)` of each path, in this order.
+template <class Inwards, class Middle, class Outwards, class Finish>
+PathSweep::Range PathSweep::run(const Parallel& parallel, const Inwards& inwards, const Middle& middle,
+                                const Outwards& outwards, const Finish& finish) {
   Range total;
-  if (splits(parallel)) {
-    for_halves(parallel, [&](std::size_t p, Halves half) {
-      eliminate_halves(paths_[p], numbers, half, &eliminated_[p][0], &eliminated_[p][1]);
-    });
-    for (std::size_t p = 0; p < paths_.size(); ++p)
-      total.include(eliminate_middle(p, numbers, eliminated_[p][0], eliminated_[p][1]));
-  } else {
-    for_groups(parallel, [&](std::size_t p, Range* range) {
-      Eliminated left, right;
-      eliminate_halves(paths_[p], numbers, Halves::Both, &left, &right);
-      range->include(eliminate_middle(p, numbers, left, right));
-    });
-    for (const Range& range : range_) total.include(range);
+  const bool splits = parallel.threads() > 1 && paths_.size() <= few_paths && sign_.size() >= 2 * rows_worth_a_thread;
+  if (splits) {
+    const auto for_halves = [&](const auto& of_half) {
+      parallel.for_tasks(2 * paths_.size(), [&](std::size_t k) {
+        of_half(k / 2, k % 2 == 0 ? Halves::Left : Halves::Right, &work_[k / 2]);
+      });
+    };
+    for_halves(inwards);
+    for (std::size_t p = 0; p < paths_.size(); ++p) middle(p, &work_[p]);
+    for_halves(outwards);
+    for (std::size_t p = 0; p < paths_.size(); ++p) {
+      finish(p, &work_[p]);
+      total.include(work_[p].range);
+    }
+    return total;
   }
-  // Scaled to a unit diagonal, pivots lie between 1/largest and 1.
-  const bool is_positive = total.smallest_ratio > 0.0 && total.largest_ratio > 0.0;
-  return {.reciprocal_condition = is_positive ? 1.0 / total.largest_ratio : 0.0, .largest_right_side = total.largest};
+  const std::size_t num_groups = group_start_.size() - 1;
+  parallel.for_tasks(num_groups, [&](std::size_t group) {
+    Work& work = work_[group];
+    Range range;
+    for (std::size_t p = group_start_[group]; p < group_start_[group + 1]; ++p) {
+      inwards(p, Halves::Both, &work);
+      middle(p, &work);
+      outwards(p, Halves::Both, &work);
+      finish(p, &work);
+      range.include(work.range);
+    }
+    work.range = range;
+  });
+  for (std::size_t group = 0; group < num_groups; ++group) total.include(work_[group].range);
+  return total;
+}
+
+/// Scaled to a unit diagonal, pivots lie between 1/largest_ratio and 1.
+double PathSweep::Range::reciprocal_condition() const {
+  return smallest_ratio > 0.0 && largest_ratio > 0.0 ? 1.0 / largest_ratio : 0.0;
 }
 
 Elimination PathSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
                              double* lambda, double* w) {
-  Elimination result = eliminate(parallel, motion, blocks, b, lambda);
-  if (result.reciprocal_condition > 0.0) result.residual = substitute(parallel, motion.uniform, blocks, b, lambda, w);
-  return result;
-}
-
-/// The first sweep; b is eliminated too, in lambda.
-Elimination PathSweep::eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                                 double* lambda) {
-  return eliminate(parallel, Numbers{&motion, blocks, blocks, b, lambda});
+  const Numbers numbers{&motion, blocks, blocks, b, lambda};
+  const Substituted substituted{motion.uniform, blocks, b, lambda, w};
+  const Range range = run(
+      parallel, [&](std::size_t p, Halves halves, Work* work) { eliminate_halves(paths_[p], numbers, halves, work); },
+      [&](std::size_t p, Work* work) {
+        eliminate_middle(p, numbers, work);
+        start_outwards(p, lambda);
+      },
+      [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, substituted, halves, work); },
+      [&](std::size_t p, Work* work) {
+        work->range.residual = larger(larger(work->left.residual, work->right.residual),
+                                      rest_of(substituted, paths_[p].middle(), work->left.dw, work->right.dw));
+      });
+  return {range.reciprocal_condition(), range.right_side, range.residual};
 }
 
 Elimination PathSweep::factorize(const Parallel& parallel, const double* blocks) {
-  return eliminate(parallel, Numbers{nullptr, blocks, nullptr, nullptr, nullptr});
-}
-
-double PathSweep::substitute(const Parallel& parallel, const Vec3* uniform, const double* blocks, const double* b,
-                             double* lambda, double* w) {
-  const Substituted numbers{uniform, blocks, b, lambda, w};
-  const auto solve_middle = [&](std::size_t p) {
-    const std::size_t middle = paths_[p].middle();
-    lambda[middle] *= -inverse_pivot_[middle];
-  };
-  const auto rest_of_middle = [&](std::size_t p, const Accelerated& left, const Accelerated& right) {
-    return larger(larger(left.residual, right.residual), rest_of(numbers, paths_[p].middle(), left.dw, right.dw));
-  };
-  double worst = 0.0;
-  if (splits(parallel)) {
-    for (std::size_t p = 0; p < paths_.size(); ++p) solve_middle(p);
-    for_halves(parallel, [&](std::size_t p, Halves half) {
-      substitute_halves(p, numbers, half, &accelerated_[p][0], &accelerated_[p][1]);
-    });
-    for (std::size_t p = 0; p < paths_.size(); ++p)
-      worst = larger(worst, rest_of_middle(p, accelerated_[p][0], accelerated_[p][1]));
-    return worst;
-  }
-  for_groups(parallel, [&](std::size_t p, Range* range) {
-    Accelerated left, right;
-    solve_middle(p);
-    substitute_halves(p, numbers, Halves::Both, &left, &right);
-    range->largest = larger(range->largest, rest_of_middle(p, left, right));
-  });
-  for (const Range& range : range_) worst = larger(worst, range.largest);
-  return worst;
+  const Numbers numbers{nullptr, blocks, nullptr, nullptr, nullptr};
+  const Range range = run(
+      parallel, [&](std::size_t p, Halves halves, Work* work) { eliminate_halves(paths_[p], numbers, halves, work); },
+      [&](std::size_t p, Work* work) { eliminate_middle(p, numbers, work); }, [](auto...) {}, [](auto...) {});
+  return {.reciprocal_condition = range.reciprocal_condition()};
 }
 
 void PathSweep::solve_negative(const Parallel& parallel, const double* b, double* x) {
-  using paths::BackSubstitution, paths::Substitution;
+  (void)run(
+      parallel, [&](std::size_t p, Halves halves, Work*) { eliminate_right_side(paths_[p], halves, b, x); },
+      [&](std::size_t p, Work*) { eliminate_middle_of(p, b, x); },
+      [&](std::size_t p, Halves halves, Work*) { substitute_right_side(p, halves, x); }, [](auto...) {});
+}
+
+bool PathSweep::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
+  const Substituted numbers{nullptr, blocks, nullptr, rows, points};
+  (void)run(
+      parallel, [&](std::size_t p, Halves halves, Work*) { eliminate_right_side(paths_[p], halves, rows, rows); },
+      [&](std::size_t p, Work*) { eliminate_middle_of(p, rows, rows); },
+      [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, numbers, halves, work); }, [](auto...) {});
+  return true;
+}
+
+// ---- one more right side ----
+
+void PathSweep::eliminate_right_side(const Path& path, Halves halves, const double* b, double* y) const {
+  const double* const f = factor_.data();
+  const std::size_t first = path.first, after = path.middle() + 1;
+  const std::size_t num_left = includes(halves, Halves::Left) ? path.middle() - first : 0;
+  const std::size_t num_right = includes(halves, Halves::Right) ? path.end - after : 0;
+  paths::Substitution left{b + first, f + first, y + first, num_left, 0.0};
+  paths::Substitution right{b + after, f + after, y + after, num_right, 0.0};
+  paths::substitute_inwards(&left, &right);
+}
+
+void PathSweep::eliminate_middle_of(std::size_t p, const double* b, double* y) const {
+  const std::size_t middle = paths_[p].middle();
+  double y_middle = b[middle];
+  if (middle > paths_[p].first) y_middle -= factor_[middle] * y[middle - 1];
+  if (middle + 1 < paths_[p].end) y_middle -= right_factor_[p] * y[middle + 1];
+  y[middle] = y_middle;
+  start_outwards(p, y);
+}
+
+void PathSweep::start_outwards(std::size_t p, double* y) const {
+  const std::size_t middle = paths_[p].middle();
+  y[middle] *= -inverse_pivot_[middle];
+}
+
+void PathSweep::substitute_right_side(std::size_t p, Halves halves, double* y) const {
   const double *const d = inverse_pivot_.data(), *const f = factor_.data();
-  const auto inwards = [&](std::size_t p, Halves halves) {
-    const std::size_t first = paths_[p].first, end = paths_[p].end, middle = paths_[p].middle();
-    Substitution left{b + first, f + first, x + first, includes(halves, Halves::Left) ? middle - first : 0, 0.0};
-    Substitution right{b + middle + 1, f + middle + 1, x + middle + 1,
-                       includes(halves, Halves::Right) ? end - middle - 1 : 0, 0.0};
-    paths::substitute_inwards(&left, &right);
-  };
-  const auto solve_middle = [&](std::size_t p) {
-    const std::size_t first = paths_[p].first, end = paths_[p].end, middle = paths_[p].middle();
-    double y = b[middle];
-    if (middle > first) y -= f[middle] * x[middle - 1];
-    if (middle + 1 < end) y -= right_factor_[p] * x[middle + 1];
-    x[middle] = -y * d[middle];
-  };
-  const auto outwards = [&](std::size_t p, Halves halves) {
-    const std::size_t first = paths_[p].first, end = paths_[p].end, middle = paths_[p].middle();
-    BackSubstitution left{d + first, f + first, x + first, includes(halves, Halves::Left) ? middle - first : 0,
-                          f[middle], x[middle]};
-    BackSubstitution right{d + middle + 1,   f + middle + 1,
-                           x + middle + 1,   includes(halves, Halves::Right) ? end - middle - 1 : 0,
-                           right_factor_[p], x[middle]};
-    paths::substitute_outwards(&left, &right);
-  };
-  if (splits(parallel)) {
-    for_halves(parallel, inwards);
-    for (std::size_t p = 0; p < paths_.size(); ++p) solve_middle(p);
-    for_halves(parallel, outwards);
-    return;
-  }
-  for_groups(parallel, [&](std::size_t p, Range*) {
-    inwards(p, Halves::Both);
-    solve_middle(p);
-    outwards(p, Halves::Both);
-  });
+  const std::size_t first = paths_[p].first, middle = paths_[p].middle(), after = middle + 1;
+  const std::size_t num_left = includes(halves, Halves::Left) ? middle - first : 0;
+  const std::size_t num_right = includes(halves, Halves::Right) ? paths_[p].end - after : 0;
+  paths::BackSubstitution left{d + first, f + first, y + first, num_left, f[middle], y[middle]};
+  paths::BackSubstitution right{d + after, f + after, y + after, num_right, right_factor_[p], y[middle]};
+  paths::substitute_outwards(&left, &right);
 }
 
 }  // namespace tanor

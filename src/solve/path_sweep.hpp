@@ -24,6 +24,7 @@ class PathSweep final : public Sweep {
                     double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
+  bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   const Summary& summary() const override { return summary_; }
 
  private:
@@ -53,54 +54,60 @@ class PathSweep final : public Sweep {
     const double* given_blocks;
     double *blocks, *b, *y;
   };
+  struct Substituted {
+    const Vec3* uniform;
+    const double *blocks, *b;  // without b nothing is said about what is left over
+    double *lambda, *w;
+  };
   struct Range {
     double smallest_ratio = 1.0, largest_ratio = 1.0;  // S_aa/pivot
-    double largest = 0.0;                              // |b|, or |K'dw + b|
+    double right_side = 0.0, residual = 0.0;           // largest |b| and |K'dw + b|
     void include(const Range& other);
+    double reciprocal_condition() const;
   };
-  /// What a half hands to the row in the middle. An empty half: nothing.
+  /// What a half hands to the row in the middle; an empty one nothing.
   struct Eliminated {
     Vec3 g{};
     double inverse_pivot = 0.0, y = 0.0;
     Range range;
   };
+  /// What it leaves beside the middle row: dw of the point, and the residual of its own rows.
   struct Accelerated {
-    Vec3 dw{};  // of the point beside the middle row
+    Vec3 dw{};
     double residual = 0.0;
+  };
+  /// Of the path at hand.
+  struct Work {
+    Eliminated left_end, right_end;
+    Accelerated left, right;
+    Range range;
   };
   struct Half;
 
   PathSweep() = default;
-  Elimination eliminate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda);
-  double substitute(const Parallel& parallel, const Vec3* uniform, const double* blocks, const double* b,
-                    double* lambda, double* w);
   void read_rods(const Constraints& constraints, std::vector<std::array<Index, 2>>* ends);
   bool add_path(const Numbering& numbering, std::size_t island, std::span<const std::array<Index, 2>> ends);
   void finish();
 
-  bool splits(const Parallel& parallel) const;
-  template <class Whole>
-  void for_groups(const Parallel& parallel, const Whole& whole);
-  template <class OfHalf>
-  void for_halves(const Parallel& parallel, const OfHalf& of_half) const;
+  template <class Inwards, class Middle, class Outwards, class Finish>
+  Range run(const Parallel& parallel, const Inwards& inwards, const Middle& middle, const Outwards& outwards,
+            const Finish& finish);
 
-  Elimination eliminate(const Parallel& parallel, const Numbers& numbers);
-  void eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Eliminated* left, Eliminated* right);
+  void eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Work* work);
   void take_rows(const Path& path, const Numbers& numbers, Half* half) const;
-  Range eliminate_middle(std::size_t path, const Numbers& numbers, const Eliminated& left, const Eliminated& right);
+  void eliminate_middle(std::size_t path, const Numbers& numbers, Work* work);
   Vec3 evaluate_row(const Path& path, std::size_t row, const Numbers& numbers) const;
 
-  struct Substituted {
-    const Vec3* uniform;
-    const double *blocks, *b;
-    double *lambda, *w;
-  };
-  void substitute_halves(std::size_t path, const Substituted& numbers, Halves halves, Accelerated* left,
-                         Accelerated* right) const;
+  void substitute_halves(std::size_t path, const Substituted& numbers, Halves halves, Work* work) const;
   paths::Ends accelerate(const Path& path, const Substituted& numbers, std::size_t first, std::size_t count,
                          double* residual) const;
   Vec3 accelerate_end(const Substituted& numbers, std::size_t row, std::size_t point, double sense) const;
   double rest_of(const Substituted& numbers, std::size_t row, Vec3 dw_left, Vec3 dw_right) const;
+
+  void eliminate_right_side(const Path& path, Halves halves, const double* b, double* y) const;
+  void eliminate_middle_of(std::size_t path, const double* b, double* y) const;
+  void start_outwards(std::size_t path, double* y) const;
+  void substitute_right_side(std::size_t path, Halves halves, double* y) const;
 
   std::size_t block(std::size_t row) const { return block_.empty() ? first_block_ + row : block_[row]; }
   Vec3 direction(const double* blocks, std::size_t row) const { return sign_[row] * load(blocks, block(row)); }
@@ -115,9 +122,7 @@ class PathSweep final : public Sweep {
   std::vector<std::size_t> group_start_;                              // paths that one thread takes
   std::vector<double> inverse_pivot_, factor_;                        // [row]; of a middle row: with its left one …
   std::vector<double> right_factor_;                                  // … and with its right one [path]
-  std::vector<Range> range_;                                          // [group]
-  std::vector<std::array<Eliminated, 2>> eliminated_;                 // [path] where they are few
-  std::vector<std::array<Accelerated, 2>> accelerated_;
+  std::vector<Work> work_;                                            // [group, or path where they are few]
   Summary summary_;
 };
 

@@ -149,7 +149,7 @@ void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, con
 TANOR_EACH_INSTRUCTION_SET
 void scale_by_mass(int num_rows, std::size_t count, const Eight* inverse_mass, Eight* x) {
   for (int m = 0; m < num_rows; ++m, x += count) {
-    for (std::size_t k = 0; k < count; ++k) x[k] /= inverse_mass[k];
+    for (std::size_t k = 0; k < count; ++k) x[k] *= 1.0 / inverse_mass[k];  // nearly always m itself
   }
 }
 

@@ -255,7 +255,7 @@ Elimination PointSweep::solve(const Parallel& parallel, const FreeMotion& motion
     add_free(chunk.num_rows(), count, chunk.gradients, chunk.w, chunk.b, &chunk.right_side);
     factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
     solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
-    add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, chunk.w, &chunk.residual);
+    tanor::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, chunk.w, &chunk.residual);
     scale_by_mass(chunk.num_rows(), count, chunk.inverse_mass, chunk.x);
     scatter_points(chunk.w, chunk.points, count, w);
     chunk.scatter_rows_of(chunk.x, lambda);

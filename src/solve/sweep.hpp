@@ -28,6 +28,12 @@ struct Elimination {
   double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
 };
 
+/// Where iterations onto xi = 0 or K'v + xi_t = 0 ended.
+struct Projection {
+  double violation = 0.0;  ///< relative, or m/s; NaN where any number is
+  int iterations = 0;
+};
+
 /// S lambda = -b on a short way that serves the whole system: evaluation, elimination and w in one or two sweeps over
 /// the memory. Rows and points in the inner order; K as blocks with the places of Constraints::list_incidences; the
 /// same bits for any number of threads; no call allocates.
@@ -49,6 +55,11 @@ class Sweep {
   /// x := -S^-1 b [d] with the last elimination; x may be b.
   virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
 
+  /// rows := -S^-1 rows [d] and points += M^-1 K rows [3n] in one go. False: not on this way.
+  virtual bool correct(const Parallel& /*parallel*/, const double* /*blocks*/, double* /*rows*/, double* /*points*/) {
+    return false;
+  }
+
   struct Summary {
     std::string name;    ///< as PlanSummary::way
     std::string reason;  ///< "every island is a path of rods"
@@ -56,6 +67,27 @@ class Sweep {
     double flops = 0.0;  ///< of one elimination
   };
   virtual const Summary& summary() const = 0;
+
+  // What follows goes island by island: each is iterated where its numbers are. Not on every way: where `projects` says
+  // so.
+
+  virtual bool projects() const { return false; }
+  /// blocks := K at r and S eliminated.
+  virtual Elimination linearise(const Parallel& /*parallel*/, const double* /*r*/, double* /*blocks*/) { return {}; }
+  /// Chord iterations with the last elimination until |xi|/length <= target, or as far as they lead. `sum` [d] is their
+  /// guess on entry, all multipliers on return; null: none.
+  virtual Projection project_positions(const Parallel& /*parallel*/, const double* /*blocks*/, double /*target*/,
+                                       double* /*r*/, double* /*sum*/) {
+    return {};
+  }
+  /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s.
+  virtual Projection project_velocities(const Parallel& /*parallel*/, const double* /*blocks*/, double /*target*/,
+                                        const double* /*r*/, double* /*v*/) {
+    return {};
+  }
+  /// points += M^-1 K rows
+  virtual void add_reactions(const Parallel& /*parallel*/, const double* /*blocks*/, const double* /*rows*/,
+                             double* /*points*/) {}
 };
 
 /// The sweep that serves all rows of a system, or null: the general way. `inverse_mass` [point], 0 for supports; all

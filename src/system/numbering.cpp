@@ -1,6 +1,7 @@
 #include "system/numbering.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <numeric>
 #include <utility>
 
@@ -68,6 +69,31 @@ class Search {
   int sweep_ = -1;
 };
 
+/// Points that are islands by themselves, in the user's order but for this: those with the same kinds of constraints
+/// follow one another.
+std::vector<Index> list_lone_points(const System& system, const Lists& points_of_member,
+                                    const Lists& members_of_point) {
+  std::vector<std::uint64_t> kind_of_member;
+  for (const Constraint& constraint : system.constraints) {
+    const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, constraint);
+    kind_of_member.insert(kind_of_member.end(), count, constraint.index() + 1);
+  }
+  kind_of_member.resize(points_of_member.size(), 0);  // those of contacts
+  std::vector<std::pair<std::uint64_t, Index>> points;
+  for (std::size_t point = 0; point < members_of_point.size(); ++point) {
+    const std::span<const Index> members = members_of_point[static_cast<Index>(point)];
+    const auto is_alone = [&](Index member) { return points_of_member[member].size() == 1; };
+    if (members.empty() || !std::all_of(members.begin(), members.end(), is_alone)) continue;
+    std::uint64_t kinds = 0;
+    for (const Index member : members) kinds = kinds << 4 | kind_of_member[static_cast<std::size_t>(member)];
+    points.emplace_back(kinds, static_cast<Index>(point));
+  }
+  std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Index> result;
+  for (const auto& [kinds, point] : points) result.push_back(point);
+  return result;
+}
+
 }  // namespace
 
 Numbering number(const System& system) {
@@ -117,10 +143,14 @@ Numbering number(const System& system) {
 
   // Each island from a far end (two sweeps find one), then backwards: what lies farthest comes first.
   Search search(points_of_member, members_of_point);
-  std::vector<char> seen(num_points, 0);
-  for (std::size_t root = 0; root < num_points; ++root) {
-    if (seen[root] || is_support[root] || members_of_point[static_cast<Index>(root)].empty()) continue;
-    Index far_end = search.visit(static_cast<Index>(root)).back();
+  std::vector<char> seen(num_points, 0), is_alone(num_points, 0);
+  const std::vector<Index> lone_points = list_lone_points(system, points_of_member, members_of_point);
+  for (const Index point : lone_points) is_alone[point] = 1;
+  auto next_alone = lone_points.begin();
+  for (std::size_t place = 0; place < num_points; ++place) {
+    const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
+    if (seen[root] || is_support[root] || members_of_point[root].empty()) continue;
+    Index far_end = search.visit(root).back();
     far_end = search.visit(far_end).back();
     const std::vector<Index>& order = search.visit(far_end);
     for (auto point = order.rbegin(); point != order.rend(); ++point) {

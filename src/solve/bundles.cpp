@@ -1,0 +1,168 @@
+#include "solve/bundles.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+namespace tanor {
+
+namespace {
+
+struct Rod {
+  std::array<Index, 2> points{-1, -1};  // inner
+  Index block = -1;                     // -1: no rod
+  Vec3 offset{};
+  double length = 1.0;
+  const MovingScalar* moving_length = nullptr;
+};
+
+struct Island {
+  Index first_point = 0;
+  std::vector<Index> rows, supports;  // by the topology's rods and places
+  std::vector<char> is_reversed;
+};
+
+/// [row]
+std::vector<Rod> read_rods(const Constraints& constraints, std::size_t num_rows) {
+  std::vector<Rod> result(num_rows);
+  const auto read = [&]<bool Timed, bool Shifted>(const Family<RodKernel<Timed, Shifted>>& rods) {
+    for (std::size_t k = 0; k < rods.size(); ++k) {
+      Rod& rod = result[static_cast<std::size_t>(rods.rows[k])];
+      rod.points = rods.kernel.points[k];
+      rod.block = rods.first_block + static_cast<Index>(k);
+      if constexpr (Shifted) rod.offset = rods.kernel.offset[k];
+      if constexpr (Timed) {
+        rod.moving_length = &rods.kernel.moving_length[k];
+      } else {
+        rod.length = rods.kernel.length[k];
+      }
+    }
+  };
+  read(constraints.family<RodKernel<false, false>>());
+  read(constraints.family<RodKernel<false, true>>());
+  read(constraints.family<RodKernel<true, false>>());
+  read(constraints.family<RodKernel<true, true>>());
+  return result;
+}
+
+/// The rods in [first_row, end_row) as a topology; false where one of them is none.
+bool read_island(std::span<const Rod> rods, Index first_row, Index end_row, Index num_moving, IslandTopology* topology,
+                 Island* island) {
+  *topology = {};
+  *island = {};
+  island->first_point = std::numeric_limits<Index>::max();
+  Index last_point = 0;
+  for (Index row = first_row; row < end_row; ++row) {
+    const Rod& rod = rods[static_cast<std::size_t>(row)];
+    if (rod.block < 0) return false;
+    island->rows.push_back(row);
+    for (const Index point : rod.points) {
+      if (point >= num_moving) continue;
+      island->first_point = std::min(island->first_point, point);
+      last_point = std::max(last_point, point);
+    }
+  }
+  topology->num_points = last_point - island->first_point + 1;
+  // By their points, wherever the user put them; a support is numbered after every point that moves.
+  const auto ends = [&](Index row) {
+    const auto [i, j] = rods[static_cast<std::size_t>(row)].points;
+    return std::array{std::min(i, j), std::min(std::max(i, j), num_moving)};
+  };
+  std::stable_sort(island->rows.begin(), island->rows.end(), [&](Index a, Index b) { return ends(a) < ends(b); });
+  for (const Index row : island->rows) {
+    const Rod& rod = rods[static_cast<std::size_t>(row)];
+    const auto [low, high] = std::minmax(rod.points[0], rod.points[1]);
+    island->is_reversed.push_back(rod.points[0] == high ? 1 : 0);
+    int end = high - island->first_point;
+    if (high >= num_moving) {
+      end = topology->num_points + topology->num_supports++;
+      island->supports.push_back(high);
+    }
+    topology->rods.push_back({low - island->first_point, end});
+  }
+  return true;
+}
+
+Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islands, std::span<const Rod> rods,
+                   std::span<const double> inverse_mass) {
+  Bundle bundle(topology);
+  bundle.num_islands = islands.size();
+  bundle.num_batches = (islands.size() + num_lanes - 1) / num_lanes;
+  const std::size_t num_places = static_cast<std::size_t>(topology.num_points + topology.num_supports),
+                    num_rods = topology.rods.size();
+  bundle.points.resize(bundle.num_batches * num_places * num_lanes);
+  bundle.rows.resize(bundle.num_batches * num_rods * num_lanes);
+  bundle.blocks.resize(bundle.rows.size());
+  bundle.lengths.resize(bundle.num_batches * num_rods);
+  bundle.inverse_mass.resize(bundle.num_batches * num_places);
+  bundle.factor.resize(bundle.num_batches * static_cast<std::size_t>(bundle.schedule.num_slots));
+  for (std::size_t k = 0; k < bundle.num_batches * num_lanes; ++k) {
+    const Island& island = islands[std::min(k, islands.size() - 1)];
+    const std::size_t batch = k / num_lanes, lane = k % num_lanes;
+    for (std::size_t p = 0; p < num_places; ++p) {
+      const auto num_points = static_cast<std::size_t>(topology.num_points);
+      const Index point = p < num_points ? island.first_point + static_cast<Index>(p) : island.supports[p - num_points];
+      bundle.points[(batch * num_places + p) * num_lanes + lane] = point;
+      bundle.inverse_mass.data()[batch * num_places + p][lane] = inverse_mass[static_cast<std::size_t>(point)];
+    }
+    for (std::size_t a = 0; a < num_rods; ++a) {
+      const Rod& rod = rods[static_cast<std::size_t>(island.rows[a])];
+      const std::size_t place = batch * num_rods + a;
+      const bool is_reversed = island.is_reversed[a] != 0;
+      bundle.rows[place * num_lanes + lane] = island.rows[a];
+      bundle.blocks[place * num_lanes + lane] = is_reversed ? ~rod.block : rod.block;
+      if (dot(rod.offset, rod.offset) > 0.0) {
+        bundle.offsets.resize(bundle.num_batches * num_rods);
+        set_lane(&bundle.offsets[place], lane, is_reversed ? -rod.offset : rod.offset);
+      }
+      bundle.lengths.data()[place][lane] = rod.length;
+      if (rod.moving_length != nullptr) {
+        bundle.moving_lengths.resize(bundle.rows.size());
+        bundle.moving_lengths[place * num_lanes + lane] = rod.moving_length;
+      }
+    }
+  }
+  return bundle;
+}
+
+}  // namespace
+
+Bundle::Batch Bundle::batch(std::size_t number) {
+  const auto num_points = static_cast<std::size_t>(topology.num_points);
+  const std::size_t num_places = num_points + static_cast<std::size_t>(topology.num_supports);
+  const std::size_t num_rods = topology.rods.size();
+  return {*this,
+          num_points,
+          num_places,
+          num_rods,
+          points.data() + number * num_places * num_lanes,
+          rows.data() + number * num_rods * num_lanes,
+          blocks.data() + number * num_rods * num_lanes,
+          inverse_mass.data() + number * num_places,
+          offsets.empty() ? nullptr : offsets.data() + number * num_rods,
+          lengths.data() + number * num_rods,
+          moving_lengths.empty() ? nullptr : moving_lengths.data() + number * num_rods * num_lanes,
+          factor.data() + number * static_cast<std::size_t>(schedule.num_slots)};
+}
+
+std::vector<Bundle> list_bundles(const Constraints& constraints, const Numbering& numbering,
+                                 std::span<const double> inverse_mass, std::size_t most_rods,
+                                 std::size_t most_topologies) {
+  const std::vector<Rod> rods = read_rods(constraints, numbering.num_rows());
+  std::map<IslandTopology, std::vector<Island>> islands;
+  const std::vector<Index>& start = numbering.island_start;
+  for (std::size_t k = 0; k + 1 < start.size(); ++k) {
+    if (static_cast<std::size_t>(start[k + 1] - start[k]) > most_rods) return {};
+    IslandTopology topology;
+    Island island;
+    const auto num_moving = static_cast<Index>(numbering.num_moving);
+    if (!read_island(rods, start[k], start[k + 1], num_moving, &topology, &island)) return {};
+    islands[std::move(topology)].push_back(std::move(island));
+    if (islands.size() > most_topologies) return {};
+  }
+  std::vector<Bundle> result;
+  for (const auto& [topology, members] : islands) result.push_back(make_bundle(topology, members, rods, inverse_mass));
+  return result;
+}
+
+}  // namespace tanor

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "evaluate/constraints.hpp"
+#include "solve/bundle_kernels.hpp"
+#include "solve/island_schedule.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Islands of one topology in batches of eight; lanes that are left over repeat the last island.
+struct Bundle {
+  struct Structure {
+    const IslandTopology& topology;
+    const IslandSchedule& schedule;
+  };
+  /// The numbers of one batch.
+  struct Batch {
+    const Bundle& of;
+    std::size_t num_points, num_places, num_rods;  // places: points that move, then supports
+    const Index *points, *rows, *blocks;
+    const Eight* inverse_mass;
+    const Eight3* offsets;                      // null: none
+    const Eight* lengths;                       // constant ones
+    const MovingScalar* const* moving_lengths;  // null: none
+    Eight* factor;
+
+    Structure structure() const { return {of.topology, of.schedule}; }
+  };
+
+  explicit Bundle(const IslandTopology& islands) : topology(islands), schedule(islands) {}
+  Batch batch(std::size_t number);
+
+  IslandTopology topology;
+  IslandSchedule schedule;
+  std::size_t num_islands = 0, num_batches = 0;
+  std::vector<Index> points;                        // [batch][place][lane]
+  std::vector<Index> rows, blocks;                  // [batch][rod][lane]; ~block where the rod is given the other way
+  Eights inverse_mass;                              // [batch][place]
+  std::vector<Eight3> offsets;                      // [batch][rod]; empty: none
+  Eights lengths;                                   // [batch][rod]
+  std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null: constant; empty: all are
+  Eights factor;                                    // [batch][slot]
+};
+
+/// The islands of a system by their topologies. Empty where some constraint is no rod, an island has more rods than
+/// `most_rods`, or there are more topologies than `most_topologies`.
+std::vector<Bundle> list_bundles(const Constraints& constraints, const Numbering& numbering,
+                                 std::span<const double> inverse_mass, std::size_t most_rods,
+                                 std::size_t most_topologies);
+
+}  // namespace tanor

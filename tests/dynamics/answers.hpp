@@ -1,0 +1,64 @@
+#pragma once
+
+/// \file What two ways to the same accelerations say, side by side.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <tanor/tanor.hpp>
+
+namespace tanor {
+
+struct Answer {
+  SolveReport report;
+  std::vector<double> w, lambda, eta;
+};
+
+inline Answer solve(Dynamics* dynamics, const System& system, double t = 0.0) {
+  Answer answer{{},
+                std::vector<double>(system.positions.size()),
+                std::vector<double>(dynamics->num_equations()),
+                std::vector<double>(system.positions.size())};
+  answer.report = dynamics->solve(t, system.positions, system.velocities, answer.w, answer.lambda, answer.eta);
+  return answer;
+}
+
+inline Answer solve(const System& system, const SolverOptions& options, double t = 0.0) {
+  Dynamics dynamics(system, options);
+  return solve(&dynamics, system, t);
+}
+
+inline double relative_difference(const std::vector<double>& x, const std::vector<double>& y) {
+  double difference = 0.0, size = 1e-300;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    difference = std::max(difference, std::abs(x[i] - y[i]));
+    size = std::max(size, std::abs(y[i]));
+  }
+  return difference / size;
+}
+
+/// Numbers in (-1, 1), the same ones each time.
+class AnyNumbers {
+ public:
+  explicit AnyNumbers(unsigned seed) : generator_(seed) {}
+  double operator()() { return std::uniform_real_distribution<double>(-1.0, 1.0)(generator_); }
+  int up_to(int most) { return std::uniform_int_distribution<int>(0, most)(generator_); }
+  std::mt19937& generator() { return generator_; }
+
+ private:
+  std::mt19937 generator_;
+};
+
+inline Index add_point(const Vector3& place, AnyNumbers* any, System* system) {
+  for (const double x : place) {
+    system->positions.push_back(x);
+    system->velocities.push_back((*any)());
+  }
+  system->masses.push_back(std::exp(2.0 * (*any)()));
+  return static_cast<Index>(system->masses.size() - 1);
+}
+
+}  // namespace tanor
