@@ -234,6 +234,35 @@ TEST(Bundles, LeaveSingularIslandsToTheGeneralWayWhichNamesTheRow) {
   }
 }
 
+/// Beads on planes and wires, clusters, triangles, and two paths of lengths of their own.
+System islands_of_every_kind(AnyNumbers* any) {
+  System system;
+  Pairs rods;
+  for (int k = 0; k < 9; ++k) {
+    for (const Shape& shape : {path(3), triangle, path(10)}) add_island(shape, any, &system, &rods);
+  }
+  for (const Index num_rods : {150, 37}) add_island(path(num_rods), any, &system, &rods);
+  system = shuffled(system, rods, any);
+  Planes planes{"planes", {}, Vector3{0.1, 0.2, 1.0}, Parameter{}};
+  Lines lines{"lines", {}, Vector3{0.0, 0.1, 0.2}, Vector3{1.0, 0.3, 0.0}};
+  for (int k = 0; k < 11; ++k) {
+    planes.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, &system));
+    lines.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, &system));
+    add_point({(*any)(), (*any)(), (*any)()}, any, &system);  // free
+  }
+  system.constraints.emplace_back(planes);
+  system.constraints.emplace_back(lines);
+  system.forces = {Gravity{"", {0.1, 0.0, -9.81}}};
+  return system;
+}
+
+TEST(MixedWays, GiveEachIslandItsOwn) {
+  AnyNumbers any(18);
+  const System system = islands_of_every_kind(&any);
+  EXPECT_EQ(Dynamics(system).plan().way, "closed form+bundles+paths");
+  expect_agreement(system, {});
+}
+
 TEST(Bundles, ServeWhereManyIslandsAreAlikeUnlessForced) {
   AnyNumbers any(16);
   const System rings = copies_of(ring(6), 100, &any), few = copies_of(ring(6), 2, &any);
