@@ -101,6 +101,7 @@ struct PointSweep::Chunk {
   Index indices[most_points];      // scratch: rows, blocks, members
   Eight3 r[most_groups], v[most_groups], w[most_groups], place[most_groups], normal[most_groups];
   Eight3 gradients[most_rows * most_groups];
+  PointFactor factors[most_groups];  // where points have one row: nobody needs them again
   Eight b[most_rows * most_groups], x[most_rows * most_groups], inverse_mass[most_groups];
   Eight smallest = Eight{} + 1.0;
   Largest right_side, residual;
@@ -173,6 +174,10 @@ Elimination PointSweep::for_each_chunk(const Parallel& parallel, const Work& wor
     result.residual = larger(result.residual, found[k].residual);
   }
   return result;
+}
+
+PointFactor* PointSweep::factors_of(Chunk* chunk) {
+  return chunk->run.num_rows == 1 ? chunk->factors : factors_.data() + chunk->first_group;
 }
 
 /// One point after the other.
@@ -255,7 +260,7 @@ Elimination PointSweep::solve(const Parallel& parallel, const FreeMotion& motion
       for (Index m = 0; m < chunk.run.members[k].num_rows; ++m, ++row)
         scatter_blocks(chunk.gradients + row * count, chunk.blocks(k, m), count, blocks);
     }
-    PointFactor* const factors = factors_.empty() ? nullptr : factors_.data() + chunk.first_group;
+    PointFactor* const factors = factors_of(&chunk);
     add_free(chunk.num_rows(), count, chunk.gradients, chunk.w, chunk.b, &chunk.right_side);
     factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
     solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
@@ -274,8 +279,7 @@ Elimination PointSweep::factorize(const Parallel& parallel, const double* blocks
       for (Index m = 0; m < chunk.run.members[k].num_rows; ++m, ++row)
         gather_blocks(blocks, chunk.blocks(k, m), chunk.count, chunk.gradients + row * chunk.count);
     }
-    factorize_points(chunk.num_rows(), chunk.count, chunk.gradients, factors_.data() + chunk.first_group,
-                     &chunk.smallest);
+    factorize_points(chunk.num_rows(), chunk.count, chunk.gradients, factors_of(&chunk), &chunk.smallest);
   });
 }
 
@@ -283,7 +287,8 @@ void PointSweep::solve_negative(const Parallel& parallel, const double* b, doubl
   (void)for_each_chunk(parallel, [&](Chunk& chunk) {
     chunk.gather_rows_of(b, chunk.b);
     gather_rows(inverse_mass_.data(), chunk.points, chunk.count, chunk.inverse_mass);
-    const PointFactor* const factors = factors_.empty() ? nullptr : factors_.data() + chunk.first_group;
+    PointFactor* const factors = factors_of(&chunk);
+    for (std::size_t k = 0; k < chunk.count && chunk.run.num_rows == 1; ++k) factors[k].inverse_d0 = Eight{} + 1.0;
     solve_points(chunk.num_rows(), chunk.count, factors, chunk.b, chunk.x);
     scale_by_mass(chunk.num_rows(), chunk.count, chunk.inverse_mass, chunk.x);
     chunk.scatter_rows_of(chunk.x, x);

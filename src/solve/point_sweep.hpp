@@ -59,6 +59,7 @@ class PointSweep final : public Sweep {
   bool append_point(std::span<const Member> rows, Index first_row);
   template <class Work>
   Elimination for_each_chunk(const Parallel& parallel, const Work& work) const;
+  PointFactor* factors_of(Chunk* chunk);
   template <class Kernel>
   void evaluate_moving(const Family<Kernel>& family, const FreeMotion& motion, std::size_t row, Chunk* chunk) const;
   void evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const;
