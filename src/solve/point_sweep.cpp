@@ -60,21 +60,25 @@ bool PointSweep::append_point(std::span<const Member> rows, Index first_row) {
 }
 
 std::unique_ptr<PointSweep> PointSweep::make(const Constraints& constraints, const Numbering& numbering,
-                                             std::span<const double> inverse_mass) {
+                                             std::span<const double> inverse_mass, std::vector<Index>* islands) {
   const std::vector<Member> rows = read_members(constraints, numbering.num_rows());
   std::unique_ptr<PointSweep> result(new PointSweep(constraints));
   result->inverse_mass_ = inverse_mass;
   bool has_factors = false;
-  const std::vector<Index>& start = numbering.island_start;
-  for (std::size_t k = 0; k + 1 < start.size(); ++k) {
-    const auto first = static_cast<std::size_t>(start[k]), count = static_cast<std::size_t>(start[k + 1]) - first;
-    // An island of more than one point has a row that is none of ours.
-    if (count > most_rows || !result->append_point(std::span(rows).subspan(first, count), start[k])) return nullptr;
-    has_factors = has_factors || count > 1;
-  }
-  if (has_factors) result->factors_.resize(result->runs_.back().first_group + result->runs_.back().num_groups());
   Summary& summary = result->summary_;
-  summary = {.name = "closed form", .reason = "no constraint joins two points", .parts = numbering.num_islands()};
+  summary = {.name = "closed form", .reason = "nothing joins points on guides of their own"};
+  std::erase_if(*islands, [&](Index island) {
+    const Index first = numbering.island_start[static_cast<std::size_t>(island)];
+    const auto count = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(island) + 1] - first);
+    // An island of more than one point has a row that is none of ours.
+    const std::span members = std::span(rows).subspan(static_cast<std::size_t>(first), count);
+    if (count > most_rows || !result->append_point(members, first)) return false;
+    has_factors = has_factors || count > 1;
+    ++summary.parts;
+    return true;
+  });
+  if (result->runs_.empty()) return nullptr;
+  if (has_factors) result->factors_.resize(result->runs_.back().first_group + result->runs_.back().num_groups());
   for (const Run& run : result->runs_) {
     const auto num_rows = static_cast<std::size_t>(run.num_rows);
     summary.pattern_nonzeros += static_cast<std::size_t>(run.end - run.first) * num_rows * (num_rows + 1) / 2;

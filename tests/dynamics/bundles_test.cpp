@@ -140,28 +140,60 @@ TEST(Bundles, AgreeWithTheGeneralWayOnClustersRingsTrianglesAndTetrahedra) {
   }
 }
 
-TEST(Bundles, KnowLengthsThatMoveOffsetsSupportsThatMoveAndForces) {
-  AnyNumbers any(13);
-  const double t = 0.3;
+/// Rings of five with one support each, some rods with offsets, others of lengths that breathe from t = 0 on.
+System breathing_rings(AnyNumbers* any) {
   System system;
   Pairs rods;
   Shape shape = ring(5);
   shape.supports = {2};
-  for (int k = 0; k < 13; ++k) add_island(shape, &any, &system, &rods);
-  system = shuffled(system, rods, &any);
+  for (int k = 0; k < 13; ++k) add_island(shape, any, &system, &rods);
+  system = shuffled(system, rods, any);
   auto& first = std::get<Rods>(system.constraints[0]);
-  Rods second = first;
-  second.pairs.assign(first.pairs.begin() + 30, first.pairs.end());
+  Rods second{"breathing", {first.pairs.begin() + 30, first.pairs.end()}, {}, {}};
   first.pairs.resize(30);
-  for (std::size_t k = 0; k < 30; ++k) first.offsets.push_back({0.1 * any(), 0.1 * any(), 0.1 * any()});
-  second.length = ScalarFunction::formula("1 + 0.3*sin(2*t)");
-  second.name = "breathing";
+  for (std::size_t k = 0; k < 30; ++k) first.offsets.push_back({0.1 * (*any)(), 0.1 * (*any)(), 0.1 * (*any)()});
+  for (const auto& [i, j] : second.pairs) {
+    double square = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double d =
+          system.positions[3 * static_cast<std::size_t>(j) + c] - system.positions[3 * static_cast<std::size_t>(i) + c];
+      square += d * d;
+    }
+    second.length.functions.push_back(ScalarFunction::formula(std::to_string(std::sqrt(square)) + " + 0.1*sin(2*t)"));
+  }
   system.constraints.emplace_back(second);
   for (Support& support : system.supports)
-    support.displacement = {ScalarFunction::formula("0.2*t^2"), 0.0, ScalarFunction::formula("sin(t)")};
+    support.displacement = {ScalarFunction::formula("0.2*t^2"), 0.0, ScalarFunction::formula("0.1*sin(t)")};
   system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, Drag{"", {0, 1, 2, 3}, 0.3, 0.1}};
+  return system;
+}
 
-  expect_agreement(system, {.way = Way::Bundles}, t);
+TEST(Bundles, KnowLengthsThatMoveOffsetsSupportsThatMoveAndForces) {
+  AnyNumbers any(13);
+  expect_agreement(breathing_rings(&any), {.way = Way::Bundles}, 0.3);
+}
+
+TEST(Bundles, StepAlongTheConstraintsAsTheGeneralWayDoes) {
+  AnyNumbers any(17);
+  for (const System& system : {copies_of(path(10), 20, &any), breathing_rings(&any)}) {
+    for (const Method method : {Method::Rattle, Method::Dop853}) {
+      std::vector<double> positions[2], velocities[2];
+      for (const Way way : {Way::General, Way::Bundles}) {
+        const MotionOptions options{.method = method, .step = 1e-3, .start = StartMode::Project};
+        Simulation simulation(system, options, {.way = way});
+        EXPECT_EQ(simulation.plan().way, way == Way::General ? "general" : "bundles");
+        const Outcome outcome = simulation.advance(0.05);
+        ASSERT_TRUE(outcome.ok()) << outcome.what;
+        EXPECT_LE(simulation.report().position_violation, 1e-12);
+        EXPECT_LE(simulation.report().velocity_violation, 1e-12);
+        const std::size_t k = way == Way::General ? 0 : 1;
+        positions[k].assign(simulation.positions().begin(), simulation.positions().end());
+        velocities[k].assign(simulation.velocities().begin(), simulation.velocities().end());
+      }
+      EXPECT_LE(relative_difference(positions[1], positions[0]), 1e-10);
+      EXPECT_LE(relative_difference(velocities[1], velocities[0]), 1e-10);
+    }
+  }
 }
 
 TEST(Bundles, GiveTheSameBitsForAnyNumberOfThreads) {
@@ -200,6 +232,35 @@ TEST(Bundles, LeaveSingularIslandsToTheGeneralWayWhichNamesTheRow) {
     for (std::size_t k = 0; k < report.dependences.size(); ++k)
       EXPECT_EQ(report.dependences[k].what, reference.dependences[k].what);
   }
+}
+
+/// Beads on planes and wires, clusters, triangles, and two paths of lengths of their own.
+System islands_of_every_kind(AnyNumbers* any) {
+  System system;
+  Pairs rods;
+  for (int k = 0; k < 9; ++k) {
+    for (const Shape& shape : {path(3), triangle, path(10)}) add_island(shape, any, &system, &rods);
+  }
+  for (const Index num_rods : {150, 37}) add_island(path(num_rods), any, &system, &rods);
+  system = shuffled(system, rods, any);
+  Planes planes{"planes", {}, Vector3{0.1, 0.2, 1.0}, Parameter{}};
+  Lines lines{"lines", {}, Vector3{0.0, 0.1, 0.2}, Vector3{1.0, 0.3, 0.0}};
+  for (int k = 0; k < 11; ++k) {
+    planes.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, &system));
+    lines.points.push_back(add_point({(*any)(), (*any)(), (*any)()}, any, &system));
+    add_point({(*any)(), (*any)(), (*any)()}, any, &system);  // free
+  }
+  system.constraints.emplace_back(planes);
+  system.constraints.emplace_back(lines);
+  system.forces = {Gravity{"", {0.1, 0.0, -9.81}}};
+  return system;
+}
+
+TEST(MixedWays, GiveEachIslandItsOwn) {
+  AnyNumbers any(18);
+  const System system = islands_of_every_kind(&any);
+  EXPECT_EQ(Dynamics(system).plan().way, "closed form+bundles+paths");
+  expect_agreement(system, {});
 }
 
 TEST(Bundles, ServeWhereManyIslandsAreAlikeUnlessForced) {

@@ -55,9 +55,11 @@ void expect_agreement(const System& system, double t) {
   ASSERT_TRUE(general.report.outcome.ok()) << general.report.outcome.what;
   ASSERT_TRUE(points.report.outcome.ok()) << points.report.outcome.what;
   EXPECT_LE(points.report.refinements, general.report.refinements + 1);
-  EXPECT_LE(relative_difference(points.w, general.w), rounding);
-  EXPECT_LE(relative_difference(points.lambda, general.lambda), rounding);
-  EXPECT_LE(relative_difference(points.eta, general.eta), rounding);
+  // Guides of one point may nearly say the same.
+  const double accuracy = rounding / std::sqrt(general.report.reciprocal_condition);
+  EXPECT_LE(relative_difference(points.w, general.w), accuracy);
+  EXPECT_LE(relative_difference(points.lambda, general.lambda), accuracy);
+  EXPECT_LE(relative_difference(points.eta, general.eta), accuracy);
 }
 
 TEST(PointsOnGuides, AgreeWithTheGeneralWayOnOneGuide) {
