@@ -128,6 +128,20 @@ void BundleSweep::solve_negative(const Parallel& parallel, const double* b, doub
   });
 }
 
+bool BundleSweep::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
+  for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
+    const auto& [topology, schedule] = batch.structure();
+    gather_points(points, batch.points, batch.num_points, desk.r.data());
+    gather_blocks(blocks, batch.blocks, batch.num_rods, desk.u.data());
+    gather_rows(rows, batch.rows, batch.num_rods, desk.b.data());
+    tanor::solve_negative(schedule, batch.factor, desk.b.data(), desk.x.data());
+    move(topology, batch.inverse_mass, desk.u.data(), desk.x.data(), desk.r.data());
+    scatter_points(desk.r.data(), batch.points, batch.num_points, points);
+    scatter_rows(desk.x.data(), batch.rows, batch.num_rods, rows);
+  });
+  return true;
+}
+
 // ---- projections ----
 
 Elimination BundleSweep::linearise(const Parallel& parallel, const double* r, double* blocks) {
@@ -189,7 +203,7 @@ Projection BundleSweep::project_positions(const Parallel& parallel, const double
         },
         [&] {
           move_along(desk.x.data());
-          for (std::size_t a = 0; a < batch.num_rods; ++a) desk.sum.data()[a] += desk.x.data()[a];
+          for (std::size_t a = 0; sum != nullptr && a < batch.num_rods; ++a) desk.sum.data()[a] += desk.x.data()[a];
         });
     scatter_points(desk.r.data(), batch.points, batch.num_points, r);
     if (sum != nullptr) scatter_rows(desk.sum.data(), batch.rows, batch.num_rods, sum);

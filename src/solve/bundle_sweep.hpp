@@ -23,6 +23,7 @@ class BundleSweep final : public Sweep {
                     double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
+  bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   const Summary& summary() const override { return summary_; }
 
   bool projects() const override { return true; }
