@@ -101,14 +101,14 @@ void load_directions(const double* __restrict blocks, const signed char* signs, 
 
 TANOR_EACH_INSTRUCTION_SET
 void assemble(Towards towards, Chunk* chunk) {
-  // S_ab = -g_a.g_b/m of the point between
-  const std::size_t shift = towards == Towards::Right ? 0 : 1;
-  const double* __restrict x = chunk->x + shift, * __restrict y = chunk->y + shift, * __restrict z = chunk->z + shift;
-  const double* __restrict w = chunk->inverse_mass, * __restrict shared = chunk->inverse_mass + shift;
-  double* __restrict diagonal = chunk->diagonal, * __restrict coupling = chunk->coupling;
+  // S_aa = g_a.g_a (1/m + 1/m') with g as it was rounded, S_ab = -g_a.g_b/m of the point between
+  const std::size_t beside = towards == Towards::Right ? 0 : 2, shared = towards == Towards::Right ? 0 : 1;
+  const double* const w = chunk->inverse_mass;
   for (std::size_t k = 0; k < chunk->count; ++k) {
-    diagonal[k] = w[k] + w[k + 1];
-    coupling[k] = -shared[k] * (x[k] * x[k + 1] + y[k] * y[k + 1] + z[k] * z[k + 1]);
+    const double x = chunk->x[k + 1], y = chunk->y[k + 1], z = chunk->z[k + 1];
+    const double cosine = x * chunk->x[k + beside] + y * chunk->y[k + beside] + z * chunk->z[k + beside];
+    chunk->diagonal[k] = (w[k] + w[k + 1]) * (x * x + y * y + z * z);
+    chunk->coupling[k] = -w[k + shared] * cosine;
   }
 }
 
