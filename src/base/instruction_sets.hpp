@@ -1,7 +1,8 @@
 #pragma once
 
 /// \file One function body for each instruction set, chosen when the library is loaded: packaged binaries are for the
-/// baseline of their architecture, hot loops should not be.
+/// baseline of their architecture, hot loops should not be. Such functions live in an unnamed namespace or in
+/// `kernels`, which the symbol map hides.
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)

@@ -166,7 +166,7 @@ class NormalForm final : public EquationsOfMotion {
                                 const char* unit) const;
   std::string describe(const Redundancy::Found& found, const char* verb) const;
 
-  Outcome expand_paths(double t, std::span<double* const> coefficients, double* smooth_until);
+  Outcome expand_paths(double t, int passes, std::span<double* const> coefficients, double* smooth_until);
   Outcome check_finite(double t, const double* x) const;
 
   std::string name_row(std::size_t inner_row) const { return model_.name_row(inner_row); }
@@ -200,7 +200,7 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> last, before;  // of the last two steps, over h^2
   } step_multipliers_;
   mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
-  mutable std::unique_ptr<MotionSeries> series_;     // else, or where that fails
+  mutable std::unique_ptr<MotionSeries> series_;     // else
   struct {
     std::vector<double> blocks;           // K at the last `find_passage`
     std::vector<double> x, y, move;       // [d], [d], [3n] scratch

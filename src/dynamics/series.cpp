@@ -29,15 +29,14 @@ Outcome NormalForm::expand(double t, const double* r, const double* v, const dou
     return outcome;
   }
   for (std::size_t i = 0; i < size(); ++i) coefficients[2][i] *= 0.5;
-  if (path_series_ != nullptr && last_.refinements == 0) return expand_paths(t, coefficients, smooth_until);
-  if (series_ == nullptr) series_ = std::make_unique<MotionSeries>(model_);  // S is too ill-conditioned to go without
+  const int passes = 1 + last_.refinements;
+  if (path_series_ != nullptr) return expand_paths(t, passes, coefficients, smooth_until);
   {
     const Stopwatch watch(&model_.times.evaluate);
     series_->begin(t, coefficients);
   }
   *smooth_until = series_->smooth_until();
 
-  const int passes = 1 + last_.refinements;
   lambda_series_ = lambda_;
   for (int k = 0; k + 2 < static_cast<int>(coefficients.size()); ++k) {
     {
@@ -59,13 +58,13 @@ Outcome NormalForm::expand(double t, const double* r, const double* v, const dou
   return check_finite(t, coefficients.back());
 }
 
-Outcome NormalForm::expand_paths(double t, std::span<double* const> coefficients, double* smooth_until) {
+Outcome NormalForm::expand_paths(double t, int passes, std::span<double* const> coefficients, double* smooth_until) {
   *smooth_until = std::numeric_limits<double>::infinity();
   const Stopwatch watch(&model_.times.solve);
   path_series_->begin(model_.parallel, coefficients, lambda_.data());
   for (std::size_t k = 1; k + 2 < coefficients.size(); ++k) {
-    ++model_.counters.solves;
-    path_series_->advance(model_.parallel, static_cast<int>(k), coefficients[k + 2]);
+    model_.counters.solves += static_cast<std::size_t>(passes);
+    path_series_->advance(model_.parallel, static_cast<int>(k), passes, coefficients[k + 2]);
   }
   return check_finite(t, coefficients.back());
 }

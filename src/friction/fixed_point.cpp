@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "base/instruction_sets.hpp"
+
 namespace tanor {
 
 namespace {
@@ -29,6 +31,7 @@ struct Distance {
   double change, size;
 };
 
+TANOR_EACH_INSTRUCTION_SET
 Distance measure(const double* image, const double* x, std::size_t size) {
   double worst = 0.0, largest_image = 0.0, sum = 0.0;
 #pragma omp simd reduction(max : worst, largest_image) reduction(+ : sum)
@@ -41,11 +44,34 @@ Distance measure(const double* image, const double* x, std::size_t size) {
   return {std::isfinite(sum) ? worst : std::numeric_limits<double>::quiet_NaN(), largest_image};
 }
 
+TANOR_EACH_INSTRUCTION_SET
 double dot(const float* a, const float* b, std::size_t size) {
   double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
   for (std::size_t k = 0; k < size; ++k) sum += static_cast<double>(a[k]) * static_cast<double>(b[k]);
   return sum;
+}
+
+/// dg = (f - x) - (f_last - x_last), df = f - f_last; returns dg.(f - x).
+TANOR_EACH_INSTRUCTION_SET
+double subtract(const double* f, const double* x, const double* f_last, const double* x_last, std::size_t size,
+                float* dg, float* df) {
+  double along = 0.0;
+#pragma omp simd reduction(+ : along)
+  for (std::size_t k = 0; k < size; ++k) {
+    const double g = f[k] - x[k];
+    dg[k] = static_cast<float>(g - (f_last[k] - x_last[k]));
+    df[k] = static_cast<float>(f[k] - f_last[k]);
+    along += static_cast<double>(dg[k]) * g;
+  }
+  return along;
+}
+
+/// y = x - weight d; y may be x.
+TANOR_EACH_INSTRUCTION_SET
+void subtract_scaled(const double* x, double weight, const float* d, std::size_t size, double* y) {
+#pragma omp simd
+  for (std::size_t k = 0; k < size; ++k) y[k] = x[k] - weight * static_cast<double>(d[k]);
 }
 
 }  // namespace
@@ -96,16 +122,9 @@ void FixedPoint::History::add(const Parts& image, const Parts& x) {
   double along = 0.0;
   for (std::size_t begin = 0; begin < size_; begin += chunk) {
     const std::size_t length = std::min(chunk, size_ - begin);
-    float *const dg = dg_[place].data() + begin, *const df = df_[place].data() + begin;
-    const double *const f = image.data() + begin, *const f_last = image_.data() + begin;
-    const double *const x_now = x.data() + begin, *const x_last = x_.data() + begin;
-#pragma omp simd reduction(+ : along)
-    for (std::size_t k = 0; k < length; ++k) {
-      const double g = f[k] - x_now[k];
-      dg[k] = static_cast<float>(g - (f_last[k] - x_last[k]));
-      df[k] = static_cast<float>(f[k] - f_last[k]);
-      along += static_cast<double>(dg[k]) * g;
-    }
+    float* const dg = dg_[place].data() + begin;
+    along += subtract(image.data() + begin, x.data() + begin, image_.data() + begin, x_.data() + begin, length, dg,
+                      df_[place].data() + begin);
     for (std::size_t j = 0; j < count_; ++j) products[j] += dot(dg_[j].data() + begin, dg, length);
   }
   // dG'g, with g moved by dg
@@ -131,10 +150,7 @@ void FixedPoint::History::advance(Parts* image, Parts* x) {
     double* const next = x->data() + begin;
     const double* sum = image_.data() + begin;
     for (std::size_t j = 0; j < count_; ++j) {
-      const float* const df = df_[j].data() + begin;
-      const double weight = gamma(static_cast<Eigen::Index>(j));
-#pragma omp simd
-      for (std::size_t k = 0; k < length; ++k) next[k] = sum[k] - weight * static_cast<double>(df[k]);
+      subtract_scaled(sum, gamma(static_cast<Eigen::Index>(j)), df_[j].data() + begin, length, next);
       sum = next;
     }
     if (count_ == 0) std::copy_n(sum, length, next);

@@ -5,7 +5,7 @@
 #include "base/parallel.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor::inline kernels {
 
 // ---- in and out: plain loads and stores, which no instruction set does better ----
 
@@ -230,8 +230,9 @@ void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, c
   Eight largest_inverse = nothing + 1.0;  // of the scaled pivots
   for (const auto& [row, first, end, first_target] : schedule.columns) {
     const auto [i, j] = topology.rods[row];
-    // unit gradients: 1/m_i + 1/m_j is the diagonal; what was eliminated before lies in its slot
-    const Eight diagonal = inverse_mass[i] + inverse_mass[j];
+    // g.g (1/m_i + 1/m_j) with g as it was rounded is the diagonal; what was eliminated before lies in its slot
+    const Eight3& g = u[row];
+    const Eight diagonal = (g.x * g.x + g.y * g.y + g.z * g.z) * (inverse_mass[i] + inverse_mass[j]);
     const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
     // a pivot of 0, below 0 or NaN ends it
     const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
@@ -296,4 +297,4 @@ void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eigh
   largest->zero = zero;
 }
 
-}  // namespace tanor
+}  // namespace tanor::inline kernels

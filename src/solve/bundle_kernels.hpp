@@ -8,7 +8,7 @@
 #include "solve/island_schedule.hpp"
 
 /// \file Islands of one topology, eight at once: the same number of each in the lanes of one vector.
-namespace tanor {
+namespace tanor::inline kernels {
 
 inline constexpr std::size_t num_lanes = 8;
 using Eight [[gnu::vector_size(num_lanes * sizeof(double)), gnu::aligned(num_lanes * sizeof(double))]] = double;
@@ -86,4 +86,4 @@ void solve_negative(const IslandSchedule& schedule, const Eight* factor, const E
 void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
            const Eight* lambda, Eight3* dw, Largest* largest);
 
-}  // namespace tanor
+}  // namespace tanor::inline kernels

@@ -6,25 +6,21 @@
 namespace tanor {
 
 std::unique_ptr<BundleSweep> BundleSweep::make(const Constraints& constraints, const Numbering& numbering,
-                                               std::span<const double> inverse_mass, int threads, bool eagerly) {
-  // Beyond, a batch's numbers leave the first caches, or lanes lie idle.
-  constexpr std::size_t most_rods = 128, most_topologies = 64, any = std::numeric_limits<std::size_t>::max();
-  constexpr double most_flops_a_rod = 500.0;
+                                               std::span<const double> inverse_mass, int threads, bool eagerly,
+                                               std::vector<Index>* islands) {
   std::unique_ptr<BundleSweep> result(new BundleSweep);
-  result->bundles_ =
-      list_bundles(constraints, numbering, inverse_mass, eagerly ? any : most_rods, eagerly ? any : most_topologies);
+  result->bundles_ = take_bundles(constraints, numbering, inverse_mass, eagerly, islands);
   if (result->bundles_.empty()) return nullptr;
 
   Summary& summary = result->summary_;
-  std::size_t lanes = 0;
   result->desks_.resize(static_cast<std::size_t>(Parallel(threads).threads()));
   for (Bundle& bundle : result->bundles_) {
     const IslandSchedule& schedule = bundle.schedule;
     const std::size_t entries = bundle.num_islands * static_cast<std::size_t>(schedule.num_slots);
+    summary.parts += bundle.num_islands;
     summary.factor_nonzeros += entries;
     summary.pattern_nonzeros += entries - bundle.num_islands * schedule.num_fill_slots;
     summary.flops += static_cast<double>(bundle.num_islands) * schedule.flops();
-    lanes += bundle.num_batches * num_lanes;
     const Batch batch = bundle.batch(0);
     for (Desk& desk : result->desks_) {
       const auto enlarge = [](auto* list, std::size_t size) { list->resize(std::max(list->size(), size)); };
@@ -33,13 +29,9 @@ std::unique_ptr<BundleSweep> BundleSweep::make(const Constraints& constraints, c
       for (auto* rods : {&desk.b, &desk.x, &desk.sum, &desk.lengths}) enlarge(rods, batch.num_rods);
     }
   }
-  const bool is_cheap = summary.flops <= most_flops_a_rod * static_cast<double>(numbering.num_rows());
-  if (!eagerly && (lanes > 2 * numbering.num_islands() || !is_cheap)) return nullptr;
   summary.name = "bundles";
-  summary.reason = std::to_string(numbering.num_islands()) + " islands of rods have " +
-                   std::to_string(result->bundles_.size()) +
+  summary.reason = std::to_string(summary.parts) + " islands of rods have " + std::to_string(result->bundles_.size()) +
                    (result->bundles_.size() == 1 ? " structure" : " structures");
-  summary.parts = numbering.num_islands();
   return result;
 }
 
@@ -136,6 +128,20 @@ void BundleSweep::solve_negative(const Parallel& parallel, const double* b, doub
   });
 }
 
+bool BundleSweep::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
+  for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
+    const auto& [topology, schedule] = batch.structure();
+    gather_points(points, batch.points, batch.num_points, desk.r.data());
+    gather_blocks(blocks, batch.blocks, batch.num_rods, desk.u.data());
+    gather_rows(rows, batch.rows, batch.num_rods, desk.b.data());
+    tanor::solve_negative(schedule, batch.factor, desk.b.data(), desk.x.data());
+    move(topology, batch.inverse_mass, desk.u.data(), desk.x.data(), desk.r.data());
+    scatter_points(desk.r.data(), batch.points, batch.num_points, points);
+    scatter_rows(desk.x.data(), batch.rows, batch.num_rods, rows);
+  });
+  return true;
+}
+
 // ---- projections ----
 
 Elimination BundleSweep::linearise(const Parallel& parallel, const double* r, double* blocks) {
@@ -197,7 +203,7 @@ Projection BundleSweep::project_positions(const Parallel& parallel, const double
         },
         [&] {
           move_along(desk.x.data());
-          for (std::size_t a = 0; a < batch.num_rods; ++a) desk.sum.data()[a] += desk.x.data()[a];
+          for (std::size_t a = 0; sum != nullptr && a < batch.num_rods; ++a) desk.sum.data()[a] += desk.x.data()[a];
         });
     scatter_points(desk.r.data(), batch.points, batch.num_points, r);
     if (sum != nullptr) scatter_rows(desk.sum.data(), batch.rows, batch.num_rods, sum);

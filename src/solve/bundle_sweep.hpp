@@ -13,14 +13,17 @@ namespace tanor {
 /// in the lanes of a vector. Which islands share a vector follows from the system alone.
 class BundleSweep final : public Sweep {
  public:
-  /// Null where some constraint is no rod, or, unless `eagerly`, where islands are too unlike or too large.
+  /// Takes islands of rods out of `islands`: those of topologies that many share, or, `eagerly`, all; null where there
+  /// are none.
   static std::unique_ptr<BundleSweep> make(const Constraints& constraints, const Numbering& numbering,
-                                           std::span<const double> inverse_mass, int threads, bool eagerly);
+                                           std::span<const double> inverse_mass, int threads, bool eagerly,
+                                           std::vector<Index>* islands);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
                     double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
+  bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   const Summary& summary() const override { return summary_; }
 
   bool projects() const override { return true; }

@@ -17,7 +17,7 @@ struct Rod {
 };
 
 struct Island {
-  Index first_point = 0;
+  Index number = -1, first_point = 0;
   std::vector<Index> rows, supports;  // by the topology's rods and places
   std::vector<char> is_reversed;
 };
@@ -83,6 +83,16 @@ bool read_island(std::span<const Rod> rods, Index first_row, Index end_row, Inde
   return true;
 }
 
+/// From a free end or a support to the other one.
+bool is_path(const IslandTopology& topology) {
+  std::vector<int> num_rods(static_cast<std::size_t>(topology.num_points + topology.num_supports), 0);
+  for (const auto& [i, j] : topology.rods) {
+    ++num_rods[static_cast<std::size_t>(i)];
+    ++num_rods[static_cast<std::size_t>(j)];
+  }
+  return topology.rods.size() + 1 == num_rods.size() && *std::max_element(num_rods.begin(), num_rods.end()) <= 2;
+}
+
 Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islands, std::span<const Rod> rods,
                    std::span<const double> inverse_mass) {
   Bundle bundle(topology);
@@ -145,23 +155,36 @@ Bundle::Batch Bundle::batch(std::size_t number) {
           factor.data() + number * static_cast<std::size_t>(schedule.num_slots)};
 }
 
-std::vector<Bundle> list_bundles(const Constraints& constraints, const Numbering& numbering,
-                                 std::span<const double> inverse_mass, std::size_t most_rods,
-                                 std::size_t most_topologies) {
+std::vector<Bundle> take_bundles(const Constraints& constraints, const Numbering& numbering,
+                                 std::span<const double> inverse_mass, bool eagerly, std::vector<Index>* islands) {
+  // Beyond, a batch's numbers leave the first caches, and sparse factorizations or paths are as good.
+  constexpr std::size_t most_rods = 128, long_path = 32;
+  constexpr double most_flops_a_rod = 500.0;
   const std::vector<Rod> rods = read_rods(constraints, numbering.num_rows());
-  std::map<IslandTopology, std::vector<Island>> islands;
-  const std::vector<Index>& start = numbering.island_start;
-  for (std::size_t k = 0; k + 1 < start.size(); ++k) {
-    if (static_cast<std::size_t>(start[k + 1] - start[k]) > most_rods) return {};
+  std::map<IslandTopology, std::vector<Island>> by_topology;
+  for (const Index number : *islands) {
+    const Index* const start = numbering.island_start.data() + number;
+    if (!eagerly && static_cast<std::size_t>(start[1] - start[0]) > most_rods) continue;
     IslandTopology topology;
     Island island;
     const auto num_moving = static_cast<Index>(numbering.num_moving);
-    if (!read_island(rods, start[k], start[k + 1], num_moving, &topology, &island)) return {};
-    islands[std::move(topology)].push_back(std::move(island));
-    if (islands.size() > most_topologies) return {};
+    if (!read_island(rods, start[0], start[1], num_moving, &topology, &island)) continue;
+    island.number = number;
+    by_topology[std::move(topology)].push_back(std::move(island));
   }
   std::vector<Bundle> result;
-  for (const auto& [topology, members] : islands) result.push_back(make_bundle(topology, members, rods, inverse_mass));
+  std::vector<char> is_taken(numbering.num_islands(), 0);
+  for (const auto& [topology, members] : by_topology) {
+    const std::size_t lanes = (members.size() + num_lanes - 1) / num_lanes * num_lanes;
+    if (!eagerly && lanes > 2 * members.size()) continue;
+    const bool is_long = topology.rods.size() > long_path && is_path(topology);
+    if (!eagerly && is_long && 4 * lanes > 5 * members.size()) continue;
+    const double flops = IslandSchedule(topology).flops();
+    if (!eagerly && flops > most_flops_a_rod * static_cast<double>(topology.rods.size())) continue;
+    result.push_back(make_bundle(topology, members, rods, inverse_mass));
+    for (const Island& island : members) is_taken[static_cast<std::size_t>(island.number)] = 1;
+  }
+  std::erase_if(*islands, [&](Index number) { return is_taken[static_cast<std::size_t>(number)] != 0; });
   return result;
 }
 

@@ -45,10 +45,9 @@ struct Bundle {
   Eights factor;                                    // [batch][slot]
 };
 
-/// The islands of a system by their topologies. Empty where some constraint is no rod, an island has more rods than
-/// `most_rods`, or there are more topologies than `most_topologies`.
-std::vector<Bundle> list_bundles(const Constraints& constraints, const Numbering& numbering,
-                                 std::span<const double> inverse_mass, std::size_t most_rods,
-                                 std::size_t most_topologies);
+/// Islands of rods by their topologies, out of `islands`: those with at most `most_rods` rods, of topologies that fill
+/// half of their lanes or more (long paths: nearly all). `eagerly`: all that are made of rods.
+std::vector<Bundle> take_bundles(const Constraints& constraints, const Numbering& numbering,
+                                 std::span<const double> inverse_mass, bool eagerly, std::vector<Index>* islands);
 
 }  // namespace tanor

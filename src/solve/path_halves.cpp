@@ -146,7 +146,7 @@ void PathSweep::eliminate_middle(std::size_t p, const Numbers& numbers, Work* wo
   const Vec3 g = evaluate_row(path, row, numbers);
   const double left_mass = path.begins_at_support(row) ? 0.0 : inverse_mass_[path.left_point(row)];
   const double right_mass = path.ends_at_support(row) ? 0.0 : inverse_mass_[path.right_point(row)];
-  const double diagonal = left_mass + right_mass;
+  const double diagonal = (left_mass + right_mass) * dot(g, g);
   const double to_left = -left_mass * dot(g, left.g), to_right = -right_mass * dot(g, right.g);
   factor_[row] = to_left * left.inverse_pivot;
   right_factor_[p] = to_right * right.inverse_pivot;
@@ -256,7 +256,8 @@ paths::Ends PathSweep::accelerate(const Path& path, const Substituted& numbers, 
 
 /// A free end: dw = K lambda/m of its only rod.
 Vec3 PathSweep::accelerate_end(const Substituted& numbers, std::size_t row, std::size_t point, double sense) const {
-  const Vec3 dw = sense * inverse_mass_[point] * numbers.lambda[row] * direction(numbers.blocks, row);
+  const Vec3 force = sense * numbers.lambda[row] * direction(numbers.blocks, row);
+  const Vec3 dw = inverse_mass_[point] * force;
   store(numbers.w, point, (numbers.uniform != nullptr ? *numbers.uniform : load(numbers.w, point)) + dw);
   return dw;
 }

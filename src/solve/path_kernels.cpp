@@ -1,12 +1,12 @@
 #include "solve/path_kernels.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor::paths {
+namespace tanor::inline kernels::paths {
 
 namespace {
 
@@ -19,38 +19,48 @@ using Lane [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
   return result;
 }
 
-template <bool HasField, bool HasOffset>
+/// x of the next point minus x of this one, [3 count].
+[[gnu::always_inline]] inline void subtract_neighbours(const double* __restrict x, std::size_t count,
+                                                       double* __restrict difference) {
+  for (std::size_t i = 0; i < 3 * count; ++i) difference[i] = x[i + 3] - x[i];
+}
+
+/// As numbers, [count].
+[[gnu::always_inline]] inline void widen(const signed char* __restrict signs, std::size_t count,
+                                         double* __restrict numbers) {
+  for (std::size_t k = 0; k < count; ++k) numbers[k] = signs[k];
+}
+
+template <bool HasField>
 [[gnu::always_inline]] inline void evaluate_rods(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks_out,
                                                  double* b_out) {
-  const double* __restrict r = rods.r, * __restrict v = rods.v, * __restrict w0 = rods.w0, * __restrict o = rods.offset;
-  const signed char* __restrict sign = rods.sign;
+  std::array<double, 3 * chunk_size> a, v, w;  // NOLINT: filled before use
+  subtract_neighbours(rods.r, rods.count, a.data());
+  subtract_neighbours(rods.v, rods.count, v.data());
+  if constexpr (HasField) subtract_neighbours(rods.w0, rods.count, w.data());
+  if (rods.offset != nullptr) {
+    for (std::size_t i = 0; i < 3 * rods.count; ++i) a[i] += rods.offset[i];
+  }
+  std::array<double, chunk_size> sign;  // NOLINT: likewise
+  widen(rods.sign, rods.count, sign.data());
   double* __restrict x = chunk->x + slot, * __restrict y = chunk->y + slot, * __restrict z = chunk->z + slot;
   double* __restrict blocks = blocks_out, * __restrict b = b_out;
   for (std::size_t k = 0; k < rods.count; ++k) {
-    const std::size_t i = 3 * k;
-    double ax = r[i + 3] - r[i], ay = r[i + 4] - r[i + 1], az = r[i + 5] - r[i + 2];
-    if constexpr (HasOffset) {
-      ax += o[i];
-      ay += o[i + 1];
-      az += o[i + 2];
-    }
-    const double vx = v[i + 3] - v[i], vy = v[i + 4] - v[i + 1], vz = v[i + 5] - v[i + 2];
+    const Vec3 distance{a[3 * k], a[3 * k + 1], a[3 * k + 2]}, velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
     // g = a/|a|, phi = (v.v - (g.v)^2)/|a|
-    const double inverse = 1.0 / std::sqrt(ax * ax + ay * ay + az * az);
-    const double gx = inverse * ax, gy = inverse * ay, gz = inverse * az;
-    const double along = gx * vx + gy * vy + gz * vz;
-    double right_side = inverse * (vx * vx + vy * vy + vz * vz - along * along);
-    if constexpr (HasField) {
-      right_side += gx * (w0[i + 3] - w0[i]) + gy * (w0[i + 4] - w0[i + 1]) + gz * (w0[i + 5] - w0[i + 2]);
-    }
+    const double inverse = 1.0 / std::sqrt(dot(distance, distance));
+    const Vec3 g = inverse * distance;
+    const double along = dot(g, velocity);
+    double right_side = inverse * (dot(velocity, velocity) - along * along);
+    if constexpr (HasField) right_side += dot(g, {w[3 * k], w[3 * k + 1], w[3 * k + 2]});
     b[k] = right_side;
-    x[k] = gx;
-    y[k] = gy;
-    z[k] = gz;
+    x[k] = g.x;
+    y[k] = g.y;
+    z[k] = g.z;
     const double s = sign[k];
-    blocks[i] = s * gx;
-    blocks[i + 1] = s * gy;
-    blocks[i + 2] = s * gz;
+    blocks[3 * k] = s * g.x;
+    blocks[3 * k + 1] = s * g.y;
+    blocks[3 * k + 2] = s * g.z;
   }
 }
 
@@ -72,17 +82,14 @@ template <bool HasField, bool HasOffset>
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks, double* b) {
-  if (rods.offset == nullptr) {
-    rods.w0 == nullptr ? evaluate_rods<false, false>(rods, slot, chunk, blocks, b)
-                       : evaluate_rods<true, false>(rods, slot, chunk, blocks, b);
-  } else {
-    rods.w0 == nullptr ? evaluate_rods<false, true>(rods, slot, chunk, blocks, b)
-                       : evaluate_rods<true, true>(rods, slot, chunk, blocks, b);
-  }
+  rods.w0 == nullptr ? evaluate_rods<false>(rods, slot, chunk, blocks, b)
+                     : evaluate_rods<true>(rods, slot, chunk, blocks, b);
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void load_directions(const double* __restrict blocks, const signed char* __restrict sign, Chunk* chunk) {
+void load_directions(const double* __restrict blocks, const signed char* signs, Chunk* chunk) {
+  std::array<double, chunk_size> sign;  // NOLINT: filled before use
+  widen(signs, chunk->count, sign.data());
   double* __restrict x = chunk->x + 1, * __restrict y = chunk->y + 1, * __restrict z = chunk->z + 1;
   for (std::size_t k = 0; k < chunk->count; ++k) {
     const double s = sign[k];
@@ -94,14 +101,14 @@ void load_directions(const double* __restrict blocks, const signed char* __restr
 
 TANOR_EACH_INSTRUCTION_SET
 void assemble(Towards towards, Chunk* chunk) {
-  // S_ab = -g_a.g_b/m of the point between
-  const std::size_t shift = towards == Towards::Right ? 0 : 1;
-  const double* __restrict x = chunk->x + shift, * __restrict y = chunk->y + shift, * __restrict z = chunk->z + shift;
-  const double* __restrict w = chunk->inverse_mass, * __restrict shared = chunk->inverse_mass + shift;
-  double* __restrict diagonal = chunk->diagonal, * __restrict coupling = chunk->coupling;
+  // S_aa = g_a.g_a (1/m + 1/m') with g as it was rounded, S_ab = -g_a.g_b/m of the point between
+  const std::size_t beside = towards == Towards::Right ? 0 : 2, shared = towards == Towards::Right ? 0 : 1;
+  const double* const w = chunk->inverse_mass;
   for (std::size_t k = 0; k < chunk->count; ++k) {
-    diagonal[k] = w[k] + w[k + 1];
-    coupling[k] = -shared[k] * (x[k] * x[k + 1] + y[k] * y[k + 1] + z[k] * z[k + 1]);
+    const double x = chunk->x[k + 1], y = chunk->y[k + 1], z = chunk->z[k + 1];
+    const double cosine = x * chunk->x[k + beside] + y * chunk->y[k + beside] + z * chunk->z[k + beside];
+    chunk->diagonal[k] = (w[k] + w[k + 1]) * (x * x + y * y + z * z);
+    chunk->coupling[k] = -w[k + shared] * cosine;
   }
 }
 
@@ -204,11 +211,13 @@ void substitute_outwards(BackSubstitution* left, BackSubstitution* right) {
 TANOR_EACH_INSTRUCTION_SET
 Ends accelerate(const Between& between, double* residual) {
   constexpr std::size_t size = chunk_size + 1;
-  double gx[size], gy[size], gz[size], dx[size], dy[size], dz[size], rest[size];  // NOLINT: filled before use
+  std::array<double, size> gx, gy, gz, dx, dy, dz, rest;  // NOLINT: filled before use
   const std::size_t count = between.count;
+  if (count == 0) return {};
   const double* __restrict blocks = between.blocks, * __restrict lambda = between.lambda;
   const double* __restrict inverse_mass = between.inverse_mass, * __restrict b = between.b;
-  const signed char* __restrict sign = between.sign;
+  std::array<double, size> sign;  // NOLINT: likewise
+  widen(between.sign, count + 1, sign.data());
   double* __restrict w = between.w;
   for (std::size_t k = 0; k <= count; ++k) {
     const double s = sign[k];
@@ -243,7 +252,7 @@ Ends accelerate(const Between& between, double* residual) {
   for (std::size_t k = 1; k < count; ++k) {
     rest[k - 1] = gx[k] * (dx[k] - dx[k - 1]) + gy[k] * (dy[k] - dy[k - 1]) + gz[k] * (dz[k] - dz[k - 1]) + b[k];
   }
-  *residual = largest_magnitude(rest, count - 1, *residual);
+  *residual = largest_magnitude(rest.data(), count - 1, *residual);
   return ends;
 }
 
@@ -267,4 +276,4 @@ double largest_magnitude(const double* x, std::size_t count, double so_far) {
   return largest_of(largest) + nothing;
 }
 
-}  // namespace tanor::paths
+}  // namespace tanor::inline kernels::paths

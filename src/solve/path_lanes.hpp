@@ -155,22 +155,30 @@ struct PathLanes {
     rod->half_square = square;
   }
 
-  /// r_{k+2} into the points; a_{k+2} and mu_k into the series.
-  [[gnu::always_inline]] void advance(int k) const {
+  /// r_{k+2} into the points; a_{k+2} and mu_k into the series. `passes` above 1 refine where S is ill-conditioned.
+  [[gnu::always_inline]] void advance(int k, int passes) const {
     const double inverse_factor = (k + 1.0) * (k + 2.0), factor = 1.0 / inverse_factor;
     for (std::size_t i = 0; i < length; ++i) multiply(series + i * stride, k, rods + i);
 
-    // p = factor M^-1 (force of the rod before - force of the rod behind): r_{k+2} but for mu_k
-    Rod& last = rods[length - 1];
+    // factor M^-1 (force of the rod before - force of the rod behind): r_{k+2} but for mu_k
     Point& end = points[length];
-    Vector before = from_before(last.force);
+    Vector before = from_before(rods[length - 1].force);
     for (std::size_t i = 0; i < length; ++i) {
       points[i].r = (factor * points[i].inverse_mass) * (before - rods[i].force);
       before = rods[i].force;
+      series[i * stride + static_cast<std::size_t>(k)].mu = Lane{};
     }
     end.r = (factor * ends() * end.inverse_mass) * before + from_next(points[0].r);
+    for (int pass = 0; pass < passes; ++pass) {
+      find_multipliers();
+      add_reactions(k, inverse_factor);
+    }
+    for (std::size_t i = 0; i < length; ++i)
+      series[i * stride + static_cast<std::size_t>(k) + 2].a = rods[i].is_there * (points[i + 1].r - points[i].r);
+  }
 
-    // S x = -(half_square/|a_0| + u.(p_{i+1} - p_i)) with x = factor lambda_k
+  /// S x = -(half_square/|a_0| + u.(r_{i+1} - r_i)), forwards and backwards.
+  [[gnu::always_inline]] void find_multipliers() const {
     Lane sum{}, l{}, x{};
     for (std::size_t i = 0; i < length; ++i) {
       Rod& rod = rods[i];
@@ -180,6 +188,7 @@ struct PathLanes {
       l = rod.l;
       sum += rod.spike * x;
     }
+    Rod& last = rods[length - 1];
     if constexpr (is_cut) {
       x -= from_next(sum);
       solve_separators(&x);
@@ -192,19 +201,21 @@ struct PathLanes {
       Rod& rod = rods[i];
       rod.x = x = rod.x * rod.inverse_pivot - rod.l * x - rod.spike * separator;
     }
+  }
 
-    // r_{k+2} += M^-1 K x, and mu_k
-    before = from_before(last.x * last.u);
+  /// r += M^-1 K x, and mu_k from x = factor lambda_k.
+  [[gnu::always_inline]] void add_reactions(int k, double inverse_factor) const {
+    const Rod& last = rods[length - 1];
+    Point& end = points[length];
+    Vector before = from_before(last.x * last.u);
     for (std::size_t i = 0; i < length; ++i) {
       const Vector tension = rods[i].x * rods[i].u;
       points[i].r = points[i].r + points[i].inverse_mass * (before - tension);
       before = tension;
-      series[i * stride + static_cast<std::size_t>(k)].mu = inverse_factor * rods[i].x * rods[i].inverse_length;
+      series[i * stride + static_cast<std::size_t>(k)].mu += inverse_factor * rods[i].x * rods[i].inverse_length;
     }
     const Vector of_next = from_next(points[0].r);
     end.r = (1.0 - ends()) * of_next + ends() * (end.r + end.inverse_mass * before);
-    for (std::size_t i = 0; i < length; ++i)
-      series[i * stride + static_cast<std::size_t>(k) + 2].a = rods[i].is_there * (points[i + 1].r - points[i].r);
   }
 };
 

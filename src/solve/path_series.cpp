@@ -24,14 +24,14 @@ TANOR_EACH_INSTRUCTION_SET void factorize(const Paths& lanes) {
 TANOR_EACH_INSTRUCTION_SET void factorize(const FewPaths& lanes) {
   lanes.factorize();
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k) {
-  lanes.advance(k);
+TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes) {
+  lanes.advance(k, passes);
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k) {
-  lanes.advance(k);
+TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k, int passes) {
+  lanes.advance(k, passes);
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k) {
-  lanes.advance(k);
+TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes) {
+  lanes.advance(k, passes);
 }
 
 /// The numbers of one PathLanes.
@@ -78,8 +78,8 @@ class Group {
     factorize(lanes());
   }
 
-  void advance(int k, double* next) {
-    tanor::advance(lanes(), k);
+  void advance(int k, int passes, double* next) {
+    tanor::advance(lanes(), k, passes);
     for (std::size_t at = 0; at < given_.points.size(); ++at) {
       const Index point = given_.points[at];
       const Vector& r = points_[at / width].r;
@@ -186,9 +186,9 @@ void PathSeries::begin(const Parallel& parallel, std::span<double* const> coeffi
   }
 }
 
-void PathSeries::advance(const Parallel& parallel, int k, double* next) {
+void PathSeries::advance(const Parallel& parallel, int k, int passes, double* next) {
   parallel.for_tasks(groups_.size(), [&](std::size_t g) {
-    std::visit([&](auto& group) { group.advance(k, next); }, groups_[g].group);
+    std::visit([&](auto& group) { group.advance(k, passes, next); }, groups_[g].group);
   });
 }
 

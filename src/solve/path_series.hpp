@@ -30,8 +30,8 @@ class PathSeries {
 
   /// Takes r_0, r_1, r_2 of coefficients[0 … P], each [3n], and lambda_0 [d]; factorizes S.
   void begin(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda);
-  /// Writes r_{k+2} from those below it, k = 1 … P - 2 in turn.
-  void advance(const Parallel& parallel, int k, double* next);
+  /// Writes r_{k+2} from those below it, k = 1 … P - 2 in turn. `passes`: solves, more than 1 refine.
+  void advance(const Parallel& parallel, int k, int passes, double* next);
 
  private:
   struct AnyGroup;

@@ -19,14 +19,14 @@ void PathSweep::Range::include(const Range& other) {
 }
 
 std::unique_ptr<PathSweep> PathSweep::make(const Constraints& constraints, const Numbering& numbering,
-                                           std::span<const double> inverse_mass) {
+                                           std::span<const double> inverse_mass, std::vector<Index>* islands) {
   std::unique_ptr<PathSweep> result(new PathSweep);
   result->inverse_mass_ = inverse_mass;
   std::vector<std::array<Index, 2>> ends(numbering.num_rows(), {-1, -1});
   result->read_rods(constraints, &ends);
-  for (std::size_t island = 0; island < numbering.num_islands(); ++island) {
-    if (!result->add_path(numbering, island, ends)) return nullptr;
-  }
+  result->sign_.assign(numbering.num_rows(), 1);
+  std::erase_if(*islands, [&](Index island) { return result->add_path(numbering, island, ends); });
+  if (result->paths_.empty()) return nullptr;
   result->finish();
   return result;
 }
@@ -51,11 +51,10 @@ void PathSweep::read_rods(const Constraints& constraints, std::vector<std::array
 }
 
 /// False where the island is no path.
-bool PathSweep::add_path(const Numbering& numbering, std::size_t island, std::span<const std::array<Index, 2>> ends) {
+bool PathSweep::add_path(const Numbering& numbering, Index island, std::span<const std::array<Index, 2>> ends) {
   const auto num_moving = static_cast<Index>(numbering.num_moving);
-  Path path{.first = static_cast<std::size_t>(numbering.island_start[island]),
-            .end = static_cast<std::size_t>(numbering.island_start[island + 1]),
-            .shift = 0};
+  const Index* const start = numbering.island_start.data() + island;
+  Path path{.first = static_cast<std::size_t>(start[0]), .end = static_cast<std::size_t>(start[1]), .shift = 0};
   const auto& [i, j] = ends[path.first];
   const Index low = std::min(i, j), high = std::max(i, j),
               last = std::max(ends[path.end - 1][0], ends[path.end - 1][1]);
@@ -65,13 +64,9 @@ bool PathSweep::add_path(const Numbering& numbering, std::size_t island, std::sp
       static_cast<std::ptrdiff_t>(low) - static_cast<std::ptrdiff_t>(path.first) - (high >= num_moving ? 1 : 0);
   for (std::size_t row = path.first; row < path.end; ++row) {
     const auto left = static_cast<Index>(path.left_point(row)), right = static_cast<Index>(path.right_point(row));
-    if (ends[row] == std::array{left, right}) {
-      sign_.push_back(1);
-    } else if (ends[row] == std::array{right, left}) {
-      sign_.push_back(-1);
-    } else {
-      return false;
-    }
+    const bool is_turned = ends[row] == std::array{right, left};
+    if (!is_turned && ends[row] != std::array{left, right}) return false;
+    sign_[row] = is_turned ? -1 : 1;
   }
   paths_.push_back(path);
   return true;
@@ -98,7 +93,7 @@ void PathSweep::finish() {
 
   constexpr double flops_a_row = 5.0;
   summary_ = {.name = "paths",
-              .reason = "every island is a path of rods",
+              .reason = paths_.size() == 1 ? "one path of rods" : std::to_string(paths_.size()) + " paths of rods",
               .parts = paths_.size(),
               .pattern_nonzeros = 2 * num_rows - paths_.size(),
               .factor_nonzeros = 2 * num_rows - paths_.size(),

@@ -16,9 +16,9 @@ namespace tanor {
 /// middle: two chains of dependent operations in place of one, and two halves for two threads.
 class PathSweep final : public Sweep {
  public:
-  /// Null where some island is no such path.
+  /// Takes the islands that are such paths out of `islands`; null where none is.
   static std::unique_ptr<PathSweep> make(const Constraints& constraints, const Numbering& numbering,
-                                         std::span<const double> inverse_mass);
+                                         std::span<const double> inverse_mass, std::vector<Index>* islands);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
                     double* w) override;
@@ -86,7 +86,7 @@ class PathSweep final : public Sweep {
 
   PathSweep() = default;
   void read_rods(const Constraints& constraints, std::vector<std::array<Index, 2>>* ends);
-  bool add_path(const Numbering& numbering, std::size_t island, std::span<const std::array<Index, 2>> ends);
+  bool add_path(const Numbering& numbering, Index island, std::span<const std::array<Index, 2>> ends);
   void finish();
 
   template <class Inwards, class Middle, class Outwards, class Finish>

@@ -4,7 +4,7 @@
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor::inline kernels {
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, Eight3* gradients,
@@ -57,22 +57,27 @@ TANOR_EACH_INSTRUCTION_SET
 void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, PointFactor* factors, Eight* smallest) {
   const Eight nothing{};
   Eight least = *smallest;
-  for (std::size_t k = 0; k < count && num_rows > 1; ++k) {
-    const Eight3 &g0 = gradients[k], &g1 = gradients[count + k];
-    const Eight l10 = g1.x * g0.x + g1.y * g0.y + g1.z * g0.z;
-    const Eight d1 = 1.0 - l10 * l10, inverse_d1 = 1.0 / d1;
-    factors[k].l10 = l10;
-    factors[k].inverse_d1 = inverse_d1;
+  for (std::size_t k = 0; k < count; ++k) {
+    PointFactor& factor = factors[k];
+    const Eight3& g0 = gradients[k];
+    const Eight inverse_d0 = 1.0 / (g0.x * g0.x + g0.y * g0.y + g0.z * g0.z);
+    factor.inverse_d0 = inverse_d0;
+    if (num_rows == 1) continue;
+    const Eight3& g1 = gradients[count + k];
+    const Eight c10 = g1.x * g0.x + g1.y * g0.y + g1.z * g0.z, l10 = c10 * inverse_d0;
+    const Eight d1 = (g1.x * g1.x + g1.y * g1.y + g1.z * g1.z) - c10 * l10, inverse_d1 = 1.0 / d1;
+    factor.l10 = l10;
+    factor.inverse_d1 = inverse_d1;
     const Eight checked1 = d1 > 0.0 ? d1 : nothing;
     least = checked1 < least ? checked1 : least;
     if (num_rows == 2) continue;
     const Eight3& g2 = gradients[2 * count + k];
-    const Eight l20 = g2.x * g0.x + g2.y * g0.y + g2.z * g0.z;
-    const Eight c = g2.x * g1.x + g2.y * g1.y + g2.z * g1.z - l20 * l10, l21 = c * inverse_d1;
-    const Eight d2 = 1.0 - l20 * l20 - c * l21;
-    factors[k].l20 = l20;
-    factors[k].l21 = l21;
-    factors[k].inverse_d2 = 1.0 / d2;
+    const Eight c20 = g2.x * g0.x + g2.y * g0.y + g2.z * g0.z, l20 = c20 * inverse_d0;
+    const Eight c21 = g2.x * g1.x + g2.y * g1.y + g2.z * g1.z - c20 * l10, l21 = c21 * inverse_d1;
+    const Eight d2 = (g2.x * g2.x + g2.y * g2.y + g2.z * g2.z) - c20 * l20 - c21 * l21;
+    factor.l20 = l20;
+    factor.l21 = l21;
+    factor.inverse_d2 = 1.0 / d2;
     const Eight checked2 = d2 > 0.0 ? d2 : nothing;
     least = checked2 < least ? checked2 : least;
   }
@@ -82,17 +87,17 @@ void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, 
 TANOR_EACH_INSTRUCTION_SET
 void solve_points(int num_rows, std::size_t count, const PointFactor* factors, const Eight* b, Eight* x) {
   for (std::size_t k = 0; k < count; ++k) {
-    Eight x0 = -b[k];
+    const PointFactor& factor = factors[k];
+    const Eight y0 = -b[k];
+    Eight x0 = y0 * factor.inverse_d0;
     if (num_rows > 1) {
-      const PointFactor& factor = factors[k];
-      Eight x1 = -b[count + k] - factor.l10 * x0;
+      const Eight y1 = -b[count + k] - factor.l10 * y0;
+      Eight x1 = y1 * factor.inverse_d1;
       if (num_rows > 2) {
-        const Eight x2 = (-b[2 * count + k] - factor.l20 * x0 - factor.l21 * x1) * factor.inverse_d2;
-        x1 = x1 * factor.inverse_d1 - factor.l21 * x2;
+        const Eight x2 = (-b[2 * count + k] - factor.l20 * y0 - factor.l21 * y1) * factor.inverse_d2;
+        x1 -= factor.l21 * x2;
         x0 -= factor.l20 * x2;
         x[2 * count + k] = x2;
-      } else {
-        x1 *= factor.inverse_d1;
       }
       x0 -= factor.l10 * x1;
       x[count + k] = x1;
@@ -153,4 +158,4 @@ void scale_by_mass(int num_rows, std::size_t count, const Eight* inverse_mass, E
   }
 }
 
-}  // namespace tanor
+}  // namespace tanor::inline kernels

@@ -4,7 +4,7 @@
 
 /// \file Points on guides that stand still, and the closed form of S of each: eight points at once, arrays [group of
 /// eight]; those of a point's rows one after the other, [row][group].
-namespace tanor {
+namespace tanor::inline kernels {
 
 /// Gradients and phi of points on spheres: u = a/|a|, phi = (v.v - (u.v)^2)/|a| with a = r - center.
 void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, Eight3* gradients,
@@ -13,14 +13,14 @@ void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const
 void evaluate_circles(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, const Eight3* normals,
                       Eight3* gradients, Eight* phi);
 
-/// G'G = L D L' of a point's unit gradients, D_0 = 1: what lies below the diagonal of L, and 1/D; [group].
+/// G'G = L D L' of a point's gradients: what lies below the diagonal of L, and 1/D; [group].
 struct PointFactor {
-  Eight l10, l20, l21, inverse_d1, inverse_d2;
+  Eight l10, l20, l21, inverse_d0, inverse_d1, inverse_d2;
 };
-/// `smallest` := the least of it and of the pivots; 0 where there is no factor.
+/// `smallest` := the least of it and of the pivots of unit gradients; 0 where there is no factor.
 void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, PointFactor* factors, Eight* smallest);
 
-/// x := -(G'G)^-1 b; factors are not read where points have one row.
+/// x := -(G'G)^-1 b
 void solve_points(int num_rows, std::size_t count, const PointFactor* factors, const Eight* b, Eight* x);
 
 /// b := phi + K'w0 in the place of phi.
@@ -31,4 +31,4 @@ void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, con
 /// x := m x
 void scale_by_mass(int num_rows, std::size_t count, const Eight* inverse_mass, Eight* x);
 
-}  // namespace tanor
+}  // namespace tanor::inline kernels

@@ -60,21 +60,25 @@ bool PointSweep::append_point(std::span<const Member> rows, Index first_row) {
 }
 
 std::unique_ptr<PointSweep> PointSweep::make(const Constraints& constraints, const Numbering& numbering,
-                                             std::span<const double> inverse_mass) {
+                                             std::span<const double> inverse_mass, std::vector<Index>* islands) {
   const std::vector<Member> rows = read_members(constraints, numbering.num_rows());
   std::unique_ptr<PointSweep> result(new PointSweep(constraints));
   result->inverse_mass_ = inverse_mass;
   bool has_factors = false;
-  const std::vector<Index>& start = numbering.island_start;
-  for (std::size_t k = 0; k + 1 < start.size(); ++k) {
-    const auto first = static_cast<std::size_t>(start[k]), count = static_cast<std::size_t>(start[k + 1]) - first;
-    // An island of more than one point has a row that is none of ours.
-    if (count > most_rows || !result->append_point(std::span(rows).subspan(first, count), start[k])) return nullptr;
-    has_factors = has_factors || count > 1;
-  }
-  if (has_factors) result->factors_.resize(result->runs_.back().first_group + result->runs_.back().num_groups());
   Summary& summary = result->summary_;
-  summary = {.name = "closed form", .reason = "no constraint joins two points", .parts = numbering.num_islands()};
+  summary = {.name = "closed form", .reason = "nothing joins points on guides of their own"};
+  std::erase_if(*islands, [&](Index island) {
+    const Index first = numbering.island_start[static_cast<std::size_t>(island)];
+    const auto count = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(island) + 1] - first);
+    // An island of more than one point has a row that is none of ours.
+    const std::span members = std::span(rows).subspan(static_cast<std::size_t>(first), count);
+    if (count > most_rows || !result->append_point(members, first)) return false;
+    has_factors = has_factors || count > 1;
+    ++summary.parts;
+    return true;
+  });
+  if (result->runs_.empty()) return nullptr;
+  if (has_factors) result->factors_.resize(result->runs_.back().first_group + result->runs_.back().num_groups());
   for (const Run& run : result->runs_) {
     const auto num_rows = static_cast<std::size_t>(run.num_rows);
     summary.pattern_nonzeros += static_cast<std::size_t>(run.end - run.first) * num_rows * (num_rows + 1) / 2;
@@ -97,6 +101,7 @@ struct PointSweep::Chunk {
   Index indices[most_points];      // scratch: rows, blocks, members
   Eight3 r[most_groups], v[most_groups], w[most_groups], place[most_groups], normal[most_groups];
   Eight3 gradients[most_rows * most_groups];
+  PointFactor factors[most_groups];  // where points have one row: nobody needs them again
   Eight b[most_rows * most_groups], x[most_rows * most_groups], inverse_mass[most_groups];
   Eight smallest = Eight{} + 1.0;
   Largest right_side, residual;
@@ -169,6 +174,10 @@ Elimination PointSweep::for_each_chunk(const Parallel& parallel, const Work& wor
     result.residual = larger(result.residual, found[k].residual);
   }
   return result;
+}
+
+PointFactor* PointSweep::factors_of(Chunk* chunk) {
+  return chunk->run.num_rows == 1 ? chunk->factors : factors_.data() + chunk->first_group;
 }
 
 /// One point after the other.
@@ -251,7 +260,7 @@ Elimination PointSweep::solve(const Parallel& parallel, const FreeMotion& motion
       for (Index m = 0; m < chunk.run.members[k].num_rows; ++m, ++row)
         scatter_blocks(chunk.gradients + row * count, chunk.blocks(k, m), count, blocks);
     }
-    PointFactor* const factors = factors_.empty() ? nullptr : factors_.data() + chunk.first_group;
+    PointFactor* const factors = factors_of(&chunk);
     add_free(chunk.num_rows(), count, chunk.gradients, chunk.w, chunk.b, &chunk.right_side);
     factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
     solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
@@ -270,8 +279,7 @@ Elimination PointSweep::factorize(const Parallel& parallel, const double* blocks
       for (Index m = 0; m < chunk.run.members[k].num_rows; ++m, ++row)
         gather_blocks(blocks, chunk.blocks(k, m), chunk.count, chunk.gradients + row * chunk.count);
     }
-    factorize_points(chunk.num_rows(), chunk.count, chunk.gradients, factors_.data() + chunk.first_group,
-                     &chunk.smallest);
+    factorize_points(chunk.num_rows(), chunk.count, chunk.gradients, factors_of(&chunk), &chunk.smallest);
   });
 }
 
@@ -279,7 +287,8 @@ void PointSweep::solve_negative(const Parallel& parallel, const double* b, doubl
   (void)for_each_chunk(parallel, [&](Chunk& chunk) {
     chunk.gather_rows_of(b, chunk.b);
     gather_rows(inverse_mass_.data(), chunk.points, chunk.count, chunk.inverse_mass);
-    const PointFactor* const factors = factors_.empty() ? nullptr : factors_.data() + chunk.first_group;
+    PointFactor* const factors = factors_of(&chunk);
+    for (std::size_t k = 0; k < chunk.count && chunk.run.num_rows == 1; ++k) factors[k].inverse_d0 = Eight{} + 1.0;
     solve_points(chunk.num_rows(), chunk.count, factors, chunk.b, chunk.x);
     scale_by_mass(chunk.num_rows(), chunk.count, chunk.inverse_mass, chunk.x);
     chunk.scatter_rows_of(chunk.x, x);

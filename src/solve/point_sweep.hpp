@@ -17,9 +17,9 @@ namespace tanor {
 ///   x = -(G'G)^-1 b,   lambda = m x,   w = w0 + G x
 class PointSweep final : public Sweep {
  public:
-  /// Null where some row belongs to something else, or a point has more than three.
+  /// Takes the islands that are such points out of `islands`; null where none is.
   static std::unique_ptr<PointSweep> make(const Constraints& constraints, const Numbering& numbering,
-                                          std::span<const double> inverse_mass);
+                                          std::span<const double> inverse_mass, std::vector<Index>* islands);
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
                     double* w) override;
@@ -59,6 +59,7 @@ class PointSweep final : public Sweep {
   bool append_point(std::span<const Member> rows, Index first_row);
   template <class Work>
   Elimination for_each_chunk(const Parallel& parallel, const Work& work) const;
+  PointFactor* factors_of(Chunk* chunk);
   template <class Kernel>
   void evaluate_moving(const Family<Kernel>& family, const FreeMotion& motion, std::size_t row, Chunk* chunk) const;
   void evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const;

@@ -2,7 +2,10 @@
 
 #include <tanor/error.hpp>
 
+#include <numeric>
+
 #include "solve/bundle_sweep.hpp"
+#include "solve/mixed_sweep.hpp"
 #include "solve/path_sweep.hpp"
 #include "solve/point_sweep.hpp"
 
@@ -30,17 +33,21 @@ std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Numberin
   if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general way");
   if (const char* obstacle = obstacle_to_all(constraints, numbering)) return refuse(obstacle);
 
+  // Each way takes the islands that it serves.
+  std::vector<Index> islands(numbering.num_islands());
+  std::iota(islands.begin(), islands.end(), 0);
+  std::vector<std::unique_ptr<Sweep>> sweeps;
   const auto may_be = [&](Way way) { return wanted.way == Way::Auto || wanted.way == way; };
-  if (may_be(Way::ClosedForm)) {
-    if (auto sweep = PointSweep::make(constraints, numbering, inverse_mass)) return sweep;
-  }
-  if (may_be(Way::Bundles)) {
-    if (auto sweep = BundleSweep::make(constraints, numbering, inverse_mass, wanted.threads, is_forced)) return sweep;
-  }
-  if (may_be(Way::Paths)) {
-    if (auto sweep = PathSweep::make(constraints, numbering, inverse_mass)) return sweep;
-  }
-  return refuse("its islands have another structure");
+  const auto take = [&](std::unique_ptr<Sweep> sweep) {
+    if (sweep != nullptr) sweeps.push_back(std::move(sweep));
+  };
+  if (may_be(Way::ClosedForm)) take(PointSweep::make(constraints, numbering, inverse_mass, &islands));
+  if (may_be(Way::Bundles))
+    take(BundleSweep::make(constraints, numbering, inverse_mass, wanted.threads, is_forced, &islands));
+  if (may_be(Way::Paths)) take(PathSweep::make(constraints, numbering, inverse_mass, &islands));
+  if (!islands.empty()) return refuse("some islands have another structure");
+  if (sweeps.size() == 1) return std::move(sweeps.front());
+  return std::make_unique<MixedSweep>(std::move(sweeps));
 }
 
 }  // namespace tanor

@@ -55,9 +55,9 @@ TEST(Dynamics, SinglePointOnAnInclinedPlaneSlidesDown) {
 
   EXPECT_NEAR(w[1], -g * sine * cosine, 1e-14);
   EXPECT_NEAR(w[2], -g * sine * sine, 1e-14);
-  EXPECT_NEAR(lambda[0], m * g * cosine, 1e-14);
-  EXPECT_NEAR(eta[1], -m * g * cosine * sine, 1e-14);
-  EXPECT_NEAR(eta[2], m * g * cosine * cosine, 1e-14);
+  EXPECT_DOUBLE_EQ(lambda[0], m * g * cosine);
+  EXPECT_DOUBLE_EQ(eta[1], -m * g * cosine * sine);
+  EXPECT_DOUBLE_EQ(eta[2], m * g * cosine * cosine);
 }
 
 TEST(Dynamics, PendulumHangsOnItsTension) {

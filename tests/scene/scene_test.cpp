@@ -53,6 +53,7 @@ TEST(Scene, HasTheDefaultsOfTheContract) {
   EXPECT_EQ(scene.t_end, 0.0);
   EXPECT_EQ(scene.output_every, 0.0);
   EXPECT_TRUE(scene.output_points.empty()) << "all";
+  EXPECT_EQ(scene.solver.way, Way::Auto);
   EXPECT_EQ(scene.solver.ordering, Ordering::Auto);
   EXPECT_EQ(scene.solver.threads, 0);
   EXPECT_EQ(scene.certificate.when, CertificatePolicy::When::Final);
@@ -62,7 +63,7 @@ TEST(Scene, ReadsMotionAndSolver) {
   const Scene scene = parse(three_points(R"(
     "motion": {"method": "rk4", "step": 1e-3, "rtol": 1e-6, "atol": 1e-7, "t_end": 2, "output_every": 0.5,
                "output_points": {"first": 1}, "stabilisation": "none", "start": "project"},
-    "solver": {"form": "normal", "ordering": "metis", "threads": 2, "certificate": {"every": 10}})"));
+    "solver": {"form": "normal", "way": "general", "ordering": "metis", "threads": 2, "certificate": {"every": 10}})"));
 
   EXPECT_EQ(scene.motion.method, Method::Rk4);
   EXPECT_EQ(scene.motion.step, 1e-3);
@@ -73,6 +74,7 @@ TEST(Scene, ReadsMotionAndSolver) {
   EXPECT_EQ(scene.output_points, (std::vector<Index>{1, 2}));
   EXPECT_EQ(scene.motion.stabilisation, Stabilisation::None);
   EXPECT_EQ(scene.motion.start, StartMode::Project);
+  EXPECT_EQ(scene.solver.way, Way::General);
   EXPECT_EQ(scene.solver.ordering, Ordering::Metis);
   EXPECT_EQ(scene.solver.threads, 2);
   EXPECT_EQ(scene.certificate.when, CertificatePolicy::When::Every);
