@@ -40,6 +40,9 @@ class Eights {
 
 void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to);
 void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to);
+/// Points that follow one another, eight to a place.
+void gather_neighbours(const double* from, std::size_t count, Eight3* to);
+void scatter_neighbours(const Eight3* from, std::size_t count, double* to);
 /// Blocks of K, whose signs follow from the direction of u: block ~k stands for the negative of block k.
 void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u);
 void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to);

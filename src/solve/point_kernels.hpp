@@ -31,4 +31,8 @@ void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, con
 /// x := m x
 void scale_by_mass(int num_rows, std::size_t count, const Eight* inverse_mass, Eight* x);
 
+/// All of that for points of one row, at once.
+void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* phi, const Eight* inverse_mass,
+                       Eight* x, Eight3* w0, Largest* right_side, Largest* residual);
+
 }  // namespace tanor
