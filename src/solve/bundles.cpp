@@ -83,6 +83,16 @@ bool read_island(std::span<const Rod> rods, Index first_row, Index end_row, Inde
   return true;
 }
 
+/// From a free end or a support to the other one.
+bool is_path(const IslandTopology& topology) {
+  std::vector<int> num_rods(static_cast<std::size_t>(topology.num_points + topology.num_supports), 0);
+  for (const auto& [i, j] : topology.rods) {
+    ++num_rods[static_cast<std::size_t>(i)];
+    ++num_rods[static_cast<std::size_t>(j)];
+  }
+  return topology.rods.size() + 1 == num_rods.size() && *std::max_element(num_rods.begin(), num_rods.end()) <= 2;
+}
+
 Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islands, std::span<const Rod> rods,
                    std::span<const double> inverse_mass) {
   Bundle bundle(topology);
@@ -148,7 +158,7 @@ Bundle::Batch Bundle::batch(std::size_t number) {
 std::vector<Bundle> take_bundles(const Constraints& constraints, const Numbering& numbering,
                                  std::span<const double> inverse_mass, bool eagerly, std::vector<Index>* islands) {
   // Beyond, a batch's numbers leave the first caches, and sparse factorizations or paths are as good.
-  constexpr std::size_t most_rods = 128;
+  constexpr std::size_t most_rods = 128, long_path = 32;
   constexpr double most_flops_a_rod = 500.0;
   const std::vector<Rod> rods = read_rods(constraints, numbering.num_rows());
   std::map<IslandTopology, std::vector<Island>> by_topology;
@@ -167,6 +177,8 @@ std::vector<Bundle> take_bundles(const Constraints& constraints, const Numbering
   for (const auto& [topology, members] : by_topology) {
     const std::size_t lanes = (members.size() + num_lanes - 1) / num_lanes * num_lanes;
     if (!eagerly && lanes > 2 * members.size()) continue;
+    const bool is_long = topology.rods.size() > long_path && is_path(topology);
+    if (!eagerly && is_long && 4 * lanes > 5 * members.size()) continue;
     const double flops = IslandSchedule(topology).flops();
     if (!eagerly && flops > most_flops_a_rod * static_cast<double>(topology.rods.size())) continue;
     result.push_back(make_bundle(topology, members, rods, inverse_mass));

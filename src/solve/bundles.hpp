@@ -46,7 +46,7 @@ struct Bundle {
 };
 
 /// Islands of rods by their topologies, out of `islands`: those with at most `most_rods` rods, of topologies that fill
-/// half of their lanes or more. `eagerly`: all that are made of rods.
+/// half of their lanes or more (long paths: nearly all). `eagerly`: all that are made of rods.
 std::vector<Bundle> take_bundles(const Constraints& constraints, const Numbering& numbering,
                                  std::span<const double> inverse_mass, bool eagerly, std::vector<Index>* islands);
 

@@ -173,27 +173,30 @@ TEST(Bundles, KnowLengthsThatMoveOffsetsSupportsThatMoveAndForces) {
   expect_agreement(breathing_rings(&any), {.way = Way::Bundles}, 0.3);
 }
 
-TEST(Bundles, StepAlongTheConstraintsAsTheGeneralWayDoes) {
-  AnyNumbers any(17);
-  for (const System& system : {copies_of(path(10), 20, &any), breathing_rings(&any)}) {
-    for (const Method method : {Method::Rattle, Method::Dop853}) {
-      std::vector<double> positions[2], velocities[2];
-      for (const Way way : {Way::General, Way::Bundles}) {
-        const MotionOptions options{.method = method, .step = 1e-3, .start = StartMode::Project};
-        Simulation simulation(system, options, {.way = way});
-        EXPECT_EQ(simulation.plan().way, way == Way::General ? "general" : "bundles");
-        const Outcome outcome = simulation.advance(0.05);
-        ASSERT_TRUE(outcome.ok()) << outcome.what;
-        EXPECT_LE(simulation.report().position_violation, 1e-12);
-        EXPECT_LE(simulation.report().velocity_violation, 1e-12);
-        const std::size_t k = way == Way::General ? 0 : 1;
-        positions[k].assign(simulation.positions().begin(), simulation.positions().end());
-        velocities[k].assign(simulation.velocities().begin(), simulation.velocities().end());
-      }
-      EXPECT_LE(relative_difference(positions[1], positions[0]), 1e-10);
-      EXPECT_LE(relative_difference(velocities[1], velocities[0]), 1e-10);
+/// Motion on the way that the plan chooses, beside the general one.
+void expect_the_same_motion(const System& system, const std::string& way) {
+  for (const Method method : {Method::Rattle, Method::Dop853}) {
+    std::vector<double> positions[2], velocities[2];
+    for (const std::size_t k : {0, 1}) {
+      const MotionOptions options{.method = method, .step = 1e-3, .start = StartMode::Project};
+      Simulation simulation(system, options, {.way = k == 0 ? Way::General : Way::Auto});
+      EXPECT_EQ(simulation.plan().way, k == 0 ? "general" : way);
+      const Outcome outcome = simulation.advance(0.05);
+      ASSERT_TRUE(outcome.ok()) << outcome.what;
+      EXPECT_LE(simulation.report().position_violation, 1e-12);
+      EXPECT_LE(simulation.report().velocity_violation, 1e-12);
+      positions[k].assign(simulation.positions().begin(), simulation.positions().end());
+      velocities[k].assign(simulation.velocities().begin(), simulation.velocities().end());
     }
+    EXPECT_LE(relative_difference(positions[1], positions[0]), 1e-10);
+    EXPECT_LE(relative_difference(velocities[1], velocities[0]), 1e-10);
   }
+}
+
+TEST(Bundles, MoveAsOnTheGeneralWay) {
+  AnyNumbers any(17);
+  expect_the_same_motion(copies_of(path(10), 20, &any), "bundles");
+  expect_the_same_motion(breathing_rings(&any), "bundles");
 }
 
 TEST(Bundles, GiveTheSameBitsForAnyNumberOfThreads) {
@@ -261,6 +264,7 @@ TEST(MixedWays, GiveEachIslandItsOwn) {
   const System system = islands_of_every_kind(&any);
   EXPECT_EQ(Dynamics(system).plan().way, "closed form+bundles+paths");
   expect_agreement(system, {});
+  expect_the_same_motion(system, "closed form+bundles+paths");
 }
 
 TEST(Bundles, ServeWhereManyIslandsAreAlikeUnlessForced) {
@@ -272,6 +276,9 @@ TEST(Bundles, ServeWhereManyIslandsAreAlikeUnlessForced) {
   EXPECT_EQ(Dynamics(rings).plan().way, "bundles");
   EXPECT_EQ(Dynamics(few).plan().way, "general");
   EXPECT_EQ(Dynamics(few, {.way = Way::Bundles}).plan().way, "bundles");
+  EXPECT_EQ(Dynamics(copies_of(path(99), 16, &any)).plan().way, "bundles");
+  EXPECT_EQ(Dynamics(copies_of(path(99), 12, &any)).plan().way, "paths");  // a quarter of the lanes would lie idle
+  EXPECT_EQ(Dynamics(copies_of(ring(99), 12, &any)).plan().way, "bundles");
   EXPECT_EQ(Dynamics(mixed).plan().way, "general");
   EXPECT_THROW(Dynamics(mixed, {.way = Way::Bundles}), InputError);
 }
