@@ -2,6 +2,9 @@
 
 /// \file One function body for each instruction set, chosen when the library is loaded: packaged binaries are for the
 /// baseline of their architecture, hot loops should not be.
+///
+/// Such a function that other files call stands in namespace tanor_kernels: gcc shows it whatever its visibility, and
+/// libtanor.map shows namespace tanor.
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)

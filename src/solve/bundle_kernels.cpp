@@ -7,6 +7,16 @@
 
 namespace tanor {
 
+double Largest::read() const {
+  double result = 0.0;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);
+  return result;
+}
+
+}  // namespace tanor
+
+namespace tanor_kernels {
+
 // ---- in and out: plain loads and stores, which no instruction set does better ----
 
 namespace {
@@ -126,12 +136,6 @@ void gather_rows(const double* from, const Index* rows, std::size_t count, Eight
 void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to) {
   const auto* const lanes = reinterpret_cast<const double*>(from);
   for (std::size_t k = 0; k < count * num_lanes; ++k) to[rows[k]] = lanes[k];
-}
-
-double Largest::read() const {
-  double result = 0.0;
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);
-  return result;
 }
 
 // ---- numbers: each function is its own loop nest, so that every instruction set has all of it ----
@@ -325,4 +329,4 @@ void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eigh
   largest->zero = zero;
 }
 
-}  // namespace tanor
+}  // namespace tanor_kernels

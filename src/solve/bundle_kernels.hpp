@@ -36,6 +36,19 @@ class Eights {
   std::vector<Cell> cells_;
 };
 
+/// Largest |.| that was seen; a NaN stays.
+struct Largest {
+  Eight value{}, zero{};  // zero: 0 times what was seen
+  double read() const;
+};
+
+}  // namespace tanor
+
+/// See instruction_sets.hpp.
+namespace tanor_kernels {
+
+using namespace tanor;
+
 /// In and out: numbers of points, rows and blocks [place][lane] that lie anywhere.
 
 void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to);
@@ -50,12 +63,6 @@ void fill(Eight3* points, std::size_t count, Vec3 value);
 void add(const Eight3* from, std::size_t count, Eight3* to);
 void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to);
 void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to);
-
-/// Largest |.| that was seen; a NaN stays.
-struct Largest {
-  Eight value{}, zero{};  // zero: 0 times what was seen
-  double read() const;
-};
 
 /// Per rod, from points r, v and w0 [point]: u along the rod, b = phi + K'w0, with offsets and the second derivatives
 /// of lengths where these are not null.
@@ -89,4 +96,8 @@ void solve_negative(const IslandSchedule& schedule, const Eight* factor, const E
 void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
            const Eight* lambda, Eight3* dw, Largest* largest);
 
-}  // namespace tanor
+}  // namespace tanor_kernels
+
+namespace tanor {
+using namespace tanor_kernels;
+}

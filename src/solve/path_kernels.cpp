@@ -6,7 +6,7 @@
 
 #include "evaluate/instruction_sets.hpp"
 
-namespace tanor::paths {
+namespace tanor_kernels::paths {
 
 namespace {
 
@@ -283,4 +283,4 @@ double largest_magnitude(const double* x, std::size_t count, double so_far) {
   return largest_of(largest) + nothing;
 }
 
-}  // namespace tanor::paths
+}  // namespace tanor_kernels::paths

@@ -4,7 +4,7 @@
 
 #include "evaluate/instruction_sets.hpp"
 
-namespace tanor {
+namespace tanor_kernels {
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, Eight3* gradients,
@@ -185,4 +185,4 @@ void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* 
   residual->zero = zero_left;
 }
 
-}  // namespace tanor
+}  // namespace tanor_kernels
