@@ -32,6 +32,30 @@ System melt(int chains, int count) {
   return scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + entry + "}", "bench.json").system;
 }
 
+/// The same system with points and rods in any order.
+System shuffled(System given) {
+  std::mt19937 generator(2);
+  std::vector<Index> place(given.masses.size());
+  std::iota(place.begin(), place.end(), 0);
+  std::shuffle(place.begin(), place.end(), generator);
+  System system = given;
+  const auto move = [](const std::vector<double>& from, std::size_t i, Index to, std::vector<double>* all) {
+    if (!from.empty()) std::copy_n(from.begin() + 3 * static_cast<std::ptrdiff_t>(i), 3, all->begin() + 3 * to);
+  };
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    system.masses[static_cast<std::size_t>(place[i])] = given.masses[i];
+    move(given.positions, i, place[i], &system.positions);
+    move(given.velocities, i, place[i], &system.velocities);
+  }
+  auto& pairs = std::get<Rods>(system.constraints.front()).pairs;
+  for (auto& [i, j] : pairs) {
+    i = place[static_cast<std::size_t>(i)];
+    j = place[static_cast<std::size_t>(j)];
+  }
+  std::shuffle(pairs.begin(), pairs.end(), generator);
+  return system;
+}
+
 /// Copies of a rigid or jointed thing, each turned and thrown at random, the same each time.
 System copies(int count, const std::vector<Eigen::Vector3d>& points, const std::vector<std::array<int, 2>>& rods) {
   std::mt19937 generator(1);
@@ -103,6 +127,7 @@ const std::vector<BenchScene> scenes = {
     {"chain 1e4", [] { return melt(1, 10000); }, 8.0},
     {"chain 1e5", [] { return melt(1, 100000); }, 8.0},
     {"chain 1e6", [] { return melt(1, 1000000); }, 12.0},
+    {"shuffled chain 1e6", [] { return shuffled(melt(1, 1000000)); }, 12.0},
     {"clusters 1e2 x 10", [] { return melt(100, 10); }, 8.0},
     {"clusters 1e3 x 10", [] { return melt(1000, 10); }, 8.0},
     {"clusters 1e4 x 10", [] { return melt(10000, 10); }, 8.0},

@@ -1,12 +1,14 @@
 #pragma once
 
 /// \file One function body for each instruction set, chosen when the library is loaded: packaged binaries are for the
-/// baseline of their architecture, hot loops should not be. Such functions live in an unnamed namespace or in
-/// `kernels`, which the symbol map hides.
+/// baseline of their architecture, hot loops should not be.
+///
+/// Such a function that other files call stands in namespace tanor_kernels: gcc shows it whatever its visibility, and
+/// libtanor.map shows namespace tanor.
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
-#define TANOR_EACH_INSTRUCTION_SET [[gnu::target_clones("avx512f", "avx2,fma", "default")]]
+#define TANOR_EACH_INSTRUCTION_SET [[gnu::target_clones("avx512f", "arch=haswell", "default")]]
 #else
 #define TANOR_EACH_INSTRUCTION_SET
 #endif

@@ -94,8 +94,10 @@ StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const Stat
   StepResult step =
       by_itself ? scheme.step(from, to->t - from.t, to) : tanor::coast(mechanics_, options_, before, from, how, to);
   if (!step.outcome.ok()) return step;
-  // From halfway there the error is 1/32 of the one before, or it is rounding.
-  const bool is_rounding = step.error > 0.25 * memory_.coasting_error;
+  // From halfway there the error is 1/32 of the one before, or it is rounding: never that much, nor under loose
+  // tolerances, whose steps end far from the place.
+  const double most_rounding = std::min(1e-4, 1e-14 / options_.rtol);
+  const bool is_rounding = step.error > 0.25 * memory_.coasting_error && step.error * options_.rtol <= most_rounding;
   if (scheme.is_adaptive() && !(step.error <= allowed_error || is_rounding)) {
     memory_.coasting_error = step.error;
     return step;

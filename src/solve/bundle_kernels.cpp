@@ -5,7 +5,17 @@
 #include "base/parallel.hpp"
 #include "base/instruction_sets.hpp"
 
-namespace tanor::inline kernels {
+namespace tanor {
+
+double Largest::read() const {
+  double result = 0.0;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);
+  return result;
+}
+
+}  // namespace tanor
+
+namespace tanor_kernels {
 
 // ---- in and out: plain loads and stores, which no instruction set does better ----
 
@@ -44,6 +54,34 @@ void scatter_points(const Eight3* from, const Index* points, std::size_t count, 
       double* const a = at(to, *point);
       *reinterpret_cast<Two*>(a) = Two{lanes[0], lanes[num_lanes]};
       a[2] = lanes[2 * num_lanes];
+    }
+  }
+}
+
+void gather_neighbours(const double* from, std::size_t count, Eight3* to) {
+  for (std::size_t p = 0; p < count; ++p) {
+    auto* const lanes = reinterpret_cast<double*>(to + p);
+    for (std::size_t lane = 0; lane < num_lanes; lane += 2, from += 6) {
+      // x y | z x | y z
+      const Two a = *reinterpret_cast<const Two*>(from), b = *reinterpret_cast<const Two*>(from + 2),
+                c = *reinterpret_cast<const Two*>(from + 4);
+      *reinterpret_cast<Two*>(lanes + lane) = Two{a[0], b[1]};
+      *reinterpret_cast<Two*>(lanes + num_lanes + lane) = Two{a[1], c[0]};
+      *reinterpret_cast<Two*>(lanes + 2 * num_lanes + lane) = Two{b[0], c[1]};
+    }
+  }
+}
+
+void scatter_neighbours(const Eight3* from, std::size_t count, double* to) {
+  for (std::size_t p = 0; p < count; ++p) {
+    const auto* const lanes = reinterpret_cast<const double*>(from + p);
+    for (std::size_t lane = 0; lane < num_lanes; lane += 2, to += 6) {
+      const Two x = *reinterpret_cast<const Two*>(lanes + lane);
+      const Two y = *reinterpret_cast<const Two*>(lanes + num_lanes + lane);
+      const Two z = *reinterpret_cast<const Two*>(lanes + 2 * num_lanes + lane);
+      *reinterpret_cast<Two*>(to) = Two{x[0], y[0]};
+      *reinterpret_cast<Two*>(to + 2) = Two{z[0], x[1]};
+      *reinterpret_cast<Two*>(to + 4) = Two{y[1], z[1]};
     }
   }
 }
@@ -98,12 +136,6 @@ void gather_rows(const double* from, const Index* rows, std::size_t count, Eight
 void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to) {
   const auto* const lanes = reinterpret_cast<const double*>(from);
   for (std::size_t k = 0; k < count * num_lanes; ++k) to[rows[k]] = lanes[k];
-}
-
-double Largest::read() const {
-  double result = 0.0;
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);
-  return result;
 }
 
 // ---- numbers: each function is its own loop nest, so that every instruction set has all of it ----
@@ -297,4 +329,4 @@ void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eigh
   largest->zero = zero;
 }
 
-}  // namespace tanor::inline kernels
+}  // namespace tanor_kernels

@@ -8,7 +8,7 @@
 #include "solve/island_schedule.hpp"
 
 /// \file Islands of one topology, eight at once: the same number of each in the lanes of one vector.
-namespace tanor::inline kernels {
+namespace tanor {
 
 inline constexpr std::size_t num_lanes = 8;
 using Eight [[gnu::vector_size(num_lanes * sizeof(double)), gnu::aligned(num_lanes * sizeof(double))]] = double;
@@ -36,10 +36,26 @@ class Eights {
   std::vector<Cell> cells_;
 };
 
+/// Largest |.| that was seen; a NaN stays.
+struct Largest {
+  Eight value{}, zero{};  // zero: 0 times what was seen
+  double read() const;
+};
+
+}  // namespace tanor
+
+/// See instruction_sets.hpp.
+namespace tanor_kernels {
+
+using namespace tanor;
+
 /// In and out: numbers of points, rows and blocks [place][lane] that lie anywhere.
 
 void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to);
 void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to);
+/// Points that follow one another, eight to a place.
+void gather_neighbours(const double* from, std::size_t count, Eight3* to);
+void scatter_neighbours(const Eight3* from, std::size_t count, double* to);
 /// Blocks of K, whose signs follow from the direction of u: block ~k stands for the negative of block k.
 void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u);
 void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to);
@@ -47,12 +63,6 @@ void fill(Eight3* points, std::size_t count, Vec3 value);
 void add(const Eight3* from, std::size_t count, Eight3* to);
 void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to);
 void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to);
-
-/// Largest |.| that was seen; a NaN stays.
-struct Largest {
-  Eight value{}, zero{};  // zero: 0 times what was seen
-  double read() const;
-};
 
 /// Per rod, from points r, v and w0 [point]: u along the rod, b = phi + K'w0, with offsets and the second derivatives
 /// of lengths where these are not null.
@@ -86,4 +96,8 @@ void solve_negative(const IslandSchedule& schedule, const Eight* factor, const E
 void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
            const Eight* lambda, Eight3* dw, Largest* largest);
 
-}  // namespace tanor::inline kernels
+}  // namespace tanor_kernels
+
+namespace tanor {
+using namespace tanor_kernels;
+}

@@ -6,7 +6,7 @@
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor::inline kernels::paths {
+namespace tanor_kernels::paths {
 
 namespace {
 
@@ -43,8 +43,11 @@ template <bool HasField>
   }
   std::array<double, chunk_size> sign;  // NOLINT: likewise
   widen(rods.sign, rods.count, sign.data());
-  double* __restrict x = chunk->x + slot, * __restrict y = chunk->y + slot, * __restrict z = chunk->z + slot;
-  double* __restrict blocks = blocks_out, * __restrict b = b_out;
+  double* __restrict x = chunk->x + slot;
+  double* __restrict y = chunk->y + slot;
+  double* __restrict z = chunk->z + slot;
+  double* __restrict blocks = blocks_out;
+  double* __restrict b = b_out;
   for (std::size_t k = 0; k < rods.count; ++k) {
     const Vec3 distance{a[3 * k], a[3 * k + 1], a[3 * k + 2]}, velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
     // g = a/|a|, phi = (v.v - (g.v)^2)/|a|
@@ -90,7 +93,9 @@ TANOR_EACH_INSTRUCTION_SET
 void load_directions(const double* __restrict blocks, const signed char* signs, Chunk* chunk) {
   std::array<double, chunk_size> sign;  // NOLINT: filled before use
   widen(signs, chunk->count, sign.data());
-  double* __restrict x = chunk->x + 1, * __restrict y = chunk->y + 1, * __restrict z = chunk->z + 1;
+  double* __restrict x = chunk->x + 1;
+  double* __restrict y = chunk->y + 1;
+  double* __restrict z = chunk->z + 1;
   for (std::size_t k = 0; k < chunk->count; ++k) {
     const double s = sign[k];
     x[k] = s * blocks[3 * k];
@@ -214,8 +219,10 @@ Ends accelerate(const Between& between, double* residual) {
   std::array<double, size> gx, gy, gz, dx, dy, dz, rest;  // NOLINT: filled before use
   const std::size_t count = between.count;
   if (count == 0) return {};
-  const double* __restrict blocks = between.blocks, * __restrict lambda = between.lambda;
-  const double* __restrict inverse_mass = between.inverse_mass, * __restrict b = between.b;
+  const double* __restrict blocks = between.blocks;
+  const double* __restrict lambda = between.lambda;
+  const double* __restrict inverse_mass = between.inverse_mass;
+  const double* __restrict b = between.b;
   std::array<double, size> sign;  // NOLINT: likewise
   widen(between.sign, count + 1, sign.data());
   double* __restrict w = between.w;
@@ -276,4 +283,4 @@ double largest_magnitude(const double* x, std::size_t count, double so_far) {
   return largest_of(largest) + nothing;
 }
 
-}  // namespace tanor::inline kernels::paths
+}  // namespace tanor_kernels::paths

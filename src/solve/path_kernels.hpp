@@ -8,7 +8,9 @@
 /// compiled for each instruction set, and the recurrences along the path, which are scalar.
 ///
 /// Directions g point along the path, whatever the blocks of K do: block = sign g.
-namespace tanor::inline kernels::paths {
+namespace tanor_kernels::paths {
+
+using tanor::Vec3;
 
 /// Rods that are worked on at once: few enough for the first cache, many enough for the loops.
 inline constexpr std::size_t chunk_size = 128;
@@ -103,4 +105,8 @@ Ends accelerate(const Between& between, double* residual);
 /// max(so_far, |x_k|); NaNs are not seen.
 double largest_magnitude(const double* x, std::size_t count, double so_far);
 
-}  // namespace tanor::inline kernels::paths
+}  // namespace tanor_kernels::paths
+
+namespace tanor {
+namespace paths = tanor_kernels::paths;
+}

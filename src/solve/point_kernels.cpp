@@ -4,7 +4,7 @@
 
 #include "base/instruction_sets.hpp"
 
-namespace tanor::inline kernels {
+namespace tanor_kernels {
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, Eight3* gradients,
@@ -158,4 +158,31 @@ void scale_by_mass(int num_rows, std::size_t count, const Eight* inverse_mass, E
   }
 }
 
-}  // namespace tanor::inline kernels
+TANOR_EACH_INSTRUCTION_SET
+void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* phi, const Eight* inverse_mass,
+                       Eight* x, Eight3* w0, Largest* right_side, Largest* residual) {
+  Eight largest_b = right_side->value, zero_b = right_side->zero;
+  Eight largest_left = residual->value, zero_left = residual->zero;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Eight gx = gradients[k].x, gy = gradients[k].y, gz = gradients[k].z;
+    const Eight b = phi[k] + (gx * w0[k].x + gy * w0[k].y + gz * w0[k].z);
+    const Eight answer = -b / (gx * gx + gy * gy + gz * gz);
+    const Eight wx = answer * gx, wy = answer * gy, wz = answer * gz;
+    const Eight left = b + (gx * wx + gy * wy + gz * wz);
+    w0[k].x += wx;
+    w0[k].y += wy;
+    w0[k].z += wz;
+    x[k] = answer * (1.0 / inverse_mass[k]);  // nearly always m itself
+    const Eight size_b = b < 0.0 ? -b : b, size_left = left < 0.0 ? -left : left;
+    largest_b = size_b > largest_b ? size_b : largest_b;
+    largest_left = size_left > largest_left ? size_left : largest_left;
+    zero_b += 0.0 * b;
+    zero_left += 0.0 * left;
+  }
+  right_side->value = largest_b;
+  right_side->zero = zero_b;
+  residual->value = largest_left;
+  residual->zero = zero_left;
+}
+
+}  // namespace tanor_kernels

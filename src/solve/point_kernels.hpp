@@ -4,7 +4,19 @@
 
 /// \file Points on guides that stand still, and the closed form of S of each: eight points at once, arrays [group of
 /// eight]; those of a point's rows one after the other, [row][group].
-namespace tanor::inline kernels {
+namespace tanor {
+
+/// G'G = L D L' of a point's gradients: what lies below the diagonal of L, and 1/D; [group].
+struct PointFactor {
+  Eight l10, l20, l21, inverse_d0, inverse_d1, inverse_d2;
+};
+
+}  // namespace tanor
+
+/// See instruction_sets.hpp.
+namespace tanor_kernels {
+
+using namespace tanor;
 
 /// Gradients and phi of points on spheres: u = a/|a|, phi = (v.v - (u.v)^2)/|a| with a = r - center.
 void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, Eight3* gradients,
@@ -13,10 +25,6 @@ void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const
 void evaluate_circles(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, const Eight3* normals,
                       Eight3* gradients, Eight* phi);
 
-/// G'G = L D L' of a point's gradients: what lies below the diagonal of L, and 1/D; [group].
-struct PointFactor {
-  Eight l10, l20, l21, inverse_d0, inverse_d1, inverse_d2;
-};
 /// `smallest` := the least of it and of the pivots of unit gradients; 0 where there is no factor.
 void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, PointFactor* factors, Eight* smallest);
 
@@ -31,4 +39,12 @@ void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, con
 /// x := m x
 void scale_by_mass(int num_rows, std::size_t count, const Eight* inverse_mass, Eight* x);
 
-}  // namespace tanor::inline kernels
+/// All of that for points of one row, at once.
+void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* phi, const Eight* inverse_mass,
+                       Eight* x, Eight3* w0, Largest* right_side, Largest* residual);
+
+}  // namespace tanor_kernels
+
+namespace tanor {
+using namespace tanor_kernels;
+}

@@ -127,6 +127,25 @@ struct PointSweep::Chunk {
   }
   /// No lane repeats a point.
   bool is_full() const { return points[num_points() - 1] - points[0] == static_cast<Index>(num_points()) - 1; }
+  void gather(const double* from, Eight3* to) const {
+    if (!is_full()) return gather_points(from, points, count, to);
+    gather_neighbours(from + 3 * static_cast<std::size_t>(points[0]), count, to);
+  }
+  void scatter(const Eight3* from, double* to) const {
+    if (!is_full()) return scatter_points(from, points, count, to);
+    scatter_neighbours(from, count, to + 3 * static_cast<std::size_t>(points[0]));
+  }
+  /// Block m of each point's member
+  void scatter_blocks(std::size_t member, Index m, const Eight3* from, double* to) {
+    const Index* const list = blocks(member, m);
+    const bool follow_points = list[num_points() - 1] - list[0] == static_cast<Index>(num_points()) - 1;
+    if (!is_full() || !follow_points) return scatter_points(from, list, count, to);
+    scatter_neighbours(from, count, to + 3 * static_cast<std::size_t>(list[0]));
+  }
+  void gather_masses(const double* from) {
+    if (!is_full()) return gather_rows(from, points, count, inverse_mass);
+    std::copy(from + points[0], from + points[0] + num_points(), reinterpret_cast<double*>(inverse_mass));
+  }
   void gather_rows_of(const double* from, Eight* to) {
     for (std::size_t m = 0; m < static_cast<std::size_t>(run.num_rows); ++m)
       gather_rows(from, rows(m), count, to + m * count);
@@ -246,27 +265,32 @@ Elimination PointSweep::solve(const Parallel& parallel, const FreeMotion& motion
                               double* lambda, double* w) {
   return for_each_chunk(parallel, [&](Chunk& chunk) {
     const std::size_t count = chunk.count;
-    gather_points(motion.r, chunk.points, count, chunk.r);
-    gather_points(motion.v, chunk.points, count, chunk.v);
-    gather_rows(inverse_mass_.data(), chunk.points, count, chunk.inverse_mass);
+    chunk.gather(motion.r, chunk.r);
+    chunk.gather(motion.v, chunk.v);
+    chunk.gather_masses(inverse_mass_.data());
     if (motion.uniform != nullptr) {
       fill(chunk.w, count, *motion.uniform);
     } else {
-      gather_points(motion.w0, chunk.points, count, chunk.w);
+      chunk.gather(motion.w0, chunk.w);
     }
     std::size_t row = 0;
     for (std::size_t k = 0; k < chunk.run.num_members; ++k) {
       evaluate(motion, k, row, &chunk);
       for (Index m = 0; m < chunk.run.members[k].num_rows; ++m, ++row)
-        scatter_blocks(chunk.gradients + row * count, chunk.blocks(k, m), count, blocks);
+        chunk.scatter_blocks(k, m, chunk.gradients + row * count, blocks);
     }
-    PointFactor* const factors = factors_of(&chunk);
-    add_free(chunk.num_rows(), count, chunk.gradients, chunk.w, chunk.b, &chunk.right_side);
-    factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
-    solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
-    tanor::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, chunk.w, &chunk.residual);
-    scale_by_mass(chunk.num_rows(), count, chunk.inverse_mass, chunk.x);
-    scatter_points(chunk.w, chunk.points, count, w);
+    if (chunk.run.num_rows == 1) {
+      solve_single_rows(count, chunk.gradients, chunk.b, chunk.inverse_mass, chunk.x, chunk.w, &chunk.right_side,
+                        &chunk.residual);
+    } else {
+      PointFactor* const factors = factors_of(&chunk);
+      add_free(chunk.num_rows(), count, chunk.gradients, chunk.w, chunk.b, &chunk.right_side);
+      factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
+      solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
+      tanor::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, chunk.w, &chunk.residual);
+      scale_by_mass(chunk.num_rows(), count, chunk.inverse_mass, chunk.x);
+    }
+    chunk.scatter(chunk.w, w);
     chunk.scatter_rows_of(chunk.x, lambda);
   });
 }
@@ -286,7 +310,7 @@ Elimination PointSweep::factorize(const Parallel& parallel, const double* blocks
 void PointSweep::solve_negative(const Parallel& parallel, const double* b, double* x) {
   (void)for_each_chunk(parallel, [&](Chunk& chunk) {
     chunk.gather_rows_of(b, chunk.b);
-    gather_rows(inverse_mass_.data(), chunk.points, chunk.count, chunk.inverse_mass);
+    chunk.gather_masses(inverse_mass_.data());
     PointFactor* const factors = factors_of(&chunk);
     for (std::size_t k = 0; k < chunk.count && chunk.run.num_rows == 1; ++k) factors[k].inverse_d0 = Eight{} + 1.0;
     solve_points(chunk.num_rows(), chunk.count, factors, chunk.b, chunk.x);
