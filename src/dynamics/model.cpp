@@ -127,9 +127,9 @@ double largest_ratio(const double* error, const double* from, const double* to, 
     for (double& x : allowed) x = atol + rtol * std::sqrt(x);
     Lane divisor;
     std::memcpy(&divisor, allowed.data(), sizeof(divisor));
-    const Lane ratio = squares / (divisor * divisor);
-    worst = ratio <= worst ? worst : ratio;
-    for (std::size_t k = 0; k < width && count < 3 * width; ++k) worst[k] = 3 * k < count ? worst[k] : 0.0;
+    Lane ratio = squares / (divisor * divisor);
+    for (std::size_t k = count / 3; k < width; ++k) ratio[k] = 0.0;
+    worst = (worst >= ratio) | (worst != worst) ? worst : ratio;  // a NaN stays
   }
   double result = 0.0;
   for (std::size_t k = 0; k < width; ++k) result = larger(result, worst[k]);

@@ -158,7 +158,9 @@ TEST(StartTest, ADoubledRodSwingsAsOneAndSharesItsLoad) {
   const System single = scenes::make_pendulum();
   System system = single;
   std::get<Rods>(system.constraints[0]).pairs.push_back({0, 1});
-  Simulation simulation(system), reference(single);
+  // Where K may lose rank the series take other steps.
+  const MotionOptions options{.rtol = 1e-13, .atol = 1e-13};
+  Simulation simulation(system, options), reference(single, options);
 
   ASSERT_TRUE(simulation.advance(0.5).ok()) << simulation.outcome().what;
   ASSERT_TRUE(reference.advance(0.5).ok());
