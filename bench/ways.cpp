@@ -1,15 +1,17 @@
 // One evaluation of the accelerations on each way (SolverOptions::way), beside the Eigen baseline, in turn in one
 // process:
-//   ways [--threads N] [NAME …]      scenes whose name begins so; default: all of them
+//   ways [--threads N] [--json FILE] [NAME …]      scenes whose name begins so; default: all of them
 // Prints nanoseconds a rod or bead (medians) and the ratios baseline/ours and general way/ours on one thread; with
 // N > 1 by how much N threads are faster than one (best of each: others' work on the machine stops threads that wait
 // for each other).
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -54,6 +56,24 @@ System shuffled(System given) {
   }
   std::shuffle(pairs.begin(), pairs.end(), generator);
   return system;
+}
+
+/// Nets and lattices of rods, with waves across their flat directions.
+System generated(const std::string& generate) {
+  System system = scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + generate + "}", "bench.json").system;
+  if (!system.velocities.empty()) return system;
+  system.velocities.resize(system.positions.size());
+  for (std::size_t i = 0; i < system.positions.size(); i += 3)
+    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
+  return system;
+}
+
+System net(int size) {
+  return generated(fmt::format(R"({{"kind": "net", "columns": {0}, "rows": {0}}})", size));
+}
+
+System lattice(int size) {
+  return generated(fmt::format(R"({{"kind": "lattice", "size": [{0}, {0}, {0}]}})", size));
 }
 
 /// Copies of a rigid or jointed thing, each turned and thrown at random, the same each time.
@@ -141,6 +161,11 @@ const std::vector<BenchScene> scenes = {
     {"spheres 1e6", [] { return beads(1000000, EigenBeads::Guide::Sphere); }, 13.0},
     {"circles 1e5", [] { return beads(100000, EigenBeads::Guide::Circle); }, 13.0},
     {"melt 320 x 99", [] { return melt(320, 99); }, 8.0},
+    {"net 30", [] { return net(30); }, 1.2},
+    {"net 100", [] { return net(100); }, 1.2},
+    {"net 300", [] { return net(300); }, 2.0},
+    {"lattice 10", [] { return lattice(10); }, 1.6},
+    {"lattice 20", [] { return lattice(20); }, 22.0},
 };
 
 double seconds_of(const std::function<void()>& work) {
@@ -192,8 +217,8 @@ struct Ours {
   }
 };
 
-void measure(const BenchScene& scene, int threads) {
-  constexpr int rounds = 11;
+/// One line of the table, as JSON.
+std::string measure(const BenchScene& scene, int threads) {
   const System system = scene.make();
   Ours ours(system, {.threads = 1}), general(system, {.way = Way::General, .threads = 1});
   std::unique_ptr<Ours> together;
@@ -206,6 +231,8 @@ void measure(const BenchScene& scene, int threads) {
 
   const int repeats = std::max(1, static_cast<int>(2e5 / num_members));
   std::vector<double> times[4];
+  const double first = seconds_of([&] { (void)baseline(r.data(), v.data()); });
+  const int rounds = first < 0.5 ? 11 : 3;
   for (int round = 0; round < rounds; ++round) {
     times[0].push_back(seconds_of([&] { (void)baseline(r.data(), v.data()); }));
     const auto repeat = [&](Ours& each) {
@@ -232,19 +259,27 @@ void measure(const BenchScene& scene, int threads) {
   const double unit = 1e9 / num_members, base = median(times[0]), mine = median(times[1]), theirs = median(times[2]);
   const auto best = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
   const std::string speedup = together ? fmt::format("{:12.2f}", best(times[1]) / best(times[3])) : "";
-  fmt::print("{:20}{:>14}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.0f}{:10.1f}{}\n", scene.name, ours.forms.plan.way,
+  fmt::print("{:20}{:>14}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{}\n", scene.name, ours.forms.plan.way,
              unit * base, unit * theirs, unit * mine, base / mine, scene.bar, theirs / mine, speedup);
+  return fmt::format(
+      R"({{"scene": "{}", "way": "{}", "members": {:.0f}, "eigen_ns": {:.2f}, "general_ns": {:.2f}, "ours_ns": {:.2f}, )"
+      R"("ratio": {:.2f}, "bar": {:.1f}, "threads": {}, "speedup": {}}})",
+      scene.name, ours.forms.plan.way, num_members, unit * base, unit * theirs, unit * mine, base / mine, scene.bar,
+      threads, together ? fmt::format("{:.2f}", best(times[1]) / best(times[3])) : "null");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
   int threads = 1;
-  std::vector<std::string> wanted;
+  std::string file;
+  std::vector<std::string> wanted, lines;
   for (int k = 1; k < argc; ++k) {
     const std::string word = argv[k];
     if (word == "--threads" && k + 1 < argc) {
       threads = std::stoi(argv[++k]);
+    } else if (word == "--json" && k + 1 < argc) {
+      file = argv[++k];
     } else {
       wanted.push_back(word);
     }
@@ -253,8 +288,9 @@ int main(int argc, char** argv) try {
              "ours", "ratio", "bar", "/general", threads > 1 ? fmt::format("{:>11}x", threads) : "");
   for (const BenchScene& scene : scenes) {
     const auto begins = [&](const std::string& word) { return scene.name.starts_with(word); };
-    if (wanted.empty() || std::any_of(wanted.begin(), wanted.end(), begins)) measure(scene, threads);
+    if (wanted.empty() || std::any_of(wanted.begin(), wanted.end(), begins)) lines.push_back(measure(scene, threads));
   }
+  if (!file.empty()) std::ofstream(file) << fmt::format("[\n{}\n]\n", fmt::join(lines, ",\n"));
 } catch (const std::exception& error) {
   fmt::print(stderr, "ways: {}\n", error.what());
   return 1;

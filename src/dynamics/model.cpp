@@ -96,44 +96,51 @@ using Lane = double __attribute__((vector_size(64)));
   return x + y + z;
 }
 
-/// Largest |error_i|/(atol + rtol |.|) of the points [begin, end), where |.| is the larger one by components.
+/// Largest |error_i|/(atol + rtol |.|) of the points [begin, end), where |.| is the larger one by components: at least
+/// 8 of them, the last ones twice where they fill no lane.
 TANOR_EACH_INSTRUCTION_SET
 double largest_ratio(const double* error, const double* from, const double* to, std::size_t begin, std::size_t end,
                      double atol, double rtol) {
   constexpr std::size_t width = 8;
+  const auto load_lane = [](const double* x) {
+    Lane lane;
+    std::memcpy(&lane, x, sizeof(lane));
+    return lane;
+  };
   Lane worst{};
-  for (std::size_t first = begin; first < end; first += width) {
+  for (std::size_t next = begin; next < end; next += width) {
+    const std::size_t first = 3 * std::min(next, end - width);
     Lane square[3], size[3];
-    const std::size_t count = 3 * std::min(width, end - first);
-    const auto load = [&](std::size_t part, const double* x) {
-      Lane lane{};
-      if (count == 3 * width) {
-        std::memcpy(&lane, x + 3 * first + width * part, sizeof(lane));
-      } else {
-        for (std::size_t k = width * part; k < std::min(count, width * (part + 1)); ++k)
-          lane[k - width * part] = x[3 * first + k];
-      }
-      return lane;
-    };
     for (std::size_t part = 0; part < 3; ++part) {
-      const Lane e = load(part, error), a = load(part, from), b = load(part, to);
+      const std::size_t at = first + width * part;
+      const Lane e = load_lane(error + at), a = load_lane(from + at), b = load_lane(to + at);
       square[part] = e * e;
       size[part] = a * a > b * b ? a * a : b * b;
     }
     const Lane squares = add_triples(square[0], square[1], square[2]);
     const Lane sizes = add_triples(size[0], size[1], size[2]);
-    std::array<double, width> allowed;
-    std::memcpy(allowed.data(), &sizes, sizeof(sizes));
-    for (double& x : allowed) x = atol + rtol * std::sqrt(x);
-    Lane divisor;
-    std::memcpy(&divisor, allowed.data(), sizeof(divisor));
-    Lane ratio = squares / (divisor * divisor);
-    for (std::size_t k = count / 3; k < width; ++k) ratio[k] = 0.0;
+    std::array<double, width> roots;
+    std::memcpy(roots.data(), &sizes, sizeof(sizes));
+    for (double& x : roots) x = std::sqrt(x);
+    const Lane allowed = atol + rtol * load_lane(roots.data());
+    const Lane ratio = squares / (allowed * allowed);
     worst = (worst >= ratio) | (worst != worst) ? worst : ratio;  // a NaN stays
   }
   double result = 0.0;
   for (std::size_t k = 0; k < width; ++k) result = larger(result, worst[k]);
   return std::sqrt(result);
+}
+
+double largest_ratio_of_few(const double* error, const double* from, const double* to, std::size_t count, double atol,
+                            double rtol) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 a = load(from, i), b = load(to, i);
+    const double size =
+        std::max(a.x * a.x, b.x * b.x) + std::max(a.y * a.y, b.y * b.y) + std::max(a.z * a.z, b.z * b.z);
+    worst = larger(worst, norm(load(error, i)) / (atol + rtol * std::sqrt(size)));
+  }
+  return worst;
 }
 
 }  // namespace
@@ -285,7 +292,9 @@ double Model::velocity_violation(double t, const double* r, const double* v) {
 }
 
 ErrorRatios Model::error_ratios(const StepErrors& errors, double atol, double rtol) const {
+  constexpr std::size_t few = 8;
   const auto largest = [&](const double* error, const double* from, const double* to) {
+    if (num_points() < few) return largest_ratio_of_few(error, from, to, num_points(), atol, rtol);
     return parallel.max_over_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
       return largest_ratio(error, from, to, begin, end, atol, rtol);
     });

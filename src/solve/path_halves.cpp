@@ -14,7 +14,7 @@ struct PathSweep::Half {
   Towards towards;
   std::size_t next, rows_left;  ///< the right half counts down: its next chunk ends at `next`
   std::size_t first = 0;        ///< row of the chunk
-  paths::Chunk chunk{};
+  paths::Chunk chunk;
   paths::Determinants determinants{};
   paths::PivotRange pivots{};
   double largest = 0.0;
