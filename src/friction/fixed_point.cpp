@@ -67,11 +67,24 @@ double subtract(const double* f, const double* x, const double* f_last, const do
   return along;
 }
 
-/// y = x - weight d; y may be x.
+/// y = x - sum of weights_j d_j.
 TANOR_EACH_INSTRUCTION_SET
-void subtract_scaled(const double* x, double weight, const float* d, std::size_t size, double* y) {
-#pragma omp simd
-  for (std::size_t k = 0; k < size; ++k) y[k] = x[k] - weight * static_cast<double>(d[k]);
+void subtract_scaled(const double* x, std::size_t count, const double* weights, const float* const* d, std::size_t size,
+                     double* y) {
+  constexpr std::size_t width = 16;  // that stay in registers
+  std::size_t begin = 0;
+  for (; begin + width <= size; begin += width) {
+    double sum[width];
+    for (std::size_t k = 0; k < width; ++k) sum[k] = x[begin + k];
+    for (std::size_t j = 0; j < count; ++j) {
+      for (std::size_t k = 0; k < width; ++k) sum[k] -= weights[j] * static_cast<double>(d[j][begin + k]);
+    }
+    for (std::size_t k = 0; k < width; ++k) y[begin + k] = sum[k];
+  }
+  for (std::size_t k = begin; k < size; ++k) {
+    y[k] = x[k];
+    for (std::size_t j = 0; j < count; ++j) y[k] -= weights[j] * static_cast<double>(d[j][k]);
+  }
 }
 
 }  // namespace
@@ -145,16 +158,9 @@ void FixedPoint::History::advance(Parts* image, Parts* x) {
   Column gamma;
   if (count > 0)
     gamma = Square(products_.topLeftCorner(count, count)).completeOrthogonalDecomposition().solve(along_.head(count));
-  for (std::size_t begin = 0; begin < size_; begin += chunk) {
-    const std::size_t length = std::min(chunk, size_ - begin);
-    double* const next = x->data() + begin;
-    const double* sum = image_.data() + begin;
-    for (std::size_t j = 0; j < count_; ++j) {
-      subtract_scaled(sum, gamma(static_cast<Eigen::Index>(j)), df_[j].data() + begin, length, next);
-      sum = next;
-    }
-    if (count_ == 0) std::copy_n(sum, length, next);
-  }
+  std::array<const float*, most_depth> df{};
+  for (std::size_t j = 0; j < count_; ++j) df[j] = df_[j].data();
+  subtract_scaled(image_.data(), count_, gamma.data(), df.data(), size_, x->data());
 }
 
 FixedPoint::FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows)
