@@ -9,7 +9,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -23,11 +22,11 @@
 #include "dynamics/forms.hpp"
 #include "eigen_baseline.hpp"
 #include "scene/scene.hpp"
+#include "timing.hpp"
 
 namespace {
 
 using namespace tanor;
-using Clock = std::chrono::steady_clock;
 
 System melt(int chains, int count) {
   const std::string entry = fmt::format(R"({{"kind": "melt", "chains": {}, "count": {}}})", chains, count);
@@ -167,17 +166,6 @@ const std::vector<BenchScene> scenes = {
     {"lattice 10", [] { return lattice(10); }, 1.6},
     {"lattice 20", [] { return lattice(20); }, 22.0},
 };
-
-double seconds_of(const std::function<void()>& work) {
-  const auto begin = Clock::now();
-  work();
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
 
 /// The yardstick for what a system is made of.
 std::function<const Eigen::VectorXd&(const double*, const double*)> make_baseline(const System& system) {

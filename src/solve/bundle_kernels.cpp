@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "base/parallel.hpp"
 #include "base/instruction_sets.hpp"
+#include "base/parallel.hpp"
 
 namespace tanor {
 
@@ -155,13 +155,8 @@ void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3
     const Eight vx = v[j].x - v[i].x, vy = v[j].y - v[i].y, vz = v[j].z - v[i].z;
     const Eight wx = w0[j].x - w0[i].x, wy = w0[j].y - w0[i].y, wz = w0[j].z - w0[i].z;
     // rho = |a|, u = a/rho
-    Eight rho = x * x + y * y + z * z;
-#pragma GCC unroll 1
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
-    const Eight inverse = 1.0 / rho;
-    x *= inverse;
-    y *= inverse;
-    z *= inverse;
+    Eight inverse;
+    normalise(&x, &y, &z, &inverse);
     // phi = (v.v - (u.v)^2)/rho
     const Eight speed = x * vx + y * vy + z * vz;
     Eight right = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse + (x * wx + y * wy + z * wz);
@@ -186,11 +181,9 @@ void evaluate_directions(const IslandTopology& topology, const Eight3* r, const 
       y += offsets[a].y;
       z += offsets[a].z;
     }
-    Eight rho = x * x + y * y + z * z;
-#pragma GCC unroll 1
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
-    const Eight inverse = 1.0 / rho;
-    u[a] = {inverse * x, inverse * y, inverse * z};
+    Eight inverse;
+    normalise(&x, &y, &z, &inverse);
+    u[a] = {x, y, z};
   }
 }
 
@@ -207,8 +200,7 @@ void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eigh
       z += offsets[a].z;
     }
     Eight rho = x * x + y * y + z * z;
-#pragma GCC unroll 1
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
+    take_roots(&rho);
     const Eight value = rho - lengths[a], size = (value < 0.0 ? -value : value) / lengths[a];
     worst = size > worst ? size : worst;
     zero += 0.0 * value;

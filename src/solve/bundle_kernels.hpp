@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include <tanor/system.hpp>
@@ -20,6 +21,21 @@ inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
   points->x[lane] = value.x;
   points->y[lane] = value.y;
   points->z[lane] = value.z;
+}
+
+[[gnu::always_inline]] inline void take_roots(Eight* squares) {
+#pragma GCC unroll 1
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) (*squares)[lane] = std::sqrt((*squares)[lane]);
+}
+
+/// a := a/|a|, and 1/|a|.
+[[gnu::always_inline]] inline void normalise(Eight* x, Eight* y, Eight* z, Eight* inverse) {
+  Eight length = *x * *x + *y * *y + *z * *z;
+  take_roots(&length);
+  *inverse = 1.0 / length;
+  *x *= *inverse;
+  *y *= *inverse;
+  *z *= *inverse;
 }
 
 /// A list of them, which lies where whole vectors can be read at once.

@@ -12,13 +12,8 @@ void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const
   for (std::size_t k = 0; k < count; ++k) {
     Eight x = r[k].x - centers[k].x, y = r[k].y - centers[k].y, z = r[k].z - centers[k].z;
     const Eight vx = v[k].x, vy = v[k].y, vz = v[k].z;
-    Eight rho = x * x + y * y + z * z;
-#pragma GCC unroll 1
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
-    const Eight inverse = 1.0 / rho;
-    x *= inverse;
-    y *= inverse;
-    z *= inverse;
+    Eight inverse;
+    normalise(&x, &y, &z, &inverse);
     const Eight speed = x * vx + y * vy + z * vz;
     phi[k] = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
     gradients[k] = {x, y, z};
@@ -38,13 +33,8 @@ void evaluate_circles(std::size_t count, const Eight3* r, const Eight3* v, const
     y -= s * ny;
     z -= s * nz;
     const Eight vx = v[k].x - s1 * nx, vy = v[k].y - s1 * ny, vz = v[k].z - s1 * nz;
-    Eight rho = x * x + y * y + z * z;
-#pragma GCC unroll 1
-    for (std::size_t lane = 0; lane < num_lanes; ++lane) rho[lane] = std::sqrt(rho[lane]);
-    const Eight inverse = 1.0 / rho;
-    x *= inverse;
-    y *= inverse;
-    z *= inverse;
+    Eight inverse;
+    normalise(&x, &y, &z, &inverse);
     const Eight speed = x * vx + y * vy + z * vz;
     phi[k] = nothing;
     phi[count + k] = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
