@@ -15,14 +15,14 @@ using Pieces = PathLanes<RodLanes::most, true>;
 using Paths = PathLanes<RodLanes::most, false>;
 using FewPaths = PathLanes<RodLanes::few, false>;
 
-TANOR_EACH_INSTRUCTION_SET void factorize(const Pieces& lanes) {
-  lanes.factorize();
+TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes) {
+  lanes.begin();
 }
-TANOR_EACH_INSTRUCTION_SET void factorize(const Paths& lanes) {
-  lanes.factorize();
+TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes) {
+  lanes.begin();
 }
-TANOR_EACH_INSTRUCTION_SET void factorize(const FewPaths& lanes) {
-  lanes.factorize();
+TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes) {
+  lanes.begin();
 }
 TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes) {
   lanes.advance(k, passes);
@@ -63,19 +63,11 @@ class Group {
     stride_ = coefficients.size();
     series_.resize(given_.length * stride_);
     for (std::size_t k = 0; k <= 2; ++k) load(k, coefficients[k]);
-    for (std::size_t i = 0; i < given_.length; ++i) {
-      auto& rod = rods_[i];
-      auto& first = series_[i * stride_];
-      for (std::size_t s = 0; s < width; ++s) {
-        const Vec3 a{first.a.x[s], first.a.y[s], first.a.z[s]};
-        const Index row = given_.rows[i * width + s];
-        const double inverse_length = row < 0 ? 0.0 : 1.0 / norm(a);
-        rod.inverse_length[s] = inverse_length;
-        put(&rod.u, s, inverse_length * a);
-        first.mu[s] = row < 0 ? 0.0 : lambda[row] * inverse_length;
-      }
+    for (std::size_t at = 0; at < given_.rows.size(); ++at) {
+      const Index row = given_.rows[at];
+      series_[at / width * stride_].mu[at % width] = row < 0 ? 0.0 : lambda[row];
     }
-    factorize(lanes());
+    tanor::begin(lanes());
   }
 
   void advance(int k, int passes, double* next) {
