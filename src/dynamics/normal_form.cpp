@@ -29,6 +29,9 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
       step_multipliers_{std::vector<double>(num_rows()), std::vector<double>(num_rows()),
                         std::vector<double>(num_rows())} {
   if (sweep_ == nullptr) (void)general();
+  PlanSummary plan;
+  describe_solver(&plan);
+  linearises_cheaply_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
                                               [this](const double* b, double* x, bool refines) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,6 +38,7 @@ class NormalForm final : public EquationsOfMotion {
   Outcome accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) override;
   Outcome free_accelerations(double t, const double* r, const double* v, double* w) override;
   ProjectionReport project_positions(double t, double* r) override;
+  ProjectionReport project_far_positions(double t, double* r) override;
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
@@ -147,7 +149,8 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport iterate_onto_velocities(double t, const double* r, double* v, double* sum);
   bool steps_with_friction() const;
   Outcome friction_stalls(double t) const;
-  ProjectionReport iterate_onto_positions(double t, double* r, double* sum);
+  ProjectionReport iterate_onto_positions(double t, double* r, double* sum,
+                                          double far = std::numeric_limits<double>::infinity());
   ProjectionReport reach_constraints(double t, double* r);
   Outcome slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d);
   double rounding_floor(const double* r) const;
@@ -185,6 +188,7 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<Sweep> sweep_;        // null: the general way alone
   std::unique_ptr<GramSolver> solver_;  // the general way; null where nobody has needed it beside the sweep
   bool is_swept_ = false;               // the last factor is the sweep's
+  bool linearises_cheaply_;             // a factorization costs no more than two solves
   Redundancy redundancy_;
   double suspect_below_;                // reciprocal condition of S
   std::vector<double> gradient_norms_;  // [d] at the last decision, where rows depend

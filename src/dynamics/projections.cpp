@@ -12,6 +12,7 @@ namespace tanor {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double friction_is_settled = 1e-11;  // relative
 constexpr int most_friction_iterations = 100;
 constexpr double rounding = 1e-9;  // of velocities, relative; more is no rounding
@@ -25,6 +26,12 @@ double NormalForm::rounding_floor(const double* r) const {
 
 ProjectionReport NormalForm::project_positions(double t, double* r) {
   return iterate_onto_positions(t, r, nullptr);
+}
+
+ProjectionReport NormalForm::project_far_positions(double t, double* r) {
+  // Less than this takes one or two iterations along any slope.
+  constexpr double far = 1e-10;
+  return iterate_onto_positions(t, r, nullptr, linearises_cheaply_ ? far : infinity);
 }
 
 ProjectionReport NormalForm::project_step(double t, double h, double* r, double* step_velocity) {
@@ -103,15 +110,15 @@ ProjectionReport NormalForm::project_singular_step(double t, double h, double* r
   return report;
 }
 
-/// Chord iterations along M^-1 K of the last linearisation; adds up the multipliers where wanted (and then the slope is
-/// never renewed, since they belong to one K).
-ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double* sum) {
+/// Chord iterations along M^-1 K of the last linearisation, or the one at r where the violation is above `far`; adds up
+/// the multipliers where wanted (and then the slope is never renewed, since they belong to one K).
+ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double* sum, double far) {
   model_.set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
   constexpr double target = 1e-13, good_enough = 1e-11;
   constexpr int most_iterations = 100;
-  double before = std::numeric_limits<double>::infinity();
+  double before = infinity;
   bool linearised_here = false, decided_here = false;
   if (projects_islands()) {
     project_islands(target, r, sum, &report);
@@ -139,7 +146,8 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
       if (report.violation > good_enough) report.outcome = explain_stall(t, report.violation);
       return report;
     }
-    if (stalls && sum == nullptr) {
+    const bool is_far = report.iterations == 0 && report.violation > far;
+    if ((stalls || is_far) && sum == nullptr) {
       // The chord's slope is too old: Newton's own.
       if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
       linearised_here = true;
@@ -197,7 +205,7 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
   constexpr double target = 1e-13;
   // What sticks stands still: there is no rounding that may add up to a creep.
   const bool holds_contacts = friction_ != nullptr && friction_->num_sticking() > 0;
-  double before = std::numeric_limits<double>::infinity();
+  double before = infinity;
   bool decided_here = false;
   if (projects_islands() && sum == nullptr) {
     project_island_velocities(target, r, v, &report);

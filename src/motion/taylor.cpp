@@ -237,7 +237,7 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   if (!exists_) return other_->step(from, h, to);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
-  StepResult result = settle(mechanics_, options_.stabilisation, to);
+  StepResult result = settle(mechanics_, options_.stabilisation, to, Turn::Large);
   if (result.outcome.ok()) result.error = measure_error(from, h, *to);
   knows_acceleration_ = result.outcome.ok();
   end_ = to->t;

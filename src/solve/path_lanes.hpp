@@ -161,40 +161,32 @@ struct PathLanes {
       const Vector a = c[1].a;
       return {rod->next.force + c[k - 1].mu * a, rod->next.half_square + dot(a, c[k + 1].a)};
     }
-    Lane x{}, y{}, z{}, square{}, next_x{}, next_y{}, next_z{}, next_square{};
-    Lane next_mu{};
-    Vector next_b{};
-    int j = 1;
-    // a_j.a_{k+2-j} for j = 1 … k + 1 and a_j.a_{k+3-j} for j = 2 … k + 1, each pair once
-    for (; 2 * j < k + 2; ++j) {
-      const Vector a = c[j].a, b = c[k + 2 - j].a;
-      const Lane mu = c[k - j].mu;
-      square += dot(a, b);
-      next_square += dot(a, next_b);
-      x += a.x * mu;
-      y += a.y * mu;
-      z += a.z * mu;
-      next_x += a.x * next_mu;
-      next_y += a.y * next_mu;
-      next_z += a.z * next_mu;
-      next_b = b;
-      next_mu = mu;
+    // Each product of two a once; the newest coefficients last, or all would wait for them.
+    const int middle = (k + 1) / 2;
+    Known now{}, next{};
+    Lane mu = c[0].mu;
+    int j = k;
+    for (; j > middle; --j) {
+      const Lane next_mu = c[k + 1 - j].mu;
+      now.force = now.force + mu * c[j].a;
+      next.force = next.force + next_mu * c[j].a;
+      mu = next_mu;
     }
-    next_square += 0.5 * dot(next_b, next_b);
-    for (; j <= k; ++j) {
-      const Vector a = c[j].a;
-      const Lane mu = c[k - j].mu;
-      x += a.x * mu;
-      y += a.y * mu;
-      z += a.z * mu;
-      next_x += a.x * next_mu;
-      next_y += a.y * next_mu;
-      next_z += a.z * next_mu;
-      next_mu = mu;
+    Vector b = c[middle + 1].a;
+    next.half_square = 0.5 * dot(b, b);
+    for (; j > 1; --j) {
+      const Vector a = c[j].a, next_b = c[k + 3 - j].a;
+      const Lane next_mu = c[k + 1 - j].mu;
+      now.half_square += dot(a, b);
+      next.half_square += dot(a, next_b);
+      now.force = now.force + mu * a;
+      next.force = next.force + next_mu * a;
+      b = next_b;
+      mu = next_mu;
     }
-    const Vector last = c[k + 1].a;
-    rod->next = {Vector{next_x, next_y, next_z} + next_mu * last, next_square};
-    return {{x, y, z}, square};
+    const Vector newest = c[k + 1].a;
+    rod->next = {next.force + c[0].mu * newest, next.half_square};
+    return {now.force + mu * c[1].a, now.half_square + dot(c[1].a, newest)};
   }
 
   /// r_{k+2} into the points; a_{k+2} and mu_k into the series. `passes` above 1 refine where S is ill-conditioned.
@@ -203,7 +195,7 @@ struct PathLanes {
     begin_order(k, 1.0 / inverse_factor);
     for (int pass = 0; pass < passes; ++pass) {
       if (pass > 0) eliminate();
-      substitute(k, inverse_factor);
+      substitute(k, inverse_factor, pass > 0);
     }
   }
 
@@ -211,14 +203,12 @@ struct PathLanes {
   ///
   ///   S x = -(half_square/|a_0| + u.(r_{i+1} - r_i))
   [[gnu::always_inline]] void begin_order(int k, double factor) const {
-    const auto row = static_cast<std::size_t>(k);
     const Known last = multiply(series + (length - 1) * stride, k, rods + length - 1);
     Known here = length > 1 ? multiply(series, k, rods) : last;
     points[0].r = (factor * points[0].inverse_mass) * (from_before(last.force) - here.force);
     points[length].r = (factor * ends() * points[length].inverse_mass) * last.force + from_next(points[0].r);
     Forwards forwards;
     for (std::size_t i = 0; i < length; ++i) {
-      series[i * stride + row].mu = Lane{};
       rods[i].half_square = here.half_square;
       if (i + 1 < length) {
         const Known behind = i + 2 < length ? multiply(series + (i + 1) * stride, k, rods + i + 1) : last;
@@ -258,14 +248,17 @@ struct PathLanes {
   }
 
   /// Backwards: x = factor lambda_k, r += M^-1 K x, mu_k and a_{k+2}.
-  [[gnu::always_inline]] void substitute(int k, double inverse_factor) const {
+  [[gnu::always_inline]] void substitute(int k, double inverse_factor, bool refines) const {
     const auto row = static_cast<std::size_t>(k);
     Rod& last = rods[length - 1];
     Point& end = points[length];
     const Lane separator = from_before(last.x);
     const Vector last_tension = last.x * last.u;
     end.r = end.r + (ends() * end.inverse_mass) * last_tension;
-    series[(length - 1) * stride + row].mu += inverse_factor * last.x * last.inverse_length;
+    const auto add = [refines](const Lane& part, Lane* mu) __attribute__((always_inline)) {
+      *mu = refines ? *mu + part : part;
+    };
+    add(inverse_factor * last.x * last.inverse_length, &series[(length - 1) * stride + row].mu);
     Lane x = last.x;
     Vector tension = last_tension, behind = end.r;
     for (std::size_t i = length - 1; i-- > 0;) {
@@ -274,7 +267,7 @@ struct PathLanes {
       const Vector before = x * rod.u;
       Point& point = points[i + 1];
       point.r = point.r + point.inverse_mass * (before - tension);
-      series[i * stride + row].mu += inverse_factor * x * rod.inverse_length;
+      add(inverse_factor * x * rod.inverse_length, &series[i * stride + row].mu);
       series[(i + 1) * stride + row + 2].a = rods[i + 1].is_there * (behind - point.r);
       behind = point.r;
       tension = before;
