@@ -140,9 +140,7 @@ void Taylor::choose_terms(const State& from) {
   terms_ = order_;
   longest_ = longest_step(from, order_);
   const int half = order_ / 2;
-  if (!mechanics_.may_lose_rank() || half <= least || longest_step_of(from, half) < longest_ ||
-      longest_step_of(from, half - 1) < longest_)
-    return;
+  if (!mechanics_.may_lose_rank() || half <= least || longest_step(from, half) < longest_) return;
   for (int terms = least; terms < order_; ++terms) {
     if (const double h = longest_step(from, terms); h > longest_) {
       longest_ = h;
@@ -153,16 +151,16 @@ void Taylor::choose_terms(const State& from) {
 
 /// The longest h for which the last term, and the one before it, stay within the tolerance.
 double Taylor::longest_step(const State& from, int terms) {
-  return std::min(longest_step_of(from, terms - 1), longest_step_of(from, terms));
+  return std::exp(std::min(log_of_longest_step(from, terms - 1), log_of_longest_step(from, terms)));
 }
 
-/// The longest h for which term k stays within the tolerance, in positions and velocities.
-double Taylor::longest_step_of(const State& from, int k) {
+/// Of the longest h for which term k stays within the tolerance, in positions and velocities.
+double Taylor::log_of_longest_step(const State& from, int k) {
   const double* const c = pointers_[static_cast<std::size_t>(k)];
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {c, c, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
   // |r_k| h^k and k |r_k| h^{k-1}
-  return std::exp(std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1)));
+  return std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1));
 }
 
 /// x, x' and x'' at h, in pieces that stay in the first cache.

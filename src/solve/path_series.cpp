@@ -59,6 +59,15 @@ class Group {
     }
   }
 
+  void expand(std::span<double* const> coefficients, const double* lambda, int passes) {
+    begin(coefficients, lambda);
+    for (std::size_t k = 1; k + 2 < coefficients.size(); ++k) {
+      tanor::advance(lanes(), static_cast<int>(k), passes);
+      store_order(coefficients[k + 2]);
+    }
+  }
+
+ private:
   void begin(std::span<double* const> coefficients, const double* lambda) {
     stride_ = coefficients.size();
     series_.resize(given_.length * stride_);
@@ -70,8 +79,7 @@ class Group {
     tanor::begin(lanes());
   }
 
-  void advance(int k, int passes, double* next) {
-    tanor::advance(lanes(), k, passes);
+  void store_order(double* next) const {
     for (std::size_t at = 0; at < given_.points.size(); ++at) {
       const Index point = given_.points[at];
       const Vector& r = points_[at / width].r;
@@ -80,7 +88,6 @@ class Group {
     }
   }
 
- private:
   static void put(Vector* to, std::size_t lane, Vec3 a) {
     to->x[lane] = a.x;
     to->y[lane] = a.y;
@@ -169,19 +176,14 @@ PathSeries::PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> off
   }
 }
 
-void PathSeries::begin(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda) {
+void PathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
+                        int passes) {
   parallel.for_tasks(groups_.size(), [&](std::size_t g) {
-    std::visit([&](auto& group) { group.begin(coefficients, lambda); }, groups_[g].group);
+    std::visit([&](auto& group) { group.expand(coefficients, lambda, passes); }, groups_[g].group);
   });
   for (std::size_t k = 3; k < coefficients.size(); ++k) {
     for (const Index point : still_) store(coefficients[k], point, {});
   }
-}
-
-void PathSeries::advance(const Parallel& parallel, int k, int passes, double* next) {
-  parallel.for_tasks(groups_.size(), [&](std::size_t g) {
-    std::visit([&](auto& group) { group.advance(k, passes, next); }, groups_[g].group);
-  });
 }
 
 }  // namespace tanor
