@@ -88,7 +88,7 @@ double SingularPlaces::coasting_length(double t_before, double t) const {
 StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const State& from, State* to) {
   constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
   SingularForecast& forecast = memory_.forecast;
-  const Coasting how{.knows_acceleration_before = scheme.knows_acceleration(),
+  const Coasting how{.follows_quintic = scheme.knows_acceleration() && scheme.order() > 2,
                      .ends_there = forecast.lies_near(to->t, to->t - from.t)};
   const bool by_itself = !how.ends_there && !is_coasting() && scheme.sees_through(from);
   StepResult step =

@@ -81,6 +81,11 @@ INSTANTIATE_TEST_SUITE_P(EveryMethod, ExtremeScene,
                                                           Named{extreme::rest_hanging}, Named{extreme::ring_spring}),
                                           in_every_way));
 
+INSTANTIATE_TEST_SUITE_P(FlatPlaces, ExtremeScene,
+                         testing::Combine(testing::Values(Named{extreme::pass_flat_place}, Named{extreme::start_flat},
+                                                          Named{[] { return extreme::turn_four_bars(5); }}),
+                                          in_every_way));
+
 INSTANTIATE_TEST_SUITE_P(HeavyTips, ExtremeScene,
                          testing::Combine(testing::Values(Named{[] { return extreme::turn_heavy_tip(1e6); }},
                                                           Named{[] { return extreme::drop_heavy_tip(1e6); }}),
