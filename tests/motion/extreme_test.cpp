@@ -107,6 +107,20 @@ INSTANTIATE_TEST_SUITE_P(UnequalRods, ExtremeScene,
                                                           Named{[] { return extreme::drop_unequal(2); }}),
                                           in_every_way));
 
+/// Steps that shrink as their errors grow would creep up to a flat place and never pass it.
+TEST(FourBars, ArePassedFlatByStepsThatDoNotShrink) {
+  for (const Index loops : {5, 40}) {
+    const Case scene = extreme::turn_four_bars(loops);
+    Simulation simulation(scene.system, extreme::options_of(scene, Method::Radau5));
+
+    ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+
+    EXPECT_LE(scene.error(simulation), 1e-6);
+    EXPECT_LT(simulation.report().steps, 4000U);
+    EXPECT_EQ(simulation.report().singular_passages.count, 5U);
+  }
+}
+
 /// Newton's matrix holds rods as rods, not by a compliance of 1e-10 that such a tip would feel.
 TEST(HeavyTip, FallsByImplicitStepsThatConverge) {
   for (const double ratio : {1e9, 1e12}) {

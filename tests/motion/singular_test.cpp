@@ -266,17 +266,6 @@ TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
   EXPECT_LT(simulation.report().steps, 400U);
 }
 
-/// Steps that shrink as their errors grow would creep up to a flat place and never pass it.
-TEST(Singular, Radau5GoesThroughFortyFourBarsInStepsThatDoNotShrink) {
-  Simulation simulation(make_many_four_bars(40), {.method = Method::Radau5, .rtol = 1e-8, .atol = 1e-10});
-
-  ASSERT_TRUE(simulation.advance(5.0).ok()) << simulation.outcome().what;
-
-  EXPECT_EQ(simulation.report().singular_passages.count, 5U);
-  EXPECT_LT(simulation.report().steps, 2000U);
-  EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-6);
-}
-
 /// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut.
 System make_net_on_adjacent_corners() {
   constexpr Index m = 10;
