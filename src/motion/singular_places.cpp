@@ -33,7 +33,8 @@ void SingularPlaces::note(double t, bool is_settled) {
   if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
   regular_ = std::max(regular_, reciprocal_condition);
   memory_.forecast.add(t, relative_condition());
-  if (!(memory_.forecast.time() > t) || std::isinf(memory_.forecast.time())) memory_.is_in_the_way = false;
+  const bool lies_ahead = memory_.forecast.time() > t && std::isfinite(memory_.forecast.time());
+  memory_.is_in_the_way = lies_ahead && !follows_ && (memory_.is_in_the_way || memory_.approaches > 0);
   if (follows_) find_passage(t);
   if (is_at_one()) {
     note_passage(t, reciprocal_condition, memory_.is_at_one);

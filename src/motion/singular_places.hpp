@@ -40,7 +40,10 @@ class SingularPlaces {
   bool have_surprised() const;
 
   /// The next step is to be shorter; false: it was often enough.
-  bool approach() { return ++memory_.approaches <= most_approaches; }
+  bool approach() {
+    memory_.is_in_the_way = false;  // until that step was taken
+    return ++memory_.approaches <= most_approaches;
+  }
   double half_way(double t) const { return 0.5 * (memory_.forecast.time() - t); }
   /// Of a step that coasts: half as far beyond the place as it lies ahead.
   double coasting_length(double t_before, double t) const;
