@@ -137,6 +137,8 @@ class Mechanics {
   virtual std::size_t rank() const { return 0; }
   /// K may have less rank somewhere than where the motion began.
   virtual bool may_lose_rank() const { return true; }
+  /// Largest over smallest mass under constraints: S may be worse conditioned than K by as much.
+  virtual double mass_ratio() const { return 1.0; }
   /// Where between the K of the last call and the one of the last linearisation K lost rank, as a fraction of the way:
   /// a singular value passed through 0 there; negative: nowhere. `anew`: whatever came before.
   virtual double find_passage(bool /*anew*/) { return -1.0; }

@@ -9,6 +9,7 @@
 
 #include "base/instruction_sets.hpp"
 #include "base/stopwatch.hpp"
+#include "solve/redundancy.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -180,6 +181,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       scene_size(tanor::scene_size(system)),
       smallest_length(constraints.smallest_length(scene_size)),
       may_lose_rank(closes_loops(system, numbering)),
+      mass_ratio(find_mass_ratio(incidences, inverse_mass)),
       rank(numbering.first_idle_row()),
       uniform_free_(forces.uniform_acceleration()),
       num_constrained_(count_constrained(incidences, numbering)),

@@ -49,6 +49,7 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_accelerations() const override { return model_.counters.evaluations; }
   std::size_t rank() const override { return model_.rank; }
   bool may_lose_rank() const override { return model_.may_lose_rank; }
+  double mass_ratio() const override { return model_.mass_ratio; }
   double find_passage(bool anew) override;
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }

@@ -50,8 +50,14 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
                              model_.num_moving(), r);
   }
 
-  const ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
-  if (!report.outcome.ok() && redundancy_.is_found()) return project_singular_step(t, h, r, step_velocity);
+  ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
+  if (!report.outcome.ok() && redundancy_.is_found()) {
+    // Rows that depended when K was seen last may be independent where the step begins.
+    if (!decide_rank_again(step_start_.data())) return project_singular_step(t, h, r, step_velocity);
+    std::copy(step_start_.begin(), step_start_.end(), r);
+    std::fill(step.sum.begin(), step.sum.end(), 0.0);
+    report = iterate_onto_positions(t, r, step.sum.data());
+  }
   if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
 
   model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
@@ -116,7 +122,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
   model_.set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
-  constexpr double target = 1e-13, good_enough = 1e-11;
+  constexpr double target = 1e-13, largest_left = 1e-12;
   constexpr int most_iterations = 100;
   double before = infinity;
   bool linearised_here = false, decided_here = false;
@@ -136,11 +142,13 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
     if (report.violation <= target) return report;
     const bool stalls = report.violation > 0.3 * before;
     if (stalls && report.violation <= rounding_floor(r)) return report;
-    const bool hopeless = stalls && report.violation > before && (linearised_here || sum != nullptr);
+    const bool hopeless = stalls && report.violation > 0.99 * before && (linearised_here || sum != nullptr);
     if (report.iterations == most_iterations || hopeless) {
+      const double good_enough = std::max(largest_left, 2.0 * rounding_floor(r));
       // Rows that depended when K was seen last may be independent here.
       if (report.violation > good_enough && sum == nullptr && !decided_here) {
         decided_here = true;
+        before = std::numeric_limits<double>::infinity();
         if (decide_rank_again(r)) continue;
       }
       if (report.violation > good_enough) report.outcome = explain_stall(t, report.violation);
