@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 """Runs tanor and its rivals in turn on the same problems and tabulates the time that each needs to reach an error.
 
-    compare.py DRIVERS OUT [PROBLEM …]    DRIVERS: folder of rival_tanor, rival_sundials, rival_simbody
+    compare.py DRIVERS OUT [PROBLEM …]    DRIVERS: folder of rival_tanor, …; those that are not there are left out
                                           PROBLEM: P1-1000 P2 P3 A01 P1-10 P1-100 (default: all)
 
 Writes OUT/rivals.csv (every run) and OUT/rivals.md (times to reach an error, ratios, bars). Processor time of one
-thread, without set-up; the middle one of three rounds, in each of which all programs run one after the other.
+thread, without set-up; the middle one of three rounds, in each of which all programs run one after the other (runs
+of more than 2 s are made once). What aborts, gives NaN or takes more than a minute is a row that says so.
 """
 
 import csv
@@ -21,14 +22,16 @@ from typing import NamedTuple
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROUNDS = 3
+SLOW = 2.0          # s; not repeated
+TIME_LIMIT = 60.0   # s a run
 OWN_ORDER = "tanor taylor, own order"
 
 
 class Run(NamedTuple):
     """One program with one setting."""
-    driver: str     # tanor, sundials, simbody
+    driver: str        # tanor, sundials, simbody, mujoco, openmm, gromacs
     method: str
-    tolerance: float
+    tolerance: float   # of the last three the step, s
 
     def group(self) -> str:
         """What competes as one: all orders of the series, …"""
@@ -62,25 +65,39 @@ PROBLEMS = {
     "P1-1000": Problem("chain", 1000, "chain of 1000 rods, 1 s", [1e-4, 1e-6, 1e-9],
                        tanor_runs(11, "taylor8 taylor10 taylor12 taylor16") +
                        sundials_runs([1e-4, 1e-6, 1e-8], [1e-4, 1e-6, 1e-8, 1e-10, 1e-11]) +
-                       runs_of("simbody", "rkm", [1e-3, 1e-6]), "chain1000.txt"),
+                       runs_of("sundials", "ida", [1e-4, 1e-6, 1e-8]) + runs_of("simbody", "rkm", [1e-3, 1e-6]) +
+                       runs_of("openmm", "ccma", [1e-3, 2e-4]) + runs_of("gromacs", "lincs", [1e-3, 1e-4]),
+                       "chain1000.txt"),
     "P2": Problem("net", 30, "net of 30 x 30 beads, 0.1 s", [2e-6, 3e-9],
                   tanor_runs(11, "taylor8 taylor12 taylor16") +
-                  sundials_runs([1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-9, 1e-10]), "net30.txt"),
+                  sundials_runs([1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-9, 1e-10]) +
+                  runs_of("sundials", "ida", [1e-5, 1e-7, 1e-9]) + runs_of("mujoco", "tendons", [1e-2, 5e-3, 2e-3]) +
+                  runs_of("openmm", "ccma", [1e-2, 1e-3]) + runs_of("gromacs", "lincs", [1e-3, 1e-4]), "net30.txt"),
     "P3": Problem("pendulum", 1, "pendulum of 0.1 m, 10 s", [1e-6, 5e-9, 1e-10],
                   tanor_runs(14, "taylor12 taylor16 taylor20 taylor24") +
                   sundials_runs([1e-6, 1e-8, 1e-10, 1e-12], [1e-6, 1e-8, 1e-10, 1e-12, 1e-13]) +
-                  runs_of("simbody", "rkm", [1e-4, 1e-6, 1e-8]), "pendulum.txt"),
+                  runs_of("sundials", "ida", [1e-6, 1e-8, 1e-10, 1e-12]) +
+                  runs_of("simbody", "rkm", [1e-4, 1e-6, 1e-8]) + runs_of("mujoco", "tree", [1e-2, 5e-3, 2e-3, 1e-3]) +
+                  runs_of("openmm", "ccma", [1e-3, 1e-4, 1e-5]) + runs_of("gromacs", "lincs", [1e-3, 1e-4]),
+                  "pendulum.txt"),
     "A01": Problem("a01", 1, "IFToMM A01: pendulum of 1 m, 2000 s", [1e-3, 1e-6],
                    tanor_runs(14, "taylor12 taylor16 taylor20 taylor24") +
-                   runs_of("sundials", "erk8", [1e-8, 1e-10, 1e-12]), ""),
+                   runs_of("sundials", "erk8", [1e-8, 1e-10, 1e-12]) + runs_of("sundials", "ida", [1e-8, 1e-10]) +
+                   runs_of("mujoco", "tree", [1e-2, 5e-3, 2e-3]), ""),
     "P1-10": Problem("chain", 10, "chain of 10 rods, 1 s", [1e-4, 1e-6, 1e-9],
                      tanor_runs(12, "taylor8 taylor12 taylor16") +
                      sundials_runs([1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]) +
-                     runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7, 1e-9]), "chain10.txt"),
+                     runs_of("sundials", "ida", [1e-4, 1e-6, 1e-8, 1e-10]) +
+                     runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7, 1e-9]) +
+                     runs_of("mujoco", "tree", [1e-2, 2e-3, 1e-3, 2e-4]) + runs_of("openmm", "ccma", [1e-3, 1e-4]) +
+                     runs_of("gromacs", "lincs", [1e-3, 1e-4]), "chain10.txt"),
     "P1-100": Problem("chain", 100, "chain of 100 rods, 1 s", [1e-4, 1e-6, 1e-9],
                       tanor_runs(12, "taylor8 taylor12 taylor16") +
                       sundials_runs([1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]) +
-                      runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7]), "chain100.txt"),
+                      runs_of("sundials", "ida", [1e-4, 1e-6, 1e-8, 1e-10]) +
+                      runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7]) + runs_of("mujoco", "tree", [1e-2, 5e-3, 2e-3]) +
+                      runs_of("openmm", "ccma", [1e-3, 1e-4]) + runs_of("gromacs", "lincs", [1e-3, 1e-4]),
+                      "chain100.txt"),
 }
 
 
@@ -129,31 +146,43 @@ def largest_distance(places: list, truth: list) -> float:
     return max(math.dist(a, b) for a, b in zip(places, truth))
 
 
+def driver_of(drivers: pathlib.Path, name: str) -> pathlib.Path:
+    return drivers / f"rival_{name}"
+
+
 def make_run(drivers: pathlib.Path, problem: Problem, run: Run, truth: list) -> dict:
     """{"seconds", "steps", "factorizations", "error"}, or {"trouble"}."""
     with tempfile.NamedTemporaryFile() as end:
-        command = [drivers / f"rival_{run.driver}", problem.name, str(problem.size), run.method, f"{run.tolerance:g}",
+        command = [driver_of(drivers, run.driver), problem.name, str(problem.size), run.method, f"{run.tolerance:g}",
                    end.name]
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+        try:
+            done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                                  check=False, timeout=TIME_LIMIT)
+        except subprocess.TimeoutExpired:
+            return {"trouble": f"takes more than {TIME_LIMIT:g} s"}
         if done.returncode != 0 or not done.stdout.split():
-            return {"trouble": (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]}
+            return {"trouble": "aborts, " + (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]}
+        places = read_places(pathlib.Path(end.name))
+        if not all(math.isfinite(coordinate) for place in places for coordinate in place):
+            return {"trouble": "NaN"}
         seconds, steps, factorizations = done.stdout.split()[-3:]
         return {"seconds": float(seconds), "steps": int(steps), "factorizations": int(factorizations),
-                "error": largest_distance(read_places(pathlib.Path(end.name)), truth)}
+                "error": largest_distance(places, truth)}
 
 
 def measure(drivers: pathlib.Path, problem: Problem) -> list:
     """One row a run: the middle of its times over the rounds."""
     truth = read_places(HERE / "reference" / problem.reference) if problem.reference else [pendulum_place(2000.0)]
+    runs = [run for run in problem.runs if driver_of(drivers, run.driver).exists()]
     times, rows = {}, {}
     for _ in range(ROUNDS):
-        for run in problem.runs:
-            if "trouble" in rows.get(run, {}):
+        for run in runs:
+            if "trouble" in rows.get(run, {}) or times.get(run, [0.0])[0] > SLOW:
                 continue
             rows[run] = make_run(drivers, problem, run, truth)
             times.setdefault(run, []).append(rows[run].get("seconds", math.nan))
     return [{"group": run.group(), "method": run.method, "tolerance": run.tolerance, **rows[run],
-             "seconds": statistics.median(times[run])} for run in problem.runs]
+             "seconds": statistics.median(times[run])} for run in runs]
 
 
 def rows_of(rows: list, group: str) -> list:
@@ -193,10 +222,12 @@ def make_table(problem: Problem, rows: list) -> str:
     for group in groups:
         errors = [row["error"] for row in rows_of(rows, group)]
         times = [describe_time(time_to_reach(rows, group, error)) for error in problem.targets]
-        text += f"| {group} | " + " | ".join(times) + f" | {min(errors, default=math.nan):.1e} |\n"
+        troubles = [row["trouble"] for row in rows if row["group"] == group and row.get("trouble")]
+        best = f"{min(errors):.1e}" if errors else troubles[0] if troubles else "–"
+        text += f"| {group} | " + " | ".join(times) + f" | {best} |\n"
     for row in rows:
         if row.get("trouble"):
-            text += f"\n{row['group']} with {row['tolerance']:g} failed: {row['trouble']}\n"
+            text += f"\n{row['group']} with {row['tolerance']:g}: {row['trouble']}\n"
     return text + "\n"
 
 
@@ -235,14 +266,21 @@ def write_results(out: pathlib.Path, measured: dict) -> None:
 
 Measured {datetime.date.today()} on {processor()}, load {load}; repeat with `scripts/error-time --rivals`.
 Processor time of one thread, steps alone without set-up, the middle one of {ROUNDS} rounds in which all programs run in
-turn: trust ratios more than times. Error: largest distance of a bead at the end from digits that others than tanor
-made (`bench/rivals/reference`; the net's are erk8's with 1e-13, dop853 and taylor agree to 2e-14; A01: closed form).
+turn (runs of more than {SLOW:g} s: once): trust ratios more than times. Error: largest distance of a bead at the end
+from digits that others than tanor made (`bench/rivals/reference`; the net's are erk8's with 1e-13, dop853 and taylor
+agree to 2e-14; A01: closed form).
 Each program with the best of the settings in `rivals.csv`, log-log interpolation between them.
 
 - taylor, dop853, dopri5: tanor. taylor is the best of the orders that were tried; "own order": what it takes by itself.
 - erk5, erk8: SUNDIALS' ARKODE, projected after each step; adams: CVODE, which has no projection with it; bdf: CVODE with
   projection. S and its projections are written by hand (`bench/rivals/normal_form.hpp`, Eigen's SimplicialLDLT).
+- ida: SUNDIALS' IDA on the stabilised form of index 2 (`bench/rivals/stabilised_form.hpp`), KLU.
 - simbody rkm: a tree of universal joints, Runge-Kutta-Merson.
+- mujoco: Runge-Kutta 4 with a fixed step; tree: ball joints (1000 of them take seconds a step: not run), tendons: rods
+  as equalities of tendons, which are strong springs.
+- openmm ccma: leapfrog with constraints and a fixed step, the reference platform in double precision.
+- gromacs lincs: velocity Verlet with a fixed step, LINCS of order 8 with 4 iterations, in double precision; its time is
+  what it says itself, wall time in milliseconds.
 
 """
     text += make_bars(measured) + "".join(make_table(PROBLEMS[name], rows) for name, rows in measured.items())
@@ -254,6 +292,9 @@ Each program with the best of the settings in `rivals.csv`, log-log interpolatio
 def main() -> None:
     drivers, out, names = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3:] or list(PROBLEMS)
     out.mkdir(parents=True, exist_ok=True)
+    for driver in dict.fromkeys(run.driver for name in names for run in PROBLEMS[name].runs):
+        if not driver_of(drivers, driver).exists():
+            print(f"compare: {driver} is not built and left out", flush=True)
     measured = {}
     for name in names:
         measured[name] = measure(drivers, PROBLEMS[name])

@@ -46,6 +46,9 @@ class NormalForm {
     add_correction(w);
   }
 
+  /// lambda, N/m, of the accelerations just found.
+  const Eigen::VectorXd& multipliers() const { return b_; }
+
   /// Newton's method on xi(r) = 0 to a share of the length, then v without its normal part.
   void project(double* r, double* v, double tolerance) {
     const double length2 = problem_.length * problem_.length;

@@ -45,8 +45,9 @@ struct Problem {
 /// N rods from an anchor, horizontal.
 inline Problem make_chain(int count, double mass, double length, double t_end) {
   Problem chain{mass, length, 9.81, t_end, {}, {}};
+  chain.places.resize(static_cast<std::size_t>(3 * count));
   for (int i = 0; i < count; ++i) {
-    chain.places.insert(chain.places.end(), {length * (i + 1), 0.0, 0.0});
+    chain.places[static_cast<std::size_t>(3 * i)] = length * (i + 1);
     chain.rods.push_back({i - 1, i});
   }
   return chain;
@@ -117,14 +118,18 @@ inline void report(const Problem& problem, const std::function<Run()>& make_run,
   std::fclose(out);
 }
 
-/// A driver's main: PROBLEM SIZE METHOD TOLERANCE FILE; make_run(problem, method, tolerance) is one run of it.
+/// A driver's main: PROBLEM SIZE METHOD TOLERANCE FILE; make_run(problem, method, tolerance) is one run of it. What
+/// went wrong is the last line of the error stream, and the exit code 1.
 template <class MakeRun>
-int drive(int count, char** words, const MakeRun& make_run) {
+int drive(int count, char** words, const MakeRun& make_run) try {
   if (count != 6) return 2;
   const Problem problem = make_problem(words[1], std::atoi(words[2]));
   report(
       problem, [&] { return make_run(problem, std::string(words[3]), std::atof(words[4])); }, words[5]);
   return 0;
+} catch (const std::exception& trouble) {
+  std::fprintf(stderr, "%s\n", trouble.what());
+  return 1;
 }
 
 }  // namespace rivals
