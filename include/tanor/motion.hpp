@@ -122,6 +122,7 @@ struct Snapshot {
   double advance_end = 0.0;          ///< the steps it had from `advance_begin` on
   std::vector<int> discrete_state;   ///< which contacts slip and which way, …
   std::vector<double> event_slopes;  ///< 1/s, how what decides on them fell in the last step; empty: not known
+  std::vector<double> solver_memory;  ///< what iterative solves start from, see SolverOptions::reuse; empty: nothing
 };
 
 /// A system on its way through time.

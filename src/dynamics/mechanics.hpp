@@ -33,6 +33,13 @@ struct StepErrors {
   const double *x_from, *v_from, *x_to, *v_to;
 };
 
+/// What errors dw of accelerations inside a step of length h, from x and v, may do: h |dw| and h^2 |dw| at most `share`
+/// of atol + rtol |.| of v and x. h = 0: nothing beyond rounding.
+struct ErrorTarget {
+  double h = 0.0, share = 0.0, atol = 0.0, rtol = 0.0;
+  const double *x = nullptr, *v = nullptr;
+};
+
 /// Largest over the points of |error|/(atol + rtol |.|).
 struct ErrorRatios {
   double x, v;  // of positions, of velocities
@@ -123,6 +130,13 @@ class Mechanics {
   virtual ProjectionReport project_step_velocities(double t, double /*h*/, const double* x, double* v) {
     return project_velocities(t, x, v);
   }
+
+  /// From here on, for accelerations with `Gradients::Evaluate`: those that are not exact leave K but no factor there.
+  virtual void set_error_target(const ErrorTarget& /*target*/) {}
+  /// What they start from beside the state, plain numbers, to be kept in a snapshot; and back. Throws InputError where
+  /// it does not fit.
+  virtual std::vector<double> solver_memory() const { return {}; }
+  virtual void restore_solver_memory(std::span<const double> /*memory*/) {}
 
   /// t: at the step's beginning. The last accelerations were those at its end.
   virtual ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/check.hpp"
 #include "base/parallel.hpp"
@@ -73,6 +74,10 @@ RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mec
   stage_x_.resize(n);
   stage_v_.resize(n);
   zero_.resize(is_adaptive() ? n : 0, 0.0);
+  // A step adds up sum_i b_i times the errors of its stages.
+  constexpr double tenth = 0.1;
+  share_ = tenth / std::accumulate(tableau_.b.begin(), tableau_.b.end(), 0.0,
+                                   [](double sum, double weight) { return sum + std::abs(weight); });
 }
 
 /// weights'A, by the rows that are there.
@@ -109,28 +114,38 @@ Outcome RungeKutta::evaluate_stage(const State& from, double h, double c, const 
 StepResult RungeKutta::step(const State& from, double h, State* to) {
   const std::size_t n = from.x.size(), stages = tableau_.b.size();
   const Accelerations a = accelerations(from, *to);
-
-  const bool has_work = mechanics_.has_work();
   to->work = from.work;
-  const auto add_work = [&](std::size_t i, const Power& power) {
-    to->work.supports += h * tableau_.b[i] * power.supports;
-    to->work.forces += h * tableau_.b[i] * power.forces;
-    to->work.friction += h * tableau_.b[i] * power.friction;
-  };
-  if (has_work) add_work(0, from.power);
-
   StepResult result;
-  for (std::size_t i = 1; i < stages; ++i) {
-    result.outcome = evaluate_stage(from, h, tableau_.c[i], rows_[i], a, accelerations_[i - 1].data());
-    if (!result.outcome.ok()) return result;
-    if (has_work) add_work(i, mechanics_.power(stage_x_.data(), stage_v_.data()));
-  }
+  // Fixed steps have no tolerance: little more than rounding.
+  constexpr double nearly_rounding = 1e-12;
+  const double atol = is_adaptive() ? options_.atol : 0.0, rtol = is_adaptive() ? options_.rtol : nearly_rounding;
+  mechanics_.set_error_target({h, share_, atol, rtol, from.x.data(), from.v.data()});
+  result.outcome = evaluate_stages(from, h, a, &to->work);
+  mechanics_.set_error_target({});
+  if (!result.outcome.ok()) return result;
   const Weights& b = rows_[stages];
   combine(mechanics_.parallel(), n, from.x.data(), h, from.v.data(), b.x, h * h, a, to->x.data());
   combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), b.v, h, a, to->v.data());
   result = settle(mechanics_, options_.stabilisation, to);
   if (result.outcome.ok() && is_adaptive()) result.error = estimate_error(from, h, *to);
   return result;
+}
+
+/// All but the first one, with the work that is done on the way.
+Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerations& a, Power* work) {
+  const bool has_work = mechanics_.has_work();
+  const auto add_work = [&](std::size_t i, const Power& power) {
+    work->supports += h * tableau_.b[i] * power.supports;
+    work->forces += h * tableau_.b[i] * power.forces;
+    work->friction += h * tableau_.b[i] * power.friction;
+  };
+  if (has_work) add_work(0, from.power);
+  for (std::size_t i = 1; i < tableau_.b.size(); ++i) {
+    Outcome found = evaluate_stage(from, h, tableau_.c[i], rows_[i], a, accelerations_[i - 1].data());
+    if (!found.ok()) return found;
+    if (has_work) add_work(i, mechanics_.power(stage_x_.data(), stage_v_.data()));
+  }
+  return {};
 }
 
 /// Over the tolerance, as the mechanics measures it. Two estimates e, e3 of different order make one of the method's

@@ -50,6 +50,7 @@ class RungeKutta final : public Scheme {
 
   Weights weigh(const std::vector<double>& weights) const;
   Accelerations accelerations(const State& from, const State& to) const;
+  Outcome evaluate_stages(const State& from, double h, const Accelerations& a, Power* work);
   Outcome evaluate_stage(const State& from, double h, double c, const Weights& row, const Accelerations& known,
                          double* a);
   double estimate_error(const State& from, double h, const State& to);
@@ -64,6 +65,7 @@ class RungeKutta final : public Scheme {
   std::vector<std::vector<double>> accelerations_;  // of the stages but the first; then of the dense output's
   std::vector<double> stage_x_, stage_v_;
   std::vector<double> zero_;
+  double share_;  // of a step's error that errors of its stages may make
 };
 
 }  // namespace tanor
