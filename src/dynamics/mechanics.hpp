@@ -33,11 +33,10 @@ struct StepErrors {
   const double *x_from, *v_from, *x_to, *v_to;
 };
 
-/// What errors dw of accelerations inside a step of length h, from x and v, may do: h |dw| and h^2 |dw| at most `share`
-/// of atol + rtol |.| of v and x. h = 0: nothing beyond rounding.
-struct ErrorTarget {
-  double h = 0.0, share = 0.0, atol = 0.0, rtol = 0.0;
-  const double *x = nullptr, *v = nullptr;
+/// A step of length h from x and v that may miss v and x at its end by atol + rtol |.|.
+struct StepTarget {
+  double h, atol, rtol;
+  const double *x, *v;
 };
 
 /// Largest over the points of |error|/(atol + rtol |.|).
@@ -131,8 +130,12 @@ class Mechanics {
     return project_velocities(t, x, v);
   }
 
-  /// From here on, for accelerations with `Gradients::Evaluate`: those that are not exact leave K but no factor there.
-  virtual void set_error_target(const ErrorTarget& /*target*/) {}
+  /// How large an error of all its accelerations may be, in a norm of its own: h |dv'| and h^2 |dv'| do not miss the
+  /// target.
+  virtual double allowed_error(const StepTarget& /*target*/) const { return 0.0; }
+  /// From here on accelerations with `Gradients::Evaluate` may have that error, and then leave K but no factor there.
+  /// 0: rounding alone.
+  virtual void allow_error(double /*error*/) {}
   /// What they start from beside the state, plain numbers, to be kept in a snapshot; and back. Throws InputError where
   /// it does not fit.
   virtual std::vector<double> solver_memory() const { return {}; }

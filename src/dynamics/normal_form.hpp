@@ -41,7 +41,8 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
-  void set_error_target(const ErrorTarget& target) override;
+  double allowed_error(const StepTarget& target) const override;
+  void allow_error(double error) override { allowed_error_ = reuse_ != nullptr && !exact_ ? error : 0.0; }
   std::vector<double> solver_memory() const override;
   void restore_solver_memory(std::span<const double> memory) override;
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;

@@ -18,20 +18,16 @@ void NormalForm::make_reuse() {
   correction_.assign(size(), 0.0);
 }
 
-/// The M-norm of all that is allowed point by point: sum of m |dw|^2 <= sum of m (share/h (atol + rtol |v|))^2, and the
-/// same of x over h^2.
-void NormalForm::set_error_target(const ErrorTarget& target) {
-  allowed_error_ = 0.0;
-  if (reuse_ == nullptr || target.h == 0.0 || exact_) return;
+/// In the M-norm: sum of m |dw|^2 = sum of m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2.
+double NormalForm::allowed_error(const StepTarget& target) const {
+  if (reuse_ == nullptr) return 0.0;
   const double h = std::abs(target.h);
-  const double sum = model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
+  return std::sqrt(model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
     const double in_v = (target.atol + target.rtol * norm(load(target.v, i))) / h;
     const double in_x = (target.atol + target.rtol * norm(load(target.x, i))) / (h * h);
     const double allowed = std::min(in_v, in_x);
     return model_.mass[i] * allowed * allowed;
-  });
-  allowed_error_ = target.share * std::sqrt(sum);
-  reuse_->renew();
+  }));
 }
 
 std::vector<double> NormalForm::solver_memory() const {
@@ -53,9 +49,10 @@ bool NormalForm::may_reuse() const {
 /// lambda and dw at t with the K at hand.
 bool NormalForm::reuse(double t) {
   const Stopwatch watch(&model_.times.solve);
-  const bool is_solved = reuse_->solve(model_.parallel, t, blocks_.data(), right_side_.data(), allowed_error_,
-                                       &lambda_, dw_.data());
-  model_.counters.iterations += reuse_->last_iterations();
+  if (!has_old_factor_) reuse_->renew();
+  const bool is_solved =
+      reuse_->solve(model_.parallel, t, blocks_.data(), right_side_.data(), allowed_error_, &lambda_, dw_.data());
+  model_.counters.iterations += reuse_->num_iterations();
   if (!is_solved) return false;
   ++model_.counters.solves;
   return has_old_factor_ = true;
@@ -64,7 +61,7 @@ bool NormalForm::reuse(double t) {
 /// As `correct`.
 bool NormalForm::correct_by_reuse(double* rows, double* points) {
   const bool is_solved = reuse_->correct(model_.parallel, blocks_.data(), rows, correction_.data());
-  model_.counters.iterations += reuse_->last_iterations();
+  model_.counters.iterations += reuse_->num_iterations();
   if (!is_solved) return false;
   model_.parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) points[i] += correction_[i];

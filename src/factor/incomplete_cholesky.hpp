@@ -7,9 +7,9 @@
 
 namespace tanor {
 
-/// U'D U ~ S with U on the pattern of S, a unit triangle: Cholesky's method without its fill (J. A. Meijerink, H. A. van
-/// der Vorst 1977). Exact where the elimination in the given order makes no fill: along chains, trees, straight lines.
-/// The symbolic work is done once, in the constructor.
+/// U'D U ~ S with U on the pattern of S, a unit triangle: Cholesky's method without its fill (J. A. Meijerink, H. A.
+/// van der Vorst 1977). Exact where the elimination in the given order makes no fill: along chains, trees, straight
+/// lines. The symbolic work is done once, in the constructor.
 class IncompleteCholesky {
  public:
   /// Upper triangle by columns.

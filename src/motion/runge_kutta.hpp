@@ -48,6 +48,7 @@ class RungeKutta final : public Scheme {
   };
   using Accelerations = std::array<const double*, most_stages>;
 
+  void share_out();
   Weights weigh(const std::vector<double>& weights) const;
   Accelerations accelerations(const State& from, const State& to) const;
   Outcome evaluate_stages(const State& from, double h, const Accelerations& a, Power* work);
@@ -65,7 +66,7 @@ class RungeKutta final : public Scheme {
   std::vector<std::vector<double>> accelerations_;  // of the stages but the first; then of the dense output's
   std::vector<double> stage_x_, stage_v_;
   std::vector<double> zero_;
-  double share_;  // of a step's error that errors of its stages may make
+  std::vector<double> shares_;  // of a step's error that each stage's may make
 };
 
 }  // namespace tanor

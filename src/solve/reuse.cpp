@@ -76,12 +76,12 @@ bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, cons
     candidate.iterations = factor_products_ / candidate.products;
     return false;
   }
-  // Where more would cost more than a factor, and the same again before that shows.
+  // More would cost more than the factor.
   const int most_iterations = 1 + static_cast<int>(std::min(100.0, factor_products_ / candidate.products));
   history_.extrapolate(parallel, t, lambda);
   const ConjugateGradients::Result result =
       iterate(parallel, blocks, b, {allowed, 0.0, most_iterations}, lambda->data(), dw);
-  const double found = result.has_converged ? 1.0 + result.iterations : 2.0 * most_iterations;
+  const double found = result.has_converged ? std::max(1, result.iterations) : 2 * most_iterations;
   candidate.iterations = kept_part * candidate.iterations + (1.0 - kept_part) * found;
   if (result.has_converged) history_.add(t, *lambda);
   return result.has_converged;
@@ -99,14 +99,14 @@ bool Reuse::correct(const Parallel& parallel, const double* blocks, double* rows
 
 ConjugateGradients::Result Reuse::iterate(const Parallel& parallel, const double* blocks, const double* b,
                                           const ConjugateGradients::Target& target, double* lambda, double* dw) {
-  const ConjugateGradients::Result result =
-      conjugate_gradients_.solve(parallel, blocks, b, target,
-                                 [&](const double* rho, double* z) {
-                                   if (used_ == Kept) return kept_.solve_negative(parallel, rho, z);
-                                   incomplete_.solve_negative(plan_.scale().data(), rho, z);
-                                 },
-                                 lambda, dw);
-  last_iterations_ = static_cast<std::size_t>(result.iterations);
+  const ConjugateGradients::Result result = conjugate_gradients_.solve(
+      parallel, blocks, b, target,
+      [&](const double* rho, double* z) {
+        if (used_ == Kept) return kept_.solve_negative(parallel, rho, z);
+        incomplete_.solve_negative(plan_.scale().data(), rho, z);
+      },
+      lambda, dw);
+  num_iterations_ = static_cast<std::size_t>(result.iterations);
   return result;
 }
 

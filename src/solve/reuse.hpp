@@ -15,8 +15,8 @@ namespace tanor {
 
 /// S lambda = -b at the places inside a step, where S has no factor of its own: by conjugate gradients from the last
 /// solutions on, preconditioned by the factor of another place or by an incomplete one in the order of rows, which runs
-/// along rods. What is cheaper is told by operations and the iterations of earlier solves, never by clocks: the same bits
-/// every time.
+/// along rods. What is cheaper is told by operations and the iterations of earlier solves, never by clocks: the same
+/// bits every time.
 class Reuse {
  public:
   /// `kept` has the factor of the other place.
@@ -36,8 +36,8 @@ class Reuse {
   void add(double t, const std::vector<double>& lambda) { history_.add(t, lambda); }
   /// rows := -S^-1 rows to five digits, dw = M^-1 K rows [3n]; as preconditioned as the last solve. False likewise.
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* dw);
-  /// Iterations of the last solve or correction.
-  std::size_t last_iterations() const { return last_iterations_; }
+  /// Of the last solve or correction.
+  std::size_t num_iterations() const { return num_iterations_; }
 
   /// What the next solve starts from, as plain numbers, and back; none: nothing is known. False: they do not fit.
   std::vector<double> memory() const;
@@ -65,7 +65,7 @@ class Reuse {
   Preconditioner used_ = Incomplete;
   MultiplierHistory history_;
   std::vector<double> correction_;  // [d]
-  std::size_t last_iterations_ = 0;
+  std::size_t num_iterations_ = 0;
 };
 
 }  // namespace tanor

@@ -139,8 +139,12 @@ Checkpoint make_checkpoint() {
                             .work_of_friction = -0.3,
                             .scale = 3.0};
   snapshot.report.velocity_violation = std::nan("");
-  snapshot.report.counters = {
-      .evaluations = 1, .factorizations = 2, .solves = 3, .iterations = 4, .friction_solves = 5, .friction_iterations = 6};
+  snapshot.report.counters = {.evaluations = 1,
+                              .factorizations = 2,
+                              .solves = 3,
+                              .iterations = 4,
+                              .friction_solves = 5,
+                              .friction_iterations = 6};
   snapshot.report.times = {.evaluate = 0.1, .assemble = 0.2, .factor = 0.3, .solve = 0.4, .friction = 0.5};
   snapshot.report.friction = {.solves = 8,
                               .iterations_mean = 2.5,
