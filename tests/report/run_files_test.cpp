@@ -191,6 +191,7 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.report.last_event, 0.29);
   EXPECT_EQ(snapshot.discrete_state, written.snapshot.discrete_state);
   EXPECT_EQ(snapshot.event_slopes, written.snapshot.event_slopes);
+  EXPECT_EQ(snapshot.solver_memory, written.snapshot.solver_memory);
   EXPECT_EQ(snapshot.report.rank_changes.start, 8u);
   EXPECT_EQ(snapshot.report.rank_changes.now, 9u);
   EXPECT_EQ(snapshot.report.rank_changes.count, 102u);
