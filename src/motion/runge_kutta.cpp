@@ -82,9 +82,9 @@ RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mec
 ///
 /// The same part of what is allowed for each stage, over its weight, costs least.
 void RungeKutta::share_out() {
-  // Steps are some ten times better than their estimates say: with three hundredths of the tolerance for all stages
+  // Steps are some ten times better than their estimates say: with a hundredth of the tolerance for all stages
   // together, motions of nets and lattices end with the errors that exact stages leave (bench/reuse).
-  constexpr double for_all = 0.03;
+  constexpr double for_all = 0.01;
   constexpr double answer = 0.3;  // dw_j/(h a_ji dw_i): rods turn by so much in a step
   constexpr double least = 0.05;
   const std::size_t stages = tableau_.b.size();

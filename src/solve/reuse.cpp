@@ -63,7 +63,7 @@ bool Reuse::make_incomplete(const double* blocks) {
 bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, const double* b, double allowed,
                   std::vector<double>* lambda, double* dw) {
   constexpr double kept_part = 0.75;  // of the mean, beside the new solve
-  constexpr double shrink = 0.995;    // for one that is not used: in time it is tried again
+  constexpr double shrink = 0.998;    // for one that is not used: in time it is tried again
   const auto cost = [&](Preconditioner each) { return candidates_[each].products * candidates_[each].iterations; };
   used_ = cost(Incomplete) <= cost(Kept) ? Incomplete : Kept;
   candidates_[used_ == Incomplete ? Kept : Incomplete].iterations *= shrink;
