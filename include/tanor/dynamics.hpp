@@ -42,7 +42,7 @@ struct PlanSummary {
   std::string way = "general";              ///< to S lambda = b: "general", "paths", "bundles", "closed form" …
   std::string way_reason;                   ///< … and why
   std::string ordering;                     ///< used: "natural", "amd", …; several joined by '+'
-  std::string factorization;                ///< "simplicial", "supernodal", "none", or the way
+  std::string factorization;                ///< "simplicial", "multifrontal", "none", or the way
   std::vector<std::string> left_out;        ///< what this system does not need
   std::vector<Index> taut_points;           ///< that a Simulation made supports of, see RankReport::taut_points …
   std::vector<std::size_t> taut_equations;  ///< … and the rods between them and supports

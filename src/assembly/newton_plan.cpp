@@ -6,8 +6,12 @@
 namespace tanor {
 
 NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
-                       std::span<const Incidence> incidences, std::span<const Compliance> compliances)
-    : masses_(masses.begin(), masses.end()), diagonal_(num_rows), compliances_(compliances.begin(), compliances.end()) {
+                       std::span<const Incidence> incidences, std::span<const Compliance> compliances,
+                       bool rows_may_depend)
+    : masses_(masses.begin(), masses.end()),
+      diagonal_(num_rows),
+      compliances_(compliances.begin(), compliances.end()),
+      rows_may_depend_(rows_may_depend) {
   const int num_points = static_cast<int>(masses.size()), first_row = 3 * num_points;
   std::vector<std::vector<int>> columns(static_cast<std::size_t>(first_row) + num_rows);
   const auto add_block = [&](int i, int j) {
@@ -95,7 +99,7 @@ void NewtonPlan::assemble(const Weights<T>& weights, const Values& values, T* en
     add(ij, -1.0, by_position, by_velocity);
     add(ji, -1.0, by_position, by_velocity);
   }
-  constexpr double compliance = 1e-10;  // over what the row's points have by themselves
+  const double compliance = rows_may_depend_ ? 1e-10 : 0.0;  // over what the row's points have by themselves
   const std::size_t num_stiff = diagonal_.size() - compliances_.size();
   for (const auto& [point, row, block, sign, below, transposed] : entries_) {
     const Vec3 g = sign * load(values.blocks, block);

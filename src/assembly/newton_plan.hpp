@@ -21,14 +21,15 @@ struct Compliance {
 ///   [ N  -K ]     N = a M - b df/dv - c (df/dr + d(K lambda)/dr)
 ///   [ K'  E ]     E = 1/(b damping + c stiffness), diagonal
 ///
-/// where E of the rows of constraints is a tiny compliance: those that depend on others have a factor too, and what is
-/// consistent is still solved, by Newton's iteration itself. Made once a topology; every entry knows its slot.
+/// where E of the rows of constraints is 0, or, where they may depend on each other, a tiny compliance: those that do
+/// have a factor too, and what is consistent is still solved, by Newton's iteration itself; with mass ratios near the
+/// inverse of the compliance slowly. Made once a topology; every entry knows its slot.
 class NewtonPlan {
  public:
   /// Supports (points from `masses.size()` on) take no part. `compliances`: of the last rows, the first are those of
   /// constraints.
   NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
-             std::span<const Incidence> incidences, std::span<const Compliance> compliances);
+             std::span<const Incidence> incidences, std::span<const Compliance> compliances, bool rows_may_depend);
 
   /// Pattern by columns, rows increasing.
   const std::vector<int>& column_start() const { return start_; }
@@ -70,6 +71,7 @@ class NewtonPlan {
   std::vector<RowEntry> entries_;
   std::vector<int> diagonal_;  // [row] slot
   std::vector<Compliance> compliances_;
+  bool rows_may_depend_;
   std::vector<int> start_, rows_;
 };
 

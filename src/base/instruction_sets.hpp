@@ -8,7 +8,7 @@
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
-#define TANOR_EACH_INSTRUCTION_SET [[gnu::target_clones("avx512f", "arch=haswell", "default")]]
+#define TANOR_EACH_INSTRUCTION_SET [[gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
 #else
 #define TANOR_EACH_INSTRUCTION_SET
 #endif

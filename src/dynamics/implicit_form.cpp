@@ -57,8 +57,12 @@ NewtonPlan ImplicitForm::make_plan() const {
     incidences.push_back({spring.i, row, block, -1.0});
     incidences.push_back({spring.j, row++, block++, 1.0});
   }
-  return {std::span(model_.mass).first(model_.num_moving()), static_cast<std::size_t>(row), couplings, incidences,
-          compliances_};
+  return {std::span(model_.mass).first(model_.num_moving()),
+          static_cast<std::size_t>(row),
+          couplings,
+          incidences,
+          compliances_,
+          model_.may_lose_rank};
 }
 
 void ImplicitForm::write_multipliers(const double* r, const double* v, double* lambda) {

@@ -119,6 +119,9 @@ class Mechanics {
 
   /// Onto xi(x, t) = 0 along M^-1 K of the last linearisation, chord iterations; linearises anew only where they stall.
   virtual ProjectionReport project_positions(double t, double* x) = 0;
+  /// The same after a step that may have turned constraints far: linearises at x first, where that costs no more than
+  /// the iterations which it saves.
+  virtual ProjectionReport project_far_positions(double t, double* x) { return project_positions(t, x); }
   /// The same at the end of a step of length h, which moves `step_velocity` by (move of x)/h; keeps to the K of the
   /// step's beginning whatever happens, so a step that turns constraints by much more than 0.1 rad does not converge.
   virtual ProjectionReport project_step(double t, double h, double* x, double* step_velocity) = 0;
@@ -151,6 +154,8 @@ class Mechanics {
   virtual std::size_t rank() const { return 0; }
   /// K may have less rank somewhere than where the motion began.
   virtual bool may_lose_rank() const { return true; }
+  /// Largest over smallest mass under constraints: S may be worse conditioned than K by as much.
+  virtual double mass_ratio() const { return 1.0; }
   /// Where between the K of the last call and the one of the last linearisation K lost rank, as a fraction of the way:
   /// a singular value passed through 0 there; negative: nowhere. `anew`: whatever came before.
   virtual double find_passage(bool /*anew*/) { return -1.0; }

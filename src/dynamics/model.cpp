@@ -9,6 +9,7 @@
 
 #include "base/instruction_sets.hpp"
 #include "base/stopwatch.hpp"
+#include "solve/redundancy.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -96,6 +97,13 @@ using Lane = double __attribute__((vector_size(64)));
   return x + y + z;
 }
 
+template <class Mask>
+[[gnu::always_inline]] inline bool are_all(Mask mask) {
+  mask &= __builtin_shufflevector(mask, mask, 4, 5, 6, 7, 0, 1, 2, 3);
+  mask &= __builtin_shufflevector(mask, mask, 2, 3, 0, 1, 6, 7, 4, 5);
+  return (mask[0] & mask[1]) != 0;
+}
+
 /// Largest |error_i|/(atol + rtol |.|) of the points [begin, end), where |.| is the larger one by components: at least
 /// 8 of them, the last ones twice where they fill no lane.
 TANOR_EACH_INSTRUCTION_SET
@@ -107,7 +115,9 @@ double largest_ratio(const double* error, const double* from, const double* to, 
     std::memcpy(&lane, x, sizeof(lane));
     return lane;
   };
+  // Of squares. (atol + rtol |.|)^2 lies above atol^2 + rtol^2 |.|^2: most points need no root and no quotient.
   Lane worst{};
+  auto is_unordered = worst != worst;
   for (std::size_t next = begin; next < end; next += width) {
     const std::size_t first = 3 * std::min(next, end - width);
     Lane square[3], size[3];
@@ -119,15 +129,16 @@ double largest_ratio(const double* error, const double* from, const double* to, 
     }
     const Lane squares = add_triples(square[0], square[1], square[2]);
     const Lane sizes = add_triples(size[0], size[1], size[2]);
+    if (are_all(squares <= worst * (atol * atol + rtol * rtol * sizes))) continue;
     std::array<double, width> roots;
     std::memcpy(roots.data(), &sizes, sizeof(sizes));
     for (double& x : roots) x = std::sqrt(x);
-    const Lane allowed = atol + rtol * load_lane(roots.data());
-    const Lane ratio = squares / (allowed * allowed);
-    worst = (worst >= ratio) | (worst != worst) ? worst : ratio;  // a NaN stays
+    const Lane allowed = atol + rtol * load_lane(roots.data()), ratio = squares / (allowed * allowed);
+    is_unordered |= ratio != ratio;
+    worst = ratio > worst ? ratio : worst;
   }
   double result = 0.0;
-  for (std::size_t k = 0; k < width; ++k) result = larger(result, worst[k]);
+  for (std::size_t k = 0; k < width; ++k) result = larger(result, is_unordered[k] != 0 ? std::numeric_limits<double>::quiet_NaN() : worst[k]);
   return std::sqrt(result);
 }
 
@@ -170,6 +181,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       scene_size(tanor::scene_size(system)),
       smallest_length(constraints.smallest_length(scene_size)),
       may_lose_rank(closes_loops(system, numbering)),
+      mass_ratio(find_mass_ratio(incidences, inverse_mass)),
       rank(numbering.first_idle_row()),
       uniform_free_(forces.uniform_acceleration()),
       num_constrained_(count_constrained(incidences, numbering)),

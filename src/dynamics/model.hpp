@@ -47,6 +47,7 @@ class Model {
   double velocity_scale = 1.0;                   ///< m/s
   /// Constraints close loops, or hold one island in two places: trees of rods on one support never lose rank.
   const bool may_lose_rank;
+  const double mass_ratio;  ///< largest over smallest of moving points under constraints
   PhaseTimes times;
   Counters counters;
   std::size_t rank = 0;  ///< of K, as it was decided last; every row with moving points where nothing was suspected

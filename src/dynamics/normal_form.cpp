@@ -30,6 +30,9 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
                         std::vector<double>(num_rows())} {
   if (sweep_ == nullptr) (void)general();
   if (options.reuse) make_reuse();
+  PlanSummary plan;
+  describe_solver(&plan);
+  linearises_cheaply_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
                                               [this](const double* b, double* x, bool refines) {
@@ -327,7 +330,10 @@ Outcome NormalForm::explain_stall(double t, double violation) const {
   if (largest_active(rows_) < 1e-3 * largest_dependent(rows_)) {
     if (Outcome outcome = explain_contradiction(t, rows_, 0.0, 1e-9, " m"); !outcome.ok()) return outcome;
   }
-  return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place};
+  constexpr double poor = 1e-6;
+  const double condition = last_.reciprocal_condition;
+  const std::string why = condition < poor ? "; S has the reciprocal condition " + text(condition) + " there" : "";
+  return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place + why};
 }
 
 /// A gradient that does not exist, or vanishes: no combination of others, but a constraint that has no direction here.

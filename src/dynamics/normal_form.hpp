@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -38,6 +39,7 @@ class NormalForm final : public EquationsOfMotion {
   Outcome accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) override;
   Outcome free_accelerations(double t, const double* r, const double* v, double* w) override;
   ProjectionReport project_positions(double t, double* r) override;
+  ProjectionReport project_far_positions(double t, double* r) override;
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
@@ -52,6 +54,7 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_accelerations() const override { return model_.counters.evaluations; }
   std::size_t rank() const override { return model_.rank; }
   bool may_lose_rank() const override { return model_.may_lose_rank; }
+  double mass_ratio() const override { return model_.mass_ratio; }
   double find_passage(bool anew) override;
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
@@ -152,7 +155,8 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport iterate_onto_velocities(double t, const double* r, double* v, double* sum);
   bool steps_with_friction() const;
   Outcome friction_stalls(double t) const;
-  ProjectionReport iterate_onto_positions(double t, double* r, double* sum);
+  ProjectionReport iterate_onto_positions(double t, double* r, double* sum,
+                                          double far = std::numeric_limits<double>::infinity());
   ProjectionReport reach_constraints(double t, double* r);
   Outcome slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d);
   double rounding_floor(const double* r) const;
@@ -200,6 +204,7 @@ class NormalForm final : public EquationsOfMotion {
   double allowed_error_ = 0.0;          // of dw in the M-norm, inside a step; 0: rounding
   bool has_old_factor_ = false;         // not of the K at hand
   std::vector<double> correction_;      // [3n] scratch of `correct_by_reuse`
+  bool linearises_cheaply_;             // a factorization costs no more than two solves
   Redundancy redundancy_;
   double suspect_below_;                // reciprocal condition of S
   std::vector<double> gradient_norms_;  // [d] at the last decision, where rows depend

@@ -12,6 +12,7 @@ namespace tanor {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double friction_is_settled = 1e-11;  // relative
 constexpr int most_friction_iterations = 100;
 constexpr double rounding = 1e-9;  // of velocities, relative; more is no rounding
@@ -25,6 +26,12 @@ double NormalForm::rounding_floor(const double* r) const {
 
 ProjectionReport NormalForm::project_positions(double t, double* r) {
   return iterate_onto_positions(t, r, nullptr);
+}
+
+ProjectionReport NormalForm::project_far_positions(double t, double* r) {
+  // Less than this takes one or two iterations along any slope.
+  constexpr double far = 1e-10;
+  return iterate_onto_positions(t, r, nullptr, linearises_cheaply_ ? far : infinity);
 }
 
 ProjectionReport NormalForm::project_step(double t, double h, double* r, double* step_velocity) {
@@ -43,8 +50,14 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
                              model_.num_moving(), r);
   }
 
-  const ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
-  if (!report.outcome.ok() && redundancy_.is_found()) return project_singular_step(t, h, r, step_velocity);
+  ProjectionReport report = iterate_onto_positions(t, r, step.sum.data());
+  if (!report.outcome.ok() && redundancy_.is_found()) {
+    // Rows that depended when K was seen last may be independent where the step begins.
+    if (!decide_rank_again(step_start_.data())) return project_singular_step(t, h, r, step_velocity);
+    std::copy(step_start_.begin(), step_start_.end(), r);
+    std::fill(step.sum.begin(), step.sum.end(), 0.0);
+    report = iterate_onto_positions(t, r, step.sum.data());
+  }
   if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
 
   model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
@@ -103,15 +116,15 @@ ProjectionReport NormalForm::project_singular_step(double t, double h, double* r
   return report;
 }
 
-/// Chord iterations along M^-1 K of the last linearisation; adds up the multipliers where wanted (and then the slope is
-/// never renewed, since they belong to one K).
-ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double* sum) {
+/// Chord iterations along M^-1 K of the last linearisation, or the one at r where the violation is above `far`; adds up
+/// the multipliers where wanted (and then the slope is never renewed, since they belong to one K).
+ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double* sum, double far) {
   model_.set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
-  constexpr double target = 1e-13, good_enough = 1e-11;
+  constexpr double target = 1e-13, largest_left = 1e-12;
   constexpr int most_iterations = 100;
-  double before = std::numeric_limits<double>::infinity();
+  double before = infinity;
   bool linearised_here = false, decided_here = false;
   if (projects_islands()) {
     project_islands(target, r, sum, &report);
@@ -129,17 +142,20 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
     if (report.violation <= target) return report;
     const bool stalls = report.violation > 0.3 * before;
     if (stalls && report.violation <= rounding_floor(r)) return report;
-    const bool hopeless = stalls && report.violation > before && (linearised_here || sum != nullptr);
+    const bool hopeless = stalls && report.violation > 0.99 * before && (linearised_here || sum != nullptr);
     if (report.iterations == most_iterations || hopeless) {
+      const double good_enough = std::max(largest_left, 2.0 * rounding_floor(r));
       // Rows that depended when K was seen last may be independent here.
       if (report.violation > good_enough && sum == nullptr && !decided_here) {
         decided_here = true;
+        before = std::numeric_limits<double>::infinity();
         if (decide_rank_again(r)) continue;
       }
       if (report.violation > good_enough) report.outcome = explain_stall(t, report.violation);
       return report;
     }
-    if (stalls && sum == nullptr) {
+    const bool is_far = report.iterations == 0 && report.violation > far;
+    if ((stalls || is_far) && sum == nullptr) {
       // The chord's slope is too old: Newton's own.
       if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
       linearised_here = true;
@@ -197,7 +213,7 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
   constexpr double target = 1e-13;
   // What sticks stands still: there is no rounding that may add up to a creep.
   const bool holds_contacts = friction_ != nullptr && friction_->num_sticking() > 0;
-  double before = std::numeric_limits<double>::infinity();
+  double before = infinity;
   bool decided_here = false;
   if (projects_islands() && sum == nullptr) {
     project_island_velocities(target, r, v, &report);

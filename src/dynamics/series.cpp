@@ -61,11 +61,8 @@ Outcome NormalForm::expand(double t, const double* r, const double* v, const dou
 Outcome NormalForm::expand_paths(double t, int passes, std::span<double* const> coefficients, double* smooth_until) {
   *smooth_until = std::numeric_limits<double>::infinity();
   const Stopwatch watch(&model_.times.solve);
-  path_series_->begin(model_.parallel, coefficients, lambda_.data());
-  for (std::size_t k = 1; k + 2 < coefficients.size(); ++k) {
-    model_.counters.solves += static_cast<std::size_t>(passes);
-    path_series_->advance(model_.parallel, static_cast<int>(k), passes, coefficients[k + 2]);
-  }
+  path_series_->expand(model_.parallel, coefficients, lambda_.data(), passes);
+  model_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
   return check_finite(t, coefficients.back());
 }
 

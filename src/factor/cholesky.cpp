@@ -1,14 +1,14 @@
 #include "factor/cholesky.hpp"
 
 #include <cholmod.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <new>
+#include <optional>
 
 #include "base/check.hpp"
+#include "factor/multifrontal.hpp"
 
 namespace tanor {
 
@@ -34,18 +34,6 @@ struct Common {
     if (c.status == CHOLMOD_OUT_OF_MEMORY || c.status == CHOLMOD_TOO_LARGE) throw std::bad_alloc();
     ensure(c.status >= CHOLMOD_OK, "CHOLMOD takes the matrices that we build");
   }
-};
-
-/// CHOLMOD starts four threads in its supernodal loops whatever it is told; we share the cores by parts instead.
-class OneThread {
- public:
-  OneThread() { omp_set_max_active_levels(0); }
-  ~OneThread() { omp_set_max_active_levels(before_); }
-  OneThread(const OneThread&) = delete;
-  OneThread& operator=(const OneThread&) = delete;
-
- private:
-  int before_ = omp_get_max_active_levels();
 };
 
 /// CHOLMOD's view of our arrays; nothing is copied.
@@ -89,12 +77,20 @@ SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering ordering) {
   return result;
 }
 
+Supernodes supernodes_of(const cholmod_factor& factor) {
+  const int *first_column = static_cast<const int*>(factor.super), *start = static_cast<const int*>(factor.pi),
+            *rows = static_cast<const int*>(factor.s);
+  return {{first_column, first_column + factor.nsuper + 1},
+          {start, start + factor.nsuper + 1},
+          {rows, rows + factor.ssize}};
+}
+
 }  // namespace
 
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
-  // From flops per nonzero near 80 on, dense blocks repay their overhead (measured; CHOLMOD's own default is 40).
-  constexpr double supernodal_switch = 80.0;
-  constexpr double metis_switch = 100.0;
+  // Flops per nonzero from which dense fronts repay their overhead, and METIS its own (both measured on nets).
+  constexpr double supernodal_switch = 8.0;
+  constexpr double metis_switch = 50.0;
   SymbolicAnalysis best = analyze_with(lower, wanted == Ordering::Auto ? Ordering::Natural : wanted);
   if (wanted == Ordering::Auto && best.factor_nonzeros > static_cast<double>(lower.rows.size())) {
     const auto try_ordering = [&](Ordering ordering) {
@@ -111,13 +107,11 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
 struct Cholesky::Implementation {
   TrianglePattern pattern;
   std::vector<double> values;
-  Common common;
+  std::optional<Multifrontal> fronts;  // supernodal
+  Common common;                       // else
   cholmod_sparse matrix{};
   cholmod_factor* factor = nullptr;
-  std::vector<double> unit_lower, inverse_pivots;  // simplicial: L D^-1 beside L's entries, D^-2
-  cholmod_dense* solution = nullptr;               // kept workspace of cholmod_solve2
-  cholmod_dense* y = nullptr;
-  cholmod_dense* e = nullptr;
+  std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2
 
   /// CHOLMOD's arrays of a simplicial L: columns [start, start + count), the diagonal first.
   struct Columns {
@@ -130,15 +124,9 @@ struct Cholesky::Implementation {
             static_cast<const int*>(factor->i), static_cast<const double*>(factor->x)};
   }
   void prepare_solves();
-  std::size_t weakest_column() const;
   void solve_simplicial(double* x) const;
 
-  ~Implementation() {
-    cholmod_free_dense(&e, &common.c);
-    cholmod_free_dense(&y, &common.c);
-    cholmod_free_dense(&solution, &common.c);
-    cholmod_free_factor(&factor, &common.c);
-  }
+  ~Implementation() { cholmod_free_factor(&factor, &common.c); }
 };
 
 /// L = (L D^-1) D with D its diagonal: solves then divide by nothing, and the chain of dependent operations along a
@@ -152,32 +140,6 @@ void Cholesky::Implementation::prepare_solves() {
     inverse_pivots[j] = inverse * inverse;
     for (int k = start[j] + 1; k < start[j] + count[j]; ++k) unit_lower[static_cast<std::size_t>(k)] = l[k] * inverse;
   }
-}
-
-/// Column of the smallest pivot: where a matrix that is singular to rounding shows it.
-std::size_t Cholesky::Implementation::weakest_column() const {
-  if (!factor->is_super) {
-    return static_cast<std::size_t>(std::max_element(inverse_pivots.begin(), inverse_pivots.end()) -
-                                    inverse_pivots.begin());
-  }
-  // A supernode's columns lie side by side, its diagonal block first: stride (number of rows) + 1.
-  const int* first_column = static_cast<const int*>(factor->super);
-  const int* rows_start = static_cast<const int*>(factor->pi);
-  const int* values_start = static_cast<const int*>(factor->px);
-  const double* l = static_cast<const double*>(factor->x);
-  std::size_t weakest = 0;
-  double smallest = HUGE_VAL;
-  for (std::size_t s = 0; s < factor->nsuper; ++s) {
-    const int num_rows = rows_start[s + 1] - rows_start[s];
-    for (int j = first_column[s]; j < first_column[s + 1]; ++j) {
-      const double pivot = l[values_start[s] + (j - first_column[s]) * (num_rows + 1)];
-      if (pivot < smallest) {
-        smallest = pivot;
-        weakest = static_cast<std::size_t>(j);
-      }
-    }
-  }
-  return weakest;
 }
 
 /// In place; cholmod_solve2 would copy x twice.
@@ -230,6 +192,9 @@ Cholesky::Cholesky(TrianglePattern pattern, bool supernodal) : implementation_(s
   self.matrix = view(self.pattern, self.values.data(), supernodal);
   self.factor = cholmod_analyze(&self.matrix, &c);
   self.common.check();
+  if (!supernodal) return;
+  self.fronts.emplace(self.pattern, supernodes_of(*self.factor));
+  cholmod_free_factor(&self.factor, &c);
 }
 
 Cholesky::Cholesky(Cholesky&&) noexcept = default;
@@ -245,35 +210,32 @@ double* Cholesky::values() {
 
 Cholesky::Quality Cholesky::factorize() {
   Implementation& self = *implementation_;
+  if (self.fronts) {
+    const std::size_t done = self.fronts->factorize(self.pattern, self.values.data());
+    if (done < self.pattern.size()) return {false, done, 0.0};
+    const auto [weakest, strongest] = std::minmax_element(self.fronts->pivots().begin(), self.fronts->pivots().end());
+    const double ratio = *weakest / *strongest;
+    return {true, static_cast<std::size_t>(weakest - self.fronts->pivots().begin()), ratio * ratio};
+  }
   cholmod_common& c = self.common.c;
-  const OneThread one_thread;
   cholmod_factorize(&self.matrix, self.factor, &c);
   self.common.check();
   // Read the status first: cholmod_rcond overwrites it.
   if (c.status == CHOLMOD_NOT_POSDEF || self.factor->minor < self.factor->n) {
     return {false, self.factor->minor, 0.0};
   }
-  if (!self.factor->is_super) self.prepare_solves();
-  return {true, self.weakest_column(), cholmod_rcond(self.factor, &c)};
+  self.prepare_solves();
+  // The smallest pivot: where a matrix that is singular to rounding shows it.
+  const auto weakest = std::max_element(self.inverse_pivots.begin(), self.inverse_pivots.end());
+  return {true, static_cast<std::size_t>(weakest - self.inverse_pivots.begin()), cholmod_rcond(self.factor, &c)};
 }
 
 void Cholesky::solve(double* x) {
-  Implementation& self = *implementation_;
-  const std::size_t n = self.pattern.size();
-  if (!self.factor->is_super) {
-    self.solve_simplicial(x);
-    return;
+  if (implementation_->fronts) {
+    implementation_->fronts->solve(x);
+  } else {
+    implementation_->solve_simplicial(x);
   }
-  cholmod_dense b{};
-  b.nrow = b.d = b.nzmax = n;
-  b.ncol = 1;
-  b.x = x;
-  b.xtype = CHOLMOD_REAL;
-  b.dtype = CHOLMOD_DOUBLE;
-  const OneThread one_thread;
-  cholmod_solve2(CHOLMOD_A, self.factor, &b, nullptr, &self.solution, nullptr, &self.y, &self.e, &self.common.c);
-  self.common.check();
-  std::memcpy(x, self.solution->x, n * sizeof(double));
 }
 
 }  // namespace tanor

@@ -27,7 +27,7 @@ struct SymbolicAnalysis {
 };
 
 /// Orders and analyzes a pattern (lower triangle). Auto: the given order if it makes no fill, else AMD, and METIS where
-/// AMD predicts dense work (more than 100 flops a nonzero of L) and METIS saves some. Throws std::bad_alloc.
+/// AMD predicts much work (more than 50 flops a nonzero of L) and METIS saves some. Throws std::bad_alloc.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted);
 
 /// L L' = S of a matrix whose rows already stand in the order of elimination; symbolic once, numeric many times.

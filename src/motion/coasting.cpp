@@ -38,7 +38,7 @@ StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State
     const double b2 = 0.5 * p * p * from.a[i];
     const double v = p * (before.v[i] - from.v[i]) + 2.0 * b2;
     Polynomial best, other;
-    if (how.knows_acceleration_before) {
+    if (how.follows_quintic) {
       const double x = before.x[i] - (from.x[i] - p * from.v[i] + b2), a = p * p * (before.a[i] - from.a[i]);
       const double b3 = -0.5 * (a + 8.0 * v + 20.0 * x), b5 = v + 4.0 * x + b3;
       best = {b2, b3, x + b3 + b5, b5};
@@ -57,6 +57,12 @@ StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State
   StepResult result;
   if (how.ends_there) {
     mechanics.prescribe(to->t, to->x.data(), to->v.data());
+    if (options.stabilisation == Stabilisation::Projection) {
+      // K of `from` leads back what the polynomial missed, and moves little along the direction that vanishes here.
+      const std::vector<double> reached = to->x;
+      const ProjectionReport positions = mechanics.project_positions(to->t, to->x.data());
+      if (!positions.outcome.ok()) to->x = reached;
+    }
     to->power = from.power;
     result.is_settled = false;
   } else {

@@ -37,14 +37,15 @@ class SingularForecast {
   double zero_ = never;
 };
 
-/// A step that follows the polynomial through the last two states (x, v, a; where the first one's a is not known,
-/// without its x too) instead of accelerations: past a place where K loses rank and no longer says on which branch the
-/// motion goes on, its velocity does. The end is put onto the constraints, unless `ends_there`: then it stays where the
-/// polynomial leads.
+/// A step that follows the polynomial through the last two states instead of accelerations: past a place where K loses
+/// rank and no longer says on which branch the motion goes on, its velocity does. The end is put onto the constraints,
+/// unless `ends_there`: then its positions alone are, with the K of `from`.
 ///
-/// Error: of order 5 (3 where less is known), estimated by the polynomial of one degree less.
+/// Error: of order 5 (3 by the cubic), estimated by the polynomial of one degree less.
 struct Coasting {
-  bool knows_acceleration_before = true;
+  /// Through x, v and a of both states; else the cubic without x and a of the first one: they are not known, or as
+  /// coarse as a scheme of order 2, where the quintic's differences would multiply what they miss.
+  bool follows_quintic = true;
   bool ends_there = false;
 };
 StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,

@@ -1,6 +1,7 @@
 #include "motion/generalized_alpha.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "system/text.hpp"
 
@@ -96,26 +97,35 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
       v_increment_[k] = gamma_ / (beta_ * h) * residual_[k];
     }
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
-    const double increment = mechanics_
-                                 .error_ratios(from.t,
-                                               {residual_.data(), v_increment_.data(), from.x.data(), from.v.data(),
-                                                to->x.data(), to->v.data()},
-                                               options_.atol, options_.rtol)
-                                 .largest();
-    switch (implicit_.newton.judge(increment)) {
-      case NewtonIteration::Verdict::GoOn:
-        break;
-      case NewtonIteration::Verdict::Converged:
-        for (std::size_t k = 0; k < n; ++k) {
-          next_own_[k] += residual_[k] / (beta_ * h * h);
-          to->v[k] += v_increment_[k];
-        }
-        *converged = true;
-        return {};
-      case NewtonIteration::Verdict::Stalls:
-        return {};
+    const double increment = measure(from, *to);
+    const NewtonIteration::Verdict verdict = implicit_.newton.judge(increment);
+    if (verdict == NewtonIteration::Verdict::GoOn) continue;
+    for (std::size_t k = 0; k < n; ++k) {
+      next_own_[k] += residual_[k] / (beta_ * h * h);
+      to->v[k] += v_increment_[k];
     }
+    *converged = verdict == NewtonIteration::Verdict::Converged || increment <= measure_rounding(from, h, *to);
+    return {};
   }
+}
+
+/// Increments that are rounding of x do not shrink: a few eps |x|, and gamma/(beta h) of it in v. Over the tolerance.
+double GeneralizedAlpha::measure_rounding(const State& from, double h, const State& to) {
+  constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
+  for (std::size_t k = 0; k < to.x.size(); ++k) {
+    residual_[k] = rounding * to.x[k];
+    v_increment_[k] = gamma_ / (beta_ * h) * residual_[k];
+  }
+  return measure(from, to);
+}
+
+/// The increments, over the tolerance.
+double GeneralizedAlpha::measure(const State& from, const State& to) {
+  return mechanics_
+      .error_ratios(from.t,
+                    {residual_.data(), v_increment_.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
+                    options_.atol, options_.rtol)
+      .largest();
 }
 
 }  // namespace tanor

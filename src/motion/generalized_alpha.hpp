@@ -26,6 +26,8 @@ class GeneralizedAlpha final : public Scheme {
  private:
   Outcome solve_step(const State& from, double h, State* to);
   Outcome iterate(const State& from, double h, State* to, bool* converged);
+  double measure(const State& from, const State& to);
+  double measure_rounding(const State& from, double h, const State& to);
 
   MotionOptions options_;
   ImplicitStep implicit_;

@@ -195,7 +195,7 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
     const double t = state.t;
     const bool is_disturbed = places_.disturb(t, std::min(next_step, t_end - t));
     const bool coasts = is_disturbed && trial_is_before_;
-    if (is_disturbed && !coasts && places_.approach()) limit_ = next_step = places_.half_way(t);
+    if (is_disturbed && !coasts && places_.approach()) limit_ = next_step = std::min(next_step, places_.half_way(t));
     if (Outcome found = coasts ? coast_adaptively(t_end, taken) : step_adaptively(t_end, taken); !found.ok())
       return found;
     if (state.t > t && observer && !observer(report_)) break;
@@ -239,6 +239,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const StepResult& step = attempt.step;
   if (attempt.has_switched) return step.outcome;
   ++report_.rejected;
+  places_.note_rejection();
   if (attempt.has_surprised) {
     places_.approach();
     limit_ = next_step = 0.5 * h;

@@ -70,8 +70,11 @@ class Scheme {
 /// The scheme of a method (not Auto) for a system of this size; rtol and atol of `options` enter the error estimate.
 std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics);
 
+/// How far a step may have turned constraints: by a small part of a radian, or more.
+enum class Turn { Small, Large };
+
 /// After any step: positions, then velocities onto the constraints, then the acceleration at the new place; the factor
 /// at the new place serves the velocities, this acceleration and the next step.
-StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state);
+StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state, Turn turn = Turn::Small);
 
 }  // namespace tanor

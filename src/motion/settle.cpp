@@ -2,14 +2,15 @@
 
 namespace tanor {
 
-StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state) {
+StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state, Turn turn) {
   StepResult result;
   const double t = state->t;
   double* const x = state->x.data();
   double* const v = state->v.data();
   mechanics.prescribe(t, x, v);
   if (stabilisation == Stabilisation::Projection) {
-    const ProjectionReport positions = mechanics.project_positions(t, x);
+    const ProjectionReport positions =
+        turn == Turn::Large ? mechanics.project_far_positions(t, x) : mechanics.project_positions(t, x);
     result.position_violation = positions.violation;
     if (result.outcome = positions.outcome; !result.outcome.ok()) return result;
   }

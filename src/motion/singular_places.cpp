@@ -15,7 +15,9 @@ void SingularPlaces::begin(double t) {
 
 void SingularPlaces::resume(double t) {
   forget();
-  memory_.forecast.add(t, mechanics_.last_solve().reciprocal_condition);
+  if (!mechanics_.may_lose_rank()) return;
+  regular_ = std::max(regular_, mechanics_.last_solve().reciprocal_condition);
+  memory_.forecast.add(t, relative_condition());
   memory_.is_at_one = !report_.singular_passages.first.empty() && is_at_one();
 }
 
@@ -27,8 +29,12 @@ void SingularPlaces::note(double t, bool is_settled) {
     report_.reciprocal_condition = reciprocal_condition;
     report_.reciprocal_condition_time = t;
   }
+  if (!mechanics_.may_lose_rank()) return;
   if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
-  memory_.forecast.add(t, reciprocal_condition);
+  regular_ = std::max(regular_, reciprocal_condition);
+  memory_.forecast.add(t, relative_condition());
+  const bool lies_ahead = memory_.forecast.time() > t && std::isfinite(memory_.forecast.time());
+  memory_.is_in_the_way = lies_ahead && !follows_ && (memory_.is_in_the_way || memory_.approaches > 0);
   if (follows_) find_passage(t);
   if (is_at_one()) {
     note_passage(t, reciprocal_condition, memory_.is_at_one);
@@ -69,15 +75,20 @@ void SingularPlaces::note_passage(double t, double reciprocal_condition, bool is
   }
 }
 
+/// Of S over a regular one: masses that differ make S ill-conditioned though K has its rank.
+double SingularPlaces::relative_condition() const {
+  return mechanics_.last_solve().reciprocal_condition / regular_;
+}
+
 bool SingularPlaces::is_at_one() const {
   constexpr double nearly_0 = 1e-9;
-  return mechanics_.last_solve().reciprocal_condition < nearly_0;
+  return relative_condition() < nearly_0;
 }
 
 bool SingularPlaces::have_surprised() const {
   constexpr double fall = 1e-3;
-  return memory_.approaches == 0 && mechanics_.rank() == report_.rank_changes.now &&
-         mechanics_.last_solve().reciprocal_condition < fall * memory_.forecast.reciprocal_condition();
+  return mechanics_.may_lose_rank() && memory_.approaches == 0 && mechanics_.rank() == report_.rank_changes.now &&
+         relative_condition() < fall * memory_.forecast.reciprocal_condition();
 }
 
 double SingularPlaces::coasting_length(double t_before, double t) const {
@@ -88,7 +99,7 @@ double SingularPlaces::coasting_length(double t_before, double t) const {
 StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const State& from, State* to) {
   constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
   SingularForecast& forecast = memory_.forecast;
-  const Coasting how{.knows_acceleration_before = scheme.knows_acceleration(),
+  const Coasting how{.follows_quintic = scheme.knows_acceleration() && scheme.order() > 2,
                      .ends_there = forecast.lies_near(to->t, to->t - from.t)};
   const bool by_itself = !how.ends_there && !is_coasting() && scheme.sees_through(from);
   StepResult step =
@@ -105,9 +116,10 @@ StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const Stat
   step.error = 0.0;
   // What a step passes by itself is found where it ends.
   if (!by_itself && forecast.time() != memory_.last_passage)
-    note_passage(forecast.time(), forecast.reciprocal_condition(), false);
+    note_passage(forecast.time(), regular_ * forecast.reciprocal_condition(), false);
   if (!by_itself) memory_.last_passage = forecast.time();
   memory_.approaches = 0;
+  memory_.is_in_the_way = false;
   memory_.coasting_error = std::numeric_limits<double>::infinity();
   if (step.is_settled) forecast.forget();
   return step;

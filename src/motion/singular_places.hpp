@@ -13,7 +13,11 @@ class SingularPlaces {
  public:
   /// `follows`: K is compared from step to step, for a scheme with long steps.
   SingularPlaces(const MotionOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
-      : options_(options), mechanics_(mechanics), follows_(follows), report_(*report) {}
+      : options_(options),
+        mechanics_(mechanics),
+        follows_(follows),
+        report_(*report),
+        regular_(1.0 / mechanics.mass_ratio()) {}
 
   /// The motion begins at t, or goes on there from a snapshot; the mechanics has solved there.
   void begin(double t);
@@ -26,12 +30,20 @@ class SingularPlaces {
   /// The state has not come back to the constraints yet.
   bool is_coasting() const { return memory_.is_coasting; }
   /// A step of length h from t has to coast.
-  bool disturb(double t, double h) const { return is_coasting() || memory_.forecast.disturbs(t, h); }
+  bool disturb(double t, double h) const {
+    return is_coasting() || memory_.forecast.disturbs(t, memory_.is_in_the_way ? reach * h : h);
+  }
+  /// A step from here was rejected: where such a place lies ahead, steps that shrink on the way would never reach it.
+  /// Long ones lead beyond.
+  void note_rejection() { memory_.is_in_the_way = !follows_; }
   /// The last step came upon such a place out of nowhere: a shorter one first, to foresee it.
   bool have_surprised() const;
 
   /// The next step is to be shorter; false: it was often enough.
-  bool approach() { return ++memory_.approaches <= most_approaches; }
+  bool approach() {
+    memory_.is_in_the_way = false;  // until that step was taken
+    return ++memory_.approaches <= most_approaches;
+  }
   double half_way(double t) const { return 0.5 * (memory_.forecast.time() - t); }
   /// Of a step that coasts: half as far beyond the place as it lies ahead.
   double coasting_length(double t_before, double t) const;
@@ -40,7 +52,9 @@ class SingularPlaces {
 
  private:
   static constexpr int most_approaches = 12;
+  static constexpr double reach = 4.0;  // in steps, of what is in the way
 
+  double relative_condition() const;
   bool is_at_one() const;
   void find_passage(double t);
   void note_rank(double t);
@@ -50,10 +64,11 @@ class SingularPlaces {
   Mechanics& mechanics_;
   bool follows_;
   MotionReport& report_;
+  double regular_;  // reciprocal condition of S that masses alone may bring about, or the largest one so far
   // Of the steps before
   struct {
     SingularForecast forecast;
-    bool is_coasting = false, is_at_one = false;
+    bool is_coasting = false, is_at_one = false, is_in_the_way = false;
     int approaches = 0;  // to the place that is foreseen, each halves the way …
     double coasting_error = std::numeric_limits<double>::infinity();  // … and this of the last of them
     double last_passage = std::numeric_limits<double>::quiet_NaN();

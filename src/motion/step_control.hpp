@@ -17,7 +17,8 @@ class StepControl {
   double accept(double error) {
     const double e = std::max(error, 1e-10);
     const double beta = 0.04;
-    const double factor = 0.9 * std::pow(e, -(exponent_ - 0.75 * beta)) * std::pow(last_error_, beta);
+    // e^-(exponent - 0.75 beta) last^beta
+    const double factor = 0.9 * std::exp(beta * std::log(last_error_) - (exponent_ - 0.75 * beta) * std::log(e));
     last_error_ = std::max(error, 1e-4);
     const double most = after_rejection_ ? 1.0 : 5.0;
     after_rejection_ = false;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "base/instruction_sets.hpp"
@@ -24,33 +26,54 @@ int choose_order(double tolerance, std::size_t n) {
   return std::clamp(static_cast<int>(std::lround(order)), least, most);
 }
 
-/// x, x' and x'' at h of the numbers [begin, end), by Horner's scheme.
+// Functions that take or return lanes are all inlined: there is no binary interface to keep.
+#pragma GCC diagnostic ignored "-Wpsabi"
+using Lane = double __attribute__((vector_size(64)));
+
+/// x, x' and x'' at h of some numbers: with q = c_2 + c_3 h + … and its derivatives by Horner's scheme
+///
+///   x = c_0 + h (c_1 + h q),   x' = c_1 + h (2 q + h q'),   x'' = 2 q + h (4 q' + h q'')
+template <class Number>
+[[gnu::always_inline]] inline void sum_series(std::span<double* const> coefficients, double h, std::size_t at,
+                                              double* x, double* v, double* a) {
+  constexpr std::size_t count = std::is_same_v<Number, Lane> ? 4 : 1;  // that stay in registers
+  constexpr std::size_t width = sizeof(Number) / sizeof(double);
+  const auto load = [at](const double* from, std::size_t i) {
+    Number number;
+    std::memcpy(&number, from + at + width * i, sizeof(number));
+    return number;
+  };
+  const auto store = [at](const Number& number, double* to, std::size_t i) {
+    std::memcpy(to + at + width * i, &number, sizeof(number));
+  };
+  Number q[count]{}, slope[count]{}, half_bend[count]{};
+  for (std::size_t k = coefficients.size() - 1; k >= 2; --k) {
+    for (std::size_t i = 0; i < count; ++i) {
+      half_bend[i] = h * half_bend[i] + slope[i];
+      slope[i] = h * slope[i] + q[i];
+      q[i] = h * q[i] + load(coefficients[k], i);
+    }
+  }
+  // The small terms are summed first.
+  for (std::size_t i = 0; i < count; ++i) {
+    const Number v0 = load(coefficients[1], i);
+    store(load(coefficients[0], i) + h * (v0 + h * q[i]), x, i);
+    store(v0 + h * (2.0 * q[i] + h * slope[i]), v, i);
+    store(2.0 * (q[i] + h * (2.0 * slope[i] + h * half_bend[i])), a, i);
+  }
+}
+
+/// Of the numbers [begin, end); the last ones twice where they fill no lanes.
 TANOR_EACH_INSTRUCTION_SET
 void sum_series(std::span<double* const> coefficients, double h, std::size_t begin, std::size_t end, double* x,
                 double* v, double* a) {
-  constexpr std::size_t width = 16;  // that stay in registers
-  const auto sum_some = [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
-    double sum[width] = {}, first_sum[width] = {}, second_sum[width] = {};
-    for (std::size_t k = coefficients.size() - 1; k >= 2; --k) {
-      const auto first_factor = static_cast<double>(k), second_factor = first_factor * (first_factor - 1.0);
-      const double* const c = coefficients[k] + first;
-      for (std::size_t i = 0; i < count; ++i) {
-        sum[i] = h * sum[i] + c[i];
-        first_sum[i] = h * first_sum[i] + first_factor * c[i];
-        second_sum[i] = h * second_sum[i] + second_factor * c[i];
-      }
-    }
-    // The small terms are summed first.
-    for (std::size_t i = 0; i < count; ++i) {
-      const double v0 = coefficients[1][first + i];
-      x[first + i] = coefficients[0][first + i] + h * (v0 + h * sum[i]);
-      v[first + i] = v0 + h * first_sum[i];
-      a[first + i] = second_sum[i];
-    }
-  };
-  std::size_t first = begin;
-  for (; first + width <= end; first += width) sum_some(first, width);
-  if (first < end) sum_some(first, end - first);
+  constexpr std::size_t width = 32;
+  if (end - begin < width) {
+    for (std::size_t i = begin; i < end; ++i) sum_series<double>(coefficients, h, i, x, v, a);
+    return;
+  }
+  for (std::size_t next = begin; next < end; next += width)
+    sum_series<Lane>(coefficients, h, std::min(next, end - width), x, v, a);
 }
 
 /// Nodes and weights of Gauss & Legendre on [0, 1], by Newton's method on the polynomial.
@@ -117,9 +140,7 @@ void Taylor::choose_terms(const State& from) {
   terms_ = order_;
   longest_ = longest_step(from, order_);
   const int half = order_ / 2;
-  if (!mechanics_.may_lose_rank() || half <= least || longest_step_of(from, half) < longest_ ||
-      longest_step_of(from, half - 1) < longest_)
-    return;
+  if (!mechanics_.may_lose_rank() || half <= least || longest_step(from, half) < longest_) return;
   for (int terms = least; terms < order_; ++terms) {
     if (const double h = longest_step(from, terms); h > longest_) {
       longest_ = h;
@@ -130,16 +151,16 @@ void Taylor::choose_terms(const State& from) {
 
 /// The longest h for which the last term, and the one before it, stay within the tolerance.
 double Taylor::longest_step(const State& from, int terms) {
-  return std::min(longest_step_of(from, terms - 1), longest_step_of(from, terms));
+  return std::exp(std::min(log_of_longest_step(from, terms - 1), log_of_longest_step(from, terms)));
 }
 
-/// The longest h for which term k stays within the tolerance, in positions and velocities.
-double Taylor::longest_step_of(const State& from, int k) {
+/// Of the longest h for which term k stays within the tolerance, in positions and velocities.
+double Taylor::log_of_longest_step(const State& from, int k) {
   const double* const c = pointers_[static_cast<std::size_t>(k)];
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {c, c, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
   // |r_k| h^k and k |r_k| h^{k-1}
-  return std::exp(std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1)));
+  return std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1));
 }
 
 /// x, x' and x'' at h, in pieces that stay in the first cache.
@@ -214,7 +235,7 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   if (!exists_) return other_->step(from, h, to);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
-  StepResult result = settle(mechanics_, options_.stabilisation, to);
+  StepResult result = settle(mechanics_, options_.stabilisation, to, Turn::Large);
   if (result.outcome.ok()) result.error = measure_error(from, h, *to);
   knows_acceleration_ = result.outcome.ok();
   end_ = to->t;

@@ -31,7 +31,7 @@ class Taylor final : public Scheme {
   void expand(const State& from);
   void choose_terms(const State& from);
   double longest_step(const State& from, int terms);
-  double longest_step_of(const State& from, int k);
+  double log_of_longest_step(const State& from, int k);
   void evaluate(double h, double* x, double* v, double* a) const;
   Power integrate_power(const State& from, double h);
   double measure_error(const State& from, double h, const State& to);

@@ -98,7 +98,7 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   summary_.flops += analysis.flops;
   ++summary_.parts;
   add_word(ordering_name(analysis.ordering), &summary_.ordering);
-  add_word(is_simple ? "closed form" : analysis.supernodal ? "supernodal" : "simplicial", &summary_.factorization);
+  add_word(is_simple ? "closed form" : analysis.supernodal ? "multifrontal" : "simplicial", &summary_.factorization);
   parts_.push_back({first_row,
                     std::move(analysis.permutation),
                     std::move(plan),

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstring>
 
 namespace tanor {
 
@@ -43,12 +45,16 @@ struct PathLanes {
   using Lane = typename LaneOf<width>::Type;
   using Vector = Lane3<width>;
 
+  struct Known {
+    Vector force;      // sum of a_j mu_{k-j}
+    Lane half_square;  // of a.a
+  };
   struct Rod {
     Vector u;                       // a_0/|a_0|; 0 where there is no rod
     Lane inverse_length, is_there;  // 1/|a_0|; 1 or 0
     Lane inverse_pivot, l, spike;   // S = L D L': 1/D; L of the next row, and of the separator before
-    Vector force;                   // of the order under work: what is known of it
-    Lane half_square, x;            // likewise: of a.a; right-hand side, then the unknown
+    Lane half_square, x;            // of the order under work: of a.a; right-hand side, then the unknown
+    Known next;                     // of the order after it
   };
   struct Point {
     Lane inverse_mass;
@@ -94,6 +100,23 @@ struct PathLanes {
     return result;
   }
 
+  /// From a_0 and lambda_0 in the place of mu_0: u, mu_0 = lambda_0/|a_0|, and S = L D L'.
+  [[gnu::always_inline]] void begin() const {
+    for (std::size_t i = 0; i < length; ++i) {
+      Rod& rod = rods[i];
+      Coefficient& first = series[i * stride];
+      std::array<double, width> root;
+      const Lane square = dot(first.a, first.a) + (1.0 - rod.is_there);
+      for (std::size_t s = 0; s < width; ++s) root[s] = std::sqrt(square[s]);
+      Lane norm;
+      std::memcpy(&norm, root.data(), sizeof(norm));
+      rod.inverse_length = rod.is_there / norm;
+      rod.u = rod.inverse_length * first.a;
+      first.mu = first.mu * rod.inverse_length;
+    }
+    factorize();
+  }
+
   [[gnu::always_inline]] void factorize() const {
     const Rod& last = rods[length - 1];
     // S_ab of neighbours = -u_a.u_b/m of the point between them
@@ -131,91 +154,128 @@ struct PathLanes {
     for (std::size_t s = 0; s < width; ++s) (*x)[s] = y[s];
   }
 
-  /// sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a without a_{k+2}.
-  [[gnu::always_inline]] static void multiply(const Coefficient* c, int k, Rod* rod) {
-    Lane x{}, y{}, z{}, square{};
-    int j = 1;
-    // a_j.a_{k+2-j} for j = 1 … k + 1, each pair once
-    for (; 2 * j < k + 2; ++j) {
-      const Vector a = c[j].a;
-      const Lane mu = c[k - j].mu;
-      square += dot(a, c[k + 2 - j].a);
-      x += a.x * mu;
-      y += a.y * mu;
-      z += a.z * mu;
+  /// What is known of order k: sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a without
+  /// a_{k+2}. Where k is odd, of k + 1 as well, but for a_1 mu_k and a_1.a_{k+2}: the series are read every second time.
+  [[gnu::always_inline]] static Known multiply(const Coefficient* c, int k, Rod* rod) {
+    if (k % 2 == 0) {
+      const Vector a = c[1].a;
+      return {rod->next.force + c[k - 1].mu * a, rod->next.half_square + dot(a, c[k + 1].a)};
     }
-    if (2 * j == k + 2) square += 0.5 * dot(c[j].a, c[j].a);
-    for (; j <= k; ++j) {
-      const Lane mu = c[k - j].mu;
-      x += c[j].a.x * mu;
-      y += c[j].a.y * mu;
-      z += c[j].a.z * mu;
+    // Each product of two a once; the newest coefficients last, or all would wait for them.
+    const int middle = (k + 1) / 2;
+    Known now{}, next{};
+    Lane mu = c[0].mu;
+    int j = k;
+    for (; j > middle; --j) {
+      const Lane next_mu = c[k + 1 - j].mu;
+      now.force = now.force + mu * c[j].a;
+      next.force = next.force + next_mu * c[j].a;
+      mu = next_mu;
     }
-    rod->force = {x, y, z};
-    rod->half_square = square;
+    Vector b = c[middle + 1].a;
+    next.half_square = 0.5 * dot(b, b);
+    for (; j > 1; --j) {
+      const Vector a = c[j].a, next_b = c[k + 3 - j].a;
+      const Lane next_mu = c[k + 1 - j].mu;
+      now.half_square += dot(a, b);
+      next.half_square += dot(a, next_b);
+      now.force = now.force + mu * a;
+      next.force = next.force + next_mu * a;
+      b = next_b;
+      mu = next_mu;
+    }
+    const Vector newest = c[k + 1].a;
+    rod->next = {next.force + c[0].mu * newest, next.half_square};
+    return {now.force + mu * c[1].a, now.half_square + dot(c[1].a, newest)};
   }
 
   /// r_{k+2} into the points; a_{k+2} and mu_k into the series. `passes` above 1 refine where S is ill-conditioned.
   [[gnu::always_inline]] void advance(int k, int passes) const {
-    const double inverse_factor = (k + 1.0) * (k + 2.0), factor = 1.0 / inverse_factor;
-    for (std::size_t i = 0; i < length; ++i) multiply(series + i * stride, k, rods + i);
-
-    // factor M^-1 (force of the rod before - force of the rod behind): r_{k+2} but for mu_k
-    Point& end = points[length];
-    Vector before = from_before(rods[length - 1].force);
-    for (std::size_t i = 0; i < length; ++i) {
-      points[i].r = (factor * points[i].inverse_mass) * (before - rods[i].force);
-      before = rods[i].force;
-      series[i * stride + static_cast<std::size_t>(k)].mu = Lane{};
-    }
-    end.r = (factor * ends() * end.inverse_mass) * before + from_next(points[0].r);
+    const double inverse_factor = (k + 1.0) * (k + 2.0);
+    begin_order(k, 1.0 / inverse_factor);
     for (int pass = 0; pass < passes; ++pass) {
-      find_multipliers();
-      add_reactions(k, inverse_factor);
+      if (pass > 0) eliminate();
+      substitute(k, inverse_factor, pass > 0);
     }
-    for (std::size_t i = 0; i < length; ++i)
-      series[i * stride + static_cast<std::size_t>(k) + 2].a = rods[i].is_there * (points[i + 1].r - points[i].r);
   }
 
-  /// S x = -(half_square/|a_0| + u.(r_{i+1} - r_i)), forwards and backwards.
-  [[gnu::always_inline]] void find_multipliers() const {
-    Lane sum{}, l{}, x{};
+  /// factor M^-1 (force of the rod before - force of the rod behind): r_{k+2} but for mu_k; with it forwards through
+  ///
+  ///   S x = -(half_square/|a_0| + u.(r_{i+1} - r_i))
+  [[gnu::always_inline]] void begin_order(int k, double factor) const {
+    const Known last = multiply(series + (length - 1) * stride, k, rods + length - 1);
+    Known here = length > 1 ? multiply(series, k, rods) : last;
+    points[0].r = (factor * points[0].inverse_mass) * (from_before(last.force) - here.force);
+    points[length].r = (factor * ends() * points[length].inverse_mass) * last.force + from_next(points[0].r);
+    Forwards forwards;
     for (std::size_t i = 0; i < length; ++i) {
-      Rod& rod = rods[i];
-      x = -(rod.half_square * rod.inverse_length + dot(rod.u, points[i + 1].r - points[i].r)) - l * x;
-      if (i + 1 == length) break;
-      rod.x = x;
-      l = rod.l;
-      sum += rod.spike * x;
+      rods[i].half_square = here.half_square;
+      if (i + 1 < length) {
+        const Known behind = i + 2 < length ? multiply(series + (i + 1) * stride, k, rods + i + 1) : last;
+        points[i + 1].r = (factor * points[i + 1].inverse_mass) * (here.force - behind.force);
+        here = behind;
+      }
+      eliminate(i, &forwards);
     }
+    finish(forwards);
+  }
+
+  struct Forwards {
+    Lane sum{}, l{}, x{};
+  };
+  [[gnu::always_inline]] void eliminate(std::size_t i, Forwards* at) const {
+    Rod& rod = rods[i];
+    rod.x = at->x =
+        -(rod.half_square * rod.inverse_length + dot(rod.u, points[i + 1].r - points[i].r)) - at->l * at->x;
+    if (i + 1 == length) return;
+    at->l = rod.l;
+    at->sum += rod.spike * at->x;
+  }
+  [[gnu::always_inline]] void eliminate() const {
+    Forwards forwards;
+    for (std::size_t i = 0; i < length; ++i) eliminate(i, &forwards);
+    finish(forwards);
+  }
+  /// x of the last rods.
+  [[gnu::always_inline]] void finish(const Forwards& forwards) const {
     Rod& last = rods[length - 1];
     if constexpr (is_cut) {
-      x -= from_next(sum);
-      solve_separators(&x);
+      last.x = forwards.x - from_next(forwards.sum);
+      solve_separators(&last.x);
     } else {
-      x *= last.inverse_pivot;
-    }
-    last.x = x;
-    const Lane separator = from_before(x);
-    for (std::size_t i = length - 1; i-- > 0;) {
-      Rod& rod = rods[i];
-      rod.x = x = rod.x * rod.inverse_pivot - rod.l * x - rod.spike * separator;
+      last.x = forwards.x * last.inverse_pivot;
     }
   }
 
-  /// r += M^-1 K x, and mu_k from x = factor lambda_k.
-  [[gnu::always_inline]] void add_reactions(int k, double inverse_factor) const {
-    const Rod& last = rods[length - 1];
+  /// Backwards: x = factor lambda_k, r += M^-1 K x, mu_k and a_{k+2}.
+  [[gnu::always_inline]] void substitute(int k, double inverse_factor, bool refines) const {
+    const auto row = static_cast<std::size_t>(k);
+    Rod& last = rods[length - 1];
     Point& end = points[length];
-    Vector before = from_before(last.x * last.u);
-    for (std::size_t i = 0; i < length; ++i) {
-      const Vector tension = rods[i].x * rods[i].u;
-      points[i].r = points[i].r + points[i].inverse_mass * (before - tension);
-      before = tension;
-      series[i * stride + static_cast<std::size_t>(k)].mu += inverse_factor * rods[i].x * rods[i].inverse_length;
+    const Lane separator = from_before(last.x);
+    const Vector last_tension = last.x * last.u;
+    end.r = end.r + (ends() * end.inverse_mass) * last_tension;
+    const auto add = [refines](const Lane& part, Lane* mu) __attribute__((always_inline)) {
+      *mu = refines ? *mu + part : part;
+    };
+    add(inverse_factor * last.x * last.inverse_length, &series[(length - 1) * stride + row].mu);
+    Lane x = last.x;
+    Vector tension = last_tension, behind = end.r;
+    for (std::size_t i = length - 1; i-- > 0;) {
+      Rod& rod = rods[i];
+      x = rod.x * rod.inverse_pivot - rod.l * x - rod.spike * separator;
+      const Vector before = x * rod.u;
+      Point& point = points[i + 1];
+      point.r = point.r + point.inverse_mass * (before - tension);
+      add(inverse_factor * x * rod.inverse_length, &series[i * stride + row].mu);
+      series[(i + 1) * stride + row + 2].a = rods[i + 1].is_there * (behind - point.r);
+      behind = point.r;
+      tension = before;
     }
-    const Vector of_next = from_next(points[0].r);
-    end.r = (1.0 - ends()) * of_next + ends() * (end.r + end.inverse_mass * before);
+    points[0].r = points[0].r + points[0].inverse_mass * (from_before(last_tension) - tension);
+    end.r = (1.0 - ends()) * from_next(points[0].r) + ends() * end.r;
+    series[row + 2].a = rods[0].is_there * (points[1].r - points[0].r);
+    series[(length - 1) * stride + row + 2].a = last.is_there * (end.r - points[length - 1].r);
   }
 };
 

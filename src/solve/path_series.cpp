@@ -15,14 +15,14 @@ using Pieces = PathLanes<RodLanes::most, true>;
 using Paths = PathLanes<RodLanes::most, false>;
 using FewPaths = PathLanes<RodLanes::few, false>;
 
-TANOR_EACH_INSTRUCTION_SET void factorize(const Pieces& lanes) {
-  lanes.factorize();
+TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes) {
+  lanes.begin();
 }
-TANOR_EACH_INSTRUCTION_SET void factorize(const Paths& lanes) {
-  lanes.factorize();
+TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes) {
+  lanes.begin();
 }
-TANOR_EACH_INSTRUCTION_SET void factorize(const FewPaths& lanes) {
-  lanes.factorize();
+TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes) {
+  lanes.begin();
 }
 TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes) {
   lanes.advance(k, passes);
@@ -59,27 +59,27 @@ class Group {
     }
   }
 
+  void expand(std::span<double* const> coefficients, const double* lambda, int passes) {
+    begin(coefficients, lambda);
+    for (std::size_t k = 1; k + 2 < coefficients.size(); ++k) {
+      tanor::advance(lanes(), static_cast<int>(k), passes);
+      store_order(coefficients[k + 2]);
+    }
+  }
+
+ private:
   void begin(std::span<double* const> coefficients, const double* lambda) {
     stride_ = coefficients.size();
     series_.resize(given_.length * stride_);
     for (std::size_t k = 0; k <= 2; ++k) load(k, coefficients[k]);
-    for (std::size_t i = 0; i < given_.length; ++i) {
-      auto& rod = rods_[i];
-      auto& first = series_[i * stride_];
-      for (std::size_t s = 0; s < width; ++s) {
-        const Vec3 a{first.a.x[s], first.a.y[s], first.a.z[s]};
-        const Index row = given_.rows[i * width + s];
-        const double inverse_length = row < 0 ? 0.0 : 1.0 / norm(a);
-        rod.inverse_length[s] = inverse_length;
-        put(&rod.u, s, inverse_length * a);
-        first.mu[s] = row < 0 ? 0.0 : lambda[row] * inverse_length;
-      }
+    for (std::size_t at = 0; at < given_.rows.size(); ++at) {
+      const Index row = given_.rows[at];
+      series_[at / width * stride_].mu[at % width] = row < 0 ? 0.0 : lambda[row];
     }
-    factorize(lanes());
+    tanor::begin(lanes());
   }
 
-  void advance(int k, int passes, double* next) {
-    tanor::advance(lanes(), k, passes);
+  void store_order(double* next) const {
     for (std::size_t at = 0; at < given_.points.size(); ++at) {
       const Index point = given_.points[at];
       const Vector& r = points_[at / width].r;
@@ -88,7 +88,6 @@ class Group {
     }
   }
 
- private:
   static void put(Vector* to, std::size_t lane, Vec3 a) {
     to->x[lane] = a.x;
     to->y[lane] = a.y;
@@ -177,19 +176,14 @@ PathSeries::PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> off
   }
 }
 
-void PathSeries::begin(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda) {
+void PathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
+                        int passes) {
   parallel.for_tasks(groups_.size(), [&](std::size_t g) {
-    std::visit([&](auto& group) { group.begin(coefficients, lambda); }, groups_[g].group);
+    std::visit([&](auto& group) { group.expand(coefficients, lambda, passes); }, groups_[g].group);
   });
   for (std::size_t k = 3; k < coefficients.size(); ++k) {
     for (const Index point : still_) store(coefficients[k], point, {});
   }
-}
-
-void PathSeries::advance(const Parallel& parallel, int k, int passes, double* next) {
-  parallel.for_tasks(groups_.size(), [&](std::size_t g) {
-    std::visit([&](auto& group) { group.advance(k, passes, next); }, groups_[g].group);
-  });
 }
 
 }  // namespace tanor

@@ -28,10 +28,9 @@ class PathSeries {
                                           std::span<const Incidence> incidences, std::span<const double> inverse_mass);
   ~PathSeries();
 
-  /// Takes r_0, r_1, r_2 of coefficients[0 … P], each [3n], and lambda_0 [d]; factorizes S.
-  void begin(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda);
-  /// Writes r_{k+2} from those below it, k = 1 … P - 2 in turn. `passes`: solves, more than 1 refine.
-  void advance(const Parallel& parallel, int k, int passes, double* next);
+  /// Writes r_3 … r_P from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and lambda_0 [d]. `passes`: solves an order,
+  /// more than 1 refine.
+  void expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes);
 
  private:
   struct AnyGroup;

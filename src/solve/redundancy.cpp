@@ -6,9 +6,23 @@
 
 namespace tanor {
 
+double find_mass_ratio(std::span<const Incidence> incidences, std::span<const double> inverse_mass) {
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (const Incidence& incidence : incidences) {
+    const double inverse = inverse_mass[static_cast<std::size_t>(incidence.point)];
+    if (inverse == 0.0) continue;
+    smallest = std::min(smallest, inverse);
+    largest = std::max(largest, inverse);
+  }
+  return largest > 0.0 ? largest / smallest : 1.0;
+}
+
 Redundancy::Redundancy(std::span<const Incidence> incidences, std::span<const double> inverse_mass,
                        const Numbering& numbering)
-    : incidences_(incidences), inverse_mass_(inverse_mass), numbering_(numbering) {}
+    : incidences_(incidences),
+      inverse_mass_(inverse_mass),
+      numbering_(numbering),
+      mass_ratio_(find_mass_ratio(incidences, inverse_mass)) {}
 
 // ---- decisions ----
 
@@ -26,8 +40,8 @@ void Redundancy::group_by_row() {
   dependent_.assign(numbering_.num_rows(), 0);
 }
 
-/// C = M^-1/2 K of an island: moving points alone, in the order in which its rows meet them.
-SparseColumns Redundancy::scaled_columns(const double* blocks, Rows rows) {
+/// C = M^-1/2 K of an island, or K itself: moving points alone, in the order in which its rows meet them.
+SparseColumns Redundancy::columns(const double* blocks, Rows rows, Scaling scaling) {
   SparseColumns C;
   std::vector<Index> points;
   for (Index a = rows.first; a < rows.second; ++a) {
@@ -40,7 +54,8 @@ SparseColumns Redundancy::scaled_columns(const double* blocks, Rows rows) {
         local_point_[point] = static_cast<Index>(points.size());
         points.push_back(incidence.point);
       }
-      const Vec3 g = incidence.sign * std::sqrt(inverse_mass_[point]) * load(blocks, incidence.block);
+      const double scale = scaling == Scaling::ByMasses ? std::sqrt(inverse_mass_[point]) : 1.0;
+      const Vec3 g = incidence.sign * scale * load(blocks, incidence.block);
       const int first = 3 * local_point_[point];
       // a tuple may name a point twice
       const auto found = std::find(C.rows.begin() + column_begin, C.rows.end(), first);
@@ -71,12 +86,25 @@ void Redundancy::stand_alone(Index first_row, SparseColumns* C) const {
   }
 }
 
+/// Columns of M^-1/2 K come together where masses differ much: what K itself keeps apart depends on nothing, however
+/// little K is known. Then those of M^-1/2 K are told apart down to rounding.
+std::unique_ptr<RankSolver> Redundancy::find_rank(const double* blocks, Rows rows, double tolerance) {
+  constexpr double unequal = 1e4;
+  auto solver = std::make_unique<RankSolver>(columns(blocks, rows, Scaling::ByMasses), tolerance);
+  const std::size_t found = solver->dependences().size();
+  if (found == 0 || mass_ratio_ < unequal) return solver;
+  const std::size_t of_K = RankSolver(columns(blocks, rows, Scaling::None), tolerance).dependences().size();
+  if (of_K >= found) return solver;
+  auto finest = std::make_unique<RankSolver>(columns(blocks, rows, Scaling::ByMasses));
+  return finest->dependences().size() >= of_K ? std::move(finest) : std::move(solver);
+}
+
 bool Redundancy::decide_island(const double* blocks, Rows rows, double tolerance) {
   const auto place = std::lower_bound(islands_.begin(), islands_.end(), rows.first,
                                       [](const Island& island, Index row) { return island.first < row; });
   const bool is_known = place != islands_.end() && place->first == rows.first;
   Island& island = is_known ? *place : *islands_.insert(place, Island{rows.first, rows.second, nullptr, false});
-  island.solver = std::make_unique<RankSolver>(scaled_columns(blocks, rows), tolerance);
+  island.solver = find_rank(blocks, rows, tolerance);
   bool has_changed = false;
   std::vector<char> dependent(static_cast<std::size_t>(rows.second - rows.first), 0);
   for (const Dependence& dependence : island.solver->dependences())

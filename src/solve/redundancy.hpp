@@ -12,8 +12,13 @@
 
 namespace tanor {
 
-/// Which rows of K depend on others, and what follows for S lambda = b: decided by QR of M^-1/2 K, island by island,
-/// where S alone raises the suspicion; kept until somebody decides anew. Costs nothing where nothing was suspected.
+/// Of moving points that constraints join, largest over smallest: S may be worse conditioned than K by as much.
+/// `incidences` of K, `inverse_mass` [point], 0 at supports.
+double find_mass_ratio(std::span<const Incidence> incidences, std::span<const double> inverse_mass);
+
+/// Which rows of K depend on others, and what follows for S lambda = b: decided by QR of M^-1/2 K (and of K where
+/// masses differ much), island by island, where S alone raises the suspicion; kept until somebody decides anew. Costs
+/// nothing where nothing was suspected.
 ///
 /// Dependent rows take no part in S (their multipliers are 0) unless `minimize_norm` shares the load out again.
 class Redundancy {
@@ -75,7 +80,9 @@ class Redundancy {
     bool by_qr = false;
   };
   Rows island_of(Index row) const;
-  SparseColumns scaled_columns(const double* blocks, Rows rows);
+  enum class Scaling { None, ByMasses };
+  SparseColumns columns(const double* blocks, Rows rows, Scaling scaling);
+  std::unique_ptr<RankSolver> find_rank(const double* blocks, Rows rows, double tolerance);
   void stand_alone(Index first_row, SparseColumns* C) const;
   bool decide_island(const double* blocks, Rows rows, double tolerance);
   void group_by_row();
@@ -84,6 +91,7 @@ class Redundancy {
   std::span<const Incidence> incidences_;
   std::span<const double> inverse_mass_;
   const Numbering& numbering_;
+  const double mass_ratio_;
   std::vector<Index> row_start_;            // [row] its incidences in by_row_; made at the first decision
   std::vector<Index> by_row_;               // places in incidences_
   std::vector<Index> local_point_;          // [point] in the island at hand

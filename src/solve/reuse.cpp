@@ -24,7 +24,7 @@ double iteration_products(std::size_t num_rows, std::size_t num_incidences) {
 
 /// Of assembly, factorization and a solve. Dense blocks run at several multiplications in the time of one elsewhere.
 double factor_products(const GramSolver::Summary& factor) {
-  const double weight = factor.factorization.find("supernodal") != std::string::npos ? 0.25 : 1.0;
+  const double weight = factor.factorization.find("multifrontal") != std::string::npos ? 0.25 : 1.0;
   return 6.0 * static_cast<double>(factor.pattern_nonzeros) + weight * factor.flops + 2.0 * factor.factor_nonzeros;
 }
 

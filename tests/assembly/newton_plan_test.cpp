@@ -20,7 +20,7 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
   const std::vector<Coupling> couplings{{0, 1}, {1, 2}, {2, 3}};
   const std::vector<Incidence> incidences{{0, 0, 0, -1.0}, {1, 0, 0, 1.0}, {1, 1, 1, -1.0}, {2, 1, 1, 1.0}};
   const std::vector<Compliance> compliances{{50.0, 0.5}};
-  const NewtonPlan plan(masses, 2, couplings, incidences, compliances);
+  const NewtonPlan plan(masses, 2, couplings, incidences, compliances, true);
 
   const auto make_blocks = [&](std::size_t count) {
     std::vector<Block3> blocks(count);
@@ -72,6 +72,16 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
   }
   EXPECT_LT((found - wanted).cwiseAbs().maxCoeff(), 1e-9);  // the tiny compliance of the constraint
   EXPECT_GT(std::abs(found(9, 9)), 0.0);
+
+  const NewtonPlan exact(masses, 2, couplings, incidences, compliances, false);
+  std::vector<Complex> exact_entries(exact.rows().size());
+  exact.assemble(weights, values, exact_entries.data());
+  for (int j = 0; j < 11; ++j) {
+    for (int k = exact.column_start()[j]; k < exact.column_start()[j + 1]; ++k) {
+      if (exact.rows()[k] == 9 && j == 9) EXPECT_EQ(exact_entries[k], 0.0) << "no row depends on others";
+      EXPECT_LT(std::abs(exact_entries[k] - wanted(exact.rows()[k], j)), 1e-14);
+    }
+  }
 
   const Eigen::VectorXd x = Eigen::VectorXd::Random(12);
   Eigen::VectorXd moving = x, y = Eigen::VectorXd::Zero(12);

@@ -157,6 +157,48 @@ TEST(Cholesky, SolvesAgainAndAgainWithOneFactor) {
   }
 }
 
+/// As above with every entry.
+Matrix make_dense(int n, std::uint32_t seed) {
+  Matrix B(n, n);
+  for (int j = 0; j < n; ++j) B.col(j) = any_vector(n, seed + static_cast<std::uint32_t>(j));
+  return B * B.transpose() / n + Matrix::Identity(n, n);
+}
+
+TEST(Cholesky, FrontsOfEverySizeAreThoseOfDenseLlt) {
+  // Around the numbers of columns and rows that are worked on at once: 4, 8, 16, 64, 512.
+  for (const int n : {1, 3, 4, 5, 7, 8, 9, 15, 16, 17, 63, 64, 65, 68, 127, 129, 511, 513, 600}) {
+    const Matrix A = make_dense(n, 7);
+    const Vector b = any_vector(n, 1);
+    Cholesky cholesky = make_cholesky(A, true);
+
+    ASSERT_TRUE(cholesky.factorize().positive_definite);
+
+    EXPECT_LE((solution(cholesky, b) - A.llt().solve(b)).norm(), 1e-13 * b.norm()) << n;
+  }
+}
+
+TEST(Cholesky, ArrowWithManyArmsAddsAllTheirUpdates) {
+  // 40 dense arms of 3, each joined to a dense head of 90 at other places: one front with 40 children.
+  constexpr int arms = 40, arm = 3, head = 90, n = arms * arm + head;
+  Matrix A = Matrix::Zero(n, n);
+  A.bottomRightCorner(head, head) = make_dense(head, 3);
+  for (int k = 0; k < arms; ++k) {
+    const Matrix B = make_dense(arm, static_cast<std::uint32_t>(k));
+    A.block(arm * k, arm * k, arm, arm) = B;
+    for (int j = 0; j < 5; ++j) {
+      const int row = arms * arm + (17 * k + 31 * j) % head;
+      A.block(row, arm * k, 1, arm).setConstant(0.1 / (1 + j));
+      A.block(arm * k, row, arm, 1).setConstant(0.1 / (1 + j));
+    }
+  }
+  const Vector b = any_vector(n, 2);
+  Cholesky cholesky = make_cholesky(A, true);
+
+  ASSERT_TRUE(cholesky.factorize().positive_definite);
+
+  EXPECT_LE((solution(cholesky, b) - A.llt().solve(b)).norm(), 1e-13 * b.norm());
+}
+
 TEST(Cholesky, TwoByTwoIsSolvedByHand) {
   // [4 2; 2 3] x = [2; 5] -> x = (-0.5, 2)
   const Matrix A{{4.0, 2.0}, {2.0, 3.0}};
@@ -321,6 +363,34 @@ TEST(Analysis, LatticeOfThreeDimensionsIsDenseEnoughForSupernodes) {
 
   EXPECT_TRUE(analysis.supernodal);
   EXPECT_NE(analysis.ordering, Ordering::Natural);
+}
+
+/// 7 minus the lattice's adjacency: definite, and nearly of condition 1.
+Matrix matrix_of(const TrianglePattern& lower) {
+  const auto n = static_cast<Eigen::Index>(lower.size());
+  Matrix A = Matrix::Zero(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (int k = lower.start[static_cast<std::size_t>(j)]; k < lower.start[static_cast<std::size_t>(j) + 1]; ++k) {
+      const int i = lower.rows[static_cast<std::size_t>(k)];
+      A(i, j) = A(j, i) = i == j ? 7.0 : -1.0;
+    }
+  }
+  return A;
+}
+
+TEST(Cholesky, FrontsAndSparseColumnsAgreeOnALatticeInEveryOrder) {
+  const Matrix A = matrix_of(lattice(9));
+  const Vector b = any_vector(A.cols(), 4);
+  for (const Ordering ordering : {Ordering::Amd, Ordering::Metis, Ordering::Nesdis, Ordering::Natural}) {
+    const std::vector<int> permutation = analyze(lattice(9), ordering).permutation;
+    const Matrix ordered = permuted(A, permutation);
+    Cholesky fronts = make_cholesky(ordered, true), columns = make_cholesky(ordered, false);
+    const Cholesky::Quality of_fronts = fronts.factorize(), of_columns = columns.factorize();
+    ASSERT_TRUE(of_fronts.positive_definite && of_columns.positive_definite);
+
+    EXPECT_LE((solution(fronts, b) - solution(columns, b)).norm(), 1e-14 * b.norm());
+    EXPECT_NEAR(of_fronts.reciprocal_condition, of_columns.reciprocal_condition, 1e-14);
+  }
 }
 
 TEST(Analysis, ForcedOrderingIsTheOneUsed) {

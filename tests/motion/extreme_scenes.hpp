@@ -216,6 +216,14 @@ inline Case turn_four_bar(double angle, double t, const std::string& name) {
   return {"singular", name, system, t, 1e-3, miss(3, {1 + std::cos(angle - t), std::sin(angle - t), 0}, 1.0)};
 }
 
+inline Case pass_flat_place() {
+  return turn_four_bar(0.5, 1.5, "four-bar passes the flat place");
+}
+
+inline Case start_flat() {
+  return turn_four_bar(0.0, 1.0, "four-bar starts flat");
+}
+
 /// The same side by side, upright, in gravity (IFToMM A02 with masses at the joints): angle'' = -g cos(angle).
 inline Case turn_four_bars(Index loops) {
   System system;
@@ -369,8 +377,8 @@ inline std::vector<Case> list_cases() {
   cases.push_back(pull_straight());
   cases.push_back(hold_taut());
   for (const double sag : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5}) cases.push_back(swing_on_flat_triangle(sag));
-  cases.push_back(turn_four_bar(0.5, 1.5, "four-bar passes the flat place"));
-  cases.push_back(turn_four_bar(0.0, 1.0, "four-bar starts flat"));
+  cases.push_back(pass_flat_place());
+  cases.push_back(start_flat());
   cases.push_back(turn_four_bar(0.5, 20.0, "four-bar, 7 flat places"));
   cases.push_back(turn_four_bars(5));
   cases.push_back(turn_four_bars(40));

@@ -37,7 +37,7 @@ const BigScene big_scenes[]{
     {"chain_of_20000", [] { return scenes::make_chain(20'000); }, "paths"},
     {"net_60x60", [] { return scenes::make_net(60, 60); }, "simplicial"},
     {"clusters_of_200", [] { return scenes::make_clusters(200); }, "bundles"},
-    {"lattice_11x11x11", [] { return scenes::make_lattice(11); }, "supernodal"},
+    {"lattice_11x11x11", [] { return scenes::make_lattice(11); }, "multifrontal"},
     {"melt_of_8000", [] { return scenes::make_melt(20); }, "bundles"},
     {"beads_of_6000", [] { return scenes::make_beads(1'500); }, "closed form"},
 };

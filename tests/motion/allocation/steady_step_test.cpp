@@ -1,4 +1,5 @@
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -18,10 +19,10 @@ struct Scene {
   friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
 };
 
-// Simplicial factors: in supernodal ones CHOLMOD takes its workspace anew each time.
 const Scene steady_scenes[]{
     {"chain", [] { return scenes::make_chain(4'200); }},
     {"net", [] { return scenes::make_net(30, 30); }},
+    {"lattice", [] { return scenes::make_lattice(6); }},
     {"clusters", [] { return scenes::make_clusters(50); }},
     {"beads", [] { return scenes::make_beads(1'100); }},
     {"damped_springs", [] { return scenes::make_damped_chain(100); }},
@@ -103,16 +104,13 @@ TEST(AllocationCounterTest, SeesMallocAndNew) {
   EXPECT_EQ(counter.count(), 2u);
 }
 
-/// Inside the libraries too: CHOLMOD takes the workspace of a supernodal factorization anew each time.
-TEST(AllocationCounterTest, SeesCholmod) {
-  Simulation simulation(scenes::make_lattice(12),
-                        {.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project});
-  ASSERT_EQ(simulation.plan().factorization, "supernodal");
+TEST(AllocationCounterTest, SeesWhatLibrariesTake) {
   const AllocationCounter counter;
 
-  EXPECT_TRUE(simulation.advance(0.002).ok());
+  char* volatile copy = strdup("taken by the C library");
+  std::free(copy);
 
-  EXPECT_GT(counter.count(), 0u);
+  EXPECT_EQ(counter.count(), 1u);
 }
 
 }  // namespace

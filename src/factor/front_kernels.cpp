@@ -1,0 +1,218 @@
+#include "factor/front_kernels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+#include "base/instruction_sets.hpp"
+
+namespace tanor_kernels {
+
+namespace {
+
+// Functions that take or return lanes are all inlined: there is no binary interface to keep.
+#pragma GCC diagnostic ignored "-Wpsabi"
+using Lane = double __attribute__((vector_size(64)));
+static_assert(sizeof(Lane) == front_width * sizeof(double));
+
+constexpr std::size_t tile = 4;      // columns that are worked on at once
+constexpr std::size_t depth = 64;    // of products whose factors stay in the second cache …
+constexpr std::size_t height = 512;  // … with so many rows
+
+[[gnu::always_inline]] inline Lane load(const double* from) {
+  Lane lane;
+  std::memcpy(&lane, from, sizeof(lane));
+  return lane;
+}
+[[gnu::always_inline]] inline void store(const Lane& lane, double* to) {
+  std::memcpy(to, &lane, sizeof(lane));
+}
+
+/// The lanes that hold row i.
+constexpr std::size_t lanes_of(std::size_t i) {
+  return i / front_width * front_width;
+}
+
+/// c_ij -= sum over k of a_ik b_jk, of `lanes` x 8 rows and `columns` columns.
+template <std::size_t lanes, std::size_t columns>
+[[gnu::always_inline]] inline void subtract_tile(std::size_t terms, const double* a, const double* b,
+                                                 std::size_t stride, double* c, std::size_t c_stride) {
+  Lane sum[columns][lanes];
+  for (std::size_t j = 0; j < columns; ++j) {
+    for (std::size_t i = 0; i < lanes; ++i) sum[j][i] = load(c + j * c_stride + front_width * i);
+  }
+  for (std::size_t k = 0; k < terms; ++k, a += stride, b += stride) {
+    Lane a_k[lanes];
+    for (std::size_t i = 0; i < lanes; ++i) a_k[i] = load(a + front_width * i);
+    for (std::size_t j = 0; j < columns; ++j) {
+      for (std::size_t i = 0; i < lanes; ++i) sum[j][i] -= b[j] * a_k[i];
+    }
+  }
+  for (std::size_t j = 0; j < columns; ++j) {
+    for (std::size_t i = 0; i < lanes; ++i) store(sum[j][i], c + j * c_stride + front_width * i);
+  }
+}
+
+/// The same of the rows [first, end), whole lanes.
+template <std::size_t columns>
+[[gnu::always_inline]] inline void subtract_rows(std::size_t first, std::size_t end, std::size_t terms, const double* a,
+                                                 const double* b, std::size_t stride, double* c, std::size_t c_stride) {
+  std::size_t i = first;
+  for (; i + 2 * front_width <= end; i += 2 * front_width)
+    subtract_tile<2, columns>(terms, a + i, b, stride, c + i, c_stride);
+  if (i < end) subtract_tile<1, columns>(terms, a + i, b, stride, c + i, c_stride);
+}
+
+/// Calls body with the number of columns, 1 … tile, as a constant.
+template <class Body>
+[[gnu::always_inline]] inline void with_columns(std::size_t columns, const Body& body) {
+  if (columns >= 4) return body(std::integral_constant<std::size_t, 4>{});
+  if (columns == 3) return body(std::integral_constant<std::size_t, 3>{});
+  if (columns == 2) return body(std::integral_constant<std::size_t, 2>{});
+  body(std::integral_constant<std::size_t, 1>{});
+}
+
+/// c -= a a' in the first columns of a lower triangle.
+[[gnu::always_inline]] inline void subtract_product(std::size_t rows, std::size_t columns, std::size_t terms,
+                                                    const double* a, std::size_t stride, double* c,
+                                                    std::size_t c_stride) {
+  const std::size_t end = lanes_of(rows + front_width - 1);
+  for (std::size_t k = 0; k < terms; k += depth) {
+    const double* const a_k = a + k * stride;
+    const std::size_t some = std::min(depth, terms - k);
+    for (std::size_t top = 0; top < end; top += height) {
+      const std::size_t bottom = std::min(end, top + height);
+      for (std::size_t j = 0; j < std::min(columns, bottom); j += tile) {
+        with_columns(
+            columns - j, [&](auto count) __attribute__((always_inline)) {
+              subtract_rows<count>(std::max(top, lanes_of(j)), bottom, some, a_k, a_k + j, stride, c + j * c_stride,
+                                   c_stride);
+            });
+      }
+    }
+  }
+}
+
+/// L of the columns j … j + columns - 1, from which all before them have been subtracted. False: a pivot is not
+/// positive, its number in `failed`.
+template <std::size_t columns>
+[[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t stride, double* panel,
+                                                  std::size_t* failed) {
+  double l[columns][columns], inverse[columns];
+  double* const c = panel + j * stride;
+  for (std::size_t q = 0; q < columns; ++q) {
+    for (std::size_t p = q; p < columns; ++p) {
+      double sum = c[q * stride + j + p];
+      for (std::size_t k = 0; k < q; ++k) sum -= l[p][k] * l[q][k];
+      if (p > q) {
+        l[p][q] = sum * inverse[q];
+        continue;
+      }
+      if (!(sum > 0.0)) {
+        *failed = j + q;
+        return false;
+      }
+      l[q][q] = std::sqrt(sum);
+      inverse[q] = 1.0 / l[q][q];
+    }
+  }
+  for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
+    Lane x[columns];
+    for (std::size_t q = 0; q < columns; ++q) {
+      x[q] = load(c + q * stride + i);
+      for (std::size_t k = 0; k < q; ++k) x[q] -= l[q][k] * x[k];
+      x[q] *= inverse[q];
+      store(x[q], c + q * stride + i);
+    }
+  }
+  for (std::size_t q = 0; q < columns; ++q) {
+    std::fill(c + q * stride + lanes_of(j), c + q * stride + j + q, 0.0);
+    for (std::size_t p = q; p < columns; ++p) c[q * stride + j + p] = l[p][q];
+  }
+  return true;
+}
+
+}  // namespace
+
+TANOR_EACH_INSTRUCTION_SET
+std::size_t factorize_panel(std::size_t columns, std::size_t stride, double* panel) {
+  std::size_t failed = columns;
+  for (std::size_t first = 0; first < columns; first += depth) {
+    const std::size_t end = std::min(columns, first + depth);
+    for (std::size_t j = first; j < end && failed == columns; j += tile) {
+      with_columns(
+          end - j, [&](auto count) __attribute__((always_inline)) {
+            subtract_rows<count>(lanes_of(j), stride, j - first, panel + first * stride, panel + first * stride + j,
+                                 stride, panel + j * stride, stride);
+            factorize_tile<count>(j, stride, panel, &failed);
+          });
+    }
+    if (failed < columns) return failed;
+    if (end < columns) {
+      subtract_product(stride - end, columns - end, end - first, panel + first * stride + end, stride,
+                       panel + end * stride + end, stride);
+    }
+  }
+  return columns;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void subtract_square(std::size_t rows, std::size_t terms, const double* a, std::size_t stride, double* update,
+                     std::size_t update_stride) {
+  subtract_product(rows, rows, terms, a, stride, update, update_stride);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_forwards(std::size_t columns, std::size_t stride, const double* panel, const double* inverse_pivots,
+                         double* y) {
+  for (std::size_t j = 0; j < columns; j += tile) {
+    with_columns(
+        columns - j, [&](auto count) __attribute__((always_inline)) {
+          const double* const c = panel + j * stride;
+          double x[count];
+          for (std::size_t q = 0; q < count; ++q) {
+            x[q] = y[j + q];
+            for (std::size_t k = 0; k < q; ++k) x[q] -= c[k * stride + j + q] * x[k];
+            x[q] *= inverse_pivots[j + q];
+          }
+          for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
+            Lane sum = load(y + i);
+            for (std::size_t q = 0; q < count; ++q) sum -= x[q] * load(c + q * stride + i);
+            store(sum, y + i);
+          }
+          for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void substitute_backwards(std::size_t columns, std::size_t stride, const double* panel, const double* inverse_pivots,
+                          double* y) {
+  for (std::size_t end = columns, j = (columns - 1) / tile * tile;; end = j, j -= tile) {
+    with_columns(
+        end - j, [&](auto count) __attribute__((always_inline)) {
+          const double* const c = panel + j * stride;
+          double x[count];
+          for (std::size_t q = 0; q < count; ++q) {
+            x[q] = y[j + q];
+            y[j + q] = 0.0;
+          }
+          Lane sum[count]{};
+          for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
+            const Lane y_i = load(y + i);
+            for (std::size_t q = 0; q < count; ++q) sum[q] += load(c + q * stride + i) * y_i;
+          }
+          for (std::size_t q = count; q-- > 0;) {
+            const Lane& s = sum[q];
+            x[q] -= ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+            for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
+            x[q] *= inverse_pivots[j + q];
+          }
+          for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
+        });
+    if (j == 0) return;
+  }
+}
+
+}  // namespace tanor_kernels
