@@ -149,34 +149,12 @@ void Cholesky::Implementation::solve_simplicial(double* x) const {
   // (L D^-1) y = x
   for (std::size_t j = 0; j < n; ++j) {
     const double xj = x[j];
-    int k = start[j] + 1;
-    const int end = start[j] + count[j];
-    // Two columns of one pattern, as fill makes them, run through x together.
-    if (count[j] > 4 && rows[k] == static_cast<int>(j) + 1 && count[j + 1] + 1 == count[j]) {
-      const double* const next = u + start[j + 1] - k;
-      const double xn = x[j + 1] -= u[k] * xj;
-      for (++k; k < end; ++k) x[rows[k]] -= u[k] * xj + next[k] * xn;
-      ++j;
-      continue;
-    }
-    for (; k < end; ++k) x[rows[k]] -= u[k] * xj;
+    for (int k = start[j] + 1; k < start[j] + count[j]; ++k) x[rows[k]] -= u[k] * xj;
   }
   // (L D^-1)' x = D^-2 y
   for (std::size_t j = n; j-- > 0;) {
     double sum = x[j] * inverse_pivots[j];
-    int k = start[j] + 1;
-    const int end = start[j] + count[j];
-    if (end - k >= 4) {  // four sums beside each other: a subtraction need not wait for the one before
-      double a = 0.0, b = 0.0, c = 0.0;
-      for (; k + 3 < end; k += 4) {
-        sum -= u[k] * x[rows[k]];
-        a -= u[k + 1] * x[rows[k + 1]];
-        b -= u[k + 2] * x[rows[k + 2]];
-        c -= u[k + 3] * x[rows[k + 3]];
-      }
-      sum = (sum + a) + (b + c);
-    }
-    for (; k < end; ++k) sum -= u[k] * x[rows[k]];
+    for (int k = start[j] + 1; k < start[j] + count[j]; ++k) sum -= u[k] * x[rows[k]];
     x[j] = sum;
   }
 }
