@@ -65,6 +65,7 @@ bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, cons
   constexpr double kept_part = 0.75;  // of the mean, beside the new solve
   constexpr double shrink = 0.998;    // for one that is not used: in time it is tried again
   const auto cost = [&](Preconditioner each) { return candidates_[each].products * candidates_[each].iterations; };
+  num_iterations_ = 0;
   used_ = cost(Incomplete) <= cost(Kept) ? Incomplete : Kept;
   candidates_[used_ == Incomplete ? Kept : Incomplete].iterations *= shrink;
   Candidate& candidate = candidates_[used_];

@@ -70,15 +70,6 @@ TEST_P(ReuseTest, TheMotionIsThatOfAFactorEachTime) {
   EXPECT_LE(reused.report().steps, each.report().steps + each.report().steps / 20 + 1);
 }
 
-TEST_P(ReuseTest, AFactorServesAWholeStep) {
-  const Simulation reused = run(make(), options(), {}, 0.1);
-
-  const MotionReport& report = reused.report();
-  const std::size_t tried = report.steps + report.rejected;
-  EXPECT_GT(report.counters.iterations, 0u);
-  EXPECT_LE(report.counters.factorizations, tried + tried / 4 + 10);
-}
-
 TEST_P(ReuseTest, OneAndTwoThreadsGiveTheSameBits) {
   expect_same_bits(run(make(), options(), {.threads = 1}, 0.1), run(make(), options(), {.threads = 2}, 0.1));
 }
@@ -125,6 +116,18 @@ const ReusedScene reused_scenes[]{{"net", [] { return make_waving_net(); }},
 INSTANTIATE_TEST_SUITE_P(Scenes, ReuseTest,
                          testing::Combine(testing::ValuesIn(reused_scenes),
                                           testing::Values(Method::Dop853, Method::Dopri5, Method::Rk4)));
+
+/// One where it ends; a few more while nothing is known of iterations.
+TEST(ReuseGainsTest, AFactorServesAWholeStepOfBigSystems) {
+  for (const System& system : {make_waving_net(70), scenes::make_lattice(10)}) {
+    for (const Method method : {Method::Dop853, Method::Dopri5}) {
+      const MotionReport report = run(system, options_for(method), {}, 0.02).report();
+
+      EXPECT_GT(report.counters.iterations, 0u);
+      EXPECT_LE(report.counters.factorizations, 2 * (report.steps + report.rejected) + 4) << method_name(method);
+    }
+  }
+}
 
 /// Rows that depend on others have no factor to go on with.
 TEST(ReuseLimitsTest, RedundantRodsHaveAFactorEachTime) {
