@@ -82,8 +82,9 @@ bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, cons
   history_.extrapolate(parallel, t, lambda);
   const ConjugateGradients::Result result =
       iterate(parallel, blocks, b, {allowed, 0.0, most_iterations}, lambda->data(), dw);
-  const double found = result.has_converged ? std::max(1, result.iterations) : 2 * most_iterations;
-  candidate.iterations = kept_part * candidate.iterations + (1.0 - kept_part) * found;
+  candidate.iterations = result.has_converged
+                             ? kept_part * candidate.iterations + (1.0 - kept_part) * std::max(1, result.iterations)
+                             : 2.0 * most_iterations;  // not tried again soon
   if (result.has_converged) history_.add(t, *lambda);
   return result.has_converged;
 }
