@@ -22,6 +22,7 @@ struct PhaseTimes {
 /// Work done so far by a Dynamics or a Simulation.
 struct Counters {
   std::size_t evaluations = 0, factorizations = 0, solves = 0;
+  std::size_t iterations = 0;            ///< of conjugate gradients, in solves without a factor of their own
   std::size_t split_factorizations = 0;  ///< of Gamma and G: none where nobody asks for the split
   std::size_t rank_decisions = 0;        ///< by QR, where S raised a suspicion
   std::size_t friction_solves = 0;       ///< instants at which friction was found …

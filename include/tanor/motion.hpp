@@ -116,12 +116,13 @@ struct Snapshot {
   MotionReport report;             ///< its counts, times, works and extremes go on
 
   // What the next step depends on beside the state; the defaults are those of a start.
-  double next_step = 0.0;            ///< s, adaptive methods; 0: not known yet
-  double last_error = 1e-4;          ///< of the last step, over the tolerance
-  double advance_begin = 0.0;        ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
-  double advance_end = 0.0;          ///< the steps it had from `advance_begin` on
-  std::vector<int> discrete_state;   ///< which contacts slip and which way, …
-  std::vector<double> event_slopes;  ///< 1/s, how what decides on them fell in the last step; empty: not known
+  double next_step = 0.0;             ///< s, adaptive methods; 0: not known yet
+  double last_error = 1e-4;           ///< of the last step, over the tolerance
+  double advance_begin = 0.0;         ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
+  double advance_end = 0.0;           ///< the steps it had from `advance_begin` on
+  std::vector<int> discrete_state;    ///< which contacts slip and which way, …
+  std::vector<double> event_slopes;   ///< 1/s, how what decides on them fell in the last step; empty: not known
+  std::vector<double> solver_memory;  ///< what iterative solves start from, see SolverOptions::reuse; empty: nothing
 };
 
 /// A system on its way through time.

@@ -38,6 +38,9 @@ struct SolverOptions {
   Ordering ordering = Ordering::Auto;
   int threads = 0;  ///< OpenMP threads; 0: as many as OpenMP gives
   FrictionMethod friction = FrictionMethod::Auto;
+  /// Inside the steps of explicit methods on the general way a factor of S serves several places, by conjugate
+  /// gradients, where that costs less than a factor each; false: never.
+  bool reuse = true;
 };
 
 }  // namespace tanor

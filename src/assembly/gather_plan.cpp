@@ -2,11 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "base/check.hpp"
 
 namespace tanor {
+
+std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std::span<const double> weights) {
+  std::vector<Incidence> result;
+  result.reserve(incidences.size());
+  std::copy_if(incidences.begin(), incidences.end(), std::back_inserter(result),
+               [&](const Incidence& incidence) { return weights[static_cast<std::size_t>(incidence.point)] != 0.0; });
+  std::stable_sort(result.begin(), result.end(),
+                   [](const Incidence& a, const Incidence& b) { return a.point < b.point; });
+  return result;
+}
 
 std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,
                                    int first_row) {

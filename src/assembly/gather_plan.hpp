@@ -8,6 +8,9 @@
 
 namespace tanor {
 
+/// Those of points that have a weight, grouped by point.
+std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std::span<const double> weights);
+
 /// Triangle (row >= column) of all products, in a fixed order; equal pairs of blocks are joined (a rod's two ends).
 /// `incidences` are grouped by point, `weights` [point]; `first_row` is subtracted from the rows.
 std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,

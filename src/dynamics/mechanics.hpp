@@ -33,6 +33,12 @@ struct StepErrors {
   const double *x_from, *v_from, *x_to, *v_to;
 };
 
+/// A step of length h from x and v that may miss v and x at its end by atol + rtol |.|.
+struct StepTarget {
+  double h, atol, rtol;
+  const double *x, *v;
+};
+
 /// Largest over the points of |error|/(atol + rtol |.|).
 struct ErrorRatios {
   double x, v;  // of positions, of velocities
@@ -126,6 +132,17 @@ class Mechanics {
   virtual ProjectionReport project_step_velocities(double t, double /*h*/, const double* x, double* v) {
     return project_velocities(t, x, v);
   }
+
+  /// How large an error of all its accelerations may be, in a norm of its own: h |dv'| and h^2 |dv'| do not miss the
+  /// target.
+  virtual double allowed_error(const StepTarget& /*target*/) const { return 0.0; }
+  /// From here on accelerations with `Gradients::Evaluate` may have that error, and then leave K but no factor there.
+  /// 0: rounding alone.
+  virtual void allow_error(double /*error*/) {}
+  /// What they start from beside the state, plain numbers, to be kept in a snapshot; and back. Throws InputError where
+  /// it does not fit.
+  virtual std::vector<double> solver_memory() const { return {}; }
+  virtual void restore_solver_memory(std::span<const double> /*memory*/) {}
 
   /// t: at the step's beginning. The last accelerations were those at its end.
   virtual ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) = 0;

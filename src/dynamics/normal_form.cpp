@@ -29,6 +29,7 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
       step_multipliers_{std::vector<double>(num_rows()), std::vector<double>(num_rows()),
                         std::vector<double>(num_rows())} {
   if (sweep_ == nullptr) (void)general();
+  if (options.reuse) make_reuse();
   PlanSummary plan;
   describe_solver(&plan);
   linearises_cheaply_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
@@ -110,7 +111,7 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
 }
 
 GramSolver::Quality NormalForm::factorize_gram() {
-  is_swept_ = false;
+  is_swept_ = has_old_factor_ = false;
   const GramSolver::Quality quality = model_.factorize(&general(), blocks_.data());
   last_.reciprocal_condition = quality.reciprocal_condition;
   return quality;
@@ -148,6 +149,7 @@ Outcome NormalForm::linearise(double t, const double* r) {
 
 void NormalForm::solve_negative(const double* b, double* x) {
   if (is_swept_) return sweep_->solve_negative(model_.parallel, b, x);
+  if (has_old_factor_) (void)factorize_gram();
   if (!redundancy_.uses_qr()) return general().solve_negative(model_.parallel, b, x);
   right_side_of_qr_.assign(b, b + num_rows());
   general().solve_negative(model_.parallel, b, x);
@@ -166,6 +168,7 @@ void NormalForm::correct(double* rows, double* points) {
   const Stopwatch watch(&model_.times.solve);
   ++model_.counters.solves;
   if (is_swept_ && sweep_->correct(model_.parallel, blocks_.data(), rows, points)) return;
+  if (has_old_factor_ && correct_by_reuse(rows, points)) return;
   solve_negative(rows, rows);
   model_.gather.add_scaled(model_.parallel, blocks_.data(), rows, model_.inverse_mass.data(), model_.num_moving(),
                            points);
@@ -194,6 +197,10 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   acceleration_scale_ = scale;
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
   if (num_rows() == 0) return last_.outcome = {};
+  if (fresh && may_reuse() && reuse(t)) {
+    add_reactions(w);
+    return last_.outcome = check_idle_rows(t, scale);
+  }
   if (fresh) {
     // What the sweep has refused is the general way's.
     if (Outcome outcome = factorize(t, r, !may_sweep); !outcome.ok()) return last_.outcome = outcome;
@@ -214,6 +221,7 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   if (!std::isfinite(residual)) return last_.outcome = model_.not_finite(t);
 
   add_reactions(w);
+  if (allowed_error_ > 0.0) reuse_->add(t, lambda_);
   return last_.outcome = {};
 }
 

@@ -14,6 +14,7 @@
 #include "solve/gram_solver.hpp"
 #include "solve/path_series.hpp"
 #include "solve/redundancy.hpp"
+#include "solve/reuse.hpp"
 #include "solve/sweep.hpp"
 
 namespace tanor {
@@ -42,6 +43,10 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
+  double allowed_error(const StepTarget& target) const override;
+  void allow_error(double error) override { allowed_error_ = reuse_ != nullptr && !exact_ ? error : 0.0; }
+  std::vector<double> solver_memory() const override;
+  void restore_solver_memory(std::span<const double> memory) override;
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
@@ -170,6 +175,12 @@ class NormalForm final : public EquationsOfMotion {
                                 const char* unit) const;
   std::string describe(const Redundancy::Found& found, const char* verb) const;
 
+  // The factor of another place, in reuse.cpp.
+  void make_reuse();
+  bool may_reuse() const;
+  bool reuse(double t);
+  bool correct_by_reuse(double* rows, double* points);
+
   Outcome expand_paths(double t, int passes, std::span<double* const> coefficients, double* smooth_until);
   Outcome check_finite(double t, const double* x) const;
 
@@ -189,6 +200,10 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<Sweep> sweep_;        // null: the general way alone
   std::unique_ptr<GramSolver> solver_;  // the general way; null where nobody has needed it beside the sweep
   bool is_swept_ = false;               // the last factor is the sweep's
+  std::unique_ptr<Reuse> reuse_;        // null: never
+  double allowed_error_ = 0.0;          // of dw in the M-norm, inside a step; 0: rounding
+  bool has_old_factor_ = false;         // not of the K at hand
+  std::vector<double> correction_;      // [3n] scratch of `correct_by_reuse`
   bool linearises_cheaply_;             // a factorization costs no more than two solves
   Redundancy redundancy_;
   double suspect_below_;                // reciprocal condition of S

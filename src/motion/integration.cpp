@@ -37,10 +37,12 @@ void Integration::write(Snapshot* snapshot) const {
   snapshot->advance_end = advance_end_;
   snapshot->discrete_state = mechanics_.discrete_state();
   snapshot->event_slopes = events_.slopes();
+  snapshot->solver_memory = mechanics_.solver_memory();
 }
 
 void Integration::restore(const Snapshot& snapshot) {
   mechanics_.restore_discrete_state(snapshot.discrete_state);
+  mechanics_.restore_solver_memory(snapshot.solver_memory);
   next_step = snapshot.next_step;
   control_ = StepControl(scheme_->estimate_order(), snapshot.last_error);
   advance_begin_ = snapshot.advance_begin;

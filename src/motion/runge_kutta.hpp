@@ -48,8 +48,10 @@ class RungeKutta final : public Scheme {
   };
   using Accelerations = std::array<const double*, most_stages>;
 
+  void share_out();
   Weights weigh(const std::vector<double>& weights) const;
   Accelerations accelerations(const State& from, const State& to) const;
+  Outcome evaluate_stages(const State& from, double h, const Accelerations& a, Power* work);
   Outcome evaluate_stage(const State& from, double h, double c, const Weights& row, const Accelerations& known,
                          double* a);
   double estimate_error(const State& from, double h, const State& to);
@@ -64,6 +66,7 @@ class RungeKutta final : public Scheme {
   std::vector<std::vector<double>> accelerations_;  // of the stages but the first; then of the dense output's
   std::vector<double> stage_x_, stage_v_;
   std::vector<double> zero_;
+  std::vector<double> shares_;  // of a step's error that each stage's may make
 };
 
 }  // namespace tanor

@@ -23,7 +23,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 5;
+constexpr int format = 6;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -70,6 +70,7 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("evaluations", report.counters.evaluations);
   visit("factorizations", report.counters.factorizations);
   visit("solves", report.counters.solves);
+  visit("iterations", report.counters.iterations);
   visit("rank_decisions", report.counters.rank_decisions);
   visit("evaluate_s", report.times.evaluate);
   visit("assemble_s", report.times.assemble);
@@ -184,6 +185,7 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     head.finish();
     write_npy(file, checkpoint.snapshot.positions, 3);
     write_npy(file, checkpoint.snapshot.velocities, 3);
+    write_npy(file, checkpoint.snapshot.solver_memory, 1);
   });
 }
 
@@ -213,6 +215,7 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
   }
   checkpoint.snapshot.positions = read_points(name, &arrays, num_points);
   checkpoint.snapshot.velocities = read_points(name, &arrays, num_points);
+  checkpoint.snapshot.solver_memory = scene::read_npy(name, &arrays).numbers;
   return checkpoint;
 }
 

@@ -95,10 +95,12 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
   page += line("start", fmt::format("corrected by {:.2g} m and {:.2g} m/s at most (M-norm projection)",
                                     report.start.position_correction, report.start.velocity_correction));
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
+  const std::size_t iterations = report.counters.iterations;
   page += line("method",
-               fmt::format("{}, {} steps, {} rejected, {} factorizations ({}, {}), {} solves, {} threads",
+               fmt::format("{}, {} steps, {} rejected, {} factorizations ({}, {}), {} solves{}, {} threads",
                            method_name(report.method), report.steps, report.rejected, report.counters.factorizations,
-                           plan.ordering, plan.factorization, report.counters.solves, facts.threads));
+                           plan.ordering, plan.factorization, report.counters.solves,
+                           iterations > 0 ? fmt::format(" ({} iterations)", iterations) : "", facts.threads));
   page +=
       line("wall time",
            fmt::format("{:.3g} s: set-up {:.3g}, evaluate {:.3g}, assemble {:.3g}, factor {:.3g}, "

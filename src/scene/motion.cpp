@@ -85,7 +85,7 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
 }
 
 void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene) {
-  solver.object({"form", "way", "ordering", "threads", "certificate", "friction"});
+  solver.object({"form", "way", "ordering", "threads", "certificate", "friction", "reuse"});
   scene->solver.form = solver["form"].choice<Form>(
       {{"auto", Form::Auto}, {"normal", Form::Normal}, {"tangent", Form::Tangent}, {"both", Form::Both}},
       scene->solver.form);
@@ -107,6 +107,7 @@ void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene)
                                                                       {"newton", FrictionMethod::Newton},
                                                                       {"enumeration", FrictionMethod::Enumeration}},
                                                                      scene->solver.friction);
+  scene->solver.reuse = solver["reuse"].boolean(scene->solver.reuse);
   const int threads = static_cast<int>(solver["threads"].integer(0, most_threads, 0));
   scene->solver.threads = overrides.threads.value_or(threads);
   scene->certificate = read_certificate(solver["certificate"]);

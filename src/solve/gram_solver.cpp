@@ -40,14 +40,9 @@ std::vector<std::vector<Incidence>> incidences_of_parts(std::span<const Incidenc
                                                         std::span<const double> weights,
                                                         std::span<const Index> part_start) {
   std::vector<std::vector<Incidence>> result(part_start.size() - 1);
-  for (const Incidence& incidence : incidences) {
-    if (weights[static_cast<std::size_t>(incidence.point)] == 0.0) continue;
+  for (const Incidence& incidence : group_by_point(incidences, weights)) {
     const auto after = std::upper_bound(part_start.begin(), part_start.end(), incidence.row);
     result[static_cast<std::size_t>(after - part_start.begin() - 1)].push_back(incidence);
-  }
-  for (auto& part : result) {
-    std::stable_sort(part.begin(), part.end(),
-                     [](const Incidence& a, const Incidence& b) { return a.point < b.point; });
   }
   return result;
 }

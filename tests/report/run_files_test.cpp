@@ -129,6 +129,7 @@ Checkpoint make_checkpoint() {
   snapshot.report.last_event = 0.29;
   snapshot.discrete_state = {-1, 0, 1};
   snapshot.event_slopes = {-1.0 / 7.0, 1e-300};
+  snapshot.solver_memory = {4.0, 1.0 / 3.0};
   snapshot.report.rank_changes = {.start = 8, .now = 9, .first = {{0.1, 7}, {1.0 / 3.0, 9}}, .count = 102};
   snapshot.report.singular_passages = {.first = {{0.1 + 0.2, 1e-17}}, .count = 101};
   snapshot.report.energy = {.start = -1.5,
@@ -138,8 +139,12 @@ Checkpoint make_checkpoint() {
                             .work_of_friction = -0.3,
                             .scale = 3.0};
   snapshot.report.velocity_violation = std::nan("");
-  snapshot.report.counters = {
-      .evaluations = 1, .factorizations = 2, .solves = 3, .friction_solves = 5, .friction_iterations = 6};
+  snapshot.report.counters = {.evaluations = 1,
+                              .factorizations = 2,
+                              .solves = 3,
+                              .iterations = 4,
+                              .friction_solves = 5,
+                              .friction_iterations = 6};
   snapshot.report.times = {.evaluate = 0.1, .assemble = 0.2, .factor = 0.3, .solve = 0.4, .friction = 0.5};
   snapshot.report.friction = {.solves = 8,
                               .iterations_mean = 2.5,
@@ -186,6 +191,7 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.report.last_event, 0.29);
   EXPECT_EQ(snapshot.discrete_state, written.snapshot.discrete_state);
   EXPECT_EQ(snapshot.event_slopes, written.snapshot.event_slopes);
+  EXPECT_EQ(snapshot.solver_memory, written.snapshot.solver_memory);
   EXPECT_EQ(snapshot.report.rank_changes.start, 8u);
   EXPECT_EQ(snapshot.report.rank_changes.now, 9u);
   EXPECT_EQ(snapshot.report.rank_changes.count, 102u);

@@ -54,6 +54,7 @@ TEST(Scene, HasTheDefaultsOfTheContract) {
   EXPECT_EQ(scene.output_every, 0.0);
   EXPECT_TRUE(scene.output_points.empty()) << "all";
   EXPECT_EQ(scene.solver.way, Way::Auto);
+  EXPECT_TRUE(scene.solver.reuse);
   EXPECT_EQ(scene.solver.ordering, Ordering::Auto);
   EXPECT_EQ(scene.solver.threads, 0);
   EXPECT_EQ(scene.certificate.when, CertificatePolicy::When::Final);
@@ -63,7 +64,8 @@ TEST(Scene, ReadsMotionAndSolver) {
   const Scene scene = parse(three_points(R"(
     "motion": {"method": "rk4", "step": 1e-3, "rtol": 1e-6, "atol": 1e-7, "t_end": 2, "output_every": 0.5,
                "output_points": {"first": 1}, "stabilisation": "none", "start": "project"},
-    "solver": {"form": "normal", "way": "general", "ordering": "metis", "threads": 2, "certificate": {"every": 10}})"));
+    "solver": {"form": "normal", "way": "general", "ordering": "metis", "reuse": false, "threads": 2,
+               "certificate": {"every": 10}})"));
 
   EXPECT_EQ(scene.motion.method, Method::Rk4);
   EXPECT_EQ(scene.motion.step, 1e-3);
@@ -75,6 +77,7 @@ TEST(Scene, ReadsMotionAndSolver) {
   EXPECT_EQ(scene.motion.stabilisation, Stabilisation::None);
   EXPECT_EQ(scene.motion.start, StartMode::Project);
   EXPECT_EQ(scene.solver.way, Way::General);
+  EXPECT_FALSE(scene.solver.reuse);
   EXPECT_EQ(scene.solver.ordering, Ordering::Metis);
   EXPECT_EQ(scene.solver.threads, 2);
   EXPECT_EQ(scene.certificate.when, CertificatePolicy::When::Every);

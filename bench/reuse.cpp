@@ -1,0 +1,136 @@
+// Steps of dop853 that go on with the factor of S where they begin (SolverOptions::reuse) beside steps with a factor at
+// every evaluation, in turn in one process, one thread:
+//   reuse [--markdown FILE] [NAME …]      scenes whose name begins so; default: all of them
+// Nets and lattices hang by two corners, fall, and waves run across them. Errors are those of the places at the end,
+// against a run with a hundredth of the tolerance.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <tanor/tanor.hpp>
+
+#include "scene/scene.hpp"
+#include "timing.hpp"
+
+namespace {
+
+using namespace tanor;
+
+struct BenchScene {
+  std::string name, generate;
+  double t_end, rtol;
+  int rounds;
+};
+
+const std::vector<BenchScene> scenes = {
+    {"net 30", R"({"kind": "net", "columns": 30, "rows": 30})", 0.4, 1e-6, 5},
+    {"net 100", R"({"kind": "net", "columns": 100, "rows": 100})", 0.15, 1e-6, 3},
+    {"net 300", R"({"kind": "net", "columns": 300, "rows": 300})", 0.02, 1e-6, 1},
+    {"lattice 10", R"({"kind": "lattice", "size": [10, 10, 10]})", 0.1, 1e-6, 5},
+    {"lattice 20", R"({"kind": "lattice", "size": [20, 20, 20]})", 0.05, 1e-6, 1},
+};
+
+System make_system(const BenchScene& scene) {
+  System system = scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + scene.generate + "}", "bench.json").system;
+  system.velocities.assign(system.positions.size(), 0.0);
+  for (std::size_t i = 0; i < system.positions.size(); i += 3)
+    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
+  system.supports = {{"corners", {0, static_cast<Index>(system.num_points() - 1)}, {}}};
+  system.forces = {Gravity{"gravity", {0.0, 0.0, -9.81}}};
+  return system;
+}
+
+struct Run {
+  double seconds = 0.0;
+  MotionReport report;
+  std::vector<double> places;
+};
+
+Run run(const BenchScene& scene, const System& system, double rtol, bool reuse) {
+  MotionOptions motion;
+  motion.method = Method::Dop853;
+  motion.rtol = rtol;
+  motion.atol = 1e-2 * rtol;
+  motion.start = StartMode::Project;
+  SolverOptions solver;
+  solver.threads = 1;
+  solver.reuse = reuse;
+  Simulation simulation(system, motion, solver);
+  Run result;
+  Outcome outcome = simulation.outcome();
+  if (outcome.ok()) result.seconds = seconds_of([&] { outcome = simulation.advance(scene.t_end); });
+  if (!outcome.ok()) throw std::runtime_error(scene.name + ": " + outcome.what);
+  result.report = simulation.report();
+  result.places.assign(simulation.positions().begin(), simulation.positions().end());
+  return result;
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double result = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) result = std::max(result, std::abs(a[i] - b[i]));
+  return result;
+}
+
+/// A row of the table.
+std::string measure(const BenchScene& scene) {
+  const System system = make_system(scene);
+  const std::vector<double> reference = run(scene, system, 1e-2 * scene.rtol, true).places;
+  Run each, reused;
+  std::vector<double> ratios, times;
+  for (int round = 0; round < scene.rounds; ++round) {
+    each = run(scene, system, scene.rtol, false);
+    reused = run(scene, system, scene.rtol, true);
+    ratios.push_back(each.seconds / reused.seconds);
+    times.push_back(reused.seconds);
+  }
+  const auto per_solve = [](const Counters& counters) {
+    return static_cast<double>(counters.iterations) / static_cast<double>(counters.solves);
+  };
+  return fmt::format("| {} | {} | {} | {} | {} | {:.1f} | {:.1e} | {:.1e} | {:.3g} | {:.2f} |\n", scene.name,
+                     each.report.steps, reused.report.steps, each.report.counters.factorizations,
+                     reused.report.counters.factorizations, per_solve(reused.report.counters),
+                     largest_difference(each.places, reference), largest_difference(reused.places, reference),
+                     median(times), median(ratios));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  std::string file;
+  std::vector<std::string> wanted;
+  for (int k = 1; k < argc; ++k) {
+    const std::string word = argv[k];
+    if (word == "--markdown" && k + 1 < argc) {
+      file = argv[++k];
+    } else {
+      wanted.push_back(word);
+    }
+  }
+  std::string page =
+      "# Re-use of factors: dop853 with and without\n\n"
+      "Nets and lattices that hang by two corners, fall and wave; one thread, in turn in one process, medians; errors "
+      "in\n"
+      "m, against a hundredth of the tolerance (rtol 1e-6). Repeat with `scripts/bench`.\n\n"
+      "| scene | steps | with re-use | factorizations | with re-use | iterations a solve | error | with re-use | s "
+      "with "
+      "re-use | ratio |\n"
+      "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
+  fmt::print("{}", page);
+  for (const BenchScene& scene : scenes) {
+    const auto begins = [&](const std::string& word) { return scene.name.starts_with(word); };
+    if (!wanted.empty() && std::none_of(wanted.begin(), wanted.end(), begins)) continue;
+    const std::string row = measure(scene);
+    fmt::print("{}", row);
+    std::fflush(stdout);
+    page += row;
+  }
+  if (!file.empty()) std::ofstream(file) << page;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "reuse: {}\n", error.what());
+  return 1;
+}

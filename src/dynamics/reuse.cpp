@@ -1,0 +1,72 @@
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "dynamics/normal_form.hpp"
+
+/// \file Where a step evaluates at many stages NormalForm goes on with the factor of S that it has; what conjugate
+/// gradients do not find soon is for a factor of its own.
+namespace tanor {
+
+/// On the general way alone, where K changes and nothing but S lambda = -b is asked of a stage.
+void NormalForm::make_reuse() {
+  if (sweep_ != nullptr || model_.has_friction() || num_rows() == 0) return;
+  if (model_.constraints.gradients_are_constant()) return;
+  const std::size_t num_rows_of_S = model_.numbering.first_idle_row();
+  if (!Reuse::pays(general().summary(), num_rows_of_S, model_.incidences.size())) return;
+  const GramOperator S{model_.constraints, model_.gather, model_.inverse_mass, model_.num_moving(), num_rows_of_S};
+  reuse_ = std::make_unique<Reuse>(S, model_.incidences, general());
+  correction_.assign(size(), 0.0);
+}
+
+/// In the M-norm: sum of m |dw|^2 = sum of m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2.
+double NormalForm::allowed_error(const StepTarget& target) const {
+  if (reuse_ == nullptr) return 0.0;
+  const double h = std::abs(target.h);
+  return std::sqrt(model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
+    const double in_v = (target.atol + target.rtol * norm(load(target.v, i))) / h;
+    const double in_x = (target.atol + target.rtol * norm(load(target.x, i))) / (h * h);
+    const double allowed = std::min(in_v, in_x);
+    return model_.mass[i] * allowed * allowed;
+  }));
+}
+
+std::vector<double> NormalForm::solver_memory() const {
+  return reuse_ != nullptr ? reuse_->memory() : std::vector<double>();
+}
+
+void NormalForm::restore_solver_memory(std::span<const double> memory) {
+  const bool fits = reuse_ != nullptr ? reuse_->restore(memory) : memory.empty();
+  if (!fits) throw InputError("/snapshot/solver_memory", "is of another system, or of other options");
+}
+
+/// Near singular places, and where rows depend, every place has its own factor.
+bool NormalForm::may_reuse() const {
+  constexpr double nearly_singular = 1e-8;
+  return allowed_error_ > 0.0 && is_factorized_ && !redundancy_.is_found() &&
+         last_.reciprocal_condition > nearly_singular;
+}
+
+/// lambda and dw at t with the K at hand.
+bool NormalForm::reuse(double t) {
+  const Stopwatch watch(&model_.times.solve);
+  if (!has_old_factor_) reuse_->renew();
+  const bool is_solved =
+      reuse_->solve(model_.parallel, t, blocks_.data(), right_side_.data(), allowed_error_, &lambda_, dw_.data());
+  model_.counters.iterations += reuse_->num_iterations();
+  if (!is_solved) return false;
+  ++model_.counters.solves;
+  return has_old_factor_ = true;
+}
+
+/// As `correct`.
+bool NormalForm::correct_by_reuse(double* rows, double* points) {
+  const bool is_solved = reuse_->correct(model_.parallel, blocks_.data(), rows, correction_.data());
+  model_.counters.iterations += reuse_->num_iterations();
+  if (!is_solved) return false;
+  model_.parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) points[i] += correction_[i];
+  });
+  return true;
+}
+
+}  // namespace tanor

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "factor/cholesky.hpp"
+
+namespace tanor {
+
+/// U'D U ~ S with U on the pattern of S, a unit triangle: Cholesky's method without its fill (J. A. Meijerink, H. A.
+/// van der Vorst 1977). Exact where the elimination in the given order makes no fill: along chains, trees, straight
+/// lines. The symbolic work is done once, in the constructor.
+class IncompleteCholesky {
+ public:
+  /// Upper triangle by columns.
+  explicit IncompleteCholesky(TrianglePattern upper);
+
+  const TrianglePattern& pattern() const { return pattern_; }
+  double* values() { return values_.data(); }  ///< beside pattern().rows; to be filled before `factorize`
+
+  /// Where a pivot falls too low the diagonal is raised, for all of them (T. A. Manteuffel 1980). False: that did not
+  /// help.
+  [[nodiscard]] bool factorize();
+
+  /// x = -D (U'D U)^-1 D b [n] with D = diag(scale). x may be b.
+  void solve_negative(const double* scale, const double* b, double* x) const;
+
+  /// Multiplications of a `factorize` and of a solve.
+  double factor_products() const { return static_cast<double>(terms_.size() + 2 * pattern_.rows.size()); }
+  double solve_products() const { return static_cast<double>(2 * pattern_.rows.size()); }
+
+ private:
+  bool try_factorize(double raise);
+
+  /// u_ki and u_kj of a product u_ki d_k u_kj.
+  struct Term {
+    int left, right;
+  };
+
+  TrianglePattern pattern_;
+  std::vector<double> values_, upper_, scaled_;  // [slot] S; U; U'D
+  std::vector<double> inverse_pivots_;
+  std::vector<Term> terms_;
+  std::vector<int> terms_start_;  // [slot]
+};
+
+}  // namespace tanor

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/parallel.hpp"
+
+namespace tanor {
+
+/// The last three solutions lambda(t), to guess the next one: the polynomial through them.
+class MultiplierHistory {
+ public:
+  explicit MultiplierHistory(std::size_t num_rows);
+
+  void forget() { size_ = 0; }
+  void add(double t, const std::vector<double>& lambda);
+  /// Into lambda; what it was where nothing is known.
+  void extrapolate(const Parallel& parallel, double t, std::vector<double>* lambda) const;
+
+  /// Appends t and lambda of each solution; and back. False: they do not fit.
+  void write(std::vector<double>* numbers) const;
+  bool read(std::span<const double> numbers);
+
+ private:
+  static constexpr std::size_t most = 3;
+  struct Solution {
+    double t;
+    std::vector<double> lambda;
+  };
+
+  std::array<Solution, most> solutions_;  // the latest first
+  std::size_t size_ = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,123 @@
+#include "factor/incomplete_cholesky.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace tanor {
+namespace {
+
+/// The upper triangle of a dense symmetric matrix on its nonzeros and its diagonal.
+IncompleteCholesky make_factor(const Eigen::MatrixXd& S) {
+  TrianglePattern upper;
+  std::vector<double> values;
+  for (int j = 0; j < S.cols(); ++j) {
+    for (int i = 0; i <= j; ++i) {
+      if (i != j && S(i, j) == 0.0) continue;
+      upper.rows.push_back(i);
+      values.push_back(S(i, j));
+    }
+    upper.start.push_back(static_cast<int>(upper.rows.size()));
+  }
+  IncompleteCholesky factor(std::move(upper));
+  std::copy(values.begin(), values.end(), factor.values());
+  return factor;
+}
+
+/// P^-1 as a matrix, column by column.
+Eigen::MatrixXd inverse_of(const IncompleteCholesky& factor, const Eigen::VectorXd& scale) {
+  const Eigen::Index n = scale.size();
+  Eigen::MatrixXd result(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const Eigen::VectorXd b = Eigen::VectorXd::Unit(n, j);
+    factor.solve_negative(scale.data(), b.data(), result.col(j).data());
+  }
+  return -result;
+}
+
+/// A chain of rods: 1 on the diagonal, cosines of angles over 2 beside it.
+Eigen::MatrixXd make_chain(int size) {
+  Eigen::MatrixXd S = Eigen::MatrixXd::Identity(size, size);
+  for (int i = 0; i + 1 < size; ++i) S(i, i + 1) = S(i + 1, i) = -0.5 * std::cos(0.3 * i);
+  return S;
+}
+
+/// A ring, and rods across it: elimination makes fill.
+Eigen::MatrixXd make_net(int size) {
+  Eigen::MatrixXd S = make_chain(size);
+  for (int i = 0; i + 5 < size; ++i) S(i, i + 5) = S(i + 5, i) = 0.1 * std::sin(1.0 + i);
+  S(0, size - 1) = S(size - 1, 0) = 0.2;
+  return S;
+}
+
+TEST(IncompleteCholeskyTest, IsExactAlongAChain) {
+  const Eigen::MatrixXd S = make_chain(12);
+  IncompleteCholesky factor = make_factor(S);
+
+  ASSERT_TRUE(factor.factorize());
+
+  const Eigen::MatrixXd product = inverse_of(factor, Eigen::VectorXd::Ones(12)) * S;
+  EXPECT_LT((product - Eigen::MatrixXd::Identity(12, 12)).cwiseAbs().maxCoeff(), 1e-13);
+}
+
+TEST(IncompleteCholeskyTest, TakesTheScaleOfRowsAlong) {
+  const Eigen::MatrixXd S = make_chain(12);
+  const Eigen::VectorXd scale = Eigen::VectorXd::LinSpaced(12, 0.5, 3.0);
+  IncompleteCholesky factor = make_factor(S);
+  ASSERT_TRUE(factor.factorize());
+
+  // S = D^-1 (scaled S) D^-1
+  const Eigen::MatrixXd unscaled = scale.cwiseInverse().asDiagonal() * S * scale.cwiseInverse().asDiagonal();
+
+  const Eigen::MatrixXd product = inverse_of(factor, scale) * unscaled;
+  EXPECT_LT((product - Eigen::MatrixXd::Identity(12, 12)).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+/// What defines it: P = S on the pattern of S, and P is symmetric and positive definite.
+TEST(IncompleteCholeskyTest, AgreesWithTheMatrixOnItsPattern) {
+  const Eigen::MatrixXd S = make_net(20);
+  IncompleteCholesky factor = make_factor(S);
+
+  ASSERT_TRUE(factor.factorize());
+
+  const Eigen::MatrixXd inverse = inverse_of(factor, Eigen::VectorXd::Ones(20)), P = inverse.inverse();
+  EXPECT_LT((inverse - inverse.transpose()).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(inverse).eigenvalues().minCoeff(), 0.0);
+  double on_pattern = 0.0, beside = 0.0;
+  for (int i = 0; i < 20; ++i) {
+    for (int j = 0; j < 20; ++j) {
+      double& largest = S(i, j) != 0.0 ? on_pattern : beside;
+      largest = std::max(largest, std::abs(P(i, j) - S(i, j)));
+    }
+  }
+  EXPECT_LT(on_pattern, 1e-13);
+  EXPECT_GT(beside, 1e-3) << "the fill was kept";
+}
+
+/// Positive definite, but not without its fill (D. S. Kershaw 1978).
+TEST(IncompleteCholeskyTest, RaisesTheDiagonalWherePivotsFail) {
+  Eigen::MatrixXd S(4, 4);
+  S << 3, -2, 0, 2, -2, 3, -2, 0, 0, -2, 3, -2, 2, 0, -2, 3;
+  ASSERT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(S).eigenvalues().minCoeff(), 0.0);
+  IncompleteCholesky factor = make_factor(S);
+
+  ASSERT_TRUE(factor.factorize());
+
+  const Eigen::MatrixXd inverse = inverse_of(factor, Eigen::VectorXd::Ones(4));
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(inverse).eigenvalues().minCoeff(), 0.0);
+}
+
+TEST(IncompleteCholeskyTest, SaysWhereNothingHelps) {
+  Eigen::MatrixXd S = make_chain(3);
+  S(1, 1) = -1.0;
+  EXPECT_FALSE(make_factor(S).factorize());
+  S(1, 1) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(make_factor(S).factorize());
+}
+
+}  // namespace
+}  // namespace tanor

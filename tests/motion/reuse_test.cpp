@@ -1,0 +1,174 @@
+#include <gtest/gtest.h>
+
+#include "motion/scenes.hpp"
+
+namespace tanor {
+namespace {
+
+/// Waves run through a net that hangs, folds and falls; a lattice is thrown about.
+System make_waving_net(int size = 24) {
+  System system = scenes::make_net(size, size);
+  for (std::size_t i = 0; i < system.positions.size(); i += 3) {
+    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
+  }
+  return system;
+}
+
+MotionOptions options_for(Method method) {
+  MotionOptions options{.method = method, .rtol = 1e-7, .atol = 1e-9, .start = StartMode::Project};
+  if (method == Method::Rk4) options.step = 1e-3;
+  return options;
+}
+
+Simulation run(const System& system, const MotionOptions& options, const SolverOptions& solver, double t_end) {
+  Simulation simulation(system, options, solver);
+  const Outcome outcome = simulation.advance(t_end);
+  EXPECT_TRUE(outcome.ok()) << outcome.what;
+  return simulation;
+}
+
+void expect_same_bits(const Simulation& a, const Simulation& b) {
+  const auto as_vector = [](std::span<const double> x) { return std::vector(x.begin(), x.end()); };
+  EXPECT_EQ(a.time(), b.time());
+  EXPECT_EQ(as_vector(a.positions()), as_vector(b.positions()));
+  EXPECT_EQ(as_vector(a.velocities()), as_vector(b.velocities()));
+  EXPECT_EQ(as_vector(a.multipliers()), as_vector(b.multipliers()));
+  EXPECT_EQ(a.report().counters.iterations, b.report().counters.iterations);
+}
+
+struct ReusedScene {
+  const char* name;
+  System (*make)();
+
+  friend std::ostream& operator<<(std::ostream& out, const ReusedScene& scene) { return out << scene.name; }
+};
+
+class ReuseTest : public testing::TestWithParam<std::tuple<ReusedScene, Method>> {
+ protected:
+  System make() const { return std::get<0>(GetParam()).make(); }
+  MotionOptions options() const { return options_for(std::get<1>(GetParam())); }
+};
+
+TEST_P(ReuseTest, TheMotionIsThatOfAFactorEachTime) {
+  const double t_end = 0.1;
+  MotionOptions tight = options_for(Method::Dop853);
+  tight.rtol = 1e-10;
+  tight.atol = 1e-12;
+  const Simulation reference = run(make(), tight, {.reuse = false}, t_end);
+
+  const Simulation each = run(make(), options(), {.reuse = false}, t_end);
+  const Simulation reused = run(make(), options(), {}, t_end);
+
+  const auto error = [&](const Simulation& simulation) {
+    return scenes::largest_difference(simulation.positions(), reference.positions());
+  };
+  EXPECT_LE(error(reused), 1.25 * error(each) + 1e-11);
+  EXPECT_LE(reused.report().position_violation, 1e-12);
+  EXPECT_LE(reused.report().velocity_violation, 1e-12);
+  EXPECT_LE(reused.report().acceleration_violation, 1e-11);
+  EXPECT_NEAR(reused.report().energy.drift_relative(), each.report().energy.drift_relative(), 1e-8);
+  EXPECT_LE(reused.report().steps, each.report().steps + each.report().steps / 20 + 1);
+}
+
+TEST_P(ReuseTest, OneAndTwoThreadsGiveTheSameBits) {
+  expect_same_bits(run(make(), options(), {.threads = 1}, 0.1), run(make(), options(), {.threads = 2}, 0.1));
+}
+
+TEST_P(ReuseTest, ARestoredRunGoesOnBitByBit) {
+  Simulation whole(make(), options()), second(make(), options());
+  Snapshot snapshot;
+  ASSERT_TRUE(whole
+                  .advance(0.2,
+                           [&](const MotionReport& report) {
+                             if (report.steps == 5) snapshot = whole.snapshot();
+                             return true;
+                           })
+                  .ok());
+  ASSERT_FALSE(snapshot.solver_memory.empty());
+
+  second.restore(snapshot);
+  ASSERT_LT(second.time(), whole.time());
+  ASSERT_TRUE(second.advance(0.2).ok());
+
+  expect_same_bits(second, whole);
+}
+
+/// A certificate solves at the state itself, with a factor of its own.
+TEST_P(ReuseTest, CertificatesNeitherNoticeNorDisturb) {
+  const Simulation alone = run(make(), options(), {}, 0.1);
+  Simulation watched(make(), options());
+
+  ASSERT_TRUE(watched
+                  .advance(0.1,
+                           [&](const MotionReport&) {
+                             const Certificate certificate = watched.certify();
+                             EXPECT_TRUE(certificate.passed());
+                             return true;
+                           })
+                  .ok());
+
+  expect_same_bits(watched, alone);
+}
+
+const ReusedScene reused_scenes[]{{"net", [] { return make_waving_net(); }},
+                                  {"lattice", [] { return scenes::make_lattice(6); }}};
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ReuseTest,
+                         testing::Combine(testing::ValuesIn(reused_scenes),
+                                          testing::Values(Method::Dop853, Method::Dopri5, Method::Rk4)));
+
+/// One where it ends; a few more while nothing is known of iterations.
+TEST(ReuseGainsTest, AFactorServesAWholeStepOfBigSystems) {
+  for (const System& system : {make_waving_net(70), scenes::make_lattice(10)}) {
+    for (const Method method : {Method::Dop853, Method::Dopri5}) {
+      const MotionReport report = run(system, options_for(method), {}, 0.02).report();
+
+      EXPECT_GT(report.counters.iterations, 0u);
+      EXPECT_LE(report.counters.factorizations, 2 * (report.steps + report.rejected) + 4) << method_name(method);
+    }
+  }
+}
+
+/// Rows that depend on others have no factor to go on with.
+TEST(ReuseLimitsTest, RedundantRodsHaveAFactorEachTime) {
+  System system = make_waving_net();
+  auto& rods = std::get<Rods>(system.constraints.front());
+  rods.pairs.push_back(rods.pairs[7]);
+  const MotionOptions options = options_for(Method::Dop853);
+
+  const Simulation each = run(system, options, {.reuse = false}, 0.05), reused = run(system, options, {}, 0.05);
+
+  EXPECT_EQ(reused.report().counters.iterations, 0u);
+  expect_same_bits(reused, each);
+}
+
+/// A cheap factor is made each time: a tree on the general way, linear constraints.
+TEST(ReuseLimitsTest, WhereAFactorCostsLittleNothingIsIterated) {
+  const MotionOptions options = options_for(Method::Dop853);
+  const Simulation chain = run(scenes::make_chain(50), options, {.way = Way::General}, 0.1);
+
+  EXPECT_EQ(chain.report().counters.iterations, 0u);
+  EXPECT_TRUE(chain.snapshot().solver_memory.empty());
+}
+
+TEST(ReuseLimitsTest, TaylorHasNoStagesToReuseFor) {
+  EXPECT_EQ(run(make_waving_net(), options_for(Method::Taylor), {}, 0.05).report().counters.iterations, 0u);
+}
+
+TEST(ReuseLimitsTest, TheMemoryOfAnotherSystemIsRefused) {
+  const MotionOptions options = options_for(Method::Dop853);
+  Simulation simulation = run(make_waving_net(), options, {}, 0.05);
+  Snapshot snapshot = simulation.snapshot();
+  ASSERT_FALSE(snapshot.solver_memory.empty());
+  snapshot.solver_memory.pop_back();
+
+  try {
+    simulation.restore(snapshot);
+    ADD_FAILURE() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.where(), "/snapshot/solver_memory");
+  }
+}
+
+}  // namespace
+}  // namespace tanor
