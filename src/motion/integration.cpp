@@ -191,14 +191,20 @@ Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, co
 }
 
 Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const Observer& observer) {
-  while (state.t < t_end && !has_stopped_) {
+  // Of what is left: at such a pace nobody would see the end.
+  constexpr double tiny = 1e-8;
+  constexpr int most_tiny_steps = 1000;
+  for (int tiny_steps = 0; state.t < t_end && !has_stopped_;) {
     const double t = state.t;
     const bool is_disturbed = places_.disturb(t, std::min(next_step, t_end - t));
     const bool coasts = is_disturbed && trial_is_before_;
     if (is_disturbed && !coasts && places_.approach()) limit_ = next_step = std::min(next_step, places_.half_way(t));
     if (Outcome found = coasts ? coast_adaptively(t_end, taken) : step_adaptively(t_end, taken); !found.ok())
       return found;
-    if (state.t > t && observer && !observer(report_)) break;
+    if (state.t == t) continue;
+    tiny_steps = state.t - t < tiny * (t_end - t) ? tiny_steps + 1 : 0;
+    if (tiny_steps == most_tiny_steps) return step_too_small(tiny * (t_end - t), {});
+    if (observer && !observer(report_)) break;
   }
   return {};
 }
@@ -213,7 +219,7 @@ Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
     return {};
   }
   ++report_.rejected;
-  if (!places_.approach()) return step_too_small(std::min(wanted, left), attempt.step.outcome);
+  if (!places_.approach()) return attempt.step.outcome.ok() ? places_.explain_stop(state.t) : attempt.step.outcome;
   if (!places_.is_coasting()) limit_ = next_step = places_.half_way(state.t);
   return {};
 }
@@ -226,6 +232,8 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const double left = t_end - state.t;
   const bool last = next_step >= 0.99 * left;
   const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
+  const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
+  if (!last && !(h >= resolution)) return step_too_small(resolution, {});
   const Attempt attempt = try_step(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
@@ -247,7 +255,6 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   }
   const bool has_error = step.outcome.ok() && std::isfinite(attempt.error);
   limit_ = next_step = h * (has_error ? control_.reject(attempt.error) : 0.25);
-  const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
   return next_step < resolution ? step_too_small(resolution, step.outcome) : Outcome{};
 }
 

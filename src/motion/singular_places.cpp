@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "system/text.hpp"
+
 namespace tanor {
 
 void SingularPlaces::begin(double t) {
@@ -34,7 +36,7 @@ void SingularPlaces::note(double t, bool is_settled) {
   regular_ = std::max(regular_, reciprocal_condition);
   memory_.forecast.add(t, relative_condition());
   const bool lies_ahead = memory_.forecast.time() > t && std::isfinite(memory_.forecast.time());
-  memory_.is_in_the_way = lies_ahead && !follows_ && (memory_.is_in_the_way || memory_.approaches > 0);
+  memory_.is_in_the_way = lies_ahead && (memory_.is_in_the_way || memory_.approaches > 0);
   if (follows_) find_passage(t);
   if (is_at_one()) {
     note_passage(t, reciprocal_condition, memory_.is_at_one);
@@ -96,6 +98,12 @@ double SingularPlaces::coasting_length(double t_before, double t) const {
   return is_coasting() ? before * std::pow(0.5, memory_.approaches) : ahead + 0.5 * std::max(ahead, 0.5 * before);
 }
 
+Outcome SingularPlaces::explain_stop(double t) const {
+  return {Status::StepTooSmall, "constraints depend on each other near t = " + text(memory_.forecast.time()) +
+                                    ", and no step from t = " + text(t) +
+                                    " leads past that place within the tolerance"};
+}
+
 StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const State& from, State* to) {
   constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
   SingularForecast& forecast = memory_.forecast;
@@ -105,9 +113,8 @@ StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const Stat
   StepResult step =
       by_itself ? scheme.step(from, to->t - from.t, to) : tanor::coast(mechanics_, options_, before, from, how, to);
   if (!step.outcome.ok()) return step;
-  // From halfway there the error is 1/32 of the one before, or it is rounding: never that much, nor under loose
-  // tolerances, whose steps end far from the place.
-  const double most_rounding = std::min(1e-4, 1e-14 / options_.rtol);
+  // From halfway there the error is 1/32 of the one before, or it is rounding; of the state: never that much.
+  constexpr double most_rounding = 1e-6;
   const bool is_rounding = step.error > 0.25 * memory_.coasting_error && step.error * options_.rtol <= most_rounding;
   if (scheme.is_adaptive() && !(step.error <= allowed_error || is_rounding)) {
     memory_.coasting_error = step.error;

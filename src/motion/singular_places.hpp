@@ -34,8 +34,8 @@ class SingularPlaces {
     return is_coasting() || memory_.forecast.disturbs(t, memory_.is_in_the_way ? reach * h : h);
   }
   /// A step from here was rejected: where such a place lies ahead, steps that shrink on the way would never reach it.
-  /// Long ones lead beyond.
-  void note_rejection() { memory_.is_in_the_way = !follows_; }
+  /// Longer ones lead beyond.
+  void note_rejection() { memory_.is_in_the_way = true; }
   /// The last step came upon such a place out of nowhere: a shorter one first, to foresee it.
   bool have_surprised() const;
 
@@ -44,6 +44,8 @@ class SingularPlaces {
     memory_.is_in_the_way = false;  // until that step was taken
     return ++memory_.approaches <= most_approaches;
   }
+  /// Why the motion ends at t, after the last approach.
+  Outcome explain_stop(double t) const;
   double half_way(double t) const { return 0.5 * (memory_.forecast.time() - t); }
   /// Of a step that coasts: half as far beyond the place as it lies ahead.
   double coasting_length(double t_before, double t) const;

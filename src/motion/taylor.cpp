@@ -149,6 +149,22 @@ void Taylor::choose_terms(const State& from) {
   }
 }
 
+/// Those that leave least over at an h which is longer than they allow.
+void Taylor::choose_terms_for(const State& from, double h) {
+  constexpr int least = 6;
+  double smallest = std::numeric_limits<double>::infinity();
+  double before = 0.0;
+  for (int terms = least - 1; terms <= order_; ++terms) {
+    // log |term| over the tolerance
+    const double size = terms * (std::log(h) - log_of_longest_step(from, terms));
+    if (terms >= least && std::max(size, before) < smallest) {
+      smallest = std::max(size, before);
+      terms_ = terms;
+    }
+    before = size;
+  }
+}
+
 /// The longest h for which the last term, and the one before it, stay within the tolerance.
 double Taylor::longest_step(const State& from, int terms) {
   return std::exp(std::min(log_of_longest_step(from, terms - 1), log_of_longest_step(from, terms)));
@@ -233,6 +249,7 @@ void Taylor::interpolate(const Parallel& parallel, const State& from, const Stat
 StepResult Taylor::step(const State& from, double h, State* to) {
   if (!has_series_ || series_time_ != from.t) expand(from);
   if (!exists_) return other_->step(from, h, to);
+  if (h > longest_ && mechanics_.may_lose_rank()) choose_terms_for(from, h);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
   StepResult result = settle(mechanics_, options_.stabilisation, to, Turn::Large);

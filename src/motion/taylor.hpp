@@ -30,6 +30,7 @@ class Taylor final : public Scheme {
  private:
   void expand(const State& from);
   void choose_terms(const State& from);
+  void choose_terms_for(const State& from, double h);
   double longest_step(const State& from, int terms);
   double log_of_longest_step(const State& from, int k);
   void evaluate(double h, double* x, double* v, double* a) const;
