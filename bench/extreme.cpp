@@ -172,16 +172,14 @@ int main(int argc, char** argv) {
   std::printf(
       "# Extreme scenes\n\n"
       "Written by `scripts/extreme` (`bench/extreme.cpp`, `tests/motion/extreme_scenes.hpp` say what each scene is). "
-      "%d runs "
-      "survive, %d are reported with place and reason, %d are slow, %d are lost.\n\n"
+      "%d runs survive, %d are reported with place and reason, %d are slow, %d are lost.\n\n"
       "A number: relative error against a closed form; in parentheses: drift of the energy, where there is none. "
-      "Methods "
-      "with tolerances: rtol 1e-10, the others take the steps that `extreme_scenes.hpp` gives them. *reported*: ended "
-      "by "
-      "itself with place and reason. *slow*: not at its end after %.0f s (more for the long and the large). **lost**: "
-      "crashes, hangs, holds a number that is not finite, breaks constraints by more than max(1e-12, 8 eps |r|/L), or "
-      "is "
-      "wrong (by the scene's closed form, or by 1e-2 of the energy) without a word.\n\n%s\n"
+      "Methods with tolerances: rtol 1e-10, the others take the steps that `extreme_scenes.hpp` gives them. "
+      "*reported*: ended by itself with place and reason. "
+      "*slow*: not at its end after %.0f s (more for the long and the large). "
+      "**lost**: crashes, hangs, holds a number that is not finite, breaks constraints by more than "
+      "max(1e-12, 8 eps |r|/L), or is wrong (by the scene's closed form, or by 1e-2 of the energy) without a word."
+      "\n\n%s\n"
       "## What is lost\n\n%s%s\n## Every run\n\n%s%s",
       counts["ok"], counts["reported"], counts["slow"], counts["lost"], time_limit, matrix.c_str(), head, lost.c_str(),
       head, details.c_str());

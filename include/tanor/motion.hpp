@@ -141,8 +141,10 @@ class TANOR_API Simulation {
   Outcome advance(double t_end, const Observer& observer = {});
 
   /// From now on looks for the event; returns its number. Each step evaluates the function at both ends and at three
-  /// places between: two passages between neighbouring ones are missed. One that begins at 0 does not pass there.
-  /// Events are no part of a snapshot. Throws InputError where there is no function.
+  /// places between: two passages between neighbouring ones are missed. One that begins at 0 does not pass there. Where
+  /// a step coasts past a singular place, an event that stops ends the advance at that step's end, its passage being
+  /// told at its own time. A value that is not finite ends the advance with an outcome that names the event. Events are
+  /// no part of a snapshot. Throws InputError where there is no function.
   std::size_t add_event(Event event);
   /// So far, in the order of time.
   std::span<const Passage> passages() const;

@@ -94,7 +94,8 @@ void add_check(CLI::App* app, CheckOptions* options) {
 void add_error_time(CLI::App* app, ErrorTimeOptions* options) {
   CLI::App* command = app->add_subcommand("error-time", "Error against run time: tables and plots");
   add_scene(command, &options->scene);
-  command->add_option("--methods", options->methods, "default rattle rk4 dopri5 dop853 taylor")->delimiter(',');
+  command->add_option("--methods", options->methods, "default rattle rk4 dopri5 dop853 taylor auto (the scene's own)")
+      ->delimiter(',');
   command->add_option("--out", options->out, "folder of tables and plots; default <name>.out")->check(require_text);
   command->add_option("--reference", options->reference, "file with the state at the end; default: another method")
       ->check(require_text);

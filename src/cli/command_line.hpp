@@ -46,7 +46,7 @@ struct CheckOptions {
 /// `tanor error-time`: each method with four step sizes or tolerances against a finer run of another method.
 struct ErrorTimeOptions {
   std::filesystem::path scene;
-  std::vector<std::string> methods;                ///< default: rattle, rk4, dopri5, dop853, taylor
+  std::vector<std::string> methods;                ///< default: rattle, rk4, dopri5, dop853, taylor, auto
   std::optional<std::filesystem::path> out;        ///< folder; default: `<name>.out`
   std::optional<std::filesystem::path> reference;  ///< state at t_end that replaces the judge
   scene::Overrides overrides;                      ///< the coarsest step, t_end, threads

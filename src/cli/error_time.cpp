@@ -1,9 +1,15 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/error_time_table.hpp"
+#include "report/output_file.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -11,7 +17,7 @@ namespace tanor::cli {
 namespace {
 
 std::vector<Method> read_methods(const std::vector<std::string>& names) {
-  if (names.empty()) return {Method::Rattle, Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor};
+  if (names.empty()) return {Method::Rattle, Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Auto};
   std::vector<Method> methods;
   for (const std::string& name : names) {
     try {
@@ -19,26 +25,57 @@ std::vector<Method> read_methods(const std::vector<std::string>& names) {
     } catch (const InputError& error) {
       throw InputError("--methods", error.what());
     }
-    if (methods.back() == Method::Auto) throw InputError("--methods", "auto is a choice among methods; name one");
   }
   return methods;
 }
+
+/// Each once; `auto` is the scene's own: the method that it names, or the one that suits it (stiff: an implicit one).
+std::vector<Method> choose_methods(const std::vector<Method>& wanted, const scene::Scene& scene) {
+  std::vector<Method> methods;
+  for (Method method : wanted) {
+    if (method == Method::Auto) method = choose_method(scene.motion, Dynamics(scene.system, scene.solver)).method;
+    if (std::find(methods.begin(), methods.end(), method) == methods.end()) methods.push_back(method);
+  }
+  return methods;
+}
+
+/// The folder of the tables, there before anything is measured; goes again where nothing came of it.
+class Destination {
+ public:
+  explicit Destination(std::filesystem::path path) : path_(std::move(path)), is_new_(!std::filesystem::exists(path_)) {
+    report::make_folder(path_);
+  }
+  ~Destination() {
+    std::error_code is_filled;
+    if (is_new_) std::filesystem::remove(path_, is_filled);
+  }
+  Destination(const Destination&) = delete;
+  Destination& operator=(const Destination&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  bool is_new_;
+};
 
 }  // namespace
 
 ExitCode execute(const ErrorTimeOptions& options) {
   const scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
-  const std::vector<Method> methods = read_methods(options.methods);
+  const std::vector<Method> wanted = read_methods(options.methods);
   const auto say = [&](const std::string& line) {
     if (!options.quiet) fmt::print(stderr, "{}\n", line);
   };
   std::optional<scene::ReferenceState> reference;
   if (options.reference) reference = scene::read_reference_state(*options.reference, scene.system, scene.t_end);
+  const std::vector<Method> methods = naming_file(options.scene, [&] { return choose_methods(wanted, scene); });
+  const Destination destination(choose_folder(options.out, scene));
   const report::ErrorTimeTable table = naming_file(options.scene, [&] {
     return report::measure_error_time(scene, methods, reference ? &*reference : nullptr, say);
   });
   if (!table.rows.empty()) {
-    const std::string no_picture = report::write_error_time(choose_folder(options.out, scene), table);
+    const std::string no_picture = report::write_error_time(destination.path(), table);
     fmt::print("{}", report::format_error_time(table));
     if (!no_picture.empty()) say(no_picture);
   }

@@ -30,8 +30,7 @@ std::vector<KnownProblem> list_known_friction();
 /// Forces at one instant.
 std::vector<KnownProblem> list_known_forces();
 
-// ---- what they share
-// -------------------------------------------------------------------------------------------------
+// ---- what they share ----
 
 /// Adds a point and gives its number.
 Index add_point(const Vector3& place, const Vector3& velocity, double mass, System* system);

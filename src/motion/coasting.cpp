@@ -32,7 +32,7 @@ StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State
                  const Coasting& how, State* to) {
   const std::size_t n = from.x.size();
   const double p = from.t - before.t, h = to->t - from.t, u = h / p;
-  std::vector<double> zero(n, 0.0), x_error(n), v_error(n);
+  std::vector<double> x_error(n), v_error(n);
   for (std::size_t i = 0; i < n; ++i) {
     // What the first terms leave over at u = -1
     const double b2 = 0.5 * p * p * from.a[i];
@@ -86,11 +86,10 @@ StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State
   // The parabola through the powers at u = -1, at 0 and at the end
   const double w_before = -h * h / (6.0 * p * (p + h)), w_from = (h + 3.0 * p) / (6.0 * p),
                w_to = (2.0 * h + 3.0 * p) / (6.0 * (p + h));
-  const auto integrate = [&](double at_before, double at_from, double at_to) {
-    return h * (w_before * at_before + w_from * at_from + w_to * at_to);
-  };
-  to->work.supports = from.work.supports + integrate(before.power.supports, from.power.supports, to->power.supports);
-  to->work.forces = from.work.forces + integrate(before.power.forces, from.power.forces, to->power.forces);
+  to->work = from.work;
+  for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) {
+    to->work.*part += h * (w_before * before.power.*part + w_from * from.power.*part + w_to * to->power.*part);
+  }
   return result;
 }
 

@@ -82,15 +82,15 @@ ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamic
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
   if (is_implicit(method) && !system.friction.empty()) {
     throw InputError("/motion/method", std::string(method_name(method)) + " does not know friction (" +
-                                           friction_name(system, 0) + "); dopri5, rk4 and rattle do");
+                                           friction_name(system, 0) + "); dop853, dopri5, rk4 and rattle do");
   }
   const bool needs_constraints =
       is_implicit(method) || method == Method::Rattle || method == Method::Rattle4 || method == Method::Rattle6;
   if (!needs_constraints || system.coordinates.empty()) return solver;
   if (solver.form == Form::Tangent || num_equations(system) == 0) {
     throw InputError("/motion/method", std::string(method_name(method)) +
-                                           " projects onto constraints, the tangent form has none; rk4 and "
-                                           "dopri5 step in coordinates");
+                                           " projects onto constraints, the tangent form has none; dop853, "
+                                           "dopri5 and rk4 step in coordinates");
   }
   solver.form = Form::Normal;
   return solver;

@@ -67,7 +67,7 @@ class Scheme {
   virtual void forget() {}
 };
 
-/// The scheme of a method (not Auto) for a system of this size; rtol and atol of `options` enter the error estimate.
+/// The scheme of a method (not Auto); rtol and atol of `options` enter the error estimate.
 std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics);
 
 /// How far a step may have turned constraints: by a small part of a radian, or more.

@@ -277,7 +277,7 @@ struct Simulation::Implementation {
       model.numbering.scatter_points(points.v, at_v);
       return value(t, at_r, at_v);
     };
-    integration.watch().add({value, event.direction, event.stops});
+    integration.watch().add({value, event.direction, event.stops, event.name});
     return num_events++;
   }
 

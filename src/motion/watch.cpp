@@ -42,6 +42,12 @@ Outcome Watch::evaluate_inside(DenseOutput* output, double fraction, const State
   return {};
 }
 
+Outcome Watch::report_not_finite(std::size_t k, double t) const {
+  const std::string& name = functions_[k].name;
+  return {Status::NotFinite,
+          "event " + (name.empty() ? text(k) : "\"" + name + "\"") + " is not finite at t = " + text(t)};
+}
+
 /// All functions at all places.
 Outcome Watch::sample(DenseOutput* output, const State& from, const State& to) {
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -49,8 +55,7 @@ Outcome Watch::sample(DenseOutput* output, const State& from, const State& to) {
     const double t = output->time(places[i]);
     for (std::size_t k = 0; k < functions_.size(); ++k) {
       samples_[i][k] = functions_[k].value(t, x_.data(), v_.data());
-      if (!std::isfinite(samples_[i][k]))
-        return {Status::NotFinite, "event " + std::to_string(k) + " is not finite at t = " + text(t)};
+      if (!std::isfinite(samples_[i][k])) return report_not_finite(k, t);
     }
   }
   return {};
@@ -78,7 +83,9 @@ Outcome Watch::narrow(DenseOutput* dense, const State& from, const State& to, st
     const double s = bracket.next();
     if (s <= bracket.low() || s >= bracket.high()) break;
     if (Outcome found = evaluate_inside(dense, s, from, to); !found.ok()) return found;
-    bracket.narrow(s, sign * functions_[k].value(dense->time(s), x_.data(), v_.data()));
+    const double t = dense->time(s), value = functions_[k].value(t, x_.data(), v_.data());
+    if (!std::isfinite(value)) return report_not_finite(k, t);
+    bracket.narrow(s, sign * value);
   }
   *fraction = bracket.root();
   return {};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include <tanor/motion.hpp>
@@ -19,6 +20,7 @@ class Watch {
     std::function<double(double t, const double* x, const double* v)> value;
     Event::Direction direction;
     bool stops;
+    std::string name{};
   };
 
   explicit Watch(Mechanics& mechanics) : mechanics_(mechanics) {}
@@ -44,6 +46,8 @@ class Watch {
   };
 
   Outcome evaluate_inside(DenseOutput* output, double fraction, const State& from, const State& to);
+  /// "event "vertical" is not finite at t = 1.5"; without a name its number.
+  Outcome report_not_finite(std::size_t k, double t) const;
   Outcome sample(DenseOutput* output, const State& from, const State& to);
   bool changes_sign() const;
   Outcome find_crossings(DenseOutput* dense, const State& from, const State& to);

@@ -137,13 +137,15 @@ struct Judge {
   int level;
   const Run* run;
   double error;
+  Outcome outcome;  ///< of the one that did not
 };
 
 Judge call_judge(Runs* runs, Method method, int level) {
   const Run& finer = runs->get(method, level);
-  if (!finer.outcome.ok()) return {method, level, &finer, HUGE_VAL};
+  if (!finer.outcome.ok()) return {method, level, &finer, HUGE_VAL, finer.outcome};
   const Run& coarser = runs->get(method, level - 1);
-  return {method, level, &finer, coarser.outcome.ok() ? runs->distance(finer.positions, coarser.positions) : HUGE_VAL};
+  if (!coarser.outcome.ok()) return {method, level, &finer, HUGE_VAL, coarser.outcome};
+  return {method, level, &finer, runs->distance(finer.positions, coarser.positions), {}};
 }
 
 /// The smallest error above 0 that a judge finds among the rows of a method.
@@ -172,13 +174,16 @@ Judge refine_judge(const scene::Scene& scene, Runs* runs, Method method, Method 
   return judge;
 }
 
-/// The first of those that may judge a method and arrives; none arrived: the last.
+/// The first of those that may judge a method, arrives and knows its own error; else why the last one does not.
 Judge find_judge(const scene::Scene& scene, Runs* runs, Method method) {
   Judge judge{};
   for (const Method judging : judges_of(method)) {
-    if (!runs->refusal(judging).empty()) continue;
-    judge = refine_judge(scene, runs, method, judging);
-    if (judge.run->outcome.ok()) break;
+    if (const std::string& refusal = runs->refusal(judging); !refusal.empty()) {
+      judge.outcome = {Status::NoSolution, fmt::format("nothing judges {}: {}", method_name(method), refusal)};
+    } else {
+      judge = refine_judge(scene, runs, method, judging);
+      if (judge.outcome.ok()) break;
+    }
   }
   return judge;
 }
@@ -206,11 +211,11 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
       continue;
     }
     const std::vector<double>* truth = reference ? &reference->positions : nullptr;
-    ErrorTimeTable::Judge named{method, reference ? reference->name : "", 0.0};
+    ErrorTimeTable::Judge named{method, reference ? reference->name : "", {}};
     if (!reference) {
       const Judge judge = find_judge(scene, &runs, method);
-      if (!judge.run->outcome.ok()) {
-        table.outcome = judge.run->outcome;
+      if (!judge.outcome.ok()) {
+        table.outcome = judge.outcome;
         return table;
       }
       truth = &judge.run->positions;
@@ -222,10 +227,10 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
     for (int level = 0; level < rows_per_method; ++level) {
       const Run& judged = runs.get(method, level);
       ErrorTimeRow row = judged.row;
-      row.error = runs.distance(judged.positions, *truth);
-      row.judge_error = named.error;
+      row.error = judged.outcome.ok() ? runs.distance(judged.positions, *truth) : NAN;
+      row.judge_error = named.error.value_or(0.0);
       if (has_fixed_steps(method) && last_error > 0.0 && row.error > 0.0) row.order = std::log2(last_error / row.error);
-      last_error = row.trouble.empty() ? row.error : 0.0;
+      last_error = row.error;
       table.rows.push_back(row);
     }
   }

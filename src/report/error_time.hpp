@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ struct ErrorTimeRow {
   double tolerance = 0.0;  ///< rtol; 0 for fixed steps
   std::size_t steps = 0, factorizations = 0;
   double wall_s = 0.0;       ///< of the steps alone, without set-up; short runs: the middle one of three
-  double error = 0.0;        ///< largest distance of a point from the judge at t_end, m
+  double error = 0.0;        ///< largest distance of a point from the judge at t_end, m; NaN: it did not arrive
   double judge_error = 0.0;  ///< of the judge itself, m: what the error is uncertain by
   double order = 0.0;        ///< log2 of the error's ratio to the row before (fixed steps halved); 0: first row
   double violation = 0.0;    ///< largest of the run, relative
@@ -34,13 +35,13 @@ struct ErrorTimeTable {
   int threads = 1;
   struct Judge {
     Method judged;
-    std::string setting;  ///< "taylor with rtol 1e-13", "chain10.txt"
-    double error = 0.0;   ///< its distance from its own run with 100 times the tolerance, m; 0 for a file
+    std::string setting;            ///< "taylor with rtol 1e-13", "chain10.txt"
+    std::optional<double> error{};  ///< its distance from its own run with 100 times the tolerance, m; none for a file
   };
   std::vector<Judge> judges;  ///< one for each method of the rows
   std::vector<ErrorTimeRow> rows;
   std::vector<std::string> left_out;  ///< "taylor: <force> has no series": methods that the scene refuses, and why
-  Outcome outcome;                    ///< why a judge did not arrive; the rows that it was to judge are missing
+  Outcome outcome;                    ///< why no judge was found for a method; its rows and the next ones are missing
 };
 
 /// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against the file that is given, or

@@ -29,19 +29,27 @@ std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
   std::vector<std::string> remarks;
   for (const auto& [judged, setting, error] : table.judges) {
     remarks.push_back(fmt::format("{} is judged by {}", method_name(judged), setting));
-    if (error > 0.0) remarks.back() += fmt::format(", judge's own error <= {:.1e} m", error);
+    if (error) remarks.back() += fmt::format(", judge's own error <= {:.1e} m", *error);
   }
   for (const std::string& method : table.left_out) remarks.push_back("left out: " + method);
   return remarks;
+}
+
+/// A field of text as RFC 4180 has it.
+std::string quote(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
 }
 
 std::string make_csv(const ErrorTimeTable& table) {
   std::string text =
       "method,step_s,rtol,steps,factorizations,wall_s,error_m,judge_error_m,order,violation,energy_drift,trouble\n";
   for (const ErrorTimeRow& row : table.rows) {
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},\"{}\"\n", method_name(row.method), row.step, row.tolerance,
-                        row.steps, row.factorizations, row.wall_s, row.error, row.judge_error, row.order, row.violation,
-                        row.energy_drift, row.trouble);
+    const std::string error = row.trouble.empty() ? fmt::to_string(row.error) : "";
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", method_name(row.method), row.step, row.tolerance,
+                        row.steps, row.factorizations, row.wall_s, error, row.judge_error, row.order, row.violation,
+                        row.energy_drift, quote(row.trouble));
   }
   return text;
 }

@@ -23,6 +23,12 @@ std::vector<double> read_column(const std::filesystem::path& csv, const std::str
   return column;
 }
 
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
 // On a chain of 10 rods rk4 with a 32nd of the step was worse than the finest dopri5 run.
 TEST(ErrorTimeTest, JudgesAreBetterThanTheJudged) {
   const Folder folder;
@@ -69,6 +75,82 @@ TEST(ErrorTimeTest, AReferenceFileReplacesTheJudge) {
   const std::string line = complaint(
       folder, {"error-time", "s.json", "--t-end", "2", "--methods", "dopri5", "--reference", "end.txt", "--quiet"}, 2);
   EXPECT_TRUE(contains(line, "end.txt: has no state at t_end = 2 s; its times are 0.5, 1")) << line;
+}
+
+constexpr const char* falling_chain = R"({"tanor_scene": 1, "name": "s",
+    "generate": {"kind": "chain", "count": 3, "anchored": true},
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 0.5}})";
+
+TEST(ErrorTimeTest, EachMethodIsMeasuredOnceAndNeverByItself) {
+  const Folder folder;
+  write_text(folder / "s.json", falling_chain);
+
+  const Ended ended =
+      run_program(folder, {"error-time", "s.json", "--methods", "taylor,dop853,rk4,taylor,auto", "--quiet"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(contains(ended.out, "taylor is judged by dop853 with rtol")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "dop853 is judged by taylor with rtol")) << ended.out;
+  EXPECT_TRUE(contains(ended.out, "rk4 is judged by taylor with rtol")) << ended.out;
+  EXPECT_EQ(count(ended.out, " is judged by "), 3U) << ended.out;
+  EXPECT_EQ(read_column(folder / "s.out/error_time.csv", "error_m").size(), 12U) << ended.out;
+  EXPECT_EQ(count(read_text(folder / "s.out/error_time.svg"), "<polyline "), 3U);
+}
+
+// A spring that swings thousands of times while its beads fall.
+TEST(ErrorTimeTest, StiffScenesHaveAnImplicitMethodToo) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s",
+    "points": {"positions": [[0,0,0], [1,0,0], [2,0,0]], "masses": 0.1},
+    "supports": [{"points": [0], "motion": "fixed"}],
+    "constraints": [{"name": "rod", "kind": "rod", "pairs": [[0,1]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]},
+               {"name": "wire", "kind": "spring", "pairs": [[1,2]], "stiffness": 1e8}], "motion": {"t_end": 0.005}})");
+
+  const Ended ended = run_program(folder, {"error-time", "s.json", "--quiet"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(contains(ended.out, "radau5 is judged by taylor")) << ended.out;
+}
+
+// Two rods of 1 m between supports, one of which moves away: taut at 0.5 s, nowhere after it.
+TEST(ErrorTimeTest, ARunThatDoesNotArriveHasNoError) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s",
+    "points": {"positions": [[0,0,0], [0.75,0,-0.6614378277661477], [1.5,0,0]],
+               "velocities": [[0,0,0], [0.5,0,0.5669467095138409], [1,0,0]]},
+    "supports": [{"points": [0], "motion": "fixed"}, {"points": [2], "motion": {"formula": ["t","0","0"]}}],
+    "constraints": [{"name": "rods", "kind": "rod", "pairs": [[0,1], [1,2]]},
+                    {"name": "sheet", "kind": "plane", "points": [1], "normal": [0,1,0]}], "motion": {"t_end": 1}})");
+  write_text(folder / "end.txt", "1\n0 0 0\n1.25 0 0\n2.5 0 0\n");
+
+  const Ended ended =
+      run_program(folder, {"error-time", "s.json", "--methods", "dopri5", "--reference", "end.txt", "--quiet"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  std::istringstream lines(read_text(folder / "s.out/error_time.csv"));
+  std::string line;
+  std::getline(lines, line);
+  for (int row = 0; row < 4; ++row) {
+    std::getline(lines, line);
+    std::istringstream fields(line);
+    std::string error, trouble;
+    for (int k = 0; k < 7; ++k) std::getline(fields, error, ',');
+    for (int k = 0; k < 5; ++k) std::getline(fields, trouble, ',');
+    EXPECT_EQ(error, "") << line;
+    EXPECT_GT(trouble.size(), 2U) << line;
+  }
+}
+
+TEST(ErrorTimeTest, AFolderThatCannotBeIsToldBeforeAnythingIsMeasured) {
+  const Folder folder;
+  write_text(folder / "s.json", falling_chain);
+
+  const Ended ended = run_program(folder, {"error-time", "s.json", "--methods", "rk4", "--out", "/dev/null/x"});
+
+  EXPECT_NE(ended.code, 0);
+  EXPECT_TRUE(contains(ended.err, "cannot write /dev/null/x")) << ended.err;
+  EXPECT_FALSE(contains(ended.err, "rk4 with")) << ended.err;
 }
 
 // Coordinates alone: nothing to project onto, no series in time.

@@ -18,5 +18,43 @@ TEST(MethodTest, ThoseWithFixedStepsAskForAStep) {
   }
 }
 
+/// Two beads on a rod; a third one on a spring that swings 4e4 rad/s, while the beads fall at 10/s.
+System make_stiff() {
+  System system = scenes::make_chain(2);
+  std::get<Rods>(system.constraints[0]).pairs.pop_back();
+  system.forces.push_back(Springs{.name = "wire", .pairs = {{1, 2}}, .stiffness = 1e8});
+  return system;
+}
+
+/// What auto says about a system; a method that was asked for needs no reason.
+std::string reason_of(const System& system, const MotionOptions& options, Method expected) {
+  const MotionReport report = Simulation(system, options).report();
+  EXPECT_EQ(report.method, expected) << report.method_reason;
+  EXPECT_EQ(Simulation(system, {.method = expected, .step = 1e-3}).report().method_reason, "");
+  return report.method_reason;
+}
+
+TEST(MethodTest, AutoSaysWhatItTakesAndWhy) {
+  EXPECT_EQ(reason_of(scenes::make_chain(3), {}, Method::Taylor), "all constraints and forces have series in time");
+  EXPECT_EQ(reason_of(scenes::make_chain(3), {.step = 1e-3}, Method::Rattle),
+            "a step is given: one solve each, and energy that does not drift");
+
+  System black_box = scenes::make_chain(3);
+  black_box.forces.push_back(PairForces{.name = "pairs", .points = {1, 3}, .law = PairLaw::Log, .strength = 0.1});
+  EXPECT_EQ(reason_of(black_box, {}, Method::Dop853), "no series in time: forces[1] cannot be expanded in time");
+
+  System circle;
+  scenes::add_point({1, 0, 0}, &circle);
+  circle.coordinates = {CircleCoordinates{.points = {0}, .normal = Vector3{0, 0, 1}, .radius = 1.0}};
+  EXPECT_EQ(reason_of(circle, {.step = 1e-3}, Method::Rk4), "a step is given, the motion is in coordinates");
+
+  const std::string falls = reason_of(make_stiff(), {}, Method::Radau5);
+  EXPECT_TRUE(falls.starts_with("stiff: wire[0] swings ")) << falls;
+  EXPECT_TRUE(falls.ends_with(" times faster than the system falls")) << falls;
+  const std::string steps = reason_of(make_stiff(), {.step = 1e-3}, Method::GeneralizedAlpha);
+  EXPECT_TRUE(steps.starts_with("stiff: wire[0] swings by ")) << steps;
+  EXPECT_TRUE(steps.ends_with(" rad a step")) << steps;
+}
+
 }  // namespace
 }  // namespace tanor

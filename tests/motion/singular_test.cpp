@@ -122,6 +122,24 @@ TEST_P(FourBar, NamesEveryFlatPlaceOfALongRun) {
   for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(passages.first[k].time, 0.5 + static_cast<double>(k) * pi, 1e-4);
 }
 
+/// Both masses slide over a rough plane: the cranks are slowed down evenly, by mu g, on both sides of the flat place.
+TEST_P(FourBar, TellsTheWorkOfFrictionThroughTheFlatPlace) {
+  constexpr double g = 9.81, mu = 0.02, t_end = 1.5, way = t_end - 0.5 * mu * g * t_end * t_end;
+  System system = make_four_bar(0.5, -1.0);
+  system.forces = {Gravity{"", {0, 0, -g}}};
+  system.friction = {Coulomb{.name = "rust", .at = {"plane"}, .coefficient = mu}};
+  MotionOptions options = with(GetParam(), 0.9e-3);
+  options.rtol = options.atol = 1e-10;
+  Simulation simulation(system, options);
+
+  ASSERT_TRUE(simulation.advance(t_end).ok()) << simulation.outcome().what;
+
+  EXPECT_EQ(simulation.report().singular_passages.count, 1U);
+  EXPECT_NEAR(simulation.positions()[6], std::cos(0.5 - way), 1e-6);
+  EXPECT_NEAR(simulation.report().energy.work_of_friction, -2.0 * mu * g * way, 1e-6);
+  EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-6);
+}
+
 /// The cranks' angle where a constant force pulls one of the two masses: 3 angle'' = -force cos(angle).
 struct Pendulum {
   double force, angle, rate;

@@ -146,8 +146,26 @@ TEST(UserEventsTest, AFunctionThatIsNoNumberIsReported) {
   const Outcome outcome = simulation.advance(1.0);
 
   EXPECT_EQ(outcome.status, Status::StepTooSmall);
-  EXPECT_NE(outcome.what.find("event 0 is not finite"), std::string::npos) << outcome.what;
+  EXPECT_NE(outcome.what.find("event \"broken\" is not finite"), std::string::npos) << outcome.what;
   EXPECT_THROW(simulation.add_event({"empty"}), InputError);
+}
+
+/// So near to its root that steps look at both sides of the hole alone.
+TEST(UserEventsTest, AFunctionThatIsNoNumberAtItsRootHasNoPassage) {
+  for (const MotionOptions& options : {MotionOptions{.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12},
+                                       MotionOptions{.method = Method::Rk4, .step = 1e-3}}) {
+    Simulation simulation(scenes::make_pendulum(), options);
+    simulation.add_event({"", [](double, std::span<const double> r, std::span<const double>) {
+                            return std::abs(r[3]) < 1e-6 ? NAN : r[3];
+                          }});
+
+    const Outcome outcome = simulation.advance(2.0 * quarter);
+
+    EXPECT_FALSE(outcome.ok());
+    EXPECT_NE(outcome.what.find("event 0 is not finite"), std::string::npos) << outcome.what;
+    EXPECT_TRUE(simulation.passages().empty());
+    EXPECT_NEAR(simulation.time(), quarter, 2e-3);
+  }
 }
 
 }  // namespace

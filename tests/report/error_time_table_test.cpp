@@ -1,0 +1,53 @@
+#include "report/error_time_table.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "report/reading.hpp"
+
+namespace tanor::report {
+namespace {
+
+/// Two methods of two rows each; the last one did not arrive.
+ErrorTimeTable make_table() {
+  ErrorTimeTable table{"s", "inline", 1.0, 1, {}, {}, {}, {}};
+  table.judges = {{Method::Rk4, "taylor with rtol 1e-13", 0.0}, {Method::Taylor, "end.txt", {}}};
+  for (const Method method : {Method::Rk4, Method::Taylor}) {
+    for (const double error : {1e-3, 1e-6}) {
+      table.rows.push_back({.method = method, .step = 0.1, .steps = 10, .wall_s = 1.0 - error, .error = error});
+    }
+  }
+  table.rows.back().error = NAN;
+  table.rows.back().trouble = "event \"vertical\", at t = 1";
+  return table;
+}
+
+TEST(ErrorTimeTableTest, CsvHoldsNoErrorOfARunThatDidNotArriveAndQuotesItsTrouble) {
+  const Folder folder;
+  write_error_time(folder.path(), make_table());
+
+  const std::string csv = read_text(folder / "error_time.csv");
+
+  EXPECT_TRUE(csv.ends_with("\ntaylor,0.1,0,10,0,0.999999,,0,0,0,0,\"event \"\"vertical\"\", at t = 1\"\n")) << csv;
+}
+
+TEST(ErrorTimeTableTest, AJudgeTellsItsErrorEvenWhereItIsNothing) {
+  const std::string text = format_error_time(make_table());
+
+  EXPECT_NE(text.find("rk4 is judged by taylor with rtol 1e-13, judge's own error <= 0.0e+00 m\n"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("taylor is judged by end.txt\n"), std::string::npos) << text;
+}
+
+/// rsvg-convert is a package of the program.
+TEST(ErrorTimeTableTest, ThePngIsOne) {
+  const Folder folder;
+  const std::string no_picture = write_error_time(folder.path(), make_table());
+
+  EXPECT_EQ(no_picture, "");
+  EXPECT_EQ(read_text(folder / "error_time.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
+}
+
+}  // namespace
+}  // namespace tanor::report
