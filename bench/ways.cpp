@@ -1,6 +1,7 @@
 // One evaluation of the accelerations on each way (SolverOptions::way), beside the Eigen baseline, in turn in one
 // process:
 //   ways [--threads N] [--json FILE] [NAME …]      scenes whose name begins so; default: all of them
+//   ways --repeat SECONDS NAME                     our way alone, one thread, for a profiler: prints the evaluations made
 // Prints nanoseconds a rod or bead (medians), the ratios baseline/ours and general way/ours on one thread, and which
 // part of the memory's bandwidth (for as many bytes as the scene has) or of the dense product's speed that is; then by
 // how much 2, 4, … N threads are faster than one (best of each: others' work on the machine stops threads that wait for
@@ -140,11 +141,21 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
   return fmt::format(
       R"({{"scene": "{}", "way": "{}", "members": {:.0f}, "eigen_ns": {:.2f}, "listed_eigen_ns": {:.0f}, )"
       R"("general_ns": {:.2f}, "ours_ns": {:.2f}, "ratio": {:.2f}, "bar": {:.1f}, "bytes": {:.1f}, )"
-      R"("working_set": {:.0f}, "bandwidth": {:.4g}, "flops": {:.4g}, "of_bandwidth": {:.3f}, "of_dense": {:.3f}, )"
+      R"("working_set": {:.0f}, "bandwidth": {:.4g}, "flops": {:.4g}, "factor_nonzeros": {:.4g}, "of_bandwidth": {:.3f}, "of_dense": {:.3f}, )"
       R"("speedups": {{{}}}}})",
       scene.name, plan.way, num_members, unit * base, scene.listed, unit * theirs, unit * mine, base / mine, scene.bar,
-      traffic.bytes / num_members, traffic.working_set, bandwidth, plan.factor_flops / num_members, of_memory,
-      of_product, speedups);
+      traffic.bytes / num_members, traffic.working_set, bandwidth, plan.factor_flops / num_members,
+      static_cast<double>(plan.factor_nonzeros) / num_members, of_memory, of_product, speedups);
+}
+
+/// Evaluations in about so many seconds, and nothing else but what makes the scene.
+void repeat(const BenchScene& scene, double seconds) {
+  Ours ours(scene.make(), {.threads = 1});
+  const double members = static_cast<double>(std::max(ours.forms.model.num_rows(), ours.forms.model.num_points()));
+  std::size_t evaluations = 0;
+  double spent = 0.0;
+  for (; spent < seconds; ++evaluations) spent += seconds_of([&] { ours.evaluate(); });
+  fmt::print("{} {:.3f}\n", evaluations, 1e9 * spent / (static_cast<double>(evaluations) * members));
 }
 
 /// What the machine can do: the triad over arrays of the sizes of its caches and far beyond them, a dense product.
@@ -165,6 +176,7 @@ std::string describe_machine(double dense, int most_threads) {
 
 int main(int argc, char** argv) try {
   int most_threads = 1;
+  double seconds = 0.0;
   std::string file;
   std::vector<std::string> wanted, lines;
   for (int k = 1; k < argc; ++k) {
@@ -173,9 +185,21 @@ int main(int argc, char** argv) try {
       most_threads = std::stoi(argv[++k]);
     } else if (word == "--json" && k + 1 < argc) {
       file = argv[++k];
+    } else if (word == "--repeat" && k + 1 < argc) {
+      seconds = std::stod(argv[++k]);
     } else {
       wanted.push_back(word);
     }
+  }
+  const auto is_wanted = [&](const BenchScene& scene) {
+    const auto begins = [&](const std::string& word) { return scene.name.starts_with(word); };
+    return wanted.empty() || std::any_of(wanted.begin(), wanted.end(), begins);
+  };
+  if (seconds > 0.0) {
+    const auto scene = std::find_if(bench_scenes().begin(), bench_scenes().end(), is_wanted);
+    if (scene == bench_scenes().end()) throw std::runtime_error("no such scene");
+    repeat(*scene, seconds);
+    return 0;
   }
   std::vector<int> thread_counts;
   std::string columns;
@@ -187,9 +211,7 @@ int main(int argc, char** argv) try {
   fmt::print("{:20}{:>14}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "way", "Eigen",
              "general", "ours", "ratio", "bar", "/general", "/memory", "/dense", columns);
   for (const BenchScene& scene : bench_scenes()) {
-    const auto begins = [&](const std::string& word) { return scene.name.starts_with(word); };
-    if (wanted.empty() || std::any_of(wanted.begin(), wanted.end(), begins))
-      lines.push_back(measure(scene, thread_counts, dense));
+    if (is_wanted(scene)) lines.push_back(measure(scene, thread_counts, dense));
   }
   if (!file.empty()) {
     std::ofstream(file) << fmt::format("{{\"machine\": {},\n\"rows\": [\n{}\n]}}\n",
