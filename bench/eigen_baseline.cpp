@@ -45,8 +45,7 @@ struct EigenBaseline::Step {
       triplets.emplace_back(given[k].row(), given[k].col(), static_cast<double>(k));
     K.setFromTriplets(triplets.begin(), triplets.end());
     slots.resize(given.size());
-    for (Eigen::Index slot = 0; slot < K.nonZeros(); ++slot)
-      slots[static_cast<std::size_t>(K.valuePtr()[slot])] = slot;
+    for (Eigen::Index slot = 0; slot < K.nonZeros(); ++slot) slots[static_cast<std::size_t>(K.valuePtr()[slot])] = slot;
     for (std::size_t k = 0; k < given.size(); ++k) K.valuePtr()[slots[k]] = given[k].value();
     triplets = {};
   }
@@ -67,8 +66,7 @@ struct EigenBaseline::Step {
 
 EigenBaseline::EigenBaseline(std::vector<std::array<int, 2>> rods, const std::vector<double>& masses,
                              const Triple& gravity)
-    : rods_(std::move(rods)),
-      step_(std::make_unique<Step>(masses, gravity, static_cast<Eigen::Index>(rods_.size()))) {}
+    : rods_(std::move(rods)), step_(std::make_unique<Step>(masses, gravity, static_cast<Eigen::Index>(rods_.size()))) {}
 
 EigenBaseline::EigenBaseline(Guide guide, const std::vector<double>& masses, const Triple& gravity)
     : guide_(guide),

@@ -20,7 +20,7 @@ BUNDLED = 32  # chains: two threads each
 def seconds_in_words(seconds: float) -> str:
     if seconds >= 1:
         return f"{seconds:.2g} s" if seconds < 100 else f"{seconds:.0f} s"
-    return f"{1e3 * seconds:.2g} ms"
+    return f"{1e3 * seconds:.3g} ms"
 
 
 def family(rows: list, name: str) -> list:
@@ -75,7 +75,7 @@ def print_nets(rows: list, set_up: list, dense: float) -> None:
         most *= 1.1
     print("\n## One net\n")
     print(f"Flops of the factorization a rod ~ N^{flops_exponent:.2f} (fitted to the {len(nets)} nets; 0.5 in theory), at the "
-          f"{100 * share:.0f} % of a dense product that the largest net reaches, on one core:")
+          f"{100 * share:.0f} % of dgemm that the largest net reaches, on one core:")
     print("one net is one island, and its factorization is not shared by threads. nnz(L) a rod = "
           f'{last["factor_nonzeros"]:.0f} + {growth:.1f} log2(N/{last["members"]:.1g}).\n')
     print("| rods | evaluation | nnz(L) | memory with rattle |\n|--:|--:|--:|--:|")
@@ -101,14 +101,14 @@ def main() -> None:
     print("# 64 cores, 1e9 points: an extrapolation\n")
     print("Nothing on this page was run at these sizes; `bench/extrapolate.py` makes it from `ways.json` and `set_up.json`.\n")
     print(f'Measured (on {processor()}, {machine["cores"]} cores): nanoseconds and bytes a member at the largest size of each')
-    print("family, flops and nonzeros of L of the nets, the speed of a dense product, bytes a member with rattle.\n")
+    print("family, flops and nonzeros of L of the nets, the speed of dgemm, bytes a member with rattle.\n")
     print(f"Assumed: {CORES} cores, each as fast as the measured one; {CHANNELS} memory channels of {CHANNEL_PEAK / 1e9:.1f} GB/s, of "
           f"which a program sees {SHARE_OF_PEAK:.0%} as the")
     print(f"triad counts ({together / 1e9:.0f} GB/s together); pages beside the cores that use them; no time for starting and")
     print("joining threads; time a member does not grow beyond the largest measured size, where all arrays are outside the")
     print("caches already; 1e9 members are counted by int (2^31 - 1 is the limit), which was tried up to 1e7 only.\n")
     print("    chains, clusters, beads:  t = N max(t_member/cores, bytes/bandwidth of all channels)")
-    print("    one net:                  t = flops(N)/(share of dense x dense)")
+    print("    one net:                  t = flops(N)/(share of dgemm x dgemm)")
     print("    memory:                   bytes a member x N")
     print_streams(rows, set_up)
     print_nets(rows, set_up, machine["dense_flops"])

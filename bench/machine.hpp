@@ -6,5 +6,5 @@
 /// element (McCalpin's STREAM triad); what the cache reads before it writes is not counted.
 [[gnu::visibility("default")]] double measure_bandwidth(double working_set, int threads);
 
-/// Flops a second of a dense product by Eigen, one thread, the best of several.
+/// Flops a second of the machine's dgemm (OPENBLAS_NUM_THREADS=1: of one thread), the best of several.
 [[gnu::visibility("default")]] double measure_dense_product();

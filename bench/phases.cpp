@@ -85,14 +85,13 @@ const std::array<Phase, 5> phases = {{
     {"assemble", [](Instant& i) { i.solver.assemble(i.parallel, i.blocks.data()); }},
     {"factorize", [](Instant& i) { benchmark::DoNotOptimize(i.solver.factorize(i.parallel)); }},
     {"solve", [](Instant& i) { i.solver.solve_negative(i.parallel, i.b.data(), i.lambda.data()); }},
-    {"reactions",
-     [](Instant& i) { i.gather.reactions(i.parallel, i.blocks.data(), i.lambda.data(), i.w.data()); }},
+    {"reactions", [](Instant& i) { i.gather.reactions(i.parallel, i.blocks.data(), i.lambda.data(), i.w.data()); }},
 }};
 
 /// Chains, clusters, beads, nets and lattices of two sizes each or more.
 bool is_shown(const BenchScene& scene) {
-  constexpr std::array shown = {"chain 1e4", "chain 1e6", "clusters 1e3 x 10", "clusters 1e5 x 10", "spheres 1e4",
-                                "spheres 1e6", "net ", "lattice "};
+  constexpr std::array shown = {"chain 1e4",   "chain 1e6", "clusters 1e3 x 10", "clusters 1e5 x 10", "spheres 1e4",
+                                "spheres 1e6", "net ",      "lattice "};
   return std::any_of(shown.begin(), shown.end(), [&](const char* name) { return scene.name.starts_with(name); });
 }
 

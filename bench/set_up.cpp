@@ -1,7 +1,7 @@
 // What a simulation costs before and beside its steps:
 //   set_up [--long] [--json FILE]
-// Seconds of the constructor (numbering, plan, analysis, a consistent start) and bytes a rod or bead that stay after two
-// steps, by scene, method and way, one thread, each in a process of its own. --long: also a chain of 1e7 beads.
+// Seconds of the constructor (numbering, plan, analysis, a consistent start) and bytes a rod or bead that stay after
+// two steps, by scene, method and way, one thread, each in a process of its own. --long: also a chain of 1e7 beads.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -64,7 +64,8 @@ double resident_bytes(const std::string& which) {
 System make(const std::string& name) {
   if (name == "chain 1e7") return make_chain(10000000);
   const auto& scenes = bench_scenes();
-  return std::find_if(scenes.begin(), scenes.end(), [&](const BenchScene& scene) { return scene.name == name; })->make();
+  return std::find_if(scenes.begin(), scenes.end(), [&](const BenchScene& scene) { return scene.name == name; })
+      ->make();
 }
 
 /// As JSON.

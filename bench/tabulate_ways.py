@@ -12,6 +12,7 @@ import os
 import platform
 import sys
 
+LONG, WANTED_OF_LONG = 1e7, 8e9  # members, bytes
 SLOWER_IS_INVALID = 1.5  # times what is listed for the Eigen program
 
 
@@ -73,12 +74,12 @@ def print_limits(machine: dict, rows: list) -> None:
     levels = ", ".join(f"{bandwidth / 1e9:.0f} GB/s over {bytes_in_words(size)}"
                        for size, bandwidth in machine["bandwidth_by_bytes"])
     shared = ", ".join(f"{bandwidth / 1e9:.1f} GB/s by {threads}" for threads, bandwidth in machine["bandwidth_by_threads"])
-    print(f"One thread's triad a = b + s c: {levels}; far beyond the caches {shared} threads. Dense product of Eigen: "
+    print(f"One thread's triad a = b + s c: {levels}; far beyond the caches {shared} threads. dgemm: "
           f'{machine["dense_flops"] / 1e9:.0f} Gflop/s.')
     print("Bytes: what one evaluation must move at least, each array of the way once a pass (`bench/traffic.hpp`), as the triad")
     print("is counted; bandwidth: the triad's over as many bytes as the scene's arrays have, measured beside it. Flops: of the")
     print("factorization alone, over the time of the whole evaluation.\n")
-    print("| scene | arrays | bytes a rod | GB/s | of the triad | flops a rod | of the dense product |")
+    print("| scene | arrays | bytes a rod | GB/s | of the triad | flops a rod | of dgemm |")
     print("|---|--:|--:|--:|--:|--:|--:|")
     for row in rows:
         print(f'| {row["scene"]} | {bytes_in_words(row["working_set"])} | {row["bytes"]:.0f} '
@@ -92,7 +93,9 @@ def print_exponents(rows: list) -> None:
         families[row["scene"].split()[0]].append(row)
     print("\n## Cost in size\n")
     print("Time of an evaluation ~ size^p, beside the exponent of the same bytes moved at the triad's speed for as many: what the")
-    print("caches alone do to a program that does nothing but read and write these arrays.\n")
+    print("caches alone do to a program that does nothing but read and write these arrays. Where p is not above it, what rises")
+    print("with size is the memory's part; `profile.md` shows in which functions. Nets and lattices have fill besides: flops a")
+    print("rod ~ N^(1/2) and N.\n")
     print("| scenes | sizes | p | p of bytes/bandwidth |\n|---|---|--:|--:|")
     for name, members in families.items():
         if len({row["members"] for row in members}) < 2:
@@ -114,6 +117,11 @@ def print_set_up(rows: list) -> None:
         print(f'| {row["scene"]} | {row["way"]} | {row["method"]} | {row["seconds"]:.2f} | {wanted} | {held} '
               f'| {row["bytes"]:.0f} | {bytes_in_words(row["bytes"] * row["members"])} '
               f'| {bytes_in_words(row["most_resident"])} |')
+    longest = max(rows, key=lambda row: row["members"])
+    if longest["members"] >= LONG:
+        most = longest["most_resident"]
+        print(f'\nA chain of {longest["members"]:.0e} beads: {most / 1e9:.2f} GB ({most / 2**30:.2f} GiB) at most, wanted '
+              f'{WANTED_OF_LONG / 1e9:g} GB: {"held" if most < WANTED_OF_LONG else "**missed**"}.')
 
 
 def print_step_cost(rows: list) -> None:

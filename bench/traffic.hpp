@@ -13,7 +13,7 @@ struct Traffic {
 struct TrafficOf {
   std::string way;
   double points, rows;
-  double entries;           ///< of S, one triangle
+  double entries;          ///< of S, one triangle
   double factor_nonzeros;  ///< of L
 };
 
@@ -36,8 +36,8 @@ inline Traffic count_traffic(const TrafficOf& of) {
     const double bytes = state + rows + (of.rows > of.points ? 6.0 * number * of.points : 0.0);
     return {bytes, bytes};
   }
-  // Evaluate: two indices, r v w -> block b. Assemble: term (two indices, weight), blocks -> S. Factorize: S -> L. Solve:
-  // b, L twice -> lambda. Reactions: block lambda 1/m -> w. Residual: block w.
+  // Evaluate: two indices, r v w -> block b. Assemble: term (two indices, weight), blocks -> S. Factorize: S -> L.
+  // Solve: b, L twice -> lambda. Reactions: block lambda 1/m -> w. Residual: block w.
   const double plan = of.entries * (2.0 * index + number);
   const double set = state + rows + of.rows * (2.0 * index + number) + plan + of.entries * (number + index) +
                      of.factor_nonzeros * number;

@@ -1,9 +1,10 @@
 // One evaluation of the accelerations on each way (SolverOptions::way), beside the Eigen baseline, in turn in one
 // process:
 //   ways [--threads N] [--json FILE] [NAME …]      scenes whose name begins so; default: all of them
-//   ways --repeat SECONDS NAME                     our way alone, one thread, for a profiler: prints the evaluations made
+//   ways --repeat SECONDS NAME                     our way alone, one thread, for a profiler: prints the evaluations
+//   made
 // Prints nanoseconds a rod or bead (medians), the ratios baseline/ours and general way/ours on one thread, and which
-// part of the memory's bandwidth (for as many bytes as the scene has) or of the dense product's speed that is; then by
+// part of the memory's bandwidth (for as many bytes as the scene has) or of dgemm's speed that is; then by
 // how much 2, 4, … N threads are faster than one (best of each: others' work on the machine stops threads that wait for
 // each other).
 
@@ -35,7 +36,8 @@ EigenBaseline make_baseline(const System& system) {
   for (const Force& force : system.forces) gravity = std::get<Gravity>(force).acceleration;
   const Constraint& first = system.constraints.front();
   if (const auto* rods = std::get_if<Rods>(&first)) return {rods->pairs, system.masses, gravity};
-  const auto guide = std::holds_alternative<Spheres>(first) ? EigenBaseline::Guide::Sphere : EigenBaseline::Guide::Circle;
+  const auto guide =
+      std::holds_alternative<Spheres>(first) ? EigenBaseline::Guide::Sphere : EigenBaseline::Guide::Circle;
   return {guide, system.masses, gravity};
 }
 
@@ -103,7 +105,7 @@ void compare(const std::string& name, const std::vector<double>& w, const double
   if (!(difference <= tolerance * largest)) throw std::runtime_error(name + ": the two solutions differ");
 }
 
-/// One line of the table, as JSON. `dense`: flops a second of a dense product.
+/// One line of the table, as JSON. `dense`: flops a second of dgemm.
 std::string measure(const BenchScene& scene, const std::vector<int>& thread_counts, double dense) {
   const System system = scene.make();
   Ours ours(system, {.threads = 1}), general(system, {.way = Way::General, .threads = 1});
@@ -148,7 +150,7 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
       static_cast<double>(plan.factor_nonzeros) / num_members, of_memory, of_product, speedups);
 }
 
-/// Evaluations in about so many seconds, and nothing else but what makes the scene.
+/// Evaluations in about so many seconds, and nothing else but what makes the scene; prints their number and ns a rod.
 void repeat(const BenchScene& scene, double seconds) {
   Ours ours(scene.make(), {.threads = 1});
   const double members = static_cast<double>(std::max(ours.forms.model.num_rows(), ours.forms.model.num_points()));
@@ -158,7 +160,7 @@ void repeat(const BenchScene& scene, double seconds) {
   fmt::print("{} {:.3f}\n", evaluations, 1e9 * spent / (static_cast<double>(evaluations) * members));
 }
 
-/// What the machine can do: the triad over arrays of the sizes of its caches and far beyond them, a dense product.
+/// What the machine can do: the triad over arrays of the sizes of its caches and far beyond them, dgemm.
 std::string describe_machine(double dense, int most_threads) {
   constexpr double far_beyond = 1e9;
   std::vector<std::string> levels;
@@ -209,7 +211,7 @@ int main(int argc, char** argv) try {
   }
   const double dense = measure_dense_product();
   fmt::print("{:20}{:>14}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "way", "Eigen",
-             "general", "ours", "ratio", "bar", "/general", "/memory", "/dense", columns);
+             "general", "ours", "ratio", "bar", "/general", "/memory", "/dgemm", columns);
   for (const BenchScene& scene : bench_scenes()) {
     if (is_wanted(scene)) lines.push_back(measure(scene, thread_counts, dense));
   }
