@@ -69,6 +69,10 @@ def print_evaluations(rows: list) -> None:
               + "".join(f' {row["speedups"][n]:.2f}x |' for n in threads))
 
 
+def passes_in_words(row: dict) -> str:
+    return f'{row["passes_ns"]:.1f}' if row["passes_ns"] > 0 else ""
+
+
 def print_limits(machine: dict, rows: list) -> None:
     print("\n## Beside what the machine can do\n")
     levels = ", ".join(f"{bandwidth / 1e9:.0f} GB/s over {bytes_in_words(size)}"
@@ -78,12 +82,14 @@ def print_limits(machine: dict, rows: list) -> None:
           f'{machine["dense_flops"] / 1e9:.0f} Gflop/s.')
     print("Bytes: what one evaluation must move at least, each array of the way once a pass (`bench/traffic.hpp`), as the triad")
     print("is counted; bandwidth: the triad's over as many bytes as the scene's arrays have, measured beside it. Flops: of the")
-    print("factorization alone, over the time of the whole evaluation.\n")
-    print("| scene | arrays | bytes a rod | GB/s | of the triad | flops a rod | of dgemm |")
-    print("|---|--:|--:|--:|--:|--:|--:|")
+    print("factorization alone, over the time of the whole evaluation.")
+    print("Passes alone: the same arrays moved in the same order with next to nothing computed (`bench/machine.cpp`), ns a rod.\n")
+    print("| scene | arrays | bytes a rod | GB/s | of the triad | ours, ns | passes alone | flops a rod | of dgemm |")
+    print("|---|--:|--:|--:|--:|--:|--:|--:|--:|")
     for row in rows:
         print(f'| {row["scene"]} | {bytes_in_words(row["working_set"])} | {row["bytes"]:.0f} '
-              f'| {row["bytes"] / row["ours_ns"]:.1f} | {100 * row["of_bandwidth"]:.0f} % | {row["flops"]:.0f} '
+              f'| {row["bytes"] / row["ours_ns"]:.1f} | {100 * row["of_bandwidth"]:.0f} % | {row["ours_ns"]:.1f} '
+              f'| {passes_in_words(row)} | {row["flops"]:.0f} '
               f'| {100 * row["of_dense"]:.0f} % |')
 
 
@@ -92,18 +98,28 @@ def print_exponents(rows: list) -> None:
     for row in rows:
         families[row["scene"].split()[0]].append(row)
     print("\n## Cost in size\n")
-    print("Time of an evaluation ~ size^p, beside the exponent of the same bytes moved at the triad's speed for as many: what the")
-    print("caches alone do to a program that does nothing but read and write these arrays. Where p is not above it, what rises")
-    print("with size is the memory's part; `profile.md` shows in which functions. Nets and lattices have fill besides: flops a")
-    print("rod ~ N^(1/2) and N.\n")
-    print("| scenes | sizes | p | p of bytes/bandwidth |\n|---|---|--:|--:|")
+    print("Time of an evaluation ~ size^p, beside what memory alone makes of it: a is the time a rod at the smallest size without")
+    print("its passes, m the passes alone at each size. One after the other: a + m; overlapped without a gap: the larger of a + m")
+    print("of the smallest size and m. What p is above the first is traffic that waits longer between arithmetic than in a loop")
+    print("of its own; `profile.md` shows in which functions. Nets and lattices have fill besides: flops a rod ~ N^(1/2), N^(2/3).\n")
+    print("| scenes | sizes | p | one after the other | overlapped | passes alone | bytes/bandwidth |\n|---|---|" + "--:|" * 5)
     for name, members in families.items():
         if len({row["members"] for row in members}) < 2:
             continue
-        ours = slope([(row["members"], row["members"] * row["ours_ns"]) for row in members])
-        memory = slope([(row["members"], row["members"] * row["bytes"] / row["bandwidth"]) for row in members])
+
+        def exponent(ns_each) -> str:
+            return f"{slope([(row['members'], row['members'] * ns_each(row)) for row in members]):.2f}"
+
+        least = min(members, key=lambda row: row["members"])
+        arithmetic = least["ours_ns"] - least["passes_ns"]
+        models = ["", "", ""]
+        if least["passes_ns"] > 0:
+            models = [exponent(lambda row: arithmetic + row["passes_ns"]),
+                      exponent(lambda row: max(least["ours_ns"], row["passes_ns"])),
+                      exponent(lambda row: row["passes_ns"])]
         sizes = [row["members"] for row in members]
-        print(f"| {name} | {min(sizes):.0e} … {max(sizes):.0e} | {ours:.2f} | {memory:.2f} |")
+        print(f'| {name} | {min(sizes):.0e} … {max(sizes):.0e} | {exponent(lambda row: row["ours_ns"])} | '
+              + " | ".join(models) + f' | {exponent(lambda row: row["bytes"] / row["bandwidth"])} |')
 
 
 def print_set_up(rows: list) -> None:

@@ -128,6 +128,8 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
                                          static_cast<double>(plan.factor_nonzeros)});
   const double bandwidth = measure_bandwidth(traffic.working_set, 1);
   const double of_memory = traffic.bytes / mine / bandwidth, of_product = plan.factor_flops / mine / dense;
+  const double passes =
+      plan.way == "general" ? 0.0 : measure_passes(plan.way == "paths" ? Passes::InAndOut : Passes::Once, num_points);
   const auto best = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
   std::string speedups, columns;
   for (std::size_t k = 0; k < together.size(); ++k) {
@@ -143,10 +145,11 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
   return fmt::format(
       R"({{"scene": "{}", "way": "{}", "members": {:.0f}, "eigen_ns": {:.2f}, "listed_eigen_ns": {:.0f}, )"
       R"("general_ns": {:.2f}, "ours_ns": {:.2f}, "ratio": {:.2f}, "bar": {:.1f}, "bytes": {:.1f}, )"
-      R"("working_set": {:.0f}, "bandwidth": {:.4g}, "flops": {:.4g}, "factor_nonzeros": {:.4g}, "of_bandwidth": {:.3f}, "of_dense": {:.3f}, )"
+      R"("working_set": {:.0f}, "bandwidth": {:.4g}, "passes_ns": {:.2f}, "flops": {:.4g}, )"
+      R"("factor_nonzeros": {:.4g}, "of_bandwidth": {:.3f}, "of_dense": {:.3f}, )"
       R"("speedups": {{{}}}}})",
       scene.name, plan.way, num_members, unit * base, scene.listed, unit * theirs, unit * mine, base / mine, scene.bar,
-      traffic.bytes / num_members, traffic.working_set, bandwidth, plan.factor_flops / num_members,
+      traffic.bytes / num_members, traffic.working_set, bandwidth, unit * passes, plan.factor_flops / num_members,
       static_cast<double>(plan.factor_nonzeros) / num_members, of_memory, of_product, speedups);
 }
 
