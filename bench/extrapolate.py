@@ -87,7 +87,8 @@ def print_nets(rows: list, set_up: list, dense: float) -> None:
             print(f"| {size:.0e} | refused | {entries:.1e} | |")
         else:
             print(f"| {size:.0e} | {seconds_in_words(seconds)} | {entries:.1e} | {bytes_in_words(fixed * size + 8.0 * entries)} |")
-    print(f"\nAbove about {most:.0e} rods L has more than 2^31 - 1 nonzeros: such a net is refused with that number. Many nets")
+    print(f"\nAbove about {most:.0e} rods L has more than 2^31 - 1 nonzeros: such a net is refused with that number. "
+          "Many nets")
     print("side by side are factorized in up to 16 parts, one thread each.")
 
 
@@ -99,13 +100,17 @@ def main() -> None:
     rows, machine = ways["rows"], ways["machine"]
     together = CHANNELS * CHANNEL_PEAK * SHARE_OF_PEAK
     print("# 64 cores, 1e9 points: an extrapolation\n")
-    print("Nothing on this page was run at these sizes; `bench/extrapolate.py` makes it from `ways.json` and `set_up.json`.\n")
-    print(f'Measured (on {processor()}, {machine["cores"]} cores): nanoseconds and bytes a member at the largest size of each')
+    print("Nothing on this page was run at these sizes; `bench/extrapolate.py` makes it from `ways.json` and "
+          "`set_up.json`.\n")
+    print(f'Measured (on {processor()}, {machine["cores"]} cores): nanoseconds and bytes a member at the largest size '
+          'of each')
     print("family, flops and nonzeros of L of the nets, the speed of dgemm, bytes a member with rattle.\n")
     print(f"Assumed: {CORES} cores, each as fast as the measured one; {CHANNELS} memory channels of {CHANNEL_PEAK / 1e9:.1f} GB/s, of "
           f"which a program sees {SHARE_OF_PEAK:.0%} as the")
-    print(f"triad counts ({together / 1e9:.0f} GB/s together); pages beside the cores that use them; no time for starting and")
-    print("joining threads; time a member does not grow beyond the largest measured size, where all arrays are outside the")
+    print(f"triad counts ({together / 1e9:.0f} GB/s together); pages beside the cores that use them; no time for "
+          "starting and")
+    print("joining threads; time a member does not grow beyond the largest measured size, where all arrays are "
+          "outside the")
     print("caches already; 1e9 members are counted by int (2^31 - 1 is the limit), which was tried up to 1e7 only.\n")
     print("    chains, clusters, beads:  t = N max(t_member/cores, bytes/bandwidth of all channels)")
     print("    one net:                  t = flops(N)/(share of dgemm x dgemm)")

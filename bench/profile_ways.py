@@ -44,10 +44,14 @@ def main() -> None:
         return
     seconds = sys.argv[2] if len(sys.argv) > 2 else "2"
     print("# Where an evaluation spends its time, by size\n")
-    print(f"ns a rod by function, one thread, on {processor()}: samples of `perf record -e cpu-clock` (`bench/profile_ways.py`).")
-    print("Functions whose numbers do not grow work in the first cache whatever the size (128 rods, or 8 islands, at a time).")
-    print("Those that grow touch the scene's arrays first: `evaluate` (r, v; block, b), `finish_pivots` (pivots, factors) and")
-    print("`accelerate` (block, lambda; w) along paths, gathers and scatters of bundles. `ways.md` has the passes alone beside.")
+    print(f"ns a rod by function, one thread, on {processor()}: samples of `perf record -e cpu-clock` "
+          "(`bench/profile_ways.py`).")
+    print("Functions whose numbers do not grow work in the first cache whatever the size (128 rods, or 8 islands, at "
+          "a time).")
+    print("Those that grow touch the scene's arrays first: `evaluate` (r, v; block, b), `finish_pivots` (pivots, "
+          "factors) and")
+    print("`accelerate` (block, lambda; w) along paths, gathers and scatters of bundles. `ways.md` has the passes "
+          "alone beside.")
     for title, scenes in FAMILIES.items():
         profiles = [profile(sys.argv[1], scene, seconds) for scene in scenes]
         names = sorted(set().union(*profiles), key=lambda name: -profiles[-1].get(name, 0.0))

@@ -55,8 +55,10 @@ def verdict(row: dict) -> str:
 
 def print_evaluations(rows: list) -> None:
     threads = list(rows[0]["speedups"])
-    print("Nanoseconds a rod (or bead), one thread, medians of runs taken in turn: evaluate, assemble, factorize, solve, w.")
-    print("Eigen: what anybody would write first (`bench/eigen_baseline.hpp`, -O3 -march=native; K from triplets once, then its")
+    print("Nanoseconds a rod (or bead), one thread, medians of runs taken in turn: evaluate, assemble, factorize, "
+          "solve, w.")
+    print("Eigen: what anybody would write first (`bench/eigen_baseline.hpp`, -O3 -march=native; K from triplets "
+          "once, then its")
     print("values; one analysis); general: assembly + sparse factors. **invalid**: the Eigen program itself was more than "
           f"{SLOWER_IS_INVALID}")
     print("times slower than is listed for it, the machine was not quiet.\n")
@@ -80,10 +82,13 @@ def print_limits(machine: dict, rows: list) -> None:
     shared = ", ".join(f"{bandwidth / 1e9:.1f} GB/s by {threads}" for threads, bandwidth in machine["bandwidth_by_threads"])
     print(f"One thread's triad a = b + s c: {levels}; far beyond the caches {shared} threads. dgemm: "
           f'{machine["dense_flops"] / 1e9:.0f} Gflop/s.')
-    print("Bytes: what one evaluation must move at least, each array of the way once a pass (`bench/traffic.hpp`), as the triad")
-    print("is counted; bandwidth: the triad's over as many bytes as the scene's arrays have, measured beside it. Flops: of the")
+    print("Bytes: what one evaluation must move at least, each array of the way once a pass (`bench/traffic.hpp`), "
+          "as the triad")
+    print("is counted; bandwidth: the triad's over as many bytes as the scene's arrays have, measured beside it. "
+          "Flops: of the")
     print("factorization alone, over the time of the whole evaluation.")
-    print("Passes alone: the same arrays moved in the same order with next to nothing computed (`bench/machine.cpp`), ns a rod.\n")
+    print("Passes alone: the same arrays moved in the same order with next to nothing computed "
+          "(`bench/machine.cpp`), ns a rod.\n")
     print("| scene | arrays | bytes a rod | GB/s | of the triad | ours, ns | passes alone | flops a rod | of dgemm |")
     print("|---|--:|--:|--:|--:|--:|--:|--:|--:|")
     for row in rows:
@@ -98,10 +103,14 @@ def print_exponents(rows: list) -> None:
     for row in rows:
         families[row["scene"].split()[0]].append(row)
     print("\n## Cost in size\n")
-    print("Time of an evaluation ~ size^p, beside what memory alone makes of it: a is the time a rod at the smallest size without")
-    print("its passes, m the passes alone at each size. One after the other: a + m; overlapped without a gap: the larger of a + m")
-    print("of the smallest size and m. What p is above the first is traffic that waits longer between arithmetic than in a loop")
-    print("of its own; `profile.md` shows in which functions. Nets and lattices have fill besides: flops a rod ~ N^(1/2), N^(2/3).\n")
+    print("Time of an evaluation ~ size^p, beside what memory alone makes of it: a is the time a rod at the smallest "
+          "size without")
+    print("its passes, m the passes alone at each size. One after the other: a + m; overlapped without a gap: the "
+          "larger of a + m")
+    print("of the smallest size and m. What p is above the first is traffic that waits longer between arithmetic "
+          "than in a loop")
+    print("of its own; `profile.md` shows in which functions. Nets and lattices have fill besides: flops a rod ~ "
+          "N^(1/2), N.\n")
     print("| scenes | sizes | p | one after the other | overlapped | passes alone | bytes/bandwidth |\n|---|---|" + "--:|" * 5)
     for name, members in families.items():
         if len({row["members"] for row in members}) < 2:
@@ -124,8 +133,10 @@ def print_exponents(rows: list) -> None:
 
 def print_set_up(rows: list) -> None:
     print("\n## Set-up and memory\n")
-    print("Constructor of a Simulation (numbering, plan, analysis, a consistent start), one thread, and what stays in memory")
-    print("after two steps, the description of the system included; most: of the whole process, with the making of the scene.\n")
+    print("Constructor of a Simulation (numbering, plan, analysis, a consistent start), one thread, and what stays "
+          "in memory")
+    print("after two steps, the description of the system included; most: of the whole process, with the making of "
+          "the scene.\n")
     print("| scene | way | method | seconds | wanted | | bytes a rod | in all | most |\n|---|---|---|--:|--:|---|--:|--:|--:|")
     for row in rows:
         wanted = f'{row["bar"]:g}' if row["bar"] > 0 else ""
@@ -166,7 +177,8 @@ def print_phases(report: dict) -> None:
 def main() -> None:
     ways, set_up, step_cost, phases = ([read(name) for name in sys.argv[1:]] + [None] * 4)[:4]
     print("# One evaluation on each way\n")
-    print(f"Measured {datetime.date.today()} on {processor()}, load {os.getloadavg()[0]:.2f}; repeat with `scripts/bench`.")
+    print(f"Measured {datetime.date.today()} on {processor()}, load {os.getloadavg()[0]:.2f}; repeat with "
+          "`scripts/bench`.")
     print_evaluations(ways["rows"])
     print_limits(ways["machine"], ways["rows"])
     print_exponents(ways["rows"])
