@@ -1,13 +1,16 @@
 // Google Benchmark of the phases of one instant, by scene and threads: evaluate, assemble, factorize, solve, gather.
-//   phases [--benchmark_filter=chain]
+//   phases [--benchmark_filter='chain.*/1/']      phase/scene/threads
 // `items_per_second` counts rods.
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
+#include <memory>
+#include <string>
 
 #include "assembly/reactions.hpp"
+#include "bench_scenes.hpp"
 #include "evaluate/constraints.hpp"
 #include "solve/gram_solver.hpp"
 
@@ -15,23 +18,10 @@ namespace {
 
 using namespace tanor;
 
-/// A net of columns x rows points with waves across it; one row: a chain.
-System make_net(int columns, int rows) {
-  System system;
-  Rods rods;
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      const double x = 0.1 * i, y = 0.1 * j;
-      system.positions.insert(system.positions.end(), {x, y, 0.02 * std::sin(3.0 * x + y)});
-      system.velocities.insert(system.velocities.end(), {0.0, 0.0, std::cos(5.0 * x - 2.0 * y)});
-      system.masses.push_back(0.1);
-      const int point = j * columns + i;
-      if (i > 0) rods.pairs.push_back({point - 1, point});
-      if (j > 0) rods.pairs.push_back({point - columns, point});
-    }
-  }
-  system.constraints = {rods};
-  return system;
+std::vector<double> inner_inverse_masses(const System& system, const Numbering& numbering) {
+  std::vector<double> result;
+  for (const Index point : numbering.user_point) result.push_back(1.0 / system.masses[static_cast<std::size_t>(point)]);
+  return result;
 }
 
 struct Instant {
@@ -50,7 +40,7 @@ struct Instant {
         numbering(number(system)),
         constraints(system, numbering),
         incidences(constraints.list_incidences()),
-        inverse_masses(system.num_points(), 10.0),
+        inverse_masses(inner_inverse_masses(system, numbering)),
         solver(incidences, inverse_masses, numbering, Ordering::Auto, constraints.squared_gradient_norms()),
         gather(incidences, system.num_points()),
         parallel(threads),
@@ -69,46 +59,58 @@ struct Instant {
   }
 };
 
-template <class Phase>
-void run(benchmark::State& state, const Phase& phase) {
-  Instant instant(make_net(static_cast<int>(state.range(0)), static_cast<int>(state.range(1))),
-                  static_cast<int>(state.range(2)));
-  for (auto _ : state) phase(instant);
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(instant.b.size()));
-}
-
-void evaluate(benchmark::State& state) {
-  run(state, [](Instant& i) {
-    i.constraints.evaluate_right_side(i.parallel, i.r.data(), i.v.data(), i.w.data(), i.b.data(), i.blocks.data());
-  });
-}
-void assemble(benchmark::State& state) {
-  run(state, [](Instant& i) { i.solver.assemble(i.parallel, i.blocks.data()); });
-}
-void factorize(benchmark::State& state) {
-  run(state, [](Instant& i) { benchmark::DoNotOptimize(i.solver.factorize(i.parallel)); });
-}
-void solve(benchmark::State& state) {
-  run(state, [](Instant& i) { i.solver.solve_negative(i.parallel, i.b.data(), i.lambda.data()); });
-}
-void reactions(benchmark::State& state) {
-  run(state, [](Instant& i) { i.gather.reactions(i.parallel, i.blocks.data(), i.lambda.data(), i.w.data()); });
-}
-
-void scenes(benchmark::internal::Benchmark* benchmark) {
-  benchmark->ArgNames({"columns", "rows", "threads"})->UseRealTime();
-  constexpr std::array<std::array<int, 2>, 4> sizes{{{10000, 1}, {1000000, 1}, {30, 30}, {100, 100}}};
-  for (const auto& [columns, rows] : sizes) {
-    for (const int threads : {1, 2}) benchmark->Args({columns, rows, threads});
+/// The last one that was asked for stays.
+Instant& instant_of(const BenchScene& scene, int threads) {
+  static std::string name;
+  static std::unique_ptr<Instant> instant;
+  const std::string wanted = scene.name + "/" + std::to_string(threads);
+  if (name != wanted) {
+    instant = nullptr;
+    instant = std::make_unique<Instant>(scene.make(), threads);
+    name = wanted;
   }
+  return *instant;
 }
 
-BENCHMARK(evaluate)->Apply(scenes);
-BENCHMARK(assemble)->Apply(scenes);
-BENCHMARK(factorize)->Apply(scenes);
-BENCHMARK(solve)->Apply(scenes);
-BENCHMARK(reactions)->Apply(scenes);
+struct Phase {
+  const char* name;
+  void (*work)(Instant&);
+};
+
+const std::array<Phase, 5> phases = {{
+    {"evaluate",
+     [](Instant& i) {
+       i.constraints.evaluate_right_side(i.parallel, i.r.data(), i.v.data(), i.w.data(), i.b.data(), i.blocks.data());
+     }},
+    {"assemble", [](Instant& i) { i.solver.assemble(i.parallel, i.blocks.data()); }},
+    {"factorize", [](Instant& i) { benchmark::DoNotOptimize(i.solver.factorize(i.parallel)); }},
+    {"solve", [](Instant& i) { i.solver.solve_negative(i.parallel, i.b.data(), i.lambda.data()); }},
+    {"reactions", [](Instant& i) { i.gather.reactions(i.parallel, i.blocks.data(), i.lambda.data(), i.w.data()); }},
+}};
+
+/// Chains, clusters, beads, nets and lattices of two sizes each or more.
+bool is_shown(const BenchScene& scene) {
+  constexpr std::array shown = {"chain 1e4",   "chain 1e6", "clusters 1e3 x 10", "clusters 1e5 x 10", "spheres 1e4",
+                                "spheres 1e6", "net ",      "lattice "};
+  return std::any_of(shown.begin(), shown.end(), [&](const char* name) { return scene.name.starts_with(name); });
+}
 
 }  // namespace
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  for (const BenchScene& scene : bench_scenes()) {
+    for (const int threads : {1, 2}) {
+      for (const Phase& phase : phases) {
+        if (!is_shown(scene)) continue;
+        const std::string name = std::string(phase.name) + "/" + scene.name + "/" + std::to_string(threads);
+        benchmark::RegisterBenchmark(name.c_str(), [&scene, &phase, threads](benchmark::State& state) {
+          Instant& instant = instant_of(scene, threads);
+          for (auto _ : state) phase.work(instant);
+          state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(instant.b.size()));
+        })->UseRealTime();
+      }
+    }
+  }
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+}

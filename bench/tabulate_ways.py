@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""A page of what `build/bench/ways --json FILE` measured.
+"""A page of what the benchmarks measured.
 
-    tabulate_ways.py FILE
+    tabulate_ways.py WAYS.json [SET_UP.json] [STEP_COST.json] [PHASES.json]      files that are not there are left out
 """
 
 import collections
@@ -12,41 +12,179 @@ import os
 import platform
 import sys
 
+LONG, WANTED_OF_LONG = 1e7, 8e9  # members, bytes
+SLOWER_IS_INVALID = 1.5  # times what is listed for the Eigen program
+
 
 def processor() -> str:
     with open("/proc/cpuinfo", encoding="utf-8") as lines:
         return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
-def exponent(rows: list) -> float:
-    """Slope of log(time of an evaluation) in log(members), least squares."""
-    x = [math.log(row["members"]) for row in rows]
-    y = [math.log(row["members"] * row["ours_ns"]) for row in rows]
+def slope(points: list) -> float:
+    """Of log y in log x, least squares."""
+    x, y = [math.log(a) for a, _ in points], [math.log(b) for _, b in points]
     mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
     return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
 
 
-def main() -> None:
-    with open(sys.argv[1], encoding="utf-8") as file:
-        rows = json.load(file)
-    print("# One evaluation on each way\n")
-    print(f"Measured {datetime.date.today()} on {processor()}, load {os.getloadavg()[0]:.2f}; repeat with `scripts/bench`.")
-    print("Nanoseconds a rod (or bead), one thread, medians of runs taken in turn: evaluate, assemble, factorize, solve, w.")
-    print("Eigen: what anybody would write first (`bench/eigen_baseline.hpp`); general: assembly + CHOLMOD.\n")
-    print("| scene | way | Eigen | general | ours | Eigen/ours | wanted | | 2 threads |\n|---|---|--:|--:|--:|--:|--:|---|--:|")
+def bytes_in_words(count: float) -> str:
+    for unit in ("B", "kB", "MB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} GB"
+
+
+def read(name: str):
+    if not os.path.exists(name):
+        return None
+    with open(name, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def is_valid(row: dict) -> bool:
+    return row["listed_eigen_ns"] == 0 or row["eigen_ns"] <= SLOWER_IS_INVALID * row["listed_eigen_ns"]
+
+
+def verdict(row: dict) -> str:
+    if not is_valid(row):
+        return "**invalid**"
+    return "" if row["bar"] == 0 else "held" if row["ratio"] >= row["bar"] else "**missed**"
+
+
+def print_evaluations(rows: list) -> None:
+    threads = list(rows[0]["speedups"])
+    print("Nanoseconds a rod (or bead), one thread, medians of runs taken in turn: evaluate, assemble, factorize, "
+          "solve, w.")
+    print("Eigen: what anybody would write first (`bench/eigen_baseline.hpp`, -O3 -march=native; K from triplets "
+          "once, then its")
+    print("values; one analysis); general: assembly + sparse factors. **invalid**: the Eigen program itself was more than "
+          f"{SLOWER_IS_INVALID}")
+    print("times slower than is listed for it, the machine was not quiet.\n")
+    print("| scene | way | Eigen | general | ours | Eigen/ours | wanted | |" + "".join(f" {n} threads |" for n in threads))
+    print("|---|---|--:|--:|--:|--:|--:|---|" + "--:|" * len(threads))
     for row in rows:
-        held = "" if row["bar"] == 0 else "held" if row["ratio"] >= row["bar"] else "**missed**"
         wanted = f'{row["bar"]:g}' if row["bar"] > 0 else ""
-        speedup = "" if row["speedup"] is None else f'{row["speedup"]:.2f}x'
         print(f'| {row["scene"]} | {row["way"]} | {row["eigen_ns"]:.0f} | {row["general_ns"]:.0f} | {row["ours_ns"]:.1f} '
-              f'| {row["ratio"]:.1f} | {wanted} | {held} | {speedup} |')
+              f'| {row["ratio"]:.1f} | {wanted} | {verdict(row)} |'
+              + "".join(f' {row["speedups"][n]:.2f}x |' for n in threads))
+
+
+def passes_in_words(row: dict) -> str:
+    return f'{row["passes_ns"]:.1f}' if row["passes_ns"] > 0 else ""
+
+
+def print_limits(machine: dict, rows: list) -> None:
+    print("\n## Beside what the machine can do\n")
+    levels = ", ".join(f"{bandwidth / 1e9:.0f} GB/s over {bytes_in_words(size)}"
+                       for size, bandwidth in machine["bandwidth_by_bytes"])
+    shared = ", ".join(f"{bandwidth / 1e9:.1f} GB/s by {threads}" for threads, bandwidth in machine["bandwidth_by_threads"])
+    print(f"One thread's triad a = b + s c: {levels}; far beyond the caches {shared} threads. dgemm: "
+          f'{machine["dense_flops"] / 1e9:.0f} Gflop/s.')
+    print("Bytes: what one evaluation must move at least, each array of the way once a pass (`bench/traffic.hpp`), "
+          "as the triad")
+    print("is counted; bandwidth: the triad's over as many bytes as the scene's arrays have, measured beside it. "
+          "Flops: of the")
+    print("factorization alone, over the time of the whole evaluation.")
+    print("Passes alone: the same arrays moved in the same order with next to nothing computed "
+          "(`bench/machine.cpp`), ns a rod.\n")
+    print("| scene | arrays | bytes a rod | GB/s | of the triad | ours, ns | passes alone | flops a rod | of dgemm |")
+    print("|---|--:|--:|--:|--:|--:|--:|--:|--:|")
+    for row in rows:
+        print(f'| {row["scene"]} | {bytes_in_words(row["working_set"])} | {row["bytes"]:.0f} '
+              f'| {row["bytes"] / row["ours_ns"]:.1f} | {100 * row["of_bandwidth"]:.0f} % | {row["ours_ns"]:.1f} '
+              f'| {passes_in_words(row)} | {row["flops"]:.0f} '
+              f'| {100 * row["of_dense"]:.0f} % |')
+
+
+def print_exponents(rows: list) -> None:
     families = collections.defaultdict(list)
     for row in rows:
         families[row["scene"].split()[0]].append(row)
-    print("\nTime of an evaluation ~ size^p:\n\n| scenes | p |\n|---|--:|")
+    print("\n## Cost in size\n")
+    print("Time of an evaluation ~ size^p, beside what memory alone makes of it: a is the time a rod at the smallest "
+          "size without")
+    print("its passes, m the passes alone at each size. One after the other: a + m; overlapped without a gap: the "
+          "larger of a + m")
+    print("of the smallest size and m. What p is above the first is traffic that waits longer between arithmetic "
+          "than in a loop")
+    print("of its own; `profile.md` shows in which functions. Nets and lattices have fill besides: flops a rod ~ "
+          "N^(1/2), N.\n")
+    print("| scenes | sizes | p | one after the other | overlapped | passes alone | bytes/bandwidth |\n|---|---|" + "--:|" * 5)
     for name, members in families.items():
-        if len({row["members"] for row in members}) > 1:
-            print(f"| {name} | {exponent(members):.2f} |")
+        if len({row["members"] for row in members}) < 2:
+            continue
+
+        def exponent(ns_each) -> str:
+            return f"{slope([(row['members'], row['members'] * ns_each(row)) for row in members]):.2f}"
+
+        least = min(members, key=lambda row: row["members"])
+        arithmetic = least["ours_ns"] - least["passes_ns"]
+        models = ["", "", ""]
+        if least["passes_ns"] > 0:
+            models = [exponent(lambda row: arithmetic + row["passes_ns"]),
+                      exponent(lambda row: max(least["ours_ns"], row["passes_ns"])),
+                      exponent(lambda row: row["passes_ns"])]
+        sizes = [row["members"] for row in members]
+        print(f'| {name} | {min(sizes):.0e} … {max(sizes):.0e} | {exponent(lambda row: row["ours_ns"])} | '
+              + " | ".join(models) + f' | {exponent(lambda row: row["bytes"] / row["bandwidth"])} |')
+
+
+def print_set_up(rows: list) -> None:
+    print("\n## Set-up and memory\n")
+    print("Constructor of a Simulation (numbering, plan, analysis, a consistent start), one thread, and what stays "
+          "in memory")
+    print("after two steps, the description of the system included; most: of the whole process, with the making of "
+          "the scene.\n")
+    print("| scene | way | method | seconds | wanted | | bytes a rod | in all | most |\n|---|---|---|--:|--:|---|--:|--:|--:|")
+    for row in rows:
+        wanted = f'{row["bar"]:g}' if row["bar"] > 0 else ""
+        held = "" if row["bar"] == 0 else "held" if row["seconds"] <= row["bar"] else "**missed**"
+        print(f'| {row["scene"]} | {row["way"]} | {row["method"]} | {row["seconds"]:.2f} | {wanted} | {held} '
+              f'| {row["bytes"]:.0f} | {bytes_in_words(row["bytes"] * row["members"])} '
+              f'| {bytes_in_words(row["most_resident"])} |')
+    longest = max(rows, key=lambda row: row["members"])
+    if longest["members"] >= LONG:
+        most = longest["most_resident"]
+        print(f'\nA chain of {longest["members"]:.0e} beads: {most / 1e9:.2f} GB ({most / 2**30:.2f} GiB) at most, wanted '
+              f'{WANTED_OF_LONG / 1e9:g} GB: {"held" if most < WANTED_OF_LONG else "**missed**"}.')
+
+
+def print_step_cost(rows: list) -> None:
+    print("\n## A step of RATTLE beside one evaluation by the Eigen program\n")
+    print("ns a rod, one thread, in turn; all constraints to 1e-13 after each step.\n")
+    print("| scene | Eigen, one evaluation | ours, one evaluation | a step | step/Eigen | wanted | |\n|---|--:|--:|--:|--:|--:|---|")
+    for row in rows:
+        share = row["rattle_ns"] / row["eigen_ns"]
+        print(f'| {row["scene"]} | {row["eigen_ns"]:.0f} | {row["ours_ns"]:.0f} | {row["rattle_ns"]:.0f} | {share:.2f} '
+              f'| 0.25 | {"held" if share <= 0.25 else "**missed**"} |')
+
+
+def print_phases(report: dict) -> None:
+    print("\n## Phases of the general way\n")
+    print("Google Benchmark, ns a rod, one thread (`build/bench/phases`).\n")
+    table = collections.defaultdict(dict)
+    for run in report["benchmarks"]:
+        phase, scene = run["name"].split("/")[:2]
+        table[scene][phase] = 1e9 / run["items_per_second"]
+    phases = list(next(iter(table.values())))
+    print("| scene | " + " | ".join(phases) + " | sum |\n|---|" + "--:|" * (len(phases) + 1))
+    for scene, times in table.items():
+        print(f"| {scene} | " + " | ".join(f"{times[phase]:.1f}" for phase in phases) + f" | {sum(times.values()):.0f} |")
+
+
+def main() -> None:
+    ways, set_up, step_cost, phases = ([read(name) for name in sys.argv[1:]] + [None] * 4)[:4]
+    print("# One evaluation on each way\n")
+    print(f"Measured {datetime.date.today()} on {processor()}, load {os.getloadavg()[0]:.2f}; repeat with "
+          "`scripts/bench`.")
+    print_evaluations(ways["rows"])
+    print_limits(ways["machine"], ways["rows"])
+    print_exponents(ways["rows"])
+    for rows, show in ((set_up, print_set_up), (step_cost, print_step_cost), (phases, print_phases)):
+        if rows:
+            show(rows)
 
 
 if __name__ == "__main__":

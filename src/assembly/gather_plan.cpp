@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/check.hpp"
+#include "base/counts.hpp"
 
 namespace tanor {
 
@@ -21,6 +22,14 @@ std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std
 
 std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,
                                    int first_row) {
+  double count = 0.0;
+  for (std::size_t begin = 0, end = 0; begin < incidences.size(); begin = end) {
+    while (end < incidences.size() && incidences[end].point == incidences[begin].point) ++end;
+    const auto at_point = static_cast<double>(end - begin);
+    count += 0.5 * at_point * (at_point + 1.0);
+  }
+  check_count(count, "S of " + std::to_string(incidences.size()) + " gradients",
+              "products of gradients at the same points");
   std::vector<Product> products;
   for (std::size_t begin = 0, end = 0; begin < incidences.size(); begin = end) {
     const Index point = incidences[begin].point;
@@ -40,6 +49,8 @@ std::vector<Product> list_products(std::span<const Incidence> incidences, std::s
 GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place,
                        Triangle triangle, std::span<const double> squared_norms)
     : start_(num_rows + 1, 0), scale_(num_rows, 1.0) {
+  check_count(static_cast<double>(products.size()), "X'WX of " + std::to_string(num_rows) + " rows",
+              "products of blocks");
   // Products by column of the wanted triangle, then by row; the order of equal ones stays (stable): fixed sums.
   const auto placed = [&](int row) { return place.empty() ? row : place[static_cast<std::size_t>(row)]; };
   const auto entry = [&](const Product& product) {

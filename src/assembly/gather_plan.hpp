@@ -13,6 +13,7 @@ std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std
 
 /// Triangle (row >= column) of all products, in a fixed order; equal pairs of blocks are joined (a rod's two ends).
 /// `incidences` are grouped by point, `weights` [point]; `first_row` is subtracted from the rows.
+/// Throws std::length_error where there are more than 2^31 - 1.
 std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,
                                    int first_row);
 

@@ -6,8 +6,11 @@
 #include <cmath>
 #include <new>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "base/check.hpp"
+#include "base/counts.hpp"
 #include "factor/multifrontal.hpp"
 
 namespace tanor {
@@ -31,7 +34,10 @@ struct Common {
   Common& operator=(const Common&) = delete;
 
   void check() const {
-    if (c.status == CHOLMOD_OUT_OF_MEMORY || c.status == CHOLMOD_TOO_LARGE) throw std::bad_alloc();
+    if (c.status == CHOLMOD_TOO_LARGE)
+      throw std::length_error("L of " + std::to_string(static_cast<std::size_t>(c.lnz)) +
+                              " nonzeros: its supernodes store more than 2^31 - 1 = 2147483647");
+    if (c.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
     ensure(c.status >= CHOLMOD_OK, "CHOLMOD takes the matrices that we build");
   }
 };
@@ -100,6 +106,7 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
     try_ordering(Ordering::Amd);
     if (best.flops > metis_switch * best.factor_nonzeros) try_ordering(Ordering::Metis);
   }
+  check_count(best.factor_nonzeros, "S of " + std::to_string(lower.size()) + " rows", "nonzeros of L");
   best.supernodal = best.flops > supernodal_switch * best.factor_nonzeros;
   return best;
 }

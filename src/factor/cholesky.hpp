@@ -27,7 +27,8 @@ struct SymbolicAnalysis {
 };
 
 /// Orders and analyzes a pattern (lower triangle). Auto: the given order if it makes no fill, else AMD, and METIS where
-/// AMD predicts much work (more than 50 flops a nonzero of L) and METIS saves some. Throws std::bad_alloc.
+/// AMD predicts much work (more than 50 flops a nonzero of L) and METIS saves some. Throws std::bad_alloc, and
+/// std::length_error where L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted);
 
 /// L L' = S of a matrix whose rows already stand in the order of elimination; symbolic once, numeric many times.

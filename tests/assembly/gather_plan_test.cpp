@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <stdexcept>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -253,6 +255,18 @@ TEST(GatherPlan, ForgetsTheStatesThatItHasSeen) {
 
     EXPECT_EQ(first, again);
     EXPECT_LE(largest_error(unscaled(plan, again), random.S()), 1e-14);
+  }
+}
+
+TEST(GatherPlan, MoreProductsThanAnIntCountsAreRefusedBeforeTheyAreMade) {
+  // One point that 65536 rows share: 65536 * 65537/2 = 2^31 + 2^15 products.
+  std::vector<Incidence> hub;
+  for (Index row = 0; row < 65536; ++row) hub.push_back({0, row, row, 1.0});
+  try {
+    (void)list_products(hub, std::vector<double>{1.0}, 0);
+    FAIL() << "2147516416 products were made";
+  } catch (const std::length_error& error) {
+    EXPECT_NE(std::string(error.what()).find("2147516416 products"), std::string::npos) << error.what();
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -211,6 +212,28 @@ TEST(Cholesky, TwoByTwoIsSolvedByHand) {
     EXPECT_NEAR(x[0], -0.5, 1e-15);
     EXPECT_NEAR(x[1], 2.0, 1e-15);
   }
+}
+
+TEST(Cholesky, FactorOfMoreNonzerosThanAnIntCountsIsRefusedWithTheirNumber) {
+  // An arrow whose tip is eliminated first fills L: n (n + 1)/2 nonzeros from 2n - 1.
+  constexpr int n = 70000;
+  TrianglePattern arrow;
+  for (int row = 0; row < n; ++row) arrow.rows.push_back(row);
+  arrow.start.push_back(n);
+  for (int column = 1; column < n; ++column) {
+    arrow.rows.push_back(column);
+    arrow.start.push_back(n + column);
+  }
+  try {
+    (void)analyze(arrow, Ordering::Natural);
+    FAIL() << "2450035000 nonzeros were accepted";
+  } catch (const std::length_error& error) {
+    EXPECT_STREQ(error.what(), "S of 70000 rows: 2450035000 nonzeros of L, above 2^31 - 1 = 2147483647");
+  }
+
+  const SymbolicAnalysis analysis = analyze(arrow, Ordering::Auto);
+
+  EXPECT_EQ(analysis.factor_nonzeros, 2.0 * n - 1.0);
 }
 
 // ---- matrices without a factor -----------------------------------------------------------------------------------

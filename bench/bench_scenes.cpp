@@ -1,0 +1,168 @@
+#include "bench_scenes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <random>
+#include <variant>
+
+#include <Eigen/Geometry>
+
+#include "scene/scene.hpp"
+
+namespace {
+
+using namespace tanor;
+
+System melt(int chains, int count) {
+  const std::string entry = fmt::format(R"({{"kind": "melt", "chains": {}, "count": {}}})", chains, count);
+  return scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + entry + "}", "bench.json").system;
+}
+
+/// The same system with points and rods in any order.
+System shuffled(System given) {
+  std::mt19937 generator(2);
+  std::vector<Index> place(given.masses.size());
+  std::iota(place.begin(), place.end(), 0);
+  std::shuffle(place.begin(), place.end(), generator);
+  System system = given;
+  const auto move = [](const std::vector<double>& from, std::size_t i, Index to, std::vector<double>* all) {
+    if (!from.empty()) std::copy_n(from.begin() + 3 * static_cast<std::ptrdiff_t>(i), 3, all->begin() + 3 * to);
+  };
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    system.masses[static_cast<std::size_t>(place[i])] = given.masses[i];
+    move(given.positions, i, place[i], &system.positions);
+    move(given.velocities, i, place[i], &system.velocities);
+  }
+  auto& pairs = std::get<Rods>(system.constraints.front()).pairs;
+  for (auto& [i, j] : pairs) {
+    i = place[static_cast<std::size_t>(i)];
+    j = place[static_cast<std::size_t>(j)];
+  }
+  std::shuffle(pairs.begin(), pairs.end(), generator);
+  return system;
+}
+
+/// Nets and lattices of rods, with waves across their flat directions.
+System generated(const std::string& generate) {
+  System system = scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + generate + "}", "bench.json").system;
+  if (!system.velocities.empty()) return system;
+  system.velocities.resize(system.positions.size());
+  for (std::size_t i = 0; i < system.positions.size(); i += 3)
+    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
+  return system;
+}
+
+System net(int size) {
+  return generated(fmt::format(R"({{"kind": "net", "columns": {0}, "rows": {0}}})", size));
+}
+
+System lattice(int size) {
+  return generated(fmt::format(R"({{"kind": "lattice", "size": [{0}, {0}, {0}]}})", size));
+}
+
+/// Copies of a rigid or jointed thing, each turned and thrown at random, the same each time.
+System copies(int count, const std::vector<Eigen::Vector3d>& points, const std::vector<std::array<int, 2>>& rods) {
+  std::mt19937 generator(1);
+  std::normal_distribution<double> normal;
+  const auto random_vector = [&] { return Eigen::Vector3d(normal(generator), normal(generator), normal(generator)); };
+  const auto append = [](const Eigen::Vector3d& x, std::vector<double>* to) {
+    to->insert(to->end(), x.data(), x.data() + 3);
+  };
+  System system;
+  Rods group;
+  for (int copy = 0; copy < count; ++copy) {
+    const auto first = static_cast<Index>(system.masses.size());
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::UnitRandom();
+    const Eigen::Vector3d place = 10.0 * random_vector(), v = random_vector(), omega = random_vector();
+    for (const Eigen::Vector3d& point : points) {
+      const Eigen::Vector3d arm = turn * point;
+      append(place + arm, &system.positions);
+      append(v + omega.cross(arm), &system.velocities);
+      system.masses.push_back(std::exp(0.3 * normal(generator)));
+    }
+    for (const auto& [i, j] : rods) group.pairs.push_back({first + i, first + j});
+  }
+  system.constraints = {group};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  return system;
+}
+
+System rings(int count) {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 2>> rods;
+  for (int k = 0; k < 6; ++k) {
+    points.emplace_back(std::cos(k * std::numbers::pi / 3.0), std::sin(k * std::numbers::pi / 3.0), 0.3 * (k % 2));
+    rods.push_back({k, (k + 1) % 6});
+  }
+  return copies(count, points, rods);
+}
+
+System triangles(int count) {
+  return copies(count, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1}, {0, 2}, {1, 2}});
+}
+
+System tetrahedra(int count) {
+  return copies(count, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}});
+}
+
+std::vector<Index> all_points(const System& system) {
+  std::vector<Index> result(system.masses.size());
+  std::iota(result.begin(), result.end(), 0);
+  return result;
+}
+
+/// Each on a sphere of its own radius around the origin.
+System on_spheres(int count) {
+  System system = copies(count, {{0, 0, 0}}, {});
+  system.constraints = {Spheres{"", all_points(system), VectorFunction(0.0, 0.0, 0.0), {}}};
+  return system;
+}
+
+/// Or on such a circle around the z axis.
+System on_circles(int count) {
+  System system = copies(count, {{0, 0, 0}}, {});
+  for (std::size_t i = 2; i < system.positions.size(); i += 3) system.positions[i] = 0.0;
+  const VectorFunction center(0.0, 0.0, 0.0), normal(0.0, 0.0, 1.0);
+  system.constraints = {Circles{"", all_points(system), center, normal, {}}};
+  return system;
+}
+
+}  // namespace
+
+tanor::System make_chain(int count) {
+  return melt(1, count);
+}
+
+const std::vector<BenchScene>& bench_scenes() {
+  static const std::vector<BenchScene> scenes = {
+      {"chain 1e3", [] { return melt(1, 1000); }, 8.0, 440.0},
+      {"chain 1e4", [] { return melt(1, 10000); }, 8.0, 440.0},
+      {"chain 1e5", [] { return melt(1, 100000); }, 8.0, 440.0},
+      {"chain 1e6", [] { return melt(1, 1000000); }, 12.0, 440.0},
+      {"shuffled chain 1e6", [] { return shuffled(melt(1, 1000000)); }, 12.0, 0.0},
+      {"clusters 1e2 x 10", [] { return melt(100, 10); }, 8.0, 300.0},
+      {"clusters 1e3 x 10", [] { return melt(1000, 10); }, 8.0, 300.0},
+      {"clusters 1e4 x 10", [] { return melt(10000, 10); }, 8.0, 300.0},
+      {"clusters 1e5 x 10", [] { return melt(100000, 10); }, 8.0, 300.0},
+      {"rings 1e4 x 6", [] { return rings(10000); }, 8.0, 0.0},
+      {"triangles 1e4", [] { return triangles(10000); }, 8.0, 0.0},
+      {"tetrahedra 1e4", [] { return tetrahedra(10000); }, 8.0, 0.0},
+      {"spheres 1e3", [] { return on_spheres(1000); }, 13.0, 260.0},
+      {"spheres 1e4", [] { return on_spheres(10000); }, 13.0, 260.0},
+      {"spheres 1e5", [] { return on_spheres(100000); }, 13.0, 260.0},
+      {"spheres 1e6", [] { return on_spheres(1000000); }, 13.0, 260.0},
+      {"circles 1e5", [] { return on_circles(100000); }, 0.0, 0.0},
+      {"melt 320 x 99", [] { return melt(320, 99); }, 8.0, 0.0},
+      {"net 30", [] { return net(30); }, 1.2, 1250.0},
+      {"net 100", [] { return net(100); }, 1.2, 2400.0},
+      {"net 300", [] { return net(300); }, 2.0, 6700.0},
+      {"lattice 10", [] { return lattice(10); }, 1.6, 8200.0},
+      {"lattice 20", [] { return lattice(20); }, 22.0, 230000.0},
+  };
+  return scenes;
+}

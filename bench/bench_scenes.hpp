@@ -1,0 +1,20 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <tanor/system.hpp>
+
+struct BenchScene {
+  std::string name;
+  std::function<tanor::System()> make;
+  double bar;     ///< wanted ratio baseline/ours on one thread; 0: none
+  double listed;  ///< ns a rod or bead that the baseline may need (measured once, the upper end); 0: none
+};
+
+/// Chains, clusters, small cycles and bodies, beads, nets and lattices, 1e3 to 1e6 rods.
+const std::vector<BenchScene>& bench_scenes();
+
+/// A chain of `count` beads as a random walk.
+tanor::System make_chain(int count);

@@ -1,0 +1,152 @@
+// What a simulation costs before and beside its steps:
+//   set_up [--long] [--json FILE]
+// Seconds of the constructor (numbering, plan, analysis, a consistent start) and bytes a rod or bead that stay after
+// two steps, by scene, method and way, one thread, each in a process of its own. --long: also a chain of 1e7 beads.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <malloc.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <tanor/tanor.hpp>
+
+#include "bench_scenes.hpp"
+#include "timing.hpp"
+
+namespace {
+
+using namespace tanor;
+
+struct Row {
+  std::string scene;
+  Method method;
+  Way way;
+  double bar;  ///< wanted seconds; 0: none
+};
+
+constexpr std::array<Method, 3> methods = {Method::Rattle, Method::Dop853, Method::Taylor};
+
+std::string name_of(Method method) {
+  return method == Method::Rattle ? "rattle" : method == Method::Dop853 ? "dop853" : "taylor";
+}
+
+std::vector<Row> list_rows(bool with_long) {
+  constexpr double bar_of_paths = 2.0, bar_of_general = 10.0;
+  std::vector<Row> rows;
+  for (const char* const scene : {"chain 1e6", "clusters 1e5 x 10", "spheres 1e6", "net 300", "lattice 20"}) {
+    for (const Method method : methods)
+      rows.push_back({scene, method, Way::Auto, std::string(scene) == "chain 1e6" ? bar_of_paths : 0.0});
+  }
+  rows.push_back({"shuffled chain 1e6", Method::Dop853, Way::Auto, bar_of_paths});
+  rows.push_back({"chain 1e6", Method::Dop853, Way::General, bar_of_general});
+  rows.push_back({"clusters 1e5 x 10", Method::Dop853, Way::General, bar_of_general});
+  if (with_long) rows.push_back({"chain 1e7", Method::Rattle, Way::Auto, 0.0});
+  return rows;
+}
+
+/// Of this process, bytes: "VmRSS" now, "VmHWM" the most so far.
+double resident_bytes(const std::string& which) {
+  std::ifstream status("/proc/self/status");
+  std::string line;
+  while (std::getline(status, line)) {
+    if (line.starts_with(which + ":")) return 1024.0 * std::stod(line.substr(which.size() + 1));
+  }
+  throw std::runtime_error("no " + which + " in /proc/self/status");
+}
+
+System make(const std::string& name) {
+  if (name == "chain 1e7") return make_chain(10000000);
+  const auto& scenes = bench_scenes();
+  return std::find_if(scenes.begin(), scenes.end(), [&](const BenchScene& scene) { return scene.name == name; })
+      ->make();
+}
+
+/// As JSON.
+std::string measure(const Row& row) {
+  malloc_trim(0);
+  const double before = resident_bytes("VmRSS");
+  System system = make(row.scene);
+  const bool is_of_beads = !std::holds_alternative<Rods>(system.constraints.front());
+  MotionOptions motion;
+  motion.method = row.method;
+  motion.start = StartMode::Project;
+  motion.step = 1e-5;
+  std::unique_ptr<Simulation> simulation;
+  const double seconds = seconds_of([&] {
+    simulation = std::make_unique<Simulation>(std::move(system), motion, SolverOptions{.way = row.way, .threads = 1});
+  });
+  const auto check = [&](const Outcome& outcome) {
+    if (!outcome.ok()) throw std::runtime_error(row.scene + ": " + outcome.what);
+  };
+  check(simulation->outcome());
+  int steps = 0;
+  check(simulation->advance(2.0 * motion.step, [&](const MotionReport&) { return ++steps < 2; }));
+  malloc_trim(0);
+  const PlanSummary& plan = simulation->plan();
+  const auto members = static_cast<double>(is_of_beads ? plan.points : plan.equations);
+  const double bytes = (resident_bytes("VmRSS") - before) / members;
+  return fmt::format(
+      R"({{"scene": "{}", "method": "{}", "way": "{}", "members": {:.0f}, "seconds": {:.3f}, "bar": {:g}, )"
+      R"("bytes": {:.0f}, "most_resident": {:.4g}}})",
+      row.scene, name_of(row.method), plan.way, members, seconds, row.bar, bytes, resident_bytes("VmHWM"));
+}
+
+/// measure(row) in a process of its own: what others left in memory is not counted.
+std::string measure_apart(const Row& row) {
+  std::array<int, 2> pipe_ends{};
+  if (pipe(pipe_ends.data()) != 0) throw std::runtime_error("no pipe");
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("no process");
+  if (child == 0) {
+    std::string line;
+    try {
+      line = measure(row);
+    } catch (const std::exception& error) {
+      fmt::print(stderr, "set_up: {}: {}\n", row.scene, error.what());
+    }
+    const bool is_written = write(pipe_ends[1], line.data(), line.size()) == static_cast<ssize_t>(line.size());
+    _exit(is_written && !line.empty() ? 0 : 1);
+  }
+  close(pipe_ends[1]);
+  std::string line(4096, '\0');
+  const ssize_t size = read(pipe_ends[0], line.data(), line.size());
+  close(pipe_ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (status != 0 || size <= 0) throw std::runtime_error(row.scene + " failed");
+  line.resize(static_cast<std::size_t>(size));
+  return line;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  bool with_long = false;
+  std::string file;
+  for (int k = 1; k < argc; ++k) {
+    const std::string word = argv[k];
+    if (word == "--long")
+      with_long = true;
+    else if (word == "--json" && k + 1 < argc)
+      file = argv[++k];
+    else
+      throw std::runtime_error("unknown word " + word);
+  }
+  std::vector<std::string> lines;
+  for (const Row& row : list_rows(with_long)) {
+    lines.push_back(measure_apart(row));
+    fmt::print("{}\n", lines.back());
+    std::fflush(stdout);
+  }
+  if (!file.empty()) std::ofstream(file) << fmt::format("[\n{}\n]\n", fmt::join(lines, ",\n"));
+} catch (const std::exception& error) {
+  fmt::print(stderr, "set_up: {}\n", error.what());
+  return 1;
+}
