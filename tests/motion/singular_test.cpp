@@ -328,7 +328,7 @@ INSTANTIATE_TEST_SUITE_P(Motion, TurningFourBar,
 
 /// taylor's steps lead beyond the places where branches part.
 TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
-  Simulation simulation(make_many_four_bars(40), {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12, .order = 15});
+  Simulation simulation(make_many_four_bars(40), {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12});
 
   ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
 
@@ -336,6 +336,21 @@ TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
   EXPECT_NEAR(simulation.positions()[3 * 41 + 1], 0.911679900971981, 1e-7);
   EXPECT_EQ(simulation.report().singular_passages.count, 20U);
   EXPECT_LT(simulation.report().steps, 400U);
+}
+
+/// Rounding is no secret helper: other numbers in the tenth digit, the same way through all places.
+TEST(Singular, SeriesGoThroughFortyFourBarsThatAreSentOffALittleFaster) {
+  for (const double more : {-1e-10, 1e-10, 3e-10}) {
+    System system = make_many_four_bars(40);
+    for (double& v : system.velocities) v *= 1.0 + more;
+    Simulation simulation(system, {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12});
+
+    ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+
+    EXPECT_NEAR(simulation.positions()[3 * 41], 0.410901153762945, 1e-6) << more;
+    EXPECT_NEAR(simulation.positions()[3 * 41 + 1], 0.911679900971981, 1e-6) << more;
+    EXPECT_EQ(simulation.report().singular_passages.count, 20U) << more;
+  }
 }
 
 /// A flat net of 10 x 10 points held at two adjacent corners: the edge between them is taut.
