@@ -4,9 +4,10 @@
     compare.py DRIVERS OUT [PROBLEM …]    DRIVERS: folder of rival_tanor, …; those that are not there are left out
                                           PROBLEM: P1-1000 P2 P3 A01 P1-10 P1-100 (default: all)
 
-Writes OUT/rivals.csv (every run) and OUT/rivals.md (times to reach an error, ratios, bars). Processor time of one
-thread, without set-up; the middle one of three rounds, in each of which all programs run one after the other (runs
-of more than 2 s are made once). What aborts, gives NaN or takes more than a minute is a row that says so.
+Writes OUT/rivals.csv (every run), OUT/rivals.md (times to reach an error, ratios, bars) and OUT/rivals_PROBLEM.svg.
+Processor time of one thread, without set-up; the middle one of three rounds, in each of which all programs run one
+after the other (runs of more than 2 s are made once). What aborts, gives NaN or takes more than a minute is a row that
+says so.
 """
 
 import csv
@@ -19,6 +20,8 @@ import subprocess
 import sys
 import tempfile
 from typing import NamedTuple
+
+import plot
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROUNDS = 3
@@ -286,6 +289,9 @@ Each program with the best of the settings in `rivals.csv`, log-log interpolatio
     text += make_bars(measured) + "".join(make_table(PROBLEMS[name], rows) for name, rows in measured.items())
     if "A01" in measured:
         text += "OpenSim's published time for A01 is 637 ms, on another machine.\n"
+    for name in plot.draw_all(out):
+        picture = f"![{name}](rivals_{name}.svg)\n\n"
+        text = text.replace(f"## {PROBLEMS[name].title}\n\n", f"## {PROBLEMS[name].title}\n\n{picture}")
     (out / "rivals.md").write_text(text, encoding="utf-8")
 
 
