@@ -115,7 +115,7 @@ struct Cholesky::Implementation {
   TrianglePattern pattern;
   std::vector<double> values;
   std::optional<Multifrontal> fronts;  // supernodal
-  Common common;                       // else
+  Common common;                       // of the analysis, and of the factor else
   cholmod_sparse matrix{};
   cholmod_factor* factor = nullptr;
   std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2

@@ -35,7 +35,7 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted);
 /// The door to CHOLMOD: one cholmod_common each, so different objects may work in different threads.
 class Cholesky {
  public:
-  /// Simplicial factors take the upper triangle, supernodal ones the lower: what CHOLMOD reads without a transpose.
+  /// Simplicial factors take the upper triangle, which CHOLMOD reads without a transpose, supernodal ones the lower.
   Cholesky(TrianglePattern pattern, bool supernodal);
   Cholesky(Cholesky&&) noexcept;
   Cholesky& operator=(Cholesky&&) noexcept;

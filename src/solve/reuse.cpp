@@ -74,7 +74,7 @@ bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, cons
     return false;
   }
   if (used_ == Incomplete && !make_incomplete(blocks)) {
-    candidate.iterations = factor_products_ / candidate.products;
+    candidate.iterations = 2.0 * factor_products_ / candidate.products;  // not tried again soon
     return false;
   }
   // More would cost more than the factor.
