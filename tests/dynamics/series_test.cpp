@@ -67,6 +67,15 @@ struct Expanded {
     const Outcome found = form.accelerations(t + h, r.data(), v.data(), Gradients::Evaluate, w.data());
     return found.ok() ? model.largest_move(w.data(), wanted.data()) : HUGE_VAL;
   }
+  /// Some point turns round by then: drag |v| v has a kink where v = 0, and a series is of one side.
+  bool turns_round(double h) const {
+    const std::vector<double> before = at(0.0, 1), after = at(h, 1);
+    for (std::size_t i = 0; i < before.size(); i += 3) {
+      if (before[i] * after[i] + before[i + 1] * after[i + 1] + before[i + 2] * after[i + 2] < 0.0) return true;
+    }
+    return false;
+  }
+
   /// Largest xi there.
   double violation(double h) {
     std::vector<double> r = at(h, 0), v = at(h, 1);
@@ -88,8 +97,9 @@ RC_GTEST_PROP(Series, SatisfiesTheEquationsToItsOrder, ()) {
   Expanded series(random, order);
   RC_PRE(series.form.series_obstacle().empty());
   RC_ASSERT(series.outcome.ok());
-  const double h = std::min(0.05 * series.radius(), 0.05),
-               scale = 1.0 + series.model.largest_norm(series.coefficients[2].data());
+  const double scale = 1.0 + series.model.largest_norm(series.coefficients[2].data());
+  double h = std::min(0.05 * series.radius(), 0.05);
+  while (series.turns_round(h)) h *= 0.5;
   // x'' to order P - 2: its error O(h^{P-1}); xi = O(h^{P+1})
   expect_slope(order - 1, series.defect(h), series.defect(0.5 * h), 1e-9 * scale);
   expect_slope(order + 1, series.violation(h), series.violation(0.5 * h), 1e-13);
