@@ -1,5 +1,5 @@
 // Steps of dop853 that go on with the factor of S where they begin (SolverOptions::reuse) beside steps with a factor at
-// every evaluation, in turn in one process, one thread:
+// every evaluation, tanor's own or CHOLMOD's, in turn in one process, one thread:
 //   reuse [--markdown FILE] [NAME …]      scenes whose name begins so; default: all of them
 // Nets and lattices hang by two corners, fall, and waves run across them. Errors are those of the places at the end,
 // against a run with a hundredth of the tolerance.
@@ -14,6 +14,8 @@
 
 #include <tanor/tanor.hpp>
 
+#include "cholmod_baseline.hpp"
+#include "dynamics/forms.hpp"
 #include "scene/scene.hpp"
 #include "timing.hpp"
 
@@ -25,14 +27,15 @@ struct BenchScene {
   std::string name, generate;
   double t_end, rtol;
   int rounds;
+  double bar;  // beside CHOLMOD
 };
 
 const std::vector<BenchScene> scenes = {
-    {"net 30", R"({"kind": "net", "columns": 30, "rows": 30})", 0.4, 1e-6, 5},
-    {"net 100", R"({"kind": "net", "columns": 100, "rows": 100})", 0.15, 1e-6, 3},
-    {"net 300", R"({"kind": "net", "columns": 300, "rows": 300})", 0.02, 1e-6, 1},
-    {"lattice 10", R"({"kind": "lattice", "size": [10, 10, 10]})", 0.1, 1e-6, 5},
-    {"lattice 20", R"({"kind": "lattice", "size": [20, 20, 20]})", 0.05, 1e-6, 1},
+    {"net 30", R"({"kind": "net", "columns": 30, "rows": 30})", 0.4, 1e-6, 5, 2.0},
+    {"net 100", R"({"kind": "net", "columns": 100, "rows": 100})", 0.15, 1e-6, 3, 3.5},
+    {"net 300", R"({"kind": "net", "columns": 300, "rows": 300})", 0.02, 1e-6, 1, 3.0},
+    {"lattice 10", R"({"kind": "lattice", "size": [10, 10, 10]})", 0.1, 1e-6, 5, 2.5},
+    {"lattice 20", R"({"kind": "lattice", "size": [20, 20, 20]})", 0.05, 1e-6, 1, 2.5},
 };
 
 System make_system(const BenchScene& scene) {
@@ -76,26 +79,59 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return result;
 }
 
+/// Assembly and factorization by CHOLMOD at the start of a scene, s.
+class CholmodTime {
+ public:
+  explicit CholmodTime(const System& system)
+      : forms_(system, {.way = Way::General, .threads = 1}),
+        blocks_(forms_.normal->blocks()),
+        cholmod_(forms_.model.incidences, forms_.model.inverse_mass, forms_.model.numbering.first_idle_row()) {
+    std::vector<double> r(system.positions.size()), v(r.size());
+    Model& model = forms_.model;
+    model.numbering.gather_points(system.positions, r);
+    model.prescribe_all(0.0, r.data(), v.data());
+    model.constraints.evaluate_gradients(model.parallel, r.data(), blocks_.data());
+    cholmod_.factorize(blocks_.data());
+  }
+  double take() {
+    constexpr int repeats = 5;
+    std::vector<double> times;
+    for (int k = 0; k < repeats; ++k) times.push_back(seconds_of([&] { cholmod_.factorize(blocks_.data()); }));
+    return median(times);
+  }
+
+ private:
+  Forms forms_;
+  std::vector<double> blocks_;
+  CholmodBaseline cholmod_;
+};
+
 /// A row of the table.
 std::string measure(const BenchScene& scene) {
   const System system = make_system(scene);
   const std::vector<double> reference = run(scene, system, 1e-2 * scene.rtol, true).places;
+  CholmodTime cholmod(system);
   Run each, reused;
-  std::vector<double> ratios, times;
+  std::vector<double> ratios, times, cholmod_ratios;
   for (int round = 0; round < scene.rounds; ++round) {
     each = run(scene, system, scene.rtol, false);
     reused = run(scene, system, scene.rtol, true);
     ratios.push_back(each.seconds / reused.seconds);
     times.push_back(reused.seconds);
+    // The same steps with CHOLMOD's time in place of ours.
+    const PhaseTimes& spent = each.report.times;
+    const double with_cholmod = each.seconds - spent.assemble - spent.factor +
+                                static_cast<double>(each.report.counters.factorizations) * cholmod.take();
+    cholmod_ratios.push_back(with_cholmod / reused.seconds);
   }
   const auto per_solve = [](const Counters& counters) {
     return static_cast<double>(counters.iterations) / static_cast<double>(counters.solves);
   };
-  return fmt::format("| {} | {} | {} | {} | {} | {:.1f} | {:.1e} | {:.1e} | {:.3g} | {:.2f} |\n", scene.name,
-                     each.report.steps, reused.report.steps, each.report.counters.factorizations,
+  return fmt::format("| {} | {} | {} | {} | {} | {:.1f} | {:.1e} | {:.1e} | {:.3g} | {:.2f} | {:.2f} | {} |\n",
+                     scene.name, each.report.steps, reused.report.steps, each.report.counters.factorizations,
                      reused.report.counters.factorizations, per_solve(reused.report.counters),
                      largest_difference(each.places, reference), largest_difference(reused.places, reference),
-                     median(times), median(ratios));
+                     median(times), median(ratios), median(cholmod_ratios), scene.bar);
 }
 
 }  // namespace
@@ -114,12 +150,12 @@ int main(int argc, char** argv) try {
   std::string page =
       "# Re-use of factors: dop853 with and without\n\n"
       "Nets and lattices that hang by two corners, fall and wave; one thread, in turn in one process, medians; errors "
-      "in\n"
-      "m, against a hundredth of the tolerance (rtol 1e-6). Repeat with `scripts/bench`.\n\n"
+      "in\nm, against a hundredth of the tolerance (rtol 1e-6). `own`: time with a factor of ours at every evaluation "
+      "over time\nwith re-use; `CHOLMOD`: the same run with the time of assembly + CHOLMOD (best of AMD and METIS, one "
+      "thread of BLAS)\nin place of our factor's. Repeat with `scripts/bench`.\n\n"
       "| scene | steps | with re-use | factorizations | with re-use | iterations a solve | error | with re-use | s "
-      "with "
-      "re-use | ratio |\n"
-      "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
+      "with re-use | own | CHOLMOD | bar |\n"
+      "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
   fmt::print("{}", page);
   for (const BenchScene& scene : scenes) {
     const auto begins = [&](const std::string& word) { return scene.name.starts_with(word); };

@@ -15,8 +15,7 @@ class IncompleteCholesky {
   /// Upper triangle by columns.
   explicit IncompleteCholesky(TrianglePattern upper);
 
-  const TrianglePattern& pattern() const { return pattern_; }
-  double* values() { return values_.data(); }  ///< beside pattern().rows; to be filled before `factorize`
+  double* values() { return values_.data(); }  ///< beside the pattern's rows; to be filled before `factorize`
 
   /// Where a pivot falls too low the diagonal is raised, for all of them (T. A. Manteuffel 1980). False: that did not
   /// help.
@@ -25,8 +24,7 @@ class IncompleteCholesky {
   /// x = -D (U'D U)^-1 D b [n] with D = diag(scale). x may be b.
   void solve_negative(const double* scale, const double* b, double* x) const;
 
-  /// Multiplications of a `factorize` and of a solve.
-  double factor_products() const { return static_cast<double>(terms_.size() + 2 * pattern_.rows.size()); }
+  /// Multiplications of a solve.
   double solve_products() const { return static_cast<double>(2 * pattern_.rows.size()); }
 
  private:

@@ -96,6 +96,10 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   summary_.pattern_nonzeros += plan.rows().size();
   summary_.factor_nonzeros += analysis.factor_nonzeros;
   summary_.flops += analysis.flops;
+  // Measured on nets of 24 to 300 and lattices of 6 to 20 points a side: dense fronts run ten in the time of one.
+  const double products_a_flop = analysis.supernodal ? 0.1 : 1.0;
+  summary_.products += 10.0 * static_cast<double>(plan.rows().size()) + products_a_flop * analysis.flops +
+                       6.0 * analysis.factor_nonzeros;
   ++summary_.parts;
   add_word(ordering_name(analysis.ordering), &summary_.ordering);
   add_word(is_simple ? "closed form" : analysis.supernodal ? "multifrontal" : "simplicial", &summary_.factorization);

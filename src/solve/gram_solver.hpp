@@ -70,6 +70,8 @@ class GramSolver {
   struct Summary {
     std::size_t parts = 0, pattern_nonzeros = 0;
     double factor_nonzeros = 0.0, flops = 0.0;
+    /// Of assembly, factorization and a solve: the multiplications, done one by one, that take as long.
+    double products = 0.0;
     std::string ordering = "none", factorization = "none";
   };
   const Summary& summary() const { return summary_; }

@@ -64,6 +64,14 @@ bool MultiplierHistory::read(std::span<const double> numbers) {
   size_ = numbers.size() / length;
   for (std::size_t k = 0; k < size_; ++k) {
     const std::span<const double> mine = numbers.subspan(k * length, length);
+    // Two of one time would divide by 0.
+    const auto is_mine = [&](const Solution& each) { return each.t == mine[0]; };
+    const auto end = solutions_.begin() + static_cast<std::ptrdiff_t>(k);
+    if (!std::all_of(mine.begin(), mine.end(), [](double x) { return std::isfinite(x); }) ||
+        std::any_of(solutions_.begin(), end, is_mine)) {
+      forget();
+      return false;
+    }
     solutions_[k].t = mine[0];
     std::copy(mine.begin() + 1, mine.end(), solutions_[k].lambda.begin());
   }

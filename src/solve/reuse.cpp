@@ -22,12 +22,6 @@ double iteration_products(std::size_t num_rows, std::size_t num_incidences) {
   return 9.0 * static_cast<double>(num_incidences) + 5.0 * static_cast<double>(num_rows);
 }
 
-/// Of assembly, factorization and a solve. Dense blocks run at several multiplications in the time of one elsewhere.
-double factor_products(const GramSolver::Summary& factor) {
-  const double weight = factor.factorization.find("multifrontal") != std::string::npos ? 0.25 : 1.0;
-  return 6.0 * static_cast<double>(factor.pattern_nonzeros) + weight * factor.flops + 2.0 * factor.factor_nonzeros;
-}
-
 }  // namespace
 
 Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept)
@@ -35,7 +29,7 @@ Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramS
       conjugate_gradients_(S),
       plan_(plan_in_order_of_rows(S, incidences)),
       incomplete_({plan_.column_start(), plan_.rows()}),
-      factor_products_(factor_products(kept.summary())),
+      factor_products_(kept.summary().products),
       history_(S.constraints.num_rows()),
       correction_(S.constraints.num_rows()) {
   const double others = iteration_products(S.num_rows, incidences.size());
@@ -46,12 +40,17 @@ Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramS
 
 bool Reuse::pays(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences) {
   const double incomplete = 2.0 * static_cast<double>(factor.pattern_nonzeros);
-  return first_guess * (iteration_products(num_rows, num_incidences) + incomplete) < factor_products(factor);
+  return first_guess * (iteration_products(num_rows, num_incidences) + incomplete) < factor.products;
 }
 
 void Reuse::forget() {
   for (Candidate& candidate : candidates_) candidate.iterations = first_guess;
   history_.forget();
+}
+
+/// More would cost more than the factor.
+int Reuse::most_iterations(const Candidate& candidate) const {
+  return 1 + static_cast<int>(std::min(100.0, factor_products_ / candidate.products));
 }
 
 bool Reuse::make_incomplete(const double* blocks) {
@@ -66,35 +65,36 @@ bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, cons
   constexpr double shrink = 0.998;    // for one that is not used: in time it is tried again
   const auto cost = [&](Preconditioner each) { return candidates_[each].products * candidates_[each].iterations; };
   num_iterations_ = 0;
-  used_ = cost(Incomplete) <= cost(Kept) ? Incomplete : Kept;
-  candidates_[used_ == Incomplete ? Kept : Incomplete].iterations *= shrink;
-  Candidate& candidate = candidates_[used_];
-  if (cost(used_) >= factor_products_) {
+  const Preconditioner cheaper = cost(Incomplete) <= cost(Kept) ? Incomplete : Kept;
+  candidates_[cheaper == Incomplete ? Kept : Incomplete].iterations *= shrink;
+  Candidate& candidate = candidates_[cheaper];
+  if (cost(cheaper) >= factor_products_) {
     candidate.iterations *= shrink;
     return false;
   }
-  if (used_ == Incomplete && !make_incomplete(blocks)) {
-    candidate.iterations = 2.0 * factor_products_ / candidate.products;  // not tried again soon
+  const auto not_again_soon = [&] { candidate.iterations = 2.0 * most_iterations(candidate); };
+  if (cheaper == Incomplete && !make_incomplete(blocks)) {
+    not_again_soon();
     return false;
   }
-  // More would cost more than the factor.
-  const int most_iterations = 1 + static_cast<int>(std::min(100.0, factor_products_ / candidate.products));
+  used_ = cheaper;
   history_.extrapolate(parallel, t, lambda);
   const ConjugateGradients::Result result =
-      iterate(parallel, blocks, b, {allowed, 0.0, most_iterations}, lambda->data(), dw);
-  candidate.iterations = result.has_converged
-                             ? kept_part * candidate.iterations + (1.0 - kept_part) * std::max(1, result.iterations)
-                             : 2.0 * most_iterations;  // not tried again soon
+      iterate(parallel, blocks, b, {allowed, 0.0, most_iterations(candidate)}, lambda->data(), dw);
+  if (result.has_converged) {
+    candidate.iterations = kept_part * candidate.iterations + (1.0 - kept_part) * std::max(1, result.iterations);
+  } else {
+    not_again_soon();
+  }
   if (result.has_converged) history_.add(t, *lambda);
   return result.has_converged;
 }
 
 bool Reuse::correct(const Parallel& parallel, const double* blocks, double* rows, double* dw) {
   constexpr double five_digits = 1e-5;
-  constexpr int most_iterations = 100;
   std::fill(correction_.begin(), correction_.end(), 0.0);
   const ConjugateGradients::Result result =
-      iterate(parallel, blocks, rows, {0.0, five_digits, most_iterations}, correction_.data(), dw);
+      iterate(parallel, blocks, rows, {0.0, five_digits, most_iterations(candidates_[used_])}, correction_.data(), dw);
   if (result.has_converged) std::copy(correction_.begin(), correction_.end(), rows);
   return result.has_converged;
 }

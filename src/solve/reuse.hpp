@@ -50,6 +50,7 @@ class Reuse {
     double products, iterations;
   };
 
+  int most_iterations(const Candidate& candidate) const;
   bool make_incomplete(const double* blocks);
   ConjugateGradients::Result iterate(const Parallel& parallel, const double* blocks, const double* b,
                                      const ConjugateGradients::Target& target, double* lambda, double* dw);

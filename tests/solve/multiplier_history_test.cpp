@@ -1,5 +1,6 @@
 #include "solve/multiplier_history.hpp"
 
+#include <cmath>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -62,6 +63,14 @@ TEST(MultiplierHistoryTest, GoesOnFromItsNumbers) {
   EXPECT_EQ(guess(copy, 1.2), guess(history, 1.2));
   numbers.push_back(0.0);
   EXPECT_FALSE(copy.read(numbers));
+}
+
+TEST(MultiplierHistoryTest, NumbersThatNoHistoryWritesAreRefused) {
+  MultiplierHistory history(1);
+
+  EXPECT_FALSE(history.read(std::vector{1.0, 5.0, 1.0, 6.0})) << "two of one time";
+  EXPECT_FALSE(history.read(std::vector{1.0, std::nan("")}));
+  EXPECT_TRUE(history.read(std::vector{1.0, 5.0, 2.0, 6.0}));
 }
 
 }  // namespace
