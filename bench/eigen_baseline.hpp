@@ -26,3 +26,22 @@ class [[gnu::visibility("default")]] EigenBaseline {
   Guide guide_ = Guide::Sphere;
   std::unique_ptr<Step> step_;
 };
+
+/// The same for the tangent form of beads on circles of one radius around parallel axes, one angle each: A from
+/// triplets, later its values alone; H = A'MA by sparse products, SimplicialLDLT whose analysis is kept, w = A q_ddot +
+/// psi.
+class [[gnu::visibility("default")]] EigenTangentBaseline {
+ public:
+  using Triple = std::array<double, 3>;
+  /// r - c = radius (cos q e1 + sin q e2)
+  EigenTangentBaseline(const Triple& e1, const Triple& e2, double radius, const std::vector<double>& masses,
+                       const Triple& gravity);
+  ~EigenTangentBaseline();
+
+  /// Accelerations [3n] at (q, q_dot) [n].
+  const double* evaluate(const double* q, const double* q_dot);
+
+ private:
+  struct Step;
+  std::unique_ptr<Step> step_;
+};

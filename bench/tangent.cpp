@@ -1,22 +1,27 @@
 // Google Benchmark of the tangent form, by scene and threads: evaluate A and psi, assemble H, factorize, solve, and the
-// accelerations as a whole; then rigid bodies held by 3n - 6 rods, both forms in turn, with the ratio of their medians.
-//   tangent [--benchmark_filter=beads]
+// accelerations as a whole; then, in turn and with the ratio of their medians, beads on circles beside a plain Eigen
+// program, and rigid bodies held by 3n - 6 rods in both forms.
+//   tangent [--benchmark_filter=NAME]      all of it
+//   tangent --markdown FILE                what is taken in turn alone
 // `items_per_second` counts points.
 
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
+#include <fstream>
 #include <random>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
 
 #include "dynamics/forms.hpp"
+#include "eigen_baseline.hpp"
+#include "timing.hpp"
 
 namespace {
 
@@ -160,52 +165,94 @@ BENCHMARK(factorize)->Apply(scenes);
 BENCHMARK(solve)->Apply(scenes);
 BENCHMARK(accelerations)->Apply(scenes);
 
+double largest_difference(const double* w, const double* reference, std::size_t size) {
+  double difference = 0.0, largest = 0.0;
+  for (std::size_t c = 0; c < size; ++c) {
+    difference = std::max(difference, std::abs(w[c] - reference[c]));
+    largest = std::max(largest, std::abs(reference[c]));
+  }
+  return difference / largest;
+}
+
+/// Accelerations of beads on circles at (q, q_dot), by tanor and by the Eigen program. Returns a row of the table.
+std::string compare_with_eigen(int count) {
+  System system = make_beads(count);
+  system.forces = {Gravity{"", {0, 0, -9.81}}};
+  for (std::size_t i = 0; i < system.masses.size(); ++i) {
+    const double* r = system.positions.data() + 3 * i;
+    system.velocities.insert(system.velocities.end(), {0.0, -3.0 * r[2], 3.0 * r[1]});
+  }
+  Instant ours(system, 1);
+  // r - c = R (cos q e1 + sin q e2), from the first bead
+  const double angle = ours.q[0], radius = 0.5;
+  const Vec3 outwards = 1.0 / radius * Vec3{0.0, ours.r[1], ours.r[2]}, along = cross({1, 0, 0}, outwards);
+  const Vec3 e1 = std::cos(angle) * outwards - std::sin(angle) * along,
+             e2 = std::sin(angle) * outwards + std::cos(angle) * along;
+  EigenTangentBaseline baseline({e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z}, radius, system.masses, {0, 0, -9.81});
+  const double* w = baseline.evaluate(ours.q.data(), ours.q_dot.data());
+  ours.accelerations();
+  std::vector<double> eigen, mine;
+  for (int round = 0; round < 11; ++round) {
+    eigen.push_back(seconds_of([&] { w = baseline.evaluate(ours.q.data(), ours.q_dot.data()); }));
+    ours.accelerations();  // wakes the caches after the other one's work
+    mine.push_back(seconds_of([&] { ours.accelerations(); }));
+  }
+  const double difference = largest_difference(ours.forms.tangent->w().data(), w, system.positions.size());
+  if (!(difference < 1e-12)) throw std::runtime_error("the two solutions differ");
+  const double unit = 1e9 / count;
+  return fmt::format("| {} beads on circles | {:.1f} | {:.1f} | {:.1f} | {} |\n", count, unit * median(eigen),
+                     unit * median(mine), median(eigen) / median(mine), count == 100'000 ? "8" : "");
+}
+
 double seconds_of_solve(Dynamics* dynamics, const System& system, std::vector<double>* w) {
-  const auto begin = std::chrono::steady_clock::now();
-  const SolveReport report = dynamics->solve(0.0, system.positions, system.velocities, *w);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  SolveReport report;
+  const double seconds = seconds_of([&] { report = dynamics->solve(0.0, system.positions, system.velocities, *w); });
   if (!report.outcome.ok()) throw std::runtime_error(report.outcome.what);
   return seconds;
 }
 
-/// Both forms in turn, without constraints in the tangent one: nobody asks for multipliers.
-void compare_forms(const char* name, int size, bool nearest) {
+/// Both forms in turn, without constraints in the tangent one: nobody asks for multipliers. Returns a row of the table.
+std::string compare_forms(const char* name, int size, bool nearest) {
   const System with_rods = make_framework(size, nearest);
   System alone = with_rods, rods_alone = with_rods;
   alone.constraints.clear();
   rods_alone.coordinates.clear();
-  SolverOptions one_thread;
-  one_thread.threads = 1;
-  Dynamics tangent(alone, one_thread), normal(rods_alone, one_thread);
-  const bool is_chosen = Dynamics(with_rods, one_thread).plan().form == Form::Tangent;
-  std::vector<double> w(with_rods.positions.size()), w_normal(w);
-  std::array<std::vector<double>, 2> times;
+  Dynamics tangent(alone, {.threads = 1}), normal(rods_alone, {.threads = 1});
+  const bool is_chosen = Dynamics(with_rods, {.threads = 1}).plan().form == Form::Tangent;
+  std::vector<double> w(with_rods.positions.size()), w_normal(w), of_tangent, of_normal;
   for (int round = 0; round < 15; ++round) {
-    times[0].push_back(seconds_of_solve(&tangent, with_rods, &w));
-    times[1].push_back(seconds_of_solve(&normal, with_rods, &w_normal));
+    of_tangent.push_back(seconds_of_solve(&tangent, with_rods, &w));
+    of_normal.push_back(seconds_of_solve(&normal, with_rods, &w_normal));
   }
-  for (auto& list : times) std::nth_element(list.begin(), list.begin() + 7, list.end());
-  double difference = 0.0, largest = 0.0;
-  for (std::size_t c = 0; c < w.size(); ++c) {
-    difference = std::max(difference, std::abs(w[c] - w_normal[c]));
-    largest = std::max(largest, std::abs(w[c]));
-  }
-  std::printf(
-      "rigid body of %d points, rods to %s: tangent %.3g ms, normal %.3g ms, ratio %.1f, chosen by itself: %s, "
-      "w agree to %.1e\n",
-      size, name, 1e3 * times[0][7], 1e3 * times[1][7], times[1][7] / times[0][7], is_chosen ? "yes" : "no",
-      difference / largest);
+  return fmt::format("| {}, rods to {} | {:.3g} | {:.3g} | {:.1f} | {} | {:.1e} |\n", size, name,
+                     1e3 * median(of_tangent), 1e3 * median(of_normal), median(of_normal) / median(of_tangent),
+                     is_chosen ? "yes" : "no", largest_difference(w.data(), w_normal.data(), w.size()));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  benchmark::RunSpecifiedBenchmarks();
-  compare_forms("the last three", 1000, false);
-  compare_forms("the nearest three", 1000, true);
+  const bool writes = argc == 3 && std::string(argv[1]) == "--markdown";
+  if (!writes) {
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+    benchmark::RunSpecifiedBenchmarks();
+  }
+  std::string page =
+      "# The tangent form\n\n"
+      "One evaluation of all accelerations, one thread, medians of runs in turn; ns a bead. Eigen: A by values, A'MA "
+      "by "
+      "sparse\nproducts, SimplicialLDLT analysed once. Repeat with `scripts/bench`.\n\n"
+      "| scene | Eigen | ours | Eigen/ours | wanted |\n|---|--:|--:|--:|--:|\n";
+  for (const int count : {1000, 10'000, 100'000, 1'000'000}) page += compare_with_eigen(count);
+  page +=
+      "\nA rigid body of so many points by its six coordinates, and by rods between them, ms:\n\n"
+      "| points | tangent | normal | normal/tangent | chosen by itself | w differ by |\n|---|--:|--:|--:|--:|--:|\n";
+  page += compare_forms("the last three", 1000, false);
+  page += compare_forms("the nearest three", 1000, true);
+  fmt::print("{}", page);
+  if (writes) std::ofstream(argv[2]) << page;
 } catch (const std::exception& error) {
-  std::fprintf(stderr, "tangent: %s\n", error.what());
+  fmt::print(stderr, "tangent: {}\n", error.what());
   return 1;
 }

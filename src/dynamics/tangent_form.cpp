@@ -9,6 +9,12 @@
 
 namespace tanor {
 
+namespace {
+
+constexpr double good_enough = 1e-12;  // error of w, of the largest acceleration
+
+}  // namespace
+
 TangentForm::TangentForm(Model& model, const SolverOptions& options)
     : TangentForm(model, options, model.coordinates.list_products(model.mass)) {}
 
@@ -47,7 +53,8 @@ void TangentForm::describe(PlanSummary* plan) const {
 
 // ---- one instant ----
 
-void TangentForm::evaluate(double t, const double* q, const double* q_dot, bool with_blocks) {
+void TangentForm::evaluate(double t, const double* q, const double* q_dot, bool with_blocks) const {
+  is_complete_ = is_complete_ || with_blocks;
   model_.set_time(t);
   model_.prescribe_all(t, r_.data(), v_.data());
   std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
@@ -65,8 +72,54 @@ Outcome TangentForm::factorize(double t) {
                                 " moves no point, or others move the points the same way"};
 }
 
+/// Where every member moves a point of its own. False: where H looks singular, or A'M (w - w0) may not come out.
+bool TangentForm::accelerate(double t, const double* q, const double* q_dot, double* q_ddot) {
+  if (exact_ || friction_ != nullptr) return false;
+  const Vec3* const uniform = model_.uniform_free();
+  const Stopwatch watch(&model_.times.solve);
+  model_.set_time(t);
+  if (uniform == nullptr) {
+    evaluate(t, q, q_dot, false);
+    (void)model_.evaluate_free(t, r_.data(), v_.data(), w0_.data());
+  }
+  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+            w_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  const double condition =
+      model_.coordinates.accelerate(model_.parallel, q, q_dot, w0_.data(), uniform, q_ddot, w_.data());
+  last_.reciprocal_condition = 1.0 / condition;
+  last_.residual = std::numeric_limits<double>::epsilon() * condition;
+  last_.refinements = 0;
+  if (!(last_.residual <= good_enough)) return false;
+  ++model_.counters.factorizations;
+  ++model_.counters.solves;
+  is_complete_ = false;
+  return true;
+}
+
+/// r, v, psi, w0, A and the factor of H of the last accelerations.
+void TangentForm::complete() const {
+  if (is_complete_) return;
+  const double now = model_.time();
+  evaluate(t_, last_q_.data(), last_q_dot_.data(), true);
+  (void)model_.evaluate_free(t_, r_.data(), v_.data(), w0_.data());
+  solver_.assemble(model_.parallel, blocks_.data());
+  (void)solver_.factorize(model_.parallel);
+  if (now != t_) model_.set_time(now);
+}
+
+void TangentForm::remember(double t, const double* q, const double* q_dot, const double* q_ddot) {
+  t_ = t;
+  std::copy(q, q + size(), last_q_.begin());
+  std::copy(q_dot, q_dot + size(), last_q_dot_.begin());
+  std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
+}
+
 Outcome TangentForm::accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) {
   ++model_.counters.evaluations;
+  if (accelerate(t, q, q_dot, q_ddot)) {
+    remember(t, q, q_dot, q_ddot);
+    return last_.outcome = {};
+  }
   double scale = 0.0;
   {
     const Stopwatch watch(&model_.times.evaluate);
@@ -83,7 +136,7 @@ Outcome TangentForm::accelerations(double t, const double* q, const double* q_do
   // rho = A'(M w - f) from w = psi on; q_ddot -= H^-1 rho, w follows; again with what is left of it (refinement in w).
   // A well conditioned H needs no second look: its error stays below `good_enough`.
   constexpr double eps = std::numeric_limits<double>::epsilon();
-  const double good_enough = exact_ ? 4.0 * eps : 1e-12;
+  const double enough = exact_ ? 4.0 * eps : good_enough;
   const double expected = eps / last_.reciprocal_condition;
   constexpr int most_passes = 5;
   std::fill(q_ddot, q_ddot + size(), 0.0);
@@ -94,12 +147,9 @@ Outcome TangentForm::accelerations(double t, const double* q, const double* q_do
     correction = correct(q_ddot);
     last_.refinements = pass;
     last_.residual = pass == 0 ? expected : (scale > 0.0 ? correction / scale : 0.0);
-    if (last_.residual <= good_enough || (pass > 1 && !(correction < 0.5 * before))) break;
+    if (last_.residual <= enough || (pass > 1 && !(correction < 0.5 * before))) break;
   }
-  t_ = t;
-  std::copy(q, q + size(), last_q_.begin());
-  std::copy(q_dot, q_dot + size(), last_q_dot_.begin());
-  std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
+  remember(t, q, q_dot, q_ddot);
   return last_.outcome = std::isfinite(correction) ? Outcome{} : model_.not_finite(t);
 }
 
@@ -187,6 +237,7 @@ Outcome TangentForm::free_accelerations(double t, const double* q, const double*
 }
 
 ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double atol, double rtol) {
+  complete();
   // What the errors of q and q_dot do at the points, with A at the step's end: A dq, A dq_dot.
   const auto& coordinates = model_.coordinates;
   std::vector<double>&moved = points_, &rate = error_rates_, &r_from = r_from_, &v_from = v_from_;
@@ -199,10 +250,11 @@ ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double
   coordinates.evaluate(model_.parallel, errors.x_from, errors.v_from, r_from.data(), v_from.data(), nullptr, nullptr);
   model_.set_time(t_end);
   return model_.error_ratios({moved.data(), rate.data(), r_from.data(), v_from.data(), r_.data(), v_.data()}, atol,
-                            rtol);
+                             rtol);
 }
 
 Power TangentForm::power(const double*, const double*) const {
+  complete();
   // M^-1 eta = w - w0
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];
   Power result = model_.power(points_.data(), r_.data(), v_.data());
@@ -308,6 +360,7 @@ void TangentForm::resume(const Counters& counters, const PhaseTimes& times) {
 }
 
 void TangentForm::respond(const double* force, double* eta) {
+  complete();
   const std::size_t moving = 3 * model_.num_moving();
   std::fill(eta, eta + 3 * model_.num_points(), 0.0);
   std::copy(force, force + moving, eta);
@@ -324,6 +377,7 @@ void TangentForm::respond(const double* force, double* eta) {
 }
 
 void TangentForm::reactions(double* eta) const {
+  complete();
   // eta = M w - f (24); what the coordinates hold at their supports is the opposite of what they do to their points.
   std::fill(eta, eta + 3 * model_.num_points(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {

@@ -69,13 +69,25 @@ class TangentForm final : public EquationsOfMotion {
   double predicted_flops() const;
 
   /// x := -H^-1 x with the last factor [s].
-  double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
-  void solve_negative(double* x) { solver_.solve_negative(model_.parallel, x, x); }
+  double estimate_reciprocal_condition() {
+    complete();
+    return solver_.estimate_reciprocal_condition();
+  }
+  void solve_negative(double* x) {
+    complete();
+    solver_.solve_negative(model_.parallel, x, x);
+  }
   /// r(q + h q_dot + h^2/2 q_ddot, t + h) [3n] from the last accelerations.
   void write_place_along(double h, double* r);
   /// Of the last accelerations: A as blocks, psi and w [3n].
-  const std::vector<double>& blocks() const { return blocks_; }
-  const std::vector<double>& psi() const { return psi_; }
+  const std::vector<double>& blocks() const {
+    complete();
+    return blocks_;
+  }
+  const std::vector<double>& psi() const {
+    complete();
+    return psi_;
+  }
   const std::vector<double>& w() const { return w_; }
 
  private:
@@ -84,8 +96,11 @@ class TangentForm final : public EquationsOfMotion {
   TangentForm(Model& model, const SolverOptions& options, const std::vector<Product>& products);
 
   /// r_, v_, psi_ and A at (t, q, q_dot).
-  void evaluate(double t, const double* q, const double* q_dot, bool with_blocks);
+  void evaluate(double t, const double* q, const double* q_dot, bool with_blocks) const;
   Outcome factorize(double t);
+  bool accelerate(double t, const double* q, const double* q_dot, double* q_ddot);
+  void remember(double t, const double* q, const double* q_dot, const double* q_ddot);
+  void complete() const;
   double correct(double* q_ddot);
   Outcome add_friction(double t);
   Outcome find_rates(double t, const double* v, const double* q, double* q_dot);
@@ -95,14 +110,16 @@ class TangentForm final : public EquationsOfMotion {
   NormalForm* friction_ = nullptr;        // null: constraints are ideal
   std::vector<double> friction_w_, tau_;  // [3n] of the normal form
   std::size_t num_products_;
-  GramSolver solver_;
+  mutable GramSolver solver_;
 
-  // The last instant.
+  // The last instant. Accelerations in closed form leave out what is mutable until somebody asks.
   bool exact_ = false;
   double t_ = 0.0;
   SolveReport last_;
-  std::vector<double> blocks_;                             // A
-  std::vector<double> r_, v_, psi_, w_, w0_;               // [3n]; w0 = M^-1 f
+  mutable bool is_complete_ = true;
+  mutable std::vector<double> blocks_;                     // A
+  mutable std::vector<double> r_, v_, psi_, w0_;           // [3n]; w0 = M^-1 f
+  std::vector<double> w_;                                  // [3n]
   mutable std::vector<double> points_;                     // [3n] scratch
   std::vector<double> error_rates_, r_from_, v_from_;      // [3n] of error estimates
   std::vector<double> right_side_, rates_;                 // [s]

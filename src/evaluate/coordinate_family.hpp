@@ -1,10 +1,15 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "evaluate/place.hpp"
 #include "evaluate/product.hpp"
 #include "evaluate/tables.hpp"
 #include "system/numbering.hpp"
@@ -30,6 +35,13 @@ class CoordinateFamily {
   /// stands at supports is given.
   virtual void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v,
                         double* psi, double* blocks) const = 0;
+  /// q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member in closed form; `w0` [3n], or the same
+  /// `uniform` everywhere. Returns the largest condition of A'A; NaN where some number is no number, infinite where a
+  /// member has no closed form.
+  virtual double accelerate(const Parallel& /*parallel*/, const double* /*q*/, const double* /*q_dot*/,
+                            const double* /*w0*/, const Vec3* /*uniform*/, double* /*q_ddot*/, double* /*w*/) const {
+    return std::numeric_limits<double>::infinity();
+  }
   /// y = A x at the family's points
   virtual void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const = 0;
   /// x = A'y
@@ -52,15 +64,31 @@ class CoordinateFamily {
   virtual void recentre(double /*t*/, double* /*q*/, double* /*q_dot*/, double* /*q_ddot*/) {}
 };
 
-/// Where one point is: r = r(q, t) with S coordinates.
+/// A'A x = A'b of one point in closed form; returns the condition of A'A scaled to a unit diagonal, infinite where it
+/// is singular. Three tangents are those of free points, which are orthonormal.
 template <int S>
-struct Place {
-  Vec3 r, v, psi;
-  Vec3 tangent[S];
-};
+double solve_normal_equations(const Vec3 (&A)[S], Vec3 b, double* x) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  if constexpr (S == 1) {
+    const double square = dot(A[0], A[0]);
+    x[0] = dot(A[0], b) / square;
+    return square > 0.0 ? 1.0 : infinity;
+  } else if constexpr (S == 2) {
+    const double aa = dot(A[0], A[0]), ab = dot(A[0], A[1]), bb = dot(A[1], A[1]), det = aa * bb - ab * ab;
+    const double first = dot(A[0], b), second = dot(A[1], b);
+    x[0] = (bb * first - ab * second) / det;
+    x[1] = (aa * second - ab * first) / det;
+    const double cosine = std::abs(ab) / std::sqrt(aa * bb);
+    return det > 0.0 ? (1.0 + cosine) / (1.0 - cosine) : infinity;
+  } else {
+    static_assert(S == 3);
+    for (int j = 0; j < S; ++j) x[j] = dot(A[j], b);
+    return 1.0;
+  }
+}
 
 /// Members of one point each: Kernel says place(k, q, q_dot) and locate(k, r, q). q is S numbers a member, and its
-/// blocks are S a member.
+/// blocks are S a member. A kernel that has place_run(begin, count, q, q_dot, places) places many at once.
 template <class Kernel>
 class PointCoordinates final : public CoordinateFamily {
  public:
@@ -79,14 +107,31 @@ class PointCoordinates final : public CoordinateFamily {
   void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v, double* psi,
                 double* blocks) const override {
     parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        const Place<S> place = kernel.place(k, q + first_coordinate_of(k), q_dot + first_coordinate_of(k));
+      for_each_place(begin, end, q, q_dot, [&](std::size_t k, const Place<S>& place) {
         store(r, points[k], place.r);
         if (v != nullptr) store(v, points[k], place.v);
         if (psi != nullptr) store(psi, points[k], place.psi);
-        if (blocks == nullptr) continue;
+        if (blocks == nullptr) return;
         for (int j = 0; j < S; ++j) store(blocks, block(k) + j, place.tangent[j]);
-      }
+      });
+    });
+  }
+
+  /// A'A q_ddot = A'(w0 - psi): a point's mass drops out.
+  double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
+                    const Vec3* uniform, double* q_ddot, double* w) const override {
+    return parallel.max_over_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      double worst = 0.0, lost = 0.0;
+      for_each_place(begin, end, q, q_dot, [&](std::size_t k, const Place<S>& place) {
+        double* const x = q_ddot + first_coordinate_of(k);
+        const Vec3 missing = (uniform != nullptr ? *uniform : load(w0, points[k])) - place.psi;
+        worst = std::max(worst, solve_normal_equations(place.tangent, missing, x));
+        Vec3 sum = place.psi;
+        for (int j = 0; j < S; ++j) sum = sum + x[j] * place.tangent[j];
+        store(w, points[k], sum);
+        lost += 0.0 * (sum.x + sum.y + sum.z);
+      });
+      return worst + lost;
     });
   }
 
@@ -135,6 +180,23 @@ class PointCoordinates final : public CoordinateFamily {
   }
 
  private:
+  /// `use(k, place)` for the members [begin, end).
+  template <class Use>
+  void for_each_place(std::size_t begin, std::size_t end, const double* q, const double* q_dot, const Use& use) const {
+    if constexpr (requires(Place<S> * places) { kernel.place_run(begin, end, q, q_dot, places); }) {
+      std::array<Place<S>, Kernel::run_size> places;  // NOLINT: filled before use
+      for (std::size_t first = begin; first < end; first += places.size()) {
+        const std::size_t count = std::min(places.size(), end - first);
+        kernel.place_run(first, count, q + first_coordinate_of(first), q_dot + first_coordinate_of(first),
+                         places.data());
+        for (std::size_t k = 0; k < count; ++k) use(first + k, places[k]);
+      }
+    } else {
+      for (std::size_t k = begin; k < end; ++k)
+        use(k, kernel.place(k, q + first_coordinate_of(k), q_dot + first_coordinate_of(k)));
+    }
+  }
+
   Index block(std::size_t k) const { return first_block + S * static_cast<Index>(k); }
 };
 

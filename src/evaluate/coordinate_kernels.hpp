@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "evaluate/charts.hpp"
+#include "evaluate/circle_kernels.hpp"
 #include "evaluate/coordinate_family.hpp"
 #include "evaluate/kernels.hpp"
 
@@ -217,6 +218,27 @@ struct CircleChartKernel {
     *q_dot -= beta.derivative(1);
     *q_ddot -= beta.derivative(2);
   }
+};
+
+/// The same for circles that stay where they are.
+struct FixedCircleKernel {
+  static constexpr int num_coordinates = 1;
+  static constexpr std::size_t run_size = circles::chunk_size;
+
+  std::vector<circles::Circle> circle;  ///< [member]
+
+  bool depends_on_time() const { return false; }
+  void set_time(double) {}
+  void place_run(std::size_t first, std::size_t count, const double* q, const double* q_dot, Place<1>* places) const {
+    circles::place(circle.data() + first, count, q, q_dot, places);
+  }
+  void locate(std::size_t k, Vec3 r, double* q) const {
+    const Vec3 arm = r - circle[k].center;
+    *q = std::atan2(dot(circle[k].b, arm), dot(circle[k].a, arm));
+  }
+  bool has_charts() const { return false; }
+  void begin_recentre(double) {}
+  void recentre(std::size_t, double*, double*, double*) const {}
 };
 
 /// r = c + R u(q), u in a chart around the present place.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "evaluate/body_coordinates.hpp"
 #include "evaluate/chain_coordinates.hpp"
@@ -29,6 +30,7 @@ class Parametrisation::Builder {
     keep(std::move(lines_));
     keep(std::move(planes_));
     keep(std::move(circles_));
+    keep(std::move(fixed_circles_));
     keep(std::move(spheres_));
     keep(std::move(chains_));
     keep(std::move(bodies_));
@@ -41,7 +43,10 @@ class Parametrisation::Builder {
   const CoordinateFamily& family_of(const FreeCoordinates&) const { return *free_; }
   const CoordinateFamily& family_of(const LineCoordinates&) const { return *lines_; }
   const CoordinateFamily& family_of(const PlaneCoordinates&) const { return *planes_; }
-  const CoordinateFamily& family_of(const CircleCoordinates&) const { return *circles_; }
+  const CoordinateFamily& family_of(const CircleCoordinates& group) const {
+    if (stays(group)) return *fixed_circles_;
+    return *circles_;
+  }
   const CoordinateFamily& family_of(const SphereCoordinates&) const { return *spheres_; }
   const CoordinateFamily& family_of(const ChainAngles&) const { return *chains_; }
   const CoordinateFamily& family_of(const RigidBody&) const { return *bodies_; }
@@ -107,6 +112,11 @@ class Parametrisation::Builder {
         },
         [&](std::size_t k) { append(&kernel.offset, value(group.offset, k, initial_offset(k))); });
   }
+  static bool stays(const CircleCoordinates& group) {
+    return group.center.is_constant() && group.normal.is_constant() &&
+           std::ranges::all_of(group.radius.functions,
+                               [](const ScalarFunction& radius) { return radius.is_constant(); });
+  }
   void add(const CircleCoordinates& group) {
     auto& kernel = circles_->kernel;
     const auto initial_radius = [&](std::size_t k) {
@@ -114,6 +124,16 @@ class Parametrisation::Builder {
       const Vec3 n = ToUnit{}(group.normal(t_)).value;
       return norm(a - dot(n, a) * n);
     };
+    if (stays(group)) {
+      const TurningPair axes(group.normal, t_);
+      const Vec3 center = make_moving(group.center(t_)).value;
+      for (std::size_t k = 0; k < group.points.size(); ++k) {
+        const double radius = value(group.radius, k, initial_radius(k))(t_).value();
+        fixed_circles_->points.push_back(inner(group.points[k]));
+        fixed_circles_->kernel.circle.push_back({radius * axes.first.value, radius * axes.second.value, center});
+      }
+      return;
+    }
     add_points(
         *circles_, group,
         [&] {
@@ -188,6 +208,8 @@ class Parametrisation::Builder {
   std::unique_ptr<PointCoordinates<PlaneChartKernel>> planes_ = std::make_unique<PointCoordinates<PlaneChartKernel>>();
   std::unique_ptr<PointCoordinates<CircleChartKernel>> circles_ =
       std::make_unique<PointCoordinates<CircleChartKernel>>();
+  std::unique_ptr<PointCoordinates<FixedCircleKernel>> fixed_circles_ =
+      std::make_unique<PointCoordinates<FixedCircleKernel>>();
   std::unique_ptr<PointCoordinates<SphereChartKernel>> spheres_ =
       std::make_unique<PointCoordinates<SphereChartKernel>>();
   std::unique_ptr<ChainCoordinates> chains_ = std::make_unique<ChainCoordinates>();
@@ -227,6 +249,16 @@ void Parametrisation::set_time(double t) {
 void Parametrisation::evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v,
                                double* psi, double* blocks) const {
   for (const auto& family : families_) family->evaluate(parallel, q, q_dot, r, v, psi, blocks);
+}
+
+double Parametrisation::accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
+                                   const Vec3* uniform, double* q_ddot, double* w) const {
+  double worst = 0.0;
+  for (const auto& family : families_) {
+    worst = larger(worst, family->accelerate(parallel, q, q_dot, w0, uniform, q_ddot, w));
+    if (!std::isfinite(worst)) break;
+  }
+  return worst;
 }
 
 void Parametrisation::apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const {

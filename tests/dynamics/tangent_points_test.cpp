@@ -1,0 +1,146 @@
+/// Points with coordinates of their own: accelerations in closed form, against H q_ddot = A'(f - M psi) with its
+/// factor.
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+#include <tanor/motion.hpp>
+
+#include "dynamics/forms.hpp"
+
+namespace tanor {
+namespace {
+
+enum class Field { Uniform, Springs };
+
+/// Points on guides of all kinds, some of which move.
+System make_points(int count, Field field, std::uint32_t seed) {
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> any;
+  const auto vector = [&] { return Vector3{any(generator), any(generator), any(generator)}; };
+  System system;
+  Springs springs{"", {}, 10.0, 0.1, 0.5};
+  for (Index i = 0; i < count; ++i) {
+    const Vector3 r = vector(), center = vector();
+    system.positions.insert(system.positions.end(), r.begin(), r.end());
+    system.masses.push_back(0.5 + std::abs(any(generator)));
+    switch (generator() % 6) {
+      case 0:
+        system.coordinates.push_back(FreeCoordinates{"", {i}});
+        break;
+      case 1:
+        system.coordinates.push_back(LineCoordinates{"", {i}, center, vector()});
+        break;
+      case 2:
+        system.coordinates.push_back(PlaneCoordinates{"", {i}, vector()});
+        break;
+      case 3:
+        system.coordinates.push_back(CircleCoordinates{"", {i}, center, vector()});
+        break;
+      case 4:
+        system.coordinates.push_back(
+            CircleCoordinates{"", {i}, center, vector(), ScalarFunction::formula("1.2 + 0.1*sin(t)")});
+        break;
+      default:
+        system.coordinates.push_back(SphereCoordinates{"", {i}, center});
+        break;
+    }
+    if (i > 0) springs.pairs.push_back({i - 1, i});
+  }
+  for (Index c = 0; c < 3 * count; ++c) system.velocities.push_back(any(generator));
+  system.forces = {Gravity{"", {0.3, 0.0, -9.81}}};
+  if (field == Field::Springs) system.forces.push_back(springs);
+  return system;
+}
+
+/// The tangent form at one state.
+struct Solved {
+  Forms forms;
+  std::vector<double> q, q_dot, q_ddot, eta;
+  Outcome outcome;
+
+  Solved(const System& system, bool exactly, double t, int threads = 1)
+      : forms(system, {.form = Form::Tangent, .threads = threads}, t) {
+    TangentForm& form = *forms.tangent;
+    for (std::vector<double>* array : {&q, &q_dot, &q_ddot}) array->resize(form.size());
+    std::vector<double> r(system.positions.size()), v(r.size());
+    forms.model.numbering.gather_points(system.positions, r);
+    forms.model.numbering.gather_points(system.velocities, v);
+    (void)form.start(t, r.data(), v.data(), StartMode::Project);
+    outcome = form.adopt(t, r.data(), v.data(), q.data(), q_dot.data());
+    form.set_exact(exactly);
+    if (outcome.ok()) outcome = form.accelerations(t, q.data(), q_dot.data(), Gradients::Evaluate, q_ddot.data());
+    eta.resize(r.size());
+  }
+};
+
+void expect_near(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  double scale = 1.0, difference = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    scale = std::max(scale, std::abs(b[k]));
+    difference = std::max(difference, std::abs(a[k] - b[k]));
+  }
+  RC_ASSERT(difference <= tolerance * scale);
+}
+
+RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
+  const auto seed = *rc::gen::arbitrary<std::uint32_t>();
+  for (const Field field : {Field::Uniform, Field::Springs}) {
+    const System system = make_points(20, field, seed);
+    Solved quick(system, false, 0.3), thorough(system, true, 0.3);
+    RC_ASSERT(quick.outcome.ok() && thorough.outcome.ok());
+
+    expect_near(quick.q_ddot, thorough.q_ddot, 1e-11);
+    expect_near(quick.forms.tangent->w(), thorough.forms.tangent->w(), 1e-12);
+    // What was left out is there when it is asked for.
+    quick.forms.tangent->reactions(quick.eta.data());
+    thorough.forms.tangent->reactions(thorough.eta.data());
+    expect_near(quick.eta, thorough.eta, 1e-11);
+    expect_near(quick.forms.tangent->blocks(), thorough.forms.tangent->blocks(), 1e-13);
+    expect_near(quick.forms.tangent->psi(), thorough.forms.tangent->psi(), 1e-12);
+    const Power power = quick.forms.tangent->power(quick.q.data(), quick.q_dot.data()),
+                wanted = thorough.forms.tangent->power(thorough.q.data(), thorough.q_dot.data());
+    RC_ASSERT(std::abs(power.supports - wanted.supports) <= 1e-10 * (1.0 + std::abs(wanted.supports)));
+  }
+}
+
+TEST(TangentPoints, ThreadsGiveTheSameBits) {
+  const System system = make_points(20'000, Field::Uniform, 5);
+  const auto accelerations = [&](int threads) {
+    Solved solved(system, false, 0.3, threads);
+    EXPECT_TRUE(solved.outcome.ok());
+    return solved.q_ddot;
+  };
+  EXPECT_EQ(accelerations(1), accelerations(2));
+}
+
+/// A circle of radius R in the plane y z: q'' = -(g/R) sin q from the lowest place on.
+TEST(TangentPoints, AngleFarBeyondAnyTurnIsAPendulumToo) {
+  constexpr double radius = 0.7, gravity = 9.81;
+  System system;
+  system.positions = {0.0, 0.0, -radius};
+  system.masses = {2.0};
+  system.coordinates = {CircleCoordinates{"", {0}, Vector3{0, 0, 0}, Vector3{1, 0, 0}, radius}};
+  system.forces = {Gravity{"", {0, 0, -gravity}}};
+  Forms forms(system, {.form = Form::Tangent});
+  std::vector<double> r = system.positions, v(3, 0.0);
+  double lowest = 0.0, rest = 0.0;
+  ASSERT_TRUE(forms.tangent->adopt(0.0, r.data(), v.data(), &lowest, &rest).ok());
+  for (const double turns : {0.0, 1.0, 1e3, 3e5}) {
+    for (double angle = 0.1; angle < 6.0; angle += 0.7) {
+      const double q = lowest + angle + turns * 2.0 * std::numbers::pi, q_dot = 1.5;
+      double q_ddot = 0.0;
+      ASSERT_TRUE(forms.tangent->accelerations(0.0, &q, &q_dot, Gradients::Evaluate, &q_ddot).ok());
+      const double rounding = 1e-15 * (10.0 + std::abs(q));
+      EXPECT_NEAR(q_ddot, -gravity / radius * std::sin(q - lowest), gravity / radius * 2.0 * rounding) << turns;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tanor
