@@ -253,12 +253,12 @@ ProjectionReport NormalForm::reach_constraints(double t, double* r) {
   model_.set_time(t);
   constexpr int most_iterations = 100;
   constexpr double near = 1e-3;
-  std::vector<double> next(size());
+  std::vector<double> next;  // big systems mostly start near enough
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const double violation = model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
     if (violation <= near || !std::isfinite(violation)) break;
     if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome), 0.0, violation, iteration};
-    std::copy(r, r + size(), next.begin());
+    next.assign(r, r + size());
     correct(rows_.data(), next.data());
     // A full step may overshoot: at most a quarter of the scene at once.
     const double damping = std::min(1.0, 0.25 * model_.scene_size / model_.largest_move(next.data(), r));
@@ -297,14 +297,14 @@ ProjectionReport NormalForm::project_far(double t, double* r) {
       return model_.mass[i] * dot(away, away);
     });
   };
-  const std::vector<double> zero(size(), 0.0);
-  std::vector<double> d(size()), trial(size()), trial_d(size());
+  std::vector<double> d(size()), trial, trial_d;
   if (report.outcome = slope_towards(wanted, t, r, d.data()); !report.outcome.ok()) return report;
   double length = 1.0;
   for (; report.iterations < most_iterations && length > 1e-6; ++report.iterations) {
     const double nearly_0 = std::max({1e-10 * model_.largest_move(r, wanted.data()), 1e-13 * model_.scene_size,
                                       rounding_floor(r) * model_.smallest_length});
-    if (model_.largest_move(d.data(), zero.data()) <= nearly_0) break;
+    if (model_.largest_norm(d.data()) <= nearly_0) break;
+    for (std::vector<double>* array : {&trial, &trial_d}) array->resize(size());
     for (std::size_t i = 0; i < size(); ++i) trial[i] = r[i] + length * d[i];
     const ProjectionReport reached = project_positions(t, trial.data());
     const bool is_nearer = reached.outcome.ok() && distance(trial.data()) <= slack * distance(r);

@@ -37,7 +37,7 @@ StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
     }
   }
 
-  const std::vector<double> r_given(r, r + size()), v_given(v, v + size());
+  const std::vector<double> r_given(r, r + size());
   ProjectionReport positions;
   if (mode == StartMode::Project) {
     positions = project_far(t, r);
@@ -49,6 +49,7 @@ StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
   if (!report.outcome.ok()) return report;
   report.position_correction = model_.largest_move(r, r_given.data());
   if (report.outcome = linearise(t, r); !report.outcome.ok()) return report;
+  const std::vector<double> v_given(v, v + size());
   report.outcome = project_velocities(t, r, v).outcome;
   report.velocity_correction = model_.largest_move(v, v_given.data());
   report.relative =
