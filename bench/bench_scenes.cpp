@@ -102,6 +102,25 @@ System rings(int count) {
   return copies(count, points, rods);
 }
 
+/// One ring; every fourth rod has a mate that hangs from it, or none does.
+System branched(int count, bool is_ring) {
+  std::mt19937 generator(4);
+  std::uniform_real_distribution<double> any(-0.3, 0.3);
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 2>> rods;
+  const double radius = count / (2.0 * std::numbers::pi);
+  int before = -1;
+  for (int k = 0; k < count; ++k) {
+    const bool hangs = !is_ring && k % 4 == 3;
+    const double angle = 2.0 * std::numbers::pi * k / count, height = any(generator) - (hangs ? 1.0 : 0.0);
+    points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), height);
+    if (before >= 0) rods.push_back({before, k});
+    if (!hangs) before = k;
+  }
+  if (is_ring) rods.push_back({count - 1, 0});
+  return copies(1, points, rods);
+}
+
 System triangles(int count) {
   return copies(count, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1}, {0, 2}, {1, 2}});
 }
@@ -152,6 +171,10 @@ const std::vector<BenchScene>& bench_scenes() {
       {"rings 1e4 x 6", [] { return rings(10000); }, 8.0, 0.0},
       {"triangles 1e4", [] { return triangles(10000); }, 8.0, 0.0},
       {"tetrahedra 1e4", [] { return tetrahedra(10000); }, 8.0, 0.0},
+      {"tree 1e3", [] { return branched(1000, false); }, 0.0, 0.0},
+      {"tree 1e5", [] { return branched(100000, false); }, 0.0, 0.0},
+      {"ring 1e3", [] { return branched(1000, true); }, 0.0, 0.0},
+      {"ring 1e5", [] { return branched(100000, true); }, 0.0, 0.0},
       {"spheres 1e3", [] { return on_spheres(1000); }, 13.0, 260.0},
       {"spheres 1e4", [] { return on_spheres(10000); }, 13.0, 260.0},
       {"spheres 1e5", [] { return on_spheres(100000); }, 13.0, 260.0},

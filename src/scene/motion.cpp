@@ -92,6 +92,7 @@ void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene)
   scene->solver.way = solver["way"].choice<Way>({{"auto", Way::Auto},
                                                  {"general", Way::General},
                                                  {"paths", Way::Paths},
+                                                 {"trees", Way::Trees},
                                                  {"bundles", Way::Bundles},
                                                  {"closed_form", Way::ClosedForm}},
                                                 scene->solver.way);

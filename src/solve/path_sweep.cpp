@@ -22,32 +22,15 @@ std::unique_ptr<PathSweep> PathSweep::make(const Constraints& constraints, const
                                            std::span<const double> inverse_mass, std::vector<Index>* islands) {
   std::unique_ptr<PathSweep> result(new PathSweep);
   result->inverse_mass_ = inverse_mass;
-  std::vector<std::array<Index, 2>> ends(numbering.num_rows(), {-1, -1});
-  result->read_rods(constraints, &ends);
+  RodRows rods(constraints, numbering.num_rows());
   result->sign_.assign(numbering.num_rows(), 1);
-  std::erase_if(*islands, [&](Index island) { return result->add_path(numbering, island, ends); });
+  std::erase_if(*islands, [&](Index island) { return result->add_path(numbering, island, rods.ends); });
   if (result->paths_.empty()) return nullptr;
+  result->block_ = std::move(rods.block);
+  result->offset_ = std::move(rods.offset);
+  result->lengths_ = std::move(rods.lengths);
   result->finish();
   return result;
-}
-
-/// The ends of all rods, row by row, and what else belongs to each.
-void PathSweep::read_rods(const Constraints& constraints, std::vector<std::array<Index, 2>>* ends) {
-  block_.resize(ends->size());
-  const auto read = [&]<bool Timed, bool Shifted>(const Family<RodKernel<Timed, Shifted>>& rods) {
-    if (Shifted && rods.size() > 0) offset_.resize(ends->size());
-    for (std::size_t k = 0; k < rods.size(); ++k) {
-      const auto row = static_cast<std::size_t>(rods.rows[k]);
-      (*ends)[row] = rods.kernel.points[k];
-      block_[row] = static_cast<std::size_t>(rods.first_block) + k;
-      if constexpr (Shifted) offset_[row] = rods.kernel.offset[k];
-      if constexpr (Timed) lengths_.emplace_back(row, &rods.kernel.moving_length[k]);
-    }
-  };
-  read(constraints.family<RodKernel<false, false>>());
-  read(constraints.family<RodKernel<false, true>>());
-  read(constraints.family<RodKernel<true, false>>());
-  read(constraints.family<RodKernel<true, true>>());
 }
 
 /// False where the island is no path.
@@ -75,7 +58,6 @@ bool PathSweep::add_path(const Numbering& numbering, Index island, std::span<con
 void PathSweep::finish() {
   const std::size_t num_rows = sign_.size();
   for (std::size_t row = 0; row < offset_.size(); ++row) offset_[row] = sign_[row] * offset_[row];
-  std::sort(lengths_.begin(), lengths_.end());
   first_block_ = block_[0];
   bool follow_rows = true;
   for (std::size_t row = 0; row < num_rows; ++row) follow_rows = follow_rows && block_[row] == first_block_ + row;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solve/path_kernels.hpp"
+#include "solve/rod_rows.hpp"
 #include "solve/sweep.hpp"
 
 namespace tanor {
@@ -85,7 +86,6 @@ class PathSweep final : public Sweep {
   struct Half;
 
   PathSweep() = default;
-  void read_rods(const Constraints& constraints, std::vector<std::array<Index, 2>>* ends);
   bool add_path(const Numbering& numbering, Index island, std::span<const std::array<Index, 2>> ends);
   void finish();
 

@@ -8,6 +8,7 @@
 #include "solve/mixed_sweep.hpp"
 #include "solve/path_sweep.hpp"
 #include "solve/point_sweep.hpp"
+#include "solve/tree_sweep.hpp"
 
 namespace tanor {
 
@@ -47,6 +48,7 @@ std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Numberin
   if (may_be(Way::Bundles))
     take(BundleSweep::make(constraints, numbering, inverse_mass, wanted.threads, is_forced, &islands));
   if (may_be(Way::Paths)) take(PathSweep::make(constraints, numbering, inverse_mass, &islands));
+  if (may_be(Way::Trees)) take(TreeSweep::make(constraints, numbering, inverse_mass, &islands));
   if (!islands.empty()) return refuse("some islands have another structure");
   if (sweeps.size() == 1) return std::move(sweeps.front());
   return std::make_unique<MixedSweep>(std::move(sweeps));

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "evaluate/constraints.hpp"
+
+namespace tanor {
+
+/// The rods of a system, row by row in the inner numbering: what ways that go along rods read.
+struct RodRows {
+  std::vector<std::array<Index, 2>> ends;                            ///< [row] inner points; {-1, -1}: no rod
+  std::vector<std::size_t> block;                                    ///< [row]
+  std::vector<Vec3> offset;                                          ///< [row] as RodKernel; empty: none
+  std::vector<std::pair<std::size_t, const MovingScalar*>> lengths;  ///< that depend on time, by row
+
+  RodRows() = default;
+  RodRows(const Constraints& constraints, std::size_t num_rows) : ends(num_rows, {-1, -1}), block(num_rows) {
+    const auto read = [&]<bool Timed, bool Shifted>(const Family<RodKernel<Timed, Shifted>>& rods) {
+      if (Shifted && rods.size() > 0) offset.resize(num_rows);
+      for (std::size_t k = 0; k < rods.size(); ++k) {
+        const auto row = static_cast<std::size_t>(rods.rows[k]);
+        ends[row] = rods.kernel.points[k];
+        block[row] = static_cast<std::size_t>(rods.first_block) + k;
+        if constexpr (Shifted) offset[row] = rods.kernel.offset[k];
+        if constexpr (Timed) lengths.emplace_back(row, &rods.kernel.moving_length[k]);
+      }
+    };
+    read(constraints.family<RodKernel<false, false>>());
+    read(constraints.family<RodKernel<false, true>>());
+    read(constraints.family<RodKernel<true, false>>());
+    read(constraints.family<RodKernel<true, true>>());
+    std::sort(lengths.begin(), lengths.end());
+  }
+
+  /// Null where the length of a row is constant.
+  const MovingScalar* moving_length(std::size_t row) const {
+    const auto length =
+        std::lower_bound(lengths.begin(), lengths.end(), std::pair<std::size_t, const MovingScalar*>(row, nullptr));
+    return length != lengths.end() && length->first == row ? length->second : nullptr;
+  }
+};
+
+}  // namespace tanor
