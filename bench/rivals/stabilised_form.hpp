@@ -9,10 +9,10 @@ namespace rivals {
 /// The constraints and their rates as equations of a differential-algebraic system of index 2 (Gear, Gupta &
 /// Leimkuhler 1985) for equal masses, by hand, with its Newton matrix on a fixed pattern:
 ///
-///     r' = v - K mu,  m v' = m g - K lambda,  K'v = 0,  xi(r) = (|d|^2 - length^2)/2 = 0,  y = (r, v, lambda, mu)
+///     r' = v - K mu,  m v' = f - K lambda,  K'v = 0,  xi(r) = (|d|^2 - length^2)/2 = 0,  y = (r, v, lambda, mu)
 class StabilisedForm {
  public:
-  explicit StabilisedForm(const Problem& problem) : problem_(problem), n_(3 * problem.size()) {
+  explicit StabilisedForm(const Problem& problem) : problem_(problem), n_(3 * problem.size()), f_(problem.places.size()) {
     std::vector<Eigen::Triplet<double>> pattern;
     const std::vector<double> zero(static_cast<std::size_t>(unknowns()));
     for_each_entry(zero.data(), 1.0, [&](int row, int column, double) { pattern.emplace_back(row, column, 1.0); });
@@ -27,11 +27,12 @@ class StabilisedForm {
 
   int unknowns() const { return 2 * (n_ + problem_.equations()); }
 
-  /// F(y, y'): r' - v + K mu, m (v' - g) + K lambda, K'v, xi
-  void residual(const double* y, const double* slope, double* out) const {
+  /// F(y, y'): r' - v + K mu, m v' - f + K lambda, K'v, xi
+  void residual(const double* y, const double* slope, double* out) {
+    problem_.forces(y, y + n_, f_.data());
     for (int i = 0; i < n_; ++i) {
       out[i] = slope[i] - y[n_ + i];
-      out[n_ + i] = problem_.mass * (slope[n_ + i] + (i % 3 == 2 ? problem_.gravity : 0.0));
+      out[n_ + i] = problem_.mass * slope[n_ + i] - f_[static_cast<std::size_t>(i)];
     }
     for (int k = 0; k < problem_.equations(); ++k) {
       const Rod& rod = problem_.rods[k];
@@ -75,7 +76,10 @@ class StabilisedForm {
     for (int i = 0; i < n_; ++i) {
       add(i, i, a);
       add(i, n_ + i, -1.0);
-      add(n_ + i, n_ + i, a * problem_.mass);
+      add(n_ + i, n_ + i, a * problem_.mass + problem_.drag);
+    }
+    for (const Rod& spring : problem_.springs) {
+      add_spring(spring, problem_.difference(spring, y, true), problem_.difference(spring, y + n_, false), add);
     }
     for (int k = 0; k < problem_.equations(); ++k) {
       const Rod& rod = problem_.rods[k];
@@ -98,8 +102,32 @@ class StabilisedForm {
     }
   }
 
+  /// Of a spring with e = d/|d|, E = e e', p = (E - 1) u/|d|, s = e.u:
+  ///
+  ///     -df/dr = k (E + (1 - l/|d|) (1 - E)) + c (s (1 - E)/|d| - e p'),   -df/dv = c E
+  template <class Add>
+  void add_spring(const Rod& spring, const Place& d, const Place& u, const Add& add) const {
+    const double size = std::max(std::hypot(d[0], d[1], d[2]), 1e-300);  // 0 where only the pattern is asked for
+    const Place e{d[0] / size, d[1] / size, d[2] / size};
+    const double s = e[0] * u[0] + e[1] * u[1] + e[2] * u[2], c = problem_.damping;
+    const double along = problem_.stiffness, across = along * (1.0 - problem_.length / size) + c * s / size;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const double E = e[i] * e[j], p = (e[j] * s - u[j]) / size;
+        const double by_r = along * E + across * ((i == j ? 1.0 : 0.0) - E) - c * e[i] * p;
+        for_each_end(spring, [&](int point, double sign) {
+          for_each_end(spring, [&](int other, double other_sign) {
+            add(n_ + 3 * point + i, 3 * other + j, sign * other_sign * by_r);
+            add(n_ + 3 * point + i, n_ + 3 * other + j, sign * other_sign * c * E);
+          });
+        });
+      }
+    }
+  }
+
   const Problem& problem_;
   int n_;
+  std::vector<double> f_;  // N
   Eigen::SparseMatrix<double> matrix_;
   std::vector<int> slots_;  // of each entry, in their order
 };
