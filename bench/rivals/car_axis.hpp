@@ -23,8 +23,8 @@ class CarAxis {
     const Plane f = forces(road, r);
     for (int i = 0; i < size; ++i) w[i] = f[i] / mass;
     const double ux = v[2] - v[0], uy = v[3] - v[1];
-    const double phi_a = 2.0 * (v[0] * road.rate[0] + v[1] * road.rate[1]) + r[0] * road.second[0] +
-                         r[1] * road.second[1];
+    const double phi_a =
+        2.0 * (v[0] * road.rate[0] + v[1] * road.rate[1]) + r[0] * road.second[0] + r[1] * road.second[1];
     lambda_ = add_correction(a, b, phi_a + dot(a, w), ux * ux + uy * uy + dot(b, w), w);
     for (double& part : lambda_) part *= mass;
   }

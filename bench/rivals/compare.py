@@ -67,13 +67,14 @@ def sundials_runs(low_orders: list, erk8: list) -> list:
     return runs_of("sundials", "erk5 adams bdf", low_orders) + runs_of("sundials", "erk8", erk8)
 
 
-def stiff_runs(sdirk: list, bdf: list, ida: list) -> list:
-    """What is stable however stiff; orders up to 2 beside the usual ones of bdf and ida. Explicit ones for comparison."""
+def stiff_runs(steps: list, sdirk: list, bdf: list, ida: list) -> list:
+    """Explicit methods, for comparison, and implicit ones: bdf and ida up to order 5, and up to 2. steps: of
+    generalized_alpha; the others: tolerances."""
     return (runs_of("tanor", "radau5", [10.0**-k for k in range(1, 10)]) +
-            runs_of("tanor", "generalized_alpha", [1e-1, 1e-2, 1e-3, 1e-4]) +
-            runs_of("tanor", "taylor dop853", [1e-4, 1e-6, 1e-8]) + runs_of("sundials", "erk8", [1e-6, 1e-8]) +
+            runs_of("tanor", "generalized_alpha", steps) + runs_of("tanor", "taylor dop853", [1e-4, 1e-6, 1e-8]) +
+            runs_of("sundials", "erk8", [1e-6, 1e-8]) +
             runs_of("sundials", "sdirk", sdirk) + runs_of("sundials", "bdf", bdf) + runs_of("sundials", "ida", ida) +
-            runs_of("sundials", "bdf2 ida2", [1e-3, 1e-4, 1e-6, 1e-8]))
+            runs_of("sundials", "bdf2 ida2", [1e-3, 1e-4, 1e-6, 1e-8, 1e-9]))
 
 
 PROBLEMS = {
@@ -117,15 +118,18 @@ PROBLEMS = {
                       runs_of("openmm", "ccma", [1e-3, 1e-4]) + runs_of("gromacs", "lincs", [1e-3, 1e-4]),
                       "chain100.txt"),
     "S1": Problem("springs", 100, "chain of 50 rods and 50 springs of 1e8 N/m, 1 s", [1e-3, 1e-6, 1e-9],
-                  stiff_runs([1e-2, 1e-3, 1e-4, 1e-6, 1e-8], [1e-3, 1e-4, 1e-6], [1e-3, 1e-4, 1e-8]), "springs100.txt"),
+                  stiff_runs([1e-2, 1e-3, 1e-4], [1e-2, 1e-3, 1e-4, 1e-6, 1e-8], [1e-3, 1e-4, 1e-6],
+                             [1e-3, 1e-4, 1e-8]), "springs100.txt"),
     "S1-damped": Problem("damped", 100, "chain of 50 rods and 50 damped springs of 1e8 N/m, 1 s", [1e-3, 1e-6, 1e-9],
-                         stiff_runs([1e-2, 1e-3, 1e-4, 1e-6, 1e-8], [1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11],
+                         stiff_runs([1e-2, 1e-3, 1e-4], [1e-2, 1e-3, 1e-4, 1e-6, 1e-8],
+                                    [1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11],
                                     [1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-11]), "damped100.txt"),
     "S2": Problem("honey", 100, "chain of 100 rods in honey, 20 s", [1e-3, 1e-6, 1e-9],
-                  stiff_runs([1e-2, 1e-4, 1e-6, 1e-8], [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-11],
+                  stiff_runs([1e-1, 1e-2, 1e-3], [1e-2, 1e-4, 1e-6, 1e-8],
+                             [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-11],
                              [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-11]), "honey100.txt"),
     "S3": Problem("car_axis", 1, "car axis of the IVP test set, 3 s", [1e-3, 1e-6, 1e-9],
-                  stiff_runs([1e-3, 1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12],
+                  stiff_runs([1e-2, 1e-3, 1e-4], [1e-3, 1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12],
                              [1e-4, 1e-6, 1e-8, 1e-10, 1e-11]), "car_axis.txt"),
 }
 
@@ -333,7 +337,8 @@ Each program with the best of the settings in `rivals.csv`, log-log interpolatio
 - radau5, generalized_alpha: tanor's implicit methods, the latter with fixed steps.
 - erk5, erk8: SUNDIALS' ARKODE, projected after each step; adams: CVODE, which has no projection with it; bdf: CVODE with
   projection. S and its projections are written by hand (`bench/rivals/normal_form.hpp`, Eigen's SimplicialLDLT).
-- ida: SUNDIALS' IDA on the stabilised form of index 2 (`bench/rivals/stabilised_form.hpp`), Newton's matrix by hand, KLU.
+- ida: SUNDIALS' IDA on the stabilised form of index 2 (`bench/rivals/stabilised_form.hpp`), Newton's matrix by hand,
+  KLU; the forces of springs as unknowns.
 - sdirk: ARKODE's Kvaerno 5(4), projected; it and, where the problem is stiff, bdf take Newton's iteration: with springs
   a band matrix by differences, in honey GMRES, for the car axis a dense matrix (as IDA there). bdf2, ida2: up to order
   2, which is stable on undamped swings, too.

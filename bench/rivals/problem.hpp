@@ -28,11 +28,11 @@ struct Problem {
   double t_end = 1.0;                               // s
   std::vector<double> places;                       // 3n, m
   std::vector<Rod> rods;
-  std::vector<Rod> springs{};   // of the rods' length at rest
-  double stiffness = 0.0;       // N/m
-  double damping = 0.0;         // of a spring along itself, N s/m
-  double drag = 0.0;            // N s/m
-  bool is_car_axis = false;     // of which the above says nothing but places and t_end
+  std::vector<Rod> springs{};  // of the rods' length at rest
+  double stiffness = 0.0;      // N/m
+  double damping = 0.0;        // of a spring along itself, N s/m
+  double drag = 0.0;           // N s/m
+  bool is_car_axis = false;    // of which the above says nothing but places and t_end
 
   bool is_stiff() const { return !springs.empty() || drag > 0.0; }
 
@@ -124,8 +124,8 @@ inline Problem make_net(int m) {
 }
 
 /// "chain" (size rods, 1 s), "net" (size x size, 0.1 s), "pendulum" (10 s), "a01" (IFToMM: 1 kg, 1 m, 2000 s),
-/// "springs" (size links, every second one a spring of 1e8 N/m, 1 s), "damped" (the same with 4472 N s/m: critical where
-/// two beads swing freely), "honey" (size rods, 20 s), "car_axis" (3 s).
+/// "springs" (size links, every second one a spring of 1e8 N/m, 1 s), "damped" (the same with 4472 N s/m: critical
+/// where two beads swing freely), "honey" (size rods, 20 s), "car_axis" (3 s).
 inline Problem make_problem(const std::string& name, int size) {
   if (name == "chain") return make_chain(size, 0.1, 0.1, 1.0);
   if (name == "net") return make_net(size);

@@ -45,22 +45,16 @@ int project_state(realtype t, N_Vector y, void*) {
 int find_correction(realtype t, N_Vector y, N_Vector correction, realtype, N_Vector error, void* user) {
   auto& motion = *static_cast<Motion*>(user);
   const double* old = N_VGetArrayPointer(y);
-  double* change = N_VGetArrayPointer(correction);
-  double* state = motion.read(old);
+  double *change = N_VGetArrayPointer(correction), *state = motion.read(old);
   motion.project(t, state, projection_share * motion.tolerance);
-  if (error) {
-    std::vector<double>& parts = motion.rates;
-    std::vector<double> place(state, state + motion.size);
-    motion.write(state, change);
-    const double* mixed = motion.read(N_VGetArrayPointer(error));
-    std::copy_n(mixed, 2 * motion.size, parts.data());
-    motion.remove_normal_part(t, place.data(), parts.data());
-    motion.remove_normal_part(t, place.data(), parts.data() + motion.size);
-    motion.write(parts.data(), N_VGetArrayPointer(error));
-  } else {
-    motion.write(state, change);
-  }
+  motion.write(state, change);
   for (int i = 0; i < 2 * motion.size; ++i) change[i] -= old[i];
+  if (error) {
+    std::copy_n(state, motion.size, motion.rates.data());
+    double* parts = motion.read(N_VGetArrayPointer(error));
+    for (double* u : {parts, parts + motion.size}) motion.remove_normal_part(t, motion.rates.data(), u);
+    motion.write(parts, N_VGetArrayPointer(error));
+  }
   return 0;
 }
 
@@ -151,7 +145,7 @@ Run make_run(const Problem& problem, const std::string& method, double tolerance
   N_Vector y = N_VNew_Serial(2 * motion.size, context);
   motion.write(motion.start().data(), N_VGetArrayPointer(y));
   Run run;
-  const auto step = method.starts_with("ida")                                 ? step_with_ida
+  const auto step = method.starts_with("ida")                                  ? step_with_ida
                     : method.starts_with("erk") || method.starts_with("sdirk") ? step_with_arkode
                                                                                : step_with_cvode;
   step(motion, method, y, context, &run);

@@ -29,9 +29,9 @@ struct Motion {
   NormalForm form;
   CarAxis axis{};
   double tolerance;
-  int size;              // of r
-  bool is_stiff;         // Newton's iteration, with a linear solver
-  bool is_bead_by_bead;  // y = (r_1, v_1, r_2, …), which makes Newton's matrix a band; else (r, v)
+  int size;                          // of r
+  bool is_stiff;                     // Newton's iteration, with a linear solver
+  bool is_bead_by_bead;              // y = (r_1, v_1, r_2, …), which makes Newton's matrix a band; else (r, v)
   std::vector<double> state, rates;  // (r, v), workspaces
 
   /// (r, v) of y

@@ -48,9 +48,9 @@ tanor::System make_car_axis(const Problem& axis) {
   system.velocities = {-0.5, 0, 0, -0.5, 0, 0, 0, 0, 0, 0, 0, 0};
   system.masses.assign(4, 5e-4);
   const auto formula = [](const char* text) { return tanor::ScalarFunction::formula(text); };
-  system.supports = {{.points = {2}},
-                     {.points = {3},
-                      .displacement = {formula("sqrt(1 - (0.1*sin(10*t))^2) - 1"), formula("0.1*sin(10*t)"), 0.0}}};
+  system.supports = {
+      {.points = {2}},
+      {.points = {3}, .displacement = {formula("sqrt(1 - (0.1*sin(10*t))^2) - 1"), formula("0.1*sin(10*t)"), 0.0}}};
   system.constraints = {tanor::Angles{.triples = {{0, 2, 3}}, .cosine = 0.0},
                         tanor::Rods{.pairs = {{0, 1}}, .length = 1.0}};
   system.forces = {tanor::Springs{.pairs = {{2, 0}, {3, 1}}, .stiffness = 1.0, .rest_length = 0.5},
