@@ -2,9 +2,11 @@
 """Runs tanor and its rivals in turn on the same problems and tabulates the time that each needs to reach an error.
 
     compare.py DRIVERS OUT [PROBLEM …]    DRIVERS: folder of rival_tanor, …; those that are not there are left out
-                                          PROBLEM: P1-1000 P2 P3 A01 P1-10 P1-100 (default: all)
+                                          PROBLEM: P1-1000 P2 P3 A01 P1-10 P1-100 S1 S1-damped S2 S3
+                                          (default: all)
 
-Writes OUT/rivals.csv (every run), OUT/rivals.md (times to reach an error, ratios, bars) and OUT/rivals_PROBLEM.svg.
+Writes OUT/rivals.csv (every run), OUT/rivals.md (times to reach an error, ratios, bars) and OUT/rivals_PROBLEM.svg;
+problems that are not run stay there as an earlier run left them in OUT/rivals.csv.
 Processor time of one thread, without set-up; the middle one of three rounds, in each of which all programs run one
 after the other (runs of more than 2 s are made once). What aborts, gives NaN or takes more than a minute is a row that
 says so.
@@ -15,6 +17,7 @@ import datetime
 import math
 import pathlib
 import platform
+import re
 import statistics
 import subprocess
 import sys
@@ -34,11 +37,11 @@ class Run(NamedTuple):
     """One program with one setting."""
     driver: str        # tanor, sundials, simbody, mujoco, openmm, gromacs
     method: str
-    tolerance: float   # of the last three the step, s
+    tolerance: float   # of the last three, and of generalized_alpha, the step, s
 
     def group(self) -> str:
-        """What competes as one: all orders of the series, …"""
-        return "tanor taylor" if self.method.startswith("taylor") else f"{self.driver} {self.method}"
+        """What competes as one: all orders of the series on one way, …"""
+        return f"{self.driver} " + re.sub(r"^taylor\d+", "taylor", self.method)
 
 
 class Problem(NamedTuple):
@@ -64,9 +67,22 @@ def sundials_runs(low_orders: list, erk8: list) -> list:
     return runs_of("sundials", "erk5 adams bdf", low_orders) + runs_of("sundials", "erk8", erk8)
 
 
+def stiff_runs(steps: list, sdirk: list, bdf: list, ida: list) -> list:
+    """Explicit methods, for comparison, and implicit ones: bdf and ida up to order 5, and up to 2. steps: of
+    generalized_alpha; the others: tolerances."""
+    return (runs_of("tanor", "radau5", [10.0**-k for k in range(1, 10)]) +
+            runs_of("tanor", "generalized_alpha", steps) + runs_of("tanor", "taylor dop853", [1e-4, 1e-6, 1e-8]) +
+            runs_of("sundials", "erk8", [1e-6, 1e-8]) +
+            runs_of("sundials", "sdirk", sdirk) + runs_of("sundials", "bdf", bdf) + runs_of("sundials", "ida", ida) +
+            runs_of("sundials", "bdf2 ida2", [1e-3, 1e-4, 1e-6, 1e-8, 1e-9]))
+
+
 PROBLEMS = {
     "P1-1000": Problem("chain", 1000, "chain of 1000 rods, 1 s", [1e-4, 1e-6, 1e-9],
                        tanor_runs(11, "taylor8 taylor10 taylor12 taylor16") +
+                       runs_of("tanor", "taylor/general dop853/general", [10.0**-k for k in range(3, 12)]) +
+                       runs_of("tanor", "taylor8/general taylor10/general taylor12/general taylor16/general",
+                               [10.0**-k for k in range(3, 12, 2)]) +
                        sundials_runs([1e-4, 1e-6, 1e-8], [1e-4, 1e-6, 1e-8, 1e-10, 1e-11]) +
                        runs_of("sundials", "ida", [1e-4, 1e-6, 1e-8]) + runs_of("simbody", "rkm", [1e-3, 1e-6]) +
                        runs_of("openmm", "ccma", [1e-3, 2e-4]) + runs_of("gromacs", "lincs", [1e-3, 1e-4]),
@@ -101,7 +117,23 @@ PROBLEMS = {
                       runs_of("simbody", "rkm", [1e-3, 1e-5, 1e-7]) + runs_of("mujoco", "tree", [1e-2, 5e-3, 2e-3]) +
                       runs_of("openmm", "ccma", [1e-3, 1e-4]) + runs_of("gromacs", "lincs", [1e-3, 1e-4]),
                       "chain100.txt"),
+    "S1": Problem("springs", 100, "chain of 50 rods and 50 springs of 1e8 N/m, 1 s", [1e-3, 1e-6, 1e-9],
+                  stiff_runs([1e-2, 1e-3, 1e-4], [1e-2, 1e-3, 1e-4, 1e-6, 1e-8], [1e-3, 1e-4, 1e-6],
+                             [1e-3, 1e-4, 1e-8]), "springs100.txt"),
+    "S1-damped": Problem("damped", 100, "chain of 50 rods and 50 damped springs of 1e8 N/m, 1 s", [1e-3, 1e-6, 1e-9],
+                         stiff_runs([1e-2, 1e-3, 1e-4], [1e-2, 1e-3, 1e-4, 1e-6, 1e-8],
+                                    [1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11],
+                                    [1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-11]), "damped100.txt"),
+    "S2": Problem("honey", 100, "chain of 100 rods in honey, 20 s", [1e-3, 1e-6, 1e-9],
+                  stiff_runs([1e-1, 1e-2, 1e-3], [1e-2, 1e-4, 1e-6, 1e-8],
+                             [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-11],
+                             [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-11]), "honey100.txt"),
+    "S3": Problem("car_axis", 1, "car axis of the IVP test set, 3 s", [1e-3, 1e-6, 1e-9],
+                  stiff_runs([1e-2, 1e-3, 1e-4], [1e-3, 1e-4, 1e-6, 1e-8, 1e-10], [1e-4, 1e-6, 1e-8, 1e-10, 1e-12],
+                             [1e-4, 1e-6, 1e-8, 1e-10, 1e-11]), "car_axis.txt"),
 }
+
+STIFF_RIVALS = ["sundials sdirk", "sundials bdf", "sundials ida", "sundials bdf2", "sundials ida2"]
 
 
 class Bar(NamedTuple):
@@ -113,13 +145,21 @@ class Bar(NamedTuple):
 
 
 BARS = [
-    Bar("P1-1000", 1e-6, "tanor taylor", ["sundials erk8"], 3.0),
-    Bar("P1-1000", 1e-9, "tanor taylor", ["sundials erk8"], 4.0),
+    Bar("P1-1000", 1e-6, "tanor taylor", ["sundials erk8"], 15.0),
+    Bar("P1-1000", 1e-9, "tanor taylor", ["sundials erk8"], 25.0),
+    Bar("P1-1000", 1e-6, "tanor taylor", ["simbody rkm"], 100.0),
     Bar("P1-1000", 1e-6, "tanor dop853", ["sundials erk8"], 2.0),
     Bar("P1-1000", 1e-9, "tanor dop853", ["sundials erk8"], 2.0),
+    Bar("P1-1000", 1e-6, "tanor taylor/general", ["sundials erk8"], 3.0),
+    Bar("P1-1000", 1e-9, "tanor taylor/general", ["sundials erk8"], 4.0),
+    Bar("P1-1000", 1e-6, "tanor dop853/general", ["sundials erk8"], 2.0),
+    Bar("P1-1000", 1e-9, "tanor dop853/general", ["sundials erk8"], 2.0),
     Bar("P2", 2e-6, "tanor taylor", ["sundials erk5", "sundials erk8", "sundials adams", "sundials bdf"], 3.0),
     Bar("P2", 3e-9, "tanor taylor", ["sundials erk5", "sundials erk8", "sundials adams", "sundials bdf"], 7.0),
     Bar("P3", 5e-9, "tanor taylor", ["sundials erk8"], 15.0),
+    Bar("S1", 1e-6, "tanor radau5", STIFF_RIVALS, 1.0),
+    Bar("S1-damped", 1e-6, "tanor radau5", STIFF_RIVALS, 1.0),
+    Bar("S2", 1e-6, "tanor radau5", STIFF_RIVALS, 1.0),
 ]
 
 
@@ -185,7 +225,24 @@ def measure(drivers: pathlib.Path, problem: Problem) -> list:
             rows[run] = make_run(drivers, problem, run, truth)
             times.setdefault(run, []).append(rows[run].get("seconds", math.nan))
     return [{"group": run.group(), "method": run.method, "tolerance": run.tolerance, **rows[run],
-             "seconds": statistics.median(times[run])} for run in runs]
+             "seconds": statistics.median(times[run]), "measured": describe_now()} for run in runs]
+
+
+def describe_now() -> str:
+    load = pathlib.Path("/proc/loadavg").read_text().split()[0] if pathlib.Path("/proc/loadavg").exists() else "?"
+    return f"{datetime.date.today()} on {processor()}, load {load}"
+
+
+def read_rows(file: pathlib.Path) -> dict:
+    """Problem -> its rows, as an earlier run wrote them."""
+    measured = {}
+    if file.exists():
+        with open(file, newline="", encoding="utf-8") as lines:
+            for row in csv.DictReader(lines):
+                for number in ("tolerance", "seconds", "error"):
+                    row[number] = float(row[number] or math.nan)
+                measured.setdefault(row.pop("problem"), []).append(row)
+    return measured
 
 
 def rows_of(rows: list, group: str) -> list:
@@ -218,8 +275,9 @@ def describe_time(seconds: float | None) -> str:
 
 def make_table(problem: Problem, rows: list) -> str:
     groups = list(dict.fromkeys(row["group"] for row in rows))
-    groups.insert(1, OWN_ORDER)
-    text = f"## {problem.title}\n\nMilliseconds to reach an error of\n\n"
+    if any(row["group"] == "tanor taylor" and row["method"] != "taylor" for row in rows):
+        groups.insert(groups.index("tanor taylor") + 1, OWN_ORDER)
+    text = f"## {problem.title}\n\nMilliseconds to reach an error of ({rows[0].get('measured') or 'earlier'})\n\n"
     text += "| | " + " | ".join(f"{error:g} m" for error in problem.targets) + " | smallest error met, m |\n"
     text += "|---|" + "--:|" * (len(problem.targets) + 1) + "\n"
     for group in groups:
@@ -259,25 +317,31 @@ def processor() -> str:
 
 def write_results(out: pathlib.Path, measured: dict) -> None:
     with open(out / "rivals.csv", "w", newline="", encoding="utf-8") as file:
-        fields = ["problem", "group", "method", "tolerance", "seconds", "steps", "factorizations", "error", "trouble"]
+        fields = ["problem", "group", "method", "tolerance", "seconds", "steps", "factorizations", "error", "trouble",
+                  "measured"]
         writer = csv.DictWriter(file, fields)
         writer.writeheader()
         for name, rows in measured.items():
             writer.writerows({"problem": name, **row} for row in rows)
-    load = pathlib.Path("/proc/loadavg").read_text().split()[0] if pathlib.Path("/proc/loadavg").exists() else "?"
     text = f"""# tanor beside its rivals: time to reach an error
 
-Measured {datetime.date.today()} on {processor()}, load {load}; repeat with `scripts/error-time --rivals`.
-Processor time of one thread, steps alone without set-up, the middle one of {ROUNDS} rounds in which all programs run in
-turn (runs of more than {SLOW:g} s: once): trust ratios more than times. Error: largest distance of a bead at the end
-from digits that others than tanor made (`bench/rivals/reference`; the net's are erk8's with 1e-13, dop853 and taylor
-agree to 2e-14; A01: closed form).
+Repeat with `scripts/error-time --rivals`. Processor time of one thread, steps alone without set-up, the middle one of
+{ROUNDS} rounds in which all programs run in turn (runs of more than {SLOW:g} s: once): trust ratios more than times.
+Error: largest distance of a bead at the end from digits that others than tanor made (`bench/rivals/reference`; the
+net's are erk8's with 1e-13, dop853 and taylor agree to 2e-14; those of springs and honey erk8's, which taylor meets to
+2e-11 and 4e-14; the car axis: published; A01: closed form).
 Each program with the best of the settings in `rivals.csv`, log-log interpolation between them.
 
-- taylor, dop853, dopri5: tanor. taylor is the best of the orders that were tried; "own order": what it takes by itself.
+- taylor, dop853, dopri5: tanor. taylor is the best of the orders that were tried; "own order": what it takes by itself;
+  "/general": with the way to S lambda = b that serves everything, sparse factors, in place of that along paths.
+- radau5, generalized_alpha: tanor's implicit methods, the latter with fixed steps.
 - erk5, erk8: SUNDIALS' ARKODE, projected after each step; adams: CVODE, which has no projection with it; bdf: CVODE with
   projection. S and its projections are written by hand (`bench/rivals/normal_form.hpp`, Eigen's SimplicialLDLT).
-- ida: SUNDIALS' IDA on the stabilised form of index 2 (`bench/rivals/stabilised_form.hpp`), KLU.
+- ida: SUNDIALS' IDA on the stabilised form of index 2 (`bench/rivals/stabilised_form.hpp`), Newton's matrix by hand,
+  KLU; the forces of springs as unknowns.
+- sdirk: ARKODE's Kvaerno 5(4), projected; it and, where the problem is stiff, bdf take Newton's iteration: with springs
+  a band matrix by differences, in honey GMRES, for the car axis a dense matrix (as IDA there). bdf2, ida2: up to order
+  2, which is stable on undamped swings, too.
 - simbody rkm: a tree of universal joints, Runge-Kutta-Merson.
 - mujoco: Runge-Kutta 4 with a fixed step; tree: ball joints (1000 of them take seconds a step: not run), tendons: rods
   as equalities of tendons, which are strong springs.
@@ -301,9 +365,10 @@ def main() -> None:
     for driver in dict.fromkeys(run.driver for name in names for run in PROBLEMS[name].runs):
         if not driver_of(drivers, driver).exists():
             print(f"compare: {driver} is not built and left out", flush=True)
-    measured = {}
+    measured = {name: rows for name, rows in read_rows(out / "rivals.csv").items() if name in PROBLEMS}
     for name in names:
         measured[name] = measure(drivers, PROBLEMS[name])
+        measured = {known: measured[known] for known in PROBLEMS if known in measured}
         print(make_table(PROBLEMS[name], measured[name]), flush=True)
         write_results(out, measured)
     print(make_bars(measured))

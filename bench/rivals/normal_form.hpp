@@ -10,7 +10,8 @@ namespace rivals {
 /// straight from the two rods that meet there, factorized by Eigen's SimplicialLDLT; xi = (|d|^2 - length^2)/2.
 class NormalForm {
  public:
-  explicit NormalForm(const Problem& problem) : problem_(problem), d_(problem.rods.size()), b_(problem.equations()) {
+  explicit NormalForm(const Problem& problem)
+      : problem_(problem), d_(problem.rods.size()), f_(problem.places.size()), b_(problem.equations()) {
     std::vector<std::vector<int>> rods_at(static_cast<std::size_t>(problem.size()));
     for (int k = 0; k < problem.equations(); ++k) {
       for (const int point : {problem.rods[k].i, problem.rods[k].j}) {
@@ -35,9 +36,10 @@ class NormalForm {
 
   long factorizations() const { return factorizations_; }
 
-  /// w = g - K lambda/m with S lambda = phi + K'g, at a place and velocity.
+  /// w = (f - K lambda)/m with S lambda = phi + K'f/m, at a place and velocity.
   void accelerations(const double* r, const double* v, double* w) {
     factorize(r);
+    if (problem_.is_stiff()) return accelerations_under_forces(r, v, w);
     for (int k = 0; k < problem_.equations(); ++k) {
       const Place u = problem_.difference(problem_.rods[k], v, false);
       b_[k] = dot(u, u) - (problem_.rods[k].i < 0 ? d_[k][2] * problem_.gravity : 0.0);
@@ -72,6 +74,16 @@ class NormalForm {
   }
 
  private:
+  void accelerations_under_forces(const double* r, const double* v, double* w) {
+    problem_.forces(r, v, f_.data());
+    for (std::size_t i = 0; i < f_.size(); ++i) w[i] = f_[i] / problem_.mass;
+    for (int k = 0; k < problem_.equations(); ++k) {
+      const Place u = problem_.difference(problem_.rods[k], v, false);
+      b_[k] = dot(u, u) + dot(d_[k], problem_.difference(problem_.rods[k], w, false));
+    }
+    add_correction(w);
+  }
+
   static double dot(const Place& a, const Place& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
   void factorize(const double* r) {
@@ -100,6 +112,7 @@ class NormalForm {
 
   const Problem& problem_;
   std::vector<Place> d_;
+  std::vector<double> f_;  // N
   std::vector<double> weights_;
   Eigen::VectorXd b_;
   Eigen::SparseMatrix<double> S_;

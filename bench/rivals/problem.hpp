@@ -11,7 +11,8 @@
 #include <string>
 #include <vector>
 
-/// What every driver here simulates: beads on rigid rods under gravity, released at rest.
+/// What every driver here simulates: beads on rigid rods, some also on springs or in honey, under gravity, released at
+/// rest; and the car axis (car_axis.hpp).
 namespace rivals {
 
 using Place = std::array<double, 3>;
@@ -27,6 +28,13 @@ struct Problem {
   double t_end = 1.0;                               // s
   std::vector<double> places;                       // 3n, m
   std::vector<Rod> rods;
+  std::vector<Rod> springs{};  // of the rods' length at rest
+  double stiffness = 0.0;      // N/m
+  double damping = 0.0;        // of a spring along itself, N s/m
+  double drag = 0.0;           // N s/m
+  bool is_car_axis = false;    // of which the above says nothing but places and t_end
+
+  bool is_stiff() const { return !springs.empty() || drag > 0.0; }
 
   int size() const { return static_cast<int>(places.size() / 3); }
   int equations() const { return static_cast<int>(rods.size()); }
@@ -40,6 +48,21 @@ struct Problem {
     }
     return d;
   }
+
+  /// f: weight, drag, and (k (|d| - l) + c d.u/|d|) d/|d| of the springs, N
+  void forces(const double* r, const double* v, double* f) const {
+    for (int i = 0; i < 3 * size(); ++i) f[i] = -drag * v[i] - (i % 3 == 2 ? mass * gravity : 0.0);
+    for (const Rod& spring : springs) {
+      const Place d = difference(spring, r, true), u = difference(spring, v, false);
+      const double size = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+      const double stretching = (d[0] * u[0] + d[1] * u[1] + d[2] * u[2]) / size;
+      const double pull = (stiffness * (size - length) + damping * stretching) / size;
+      for (int c = 0; c < 3; ++c) {
+        f[3 * spring.j + c] -= pull * d[c];
+        if (spring.i >= 0) f[3 * spring.i + c] += pull * d[c];
+      }
+    }
+  }
 };
 
 /// N rods from an anchor, horizontal.
@@ -51,6 +74,31 @@ inline Problem make_chain(int count, double mass, double length, double t_end) {
     chain.rods.push_back({i - 1, i});
   }
   return chain;
+}
+
+/// The same with a spring for every second rod.
+inline Problem make_spring_chain(int count, double stiffness, double damping) {
+  Problem chain = make_chain(count, 0.1, 0.1, 1.0);
+  chain.rods.clear();
+  for (int i = 0; i < count; ++i) (i % 2 == 0 ? chain.rods : chain.springs).push_back({i - 1, i});
+  chain.stiffness = stiffness;
+  chain.damping = damping;
+  return chain;
+}
+
+inline Problem make_chain_in_honey(int count) {
+  Problem chain = make_chain(count, 0.1, 0.1, 20.0);
+  chain.drag = 100.0;
+  return chain;
+}
+
+/// Two wheels (IVP test set; Schneider 1990), consistent units.
+inline Problem make_car_axis() {
+  Problem axis;
+  axis.t_end = 3.0;
+  axis.places = {0.0, 0.5, 0.0, 1.0, 0.5, 0.0};
+  axis.is_car_axis = true;
+  return axis;
 }
 
 /// m x m beads in a plane, two diagonal corners anchored.
@@ -75,12 +123,18 @@ inline Problem make_net(int m) {
   return net;
 }
 
-/// "chain" (size rods, 1 s), "net" (size x size, 0.1 s), "pendulum" (10 s), "a01" (IFToMM: 1 kg, 1 m, 2000 s).
+/// "chain" (size rods, 1 s), "net" (size x size, 0.1 s), "pendulum" (10 s), "a01" (IFToMM: 1 kg, 1 m, 2000 s),
+/// "springs" (size links, every second one a spring of 1e8 N/m, 1 s), "damped" (the same with 4472 N s/m: critical
+/// where two beads swing freely), "honey" (size rods, 20 s), "car_axis" (3 s).
 inline Problem make_problem(const std::string& name, int size) {
   if (name == "chain") return make_chain(size, 0.1, 0.1, 1.0);
   if (name == "net") return make_net(size);
   if (name == "pendulum") return make_chain(1, 0.1, 0.1, 10.0);
   if (name == "a01") return make_chain(1, 1.0, 1.0, 2000.0);
+  if (name == "springs") return make_spring_chain(size, 1e8, 0.0);
+  if (name == "damped") return make_spring_chain(size, 1e8, std::sqrt(2.0 * 0.1 * 1e8));
+  if (name == "honey") return make_chain_in_honey(size);
+  if (name == "car_axis") return make_car_axis();
   throw std::invalid_argument("problem " + name);
 }
 

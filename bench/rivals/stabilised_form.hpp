@@ -9,7 +9,11 @@ namespace rivals {
 /// The constraints and their rates as equations of a differential-algebraic system of index 2 (Gear, Gupta &
 /// Leimkuhler 1985) for equal masses, by hand, with its Newton matrix on a fixed pattern:
 ///
-///     r' = v - K mu,  m v' = m g - K lambda,  K'v = 0,  xi(r) = (|d|^2 - length^2)/2 = 0,  y = (r, v, lambda, mu)
+///     r' = v - K mu,  m v' = f - K lambda - B tau,  K'v = 0,  xi(r) = (|d|^2 - length^2)/2 = 0,
+///     |d| - length + (c B'v - tau)/k = 0 of the springs,  y = (r, v, lambda, mu, tau)
+///
+/// f are weight and drag; B holds the units e = d/|d| of the springs, whose forces tau are unknowns as those of rods
+/// are (inserted, they make a run up to 2.5 times as long).
 class StabilisedForm {
  public:
   explicit StabilisedForm(const Problem& problem) : problem_(problem), n_(3 * problem.size()) {
@@ -25,13 +29,23 @@ class StabilisedForm {
     }
   }
 
-  int unknowns() const { return 2 * (n_ + problem_.equations()); }
+  int unknowns() const { return 2 * (n_ + problem_.equations()) + num_springs(); }
 
-  /// F(y, y'): r' - v + K mu, m (v' - g) + K lambda, K'v, xi
+  /// F(y, y'): r' - v + K mu, m v' - f + K lambda + B tau, K'v, xi, |d| - length + (c B'v - tau)/k
   void residual(const double* y, const double* slope, double* out) const {
     for (int i = 0; i < n_; ++i) {
+      const double weight = i % 3 == 2 ? problem_.mass * problem_.gravity : 0.0;
       out[i] = slope[i] - y[n_ + i];
-      out[n_ + i] = problem_.mass * (slope[n_ + i] + (i % 3 == 2 ? problem_.gravity : 0.0));
+      out[n_ + i] = problem_.mass * slope[n_ + i] + problem_.drag * y[n_ + i] + weight;
+    }
+    for (int k = 0; k < num_springs(); ++k) {
+      const Spring spring = evaluate_spring(k, y);
+      const double tau = y[row_of_tau(k)];
+      out[row_of_tau(k)] = spring.size - problem_.length + (problem_.damping * spring.rate - tau) / problem_.stiffness;
+      for (int c = 0; c < 3; ++c) {
+        for_each_end(problem_.springs[k],
+                     [&](int point, double sign) { out[n_ + 3 * point + c] += sign * spring.e[c] * tau; });
+      }
     }
     for (int k = 0; k < problem_.equations(); ++k) {
       const Rod& rod = problem_.rods[k];
@@ -61,6 +75,24 @@ class StabilisedForm {
  private:
   int row_of_lambda(int k) const { return 2 * n_ + k; }
   int row_of_mu(int k) const { return 2 * n_ + problem_.equations() + k; }
+  int row_of_tau(int k) const { return 2 * (n_ + problem_.equations()) + k; }
+  int num_springs() const { return static_cast<int>(problem_.springs.size()); }
+
+  struct Spring {
+    double size, rate;  // |d|, e.u
+    Place e, turning;   // d/|d| and its rate (u - e e.u)/|d|
+  };
+  Spring evaluate_spring(int k, const double* y) const {
+    const Place d = problem_.difference(problem_.springs[k], y, true);
+    const Place u = problem_.difference(problem_.springs[k], y + n_, false);
+    Spring spring;
+    // 0 where only the pattern is asked for
+    spring.size = std::max(std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), 1e-300);
+    for (int c = 0; c < 3; ++c) spring.e[c] = d[c] / spring.size;
+    spring.rate = spring.e[0] * u[0] + spring.e[1] * u[1] + spring.e[2] * u[2];
+    for (int c = 0; c < 3; ++c) spring.turning[c] = (u[c] - spring.e[c] * spring.rate) / spring.size;
+    return spring;
+  }
 
   /// visit(point, dd/dr_point) at the ends that move
   template <class Visit>
@@ -75,8 +107,9 @@ class StabilisedForm {
     for (int i = 0; i < n_; ++i) {
       add(i, i, a);
       add(i, n_ + i, -1.0);
-      add(n_ + i, n_ + i, a * problem_.mass);
+      add(n_ + i, n_ + i, a * problem_.mass + problem_.drag);
     }
+    for (int k = 0; k < num_springs(); ++k) add_spring(k, y, add);
     for (int k = 0; k < problem_.equations(); ++k) {
       const Rod& rod = problem_.rods[k];
       const int lambda = row_of_lambda(k), mu = row_of_mu(k);
@@ -96,6 +129,29 @@ class StabilisedForm {
         });
       }
     }
+  }
+
+  /// d(e tau)/dr = tau (1 - e e')/|d|, d|d|/dr = e, d(e.u)/dr = turning, d(e.u)/du = e
+  template <class Add>
+  void add_spring(int k, const double* y, const Add& add) const {
+    const Spring spring = evaluate_spring(k, y);
+    const int row = row_of_tau(k);
+    const double relaxation = problem_.damping / problem_.stiffness;  // s
+    add(row, row, -1.0 / problem_.stiffness);
+    for_each_end(problem_.springs[k], [&](int point, double sign) {
+      for (int i = 0; i < 3; ++i) {
+        const int r = 3 * point + i, v = n_ + r;
+        add(v, row, sign * spring.e[i]);
+        add(row, r, sign * (spring.e[i] + relaxation * spring.turning[i]));
+        add(row, v, sign * relaxation * spring.e[i]);
+        for_each_end(problem_.springs[k], [&](int other, double other_sign) {
+          for (int j = 0; j < 3; ++j) {
+            const double across = (i == j ? 1.0 : 0.0) - spring.e[i] * spring.e[j];
+            add(v, 3 * other + j, sign * other_sign * y[row] * across / spring.size);
+          }
+        });
+      }
+    });
   }
 
   const Problem& problem_;

@@ -2,80 +2,102 @@
 ///
 ///     rival_sundials PROBLEM SIZE METHOD TOLERANCE FILE
 ///
-/// METHOD: erk5, erk8 (ARKODE, Dormand & Prince 5(4), Fehlberg 8(7); projected after each step), adams (CVODE, which
-/// offers no projection with it), bdf (CVODE with projection), ida (IDA on the stabilised form of index 2).
+/// METHOD: erk5, erk8 (ARKODE, Dormand & Prince 5(4), Fehlberg 8(7); projected after each step), sdirk (likewise,
+/// Kvaerno 5(4), implicit), adams (CVODE, which offers no projection with it), bdf (CVODE with projection), ida (IDA on
+/// the stabilised form of index 2); bdf2, ida2: up to order 2, which damps no swing and is stable on all.
+/// Implicit steps: fixed-point iteration where nothing is stiff, else Newton's, see make_linear_solver.
+
+#include "sundials_ida.hpp"
 
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
 #include <cvode/cvode_proj.h>
-#include <ida/ida.h>
-#include <nvector/nvector_serial.h>
-#include <sunlinsol/sunlinsol_klu.h>
-#include <sunmatrix/sunmatrix_sparse.h>
+#include <sunlinsol/sunlinsol_band.h>
+#include <sunlinsol/sunlinsol_spgmr.h>
+#include <sunmatrix/sunmatrix_band.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
-
-#include "normal_form.hpp"
-#include "stabilised_form.hpp"
 
 namespace rivals {
 namespace {
 
-/// What the callbacks need.
-struct Motion {
-  const Problem& problem;
-  NormalForm form;
-  double tolerance;
-};
-
-constexpr double projection_share = 0.01;  // of the tolerance
-constexpr double loose_tolerance = 1.0;    // of IDA's multipliers, N/m and 1/s
-constexpr long most_steps = 10'000'000;
-
-void require(int flag) {
-  if (flag < 0) throw std::runtime_error("SUNDIALS: flag " + std::to_string(flag));
-}
-
-/// y = (r, v); y' = (v, w)
-int find_slope(realtype, N_Vector y, N_Vector slope, void* user) {
+/// y = (r, v), or bead by bead; y' = (v, w)
+int find_slope(realtype t, N_Vector y, N_Vector slope, void* user) {
   auto& motion = *static_cast<Motion*>(user);
-  const int n = 3 * motion.problem.size();
-  const double* state = N_VGetArrayPointer(y);
   double* out = N_VGetArrayPointer(slope);
-  std::copy_n(state + n, n, out);
-  motion.form.accelerations(state, state + n, out + n);
+  const double* state = motion.read(N_VGetArrayPointer(y));
+  std::vector<double>& rates = motion.rates;
+  std::copy_n(state + motion.size, motion.size, rates.data());
+  motion.accelerations(t, state, state + motion.size, rates.data() + motion.size);
+  motion.write(rates.data(), out);
   return 0;
 }
 
 Motion* current = nullptr;  // ARKODE's post-processing gets another pointer in some versions
 
-int project_state(realtype, N_Vector y, void*) {
-  double* state = N_VGetArrayPointer(y);
-  current->form.project(state, state + 3 * current->problem.size(), projection_share * current->tolerance);
+int project_state(realtype t, N_Vector y, void*) {
+  double* state = current->read(N_VGetArrayPointer(y));
+  current->project(t, state, projection_share * current->tolerance);
+  current->write(state, N_VGetArrayPointer(y));
   return 0;
 }
 
 /// CVODE wants the correction, and the error without its normal part.
-int find_correction(realtype, N_Vector y, N_Vector correction, realtype, N_Vector error, void* user) {
+int find_correction(realtype t, N_Vector y, N_Vector correction, realtype, N_Vector error, void* user) {
   auto& motion = *static_cast<Motion*>(user);
-  const int n = 3 * motion.problem.size();
-  const double* state = N_VGetArrayPointer(y);
-  double* change = N_VGetArrayPointer(correction);
-  std::copy_n(state, 2 * n, change);
-  motion.form.project(change, change + n, projection_share * motion.tolerance);
-  for (int i = 0; i < 2 * n; ++i) change[i] -= state[i];
+  const double* old = N_VGetArrayPointer(y);
+  double *change = N_VGetArrayPointer(correction), *state = motion.read(old);
+  motion.project(t, state, projection_share * motion.tolerance);
+  motion.write(state, change);
+  for (int i = 0; i < 2 * motion.size; ++i) change[i] -= old[i];
   if (error) {
-    motion.form.remove_normal_part(N_VGetArrayPointer(error));
-    motion.form.remove_normal_part(N_VGetArrayPointer(error) + n);
+    std::copy_n(state, motion.size, motion.rates.data());
+    double* parts = motion.read(N_VGetArrayPointer(error));
+    for (double* u : {parts, parts + motion.size}) motion.remove_normal_part(t, motion.rates.data(), u);
+    motion.write(parts, N_VGetArrayPointer(error));
   }
   return 0;
 }
 
-void step_with_arkode(const Motion& motion, const std::string& method, N_Vector y, SUNContext context, Run* run) {
-  void* memory = ARKStepCreate(find_slope, nullptr, 0.0, y, context);
-  require(ARKStepSetUserData(memory, current));
+/// What Newton's matrix asks for, made by differences: the car axis is small and dense; with springs w of a bead knows
+/// those up to two links away, so bead by bead the matrix is a band; in honey GMRES meets nearly one eigenvalue.
+struct LinearSolver {
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver solver = nullptr;
+
+  LinearSolver(const Motion& motion, N_Vector y, SUNContext context) {
+    constexpr int half_band = 17;
+    if (motion.problem.is_car_axis) {
+      matrix = SUNDenseMatrix(2 * motion.size, 2 * motion.size, context);
+      solver = SUNLinSol_Dense(y, matrix, context);
+    } else if (motion.is_bead_by_bead) {
+      matrix = SUNBandMatrix(2 * motion.size, half_band, half_band, context);
+      solver = SUNLinSol_Band(y, matrix, context);
+    } else {
+      solver = SUNLinSol_SPGMR(y, SUN_PREC_NONE, 20, context);
+    }
+  }
+  LinearSolver(const LinearSolver&) = delete;
+  LinearSolver& operator=(const LinearSolver&) = delete;
+  ~LinearSolver() {
+    SUNLinSolFree(solver);
+    if (matrix) SUNMatDestroy(matrix);
+  }
+};
+
+void step_with_arkode(Motion& motion, const std::string& method, N_Vector y, SUNContext context, Run* run) {
+  const bool is_implicit = method == "sdirk";
+  void* memory = is_implicit ? ARKStepCreate(nullptr, find_slope, 0.0, y, context)
+                             : ARKStepCreate(find_slope, nullptr, 0.0, y, context);
+  const LinearSolver linear(motion, y, context);
+  require(ARKStepSetUserData(memory, &motion));
   require(ARKStepSStolerances(memory, motion.tolerance, motion.tolerance));
-  require(ARKStepSetTableNum(memory, ARKODE_DIRK_NONE,
-                             method == "erk8" ? ARKODE_FEHLBERG_13_7_8 : ARKODE_DORMAND_PRINCE_7_4_5));
+  if (is_implicit) {
+    require(ARKStepSetTableNum(memory, ARKODE_KVAERNO_7_4_5, ARKODE_ERK_NONE));
+    require(ARKStepSetLinearSolver(memory, linear.solver, linear.matrix));
+  } else {
+    require(ARKStepSetTableNum(memory, ARKODE_DIRK_NONE,
+                               method == "erk8" ? ARKODE_FEHLBERG_13_7_8 : ARKODE_DORMAND_PRINCE_7_4_5));
+  }
   require(ARKStepSetPostprocessStepFn(memory, project_state));
   require(ARKStepSetMaxNumSteps(memory, most_steps));
   require(ARKStepSetStopTime(memory, motion.problem.t_end));
@@ -84,17 +106,25 @@ void step_with_arkode(const Motion& motion, const std::string& method, N_Vector 
   require(ARKStepEvolve(memory, motion.problem.t_end, y, &t, ARK_NORMAL));
   run->seconds = processor_time() - begin;
   require(ARKStepGetNumSteps(memory, &run->steps));
+  if (is_implicit) require(ARKStepGetNumLinSolvSetups(memory, &run->factorizations));
   ARKStepFree(&memory);
 }
 
-void step_with_cvode(const Motion& motion, const std::string& method, N_Vector y, SUNContext context, Run* run) {
+void step_with_cvode(Motion& motion, const std::string& method, N_Vector y, SUNContext context, Run* run) {
   void* memory = CVodeCreate(method == "adams" ? CV_ADAMS : CV_BDF, context);
-  SUNNonlinearSolver iteration = SUNNonlinSol_FixedPoint(y, 0, context);
+  const LinearSolver linear(motion, y, context);
+  SUNNonlinearSolver iteration = nullptr;
   require(CVodeInit(memory, find_slope, 0.0, y));
-  require(CVodeSetUserData(memory, current));
+  require(CVodeSetUserData(memory, &motion));
   require(CVodeSStolerances(memory, motion.tolerance, motion.tolerance));
-  require(CVodeSetNonlinearSolver(memory, iteration));
-  if (method == "bdf") require(CVodeSetProjFn(memory, find_correction));
+  if (motion.is_stiff) {
+    require(CVodeSetLinearSolver(memory, linear.solver, linear.matrix));
+  } else {
+    iteration = SUNNonlinSol_FixedPoint(y, 0, context);
+    require(CVodeSetNonlinearSolver(memory, iteration));
+  }
+  if (method != "adams") require(CVodeSetProjFn(memory, find_correction));
+  if (method == "bdf2") require(CVodeSetMaxOrd(memory, 2));
   require(CVodeSetMaxNumSteps(memory, most_steps));
   require(CVodeSetStopTime(memory, motion.problem.t_end));
   double t = 0.0;
@@ -102,83 +132,25 @@ void step_with_cvode(const Motion& motion, const std::string& method, N_Vector y
   require(CVode(memory, motion.problem.t_end, y, &t, CV_NORMAL));
   run->seconds = processor_time() - begin;
   require(CVodeGetNumSteps(memory, &run->steps));
+  if (motion.is_stiff) require(CVodeGetNumLinSolvSetups(memory, &run->factorizations));
   CVodeFree(&memory);
-  SUNNonlinSolFree(iteration);
-}
-
-int find_residual(realtype, N_Vector y, N_Vector slope, N_Vector out, void* user) {
-  static_cast<StabilisedForm*>(user)->residual(N_VGetArrayPointer(y), N_VGetArrayPointer(slope),
-                                               N_VGetArrayPointer(out));
-  return 0;
-}
-
-int find_newton_matrix(realtype, realtype a, N_Vector y, N_Vector, N_Vector, SUNMatrix out, void* user, N_Vector,
-                       N_Vector, N_Vector) {
-  const auto& matrix = static_cast<StabilisedForm*>(user)->newton_matrix(N_VGetArrayPointer(y), a);
-  std::copy_n(matrix.outerIndexPtr(), matrix.outerSize() + 1, SUNSparseMatrix_IndexPointers(out));
-  std::copy_n(matrix.innerIndexPtr(), matrix.nonZeros(), SUNSparseMatrix_IndexValues(out));
-  std::copy_n(matrix.valuePtr(), matrix.nonZeros(), SUNSparseMatrix_Data(out));
-  return 0;
-}
-
-/// lambda and v' at the start from the normal form; mu = 0. The multipliers are left out of the error test, and with
-/// the tolerance of the others Newton's iteration would stall on them: they change by 1/h of what places do.
-void step_with_ida(const Motion& motion, const std::string&, N_Vector state, SUNContext context, Run* run) {
-  const int n = 3 * motion.problem.size();
-  StabilisedForm form(motion.problem);
-  N_Vector y = N_VNew_Serial(form.unknowns(), context), slope = N_VClone(y), differential = N_VClone(y),
-           tolerances = N_VClone(y);
-  for (N_Vector vector : {y, slope, differential}) N_VConst(0.0, vector);
-  N_VConst(loose_tolerance, tolerances);
-  std::fill_n(N_VGetArrayPointer(tolerances), 2 * n, motion.tolerance);
-  double *values = N_VGetArrayPointer(y), *places = N_VGetArrayPointer(state);
-  std::copy_n(places, 2 * n, values);
-  current->form.accelerations(values, values + n, N_VGetArrayPointer(slope) + n);
-  const Eigen::VectorXd& lambda = motion.form.multipliers();
-  std::copy_n(lambda.data(), lambda.size(), values + 2 * n);
-  std::fill_n(N_VGetArrayPointer(differential), 2 * n, 1.0);
-
-  void* memory = IDACreate(context);
-  SUNMatrix matrix =
-      SUNSparseMatrix(form.unknowns(), form.unknowns(), form.newton_matrix(values, 1.0).nonZeros(), CSC_MAT, context);
-  SUNLinearSolver solver = SUNLinSol_KLU(y, matrix, context);
-  require(IDAInit(memory, find_residual, 0.0, y, slope));
-  require(IDASetUserData(memory, &form));
-  require(IDASVtolerances(memory, motion.tolerance, tolerances));
-  require(IDASetId(memory, differential));
-  require(IDASetSuppressAlg(memory, SUNTRUE));
-  require(IDASetLinearSolver(memory, solver, matrix));
-  require(IDASetJacFn(memory, find_newton_matrix));
-  require(IDASetMaxNumSteps(memory, most_steps));
-  require(IDASetStopTime(memory, motion.problem.t_end));
-  double t = 0.0;
-  const double begin = processor_time();
-  const int flag = IDASolve(memory, motion.problem.t_end, &t, y, slope, IDA_NORMAL);
-  if (flag < 0) throw std::runtime_error("IDA: flag " + std::to_string(flag) + " at " + std::to_string(t) + " s");
-  run->seconds = processor_time() - begin;
-  require(IDAGetNumSteps(memory, &run->steps));
-  require(IDAGetNumLinSolvSetups(memory, &run->factorizations));
-  std::copy_n(values, 2 * n, places);
-  IDAFree(&memory);
-  SUNLinSolFree(solver);
-  SUNMatDestroy(matrix);
-  for (N_Vector vector : {y, slope, differential, tolerances}) N_VDestroy(vector);
+  if (iteration) SUNNonlinSolFree(iteration);
 }
 
 Run make_run(const Problem& problem, const std::string& method, double tolerance) {
-  Motion motion{problem, NormalForm(problem), tolerance};
+  Motion motion(problem, method, tolerance);
   current = &motion;
   SUNContext context;
   require(SUNContext_Create(nullptr, &context));
-  const int n = 3 * problem.size();
-  N_Vector y = N_VNew_Serial(2 * n, context);
-  N_VConst(0.0, y);
-  std::copy_n(problem.places.data(), n, N_VGetArrayPointer(y));
+  N_Vector y = N_VNew_Serial(2 * motion.size, context);
+  motion.write(motion.start().data(), N_VGetArrayPointer(y));
   Run run;
-  const auto step = method == "ida" ? step_with_ida : method.starts_with("erk") ? step_with_arkode : step_with_cvode;
+  const auto step = method.starts_with("ida")                                  ? step_with_ida
+                    : method.starts_with("erk") || method.starts_with("sdirk") ? step_with_arkode
+                                                                               : step_with_cvode;
   step(motion, method, y, context, &run);
-  run.factorizations += motion.form.factorizations();
-  run.places.assign(N_VGetArrayPointer(y), N_VGetArrayPointer(y) + n);
+  if (!problem.is_car_axis && !motion.is_stiff) run.factorizations += motion.form.factorizations();
+  run.places = motion.places(motion.read(N_VGetArrayPointer(y)));
   N_VDestroy(y);
   SUNContext_Free(&context);
   return run;

@@ -1,6 +1,8 @@
 /// tanor on the problems of its rivals, one thread, through its public interface alone.
 ///
-///     rival_tanor PROBLEM SIZE METHOD RTOL FILE       METHOD: dop853, dopri5, taylor, taylor12 (with its order), …
+///     rival_tanor PROBLEM SIZE METHOD RTOL FILE       METHOD: dop853, dopri5, taylor, taylor12 (with its order), …;
+///                                                     "/general" after it: on the general way; generalized_alpha: RTOL
+///                                                     is the step, s
 
 #include <tanor/tanor.hpp>
 
@@ -27,20 +29,52 @@ tanor::System make_system(const Problem& problem) {
   rods.length = problem.length;
   system.constraints = {rods};
   system.forces = {tanor::Gravity{.acceleration = {0.0, 0.0, -problem.gravity}}};
+  tanor::Springs springs{.stiffness = problem.stiffness, .damping = problem.damping, .rest_length = problem.length};
+  for (const Rod& spring : problem.springs) springs.pairs.push_back({spring.i, spring.j});
+  if (!springs.pairs.empty()) system.forces.push_back(springs);
+  if (problem.drag > 0.0) {
+    tanor::Drag honey{.linear = problem.drag};
+    for (tanor::Index i = 0; i < static_cast<tanor::Index>(problem.size()); ++i) honey.points.push_back(i);
+    system.forces.push_back(honey);
+  }
+  return system;
+}
+
+/// The car axis as the IVP test set has it: the left wheel's foot at rest, the right one's on the road.
+tanor::System make_car_axis(const Problem& axis) {
+  tanor::System system;
+  system.positions = axis.places;
+  system.positions.insert(system.positions.end(), {0, 0, 0, 1, 0, 0});
+  system.velocities = {-0.5, 0, 0, -0.5, 0, 0, 0, 0, 0, 0, 0, 0};
+  system.masses.assign(4, 5e-4);
+  const auto formula = [](const char* text) { return tanor::ScalarFunction::formula(text); };
+  system.supports = {
+      {.points = {2}},
+      {.points = {3}, .displacement = {formula("sqrt(1 - (0.1*sin(10*t))^2) - 1"), formula("0.1*sin(10*t)"), 0.0}}};
+  system.constraints = {tanor::Angles{.triples = {{0, 2, 3}}, .cosine = 0.0},
+                        tanor::Rods{.pairs = {{0, 1}}, .length = 1.0}};
+  system.forces = {tanor::Springs{.pairs = {{2, 0}, {3, 1}}, .stiffness = 1.0, .rest_length = 0.5},
+                   tanor::Gravity{.acceleration = {0.0, -1.0, 0.0}}};
   return system;
 }
 
 /// "taylor12" -> taylor, order 12
-tanor::MotionOptions read_options(const std::string& method, double rtol) {
-  tanor::MotionOptions options{.rtol = rtol, .atol = 0.01 * rtol};
+tanor::MotionOptions read_options(const std::string& method, double tolerance) {
+  if (method == "generalized_alpha")
+    return {.method = tanor::Method::GeneralizedAlpha, .step = tolerance, .rtol = 1e-9, .atol = 1e-11};
+  tanor::MotionOptions options{.rtol = tolerance, .atol = 0.01 * tolerance};
   const bool has_order = method.starts_with("taylor") && method.size() > 6;
   options.method = tanor::method_from_name(has_order ? "taylor" : method);
   if (has_order) options.order = std::stoi(method.substr(6));
   return options;
 }
 
-Run make_run(const Problem& problem, const std::string& method, double rtol) {
-  tanor::Simulation simulation(make_system(problem), read_options(method, rtol), {.threads = 1});
+Run make_run(const Problem& problem, const std::string& method, double tolerance) {
+  const std::size_t slash = method.find('/');
+  tanor::SolverOptions solver{.threads = 1};
+  if (slash != std::string::npos) solver.way = tanor::Way::General;
+  tanor::Simulation simulation(problem.is_car_axis ? make_car_axis(problem) : make_system(problem),
+                               read_options(method.substr(0, slash), tolerance), solver);
   Run run;
   const double begin = processor_time();
   const tanor::Outcome outcome = simulation.advance(problem.t_end);
