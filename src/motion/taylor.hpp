@@ -30,7 +30,7 @@ class Taylor final : public Scheme {
  private:
   void expand(const State& from);
   void choose_terms(const State& from);
-  void choose_terms_for(const State& from, double h);
+  int terms_for(const State& from, double h);
   double longest_step(const State& from, int terms);
   double log_of_longest_step(const State& from, int k);
   void evaluate(double h, double* x, double* v, double* a) const;
@@ -46,10 +46,15 @@ class Taylor final : public Scheme {
   mutable struct { std::vector<double> x, v, a; } inside_;
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
 
-  double series_time_ = 0.0, longest_ = 0.0;
-  double missing_ = 0.0;  // in the acceleration at the last place that was rejected, over the largest; 0: none was
+  // Of the series
   bool has_series_ = false, exists_ = false;
-  int terms_ = 0;  // that are summed, at most `order_`
+  double series_time_ = 0.0;
+  int enough_ = 0;                     // terms, at most `order_`, that allow …
+  double longest_ = 0.0;               // … steps up to this one, s
+  std::vector<double> log_of_limits_;  // of the longest h that each term allows; NaN: not measured
+  // Of the last step
+  int terms_ = 0;         // that were summed
+  double missing_ = 0.0;  // in the acceleration at its end if it was rejected, over the largest; 0: it was not
   // The last accelerations were those at a step's end.
   bool knows_acceleration_ = false;
   double end_ = 0.0;

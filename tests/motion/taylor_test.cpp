@@ -7,6 +7,8 @@
 
 #include "motion/elliptic.hpp"
 #include "motion/scenes.hpp"
+#include "motion/taylor.hpp"
+#include "motion/toys.hpp"
 
 namespace tanor {
 namespace {
@@ -65,6 +67,74 @@ TEST(Taylor, LongSeriesAtALooseToleranceAreHeldInCheckByTheirEnds) {
 
   EXPECT_GT(simulation.report().rejected, 0U);
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 0.1);
+}
+
+/// x'' = 2 x^3 from x = x' = 1: x = 1/(1 - t), whose series says nothing from t = 1 on.
+class Blowup final : public toys::Toy {
+ public:
+  Blowup() : Toy(1) {}
+
+  std::size_t num_error_ratios = 0;
+
+  Outcome free_accelerations(double, const double* x, const double*, double* a) override {
+    a[0] = 2.0 * x[0] * x[0] * x[0];
+    return {};
+  }
+  ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override {
+    ++num_error_ratios;
+    return Toy::error_ratios(t, errors, atol, rtol);
+  }
+  std::string series_obstacle() const override { return ""; }
+  Outcome expand(double, const double*, const double*, const double*, std::span<double* const> coefficients,
+                 double* smooth_until) override {
+    for (double* const coefficient : coefficients) *coefficient = 1.0;
+    *smooth_until = std::numeric_limits<double>::infinity();
+    return {};
+  }
+};
+
+struct BlowupTest : testing::Test {
+  BlowupTest() {
+    for (State* state : {&from, &to}) state->x = state->v = state->a = {1.0};
+    from.a = {2.0};
+  }
+  StepResult step(Taylor* taylor, double h) {
+    to.t = h;
+    return taylor->step(from, h, &to);
+  }
+
+  Blowup blowup;
+  State from, to;
+};
+
+TEST_F(BlowupTest, ARejectedStepDoesNotLengthenTheNextOne) {
+  Taylor taylor({.rtol = 1e-8, .atol = 1e-8}, blowup);
+  const double proposed = taylor.propose_step(from);
+
+  EXPECT_GT(step(&taylor, 2.0).error, 1.0);
+
+  EXPECT_EQ(taylor.propose_step(from), proposed);
+}
+
+/// Beyond t = 1 the fewest terms leave least over; before it, all together do.
+TEST_F(BlowupTest, TermsAreChosenForEachStepThatIsTried) {
+  Taylor taylor({.rtol = 1e-8, .atol = 1e-8}, blowup), other({.rtol = 1e-8, .atol = 1e-8}, blowup);
+  const double proposed = taylor.propose_step(from);
+  const double error = step(&other, proposed).error, x = to.x[0];
+  ASSERT_NEAR(x, 1.0 / (1.0 - proposed), 1e-7);
+
+  EXPECT_GT(step(&taylor, 2.0).error, 1.0);
+
+  EXPECT_EQ(step(&taylor, proposed).error, error);
+  EXPECT_EQ(to.x[0], x);
+}
+
+TEST_F(BlowupTest, EachTermIsMeasuredOnce) {
+  Taylor taylor({.rtol = 1e-8, .atol = 1e-8, .order = 20}, blowup);
+  taylor.propose_step(from);
+  for (const double h : {3.0, 2.0, 1.5}) step(&taylor, h);
+
+  EXPECT_LE(blowup.num_error_ratios, 20U + 3U) << "and the ends of three steps";
 }
 
 TEST(Taylor, HigherOrdersTakeLongerSteps) {
