@@ -37,6 +37,7 @@ void SingularPlaces::note(double t, bool is_settled) {
   memory_.forecast.add(t, relative_condition());
   const bool lies_ahead = memory_.forecast.time() > t && std::isfinite(memory_.forecast.time());
   memory_.is_in_the_way = lies_ahead && (memory_.is_in_the_way || memory_.approaches > 0);
+  if (!lies_ahead) forget_approaches();
   if (follows_) find_passage(t);
   if (is_at_one()) {
     note_passage(t, reciprocal_condition, memory_.is_at_one);
@@ -56,6 +57,11 @@ void SingularPlaces::find_passage(double t) {
   if (!is_known) note_passage(time, mechanics_.last_solve().reciprocal_condition, false);
   memory_.last_passage = time;
   memory_.is_at_one = true;  // should this place still be near: it is the same one
+}
+
+void SingularPlaces::forget_approaches() {
+  memory_.approaches = 0;
+  memory_.coasting_error = std::numeric_limits<double>::infinity();
 }
 
 void SingularPlaces::note_rank(double t) {
@@ -125,9 +131,8 @@ StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const Stat
   if (!by_itself && forecast.time() != memory_.last_passage)
     note_passage(forecast.time(), regular_ * forecast.reciprocal_condition(), false);
   if (!by_itself) memory_.last_passage = forecast.time();
-  memory_.approaches = 0;
   memory_.is_in_the_way = false;
-  memory_.coasting_error = std::numeric_limits<double>::infinity();
+  forget_approaches();
   if (step.is_settled) forecast.forget();
   return step;
 }

@@ -59,6 +59,7 @@ class SingularPlaces {
   double relative_condition() const;
   bool is_at_one() const;
   void find_passage(double t);
+  void forget_approaches();
   void note_rank(double t);
   void note_passage(double t, double reciprocal_condition, bool is_the_last_one);
 

@@ -338,17 +338,18 @@ TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
   EXPECT_LT(simulation.report().steps, 400U);
 }
 
-/// Rounding is no secret helper: other numbers in the tenth digit, the same way through all places.
+/// Rounding is no secret helper: other numbers in the tenth digit, the same way through all places. What was tried at
+/// one place says nothing about the next one.
 TEST(Singular, SeriesGoThroughFortyFourBarsThatAreSentOffALittleFaster) {
-  for (const double more : {-1e-10, 1e-10, 3e-10}) {
+  for (const double more : {-4e-10, -1e-10, 1e-10, 3e-10, 5e-10, 1e-9}) {
     System system = make_many_four_bars(40);
     for (double& v : system.velocities) v *= 1.0 + more;
     Simulation simulation(system, {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12});
 
     ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
 
-    EXPECT_NEAR(simulation.positions()[3 * 41], 0.410901153762945, 1e-6) << more;
-    EXPECT_NEAR(simulation.positions()[3 * 41 + 1], 0.911679900971981, 1e-6) << more;
+    EXPECT_NEAR(simulation.positions()[3 * 41], 0.410901153762945, 1e-7) << more;
+    EXPECT_NEAR(simulation.positions()[3 * 41 + 1], 0.911679900971981, 1e-7) << more;
     EXPECT_EQ(simulation.report().singular_passages.count, 20U) << more;
   }
 }
