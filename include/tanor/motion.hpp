@@ -123,6 +123,8 @@ struct Snapshot {
   std::vector<int> discrete_state;    ///< which contacts slip and which way, …
   std::vector<double> event_slopes;   ///< 1/s, how what decides on them fell in the last step; empty: not known
   std::vector<double> solver_memory;  ///< what iterative solves start from, see SolverOptions::reuse; empty: nothing
+  std::vector<double> singular_memory;  ///< what was seen of places where K loses rank; empty: it keeps it
+  std::vector<double> state_before;     ///< where one may come next: of the last step's beginning; else empty
 };
 
 /// A system on its way through time.

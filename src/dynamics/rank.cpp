@@ -196,7 +196,11 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
 /// With K_0 before and K_1 now, C = S_1^-1 K_1'M^-1 K_0 is 1 where nothing turns, and a singular value that went from
 /// s_0 through 0 to s_1 is an eigenvalue s_0/s_1 < 0 of it: the largest one of 1 - C, found by power iteration.
 double NormalForm::find_passage(bool anew) {
-  if (!model_.may_lose_rank || redundancy_.is_found()) return -1.0;
+  if (!model_.may_lose_rank) return -1.0;
+  if (redundancy_.is_found()) {
+    before_.blocks.clear();
+    return -1.0;
+  }
   const bool knows_before = !anew && !before_.blocks.empty();
   double fraction = -1.0;
   if (knows_before) {

@@ -12,10 +12,10 @@ namespace tanor {
 /// goes through 0 there as a straight line, and the reciprocal condition of S is its square.
 class SingularForecast {
  public:
-  /// A step ended at t on the constraints; S had this reciprocal condition there.
-  void add(double t, double reciprocal_condition) {
+  /// A step ended at t on the constraints; S had this reciprocal condition there, and `regular` far from such places.
+  void add(double t, double reciprocal_condition, double regular) {
     const double size = std::sqrt(std::max(0.0, reciprocal_condition));
-    const bool falls = t > time_ && size < size_ && reciprocal_condition < suspicious_below;
+    const bool falls = t > time_ && size < size_ && reciprocal_condition < suspicious_below * regular;
     zero_ = falls ? t + (t - time_) * size / (size_ - size) : never;
     time_ = t;
     size_ = size;
@@ -29,6 +29,16 @@ class SingularForecast {
   double time() const { return zero_; }
   /// Smallest met before it, as a reciprocal condition.
   double reciprocal_condition() const { return size_ * size_; }
+
+  /// visit(number) for all that it knows, to keep it and to bring it back.
+  template <class Visit>
+  void for_each_number(const Visit& visit) const {
+    for (const double* number : {&time_, &size_, &zero_}) visit(*number);
+  }
+  template <class Visit>
+  void for_each_number(const Visit& visit) {
+    for (double* number : {&time_, &size_, &zero_}) visit(*number);
+  }
 
  private:
   static constexpr double margin = 0.25, suspicious_below = 1e-2;

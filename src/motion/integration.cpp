@@ -15,6 +15,16 @@ namespace {
 
 constexpr int most_splits = 8;  // of a fixed step that fails
 
+/// visit(number) for all of a state but the works done.
+template <class S, class Visit>
+void for_each_number(S& state, const Visit& visit) {
+  visit(state.t);
+  for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) visit(state.power.*part);
+  for (auto* array : {&state.x, &state.v, &state.a}) {
+    for (auto& number : *array) visit(number);
+  }
+}
+
 }  // namespace
 
 Integration::Integration(Method method, const MotionOptions& options, Mechanics& mechanics, MotionReport* report)
@@ -38,29 +48,58 @@ void Integration::write(Snapshot* snapshot) const {
   snapshot->discrete_state = mechanics_.discrete_state();
   snapshot->event_slopes = events_.slopes();
   snapshot->solver_memory = mechanics_.solver_memory();
+  places_.write(&snapshot->singular_memory);
+  std::vector<double>& before = snapshot->state_before;
+  before.clear();
+  if (!trial_is_before_ || !places_.may_coast()) return;
+  before.push_back(control_.is_after_rejection());
+  for_each_number(trial_, [&](double number) { before.push_back(number); });
+  before.insert(before.end(), state.a.begin(), state.a.end());
 }
 
 void Integration::restore(const Snapshot& snapshot) {
+  const std::vector<double>& before = snapshot.state_before;
+  if (const std::size_t expected = 5 + 4 * mechanics_.size(); !before.empty() && before.size() != expected) {
+    throw InputError("/snapshot/state_before",
+                     "holds " + std::to_string(before.size()) + " numbers, not " + std::to_string(expected));
+  }
+  places_.restore(snapshot.singular_memory);
   mechanics_.restore_discrete_state(snapshot.discrete_state);
   mechanics_.restore_solver_memory(snapshot.solver_memory);
   next_step = snapshot.next_step;
-  control_ = StepControl(scheme_->estimate_order(), snapshot.last_error);
+  control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, !before.empty() && before[0] != 0.0);
   advance_begin_ = snapshot.advance_begin;
   advance_end_ = snapshot.advance_end;
   scheme_ = make_scheme(method_, options_, mechanics_);  // which remembers no other motion
   events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
+  trial_is_before_ = !before.empty();
+  if (!trial_is_before_) return;
+  std::size_t next = 1;
+  for_each_number(trial_, [&](double& number) { number = before[next++]; });
+  state.a.assign(before.begin() + static_cast<std::ptrdiff_t>(next), before.end());
 }
 
 void Integration::begin() {
-  resume();
+  trial_ = state;  // what does not move stands in both
+  trial_is_before_ = false;
+  watch_.forget();
   places_.begin(state.t);
 }
 
+Outcome Integration::return_to_constraints() {
+  Outcome found = mechanics_.linearise(trial_.t, trial_.x.data());
+  if (found.ok()) {
+    // Which is known, but the mechanics has to know it.
+    found = mechanics_.accelerations(trial_.t, trial_.x.data(), trial_.v.data(), Gradients::Keep, trial_.a.data());
+  }
+  state.power = trial_.power;
+  return found;
+}
+
 void Integration::resume() {
-  trial_ = state;  // what does not move stands in both
-  trial_is_before_ = false;
-  places_.resume(state.t);
+  if (!trial_is_before_) trial_ = state;
   watch_.forget();
+  places_.resume();
 }
 
 Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {

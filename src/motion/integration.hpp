@@ -33,6 +33,9 @@ class Integration {
   /// To be called when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
   void begin();
   void resume();
+  /// `state` was restored while it coasts: instead, K says nothing there. The mechanics goes to the state before.
+  bool is_coasting() const { return places_.is_coasting(); }
+  Outcome return_to_constraints();
 
   /// What the user looks for on the way.
   Watch& watch() { return watch_; }

@@ -114,12 +114,15 @@ struct Simulation::Implementation {
     if (forms.normal != nullptr) forms.normal->judge_friction(true, since == Since::Start);
     if (found.ok() && since == Since::Start && form.num_events() > 0) {
       found = form.begin(state.t, state.x.data(), state.v.data(), state.a.data());
+    } else if (found.ok() && integration.is_coasting()) {
+      found = integration.return_to_constraints();
     } else {
       if (found.ok()) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = refresh(Gradients::Keep);
     }
     if (forms.normal != nullptr) forms.normal->judge_friction(true, false);
-    if (found.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
+    if (found.ok() && form.has_work() && !integration.is_coasting())
+      state.power = form.power(state.x.data(), state.v.data());
     return found;
   }
 

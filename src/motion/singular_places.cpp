@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <type_traits>
 
 #include "system/text.hpp"
 
@@ -9,18 +11,51 @@ namespace tanor {
 
 void SingularPlaces::begin(double t) {
   forget();
+  regular_ = 1.0 / mechanics_.mass_ratio();
   report_.reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
   report_.reciprocal_condition_time = t;
   report_.rank_changes.start = report_.rank_changes.now = mechanics_.rank();
   note(t, true);
 }
 
-void SingularPlaces::resume(double t) {
-  forget();
+/// The first comparison knows no K before: it only remembers the one at hand.
+void SingularPlaces::resume() {
+  if (follows_ && !std::isnan(memory_.compared_time)) (void)mechanics_.find_passage(true);
+}
+
+/// visit(number) for all that the next steps depend on.
+template <class M, class Visit>
+void SingularPlaces::for_each_number(M& memory, const Visit& visit) {
+  memory.forecast.for_each_number(visit);
+  visit(memory.is_coasting);
+  visit(memory.is_at_one);
+  visit(memory.is_in_the_way);
+  visit(memory.approaches);
+  visit(memory.coasting_error);
+  visit(memory.last_passage);
+  visit(memory.compared_time);
+}
+
+void SingularPlaces::write(std::vector<double>* numbers) const {
+  numbers->clear();
   if (!mechanics_.may_lose_rank()) return;
-  regular_ = std::max(regular_, mechanics_.last_solve().reciprocal_condition);
-  memory_.forecast.add(t, relative_condition());
-  memory_.is_at_one = !report_.singular_passages.first.empty() && is_at_one();
+  numbers->push_back(regular_);
+  for_each_number(memory_, [&](const auto& number) { numbers->push_back(static_cast<double>(number)); });
+}
+
+void SingularPlaces::restore(std::span<const double> numbers) {
+  std::size_t count = mechanics_.may_lose_rank() ? 1 : 0;
+  if (count > 0) for_each_number(memory_, [&](const auto&) { ++count; });
+  if (numbers.size() != count) {
+    throw InputError("/snapshot/singular_memory",
+                     "holds " + std::to_string(numbers.size()) + " numbers, not " + std::to_string(count));
+  }
+  forget();
+  if (numbers.empty()) return;
+  regular_ = numbers[0];
+  std::size_t next = 1;
+  for_each_number(
+      memory_, [&](auto& number) { number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]); });
 }
 
 void SingularPlaces::note(double t, bool is_settled) {
@@ -34,7 +69,7 @@ void SingularPlaces::note(double t, bool is_settled) {
   if (!mechanics_.may_lose_rank()) return;
   if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
   regular_ = std::max(regular_, reciprocal_condition);
-  memory_.forecast.add(t, relative_condition());
+  memory_.forecast.add(t, reciprocal_condition, regular_);
   const bool lies_ahead = memory_.forecast.time() > t && std::isfinite(memory_.forecast.time());
   memory_.is_in_the_way = lies_ahead && (memory_.is_in_the_way || memory_.approaches > 0);
   if (!lies_ahead) forget_approaches();
@@ -83,20 +118,16 @@ void SingularPlaces::note_passage(double t, double reciprocal_condition, bool is
   }
 }
 
-/// Of S over a regular one: masses that differ make S ill-conditioned though K has its rank.
-double SingularPlaces::relative_condition() const {
-  return mechanics_.last_solve().reciprocal_condition / regular_;
-}
-
+/// Measured by a regular S: masses that differ make S ill-conditioned though K has its rank.
 bool SingularPlaces::is_at_one() const {
   constexpr double nearly_0 = 1e-9;
-  return relative_condition() < nearly_0;
+  return mechanics_.last_solve().reciprocal_condition < nearly_0 * regular_;
 }
 
 bool SingularPlaces::have_surprised() const {
   constexpr double fall = 1e-3;
   return mechanics_.may_lose_rank() && memory_.approaches == 0 && mechanics_.rank() == report_.rank_changes.now &&
-         relative_condition() < fall * memory_.forecast.reciprocal_condition();
+         mechanics_.last_solve().reciprocal_condition < fall * memory_.forecast.reciprocal_condition();
 }
 
 double SingularPlaces::coasting_length(double t_before, double t) const {
@@ -129,7 +160,7 @@ StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const Stat
   step.error = 0.0;
   // What a step passes by itself is found where it ends.
   if (!by_itself && forecast.time() != memory_.last_passage)
-    note_passage(forecast.time(), regular_ * forecast.reciprocal_condition(), false);
+    note_passage(forecast.time(), forecast.reciprocal_condition(), false);
   if (!by_itself) memory_.last_passage = forecast.time();
   memory_.is_in_the_way = false;
   forget_approaches();

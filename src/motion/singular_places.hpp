@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "motion/coasting.hpp"
 #include "motion/scheme.hpp"
@@ -13,15 +16,17 @@ class SingularPlaces {
  public:
   /// `follows`: K is compared from step to step, for a scheme with long steps.
   SingularPlaces(const MotionOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
-      : options_(options),
-        mechanics_(mechanics),
-        follows_(follows),
-        report_(*report),
-        regular_(1.0 / mechanics.mass_ratio()) {}
+      : options_(options), mechanics_(mechanics), follows_(follows), report_(*report) {}
 
-  /// The motion begins at t, or goes on there from a snapshot; the mechanics has solved there.
+  /// The motion begins at t, where the mechanics has solved.
   void begin(double t);
-  void resume(double t);
+  /// It goes on from what was restored; the mechanics has solved where it was on the constraints last.
+  void resume();
+  /// What the next steps depend on, plain numbers, to and from a snapshot; empty: K keeps its rank. Throws InputError.
+  void write(std::vector<double>* numbers) const;
+  void restore(std::span<const double> numbers);
+  /// It is foreseen that the next step may coast: it then depends on the state before, too.
+  bool may_coast() const { return is_coasting() || std::isfinite(memory_.forecast.time()); }
   /// The equations have changed: nothing of the steps before says what comes.
   void forget() { memory_ = {}; }
   /// A step was taken to t.
@@ -56,7 +61,8 @@ class SingularPlaces {
   static constexpr int most_approaches = 12;
   static constexpr double reach = 4.0;  // in steps, of what is in the way
 
-  double relative_condition() const;
+  template <class M, class Visit>
+  static void for_each_number(M& memory, const Visit& visit);
   bool is_at_one() const;
   void find_passage(double t);
   void forget_approaches();
@@ -67,9 +73,8 @@ class SingularPlaces {
   Mechanics& mechanics_;
   bool follows_;
   MotionReport& report_;
-  double regular_;  // reciprocal condition of S that masses alone may bring about, or the largest one so far
-  // Of the steps before
-  struct {
+  /// Of the steps before.
+  struct Memory {
     SingularForecast forecast;
     bool is_coasting = false, is_at_one = false, is_in_the_way = false;
     int approaches = 0;  // to the place that is foreseen, each halves the way …
@@ -77,6 +82,7 @@ class SingularPlaces {
     double last_passage = std::numeric_limits<double>::quiet_NaN();
     double compared_time = std::numeric_limits<double>::quiet_NaN();  // of the last step
   } memory_;
+  double regular_ = 0.0;  // reciprocal condition of S that masses alone may bring about, or the largest one so far
 };
 
 }  // namespace tanor

@@ -326,6 +326,60 @@ INSTANTIATE_TEST_SUITE_P(Motion, TurningFourBar,
                                          std::pair{Method::Dop853, 1e-8}, std::pair{Method::Dop853, 1e-10},
                                          std::pair{Method::Dop853, 1e-12}));
 
+void expect_same_run(const Simulation& a, const Simulation& b) {
+  const auto bits = [](std::span<const double> numbers) { return std::vector(numbers.begin(), numbers.end()); };
+  EXPECT_EQ(a.time(), b.time());
+  EXPECT_EQ(bits(a.positions()), bits(b.positions()));
+  EXPECT_EQ(bits(a.velocities()), bits(b.velocities()));
+  EXPECT_EQ(a.report().steps, b.report().steps);
+  EXPECT_EQ(a.report().rejected, b.report().rejected);
+  EXPECT_EQ(a.report().energy.work_of_forces, b.report().energy.work_of_forces);
+  const SingularPassages &of_a = a.report().singular_passages, &of_b = b.report().singular_passages;
+  ASSERT_EQ(of_a.count, of_b.count);
+  for (std::size_t k = 0; k < of_a.first.size(); ++k) {
+    EXPECT_EQ(of_a.first[k].time, of_b.first[k].time);
+    EXPECT_EQ(of_a.first[k].reciprocal_condition, of_b.first[k].reciprocal_condition);
+  }
+}
+
+class FourBarSnapshot : public testing::TestWithParam<Method> {};
+
+/// Wherever it is taken: before a flat place, on the way past it, behind it.
+TEST_P(FourBarSnapshot, ARestoredRunPassesFlatPlacesBitByBit) {
+  System system = make_four_bar(0.5, -1.0);
+  system.masses[3] = 2.0;
+  system.forces = {ConstantForce{"", {2}, VectorFunction(Vector3{0.0, -0.5, 0.0})}, Drag{"air", {3}, 0.01, 0.0}};
+  MotionOptions options{.method = GetParam(), .rtol = 1e-8, .atol = 1e-10};
+  if (has_fixed_steps(options.method)) options.step = 0.02;
+  const double places[] = {0.3, 0.5, 1.0, 4.0};
+  for (const double end : places) {
+    SCOPED_TRACE(end);
+    Simulation whole(system, options);
+    std::vector<Snapshot> snapshots;
+    ASSERT_TRUE(whole.advance(end).ok()) << whole.outcome().what;
+    ASSERT_TRUE(whole
+                    .advance(8.0,
+                             [&](const MotionReport&) {
+                               snapshots.push_back(whole.snapshot());
+                               return true;
+                             })
+                    .ok());
+    ASSERT_GE(whole.report().singular_passages.count, 1U);
+
+    for (std::size_t k = 0; k + 1 < snapshots.size(); ++k) {
+      SCOPED_TRACE(snapshots[k].time);
+      Simulation other(system, options);
+      other.restore(snapshots[k]);
+      ASSERT_TRUE(other.advance(8.0).ok()) << other.outcome().what;
+      expect_same_run(other, whole);
+      if (HasFailure()) return;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Motion, FourBarSnapshot,
+                         testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4));
+
 /// taylor's steps lead beyond the places where branches part.
 TEST(Singular, SeriesGoThroughFortyFourBarsInThreeHundredSteps) {
   Simulation simulation(make_many_four_bars(40), {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12});
