@@ -116,7 +116,8 @@ Taylor::Taylor(const MotionOptions& options, Mechanics& mechanics)
 
 double Taylor::propose_step(const State& from) {
   if (!has_series_ || series_time_ != from.t) expand(from);
-  return exists_ ? longest_ : 0.0;
+  if (!exists_) return 0.0;
+  return rejected_.may_be_noise ? std::min(longest_, 0.5 * rejected_.h) : longest_;
 }
 
 void Taylor::expand(const State& from) {
@@ -128,7 +129,7 @@ void Taylor::expand(const State& from) {
                         &smooth_until)
                 .ok();
   has_series_ = true;
-  missing_ = 0.0;
+  rejected_ = {};
   series_time_ = from.t;
   if (!exists_) return;
   std::fill(log_of_limits_.begin(), log_of_limits_.end(), std::numeric_limits<double>::quiet_NaN());
@@ -216,7 +217,7 @@ Power Taylor::integrate_power(const State& from, double h) {
 double Taylor::measure_error(const State& from, double h, const State& to) {
   const double of_v = h / terms_, of_x = of_v * h / (terms_ + 1);
   // Accelerations are found to about 1e-12 of the largest one: less is no sign of anything.
-  constexpr double noise = 1e-11;
+  constexpr double noise = 1e-11, most_noise = 1e-6;
   double largest = 0.0, most_missing = 0.0;
   for (std::size_t i = 0; i < to.a.size(); ++i) {
     largest = std::max(largest, std::abs(to.a[i]));
@@ -233,10 +234,11 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
                         {inside_.x.data(), inside_.v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
                         options_.atol, options_.rtol)
           .largest();
-  // Far from the origin, or where S is ill-conditioned, there is more noise: it does not fall with h, as terms do.
-  constexpr double most_noise = 1e-6, fall_of_noise = 0.3;
-  const double before = std::exchange(missing_, error > 1.0 ? most_missing / largest : 0.0);
-  const bool is_noise = before > 0.0 && missing_ < most_noise && missing_ > fall_of_noise * before;
+  // Far from the origin, or where S is ill-conditioned, there is more noise. In half a step terms become less than half
+  // as large, and so does what lies behind a kink (of |v| v where a point turns round); noise does not.
+  const bool should_fall = rejected_.missing > 0.0 && h < 0.51 * rejected_.h;
+  const bool is_noise = should_fall && most_missing < most_noise * largest && most_missing > 0.6 * rejected_.missing;
+  rejected_ = error > 1.0 ? Rejected{h, most_missing, most_missing < most_noise * largest} : Rejected{};
   return is_noise ? std::min(error, 1.0) : error;
 }
 

@@ -53,8 +53,12 @@ class Taylor final : public Scheme {
   double longest_ = 0.0;               // … steps up to this one, s
   std::vector<double> log_of_limits_;  // of the longest h that each term allows; NaN: not measured
   // Of the last step
-  int terms_ = 0;         // that were summed
-  double missing_ = 0.0;  // in the acceleration at its end if it was rejected, over the largest; 0: it was not
+  int terms_ = 0;  // that were summed
+  // Of the last one that was too long
+  struct Rejected {
+    double h = 0.0, missing = 0.0;  // in the acceleration at its end
+    bool may_be_noise = false;      // a step half as long will tell
+  } rejected_;
   // The last accelerations were those at a step's end.
   bool knows_acceleration_ = false;
   double end_ = 0.0;

@@ -160,6 +160,36 @@ TEST(Taylor, PassesPlacesWithoutASeries) {
   EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
 }
 
+/// Along a line, thrown up at v0 against gravity and drag c |v| v: with u = sqrt(m g/c) and T = u/g
+///
+///   v = u tan((t_top - t)/T) up to t_top = T atan(v0/u),   v = -u tanh((t - t_top)/T) from there on:
+///
+/// another function behind the turn, whose series knows nothing of it.
+TEST(Taylor, KeepsItsToleranceWhereAPointTurnsRoundAgainstDrag) {
+  constexpr double g = 9.81;
+  for (const double tolerance : {1e-6, 1e-8, 1e-10, 1e-12}) {
+    for (const double c : {0.01, 0.2, 5.0}) {
+      for (const double v0 : {0.5, 3.0, 6.75, 10.0}) {
+        SCOPED_TRACE(testing::Message() << "tolerance " << tolerance << ", c = " << c << ", v0 = " << v0);
+        const double u = std::sqrt(scenes::mass * g / c), time = u / g, top = time * std::atan(v0 / u);
+        System system;
+        scenes::add_point({0, 0, 0}, &system);
+        system.velocities = {0, 0, v0};
+        system.constraints = {Lines{"line", {0}, Vector3{0, 0, 0}, Vector3{0, 0, 1}}};
+        system.forces = {scenes::gravity, Drag{"air", {0}, 0.0, c}};
+        Simulation simulation(system, {.method = Method::Taylor, .rtol = tolerance, .atol = tolerance});
+
+        ASSERT_TRUE(simulation.advance(2.0 * top + 0.1).ok()) << simulation.outcome().what;
+
+        const double fallen = (top + 0.1) / time, height = u * time * std::log(std::hypot(1.0, v0 / u));
+        EXPECT_NEAR(simulation.positions()[2], height - u * time * std::log(std::cosh(fallen)), 5.0 * tolerance);
+        EXPECT_NEAR(simulation.velocities()[2], -u * std::tanh(fallen), 5.0 * tolerance);
+        EXPECT_LT(simulation.report().steps, 40U);
+      }
+    }
+  }
+}
+
 /// A table is a polynomial from knot to knot: no step goes beyond one.
 TEST(Taylor, StopsAtTheKnotsOfATable) {
   std::vector<double> times, values;
