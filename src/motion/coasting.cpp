@@ -76,6 +76,7 @@ StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State
       return result;
     }
   }
+  result.is_interpolated = false;
   result.error =
       mechanics
           .error_ratios(from.t,

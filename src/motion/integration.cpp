@@ -35,7 +35,7 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       scheme_(make_scheme(method, options, mechanics)),
       control_(scheme_->estimate_order()),
       events_(mechanics),
-      places_(options, mechanics, scheme_->has_long_steps(), report),
+      places_(options, mechanics, scheme_->is_adaptive(), report),
       watch_(mechanics) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
 }
@@ -132,7 +132,7 @@ Integration::Attempt Integration::try_step(double t, bool may_surprise) {
 void Integration::look_out(Attempt* attempt) {
   if (watch_.is_empty() || trial_.t == state.t) return;
   StepResult& step = attempt->step;
-  const DenseOutput by_ends(*scheme_, state, trial_, true), dense(*scheme_, state, trial_, attempt->has_coasted);
+  const DenseOutput by_ends(*scheme_, state, trial_, true), dense(*scheme_, state, trial_, !step.is_interpolated);
   double stop = 0.0;
   if (step.outcome = watch_.look(state, &trial_, by_ends, dense, &stop); !step.outcome.ok()) return;
   if (stop > trial_.t) return;
@@ -180,7 +180,7 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
     report_.last_step = h;
     taken(attempt.step);
   }
-  places_.note(state.t, attempt.step.is_settled);
+  places_.note(*scheme_, trial_, state, attempt.step);
 }
 
 /// A fixed step, in pieces where events lie on the way; one that fails is tried again in halves.

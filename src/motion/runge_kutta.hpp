@@ -34,7 +34,6 @@ class RungeKutta final : public Scheme {
 
   int order() const override { return tableau_.order; }
   bool is_adaptive() const override { return !tableau_.e.empty(); }
-  bool has_long_steps() const override { return tableau_.order >= 8; }
   StepResult step(const State& from, double h, State* to) override;
   Outcome prepare_inside(const State& from, const State& to) override;
   void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,

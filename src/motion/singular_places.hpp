@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "motion/coasting.hpp"
+#include "motion/dense_output.hpp"
 #include "motion/scheme.hpp"
 
 namespace tanor {
@@ -14,7 +15,8 @@ namespace tanor {
 /// report which ones it met.
 class SingularPlaces {
  public:
-  /// `follows`: K is compared from step to step, for a scheme with long steps.
+  /// `follows`: K is compared from step to step, where their lengths are nobody's choice; else past places that are
+  /// foreseen.
   SingularPlaces(const MotionOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
       : options_(options), mechanics_(mechanics), follows_(follows), report_(*report) {}
 
@@ -29,8 +31,8 @@ class SingularPlaces {
   bool may_coast() const { return is_coasting() || std::isfinite(memory_.forecast.time()); }
   /// The equations have changed: nothing of the steps before says what comes.
   void forget() { memory_ = {}; }
-  /// A step was taken to t.
-  void note(double t, bool is_settled);
+  /// A step was taken; the mechanics is where it ended, and stays there.
+  void note(Scheme& scheme, const State& from, const State& to, const StepResult& step);
 
   /// The state has not come back to the constraints yet.
   bool is_coasting() const { return memory_.is_coasting; }
@@ -64,10 +66,16 @@ class SingularPlaces {
   template <class M, class Visit>
   static void for_each_number(M& memory, const Visit& visit);
   bool is_at_one() const;
-  void find_passage(double t);
+  void note_place(double t);
+  void remember(double t);
+  void find_passages(Scheme& scheme, const State& from, const State& to, bool is_interpolated);
+  Outcome go_inside(DenseOutput* dense, double fraction);
+  double narrow(DenseOutput* dense, double low, double high, double value_high);
+  void note_found(double t, double h);
+  void note_passage(double t, double reciprocal_condition);
+  void withdraw_passage();
   void forget_approaches();
   void note_rank(double t);
-  void note_passage(double t, double reciprocal_condition, bool is_the_last_one);
 
   MotionOptions options_;
   Mechanics& mechanics_;
@@ -77,12 +85,14 @@ class SingularPlaces {
   struct Memory {
     SingularForecast forecast;
     bool is_coasting = false, is_at_one = false, is_in_the_way = false;
-    int approaches = 0;  // to the place that is foreseen, each halves the way …
+    bool is_foreseen = false;  // the last passage: its time is not more than that
+    int approaches = 0;        // to the place that is foreseen, each halves the way …
     double coasting_error = std::numeric_limits<double>::infinity();  // … and this of the last of them
     double last_passage = std::numeric_limits<double>::quiet_NaN();
-    double compared_time = std::numeric_limits<double>::quiet_NaN();  // of the last step
+    double remembered = std::numeric_limits<double>::quiet_NaN();  // the time of the K to compare with
   } memory_;
   double regular_ = 0.0;  // reciprocal condition of S that masses alone may bring about, or the largest one so far
+  std::vector<double> x_, v_, a_;  // inside a step
 };
 
 }  // namespace tanor

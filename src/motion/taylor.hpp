@@ -19,7 +19,6 @@ class Taylor final : public Scheme {
   int order() const override { return order_ - 1; }
   bool is_adaptive() const override { return true; }
   double propose_step(const State& from) override;
-  bool has_long_steps() const override { return true; }
   bool sees_through(const State& from) override { return propose_step(from) > 0.0; }
   StepResult step(const State& from, double h, State* to) override;
   Outcome prepare_inside(const State& from, const State& to) override;

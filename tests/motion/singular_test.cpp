@@ -326,6 +326,33 @@ INSTANTIATE_TEST_SUITE_P(Motion, TurningFourBar,
                                          std::pair{Method::Dop853, 1e-8}, std::pair{Method::Dop853, 1e-10},
                                          std::pair{Method::Dop853, 1e-12}));
 
+/// Also where steps turn the cranks by more than 90 degrees: the cranks lie flat at angle, angle + pi, …
+class PassageTimes : public testing::TestWithParam<std::pair<Method, double>> {};
+
+TEST_P(PassageTimes, AreThoseOfTheMotionHoweverLongStepsAre) {
+  const auto [method, rtol] = GetParam();
+  for (int k = 0; k < 20; ++k) {
+    const double angle = 0.21 + 0.137 * k;
+    SCOPED_TRACE(angle);
+    Simulation simulation(make_four_bar(angle, -1.0), {.method = method, .rtol = rtol, .atol = 0.01 * rtol});
+
+    ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+
+    const SingularPassages& passages = simulation.report().singular_passages;
+    ASSERT_EQ(passages.count, 1 + static_cast<std::size_t>((20.0 - angle) / M_PI));
+    for (std::size_t i = 0; i < passages.count; ++i) {
+      EXPECT_NEAR(passages.first[i].time, angle + M_PI * static_cast<double>(i), 3e-9 + 100.0 * rtol);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Motion, PassageTimes,
+                         testing::Values(std::pair{Method::Taylor, 1e-5}, std::pair{Method::Taylor, 1e-8},
+                                         std::pair{Method::Taylor, 1e-11}, std::pair{Method::Dop853, 1e-5},
+                                         std::pair{Method::Dop853, 1e-8}, std::pair{Method::Dop853, 1e-11},
+                                         std::pair{Method::Dopri5, 1e-5}, std::pair{Method::Dopri5, 1e-8},
+                                         std::pair{Method::Radau5, 1e-5}, std::pair{Method::Radau5, 1e-8}));
+
 void expect_same_run(const Simulation& a, const Simulation& b) {
   const auto bits = [](std::span<const double> numbers) { return std::vector(numbers.begin(), numbers.end()); };
   EXPECT_EQ(a.time(), b.time());
