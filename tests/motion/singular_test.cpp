@@ -332,7 +332,7 @@ class PassageTimes : public testing::TestWithParam<std::pair<Method, double>> {}
 TEST_P(PassageTimes, AreThoseOfTheMotionHoweverLongStepsAre) {
   const auto [method, rtol] = GetParam();
   for (int k = 0; k < 20; ++k) {
-    const double angle = 0.21 + 0.137 * k;
+    const double angle = 0.2 + 0.14 * k;
     SCOPED_TRACE(angle);
     Simulation simulation(make_four_bar(angle, -1.0), {.method = method, .rtol = rtol, .atol = 0.01 * rtol});
 
