@@ -74,6 +74,9 @@ struct MotionReport {
   double time = 0.0;             ///< reached, s
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;
+  /// Fixed steps: why the motion may be wrong though nothing failed (one step turns it by more than 0.4 rad, or the
+  /// energy drifts by more than 1e-2 of its scale), and when first; empty: nothing speaks against it.
+  std::string doubt{};
   std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
   double last_event = 0.0;  ///< s, the last of them
   StartReport start;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "motion/scheme.hpp"
 
@@ -47,18 +48,28 @@ class SingularForecast {
   double zero_ = never;
 };
 
-/// A step that follows the polynomial through the last two states instead of accelerations: past a place where K loses
+/// Steps that follow the polynomial through the last two states instead of accelerations: past a place where K loses
 /// rank and no longer says on which branch the motion goes on, its velocity does. The end is put onto the constraints,
-/// unless `ends_there`: then its positions alone are, with the K of `from`.
+/// unless it `ends_there`: then its positions alone are, with the K of `from`.
 ///
-/// Error: of order 5 (3 by the cubic), estimated by the polynomial of one degree less.
-struct Coasting {
-  /// Through x, v and a of both states; else the cubic without x and a of the first one: they are not known, or as
-  /// coarse as a scheme of order 2, where the quintic's differences would multiply what they miss.
-  bool follows_quintic = true;
-  bool ends_there = false;
+/// Error: of order 5 (3 by the cubic), estimated by the polynomial of one degree less. Workspaces are kept.
+class Coasting {
+ public:
+  struct How {
+    /// Through x, v and a of both states; else the cubic without x and a of the first one: they are not known, or as
+    /// coarse as a scheme of order 2, where the quintic's differences would multiply what they miss.
+    bool follows_quintic = true;
+    bool ends_there = false;
+  };
+  StepResult step(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,
+                  const How& how, State* to);
+
+ private:
+  void follow(const State& before, const State& from, bool follows_quintic, State* to);
+  bool turns_away(const std::vector<double>& found) const;
+
+  std::vector<double> x_error_, v_error_;
+  std::vector<double> kept_;  // positions that a projection may lose, or the velocity that was expected
 };
-StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,
-                 const Coasting& how, State* to);
 
 }  // namespace tanor

@@ -164,6 +164,24 @@ Integration::Attempt Integration::try_coasting(double t) {
   return attempt;
 }
 
+/// Turned by theta in a step, on a circle:
+///
+///   |x1 - x0 - h (v0 + v1)/2| = theta^2/12 h |v|,   h |a1 - a0| = theta^2 |v|
+double Integration::turn() const {
+  constexpr double least_move = 1e-9;  // over positions, whose rounding would be seen
+  const double h = state.t - trial_.t;
+  const State &from = trial_, &to = state;
+  double missed = 0.0, changed = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < to.x.size(); ++i) {
+    missed = std::max(missed, std::abs(to.x[i] - from.x[i] - 0.5 * h * (from.v[i] + to.v[i])));
+    changed = std::max(changed, std::abs(to.a[i] - from.a[i]));
+    size = std::max(size, std::abs(to.x[i]));
+  }
+  if (!(h * fastest_ > least_move * size)) return 0.0;
+  const double by_x = 12.0 * missed / (h * fastest_), by_a = knows_acceleration() ? h * changed / fastest_ : 0.0;
+  return std::sqrt(std::max(by_x, by_a));
+}
+
 /// A step that was accepted; of length 0 where equations were switched before it.
 void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   const double h = trial_.t - state.t;
@@ -178,6 +196,9 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   report_.last_event = events_.last_time();
   if (h > 0.0) {
     report_.last_step = h;
+    if (!scheme_->is_adaptive()) {
+      for (const double v : state.v) fastest_ = std::max(fastest_, std::abs(v));
+    }
     taken(attempt.step);
   }
   places_.note(*scheme_, trial_, state, attempt.step);

@@ -45,6 +45,10 @@ class Integration {
   /// the mechanics does not. An adaptive scheme needs `next_step` > 0.
   Outcome advance(double t_end, const Taken& taken, const Observer& observer);
 
+  /// How far the last step turned the motion, rad, from what the trapezoidal rule misses in it; 0: it moved too little
+  /// to tell. Of fixed steps.
+  double turn() const;
+
   /// What the next step depends on beside the state, to and from a snapshot; then the state, and `resume`.
   void write(Snapshot* snapshot) const;
   void restore(const Snapshot& snapshot);
@@ -86,6 +90,7 @@ class Integration {
   SingularPlaces places_;
   Watch watch_;
   bool has_stopped_ = false;                                // the advance, before its end
+  double fastest_ = 0.0;                                    // of all numbers of v so far
   State trial_;                                             // after a step: the one before, if …
   bool trial_is_before_ = false;                            // … no other was tried since
   State beyond_;                                            // of steps that coast; made by the first of them

@@ -24,7 +24,7 @@ struct StepResult {
   double error = 0.0;               ///< estimated error over the tolerance (adaptive schemes; accept below 1)
   double position_violation = 0.0;  ///< after the step, relative
   double velocity_violation = 0.0;
-  bool is_settled = true;       ///< false: K says nothing at the new place, see `coast`
+  bool is_settled = true;       ///< false: K says nothing at the new place, see Coasting
   bool is_interpolated = true;  ///< by the scheme; false: it made another step
 };
 

@@ -113,13 +113,18 @@ void SingularPlaces::remember(double t) {
 /// Of the last step, whose ends tell that there is one: K may have turned so far in it that they say no more. A step
 /// that began while it coasted had such a place right before it, too.
 void SingularPlaces::find_passages(Scheme& scheme, const State& from, const State& to, bool is_interpolated) {
-  constexpr int pieces = 8;
+  // Of a short step, near such a place all the time, the whole is little enough.
+  constexpr double near = 1e-2;
+  const double largest =
+      std::max(memory_.forecast.reciprocal_condition(), mechanics_.last_solve().reciprocal_condition);
+  const int pieces = largest < near * regular_ ? 1 : 8;
   DenseOutput dense(scheme, from, to, !is_interpolated);
   const double begin = memory_.remembered < from.t ? -0.5 : 0.0;
-  Outcome found = go_inside(&dense, begin);
+  Outcome found;
+  if (begin < 0.0 && (found = go_inside(&dense, begin)).ok()) mechanics_.remember_gradients();
   double low = begin;
   for (int k = 1; k <= pieces && found.ok(); ++k) {
-    mechanics_.remember_gradients();
+    if (k > 1) mechanics_.remember_gradients();
     // No symmetry of a motion leads to such a fraction.
     const double high = k < pieces ? begin + (k - 0.1371) * (1.0 - begin) / pieces : 1.0;
     if (found = go_inside(&dense, high); !found.ok()) break;
@@ -157,8 +162,11 @@ double SingularPlaces::narrow(DenseOutput* dense, double low, double high, doubl
     }
     return at[0];
   };
+  constexpr double least = 1e-8;  // over a regular S
+  const double at_high = mechanics_.last_solve().reciprocal_condition;
   for (const double distance : {0.05, 1e-3}) {
-    const double root = std::clamp(interpolate(), low, high);
+    const double root = std::clamp(interpolate(), low, high), part = distance * (high - low) / (high - root);
+    if (at_high * part * part < least * regular_) return root;
     for (const double side : {-1.0, 1.0}) {
       const double fraction = root + side * distance * (high - low);
       if (!go_inside(dense, fraction).ok()) return root;
@@ -186,7 +194,7 @@ void SingularPlaces::note_found(double t, double h) {
 
 void SingularPlaces::note_passage(double t, double reciprocal_condition) {
   SingularPassages& passages = report_.singular_passages;
-  ++passages.count;
+  if (++passages.count == 1) passages.first.reserve(SingularPassages::most_kept);  // here alone
   if (passages.first.size() < SingularPassages::most_kept) passages.first.push_back({t, reciprocal_condition});
 }
 
@@ -237,12 +245,12 @@ Outcome SingularPlaces::explain_stop(double t) const {
 StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const State& from, State* to) {
   constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
   SingularForecast& forecast = memory_.forecast;
-  const Coasting how{.follows_quintic = scheme.knows_acceleration() && scheme.order() > 2,
-                     .ends_there = forecast.lies_near(to->t, to->t - from.t)};
+  const Coasting::How how{.follows_quintic = scheme.knows_acceleration() && scheme.order() > 2,
+                          .ends_there = forecast.lies_near(to->t, to->t - from.t)};
   if (!follows_ && !is_coasting()) remember(from.t);
   const bool by_itself = !how.ends_there && !is_coasting() && scheme.sees_through(from);
   StepResult step =
-      by_itself ? scheme.step(from, to->t - from.t, to) : tanor::coast(mechanics_, options_, before, from, how, to);
+      by_itself ? scheme.step(from, to->t - from.t, to) : coasting_.step(mechanics_, options_, before, from, how, to);
   if (!step.outcome.ok()) return step;
   // From halfway there the error is 1/32 of the one before, or it is rounding; of the state: never that much.
   constexpr double most_rounding = 1e-6;

@@ -93,6 +93,7 @@ class SingularPlaces {
   } memory_;
   double regular_ = 0.0;  // reciprocal condition of S that masses alone may bring about, or the largest one so far
   std::vector<double> x_, v_, a_;  // inside a step
+  Coasting coasting_;
 };
 
 }  // namespace tanor

@@ -186,6 +186,7 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
     head.end_array();
     head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
+    head.key("doubt").value(checkpoint.snapshot.report.doubt);
     write_lists(&head, checkpoint.snapshot.report);
     head.end_object();
     head.finish();
@@ -212,6 +213,7 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
     for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head, key, number); });
     checkpoint.snapshot.discrete_state = head.at("discrete_state").get<std::vector<int>>();
     checkpoint.snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
+    checkpoint.snapshot.report.doubt = head.at("doubt").get<std::string>();
     read_lists(head, &checkpoint.snapshot.report);
   } catch (const json::exception&) {
     throw InputError(name, "is damaged; run without --resume");
