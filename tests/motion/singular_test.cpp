@@ -5,8 +5,12 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "motion/scenes.hpp"
+
 namespace tanor {
 namespace {
+
+using scenes::make_four_bar;
 
 MotionOptions with(Method method, double step) {
   MotionOptions options;
@@ -56,19 +60,6 @@ TEST(Singular, MultipliersOfTheParallelogramAreTheSmallest) {
   const std::vector<double> expected{-7.503101857260695, -15.006203714521602, -22.50930557178245, 0, 0, 0};
   for (std::size_t a = 0; a < 6; ++a) EXPECT_NEAR(simulation.multipliers()[a], expected[a], 1e-12);
   EXPECT_EQ(simulation.rank().multipliers_unique, (std::vector<bool>{true, true, true, false, false, false}));
-}
-
-/// Two cranks of length 1 on pivots 1 apart and a coupler of length 1, in a plane: flat at angle 0, where it could
-/// leave as a parallelogram or as an antiparallelogram.
-System make_four_bar(double angle, double rate) {
-  System system;
-  const double c = std::cos(angle), s = std::sin(angle);
-  system.positions = {0, 0, 0, 1, 0, 0, c, s, 0, 1 + c, s, 0};
-  system.velocities = {0, 0, 0, 0, 0, 0, -rate * s, rate * c, 0, -rate * s, rate * c, 0};
-  system.masses.assign(4, 1.0);
-  system.supports = {{"", {0, 1}, {}}};
-  system.constraints = {Rods{"rods", {{0, 2}, {1, 3}, {2, 3}}, {}, {}}, Planes{"plane", {2, 3}, {0, 0, 1}, 0.0}};
-  return system;
 }
 
 class FourBar : public testing::TestWithParam<Method> {};
