@@ -42,17 +42,21 @@ TEST_P(StepWithEventsTest, AllocatesOnlyWhereEquationsAreSwitched) {
 
 class StepPastSingularPlacesTest : public testing::TestWithParam<Method> {};
 
-/// Once it has passed some: it coasts, compares K and narrows where K lost rank with what it has.
+/// The second time, after the first place of its report: it coasts, compares K and narrows where K lost rank with what
+/// it has.
 TEST_P(StepPastSingularPlacesTest, AllocatesNothing) {
   const extreme::Case scene = extreme::turn_four_bar(0.5, 20.0, "");
   MotionOptions options{.method = GetParam(), .rtol = 1e-8, .atol = 1e-10};
   if (has_fixed_steps(options.method)) options.step = 1e-2;
   Simulation simulation(scene.system, options, {.threads = 1});
+  const Snapshot start = simulation.snapshot();
+  ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+  simulation.restore(start);
   std::size_t allocations = 0;
   std::unique_ptr<allocation::AllocationCounter> counter;
 
   const Outcome outcome = simulation.advance(scene.t_end, [&](const MotionReport& report) {
-    if (counter == nullptr && report.singular_passages.count == 4)
+    if (counter == nullptr && report.singular_passages.count == 1)
       counter = std::make_unique<allocation::AllocationCounter>();
     if (counter != nullptr) allocations = counter->count();
     return true;
