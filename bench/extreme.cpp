@@ -64,6 +64,12 @@ Row run(const Case& scene, Method method, double time_limit) {
       row.verdict = "lost";
       row.reason += (row.reason.empty() ? "" : "; ") + reason;
     };
+    // What is wrong in a motion that says so itself is no loss.
+    const auto is_wrong = [&](const std::string& what) {
+      if (report.doubt.empty()) return lose(what + ", not a word");
+      if (row.verdict == "ok") row.verdict = "reported";
+      row.reason = report.doubt;
+    };
     if (!finite) lose("not finite");
     if (outcome.ok() && simulation.time() < scene.t_end) {
       row.verdict = "slow";
@@ -71,8 +77,8 @@ Row run(const Case& scene, Method method, double time_limit) {
     } else if (outcome.ok()) {
       // Where nothing moves the energy is nothing but rounding.
       const bool is_right = scene.error && row.error <= 1e-9;
-      if (scene.error && !(row.error <= scene.largest_error)) lose("wrong, not a word");
-      if (!is_right && !(row.drift <= largest_drift)) lose("energy drifts, not a word");
+      if (scene.error && !(row.error <= scene.largest_error)) is_wrong("wrong");
+      if (!is_right && !(row.drift <= largest_drift)) is_wrong("energy drifts");
       if (!(row.violation <= row.largest_violation)) lose("rods are violated");
     }
   } catch (const InputError& error) {
@@ -175,7 +181,7 @@ int main(int argc, char** argv) {
       "%d runs survive, %d are reported with place and reason, %d are slow, %d are lost.\n\n"
       "A number: relative error against a closed form; in parentheses: drift of the energy, where there is none. "
       "Methods with tolerances: rtol 1e-10, the others take the steps that `extreme_scenes.hpp` gives them. "
-      "*reported*: ended by itself with place and reason. "
+      "*reported*: ended by itself with place and reason, or wrong and doubted by the run itself (`doubt`). "
       "*slow*: not at its end after %.0f s (more for the long and the large). "
       "**lost**: crashes, hangs, holds a number that is not finite, breaks constraints by more than "
       "max(1e-12, 8 eps |r|/L), or is wrong (by the scene's closed form, or by 1e-2 of the energy) without a word."

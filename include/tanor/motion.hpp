@@ -74,6 +74,9 @@ struct MotionReport {
   double time = 0.0;             ///< reached, s
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;
+  /// Fixed steps: why the motion may be wrong though nothing failed (one step turns it by more than 0.4 rad, or the
+  /// energy drifts by more than 1e-2 of its scale), and when first; empty: nothing speaks against it.
+  std::string doubt{};
   std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
   double last_event = 0.0;  ///< s, the last of them
   StartReport start;
@@ -123,6 +126,8 @@ struct Snapshot {
   std::vector<int> discrete_state;    ///< which contacts slip and which way, …
   std::vector<double> event_slopes;   ///< 1/s, how what decides on them fell in the last step; empty: not known
   std::vector<double> solver_memory;  ///< what iterative solves start from, see SolverOptions::reuse; empty: nothing
+  std::vector<double> singular_memory;  ///< what was seen of places where K loses rank; empty: it keeps it
+  std::vector<double> state_before;     ///< where one may come next: of the last step's beginning; else empty
 };
 
 /// A system on its way through time.

@@ -156,9 +156,12 @@ class Mechanics {
   virtual bool may_lose_rank() const { return true; }
   /// Largest over smallest mass under constraints: S may be worse conditioned than K by as much.
   virtual double mass_ratio() const { return 1.0; }
-  /// Where between the K of the last call and the one of the last linearisation K lost rank, as a fraction of the way:
-  /// a singular value passed through 0 there; negative: nowhere. `anew`: whatever came before.
-  virtual double find_passage(bool /*anew*/) { return -1.0; }
+  /// To compare with later ones: the K of the last linearisation.
+  virtual void remember_gradients() {}
+  /// Of the singular value of K that changed most since then: what it is at the last linearisation over what it was.
+  /// Negative: it went through 0; 0: rows depend; 1: nothing is known. Reliable while K has turned by less than 90
+  /// degrees.
+  virtual double compare_gradients() { return 1.0; }
   /// x means the same before and after a step that was accepted.
   virtual bool keeps_variables() const { return true; }
 

@@ -55,7 +55,8 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t rank() const override { return model_.rank; }
   bool may_lose_rank() const override { return model_.may_lose_rank; }
   double mass_ratio() const override { return model_.mass_ratio; }
-  double find_passage(bool anew) override;
+  void remember_gradients() override;
+  double compare_gradients() override;
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
 
@@ -222,7 +223,7 @@ class NormalForm final : public EquationsOfMotion {
   mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
   mutable std::unique_ptr<MotionSeries> series_;     // else
   struct {
-    std::vector<double> blocks;           // K at the last `find_passage`
+    std::vector<double> blocks;           // K that is remembered; empty: none, or rows depended
     std::vector<double> x, y, move;       // [d], [d], [3n] scratch
   } before_;                              // where K may lose rank
   std::vector<double> lambda_series_;     // [d] lambda_k of the last order

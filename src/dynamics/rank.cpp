@@ -193,42 +193,45 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
   return report;
 }
 
+void NormalForm::remember_gradients() {
+  if (model_.may_lose_rank && !redundancy_.is_found())
+    before_.blocks = blocks_;
+  else
+    before_.blocks.clear();
+}
+
 /// With K_0 before and K_1 now, C = S_1^-1 K_1'M^-1 K_0 is 1 where nothing turns, and a singular value that went from
-/// s_0 through 0 to s_1 is an eigenvalue s_0/s_1 < 0 of it: the largest one of 1 - C, found by power iteration.
-double NormalForm::find_passage(bool anew) {
-  if (!model_.may_lose_rank || redundancy_.is_found()) return -1.0;
-  const bool knows_before = !anew && !before_.blocks.empty();
-  double fraction = -1.0;
-  if (knows_before) {
-    const Stopwatch watch(&model_.times.solve);
-    constexpr int most_iterations = 10, least_iterations = 4;
-    constexpr double hopeless = 0.7;
-    std::vector<double>&x = before_.x, &y = before_.y, &move = before_.move;
-    x.resize(num_rows());
-    y.resize(num_rows());
-    move.assign(size(), 0.0);
-    for (std::size_t a = 0; a < x.size(); ++a) x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
-    for (int k = 0; k < most_iterations; ++k) {
-      model_.gather.write_scaled(model_.parallel, before_.blocks.data(), x.data(), model_.inverse_mass.data(),
-                                 model_.num_moving(), move.data());
-      model_.constraints.apply_transposed(model_.parallel, blocks_.data(), move.data(), nullptr, y.data());
-      ++model_.counters.solves;
-      solve_negative(y.data(), y.data());
-      double along = 0.0, before = 0.0, after = 0.0;
-      for (std::size_t a = 0; a < x.size(); ++a) {
-        y[a] += x[a];
-        along += x[a] * y[a];
-        before += x[a] * x[a];
-        after += y[a] * y[a];
-      }
-      const double eigenvalue = along / before;  // of 1 - C
-      fraction = eigenvalue > 1.0 ? (eigenvalue - 1.0) / eigenvalue : -1.0;
-      if (!(after > 0.0) || (k >= least_iterations && after < hopeless * hopeless * before)) break;
-      for (std::size_t a = 0; a < x.size(); ++a) x[a] = y[a] / std::sqrt(after);
+/// s_0 to s_1 is an eigenvalue s_0/s_1 of it: that of the largest one of 1 - C, found by power iteration.
+double NormalForm::compare_gradients() {
+  if (before_.blocks.empty()) return 1.0;
+  if (redundancy_.is_found()) return 0.0;
+  const Stopwatch watch(&model_.times.solve);
+  constexpr int most_iterations = 10, least_iterations = 4;
+  constexpr double hopeless = 0.7;
+  std::vector<double>&x = before_.x, &y = before_.y, &move = before_.move;
+  x.resize(num_rows());
+  y.resize(num_rows());
+  move.assign(size(), 0.0);
+  for (std::size_t a = 0; a < x.size(); ++a) x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
+  double eigenvalue = 0.0;  // of 1 - C
+  for (int k = 0; k < most_iterations; ++k) {
+    model_.gather.write_scaled(model_.parallel, before_.blocks.data(), x.data(), model_.inverse_mass.data(),
+                               model_.num_moving(), move.data());
+    model_.constraints.apply_transposed(model_.parallel, blocks_.data(), move.data(), nullptr, y.data());
+    ++model_.counters.solves;
+    solve_negative(y.data(), y.data());
+    double along = 0.0, before = 0.0, after = 0.0;
+    for (std::size_t a = 0; a < x.size(); ++a) {
+      y[a] += x[a];
+      along += x[a] * y[a];
+      before += x[a] * x[a];
+      after += y[a] * y[a];
     }
+    eigenvalue = along / before;
+    if (!(after > 0.0) || (k >= least_iterations && after < hopeless * hopeless * before)) break;
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] = y[a] / std::sqrt(after);
   }
-  before_.blocks = blocks_;
-  return fraction;
+  return 1.0 / (1.0 - eigenvalue);
 }
 
 }  // namespace tanor

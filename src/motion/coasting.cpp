@@ -15,30 +15,18 @@ struct Polynomial {
   double curvature(double u) const { return 2.0 * b2 + u * (6.0 * b3 + u * (12.0 * b4 + u * 20.0 * b5)); }
 };
 
-/// The velocity that the constraints allow is not the one that was expected.
-bool turns_away(const std::vector<double>& expected, const std::vector<double>& found) {
-  constexpr double allowed = 0.1;
-  double difference = 0.0, size = 0.0;
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    difference += (found[i] - expected[i]) * (found[i] - expected[i]);
-    size += expected[i] * expected[i];
-  }
-  return difference > allowed * allowed * size;
-}
-
 }  // namespace
 
-StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,
-                 const Coasting& how, State* to) {
+void Coasting::follow(const State& before, const State& from, bool follows_quintic, State* to) {
   const std::size_t n = from.x.size();
   const double p = from.t - before.t, h = to->t - from.t, u = h / p;
-  std::vector<double> x_error(n), v_error(n);
+  for (std::vector<double>* array : {&x_error_, &v_error_, &kept_}) array->resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     // What the first terms leave over at u = -1
     const double b2 = 0.5 * p * p * from.a[i];
     const double v = p * (before.v[i] - from.v[i]) + 2.0 * b2;
     Polynomial best, other;
-    if (how.follows_quintic) {
+    if (follows_quintic) {
       const double x = before.x[i] - (from.x[i] - p * from.v[i] + b2), a = p * p * (before.a[i] - from.a[i]);
       const double b3 = -0.5 * (a + 8.0 * v + 20.0 * x), b5 = v + 4.0 * x + b3;
       best = {b2, b3, x + b3 + b5, b5};
@@ -50,36 +38,53 @@ StepResult coast(Mechanics& mechanics, const MotionOptions& options, const State
     to->x[i] = from.x[i] + h * from.v[i] + best.move(u);
     to->v[i] = from.v[i] + best.rate(u) / p;
     to->a[i] = best.curvature(u) / (p * p);
-    x_error[i] = best.move(u) - other.move(u);
-    v_error[i] = (best.rate(u) - other.rate(u)) / p;
+    x_error_[i] = best.move(u) - other.move(u);
+    v_error_[i] = (best.rate(u) - other.rate(u)) / p;
   }
+}
 
+/// The velocity that the constraints allow is not the one that was expected.
+bool Coasting::turns_away(const std::vector<double>& found) const {
+  constexpr double allowed = 0.1;
+  double difference = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    difference += (found[i] - kept_[i]) * (found[i] - kept_[i]);
+    size += kept_[i] * kept_[i];
+  }
+  return difference > allowed * allowed * size;
+}
+
+StepResult Coasting::step(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,
+                          const How& how, State* to) {
+  follow(before, from, how.follows_quintic, to);
+  const double p = from.t - before.t, h = to->t - from.t;
   StepResult result;
   if (how.ends_there) {
     mechanics.prescribe(to->t, to->x.data(), to->v.data());
     if (options.stabilisation == Stabilisation::Projection) {
       // K of `from` leads back what the polynomial missed, and moves little along the direction that vanishes here.
-      const std::vector<double> reached = to->x;
+      kept_ = to->x;
       const ProjectionReport positions = mechanics.project_positions(to->t, to->x.data());
-      if (!positions.outcome.ok()) to->x = reached;
+      if (!positions.outcome.ok()) to->x = kept_;
     }
     to->power = from.power;
     result.is_settled = false;
   } else {
     if (result.outcome = mechanics.linearise(to->t, to->x.data()); !result.outcome.ok()) return result;
-    const std::vector<double> expected = to->v;
+    kept_ = to->v;
     result = settle(mechanics, options.stabilisation, to);
     if (!result.outcome.ok()) return result;
-    if (turns_away(expected, to->v)) {
+    if (turns_away(to->v)) {
       result.outcome = {Status::Singular, "constraints depend on each other near t = " + text(from.t) +
                                               ", and no motion goes on smoothly from there"};
       return result;
     }
   }
+  result.is_interpolated = false;
   result.error =
       mechanics
           .error_ratios(from.t,
-                        {x_error.data(), v_error.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()},
+                        {x_error_.data(), v_error_.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()},
                         options.atol, options.rtol)
           .largest();
 

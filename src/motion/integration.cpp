@@ -15,6 +15,16 @@ namespace {
 
 constexpr int most_splits = 8;  // of a fixed step that fails
 
+/// visit(number) for all of a state but the works done.
+template <class S, class Visit>
+void for_each_number(S& state, const Visit& visit) {
+  visit(state.t);
+  for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) visit(state.power.*part);
+  for (auto* array : {&state.x, &state.v, &state.a}) {
+    for (auto& number : *array) visit(number);
+  }
+}
+
 }  // namespace
 
 Integration::Integration(Method method, const MotionOptions& options, Mechanics& mechanics, MotionReport* report)
@@ -25,7 +35,7 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       scheme_(make_scheme(method, options, mechanics)),
       control_(scheme_->estimate_order()),
       events_(mechanics),
-      places_(options, mechanics, scheme_->has_long_steps(), report),
+      places_(options, mechanics, scheme_->is_adaptive(), report),
       watch_(mechanics) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
 }
@@ -38,29 +48,58 @@ void Integration::write(Snapshot* snapshot) const {
   snapshot->discrete_state = mechanics_.discrete_state();
   snapshot->event_slopes = events_.slopes();
   snapshot->solver_memory = mechanics_.solver_memory();
+  places_.write(&snapshot->singular_memory);
+  std::vector<double>& before = snapshot->state_before;
+  before.clear();
+  if (!trial_is_before_ || !places_.may_coast()) return;
+  before.push_back(control_.is_after_rejection());
+  for_each_number(trial_, [&](double number) { before.push_back(number); });
+  before.insert(before.end(), state.a.begin(), state.a.end());
 }
 
 void Integration::restore(const Snapshot& snapshot) {
+  const std::vector<double>& before = snapshot.state_before;
+  if (const std::size_t expected = 5 + 4 * mechanics_.size(); !before.empty() && before.size() != expected) {
+    throw InputError("/snapshot/state_before",
+                     "holds " + std::to_string(before.size()) + " numbers, not " + std::to_string(expected));
+  }
+  places_.restore(snapshot.singular_memory);
   mechanics_.restore_discrete_state(snapshot.discrete_state);
   mechanics_.restore_solver_memory(snapshot.solver_memory);
   next_step = snapshot.next_step;
-  control_ = StepControl(scheme_->estimate_order(), snapshot.last_error);
+  control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, !before.empty() && before[0] != 0.0);
   advance_begin_ = snapshot.advance_begin;
   advance_end_ = snapshot.advance_end;
   scheme_ = make_scheme(method_, options_, mechanics_);  // which remembers no other motion
   events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
+  trial_is_before_ = !before.empty();
+  if (!trial_is_before_) return;
+  std::size_t next = 1;
+  for_each_number(trial_, [&](double& number) { number = before[next++]; });
+  state.a.assign(before.begin() + static_cast<std::ptrdiff_t>(next), before.end());
 }
 
 void Integration::begin() {
-  resume();
+  trial_ = state;  // what does not move stands in both
+  trial_is_before_ = false;
+  watch_.forget();
   places_.begin(state.t);
 }
 
+Outcome Integration::return_to_constraints() {
+  Outcome found = mechanics_.linearise(trial_.t, trial_.x.data());
+  if (found.ok()) {
+    // Which is known, but the mechanics has to know it.
+    found = mechanics_.accelerations(trial_.t, trial_.x.data(), trial_.v.data(), Gradients::Keep, trial_.a.data());
+  }
+  state.power = trial_.power;
+  return found;
+}
+
 void Integration::resume() {
-  trial_ = state;  // what does not move stands in both
-  trial_is_before_ = false;
-  places_.resume(state.t);
+  if (!trial_is_before_) trial_ = state;
   watch_.forget();
+  places_.resume();
 }
 
 Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {
@@ -93,7 +132,7 @@ Integration::Attempt Integration::try_step(double t, bool may_surprise) {
 void Integration::look_out(Attempt* attempt) {
   if (watch_.is_empty() || trial_.t == state.t) return;
   StepResult& step = attempt->step;
-  const DenseOutput by_ends(*scheme_, state, trial_, true), dense(*scheme_, state, trial_, attempt->has_coasted);
+  const DenseOutput by_ends(*scheme_, state, trial_, true), dense(*scheme_, state, trial_, !step.is_interpolated);
   double stop = 0.0;
   if (step.outcome = watch_.look(state, &trial_, by_ends, dense, &stop); !step.outcome.ok()) return;
   if (stop > trial_.t) return;
@@ -125,6 +164,24 @@ Integration::Attempt Integration::try_coasting(double t) {
   return attempt;
 }
 
+/// Turned by theta in a step, on a circle:
+///
+///   |x1 - x0 - h (v0 + v1)/2| = theta^2/12 h |v|,   h |a1 - a0| = theta^2 |v|
+double Integration::turn() const {
+  constexpr double least_move = 1e-9;  // over positions, whose rounding would be seen
+  const double h = state.t - trial_.t;
+  const State &from = trial_, &to = state;
+  double missed = 0.0, changed = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < to.x.size(); ++i) {
+    missed = std::max(missed, std::abs(to.x[i] - from.x[i] - 0.5 * h * (from.v[i] + to.v[i])));
+    changed = std::max(changed, std::abs(to.a[i] - from.a[i]));
+    size = std::max(size, std::abs(to.x[i]));
+  }
+  if (!(h * fastest_ > least_move * size)) return 0.0;
+  const double by_x = 12.0 * missed / (h * fastest_), by_a = knows_acceleration() ? h * changed / fastest_ : 0.0;
+  return std::sqrt(std::max(by_x, by_a));
+}
+
 /// A step that was accepted; of length 0 where equations were switched before it.
 void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   const double h = trial_.t - state.t;
@@ -139,9 +196,12 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   report_.last_event = events_.last_time();
   if (h > 0.0) {
     report_.last_step = h;
+    if (!scheme_->is_adaptive()) {
+      for (const double v : state.v) fastest_ = std::max(fastest_, std::abs(v));
+    }
     taken(attempt.step);
   }
-  places_.note(state.t, attempt.step.is_settled);
+  places_.note(*scheme_, trial_, state, attempt.step);
 }
 
 /// A fixed step, in pieces where events lie on the way; one that fails is tried again in halves.

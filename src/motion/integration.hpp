@@ -33,6 +33,9 @@ class Integration {
   /// To be called when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
   void begin();
   void resume();
+  /// `state` was restored while it coasts: instead, K says nothing there. The mechanics goes to the state before.
+  bool is_coasting() const { return places_.is_coasting(); }
+  Outcome return_to_constraints();
 
   /// What the user looks for on the way.
   Watch& watch() { return watch_; }
@@ -41,6 +44,10 @@ class Integration {
   /// From state.t to exactly t_end, or to an event that stops there; on a failure `state` stays at the last good step,
   /// the mechanics does not. An adaptive scheme needs `next_step` > 0.
   Outcome advance(double t_end, const Taken& taken, const Observer& observer);
+
+  /// How far the last step turned the motion, rad, from what the trapezoidal rule misses in it; 0: it moved too little
+  /// to tell. Of fixed steps.
+  double turn() const;
 
   /// What the next step depends on beside the state, to and from a snapshot; then the state, and `resume`.
   void write(Snapshot* snapshot) const;
@@ -83,6 +90,7 @@ class Integration {
   SingularPlaces places_;
   Watch watch_;
   bool has_stopped_ = false;                                // the advance, before its end
+  double fastest_ = 0.0;                                    // of all numbers of v so far
   State trial_;                                             // after a step: the one before, if …
   bool trial_is_before_ = false;                            // … no other was tried since
   State beyond_;                                            // of steps that coast; made by the first of them

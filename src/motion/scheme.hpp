@@ -24,7 +24,8 @@ struct StepResult {
   double error = 0.0;               ///< estimated error over the tolerance (adaptive schemes; accept below 1)
   double position_violation = 0.0;  ///< after the step, relative
   double velocity_violation = 0.0;
-  bool is_settled = true;  ///< false: K says nothing at the new place, see `coast`
+  bool is_settled = true;       ///< false: K says nothing at the new place, see Coasting
+  bool is_interpolated = true;  ///< by the scheme; false: it made another step
 };
 
 /// One step of a time integration. Keeps its workspaces: nothing is allocated in a step.
@@ -45,8 +46,6 @@ class Scheme {
   /// The step that its own tolerances allow from this state, s; 0: it has no opinion.
   virtual double propose_step(const State& /*from*/) { return 0.0; }
 
-  /// Steps may be so long that K loses rank inside one, and neither end shows it.
-  virtual bool has_long_steps() const { return false; }
   /// A step from this state looks at no place inside itself: it may pass one where K loses rank.
   virtual bool sees_through(const State& /*from*/) { return false; }
 

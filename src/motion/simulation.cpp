@@ -114,12 +114,15 @@ struct Simulation::Implementation {
     if (forms.normal != nullptr) forms.normal->judge_friction(true, since == Since::Start);
     if (found.ok() && since == Since::Start && form.num_events() > 0) {
       found = form.begin(state.t, state.x.data(), state.v.data(), state.a.data());
+    } else if (found.ok() && integration.is_coasting()) {
+      found = integration.return_to_constraints();
     } else {
       if (found.ok()) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = refresh(Gradients::Keep);
     }
     if (forms.normal != nullptr) forms.normal->judge_friction(true, false);
-    if (found.ok() && form.has_work()) state.power = form.power(state.x.data(), state.v.data());
+    if (found.ok() && form.has_work() && !integration.is_coasting())
+      state.power = form.power(state.x.data(), state.v.data());
     return found;
   }
 
@@ -166,8 +169,20 @@ struct Simulation::Implementation {
     report.energy.work_of_forces = state.work.forces;
     report.energy.work_of_friction = state.work.friction;
     if (model.has_friction()) measure_friction();
+    if (!integration.scheme().is_adaptive() && report.doubt.empty()) doubt();
     report.counters = model.counters;
     report.times = model.times;
+  }
+
+  /// Fixed steps have no tolerance to miss: a motion that they cannot follow is told by what it does.
+  void doubt() {
+    constexpr double longest_turn = 0.4, largest_drift = 1e-2;
+    const double turn = integration.turn(), drift = std::abs(report.energy.drift_relative());
+    if (turn > longest_turn)
+      report.doubt = "steps may be too long: one turns the motion by " + text(turn) + " rad";
+    else if (drift > largest_drift && turn > 0.0)
+      report.doubt = "steps may be too long: the energy drifts by " + text(drift) + " of its scale";
+    if (!report.doubt.empty()) report.doubt += " at t = " + text(state.t);
   }
 
   /// At a step's end; iterations are counted wherever friction was found.

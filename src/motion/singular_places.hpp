@@ -1,8 +1,12 @@
 #pragma once
 
+#include <cmath>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "motion/coasting.hpp"
+#include "motion/dense_output.hpp"
 #include "motion/scheme.hpp"
 
 namespace tanor {
@@ -11,21 +15,24 @@ namespace tanor {
 /// report which ones it met.
 class SingularPlaces {
  public:
-  /// `follows`: K is compared from step to step, for a scheme with long steps.
+  /// `follows`: K is compared from step to step, where their lengths are nobody's choice; else past places that are
+  /// foreseen.
   SingularPlaces(const MotionOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
-      : options_(options),
-        mechanics_(mechanics),
-        follows_(follows),
-        report_(*report),
-        regular_(1.0 / mechanics.mass_ratio()) {}
+      : options_(options), mechanics_(mechanics), follows_(follows), report_(*report) {}
 
-  /// The motion begins at t, or goes on there from a snapshot; the mechanics has solved there.
+  /// The motion begins at t, where the mechanics has solved.
   void begin(double t);
-  void resume(double t);
+  /// It goes on from what was restored; the mechanics has solved where it was on the constraints last.
+  void resume();
+  /// What the next steps depend on, plain numbers, to and from a snapshot; empty: K keeps its rank. Throws InputError.
+  void write(std::vector<double>* numbers) const;
+  void restore(std::span<const double> numbers);
+  /// It is foreseen that the next step may coast: it then depends on the state before, too.
+  bool may_coast() const { return is_coasting() || std::isfinite(memory_.forecast.time()); }
   /// The equations have changed: nothing of the steps before says what comes.
   void forget() { memory_ = {}; }
-  /// A step was taken to t.
-  void note(double t, bool is_settled);
+  /// A step was taken; the mechanics is where it ended, and stays there.
+  void note(Scheme& scheme, const State& from, const State& to, const StepResult& step);
 
   /// The state has not come back to the constraints yet.
   bool is_coasting() const { return memory_.is_coasting; }
@@ -56,26 +63,37 @@ class SingularPlaces {
   static constexpr int most_approaches = 12;
   static constexpr double reach = 4.0;  // in steps, of what is in the way
 
-  double relative_condition() const;
+  template <class M, class Visit>
+  static void for_each_number(M& memory, const Visit& visit);
   bool is_at_one() const;
-  void find_passage(double t);
+  void note_place(double t);
+  void remember(double t);
+  void find_passages(Scheme& scheme, const State& from, const State& to, bool is_interpolated);
+  Outcome go_inside(DenseOutput* dense, double fraction);
+  double narrow(DenseOutput* dense, double low, double high, double value_high);
+  void note_found(double t, double h);
+  void note_passage(double t, double reciprocal_condition);
+  void withdraw_passage();
+  void forget_approaches();
   void note_rank(double t);
-  void note_passage(double t, double reciprocal_condition, bool is_the_last_one);
 
   MotionOptions options_;
   Mechanics& mechanics_;
   bool follows_;
   MotionReport& report_;
-  double regular_;  // reciprocal condition of S that masses alone may bring about, or the largest one so far
-  // Of the steps before
-  struct {
+  /// Of the steps before.
+  struct Memory {
     SingularForecast forecast;
     bool is_coasting = false, is_at_one = false, is_in_the_way = false;
-    int approaches = 0;  // to the place that is foreseen, each halves the way …
+    bool is_foreseen = false;  // the last passage: its time is not more than that
+    int approaches = 0;        // to the place that is foreseen, each halves the way …
     double coasting_error = std::numeric_limits<double>::infinity();  // … and this of the last of them
     double last_passage = std::numeric_limits<double>::quiet_NaN();
-    double compared_time = std::numeric_limits<double>::quiet_NaN();  // of the last step
+    double remembered = std::numeric_limits<double>::quiet_NaN();  // the time of the K to compare with
   } memory_;
+  double regular_ = 0.0;  // reciprocal condition of S that masses alone may bring about, or the largest one so far
+  std::vector<double> x_, v_, a_;  // inside a step
+  Coasting coasting_;
 };
 
 }  // namespace tanor

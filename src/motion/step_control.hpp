@@ -9,9 +9,11 @@ namespace tanor {
 /// (Hairer & Wanner II, IV.2), growth at most 5, none right after a rejection.
 class StepControl {
  public:
-  explicit StepControl(int order, double last_error = 1e-4) : exponent_(1.0 / order), last_error_(last_error) {}
+  explicit StepControl(int order, double last_error = 1e-4, bool after_rejection = false)
+      : exponent_(1.0 / order), last_error_(last_error), after_rejection_(after_rejection) {}
 
   double last_error() const { return last_error_; }
+  bool is_after_rejection() const { return after_rejection_; }
 
   /// Factor for the next step after an accepted one.
   double accept(double error) {
@@ -34,7 +36,7 @@ class StepControl {
  private:
   double exponent_;
   double last_error_;
-  bool after_rejection_ = false;
+  bool after_rejection_;
 };
 
 }  // namespace tanor

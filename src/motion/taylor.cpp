@@ -17,13 +17,14 @@ namespace tanor {
 
 namespace {
 
+constexpr int least_order = 6, most_order = 24;
+
 /// Of n numbers. The best order grows with the logarithm of the tolerance (Jorba & Zou 2005): while the series stay in
 /// the caches by 0.7 (bench/rivals, chains and nets), of larger systems less, since every order runs through them all.
 int choose_order(double tolerance, std::size_t n) {
-  constexpr int least = 6, most = 24;
   constexpr std::size_t large = 50000;
   const double order = n < large ? 4.0 - 0.7 * std::log(tolerance) : 3.0 - 0.5 * std::log(tolerance);
-  return std::clamp(static_cast<int>(std::lround(order)), least, most);
+  return std::clamp(static_cast<int>(std::lround(order)), least_order, most_order);
 }
 
 // Functions that take or return lanes are all inlined: there is no binary interface to keep.
@@ -105,6 +106,7 @@ Taylor::Taylor(const MotionOptions& options, Mechanics& mechanics)
   const std::string obstacle = mechanics.series_obstacle();
   if (!obstacle.empty()) throw InputError("/motion/method", "taylor: " + obstacle);
   const std::size_t n = mechanics.size();
+  log_of_limits_.resize(static_cast<std::size_t>(order_) + 1);
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));
   for (std::vector<double>& coefficient : coefficients_) pointers_.push_back(coefficient.data());
   for (std::vector<double>* array : {&inside_.x, &inside_.v, &inside_.a}) array->resize(n, 0.0);
@@ -114,7 +116,8 @@ Taylor::Taylor(const MotionOptions& options, Mechanics& mechanics)
 
 double Taylor::propose_step(const State& from) {
   if (!has_series_ || series_time_ != from.t) expand(from);
-  return exists_ ? longest_ : 0.0;
+  if (!exists_) return 0.0;
+  return rejected_.may_be_noise ? std::min(longest_, 0.5 * rejected_.h) : longest_;
 }
 
 void Taylor::expand(const State& from) {
@@ -126,9 +129,10 @@ void Taylor::expand(const State& from) {
                         &smooth_until)
                 .ok();
   has_series_ = true;
-  missing_ = 0.0;
+  rejected_ = {};
   series_time_ = from.t;
   if (!exists_) return;
+  std::fill(log_of_limits_.begin(), log_of_limits_.end(), std::numeric_limits<double>::quiet_NaN());
   choose_terms(from);
   longest_ = std::min(longest_, smooth_until - from.t);
 }
@@ -136,33 +140,32 @@ void Taylor::expand(const State& from) {
 /// All of them, unless rounding has grown above the last ones: near a place where K loses rank the terms of other
 /// motions that start within the rounding grow faster than those of the motion itself.
 void Taylor::choose_terms(const State& from) {
-  constexpr int least = 6;
-  terms_ = order_;
+  enough_ = order_;
   longest_ = longest_step(from, order_);
   const int half = order_ / 2;
-  if (!mechanics_.may_lose_rank() || half <= least || longest_step(from, half) < longest_) return;
-  for (int terms = least; terms < order_; ++terms) {
+  if (!mechanics_.may_lose_rank() || half <= least_order || longest_step(from, half) < longest_) return;
+  for (int terms = least_order; terms < order_; ++terms) {
     if (const double h = longest_step(from, terms); h > longest_) {
       longest_ = h;
-      terms_ = terms;
+      enough_ = terms;
     }
   }
 }
 
-/// Those that leave least over at an h which is longer than they allow.
-void Taylor::choose_terms_for(const State& from, double h) {
-  constexpr int least = 6;
+/// Of a step that is longer than the series allows: those that leave least over.
+int Taylor::terms_for(const State& from, double h) {
+  if (h <= longest_ || !mechanics_.may_lose_rank()) return enough_;
+  // log |term| over the tolerance
+  const auto size = [&](int k) { return k * (std::log(h) - log_of_longest_step(from, k)); };
+  int best = enough_;
   double smallest = std::numeric_limits<double>::infinity();
-  double before = 0.0;
-  for (int terms = least - 1; terms <= order_; ++terms) {
-    // log |term| over the tolerance
-    const double size = terms * (std::log(h) - log_of_longest_step(from, terms));
-    if (terms >= least && std::max(size, before) < smallest) {
-      smallest = std::max(size, before);
-      terms_ = terms;
+  for (int terms = least_order; terms <= order_; ++terms) {
+    if (const double left = std::max(size(terms - 1), size(terms)); left < smallest) {
+      smallest = left;
+      best = terms;
     }
-    before = size;
   }
+  return best;
 }
 
 /// The longest h for which the last term, and the one before it, stay within the tolerance.
@@ -170,13 +173,16 @@ double Taylor::longest_step(const State& from, int terms) {
   return std::exp(std::min(log_of_longest_step(from, terms - 1), log_of_longest_step(from, terms)));
 }
 
-/// Of the longest h for which term k stays within the tolerance, in positions and velocities.
+/// Of the longest h for which term k stays within the tolerance, in positions and velocities. Measured once a series.
 double Taylor::log_of_longest_step(const State& from, int k) {
+  double& log_of_limit = log_of_limits_[static_cast<std::size_t>(k)];
+  if (!std::isnan(log_of_limit)) return log_of_limit;
   const double* const c = pointers_[static_cast<std::size_t>(k)];
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {c, c, from.x.data(), from.v.data(), from.x.data(), from.v.data()}, options_.atol, options_.rtol);
   // |r_k| h^k and k |r_k| h^{k-1}
-  return std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1));
+  log_of_limit = std::min(-std::log(ratios.x) / k, -std::log(k * ratios.v) / (k - 1));
+  return log_of_limit;
 }
 
 /// x, x' and x'' at h, in pieces that stay in the first cache.
@@ -211,7 +217,7 @@ Power Taylor::integrate_power(const State& from, double h) {
 double Taylor::measure_error(const State& from, double h, const State& to) {
   const double of_v = h / terms_, of_x = of_v * h / (terms_ + 1);
   // Accelerations are found to about 1e-12 of the largest one: less is no sign of anything.
-  constexpr double noise = 1e-11;
+  constexpr double noise = 1e-11, most_noise = 1e-6;
   double largest = 0.0, most_missing = 0.0;
   for (std::size_t i = 0; i < to.a.size(); ++i) {
     largest = std::max(largest, std::abs(to.a[i]));
@@ -228,10 +234,11 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
                         {inside_.x.data(), inside_.v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
                         options_.atol, options_.rtol)
           .largest();
-  // Far from the origin, or where S is ill-conditioned, there is more noise: it does not fall with h, as terms do.
-  constexpr double most_noise = 1e-6, fall_of_noise = 0.3;
-  const double before = std::exchange(missing_, error > 1.0 ? most_missing / largest : 0.0);
-  const bool is_noise = before > 0.0 && missing_ < most_noise && missing_ > fall_of_noise * before;
+  // Far from the origin, or where S is ill-conditioned, there is more noise. In half a step terms become less than half
+  // as large, and so does what lies behind a kink (of |v| v where a point turns round); noise does not.
+  const bool should_fall = rejected_.missing > 0.0 && h < 0.51 * rejected_.h;
+  const bool is_noise = should_fall && most_missing < most_noise * largest && most_missing > 0.6 * rejected_.missing;
+  rejected_ = error > 1.0 ? Rejected{h, most_missing, most_missing < most_noise * largest} : Rejected{};
   return is_noise ? std::min(error, 1.0) : error;
 }
 
@@ -249,7 +256,7 @@ void Taylor::interpolate(const Parallel& parallel, const State& from, const Stat
 StepResult Taylor::step(const State& from, double h, State* to) {
   if (!has_series_ || series_time_ != from.t) expand(from);
   if (!exists_) return other_->step(from, h, to);
-  if (h > longest_ && mechanics_.may_lose_rank()) choose_terms_for(from, h);
+  terms_ = terms_for(from, h);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
   StepResult result = settle(mechanics_, options_.stabilisation, to, Turn::Large);
@@ -257,7 +264,6 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   knows_acceleration_ = result.outcome.ok();
   end_ = to->t;
   num_accelerations_ = mechanics_.num_accelerations();
-  if (!result.outcome.ok() || !(result.error <= 1.0)) longest_ = 0.7 * h;
   return result;
 }
 

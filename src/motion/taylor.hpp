@@ -19,7 +19,6 @@ class Taylor final : public Scheme {
   int order() const override { return order_ - 1; }
   bool is_adaptive() const override { return true; }
   double propose_step(const State& from) override;
-  bool has_long_steps() const override { return true; }
   bool sees_through(const State& from) override { return propose_step(from) > 0.0; }
   StepResult step(const State& from, double h, State* to) override;
   Outcome prepare_inside(const State& from, const State& to) override;
@@ -30,7 +29,7 @@ class Taylor final : public Scheme {
  private:
   void expand(const State& from);
   void choose_terms(const State& from);
-  void choose_terms_for(const State& from, double h);
+  int terms_for(const State& from, double h);
   double longest_step(const State& from, int terms);
   double log_of_longest_step(const State& from, int k);
   void evaluate(double h, double* x, double* v, double* a) const;
@@ -46,10 +45,19 @@ class Taylor final : public Scheme {
   mutable struct { std::vector<double> x, v, a; } inside_;
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
 
-  double series_time_ = 0.0, longest_ = 0.0;
-  double missing_ = 0.0;  // in the acceleration at the last place that was rejected, over the largest; 0: none was
+  // Of the series
   bool has_series_ = false, exists_ = false;
-  int terms_ = 0;  // that are summed, at most `order_`
+  double series_time_ = 0.0;
+  int enough_ = 0;                     // terms, at most `order_`, that allow …
+  double longest_ = 0.0;               // … steps up to this one, s
+  std::vector<double> log_of_limits_;  // of the longest h that each term allows; NaN: not measured
+  // Of the last step
+  int terms_ = 0;  // that were summed
+  // Of the last one that was too long
+  struct Rejected {
+    double h = 0.0, missing = 0.0;  // in the acceleration at its end
+    bool may_be_noise = false;      // a step half as long will tell
+  } rejected_;
   // The last accelerations were those at a step's end.
   bool knows_acceleration_ = false;
   double end_ = 0.0;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -23,7 +24,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 6;
+constexpr int format = 7;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -136,6 +137,11 @@ auto as_number(const Number& number) {
     return number;
 }
 
+/// Plain numbers of any count, in the order in which they are written.
+auto memories_of(auto& snapshot) {
+  return std::array{&snapshot.solver_memory, &snapshot.singular_memory, &snapshot.state_before};
+}
+
 std::vector<double> read_points(const std::string& name, std::string_view* bytes, std::size_t num_points) {
   scene::NpyArray array = scene::read_npy(name, bytes);
   if (array.numbers.size() != 3 * num_points) throw InputError(name, "holds another number of points than the scene");
@@ -180,12 +186,13 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
     head.end_array();
     head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
+    head.key("doubt").value(checkpoint.snapshot.report.doubt);
     write_lists(&head, checkpoint.snapshot.report);
     head.end_object();
     head.finish();
     write_npy(file, checkpoint.snapshot.positions, 3);
     write_npy(file, checkpoint.snapshot.velocities, 3);
-    write_npy(file, checkpoint.snapshot.solver_memory, 1);
+    for (const std::vector<double>* memory : memories_of(checkpoint.snapshot)) write_npy(file, *memory, 1);
   });
 }
 
@@ -206,6 +213,7 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
     for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head, key, number); });
     checkpoint.snapshot.discrete_state = head.at("discrete_state").get<std::vector<int>>();
     checkpoint.snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
+    checkpoint.snapshot.report.doubt = head.at("doubt").get<std::string>();
     read_lists(head, &checkpoint.snapshot.report);
   } catch (const json::exception&) {
     throw InputError(name, "is damaged; run without --resume");
@@ -215,7 +223,7 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
   }
   checkpoint.snapshot.positions = read_points(name, &arrays, num_points);
   checkpoint.snapshot.velocities = read_points(name, &arrays, num_points);
-  checkpoint.snapshot.solver_memory = scene::read_npy(name, &arrays).numbers;
+  for (std::vector<double>* memory : memories_of(checkpoint.snapshot)) *memory = scene::read_npy(name, &arrays).numbers;
   return checkpoint;
 }
 

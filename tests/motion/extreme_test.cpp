@@ -52,7 +52,9 @@ TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
   }
 
   EXPECT_LE(simulation.report().position_violation, allowed) << "after every step";
-  if (scene.error) {
+  if (!simulation.report().doubt.empty()) {
+    EXPECT_TRUE(has_fixed_steps(simulation.report().method));
+  } else if (scene.error) {
     EXPECT_LE(scene.error(simulation), scene.largest_error);
   } else {
     EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-4);
@@ -149,6 +151,37 @@ TEST(HeavyTip, IsNoSingularPlace) {
     EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-5);
   }
 }
+
+/// Neither a failure nor silence: the motion says that its steps may be too long, and shorter ones are not doubted.
+class DoubtedSteps : public testing::TestWithParam<Method> {};
+
+TEST_P(DoubtedSteps, AreThoseThatLoseTheMotion) {
+  for (const double angle : {0.1, 0.5, 1.0, 2.0}) {
+    SCOPED_TRACE(angle);
+    const Case scene = extreme::turn_fast(angle);
+    Simulation simulation(scene.system, extreme::options_of(scene, GetParam()));
+
+    ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+
+    EXPECT_EQ(simulation.report().doubt.empty(), angle < 0.4) << simulation.report().doubt;
+    if (angle < 0.4) {
+      EXPECT_LE(scene.error(simulation), scene.largest_error);
+    }
+  }
+}
+
+TEST_P(DoubtedSteps, AreNotThoseOfAChainThatFallsFromRest) {
+  const Case scene = extreme::drop_scaled_chain(0.1);
+  Simulation simulation(scene.system, extreme::options_of(scene, GetParam()));
+
+  ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+
+  EXPECT_EQ(simulation.report().doubt, "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Motion, DoubtedSteps,
+                         testing::Values(Method::Rk4, Method::Rattle, Method::Rattle4, Method::Rattle6,
+                                         Method::GeneralizedAlpha));
 
 /// Light beads hum faster than the steps can follow.
 class TooLongSteps : public testing::TestWithParam<std::tuple<Named, Method>> {};

@@ -76,6 +76,19 @@ inline System make_pendulum() {
   return make_chain(1);
 }
 
+/// Two cranks of 1 m on pivots 1 m apart and a coupler of 1 m between unit masses, on a sheet, turning at `rate`: a
+/// parallelogram, flat at angle 0 and after each half turn, where it could leave as an antiparallelogram.
+inline System make_four_bar(double angle, double rate) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  System system;
+  system.positions = {0, 0, 0, 1, 0, 0, c, s, 0, 1 + c, s, 0};
+  system.velocities = {0, 0, 0, 0, 0, 0, -rate * s, rate * c, 0, -rate * s, rate * c, 0};
+  system.masses.assign(4, 1.0);
+  system.supports = {{"pivots", {0, 1}, {}}};
+  system.constraints = {Rods{"bars", {{0, 2}, {1, 3}, {2, 3}}, {}, {}}, Planes{"plane", {2, 3}, {0, 0, 1}, 0.0}};
+  return system;
+}
+
 /// A closed ring of rods, free and without forces, turning and beating.
 inline System make_ring(std::size_t count) {
   System system;

@@ -7,6 +7,8 @@
 
 #include "motion/elliptic.hpp"
 #include "motion/scenes.hpp"
+#include "motion/taylor.hpp"
+#include "motion/toys.hpp"
 
 namespace tanor {
 namespace {
@@ -67,6 +69,74 @@ TEST(Taylor, LongSeriesAtALooseToleranceAreHeldInCheckByTheirEnds) {
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 0.1);
 }
 
+/// x'' = 2 x^3 from x = x' = 1: x = 1/(1 - t), whose series says nothing from t = 1 on.
+class Blowup final : public toys::Toy {
+ public:
+  Blowup() : Toy(1) {}
+
+  std::size_t num_error_ratios = 0;
+
+  Outcome free_accelerations(double, const double* x, const double*, double* a) override {
+    a[0] = 2.0 * x[0] * x[0] * x[0];
+    return {};
+  }
+  ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override {
+    ++num_error_ratios;
+    return Toy::error_ratios(t, errors, atol, rtol);
+  }
+  std::string series_obstacle() const override { return ""; }
+  Outcome expand(double, const double*, const double*, const double*, std::span<double* const> coefficients,
+                 double* smooth_until) override {
+    for (double* const coefficient : coefficients) *coefficient = 1.0;
+    *smooth_until = std::numeric_limits<double>::infinity();
+    return {};
+  }
+};
+
+struct BlowupTest : testing::Test {
+  BlowupTest() {
+    for (State* state : {&from, &to}) state->x = state->v = state->a = {1.0};
+    from.a = {2.0};
+  }
+  StepResult step(Taylor* taylor, double h) {
+    to.t = h;
+    return taylor->step(from, h, &to);
+  }
+
+  Blowup blowup;
+  State from, to;
+};
+
+TEST_F(BlowupTest, ARejectedStepDoesNotLengthenTheNextOne) {
+  Taylor taylor({.rtol = 1e-8, .atol = 1e-8}, blowup);
+  const double proposed = taylor.propose_step(from);
+
+  EXPECT_GT(step(&taylor, 2.0).error, 1.0);
+
+  EXPECT_EQ(taylor.propose_step(from), proposed);
+}
+
+/// Beyond t = 1 the fewest terms leave least over; before it, all together do.
+TEST_F(BlowupTest, TermsAreChosenForEachStepThatIsTried) {
+  Taylor taylor({.rtol = 1e-8, .atol = 1e-8}, blowup), other({.rtol = 1e-8, .atol = 1e-8}, blowup);
+  const double proposed = taylor.propose_step(from);
+  const double error = step(&other, proposed).error, x = to.x[0];
+  ASSERT_NEAR(x, 1.0 / (1.0 - proposed), 1e-7);
+
+  EXPECT_GT(step(&taylor, 2.0).error, 1.0);
+
+  EXPECT_EQ(step(&taylor, proposed).error, error);
+  EXPECT_EQ(to.x[0], x);
+}
+
+TEST_F(BlowupTest, EachTermIsMeasuredOnce) {
+  Taylor taylor({.rtol = 1e-8, .atol = 1e-8, .order = 20}, blowup);
+  taylor.propose_step(from);
+  for (const double h : {3.0, 2.0, 1.5}) step(&taylor, h);
+
+  EXPECT_LE(blowup.num_error_ratios, 20U + 3U) << "and the ends of three steps";
+}
+
 TEST(Taylor, HigherOrdersTakeLongerSteps) {
   std::size_t last = 1000000;
   for (const int order : {6, 10, 16, 24}) {
@@ -88,6 +158,36 @@ TEST(Taylor, PassesPlacesWithoutASeries) {
   ASSERT_TRUE(other.advance(1.0).ok());
   EXPECT_LT(distance(series, other), 1e-10);
   EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
+}
+
+/// Along a line, thrown up at v0 against gravity and drag c |v| v: with u = sqrt(m g/c) and T = u/g
+///
+///   v = u tan((t_top - t)/T) up to t_top = T atan(v0/u),   v = -u tanh((t - t_top)/T) from there on:
+///
+/// another function behind the turn, whose series knows nothing of it.
+TEST(Taylor, KeepsItsToleranceWhereAPointTurnsRoundAgainstDrag) {
+  constexpr double g = 9.81;
+  for (const double tolerance : {1e-6, 1e-8, 1e-10, 1e-12}) {
+    for (const double c : {0.01, 0.2, 5.0}) {
+      for (const double v0 : {0.5, 3.0, 6.75, 10.0}) {
+        SCOPED_TRACE(testing::Message() << "tolerance " << tolerance << ", c = " << c << ", v0 = " << v0);
+        const double u = std::sqrt(scenes::mass * g / c), time = u / g, top = time * std::atan(v0 / u);
+        System system;
+        scenes::add_point({0, 0, 0}, &system);
+        system.velocities = {0, 0, v0};
+        system.constraints = {Lines{"line", {0}, Vector3{0, 0, 0}, Vector3{0, 0, 1}}};
+        system.forces = {scenes::gravity, Drag{"air", {0}, 0.0, c}};
+        Simulation simulation(system, {.method = Method::Taylor, .rtol = tolerance, .atol = tolerance});
+
+        ASSERT_TRUE(simulation.advance(2.0 * top + 0.1).ok()) << simulation.outcome().what;
+
+        const double fallen = (top + 0.1) / time, height = u * time * std::log(std::hypot(1.0, v0 / u));
+        EXPECT_NEAR(simulation.positions()[2], height - u * time * std::log(std::cosh(fallen)), 5.0 * tolerance);
+        EXPECT_NEAR(simulation.velocities()[2], -u * std::tanh(fallen), 5.0 * tolerance);
+        EXPECT_LT(simulation.report().steps, 40U);
+      }
+    }
+  }
 }
 
 /// A table is a polynomial from knot to knot: no step goes beyond one.

@@ -106,7 +106,7 @@ struct Travel {
     integration.state.v = v;
     const Outcome found = toy.accelerations(t, x.data(), v.data(), Gradients::Evaluate, integration.state.a.data());
     if (!found.ok()) throw std::runtime_error(found.what);
-    integration.resume();
+    integration.begin();
   }
 
   Outcome advance(double t_end, const Integration::Observer& observer = {}) {

@@ -130,6 +130,9 @@ Checkpoint make_checkpoint() {
   snapshot.discrete_state = {-1, 0, 1};
   snapshot.event_slopes = {-1.0 / 7.0, 1e-300};
   snapshot.solver_memory = {4.0, 1.0 / 3.0};
+  snapshot.singular_memory = {1.0, 0.25, HUGE_VAL};
+  snapshot.state_before = {0.0, 0.5};
+  snapshot.report.doubt = "steps may be too long";
   snapshot.report.rank_changes = {.start = 8, .now = 9, .first = {{0.1, 7}, {1.0 / 3.0, 9}}, .count = 102};
   snapshot.report.singular_passages = {.first = {{0.1 + 0.2, 1e-17}}, .count = 101};
   snapshot.report.energy = {.start = -1.5,
@@ -192,6 +195,9 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.discrete_state, written.snapshot.discrete_state);
   EXPECT_EQ(snapshot.event_slopes, written.snapshot.event_slopes);
   EXPECT_EQ(snapshot.solver_memory, written.snapshot.solver_memory);
+  EXPECT_EQ(snapshot.singular_memory, written.snapshot.singular_memory);
+  EXPECT_EQ(snapshot.state_before, written.snapshot.state_before);
+  EXPECT_EQ(snapshot.report.doubt, written.snapshot.report.doubt);
   EXPECT_EQ(snapshot.report.rank_changes.start, 8u);
   EXPECT_EQ(snapshot.report.rank_changes.now, 9u);
   EXPECT_EQ(snapshot.report.rank_changes.count, 102u);

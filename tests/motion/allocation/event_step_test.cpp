@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "motion/allocation/counting_allocator.hpp"
+#include "motion/extreme_scenes.hpp"
 #include "motion/toys.hpp"
 
 namespace tanor {
@@ -36,6 +39,37 @@ TEST_P(StepWithEventsTest, AllocatesOnlyWhereEquationsAreSwitched) {
   EXPECT_GT(steps, 100u);
   EXPECT_EQ(allocations, 0u);
 }
+
+class StepPastSingularPlacesTest : public testing::TestWithParam<Method> {};
+
+/// The second time, after the first place of its report: it coasts, compares K and narrows where K lost rank with what
+/// it has.
+TEST_P(StepPastSingularPlacesTest, AllocatesNothing) {
+  const extreme::Case scene = extreme::turn_four_bar(0.5, 20.0, "");
+  MotionOptions options{.method = GetParam(), .rtol = 1e-8, .atol = 1e-10};
+  if (has_fixed_steps(options.method)) options.step = 1e-2;
+  Simulation simulation(scene.system, options, {.threads = 1});
+  const Snapshot start = simulation.snapshot();
+  ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+  simulation.restore(start);
+  std::size_t allocations = 0;
+  std::unique_ptr<allocation::AllocationCounter> counter;
+
+  const Outcome outcome = simulation.advance(scene.t_end, [&](const MotionReport& report) {
+    if (counter == nullptr && report.singular_passages.count == 1)
+      counter = std::make_unique<allocation::AllocationCounter>();
+    if (counter != nullptr) allocations = counter->count();
+    return true;
+  });
+
+  EXPECT_TRUE(outcome.ok()) << outcome.what;
+  EXPECT_EQ(simulation.report().singular_passages.count, 7u);
+  EXPECT_EQ(allocations, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, StepPastSingularPlacesTest,
+                         testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Rattle),
+                         [](const auto& instance) { return std::string(method_name(instance.param)); });
 
 INSTANTIATE_TEST_SUITE_P(Methods, StepWithEventsTest, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
                          [](const auto& instance) { return std::string(method_name(instance.param)); });
