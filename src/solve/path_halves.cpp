@@ -9,6 +9,9 @@ namespace tanor {
 
 using paths::chunk_size, paths::Towards;
 
+/// Fewer rows stay in the second cache of all machines, and need no announcement (about 140 bytes each).
+constexpr std::size_t rows_beyond_cache = 16384;
+
 /// One of the two halves of a path on its way to the middle.
 struct PathSweep::Half {
   Towards towards;
@@ -33,6 +36,9 @@ struct PathSweep::Half {
     chunk.set_direction(slot, end.g);
     chunk.inverse_pivot[slot] = end.inverse_pivot;
   }
+  /// Rows of the chunk after this one.
+  std::size_t next_count() const { return std::min(rows_left, chunk_size); }
+  std::size_t next_first() const { return is_rightwards() ? next : next - next_count(); }
   void remember_last_row() {
     if (chunk.count == 0) return;
     const std::size_t slot = is_rightwards() ? chunk.count : 1;
@@ -41,16 +47,52 @@ struct PathSweep::Half {
   }
 };
 
+/// What the elimination of rows [first, first + count) will read and write.
+void PathSweep::announce(const Path& path, const Numbers& numbers, std::size_t first, std::size_t count,
+                         paths::Upcoming* upcoming) const {
+  if (count == 0 || sign_.size() < rows_beyond_cache) return;
+  constexpr std::size_t number = sizeof(double), vector = 3 * number;
+  const std::size_t point = path.right_point(first);
+  upcoming->add(&inverse_mass_[point], number * (count - 1));
+  if (numbers.motion != nullptr) {
+    upcoming->add(numbers.motion->r + 3 * point, vector * (count - 1));
+    upcoming->add(numbers.motion->v + 3 * point, vector * (count - 1));
+    upcoming->add(numbers.b + first, number * count);
+    upcoming->add(numbers.y + first, number * count);
+  }
+  if (block_.empty()) upcoming->add(numbers.given_blocks + 3 * (first_block_ + first), vector * count);
+  upcoming->add(&inverse_pivot_[first], number * count);
+  upcoming->add(&factor_[first], number * count);
+}
+
+/// Likewise of the way back.
+void PathSweep::announce(const Path& path, const Substituted& numbers, std::size_t first, std::size_t count,
+                         paths::Upcoming* upcoming) const {
+  if (count == 0 || sign_.size() < rows_beyond_cache) return;
+  constexpr std::size_t number = sizeof(double), vector = 3 * number;
+  const std::size_t point = path.right_point(first);
+  upcoming->add(numbers.lambda + first, number * count);
+  upcoming->add(&inverse_pivot_[first], number * count);
+  upcoming->add(&factor_[first], number * count);
+  if (block_.empty()) upcoming->add(numbers.blocks + 3 * (first_block_ + first), vector * count);
+  if (numbers.b != nullptr) upcoming->add(numbers.b + first, number * count);
+  upcoming->add(&inverse_mass_[point], number * (count - 1));
+  upcoming->add(numbers.w + 3 * point, vector * (count - 1));
+}
+
 void PathSweep::eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Work* work) {
   const std::size_t middle = path.middle();
   Half left(Towards::Right, path.first, includes(halves, Halves::Left) ? middle - path.first : 0);
   Half right(Towards::Left, path.end, includes(halves, Halves::Right) ? path.end - middle - 1 : 0);
+  paths::Upcoming upcoming;
   while (left.rows_left + right.rows_left > 0) {
     for (Half* half : {&left, &right}) {
       half->advance();
       if (half->chunk.count > 0) take_rows(path, numbers, half);
     }
-    paths::find_pivots(&left.chunk, &left.determinants, &right.chunk, &right.determinants);
+    upcoming.clear();
+    for (const Half* half : {&left, &right}) announce(path, numbers, half->next_first(), half->next_count(), &upcoming);
+    paths::find_pivots(&left.chunk, &left.determinants, &right.chunk, &right.determinants, &upcoming);
     for (Half* half : {&left, &right}) {
       if (half->chunk.count == 0) continue;
       paths::finish_pivots(half->towards, &half->chunk, &inverse_pivot_[half->first], &factor_[half->first],
@@ -178,6 +220,7 @@ void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Hal
   Vec3 dw_left{}, dw_right{};                    // of the outermost points so far
   std::size_t begin = middle, end = middle + 1;  // rows [begin, end) are done
   const std::size_t first = goes_left ? path.first : middle, last = goes_right ? path.end : middle + 1;
+  paths::Upcoming upcoming;
   while (begin > first || end < last) {
     const std::size_t before = begin;
     to_left.count = std::min(begin - first, chunk_size);
@@ -190,7 +233,11 @@ void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Hal
     };
     place(&to_left, begin);
     place(&to_right, end);
-    paths::substitute_outwards(&to_left, &to_right);
+    const std::size_t after = end + to_right.count, more_left = std::min(begin - first, chunk_size);
+    upcoming.clear();
+    announce(path, numbers, begin - more_left, more_left, &upcoming);
+    announce(path, numbers, after, std::min(last - after, chunk_size), &upcoming);
+    paths::substitute_outwards(&to_left, &to_right, &upcoming);
     if (to_left.count > 0) {
       const paths::Ends points = accelerate(path, numbers, begin, to_left.count, &of_left.residual);
       if (before == middle) {

@@ -118,7 +118,7 @@ void assemble(Towards towards, Chunk* chunk) {
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void find_pivots(Chunk* right, Determinants* to_right, Chunk* left, Determinants* to_left) {
+void find_pivots(Chunk* right, Determinants* to_right, Chunk* left, Determinants* to_left, Upcoming* upcoming) {
   constexpr std::size_t group = 8;
   Determinants d = *to_right, e = *to_left;
   const std::size_t last = left->count - 1, common = std::min(right->count, left->count) / group * group;
@@ -126,6 +126,7 @@ void find_pivots(Chunk* right, Determinants* to_right, Chunk* left, Determinants
     for (std::size_t k = begin; k < begin + group; ++k) {
       step(*right, k, d);
       step(*left, last - k, e);
+      upcoming->fetch();
     }
     scale(d);
     scale(e);
@@ -190,7 +191,7 @@ void substitute_inwards(Substitution* right, Substitution* left) {
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void substitute_outwards(BackSubstitution* left, BackSubstitution* right) {
+void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcoming* upcoming) {
   const std::size_t common = std::min(right->count, left->count), end = left->count - 1;
   double last = left->last, factor = left->factor, other = right->last, other_factor = right->factor;
   const auto step_left = [&](std::size_t k) __attribute__((always_inline)) {
@@ -204,6 +205,7 @@ void substitute_outwards(BackSubstitution* left, BackSubstitution* right) {
   for (std::size_t k = 0; k < common; ++k) {
     step_left(end - k);
     step_right(k);
+    upcoming->fetch();
   }
   for (std::size_t k = common; k < left->count; ++k) step_left(end - k);
   for (std::size_t k = common; k < right->count; ++k) step_right(k);

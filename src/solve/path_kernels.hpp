@@ -52,6 +52,36 @@ void load_directions(const double* blocks, const signed char* sign, Chunk* chunk
 enum class Towards { Right, Left };
 void assemble(Towards towards, Chunk* chunk);
 
+/// Memory that the next chunks want: it is fetched line by line while dependent operations wait for each other, since a
+/// burst of misses would stop everything.
+class Upcoming {
+ public:
+  void clear() { count_ = next_ = 0, at_ = end_ = nullptr; }
+  void add(const void* from, std::size_t bytes) {
+    if (bytes > 0) spans_[count_++] = {static_cast<const char*>(from), static_cast<const char*>(from) + bytes};
+  }
+  /// A few more lines, if there are any.
+  [[gnu::always_inline]] void fetch() {
+    for (std::size_t k = 0; k < lines_a_step; ++k, at_ += line) {
+      if (at_ >= end_) {
+        if (next_ == count_) return;
+        at_ = spans_[next_].begin;
+        end_ = spans_[next_++].end;
+      }
+      __builtin_prefetch(at_, 0, 2);
+    }
+  }
+
+ private:
+  static constexpr std::size_t most_spans = 20, line = 64, lines_a_step = 4;
+  struct Span {
+    const char *begin, *end;
+  };
+  Span spans_[most_spans];
+  std::size_t count_ = 0, next_ = 0;
+  const char *at_ = nullptr, *end_ = nullptr;
+};
+
 /// The recurrence of determinants over a half, D_k = S_kk D_{k-1} - S_{k,k-1}^2 D_{k-2}; pivots are ratios of
 /// consecutive ones. No division stands in the way; both are scaled by the same number now and then.
 struct Determinants {
@@ -59,7 +89,7 @@ struct Determinants {
 };
 /// Numerators and denominators of two chunks, `right` from its first row on and `left` from its last one back; either
 /// may be empty.
-void find_pivots(Chunk* right, Determinants* to_right, Chunk* left, Determinants* to_left);
+void find_pivots(Chunk* right, Determinants* to_right, Chunk* left, Determinants* to_left, Upcoming* upcoming);
 
 /// Smallest and largest S_kk/pivot.
 struct PivotRange {
@@ -86,7 +116,7 @@ struct BackSubstitution {
   std::size_t count;
   double factor, last;  ///< of the row before
 };
-void substitute_outwards(BackSubstitution* left, BackSubstitution* right);
+void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcoming* upcoming);
 
 /// Points between `count` + 1 consecutive rods: dw = M^-1 K lambda of each, w := w0 + dw (`uniform`: of all), and the
 /// largest |K'dw + b| of the rods between two of them. Returns dw of the first and of the last point.

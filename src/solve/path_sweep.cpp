@@ -203,7 +203,8 @@ void PathSweep::substitute_right_side(std::size_t p, Halves halves, double* y) c
   const std::size_t num_right = includes(halves, Halves::Right) ? paths_[p].end - after : 0;
   paths::BackSubstitution left{d + first, f + first, y + first, num_left, f[middle], y[middle]};
   paths::BackSubstitution right{d + after, f + after, y + after, num_right, right_factor_[p], y[middle]};
-  paths::substitute_outwards(&left, &right);
+  paths::Upcoming nothing;
+  paths::substitute_outwards(&left, &right, &nothing);
 }
 
 }  // namespace tanor

@@ -93,6 +93,10 @@ class PathSweep final : public Sweep {
   Range run(const Parallel& parallel, const Inwards& inwards, const Middle& middle, const Outwards& outwards,
             const Finish& finish);
 
+  void announce(const Path& path, const Numbers& numbers, std::size_t first, std::size_t count,
+                paths::Upcoming* upcoming) const;
+  void announce(const Path& path, const Substituted& numbers, std::size_t first, std::size_t count,
+                paths::Upcoming* upcoming) const;
   void eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Work* work);
   void take_rows(const Path& path, const Numbers& numbers, Half* half) const;
   void eliminate_middle(std::size_t path, const Numbers& numbers, Work* work);
