@@ -290,7 +290,7 @@ const BadInput bad_inputs[] = {
     {"FormIsUnknown", three_points(R"("solver": {"form": "dual"})"),
      R"(scene.json: /solver/form: found string "dual", wanted one of auto, normal, tangent, both)"},
     {"WayIsUnknown", three_points(R"("solver": {"way": "short"})"),
-     R"(scene.json: /solver/way: found string "short", wanted one of auto, general, paths, bundles, closed_form)"},
+     R"(scene.json: /solver/way: found string "short", wanted one of auto, general, paths, trees, bundles, closed_form)"},
     {"OrderingIsUnknown", three_points(R"("solver": {"ordering": "random"})"),
      R"(scene.json: /solver/ordering: found string "random", wanted one of auto, amd, metis, nesdis, natural)"},
     {"ThreadsAreNegative", three_points(R"("solver": {"threads": -1})"),
