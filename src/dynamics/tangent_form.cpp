@@ -21,6 +21,7 @@ TangentForm::TangentForm(Model& model, const SolverOptions& options)
 TangentForm::TangentForm(Model& model, const SolverOptions& options, const std::vector<Product>& products)
     : model_(model),
       num_products_(products.size()),
+      has_closed_form_(model.coordinates.has_closed_form()),
       solver_(products, {model.coordinates.island_start(), model.coordinates.num_coordinates()}, options.ordering),
       blocks_(3 * model.coordinates.num_blocks()),
       right_side_(size()),
@@ -74,13 +75,15 @@ Outcome TangentForm::factorize(double t) {
 
 /// Where every member moves a point of its own. False: where H looks singular, or A'M (w - w0) may not come out.
 bool TangentForm::accelerate(double t, const double* q, const double* q_dot, double* q_ddot) {
-  if (exact_ || friction_ != nullptr) return false;
+  if (exact_ || friction_ != nullptr || !has_closed_form_) return false;
   const Vec3* const uniform = model_.uniform_free();
   const Stopwatch watch(&model_.times.solve);
-  model_.set_time(t);
   if (uniform == nullptr) {
     evaluate(t, q, q_dot, false);
     (void)model_.evaluate_free(t, r_.data(), v_.data(), w0_.data());
+  } else {
+    model_.set_time(t);
+    model_.prescribe_all(t, r_.data(), v_.data());
   }
   std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
             w_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
@@ -99,6 +102,7 @@ bool TangentForm::accelerate(double t, const double* q, const double* q_dot, dou
 /// r, v, psi, w0, A and the factor of H of the last accelerations.
 void TangentForm::complete() const {
   if (is_complete_) return;
+  const Stopwatch watch(&model_.times.evaluate);
   const double now = model_.time();
   evaluate(t_, last_q_.data(), last_q_dot_.data(), true);
   (void)model_.evaluate_free(t_, r_.data(), v_.data(), w0_.data());
@@ -292,9 +296,15 @@ Outcome TangentForm::find_rates(double t, const double* v, const double* q, doub
   return {};
 }
 
+/// q_ of the places r. Charts move: the accelerations before belong to the old ones.
+void TangentForm::locate(const double* r) {
+  complete();
+  model_.coordinates.locate(r, q_.data());
+}
+
 Outcome TangentForm::adopt(double t, const double* r, const double* v, double* q, double* q_dot) {
   model_.set_time(t);
-  model_.coordinates.locate(r, q_.data());
+  locate(r);
   std::copy(q_.begin(), q_.end(), q);
   if (Outcome outcome = find_rates(t, v, q, q_dot); !outcome.ok()) return outcome;
   constexpr double allowed = 1e-3;  // as at the start
@@ -321,7 +331,7 @@ ProjectionReport TangentForm::project_positions(double t, double* q) {
 
 ProjectionReport TangentForm::put_positions(double t, double* r) {
   model_.set_time(t);
-  model_.coordinates.locate(r, q_.data());
+  locate(r);
   evaluate(t, q_.data(), rates_.data(), false);
   std::copy(r_.begin(), r_.end(), r);
   return {.outcome = {}, .correction = 0.0, .violation = model_.position_violation(t, r), .iterations = 1};
@@ -329,7 +339,7 @@ ProjectionReport TangentForm::put_positions(double t, double* r) {
 
 ProjectionReport TangentForm::put_velocities(double t, const double* r, double* v) {
   model_.set_time(t);
-  model_.coordinates.locate(r, q_.data());
+  locate(r);
   ProjectionReport report;
   report.outcome = find_rates(t, v, q_.data(), rates_.data());
   if (!report.outcome.ok()) return report;
@@ -349,6 +359,7 @@ void TangentForm::write_points(double t, const double* q, const double* q_dot, c
 }
 
 void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot) {
+  if (model_.coordinates.has_charts()) complete();  // in the charts that q belongs to
   if (friction_ != nullptr) friction_->recentre(t, r_.data(), v_.data(), friction_w_.data());
   model_.set_time(t);
   model_.coordinates.recentre(t, q, q_dot, q_ddot);

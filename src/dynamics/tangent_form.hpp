@@ -101,6 +101,7 @@ class TangentForm final : public EquationsOfMotion {
   bool accelerate(double t, const double* q, const double* q_dot, double* q_ddot);
   void remember(double t, const double* q, const double* q_dot, const double* q_ddot);
   void complete() const;
+  void locate(const double* r);
   double correct(double* q_ddot);
   Outcome add_friction(double t);
   Outcome find_rates(double t, const double* v, const double* q, double* q_dot);
@@ -110,9 +111,10 @@ class TangentForm final : public EquationsOfMotion {
   NormalForm* friction_ = nullptr;        // null: constraints are ideal
   std::vector<double> friction_w_, tau_;  // [3n] of the normal form
   std::size_t num_products_;
+  bool has_closed_form_;
   mutable GramSolver solver_;
 
-  // The last instant. Accelerations in closed form leave out what is mutable until somebody asks.
+  // The last instant. Accelerations in closed form leave out what is mutable until somebody asks or charts change.
   bool exact_ = false;
   double t_ = 0.0;
   SolveReport last_;

@@ -36,7 +36,7 @@ StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
   StartReport report;
 
   // q of the given places, but where the user gave q himself
-  model_.coordinates.locate(r, q_.data());
+  locate(r);
   model_.coordinates.write_start(q_.data(), rates_.data());
   if (report.outcome = find_rates(t, v, q_.data(), q_dot.data()); !report.outcome.ok()) return report;
   // There his rates count as well, and what `velocities` say about such points does not.

@@ -35,9 +35,11 @@ class CoordinateFamily {
   /// stands at supports is given.
   virtual void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v,
                         double* psi, double* blocks) const = 0;
-  /// q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member in closed form; `w0` [3n], or the same
+  /// Whether every member moves one point alone.
+  virtual bool has_closed_form() const { return false; }
+  /// There: q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member in closed form; `w0` [3n], or the same
   /// `uniform` everywhere. Returns the largest condition of A'A; NaN where some number is no number, infinite where a
-  /// member has no closed form.
+  /// member's is singular.
   virtual double accelerate(const Parallel& /*parallel*/, const double* /*q*/, const double* /*q_dot*/,
                             const double* /*w0*/, const Vec3* /*uniform*/, double* /*q_ddot*/, double* /*w*/) const {
     return std::numeric_limits<double>::infinity();
@@ -117,6 +119,7 @@ class PointCoordinates final : public CoordinateFamily {
     });
   }
 
+  bool has_closed_form() const override { return true; }
   /// A'A q_ddot = A'(w0 - psi): a point's mass drops out.
   double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                     const Vec3* uniform, double* q_ddot, double* w) const override {

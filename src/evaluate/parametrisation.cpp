@@ -251,6 +251,10 @@ void Parametrisation::evaluate(const Parallel& parallel, const double* q, const 
   for (const auto& family : families_) family->evaluate(parallel, q, q_dot, r, v, psi, blocks);
 }
 
+bool Parametrisation::has_closed_form() const {
+  return std::ranges::all_of(families_, [](const auto& family) { return family->has_closed_form(); });
+}
+
 double Parametrisation::accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                                    const Vec3* uniform, double* q_ddot, double* w) const {
   double worst = 0.0;

@@ -28,7 +28,8 @@ class Parametrisation {
   /// r; v = A q_dot + r_t and psi unless null; A's blocks unless null.
   void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v, double* psi,
                 double* blocks) const;
-  /// q_ddot and w, as CoordinateFamily::accelerate.
+  /// q_ddot and w, as CoordinateFamily::accelerate, where all families have a closed form.
+  bool has_closed_form() const;
   double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                     const Vec3* uniform, double* q_ddot, double* w) const;
   /// y = A x at points that move

@@ -160,12 +160,12 @@ double SingularPlaces::narrow(DenseOutput* dense, double low, double high, doubl
       for (std::size_t i = 0; i + k < count; ++i)
         at[i] = (values[i + k] * at[i] - values[i] * at[i + 1]) / (values[i + k] - values[i]);
     }
-    return at[0];
+    return std::isfinite(at[0]) ? std::clamp(at[0], low, high) : 0.5 * (low + high);  // of equal values nothing follows
   };
   constexpr double least = 1e-8;  // over a regular S
   const double at_high = mechanics_.last_solve().reciprocal_condition;
   for (const double distance : {0.05, 1e-3}) {
-    const double root = std::clamp(interpolate(), low, high), part = distance * (high - low) / (high - root);
+    const double root = interpolate(), part = distance * (high - low) / (high - root);
     if (at_high * part * part < least * regular_) return root;
     for (const double side : {-1.0, 1.0}) {
       const double fraction = root + side * distance * (high - low);
@@ -175,7 +175,7 @@ double SingularPlaces::narrow(DenseOutput* dense, double low, double high, doubl
       ++count;
     }
   }
-  return std::clamp(interpolate(), low, high);
+  return interpolate();
 }
 
 /// At t, in a step of length h: a new one, or the one that was foreseen there, or seen at a step's end.

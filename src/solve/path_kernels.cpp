@@ -133,10 +133,12 @@ void find_pivots(Chunk* right, Determinants* to_right, Chunk* left, Determinants
   }
   for (std::size_t k = common; k < right->count; ++k) {
     step(*right, k, d);
+    upcoming->fetch();
     if (k % group == group - 1) scale(d);
   }
   for (std::size_t k = common; k < left->count; ++k) {
     step(*left, last - k, e);
+    upcoming->fetch();
     if (k % group == group - 1) scale(e);
   }
   *to_right = d;
@@ -207,8 +209,14 @@ void substitute_outwards(BackSubstitution* left, BackSubstitution* right, Upcomi
     step_right(k);
     upcoming->fetch();
   }
-  for (std::size_t k = common; k < left->count; ++k) step_left(end - k);
-  for (std::size_t k = common; k < right->count; ++k) step_right(k);
+  for (std::size_t k = common; k < left->count; ++k) {
+    step_left(end - k);
+    upcoming->fetch();
+  }
+  for (std::size_t k = common; k < right->count; ++k) {
+    step_right(k);
+    upcoming->fetch();
+  }
   left->last = last;
   left->factor = factor;
   right->last = other;

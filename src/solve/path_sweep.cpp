@@ -20,6 +20,7 @@ void PathSweep::Range::include(const Range& other) {
 
 std::unique_ptr<PathSweep> PathSweep::make(const Constraints& constraints, const Numbering& numbering,
                                            std::span<const double> inverse_mass, std::vector<Index>* islands) {
+  if (islands->empty()) return nullptr;
   std::unique_ptr<PathSweep> result(new PathSweep);
   result->inverse_mass_ = inverse_mass;
   RodRows rods(constraints, numbering.num_rows());

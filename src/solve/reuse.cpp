@@ -72,7 +72,7 @@ bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, cons
     candidate.iterations *= shrink;
     return false;
   }
-  const auto not_again_soon = [&] { candidate.iterations = 2.0 * most_iterations(candidate); };
+  const auto not_again_soon = [&] { candidate.iterations = 2.0 * factor_products_ / candidate.products; };
   if (cheaper == Incomplete && !make_incomplete(blocks)) {
     not_again_soon();
     return false;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/instruction_sets.hpp"
+#include "base/parallel.hpp"
 
 namespace tanor_kernels::trees {
 
@@ -60,7 +61,7 @@ namespace {
   }
   const double inverse = 1.0 / pivot, ratio = dot(u, u) * diagonal * inverse;
   range->smallest = std::min(range->smallest, ratio);
-  range->largest = ratio <= range->largest ? range->largest : ratio;  // NaN too
+  range->largest = tanor::larger(range->largest, ratio);
   const Vec3 scaled = inverse * h;
   subtract(&mobility[parent], h, scaled);
   tree.h[a] = scaled;
@@ -81,8 +82,7 @@ namespace {
 TANOR_EACH_INSTRUCTION_SET
 double evaluate(const Tree& tree, const Motion& motion, double largest) {
   for (std::size_t a = 0; a < tree.num_rods; ++a) {
-    const double size = evaluate_rod(tree, motion, a);
-    largest = size <= largest ? largest : size;
+    largest = tanor::larger(largest, evaluate_rod(tree, motion, a));
   }
   return largest;
 }
@@ -99,8 +99,7 @@ double evaluate_and_eliminate(const Tree& tree, const Motion& motion, double lar
                               double* z, PivotRange* range) {
   PivotRange found = *range;
   for (std::size_t a = 0; a < tree.num_rods; ++a) {
-    const double size = evaluate_rod(tree, motion, a);
-    largest = size <= largest ? largest : size;
+    largest = tanor::larger(largest, evaluate_rod(tree, motion, a));
     eliminate_rod(tree, a, mobility, &found);
     substitute_rod(tree, a, motion.b[tree.rods[a].row], s, z);
   }

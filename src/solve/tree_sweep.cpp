@@ -19,6 +19,7 @@ double reciprocal_condition(const trees::PivotRange& range) {
 
 std::unique_ptr<TreeSweep> TreeSweep::make(const Constraints& constraints, const Numbering& numbering,
                                            std::span<const double> inverse_mass, std::vector<Index>* islands) {
+  if (islands->empty()) return nullptr;
   std::unique_ptr<TreeSweep> result(new TreeSweep);
   const RodRows rods(constraints, numbering.num_rows());
   result->inverse_mass_ = inverse_mass;
@@ -49,7 +50,7 @@ bool TreeSweep::add_island(const Numbering& numbering, Index number, const RodRo
     const trees::Rod rod{static_cast<Index>(row), to_support ? high : low, to_support ? low : high};
     lowest = std::min(lowest, low);
     highest = std::max(highest, to_support ? low : high);
-    // Rods to supports count as leaves.
+    // A second rod of the same lower point closes a ring; one to a support is a leaf.
     if (!to_support && low == before) {
       rings.push_back(rod);
       if (rings.size() > most_rings) return refuse();

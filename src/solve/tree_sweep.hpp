@@ -77,7 +77,8 @@ class TreeSweep final : public Sweep {
   std::vector<std::size_t> group_start_;  // islands that one thread takes
 
   std::vector<trees::Mobility> mobility_;  // [point]
-  std::vector<double> s_, force_;          // [3n] K lambda
+  std::vector<double> s_;                  // [3n] dw that eliminated branches make
+  std::vector<double> force_;              // [3n] K lambda
   std::vector<double> rows_;               // [d] scratch
   std::vector<Vec3> u_, h_;                // [rod]
   std::vector<double> inverse_pivot_;      // [rod]

@@ -119,6 +119,42 @@ TEST(TangentPoints, ThreadsGiveTheSameBits) {
   EXPECT_EQ(accelerations(1), accelerations(2));
 }
 
+/// Beads on spheres, whose charts move with them, joined by springs.
+TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
+  System system;
+  Springs springs{"", {}, 50.0, 0.0, 0.2};
+  for (Index i = 0; i < 5; ++i) {
+    const double angle = 0.4 * i;
+    system.positions.insert(system.positions.end(), {std::cos(angle), std::sin(angle), 0.0});
+    system.velocities.insert(system.velocities.end(), {0.0, 0.0, 1.0 + 0.3 * i});
+    system.masses.push_back(1.0 + 0.2 * i);
+    if (i > 0) springs.pairs.push_back({i - 1, i});
+  }
+  system.coordinates = {SphereCoordinates{"", {0, 1, 2, 3, 4}, Vector3{0, 0, 0}}};
+  system.forces = {Gravity{"", {0, 0, -9.81}}, springs};
+  for (const Method method : {Method::Rk4, Method::Dop853}) {
+    MotionOptions motion{.method = method, .rtol = 1e-9};
+    if (method == Method::Rk4) motion.step = 1e-3;
+    Simulation simulation(system, motion, {.form = Form::Tangent});
+    const auto as_vector = [](std::span<const double> x) { return std::vector(x.begin(), x.end()); };
+    for (const double t : {0.05, 0.1, 0.3}) {
+      ASSERT_TRUE(simulation.advance(t).ok());
+      const std::vector<double> r = as_vector(simulation.positions()), v = as_vector(simulation.velocities()),
+                                eta = as_vector(simulation.reactions());
+
+      Solved exactly(system, true, 0.0);
+      TangentForm& form = *exactly.forms.tangent;
+      ASSERT_TRUE(form.adopt(t, r.data(), v.data(), exactly.q.data(), exactly.q_dot.data()).ok());
+      ASSERT_TRUE(
+          form.accelerations(t, exactly.q.data(), exactly.q_dot.data(), Gradients::Evaluate, exactly.q_ddot.data())
+              .ok());
+      form.reactions(exactly.eta.data());
+      for (std::size_t c = 0; c < eta.size(); ++c) EXPECT_NEAR(eta[c], exactly.eta[c], 1e-8) << t;
+    }
+    EXPECT_EQ(simulation.report().doubt, "") << method_name(method);
+  }
+}
+
 /// A circle of radius R in the plane y z: q'' = -(g/R) sin q from the lowest place on.
 TEST(TangentPoints, AngleFarBeyondAnyTurnIsAPendulumToo) {
   constexpr double radius = 0.7, gravity = 9.81;
