@@ -1,6 +1,5 @@
 #include "evaluate/circle_kernels.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -9,28 +8,69 @@
 
 namespace tanor_kernels::circles {
 
-TANOR_EACH_INSTRUCTION_SET
-void place(const Circle* __restrict circles, std::size_t count, const double* __restrict q,
-           const double* __restrict q_dot, Place<1>* __restrict places) {
-  std::array<double, chunk_size> sines, cosines;  // NOLINT: filled before use
+namespace {
+
+using Chunk = std::array<double, chunk_size>;
+
+[[gnu::always_inline]] inline void find_sines(const double* __restrict q, std::size_t count, double* __restrict sines,
+                                              double* __restrict cosines) {
   double largest = 0.0;
   for (std::size_t k = 0; k < count; ++k) {
     tanor::sine_cosine(q[k], &sines[k], &cosines[k]);
     largest = std::abs(q[k]) > largest ? std::abs(q[k]) : largest;
   }
-  if (!(largest <= tanor::largest_angle)) {
-    for (std::size_t k = 0; k < count; ++k) {
-      sines[k] = std::sin(q[k]);
-      cosines[k] = std::cos(q[k]);
-    }
-  }
+  if (largest <= tanor::largest_angle) return;
   for (std::size_t k = 0; k < count; ++k) {
-    const double c = cosines[k], s = sines[k], rate = q_dot[k];
-    const auto& [a, b, center] = circles[k];
-    // r' = q' t with t = dr/dq, r'' - q'' t = -q'^2 u
-    const Vec3 u = c * a + s * b, t = c * b - s * a;
-    places[k] = {center + u, rate * t, -rate * rate * u, {t}};
+    sines[k] = std::sin(q[k]);
+    cosines[k] = std::cos(q[k]);
   }
+}
+
+/// r' = q' t with t = dr/dq, r'' - q'' t = -q'^2 u, r = center + u
+struct Turned {
+  Vec3 u, t;
+};
+[[gnu::always_inline]] inline Turned turn(const Circles& circles, std::size_t k, double s, double c) {
+  const Vec3 a{circles.ax[k], circles.ay[k], circles.az[k]}, b{circles.bx[k], circles.by[k], circles.bz[k]};
+  return {c * a + s * b, c * b - s * a};
+}
+
+}  // namespace
+
+TANOR_EACH_INSTRUCTION_SET
+void place(const Circles& given, std::size_t count, const double* __restrict q, const double* __restrict q_dot,
+           Place<1>* __restrict places) {
+  const Circles circles = given;
+  Chunk sines, cosines;  // NOLINT: filled before use
+  find_sines(q, count, sines.data(), cosines.data());
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto [u, t] = turn(circles, k, sines[k], cosines[k]);
+    const double rate = q_dot[k];
+    places[k] = {circles.center[k] + u, rate * t, -rate * rate * u, {t}};
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+double accelerate(const Circles& given, std::size_t count, const double* __restrict q, const double* __restrict q_dot,
+                  Vec3 w0, double* __restrict q_ddot, Vec3* __restrict w) {
+  const Circles circles = given;
+  Chunk sines, cosines, x, y, z;  // NOLINT: filled before use
+  find_sines(q, count, sines.data(), cosines.data());
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto [u, t] = turn(circles, k, sines[k], cosines[k]);
+    const Vec3 psi = -q_dot[k] * q_dot[k] * u;
+    const double along = dot(t, w0 - psi) / dot(t, t);
+    q_ddot[k] = along;
+    x[k] = psi.x + along * t.x;
+    y[k] = psi.y + along * t.y;
+    z[k] = psi.z + along * t.z;
+  }
+  double lost = 0.0;
+  for (std::size_t k = 0; k < count; ++k) {
+    w[k] = {x[k], y[k], z[k]};
+    lost += 0.0 * (x[k] + y[k] + z[k]);
+  }
+  return lost;
 }
 
 }  // namespace tanor_kernels::circles

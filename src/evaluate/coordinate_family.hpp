@@ -37,9 +37,9 @@ class CoordinateFamily {
                         double* psi, double* blocks) const = 0;
   /// Whether every member moves one point alone.
   virtual bool has_closed_form() const { return false; }
-  /// There: q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member in closed form; `w0` [3n], or the same
-  /// `uniform` everywhere. Returns the largest condition of A'A; NaN where some number is no number, infinite where a
-  /// member's is singular.
+  /// There: q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member in closed form; `w0` [3n], or the
+  /// same `uniform` everywhere. Returns the largest condition of A'A; NaN where some number is no number, infinite
+  /// where a member's is singular.
   virtual double accelerate(const Parallel& /*parallel*/, const double* /*q*/, const double* /*q_dot*/,
                             const double* /*w0*/, const Vec3* /*uniform*/, double* /*q_ddot*/, double* /*w*/) const {
     return std::numeric_limits<double>::infinity();
@@ -124,6 +124,9 @@ class PointCoordinates final : public CoordinateFamily {
   double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                     const Vec3* uniform, double* q_ddot, double* w) const override {
     return parallel.max_over_ranges(size(), [&](std::size_t begin, std::size_t end) {
+      if constexpr (requires { &Kernel::accelerate_run; }) {
+        if (uniform != nullptr) return accelerate_runs(begin, end, q, q_dot, *uniform, q_ddot, w);
+      }
       double worst = 0.0, lost = 0.0;
       for_each_place(begin, end, q, q_dot, [&](std::size_t k, const Place<S>& place) {
         double* const x = q_ddot + first_coordinate_of(k);
@@ -183,6 +186,19 @@ class PointCoordinates final : public CoordinateFamily {
   }
 
  private:
+  double accelerate_runs(std::size_t begin, std::size_t end, const double* q, const double* q_dot, Vec3 w0,
+                         double* q_ddot, double* w) const {
+    std::array<Vec3, Kernel::run_size> run;
+    double lost = 0.0;
+    for (std::size_t first = begin; first < end; first += run.size()) {
+      const std::size_t count = std::min(run.size(), end - first);
+      const Index at = first_coordinate_of(first);
+      lost += kernel.accelerate_run(first, count, q + at, q_dot + at, w0, q_ddot + at, run.data());
+      for (std::size_t k = 0; k < count; ++k) store(w, points[first + k], run[k]);
+    }
+    return 1.0 + lost;
+  }
+
   /// `use(k, place)` for the members [begin, end).
   template <class Use>
   void for_each_place(std::size_t begin, std::size_t end, const double* q, const double* q_dot, const Use& use) const {

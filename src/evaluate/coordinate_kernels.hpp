@@ -225,16 +225,32 @@ struct FixedCircleKernel {
   static constexpr int num_coordinates = 1;
   static constexpr std::size_t run_size = circles::chunk_size;
 
-  std::vector<circles::Circle> circle;  ///< [member]
+  std::vector<double> ax, ay, az, bx, by, bz;  ///< [member] r = center + cos q a + sin q b
+  std::vector<Vec3> center;
 
+  void add(Vec3 c, Vec3 a, Vec3 b) {
+    center.push_back(c);
+    const auto append = [](Vec3 from, std::vector<double>* x, std::vector<double>* y, std::vector<double>* z) {
+      x->push_back(from.x);
+      y->push_back(from.y);
+      z->push_back(from.z);
+    };
+    append(a, &ax, &ay, &az);
+    append(b, &bx, &by, &bz);
+  }
+  circles::Circles from(std::size_t k) const { return {&ax[k], &ay[k], &az[k], &bx[k], &by[k], &bz[k], &center[k]}; }
   bool depends_on_time() const { return false; }
   void set_time(double) {}
   void place_run(std::size_t first, std::size_t count, const double* q, const double* q_dot, Place<1>* places) const {
-    circles::place(circle.data() + first, count, q, q_dot, places);
+    circles::place(from(first), count, q, q_dot, places);
+  }
+  double accelerate_run(std::size_t first, std::size_t count, const double* q, const double* q_dot, Vec3 w0,
+                        double* q_ddot, Vec3* w) const {
+    return circles::accelerate(from(first), count, q, q_dot, w0, q_ddot, w);
   }
   void locate(std::size_t k, Vec3 r, double* q) const {
-    const Vec3 arm = r - circle[k].center;
-    *q = std::atan2(dot(circle[k].b, arm), dot(circle[k].a, arm));
+    const Vec3 arm = r - center[k];
+    *q = std::atan2(dot({bx[k], by[k], bz[k]}, arm), dot({ax[k], ay[k], az[k]}, arm));
   }
   bool has_charts() const { return false; }
   void begin_recentre(double) {}

@@ -130,7 +130,7 @@ class Parametrisation::Builder {
       for (std::size_t k = 0; k < group.points.size(); ++k) {
         const double radius = value(group.radius, k, initial_radius(k))(t_).value();
         fixed_circles_->points.push_back(inner(group.points[k]));
-        fixed_circles_->kernel.circle.push_back({radius * axes.first.value, radius * axes.second.value, center});
+        fixed_circles_->kernel.add(center, radius * axes.first.value, radius * axes.second.value);
       }
       return;
     }
