@@ -99,7 +99,7 @@ bool TangentForm::accelerate(double t, const double* q, const double* q_dot, dou
   return true;
 }
 
-/// r, v, psi, w0, A and the factor of H of the last accelerations.
+/// r, v, psi, w0, A, the factor of H and q_ddot of the last accelerations.
 void TangentForm::complete() const {
   if (is_complete_) return;
   const Stopwatch watch(&model_.times.evaluate);
@@ -108,20 +108,21 @@ void TangentForm::complete() const {
   (void)model_.evaluate_free(t_, r_.data(), v_.data(), w0_.data());
   solver_.assemble(model_.parallel, blocks_.data());
   (void)solver_.factorize(model_.parallel);
+  (void)model_.coordinates.accelerate(model_.parallel, last_q_.data(), last_q_dot_.data(), w0_.data(), nullptr,
+                                      last_q_ddot_.data(), points_.data());
   if (now != t_) model_.set_time(now);
 }
 
-void TangentForm::remember(double t, const double* q, const double* q_dot, const double* q_ddot) {
+void TangentForm::remember(double t, const double* q, const double* q_dot) {
   t_ = t;
   std::copy(q, q + size(), last_q_.begin());
   std::copy(q_dot, q_dot + size(), last_q_dot_.begin());
-  std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
 }
 
 Outcome TangentForm::accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) {
   ++model_.counters.evaluations;
   if (accelerate(t, q, q_dot, q_ddot)) {
-    remember(t, q, q_dot, q_ddot);
+    remember(t, q, q_dot);
     return last_.outcome = {};
   }
   double scale = 0.0;
@@ -153,7 +154,8 @@ Outcome TangentForm::accelerations(double t, const double* q, const double* q_do
     last_.residual = pass == 0 ? expected : (scale > 0.0 ? correction / scale : 0.0);
     if (last_.residual <= enough || (pass > 1 && !(correction < 0.5 * before))) break;
   }
-  remember(t, q, q_dot, q_ddot);
+  remember(t, q, q_dot);
+  std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
   return last_.outcome = std::isfinite(correction) ? Outcome{} : model_.not_finite(t);
 }
 
@@ -205,6 +207,7 @@ void TangentForm::restore_discrete_state(std::span<const int> state) {
 }
 
 void TangentForm::write_place_along(double h, double* r) {
+  complete();
   std::vector<double> q(size()), rates(3 * model_.num_points());
   for (std::size_t j = 0; j < size(); ++j) q[j] = last_q_[j] + h * last_q_dot_[j] + 0.5 * h * h * last_q_ddot_[j];
   model_.set_time(t_ + h);

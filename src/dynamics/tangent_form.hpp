@@ -99,7 +99,7 @@ class TangentForm final : public EquationsOfMotion {
   void evaluate(double t, const double* q, const double* q_dot, bool with_blocks) const;
   Outcome factorize(double t);
   bool accelerate(double t, const double* q, const double* q_dot, double* q_ddot);
-  void remember(double t, const double* q, const double* q_dot, const double* q_ddot);
+  void remember(double t, const double* q, const double* q_dot);
   void complete() const;
   void locate(const double* r);
   double correct(double* q_ddot);
@@ -119,14 +119,15 @@ class TangentForm final : public EquationsOfMotion {
   double t_ = 0.0;
   SolveReport last_;
   mutable bool is_complete_ = true;
-  mutable std::vector<double> blocks_;                     // A
-  mutable std::vector<double> r_, v_, psi_, w0_;           // [3n]; w0 = M^-1 f
-  std::vector<double> w_;                                  // [3n]
-  mutable std::vector<double> points_;                     // [3n] scratch
-  std::vector<double> error_rates_, r_from_, v_from_;      // [3n] of error estimates
-  std::vector<double> right_side_, rates_;                 // [s]
-  std::vector<double> last_q_, last_q_dot_, last_q_ddot_;  // [s] of the last accelerations
-  std::vector<double> q_;  // where the last (r, v) was found: the next search starts there
+  mutable std::vector<double> blocks_;                 // A
+  mutable std::vector<double> r_, v_, psi_, w0_;       // [3n]; w0 = M^-1 f
+  std::vector<double> w_;                              // [3n]
+  mutable std::vector<double> points_;                 // [3n] scratch
+  std::vector<double> error_rates_, r_from_, v_from_;  // [3n] of error estimates
+  std::vector<double> right_side_, rates_;             // [s]
+  std::vector<double> last_q_, last_q_dot_;            // [s] of the last accelerations
+  mutable std::vector<double> last_q_ddot_;            // likewise
+  std::vector<double> q_;                              // where the last (r, v) was found: the next search starts there
 };
 
 }  // namespace tanor
