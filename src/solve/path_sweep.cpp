@@ -7,7 +7,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t few_paths = 8, rows_worth_a_thread = 4096, most_groups = 64;
+constexpr std::size_t few_paths = 8;
 
 }  // namespace
 
@@ -66,12 +66,7 @@ void PathSweep::finish() {
 
   for (std::vector<double>* array : {&inverse_pivot_, &factor_}) array->resize(num_rows);
   right_factor_.resize(paths_.size());
-  const std::size_t least_rows = std::max(rows_worth_a_thread, num_rows / most_groups);
-  group_start_.push_back(0);
-  for (std::size_t p = 0; p < paths_.size(); ++p) {
-    if (paths_[p].end - paths_[group_start_.back()].first >= least_rows) group_start_.push_back(p + 1);
-  }
-  if (group_start_.back() < paths_.size()) group_start_.push_back(paths_.size());
+  group_start_ = group_islands(paths_.size(), num_rows, [&](std::size_t p) { return paths_[p].end - paths_[p].first; });
   work_.resize(std::max(group_start_.size() - 1, std::min(paths_.size(), few_paths)));
 
   constexpr double flops_a_row = 5.0;

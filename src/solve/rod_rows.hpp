@@ -44,4 +44,23 @@ struct RodRows {
   }
 };
 
+/// Fewer rows are not worth a thread.
+inline constexpr std::size_t rows_worth_a_thread = 4096;
+
+/// First island of each group that one thread takes, then `count`: few groups, none of them too small. `rows_of(k)`.
+template <class RowsOf>
+std::vector<std::size_t> group_islands(std::size_t count, std::size_t num_rows, const RowsOf& rows_of) {
+  constexpr std::size_t most_groups = 64;
+  const std::size_t least_rows = std::max(rows_worth_a_thread, num_rows / most_groups);
+  std::vector<std::size_t> start{0};
+  std::size_t rows = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    rows += rows_of(k);
+    if (rows < least_rows && k + 1 < count) continue;
+    start.push_back(k + 1);
+    rows = 0;
+  }
+  return start;
+}
+
 }  // namespace tanor

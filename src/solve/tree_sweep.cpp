@@ -8,8 +8,6 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t rows_worth_a_thread = 4096, most_groups = 64;
-
 /// Scaled to a unit diagonal, pivots lie between 1/largest and 1.
 double reciprocal_condition(const trees::PivotRange& range) {
   return range.smallest > 0.0 && range.largest > 0.0 ? 1.0 / range.largest : 0.0;
@@ -94,12 +92,8 @@ void TreeSweep::finish(const RodRows& given) {
   }
   spikes_.resize(num_spikes);
   border_.resize(num_entries);
-  const std::size_t least_rows = std::max(rows_worth_a_thread, num_rods / most_groups);
-  group_start_.push_back(0);
-  for (std::size_t k = 0; k < islands_.size(); ++k) {
-    if (islands_[k].end - islands_[group_start_.back()].first_rod >= least_rows) group_start_.push_back(k + 1);
-  }
-  if (group_start_.back() < islands_.size()) group_start_.push_back(islands_.size());
+  group_start_ =
+      group_islands(islands_.size(), num_rods, [&](std::size_t k) { return islands_[k].end - islands_[k].first_rod; });
   found_.resize(group_start_.size() - 1);
 
   constexpr double flops_a_rod = 50.0;
