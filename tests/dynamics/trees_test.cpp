@@ -72,42 +72,48 @@ System make_tree(const Shape& shape, AnyNumbers* any) {
   return system;
 }
 
-void expect_agreement(const System& system, double tolerance) {
+/// Returns the refinements that it took.
+int expect_agreement(const System& system, double tolerance) {
   const Answer general = solve(system, {.way = Way::General}, 0.2), trees = solve(system, {.way = Way::Trees}, 0.2);
-  ASSERT_TRUE(general.report.outcome.ok()) << general.report.outcome.what;
-  ASSERT_TRUE(trees.report.outcome.ok()) << trees.report.outcome.what;
-  // At once, or with one refinement where S is badly conditioned: a wrong factor takes several, or the general way.
-  EXPECT_LE(trees.report.refinements, 1);
+  EXPECT_TRUE(general.report.outcome.ok()) << general.report.outcome.what;
+  EXPECT_TRUE(trees.report.outcome.ok()) << trees.report.outcome.what;
   EXPECT_LE(trees.report.residual, rounding);
   EXPECT_LE(relative_difference(trees.w, general.w), tolerance);
   EXPECT_LE(relative_difference(trees.lambda, general.lambda), tolerance);
   EXPECT_LE(relative_difference(trees.eta, general.eta), tolerance);
+  return trees.report.refinements;
 }
 
 TEST(Trees, AgreeWithTheGeneralWay) {
   AnyNumbers any(3);
+  int refined = 0, solved = 0;
   for (const int num_points : {3, 4, 7, 30, 300, 2000}) {
     for (const int supports : {0, 1, 2}) {
       for (const int most_back : {1, 3, 1 << 30}) {
         SCOPED_TRACE(testing::Message() << num_points << " points, " << supports << " supports, back " << most_back);
         const bool extra = num_points % 2 == 0;
-        expect_agreement(make_tree({num_points, 0, supports, most_back, extra, extra}, &any), rounding);
+        ++solved;
+        refined += expect_agreement(make_tree({num_points, 0, supports, most_back, extra, extra}, &any), rounding);
       }
     }
   }
+  EXPECT_LT(4 * refined, solved);  // badly conditioned ones alone: else wrong numbers were mended
 }
 
 TEST(Trees, OfAFewRingsAgreeToo) {
   AnyNumbers any(4);
+  int refined = 0, solved = 0;
   for (const int num_points : {8, 50, 500}) {
     for (const int rings : {1, 2, 4}) {
       for (const int supports : {0, 1, 2}) {
         SCOPED_TRACE(testing::Message() << num_points << " points, " << rings << " rings, " << supports << " supports");
-        expect_agreement(make_tree({num_points, rings, supports, 2, num_points == 50, num_points == 50}, &any),
-                         rounding);
+        ++solved;
+        refined += expect_agreement(
+            make_tree({num_points, rings, supports, 2, num_points == 50, num_points == 50}, &any), rounding);
       }
     }
   }
+  EXPECT_LT(4 * refined, solved);  // badly conditioned ones alone: else wrong numbers were mended
 }
 
 TEST(Trees, ManyOfThemAgreeAndThreadsGiveTheSameBits) {
@@ -122,7 +128,7 @@ TEST(Trees, ManyOfThemAgreeAndThreadsGiveTheSameBits) {
     for (const auto& [i, j] : std::get<Rods>(one.constraints[0]).pairs)
       std::get<Rods>(system.constraints[0]).pairs.push_back({shift + i, shift + j});
   }
-  expect_agreement(system, rounding);
+  (void)expect_agreement(system, rounding);
   const Answer a = solve(system, {.way = Way::Trees, .threads = 1}),
                b = solve(system, {.way = Way::Trees, .threads = 2});
   EXPECT_EQ(a.w, b.w);

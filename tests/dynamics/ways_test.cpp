@@ -54,6 +54,7 @@ System make_chain(std::size_t num_points, Ends ends, double mass_range, std::mt1
 
 TEST(Ways, PathsAgreeWithTheGeneralWay) {
   std::mt19937 random(6);
+  int refined = 0, solved = 0;
   for (const Ends ends : {Ends::Free, Ends::First, Ends::Last, Ends::Both}) {
     for (const std::size_t num_points : {2, 3, 4, 5, 17, 64, 65, 66, 129, 130, 131, 257, 1000}) {
       const System system = make_chain(num_points, ends, 1e2, &random);
@@ -62,12 +63,14 @@ TEST(Ways, PathsAgreeWithTheGeneralWay) {
       const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
 
       ASSERT_TRUE(paths.report.outcome.ok()) << paths.report.outcome.what;
-      EXPECT_LE(paths.report.refinements, 1);  // a wrong factor takes several, or the general way
+      refined += paths.report.refinements;
+      ++solved;
       EXPECT_LE(relative_difference(paths.w, general.w), 1e-12) << num_points;
       EXPECT_LE(relative_difference(paths.lambda, general.lambda), 1e-12) << num_points;
       EXPECT_LE(relative_difference(paths.eta, general.eta), 1e-12) << num_points;
     }
   }
+  EXPECT_LT(4 * refined, solved);  // badly conditioned ones alone: else wrong numbers were mended
 }
 
 TEST(Ways, PathsAgreeWhereMassesAreFarApart) {
