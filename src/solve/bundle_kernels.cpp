@@ -5,16 +5,6 @@
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
 
-namespace tanor {
-
-double Largest::read() const {
-  double result = 0.0;
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);
-  return result;
-}
-
-}  // namespace tanor
-
 namespace tanor_kernels {
 
 // ---- in and out: plain loads and stores, which no instruction set does better ----
@@ -58,34 +48,6 @@ void scatter_points(const Eight3* from, const Index* points, std::size_t count, 
   }
 }
 
-void gather_neighbours(const double* from, std::size_t count, Eight3* to) {
-  for (std::size_t p = 0; p < count; ++p) {
-    auto* const lanes = reinterpret_cast<double*>(to + p);
-    for (std::size_t lane = 0; lane < num_lanes; lane += 2, from += 6) {
-      // x y | z x | y z
-      const Two a = *reinterpret_cast<const Two*>(from), b = *reinterpret_cast<const Two*>(from + 2),
-                c = *reinterpret_cast<const Two*>(from + 4);
-      *reinterpret_cast<Two*>(lanes + lane) = Two{a[0], b[1]};
-      *reinterpret_cast<Two*>(lanes + num_lanes + lane) = Two{a[1], c[0]};
-      *reinterpret_cast<Two*>(lanes + 2 * num_lanes + lane) = Two{b[0], c[1]};
-    }
-  }
-}
-
-void scatter_neighbours(const Eight3* from, std::size_t count, double* to) {
-  for (std::size_t p = 0; p < count; ++p) {
-    const auto* const lanes = reinterpret_cast<const double*>(from + p);
-    for (std::size_t lane = 0; lane < num_lanes; lane += 2, to += 6) {
-      const Two x = *reinterpret_cast<const Two*>(lanes + lane);
-      const Two y = *reinterpret_cast<const Two*>(lanes + num_lanes + lane);
-      const Two z = *reinterpret_cast<const Two*>(lanes + 2 * num_lanes + lane);
-      *reinterpret_cast<Two*>(to) = Two{x[0], y[0]};
-      *reinterpret_cast<Two*>(to + 2) = Two{z[0], x[1]};
-      *reinterpret_cast<Two*>(to + 4) = Two{y[1], z[1]};
-    }
-  }
-}
-
 void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u) {
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     double* lanes = reinterpret_cast<double*>(u) + lane;
@@ -111,23 +73,6 @@ void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, dou
   }
 }
 
-void fill(Eight3* points, std::size_t count, Vec3 value) {
-  const Eight nothing{};
-  for (std::size_t p = 0; p < count; ++p) {
-    points[p].x = nothing + value.x;
-    points[p].y = nothing + value.y;
-    points[p].z = nothing + value.z;
-  }
-}
-
-void add(const Eight3* from, std::size_t count, Eight3* to) {
-  for (std::size_t p = 0; p < count; ++p) {
-    to[p].x += from[p].x;
-    to[p].y += from[p].y;
-    to[p].z += from[p].z;
-  }
-}
-
 void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to) {
   auto* const lanes = reinterpret_cast<double*>(to);
   for (std::size_t k = 0; k < count * num_lanes; ++k) lanes[k] = from[rows[k]];
@@ -139,6 +84,30 @@ void scatter_rows(const Eight* from, const Index* rows, std::size_t count, doubl
 }
 
 // ---- numbers: each function is its own loop nest, so that every instruction set has all of it ----
+
+TANOR_EACH_INSTRUCTION_SET
+void scatter_neighbours(const Eight3* from, std::size_t count, double* to) {
+  for (std::size_t k = 0; k < count; ++k) store_points(from[k].x, from[k].y, from[k].z, to + 3 * num_lanes * k);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void fill(Eight3* points, std::size_t count, Vec3 value) {
+  const Eight nothing{};
+  for (std::size_t p = 0; p < count; ++p) {
+    points[p].x = nothing + value.x;
+    points[p].y = nothing + value.y;
+    points[p].z = nothing + value.z;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add(const Eight3* from, std::size_t count, Eight3* to) {
+  for (std::size_t p = 0; p < count; ++p) {
+    to[p].x += from[p].x;
+    to[p].y += from[p].y;
+    to[p].z += from[p].z;
+  }
+}
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,

@@ -1,64 +1,11 @@
 #pragma once
 
-#include <cmath>
-#include <vector>
-
 #include <tanor/system.hpp>
 
-#include "base/vec3.hpp"
+#include "base/eight.hpp"
 #include "solve/island_schedule.hpp"
 
 /// \file Islands of one topology, eight at once: the same number of each in the lanes of one vector.
-namespace tanor {
-
-inline constexpr std::size_t num_lanes = 8;
-using Eight [[gnu::vector_size(num_lanes * sizeof(double)), gnu::aligned(num_lanes * sizeof(double))]] = double;
-struct Eight3 {
-  Eight x, y, z;
-};
-
-inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
-  points->x[lane] = value.x;
-  points->y[lane] = value.y;
-  points->z[lane] = value.z;
-}
-
-[[gnu::always_inline]] inline void take_roots(Eight* squares) {
-#pragma GCC unroll 1
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) (*squares)[lane] = std::sqrt((*squares)[lane]);
-}
-
-/// a := a/|a|, and 1/|a|.
-[[gnu::always_inline]] inline void normalise(Eight* x, Eight* y, Eight* z, Eight* inverse) {
-  Eight length = *x * *x + *y * *y + *z * *z;
-  take_roots(&length);
-  *inverse = 1.0 / length;
-  *x *= *inverse;
-  *y *= *inverse;
-  *z *= *inverse;
-}
-
-/// A list of them, which lies where whole vectors can be read at once.
-class Eights {
- public:
-  void resize(std::size_t size) { cells_.resize(size); }
-  std::size_t size() const { return cells_.size(); }
-  Eight* data() { return reinterpret_cast<Eight*>(cells_.data()); }
-
- private:
-  struct alignas(Eight) Cell {
-    double lanes[num_lanes] = {};
-  };
-  std::vector<Cell> cells_;
-};
-
-/// Largest |.| that was seen; a NaN stays.
-struct Largest {
-  Eight value{}, zero{};  // zero: 0 times what was seen
-  double read() const;
-};
-
-}  // namespace tanor
 
 /// See instruction_sets.hpp.
 namespace tanor_kernels {
@@ -70,7 +17,6 @@ using namespace tanor;
 void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to);
 void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to);
 /// Points that follow one another, eight to a place.
-void gather_neighbours(const double* from, std::size_t count, Eight3* to);
 void scatter_neighbours(const Eight3* from, std::size_t count, double* to);
 /// Blocks of K, whose signs follow from the direction of u: block ~k stands for the negative of block k.
 void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u);

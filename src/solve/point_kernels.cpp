@@ -6,12 +6,26 @@
 
 namespace tanor_kernels {
 
+namespace {
+
+[[gnu::always_inline]] inline void load_free(const double* w0, const Vec3* uniform, std::size_t group, Eight3* w) {
+  if (uniform == nullptr) return load_points(w0 + 3 * num_lanes * group, &w->x, &w->y, &w->z);
+  const Eight nothing{};
+  *w = {nothing + uniform->x, nothing + uniform->y, nothing + uniform->z};
+}
+
+}  // namespace
+
 TANOR_EACH_INSTRUCTION_SET
-void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, Eight3* gradients,
+void evaluate_spheres(std::size_t count, const double* r, const double* v, const Places& centers, Eight3* gradients,
                       Eight* phi) {
   for (std::size_t k = 0; k < count; ++k) {
-    Eight x = r[k].x - centers[k].x, y = r[k].y - centers[k].y, z = r[k].z - centers[k].z;
-    const Eight vx = v[k].x, vy = v[k].y, vz = v[k].z;
+    Eight x, y, z, vx, vy, vz;
+    load_points(r + 3 * num_lanes * k, &x, &y, &z);
+    load_points(v + 3 * num_lanes * k, &vx, &vy, &vz);
+    x -= centers[k].x;
+    y -= centers[k].y;
+    z -= centers[k].z;
     Eight inverse;
     normalise(&x, &y, &z, &inverse);
     const Eight speed = x * vx + y * vy + z * vz;
@@ -21,24 +35,31 @@ void evaluate_spheres(std::size_t count, const Eight3* r, const Eight3* v, const
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void evaluate_circles(std::size_t count, const Eight3* r, const Eight3* v, const Eight3* centers, const Eight3* normals,
+void evaluate_circles(std::size_t count, const double* r, const double* v, const Places& centers, const Places& normals,
                       Eight3* gradients, Eight* phi) {
   const Eight nothing{};
   for (std::size_t k = 0; k < count; ++k) {
+    Eight x, y, z, vx, vy, vz;
+    load_points(r + 3 * num_lanes * k, &x, &y, &z);
+    load_points(v + 3 * num_lanes * k, &vx, &vy, &vz);
+    x -= centers[k].x;
+    y -= centers[k].y;
+    z -= centers[k].z;
     const Eight nx = normals[k].x, ny = normals[k].y, nz = normals[k].z;
-    Eight x = r[k].x - centers[k].x, y = r[k].y - centers[k].y, z = r[k].z - centers[k].z;
     // p = a - (n.a) n, and its derivative
-    const Eight s = nx * x + ny * y + nz * z, s1 = nx * v[k].x + ny * v[k].y + nz * v[k].z;
+    const Eight s = nx * x + ny * y + nz * z, s1 = nx * vx + ny * vy + nz * vz;
     x -= s * nx;
     y -= s * ny;
     z -= s * nz;
-    const Eight vx = v[k].x - s1 * nx, vy = v[k].y - s1 * ny, vz = v[k].z - s1 * nz;
+    vx -= s1 * nx;
+    vy -= s1 * ny;
+    vz -= s1 * nz;
     Eight inverse;
     normalise(&x, &y, &z, &inverse);
     const Eight speed = x * vx + y * vy + z * vz;
     phi[k] = nothing;
     phi[count + k] = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
-    gradients[k] = normals[k];
+    gradients[k] = {nx, ny, nz};
     gradients[count + k] = {x, y, z};
   }
 }
@@ -97,13 +118,15 @@ void solve_points(int num_rows, std::size_t count, const PointFactor* factors, c
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void add_free(int num_rows, std::size_t count, const Eight3* gradients, const Eight3* w0, Eight* phi,
-              Largest* largest) {
+void add_free(int num_rows, std::size_t count, const Eight3* gradients, const double* w0, const Vec3* uniform,
+              Eight* phi, Largest* largest) {
   Eight worst = largest->value, zero = largest->zero;
   for (int m = 0; m < num_rows; ++m, gradients += count, phi += count) {
     for (std::size_t k = 0; k < count; ++k) {
+      Eight3 w;
+      load_free(w0, uniform, k, &w);
       const Eight3& g = gradients[k];
-      const Eight b = phi[k] + (g.x * w0[k].x + g.y * w0[k].y + g.z * w0[k].z), size = b < 0.0 ? -b : b;
+      const Eight b = phi[k] + (g.x * w.x + g.y * w.y + g.z * w.z), size = b < 0.0 ? -b : b;
       worst = size > worst ? size : worst;
       zero += 0.0 * b;
       phi[k] = b;
@@ -114,8 +137,8 @@ void add_free(int num_rows, std::size_t count, const Eight3* gradients, const Ei
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, const Eight* b, const Eight* x, Eight3* w0,
-                   Largest* largest) {
+void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, const Eight* b, const Eight* x,
+                   const double* w0, const Vec3* uniform, double* w, Largest* largest) {
   const Eight nothing{};
   Eight worst = largest->value, zero = largest->zero;
   for (std::size_t k = 0; k < count; ++k) {
@@ -133,36 +156,39 @@ void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, con
       worst = size > worst ? size : worst;
       zero += 0.0 * left;
     }
-    w0[k].x += wx;
-    w0[k].y += wy;
-    w0[k].z += wz;
+    Eight3 free;
+    load_free(w0, uniform, k, &free);
+    store_points(free.x + wx, free.y + wy, free.z + wz, w + 3 * num_lanes * k);
   }
   largest->value = worst;
   largest->zero = zero;
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void scale_by_mass(int num_rows, std::size_t count, const Eight* inverse_mass, Eight* x) {
+void scale_by_mass(int num_rows, std::size_t count, const double* inverse_mass, Eight* x) {
   for (int m = 0; m < num_rows; ++m, x += count) {
-    for (std::size_t k = 0; k < count; ++k) x[k] *= 1.0 / inverse_mass[k];  // nearly always m itself
+    // nearly always m itself
+    for (std::size_t k = 0; k < count; ++k) x[k] *= 1.0 / eight_at(inverse_mass + num_lanes * k);
   }
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* phi, const Eight* inverse_mass,
-                       Eight* x, Eight3* w0, Largest* right_side, Largest* residual) {
+void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* phi, const double* inverse_mass,
+                       const double* w0, const Vec3* uniform, double* lambda, double* w, Largest* right_side,
+                       Largest* residual) {
   Eight largest_b = right_side->value, zero_b = right_side->zero;
   Eight largest_left = residual->value, zero_left = residual->zero;
   for (std::size_t k = 0; k < count; ++k) {
     const Eight gx = gradients[k].x, gy = gradients[k].y, gz = gradients[k].z;
-    const Eight b = phi[k] + (gx * w0[k].x + gy * w0[k].y + gz * w0[k].z);
-    const Eight answer = -b / (gx * gx + gy * gy + gz * gz);
+    Eight3 free;
+    load_free(w0, uniform, k, &free);
+    const Eight b = phi[k] + (gx * free.x + gy * free.y + gz * free.z);
+    // 1/(g.g) = 2 - g.g, since g.g = 1 but for rounding
+    const Eight answer = -b * (2.0 - (gx * gx + gy * gy + gz * gz));
     const Eight wx = answer * gx, wy = answer * gy, wz = answer * gz;
     const Eight left = b + (gx * wx + gy * wy + gz * wz);
-    w0[k].x += wx;
-    w0[k].y += wy;
-    w0[k].z += wz;
-    x[k] = answer * (1.0 / inverse_mass[k]);  // nearly always m itself
+    store_points(free.x + wx, free.y + wy, free.z + wz, w + 3 * num_lanes * k);
+    eight_at(lambda + num_lanes * k) = answer * (1.0 / eight_at(inverse_mass + num_lanes * k));  // nearly always m
     const Eight size_b = b < 0.0 ? -b : b, size_left = left < 0.0 ? -left : left;
     largest_b = size_b > largest_b ? size_b : largest_b;
     largest_left = size_left > largest_left ? size_left : largest_left;

@@ -96,26 +96,53 @@ struct PointSweep::Chunk {
   static constexpr std::size_t most_points = most_groups * num_lanes;
 
   const Run& run;
-  std::size_t first_group, count;  // in all, groups
-  Index points[most_points];       // the last one repeated
-  Index indices[most_points];      // scratch: rows, blocks, members
-  Eight3 r[most_groups], v[most_groups], w[most_groups], place[most_groups], normal[most_groups];
+  std::size_t first_group, count;      // in all, groups
+  std::size_t first_point, num_points;
+  Index indices[most_points];  // scratch: rows, blocks, members
+  Eight3 place[most_groups], normal[most_groups];
   Eight3 gradients[most_rows * most_groups];
   PointFactor factors[most_groups];  // where points have one row: nobody needs them again
-  Eight b[most_rows * most_groups], x[most_rows * most_groups], inverse_mass[most_groups];
+  Eight b[most_rows * most_groups], x[most_rows * most_groups];
   Eight smallest = Eight{} + 1.0;
   Largest right_side, residual;
+  double copies[4][3 * most_points];  // of what does not fill the last group
 
-  Chunk(const Run& of, std::size_t group, std::size_t num_groups) : run(of), first_group(group), count(num_groups) {
-    const auto begin = run.first + static_cast<Index>((group - run.first_group) * num_lanes);
-    for (std::size_t k = 0; k < num_points(); ++k) points[k] = std::min(begin + static_cast<Index>(k), run.end - 1);
-  }
-  std::size_t num_points() const { return count * num_lanes; }
+  Chunk(const Run& of, std::size_t group, std::size_t num_groups)
+      : run(of),
+        first_group(group),
+        count(num_groups),
+        first_point(static_cast<std::size_t>(run.first) + (group - run.first_group) * num_lanes),
+        num_points(std::min(count * num_lanes, static_cast<std::size_t>(run.end) - first_point)) {}
   int num_rows() const { return static_cast<int>(run.num_rows); }
+  bool is_full() const { return num_points == count * num_lanes; }
+
+  /// Numbers of the points, `width` each; copied where the last group is not full, whose lanes repeat the last point.
+  const double* read(const double* from, std::size_t width, double* copy) const {
+    const double* const own = from + width * first_point;
+    if (is_full()) return own;
+    std::copy(own, own + width * num_points, copy);
+    for (std::size_t k = num_points; k < count * num_lanes; ++k)
+      std::copy(own + width * (num_points - 1), own + width * num_points, copy + width * k);
+    return copy;
+  }
+  const double* read_masses(const double* inverse_mass) { return read(inverse_mass, 1, copies[3]); }
+  /// Where results of kernels go, `width` for each of the system's numbers from `first` on; then they are `put`.
+  double* room(double* to, std::size_t width, std::size_t first, double* copy) const {
+    return is_full() ? to + width * first : copy;
+  }
+  void put(const double* copy, std::size_t width, std::size_t first, double* to) const {
+    if (!is_full()) std::copy(copy, copy + width * num_points, to + width * first);
+  }
+  /// The row of the first point, of points that have one.
+  std::size_t first_row() const {
+    return static_cast<std::size_t>(run.first_row) + first_point - static_cast<std::size_t>(run.first);
+  }
 
   /// first + stride (place in the run), of each point
   const Index* list(Index first, Index stride) {
-    for (std::size_t k = 0; k < num_points(); ++k) indices[k] = first + stride * (points[k] - run.first);
+    const auto last = static_cast<Index>(num_points) - 1;
+    first += stride * (static_cast<Index>(first_point) - run.first);
+    for (Index k = 0; k < static_cast<Index>(count * num_lanes); ++k) indices[k] = first + stride * std::min(k, last);
     return indices;
   }
   const Index* rows(std::size_t row) { return list(run.first_row + static_cast<Index>(row), run.num_rows); }
@@ -125,37 +152,18 @@ struct PointSweep::Chunk {
     const Member& first = run.members[member];
     return list(first.first_block + m, run.stride[member] * first.num_rows);
   }
-  /// No lane repeats a point.
-  bool is_full() const { return points[num_points() - 1] - points[0] == static_cast<Index>(num_points()) - 1; }
-  void gather(const double* from, Eight3* to) const {
-    if (!is_full()) return gather_points(from, points, count, to);
-    gather_neighbours(from + 3 * static_cast<std::size_t>(points[0]), count, to);
-  }
-  void scatter(const Eight3* from, double* to) const {
-    if (!is_full()) return scatter_points(from, points, count, to);
-    scatter_neighbours(from, count, to + 3 * static_cast<std::size_t>(points[0]));
-  }
-  /// Block m of each point's member
   void scatter_blocks(std::size_t member, Index m, const Eight3* from, double* to) {
-    const Index* const list = blocks(member, m);
-    const bool follow_points = list[num_points() - 1] - list[0] == static_cast<Index>(num_points()) - 1;
-    if (!is_full() || !follow_points) return scatter_points(from, list, count, to);
-    scatter_neighbours(from, count, to + 3 * static_cast<std::size_t>(list[0]));
-  }
-  void gather_masses(const double* from) {
-    if (!is_full()) return gather_rows(from, points, count, inverse_mass);
-    std::copy(from + points[0], from + points[0] + num_points(), reinterpret_cast<double*>(inverse_mass));
+    const Member& first = run.members[member];
+    if (!is_full() || run.stride[member] * first.num_rows != 1)
+      return scatter_points(from, blocks(member, m), count, to);
+    const auto block = static_cast<std::size_t>(first.first_block + m - run.first) + first_point;
+    scatter_neighbours(from, count, to + 3 * block);
   }
   void gather_rows_of(const double* from, Eight* to) {
     for (std::size_t m = 0; m < static_cast<std::size_t>(run.num_rows); ++m)
       gather_rows(from, rows(m), count, to + m * count);
   }
   void scatter_rows_of(const Eight* from, double* to) {
-    if (run.num_rows == 1 && is_full()) {
-      const auto* const numbers = reinterpret_cast<const double*>(from);
-      std::copy(numbers, numbers + num_points(), to + *rows(0));
-      return;
-    }
     for (std::size_t m = 0; m < static_cast<std::size_t>(run.num_rows); ++m)
       scatter_rows(from + m * count, rows(m), count, to);
   }
@@ -203,7 +211,7 @@ PointFactor* PointSweep::factors_of(Chunk* chunk) {
 template <class Kernel>
 void PointSweep::evaluate_moving(const Family<Kernel>& family, const FreeMotion& motion, std::size_t row,
                                  Chunk* chunk) const {
-  for (std::size_t k = 0; k < chunk->num_points(); ++k) {
+  for (std::size_t k = 0; k < chunk->count * num_lanes; ++k) {
     const auto local = family.kernel(static_cast<std::size_t>(chunk->indices[k]), motion.r, motion.v);
     for (std::size_t m = 0; m < static_cast<std::size_t>(Kernel::num_rows); ++m) {
       const std::size_t group = (row + m) * chunk->count + k / num_lanes, lane = k % num_lanes;
@@ -215,6 +223,8 @@ void PointSweep::evaluate_moving(const Family<Kernel>& family, const FreeMotion&
 
 /// Gradients and phi of one member of each point, whose first row is `row`.
 void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const {
+  const double* const r = chunk->read(motion.r, 3, chunk->copies[0]);
+  const double* const v = chunk->read(motion.v, 3, chunk->copies[1]);
   const Run& run = chunk->run;
   const bool is_simple = run.members[member].is_still && run.has_one_guide[member];
   const Index* const numbers = is_simple ? nullptr : chunk->members(member);
@@ -224,8 +234,17 @@ void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::siz
   /// vector(slot) of each point's guide
   const auto gather = [&](const std::vector<Index>& slots, Eight3* to, const auto& vector) {
     if (run.has_one_guide[member]) return fill(to, chunk->count, vector(one_slot));
-    for (std::size_t k = 0; k < chunk->num_points(); ++k)
+    for (std::size_t k = 0; k < chunk->count * num_lanes; ++k)
       set_lane(&to[k / num_lanes], k % num_lanes, vector(slots[static_cast<std::size_t>(numbers[k])]));
+  };
+  /// The same where one number serves all.
+  const auto places = [&](const std::vector<Index>& slots, Eight3* to, const auto& vector) -> Places {
+    if (!run.has_one_guide[member]) {
+      gather(slots, to, vector);
+      return {to, 1};
+    }
+    fill(to, 1, vector(one_slot));
+    return {to, 0};
   };
   const auto straight = [&] { std::fill_n(phi, static_cast<std::size_t>(num_rows) * chunk->count, Eight{}); };
   switch (guide) {
@@ -246,15 +265,18 @@ void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::siz
     case Guide::Sphere: {
       const auto& spheres = constraints_.family<SphereKernel>();
       if (!is_still) return evaluate_moving(spheres, motion, row, chunk);
-      gather(spheres.kernel.geometry, chunk->place, [&](Index slot) { return spheres.kernel.center[slot].value; });
-      return evaluate_spheres(chunk->count, chunk->r, chunk->v, chunk->place, gradients, phi);
+      const Places centers = places(spheres.kernel.geometry, chunk->place,
+                                    [&](Index slot) { return spheres.kernel.center[slot].value; });
+      return evaluate_spheres(chunk->count, r, v, centers, gradients, phi);
     }
     case Guide::Circle: {
       const auto& circles = constraints_.family<CircleKernel>();
       if (!is_still) return evaluate_moving(circles, motion, row, chunk);
-      gather(circles.kernel.geometry, chunk->place, [&](Index slot) { return circles.kernel.center[slot].value; });
-      gather(circles.kernel.geometry, chunk->normal, [&](Index slot) { return circles.kernel.normal[slot].value; });
-      return evaluate_circles(chunk->count, chunk->r, chunk->v, chunk->place, chunk->normal, gradients, phi);
+      const Places centers = places(circles.kernel.geometry, chunk->place,
+                                    [&](Index slot) { return circles.kernel.center[slot].value; });
+      const Places normals = places(circles.kernel.geometry, chunk->normal,
+                                    [&](Index slot) { return circles.kernel.normal[slot].value; });
+      return evaluate_circles(chunk->count, r, v, centers, normals, gradients, phi);
     }
     case Guide::None:
       return;
@@ -265,33 +287,33 @@ Elimination PointSweep::solve(const Parallel& parallel, const FreeMotion& motion
                               double* lambda, double* w) {
   return for_each_chunk(parallel, [&](Chunk& chunk) {
     const std::size_t count = chunk.count;
-    chunk.gather(motion.r, chunk.r);
-    chunk.gather(motion.v, chunk.v);
-    chunk.gather_masses(inverse_mass_.data());
-    if (motion.uniform != nullptr) {
-      fill(chunk.w, count, *motion.uniform);
-    } else {
-      chunk.gather(motion.w0, chunk.w);
-    }
     std::size_t row = 0;
     for (std::size_t k = 0; k < chunk.run.num_members; ++k) {
       evaluate(motion, k, row, &chunk);
       for (Index m = 0; m < chunk.run.members[k].num_rows; ++m, ++row)
         chunk.scatter_blocks(k, m, chunk.gradients + row * count, blocks);
     }
+    double* const w_copy = chunk.copies[2];
+    const double* const w0 = motion.uniform == nullptr ? chunk.read(motion.w0, 3, w_copy) : nullptr;
+    const double* const inverse_mass = chunk.read_masses(inverse_mass_.data());
+    double* const w_of_chunk = chunk.room(w, 3, chunk.first_point, w_copy);
     if (chunk.run.num_rows == 1) {
-      solve_single_rows(count, chunk.gradients, chunk.b, chunk.inverse_mass, chunk.x, chunk.w, &chunk.right_side,
+      double* const lambda_copy = chunk.copies[0];
+      solve_single_rows(count, chunk.gradients, chunk.b, inverse_mass, w0, motion.uniform,
+                        chunk.room(lambda, 1, chunk.first_row(), lambda_copy), w_of_chunk, &chunk.right_side,
                         &chunk.residual);
+      chunk.put(lambda_copy, 1, chunk.first_row(), lambda);
     } else {
       PointFactor* const factors = factors_of(&chunk);
-      add_free(chunk.num_rows(), count, chunk.gradients, chunk.w, chunk.b, &chunk.right_side);
+      add_free(chunk.num_rows(), count, chunk.gradients, w0, motion.uniform, chunk.b, &chunk.right_side);
       factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
       solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
-      tanor::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, chunk.w, &chunk.residual);
-      scale_by_mass(chunk.num_rows(), count, chunk.inverse_mass, chunk.x);
+      tanor::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, w0, motion.uniform, w_of_chunk,
+                           &chunk.residual);
+      scale_by_mass(chunk.num_rows(), count, inverse_mass, chunk.x);
+      chunk.scatter_rows_of(chunk.x, lambda);
     }
-    chunk.scatter(chunk.w, w);
-    chunk.scatter_rows_of(chunk.x, lambda);
+    chunk.put(w_copy, 3, chunk.first_point, w);
   });
 }
 
@@ -310,11 +332,10 @@ Elimination PointSweep::factorize(const Parallel& parallel, const double* blocks
 void PointSweep::solve_negative(const Parallel& parallel, const double* b, double* x) {
   (void)for_each_chunk(parallel, [&](Chunk& chunk) {
     chunk.gather_rows_of(b, chunk.b);
-    chunk.gather_masses(inverse_mass_.data());
     PointFactor* const factors = factors_of(&chunk);
     for (std::size_t k = 0; k < chunk.count && chunk.run.num_rows == 1; ++k) factors[k].inverse_d0 = Eight{} + 1.0;
     solve_points(chunk.num_rows(), chunk.count, factors, chunk.b, chunk.x);
-    scale_by_mass(chunk.num_rows(), chunk.count, chunk.inverse_mass, chunk.x);
+    scale_by_mass(chunk.num_rows(), chunk.count, chunk.read_masses(inverse_mass_.data()), chunk.x);
     chunk.scatter_rows_of(chunk.x, x);
   });
 }

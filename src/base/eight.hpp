@@ -1,0 +1,121 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "base/vec3.hpp"
+
+/// \file Eight numbers, or points, side by side in one vector. For functions that are made for each instruction set
+/// (instruction_sets.hpp): shuffles are of four numbers, which AVX2 and AVX-512 both have.
+namespace tanor {
+
+inline constexpr std::size_t num_lanes = 8;
+using Eight [[gnu::vector_size(num_lanes * sizeof(double)), gnu::aligned(num_lanes * sizeof(double))]] = double;
+struct Eight3 {
+  Eight x, y, z;
+};
+
+/// Those at any address. References: vectors in registers would be another calling convention for each instruction set.
+using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
+[[gnu::always_inline]] inline const EightAnywhere& eight_at(const double* place) {
+  return *reinterpret_cast<const EightAnywhere*>(place);
+}
+[[gnu::always_inline]] inline EightAnywhere& eight_at(double* place) {
+  return *reinterpret_cast<EightAnywhere*>(place);
+}
+
+/// Half of them: AVX2 and AVX-512 both have its shuffles.
+using Four [[gnu::vector_size(32)]] = double;
+using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
+[[gnu::always_inline]] inline const FourAnywhere& four_at(const double* place) {
+  return *reinterpret_cast<const FourAnywhere*>(place);
+}
+[[gnu::always_inline]] inline FourAnywhere& four_at(double* place) {
+  return *reinterpret_cast<FourAnywhere*>(place);
+}
+/// Four points that follow one another: x y z x | y z x y | z x y z
+[[gnu::always_inline]] inline void load_four_points(const double* from, Four* x, Four* y, Four* z) {
+  const Four a = four_at(from), b = four_at(from + 4), c = four_at(from + 8);
+  const Four ab = __builtin_shufflevector(a, b, 0, 1, 6, 3), x_0321 = __builtin_shufflevector(ab, c, 0, 5, 2, 3);
+  const Four ba = __builtin_shufflevector(b, a, 0, 5, 2, 3), y_1032 = __builtin_shufflevector(ba, c, 0, 1, 6, 3);
+  const Four cb = __builtin_shufflevector(c, b, 0, 5, 2, 3), z_2103 = __builtin_shufflevector(cb, a, 0, 1, 6, 3);
+  *x = __builtin_shufflevector(x_0321, x_0321, 0, 3, 2, 1);
+  *y = __builtin_shufflevector(y_1032, y_1032, 1, 0, 3, 2);
+  *z = __builtin_shufflevector(z_2103, z_2103, 2, 1, 0, 3);
+}
+[[gnu::always_inline]] inline void store_four_points(const Four& x, const Four& y, const Four& z, double* to) {
+  const Four x_0321 = __builtin_shufflevector(x, x, 0, 3, 2, 1), y_1032 = __builtin_shufflevector(y, y, 1, 0, 3, 2),
+             z_2103 = __builtin_shufflevector(z, z, 2, 1, 0, 3);
+  const Four xy = __builtin_shufflevector(x_0321, y_1032, 0, 5, 2, 3), yz = __builtin_shufflevector(y_1032, z_2103, 0, 5, 2, 3),
+             zx = __builtin_shufflevector(z_2103, x_0321, 0, 5, 2, 3);
+  four_at(to) = __builtin_shufflevector(xy, z_2103, 0, 1, 6, 3);
+  four_at(to + 4) = __builtin_shufflevector(yz, x_0321, 0, 1, 6, 3);
+  four_at(to + 8) = __builtin_shufflevector(zx, y_1032, 0, 1, 6, 3);
+}
+
+/// Eight points that follow one another: x y z x y z …
+[[gnu::always_inline]] inline void load_points(const double* from, Eight* x, Eight* y, Eight* z) {
+  Four x0, y0, z0, x1, y1, z1;
+  load_four_points(from, &x0, &y0, &z0);
+  load_four_points(from + 12, &x1, &y1, &z1);
+  *x = __builtin_shufflevector(x0, x1, 0, 1, 2, 3, 4, 5, 6, 7);
+  *y = __builtin_shufflevector(y0, y1, 0, 1, 2, 3, 4, 5, 6, 7);
+  *z = __builtin_shufflevector(z0, z1, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+[[gnu::always_inline]] inline void store_points(const Eight& x, const Eight& y, const Eight& z, double* to) {
+  const Four x0 = __builtin_shufflevector(x, x, 0, 1, 2, 3), x1 = __builtin_shufflevector(x, x, 4, 5, 6, 7);
+  const Four y0 = __builtin_shufflevector(y, y, 0, 1, 2, 3), y1 = __builtin_shufflevector(y, y, 4, 5, 6, 7);
+  const Four z0 = __builtin_shufflevector(z, z, 0, 1, 2, 3), z1 = __builtin_shufflevector(z, z, 4, 5, 6, 7);
+  store_four_points(x0, y0, z0, to);
+  store_four_points(x1, y1, z1, to + 12);
+}
+
+inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
+  points->x[lane] = value.x;
+  points->y[lane] = value.y;
+  points->z[lane] = value.z;
+}
+
+[[gnu::always_inline]] inline void take_roots(Eight* squares) {
+#pragma GCC unroll 1
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) (*squares)[lane] = std::sqrt((*squares)[lane]);
+}
+
+/// a := a/|a|, and 1/|a|.
+[[gnu::always_inline]] inline void normalise(Eight* x, Eight* y, Eight* z, Eight* inverse) {
+  Eight length = *x * *x + *y * *y + *z * *z;
+  take_roots(&length);
+  *inverse = 1.0 / length;
+  *x *= *inverse;
+  *y *= *inverse;
+  *z *= *inverse;
+}
+
+/// A list of them, which lies where whole vectors can be read at once.
+class Eights {
+ public:
+  void resize(std::size_t size) { cells_.resize(size); }
+  std::size_t size() const { return cells_.size(); }
+  Eight* data() { return reinterpret_cast<Eight*>(cells_.data()); }
+
+ private:
+  struct alignas(Eight) Cell {
+    double lanes[num_lanes] = {};
+  };
+  std::vector<Cell> cells_;
+};
+
+/// Largest |.| that was seen; a NaN stays.
+struct Largest {
+  Eight value{}, zero{};  // zero: 0 times what was seen
+
+  double read() const {
+    double result = 0.0;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);
+    return result;
+  }
+};
+
+}  // namespace tanor
