@@ -48,7 +48,8 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
 [[gnu::always_inline]] inline void store_four_points(const Four& x, const Four& y, const Four& z, double* to) {
   const Four x_0321 = __builtin_shufflevector(x, x, 0, 3, 2, 1), y_1032 = __builtin_shufflevector(y, y, 1, 0, 3, 2),
              z_2103 = __builtin_shufflevector(z, z, 2, 1, 0, 3);
-  const Four xy = __builtin_shufflevector(x_0321, y_1032, 0, 5, 2, 3), yz = __builtin_shufflevector(y_1032, z_2103, 0, 5, 2, 3),
+  const Four xy = __builtin_shufflevector(x_0321, y_1032, 0, 5, 2, 3),
+             yz = __builtin_shufflevector(y_1032, z_2103, 0, 5, 2, 3),
              zx = __builtin_shufflevector(z_2103, x_0321, 0, 5, 2, 3);
   four_at(to) = __builtin_shufflevector(xy, z_2103, 0, 1, 6, 3);
   four_at(to + 4) = __builtin_shufflevector(yz, x_0321, 0, 1, 6, 3);

@@ -7,7 +7,7 @@
 
 namespace tanor_kernels {
 
-// ---- in and out: plain loads and stores, which no instruction set does better ----
+// ---- in and out one by one: plain loads and stores, which no instruction set does better ----
 
 namespace {
 
@@ -85,6 +85,106 @@ void scatter_rows(const Eight* from, const Index* rows, std::size_t count, doubl
 
 // ---- numbers: each function is its own loop nest, so that every instruction set has all of it ----
 
+namespace {
+
+/// Row k of four lanes' numbers becomes lane k of four numbers.
+[[gnu::always_inline]] inline void transpose(Four* a, Four* b, Four* c, Four* d) {
+  const Four ab_02 = __builtin_shufflevector(*a, *b, 0, 4, 2, 6), ab_13 = __builtin_shufflevector(*a, *b, 1, 5, 3, 7);
+  const Four cd_02 = __builtin_shufflevector(*c, *d, 0, 4, 2, 6), cd_13 = __builtin_shufflevector(*c, *d, 1, 5, 3, 7);
+  *a = __builtin_shufflevector(ab_02, cd_02, 0, 1, 4, 5);
+  *b = __builtin_shufflevector(ab_13, cd_13, 0, 1, 4, 5);
+  *c = __builtin_shufflevector(ab_02, cd_02, 2, 3, 6, 7);
+  *d = __builtin_shufflevector(ab_13, cd_13, 2, 3, 6, 7);
+}
+
+/// Where the numbers of four lanes are, and of as many eight lanes on.
+template <class Number>
+struct FourSequences {
+  Number *a, *b, *c, *d, *next_a, *next_b, *next_c, *next_d;
+
+  [[gnu::always_inline]] FourSequences(Number* array, const Index* first, std::size_t width)
+      : a(at(array, first[0], width)),
+        b(at(array, first[1], width)),
+        c(at(array, first[2], width)),
+        d(at(array, first[3], width)),
+        next_a(at(array, first[num_lanes], width)),
+        next_b(at(array, first[num_lanes + 1], width)),
+        next_c(at(array, first[num_lanes + 2], width)),
+        next_d(at(array, first[num_lanes + 3], width)) {}
+  static Number* at(Number* array, Index first, std::size_t width) {
+    return array + width * static_cast<std::size_t>(first);
+  }
+  [[gnu::always_inline]] void call_for_next(std::size_t k) const {
+    for (const Number* next : {next_a, next_b, next_c, next_d}) __builtin_prefetch(next + k);
+  }
+};
+
+/// tile(k): four numbers of each lane from the k-th on; the last tile overlaps where that is needed.
+template <class Tile>
+[[gnu::always_inline]] inline void for_each_tile(std::size_t count, const Tile& tile) {
+  for (std::size_t k = 0; k + 4 <= count; k += 4) tile(k);
+  if (count % 4 != 0) tile(count - 4);
+}
+
+}  // namespace
+
+TANOR_EACH_INSTRUCTION_SET
+void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
+                      Eight* to) {
+  for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
+    double* const lanes = reinterpret_cast<double*>(to) + lane;
+    const FourSequences<const double> at(from, first + lane, width);
+    if (count < 4) {
+      for (std::size_t k = 0; k < count; ++k)
+        four_at(lanes + k * num_lanes) = sign * Four{at.a[k], at.b[k], at.c[k], at.d[k]};
+      continue;
+    }
+    for_each_tile(
+        count, [&](std::size_t k) __attribute__((always_inline)) {
+          Four a = sign * four_at(at.a + k), b = sign * four_at(at.b + k), c = sign * four_at(at.c + k),
+               d = sign * four_at(at.d + k);
+          if (k % 8 == 0) at.call_for_next(k);
+          transpose(&a, &b, &c, &d);
+          double* const cell = lanes + k * num_lanes;
+          four_at(cell) = a;
+          four_at(cell + num_lanes) = b;
+          four_at(cell + 2 * num_lanes) = c;
+          four_at(cell + 3 * num_lanes) = d;
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
+                       double* to) {
+  for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
+    const double* const lanes = reinterpret_cast<const double*>(from) + lane;
+    const FourSequences<double> at(to, first + lane, width);
+    if (count < 4) {
+      for (std::size_t k = 0; k < count; ++k) {
+        const Four value = sign * four_at(lanes + k * num_lanes);
+        at.a[k] = value[0];
+        at.b[k] = value[1];
+        at.c[k] = value[2];
+        at.d[k] = value[3];
+      }
+      continue;
+    }
+    for_each_tile(
+        count, [&](std::size_t k) __attribute__((always_inline)) {
+          const double* const cell = lanes + k * num_lanes;
+          Four a = sign * four_at(cell), b = sign * four_at(cell + num_lanes), c = sign * four_at(cell + 2 * num_lanes),
+               d = sign * four_at(cell + 3 * num_lanes);
+          if (k % 8 == 0) at.call_for_next(k);
+          transpose(&a, &b, &c, &d);
+          four_at(at.a + k) = a;
+          four_at(at.b + k) = b;
+          four_at(at.c + k) = c;
+          four_at(at.d + k) = d;
+        });
+  }
+}
+
 TANOR_EACH_INSTRUCTION_SET
 void scatter_neighbours(const Eight3* from, std::size_t count, double* to) {
   for (std::size_t k = 0; k < count; ++k) store_points(from[k].x, from[k].y, from[k].z, to + 3 * num_lanes * k);
@@ -110,6 +210,15 @@ void add(const Eight3* from, std::size_t count, Eight3* to) {
 }
 
 TANOR_EACH_INSTRUCTION_SET
+void add(Vec3 value, std::size_t count, Eight3* to) {
+  for (std::size_t p = 0; p < count; ++p) {
+    to[p].x += value.x;
+    to[p].y += value.y;
+    to[p].z += value.z;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
 void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
                    const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest) {
   Eight worst = largest->value, zero = largest->zero;
@@ -122,13 +231,13 @@ void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3
       z += offsets[a].z;
     }
     const Eight vx = v[j].x - v[i].x, vy = v[j].y - v[i].y, vz = v[j].z - v[i].z;
-    const Eight wx = w0[j].x - w0[i].x, wy = w0[j].y - w0[i].y, wz = w0[j].z - w0[i].z;
     // rho = |a|, u = a/rho
     Eight inverse;
     normalise(&x, &y, &z, &inverse);
     // phi = (v.v - (u.v)^2)/rho
     const Eight speed = x * vx + y * vy + z * vz;
-    Eight right = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse + (x * wx + y * wy + z * wz);
+    Eight right = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
+    if (w0 != nullptr) right += x * (w0[j].x - w0[i].x) + y * (w0[j].y - w0[i].y) + z * (w0[j].z - w0[i].z);
     if (second_derivatives != nullptr) right -= second_derivatives[a];
     const Eight size = right < 0.0 ? -right : right;
     worst = size > worst ? size : worst;

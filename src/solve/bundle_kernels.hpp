@@ -12,22 +12,30 @@ namespace tanor_kernels {
 
 using namespace tanor;
 
-/// In and out: numbers of points, rows and blocks [place][lane] that lie anywhere.
-
+/// In and out of lanes: numbers [place][lane] that lie anywhere.
 void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to);
 void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to);
-/// Points that follow one another, eight to a place.
-void scatter_neighbours(const Eight3* from, std::size_t count, double* to);
+void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to);
+void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to);
 /// Blocks of K, whose signs follow from the direction of u: block ~k stands for the negative of block k.
 void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u);
 void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to);
+
+/// The same where each lane's follow one another: `count` numbers from width first[lane] on, times `sign`. Those of the
+/// next eight lanes, first[8 + lane], are called for.
+void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
+                      Eight* to);
+void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
+                       double* to);
+/// Points that follow one another, eight to a place.
+void scatter_neighbours(const Eight3* from, std::size_t count, double* to);
+
 void fill(Eight3* points, std::size_t count, Vec3 value);
 void add(const Eight3* from, std::size_t count, Eight3* to);
-void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to);
-void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to);
+void add(Vec3 value, std::size_t count, Eight3* to);
 
 /// Per rod, from points r, v and w0 [point]: u along the rod, b = phi + K'w0, with offsets and the second derivatives
-/// of lengths where these are not null.
+/// of lengths where these are not null. w0 may be null where it is the same for all.
 void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
                    const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest);
 

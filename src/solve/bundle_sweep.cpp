@@ -24,7 +24,7 @@ std::unique_ptr<BundleSweep> BundleSweep::make(const Constraints& constraints, c
     const Batch batch = bundle.batch(0);
     for (Desk& desk : result->desks_) {
       const auto enlarge = [](auto* list, std::size_t size) { list->resize(std::max(list->size(), size)); };
-      for (auto* points : {&desk.r, &desk.v, &desk.w, &desk.dw}) enlarge(points, batch.num_places);
+      for (auto* points : {&desk.r, &desk.v, &desk.w, &desk.dw}) enlarge(points, batch.num_points + batch.num_supports);
       for (auto* rods : {&desk.u, &desk.directions}) enlarge(rods, batch.num_rods);
       for (auto* rods : {&desk.b, &desk.x, &desk.sum, &desk.lengths}) enlarge(rods, batch.num_rods);
     }
@@ -34,6 +34,49 @@ std::unique_ptr<BundleSweep> BundleSweep::make(const Constraints& constraints, c
                    (result->bundles_.size() == 1 ? " structure" : " structures");
   return result;
 }
+
+// ---- in and out ----
+
+namespace {
+
+using Batch = Bundle::Batch;
+
+Eight* numbers_of(Eight3* points) {
+  return &points->x;
+}
+const Eight* numbers_of(const Eight3* points) {
+  return &points->x;
+}
+
+void read_points(const Batch& batch, const double* from, Eight3* to) {
+  gather_sequences(from, batch.first_point, 3, 3 * batch.num_points, 1.0, numbers_of(to));
+}
+void read_supports(const Batch& batch, const double* from, Eight3* to) {
+  gather_points(from, batch.supports, batch.num_supports, to + batch.num_points);
+}
+void write_points(const Batch& batch, const Eight3* from, double* to) {
+  scatter_sequences(numbers_of(from), batch.first_point, 3, 3 * batch.num_points, 1.0, to);
+}
+void read_blocks(const Batch& batch, const double* from, Eight3* u) {
+  if (batch.of.block_sign == 0.0) return gather_blocks(from, batch.blocks, batch.num_rods, u);
+  gather_sequences(from, batch.blocks, 3, 3 * batch.num_rods, batch.of.block_sign, numbers_of(u));
+}
+void write_blocks(const Batch& batch, const Eight3* u, double* to) {
+  if (batch.of.block_sign == 0.0) return scatter_blocks(u, batch.blocks, batch.num_rods, to);
+  scatter_sequences(numbers_of(u), batch.blocks, 3, 3 * batch.num_rods, batch.of.block_sign, to);
+}
+void read_rows(const Batch& batch, const double* from, Eight* to) {
+  if (!batch.of.rows_follow) return gather_rows(from, batch.rows, batch.num_rods, to);
+  gather_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
+}
+void write_rows(const Batch& batch, const Eight* from, double* to) {
+  if (!batch.of.rows_follow) return scatter_rows(from, batch.rows, batch.num_rods, to);
+  scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
+}
+
+}  // namespace
+
+// ---- batch by batch ----
 
 /// work(batch, desk), with the desks cleared before: a thread a desk.
 template <class Work>
@@ -90,23 +133,28 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
                                double* lambda, double* w) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
     const auto& [topology, schedule] = batch.structure();
-    gather_points(motion.r, batch.points, batch.num_places, desk.r.data());
-    gather_points(motion.v, batch.points, batch.num_places, desk.v.data());
-    const std::size_t num_known = motion.uniform != nullptr ? batch.num_points : 0;
-    if (num_known > 0) fill(desk.w.data(), num_known, *motion.uniform);
-    gather_points(motion.w0, batch.points + num_known * num_lanes, batch.num_places - num_known,
-                  desk.w.data() + num_known);
+    for (const auto& [from, to] : {std::pair(motion.r, desk.r.data()), std::pair(motion.v, desk.v.data())}) {
+      read_points(batch, from, to);
+      read_supports(batch, from, to);
+    }
+    const bool is_same_for_all = motion.uniform != nullptr && batch.num_supports == 0;
+    Eight3* const w0 = is_same_for_all ? nullptr : desk.w.data();
+    if (w0 != nullptr) {
+      motion.uniform != nullptr ? fill(w0, batch.num_points, *motion.uniform) : read_points(batch, motion.w0, w0);
+      read_supports(batch, motion.w0, w0);
+    }
 
-    evaluate_rods(topology, desk.r.data(), desk.v.data(), desk.w.data(), batch.offsets,
+    evaluate_rods(topology, desk.r.data(), desk.v.data(), w0, batch.offsets,
                   moving_lengths(batch, &MovingScalar::second, &desk), desk.u.data(), desk.b.data(), &desk.right_side);
     eliminate(topology, schedule, batch.inverse_mass, desk.u.data(), batch.factor, &desk.smallest);
     tanor::solve_negative(schedule, batch.factor, desk.b.data(), desk.x.data());
     apply(topology, batch.inverse_mass, desk.u.data(), desk.b.data(), desk.x.data(), desk.dw.data(), &desk.residual);
-    add(desk.dw.data(), batch.num_points, desk.w.data());
+    is_same_for_all ? add(*motion.uniform, batch.num_points, desk.dw.data())
+                    : add(w0, batch.num_points, desk.dw.data());
 
-    scatter_points(desk.w.data(), batch.points, batch.num_points, w);
-    scatter_blocks(desk.u.data(), batch.blocks, batch.num_rods, blocks);
-    scatter_rows(desk.x.data(), batch.rows, batch.num_rods, lambda);
+    write_points(batch, desk.dw.data(), w);
+    write_blocks(batch, desk.u.data(), blocks);
+    write_rows(batch, desk.x.data(), lambda);
   });
   return found();
 }
@@ -114,7 +162,7 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
 Elimination BundleSweep::factorize(const Parallel& parallel, const double* blocks) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
     const auto& [topology, schedule] = batch.structure();
-    gather_blocks(blocks, batch.blocks, batch.num_rods, desk.u.data());
+    read_blocks(batch, blocks, desk.u.data());
     eliminate(topology, schedule, batch.inverse_mass, desk.u.data(), batch.factor, &desk.smallest);
   });
   return found();
@@ -122,22 +170,22 @@ Elimination BundleSweep::factorize(const Parallel& parallel, const double* block
 
 void BundleSweep::solve_negative(const Parallel& parallel, const double* b, double* x) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
-    gather_rows(b, batch.rows, batch.num_rods, desk.b.data());
+    read_rows(batch, b, desk.b.data());
     tanor::solve_negative(batch.structure().schedule, batch.factor, desk.b.data(), desk.x.data());
-    scatter_rows(desk.x.data(), batch.rows, batch.num_rods, x);
+    write_rows(batch, desk.x.data(), x);
   });
 }
 
 bool BundleSweep::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
     const auto& [topology, schedule] = batch.structure();
-    gather_points(points, batch.points, batch.num_points, desk.r.data());
-    gather_blocks(blocks, batch.blocks, batch.num_rods, desk.u.data());
-    gather_rows(rows, batch.rows, batch.num_rods, desk.b.data());
+    read_points(batch, points, desk.r.data());
+    read_blocks(batch, blocks, desk.u.data());
+    read_rows(batch, rows, desk.b.data());
     tanor::solve_negative(schedule, batch.factor, desk.b.data(), desk.x.data());
     move(topology, batch.inverse_mass, desk.u.data(), desk.x.data(), desk.r.data());
-    scatter_points(desk.r.data(), batch.points, batch.num_points, points);
-    scatter_rows(desk.x.data(), batch.rows, batch.num_rods, rows);
+    write_points(batch, desk.r.data(), points);
+    write_rows(batch, desk.x.data(), rows);
   });
   return true;
 }
@@ -147,10 +195,11 @@ bool BundleSweep::correct(const Parallel& parallel, const double* blocks, double
 Elimination BundleSweep::linearise(const Parallel& parallel, const double* r, double* blocks) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
     const auto& [topology, schedule] = batch.structure();
-    gather_points(r, batch.points, batch.num_places, desk.r.data());
+    read_points(batch, r, desk.r.data());
+    read_supports(batch, r, desk.r.data());
     evaluate_directions(topology, desk.r.data(), batch.offsets, desk.u.data());
     eliminate(topology, schedule, batch.inverse_mass, desk.u.data(), batch.factor, &desk.smallest);
-    scatter_blocks(desk.u.data(), batch.blocks, batch.num_rods, blocks);
+    write_blocks(batch, desk.u.data(), blocks);
   });
   return found();
 }
@@ -179,13 +228,14 @@ Projection BundleSweep::project_positions(const Parallel& parallel, const double
                                           double* sum) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
     const auto& [topology, schedule] = batch.structure();
-    gather_points(r, batch.points, batch.num_places, desk.r.data());
-    gather_blocks(blocks, batch.blocks, batch.num_rods, desk.u.data());
+    read_points(batch, r, desk.r.data());
+    read_supports(batch, r, desk.r.data());
+    read_blocks(batch, blocks, desk.u.data());
     const auto move_along = [&](const Eight* rows) {
       move(topology, batch.inverse_mass, desk.u.data(), rows, desk.r.data());
     };
     if (sum != nullptr) {
-      gather_rows(sum, batch.rows, batch.num_rods, desk.sum.data());
+      read_rows(batch, sum, desk.sum.data());
       move_along(desk.sum.data());
     }
     const Eight* lengths = batch.lengths;
@@ -205,8 +255,8 @@ Projection BundleSweep::project_positions(const Parallel& parallel, const double
           move_along(desk.x.data());
           for (std::size_t a = 0; sum != nullptr && a < batch.num_rods; ++a) desk.sum.data()[a] += desk.x.data()[a];
         });
-    scatter_points(desk.r.data(), batch.points, batch.num_points, r);
-    if (sum != nullptr) scatter_rows(desk.sum.data(), batch.rows, batch.num_rods, sum);
+    write_points(batch, desk.r.data(), r);
+    if (sum != nullptr) write_rows(batch, desk.sum.data(), sum);
   });
   return reached();
 }
@@ -215,9 +265,11 @@ Projection BundleSweep::project_velocities(const Parallel& parallel, const doubl
                                            const double* r, double* v) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
     const auto& [topology, schedule] = batch.structure();
-    gather_points(r, batch.points, batch.num_places, desk.r.data());
-    gather_points(v, batch.points, batch.num_places, desk.v.data());
-    gather_blocks(blocks, batch.blocks, batch.num_rods, desk.u.data());
+    read_points(batch, r, desk.r.data());
+    read_supports(batch, r, desk.r.data());
+    read_points(batch, v, desk.v.data());
+    read_supports(batch, v, desk.v.data());
+    read_blocks(batch, blocks, desk.u.data());
     evaluate_directions(topology, desk.r.data(), batch.offsets, desk.directions.data());
     const Eight* const first_derivatives = moving_lengths(batch, &MovingScalar::first, &desk);
     iterate(
@@ -226,18 +278,18 @@ Projection BundleSweep::project_velocities(const Parallel& parallel, const doubl
           evaluate_rates(topology, desk.directions.data(), desk.v.data(), first_derivatives, desk.b.data(), largest);
         },
         [&] { move(topology, batch.inverse_mass, desk.u.data(), desk.x.data(), desk.v.data()); });
-    scatter_points(desk.v.data(), batch.points, batch.num_points, v);
+    write_points(batch, desk.v.data(), v);
   });
   return reached();
 }
 
 void BundleSweep::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
-    gather_points(points, batch.points, batch.num_points, desk.r.data());
-    gather_blocks(blocks, batch.blocks, batch.num_rods, desk.u.data());
-    gather_rows(rows, batch.rows, batch.num_rods, desk.x.data());
+    read_points(batch, points, desk.r.data());
+    read_blocks(batch, blocks, desk.u.data());
+    read_rows(batch, rows, desk.x.data());
     move(batch.structure().topology, batch.inverse_mass, desk.u.data(), desk.x.data(), desk.r.data());
-    scatter_points(desk.r.data(), batch.points, batch.num_points, points);
+    write_points(batch, desk.r.data(), points);
   });
 }
 

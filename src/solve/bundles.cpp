@@ -100,34 +100,68 @@ Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islan
   bundle.num_batches = (islands.size() + num_lanes - 1) / num_lanes;
   const std::size_t num_places = static_cast<std::size_t>(topology.num_points + topology.num_supports),
                     num_rods = topology.rods.size();
-  bundle.points.resize(bundle.num_batches * num_places * num_lanes);
-  bundle.rows.resize(bundle.num_batches * num_rods * num_lanes);
-  bundle.blocks.resize(bundle.rows.size());
+  bundle.first_point.resize((bundle.num_batches + 1) * num_lanes);
+  bundle.supports.resize(bundle.num_batches * static_cast<std::size_t>(topology.num_supports) * num_lanes);
+  const auto row = [](const Island& island, std::size_t a) { return island.rows[a]; };
+  const auto block = [&](const Island& island, std::size_t a) {
+    return rods[static_cast<std::size_t>(island.rows[a])].block;
+  };
+  /// follow(number): in each island the numbers of its rods do.
+  const auto follow = [&](const auto& number) {
+    return std::all_of(islands.begin(), islands.end(), [&](const Island& island) {
+      std::size_t a = 0;
+      while (a < num_rods && number(island, a) == number(island, 0) + static_cast<Index>(a)) ++a;
+      return a == num_rods;
+    });
+  };
+  const auto first_sign = islands[0].is_reversed[0];
+  const bool have_one_sign = std::all_of(islands.begin(), islands.end(), [&](const Island& island) {
+    return std::count(island.is_reversed.begin(), island.is_reversed.end(), first_sign) ==
+           static_cast<std::ptrdiff_t>(num_rods);
+  });
+  bundle.rows_follow = follow(row);
+  if (have_one_sign && follow(block)) bundle.block_sign = first_sign != 0 ? -1.0 : 1.0;
+  const std::size_t rows_a_batch = bundle.rows_follow ? 1 : num_rods;
+  const std::size_t blocks_a_batch = bundle.block_sign != 0.0 ? 1 : num_rods;
+  bundle.rows.resize((bundle.num_batches + 1) * rows_a_batch * num_lanes);
+  bundle.blocks.resize((bundle.num_batches + 1) * blocks_a_batch * num_lanes);
   bundle.lengths.resize(bundle.num_batches * num_rods);
   bundle.inverse_mass.resize(bundle.num_batches * num_places);
   bundle.factor.resize(bundle.num_batches * static_cast<std::size_t>(bundle.schedule.num_slots));
+  for (std::size_t k = 0; k < (bundle.num_batches + 1) * num_lanes; ++k) {
+    const Island& island = islands[std::min(k, islands.size() - 1)];
+    const std::size_t batch = k / num_lanes, lane = k % num_lanes;
+    bundle.first_point[k] = island.first_point;
+    for (std::size_t a = 0; a < rows_a_batch; ++a)
+      bundle.rows[(batch * rows_a_batch + a) * num_lanes + lane] = row(island, a);
+    for (std::size_t a = 0; a < blocks_a_batch; ++a) {
+      const bool is_turned = bundle.block_sign == 0.0 && island.is_reversed[a] != 0;
+      bundle.blocks[(batch * blocks_a_batch + a) * num_lanes + lane] = is_turned ? ~block(island, a) : block(island, a);
+    }
+  }
   for (std::size_t k = 0; k < bundle.num_batches * num_lanes; ++k) {
     const Island& island = islands[std::min(k, islands.size() - 1)];
     const std::size_t batch = k / num_lanes, lane = k % num_lanes;
     for (std::size_t p = 0; p < num_places; ++p) {
       const auto num_points = static_cast<std::size_t>(topology.num_points);
-      const Index point = p < num_points ? island.first_point + static_cast<Index>(p) : island.supports[p - num_points];
-      bundle.points[(batch * num_places + p) * num_lanes + lane] = point;
+      Index point = island.first_point + static_cast<Index>(p);
+      if (p >= num_points) {
+        point = island.supports[p - num_points];
+        bundle.supports[(batch * (num_places - num_points) + p - num_points) * num_lanes + lane] = point;
+      }
       bundle.inverse_mass.data()[batch * num_places + p][lane] = inverse_mass[static_cast<std::size_t>(point)];
     }
     for (std::size_t a = 0; a < num_rods; ++a) {
       const Rod& rod = rods[static_cast<std::size_t>(island.rows[a])];
       const std::size_t place = batch * num_rods + a;
       const bool is_reversed = island.is_reversed[a] != 0;
-      bundle.rows[place * num_lanes + lane] = island.rows[a];
-      bundle.blocks[place * num_lanes + lane] = is_reversed ? ~rod.block : rod.block;
       if (dot(rod.offset, rod.offset) > 0.0) {
         bundle.offsets.resize(bundle.num_batches * num_rods);
         set_lane(&bundle.offsets[place], lane, is_reversed ? -rod.offset : rod.offset);
       }
       bundle.lengths.data()[place][lane] = rod.length;
       if (rod.moving_length != nullptr) {
-        bundle.moving_lengths.resize(bundle.rows.size());
+        bundle.moving_lengths.resize(bundle.num_batches * num_rods * num_lanes);
         bundle.moving_lengths[place * num_lanes + lane] = rod.moving_length;
       }
     }
@@ -138,16 +172,17 @@ Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islan
 }  // namespace
 
 Bundle::Batch Bundle::batch(std::size_t number) {
-  const auto num_points = static_cast<std::size_t>(topology.num_points);
-  const std::size_t num_places = num_points + static_cast<std::size_t>(topology.num_supports);
-  const std::size_t num_rods = topology.rods.size();
+  const auto num_points = static_cast<std::size_t>(topology.num_points),
+             num_supports = static_cast<std::size_t>(topology.num_supports);
+  const std::size_t num_rods = topology.rods.size(), num_places = num_points + num_supports;
   return {*this,
           num_points,
-          num_places,
+          num_supports,
           num_rods,
-          points.data() + number * num_places * num_lanes,
-          rows.data() + number * num_rods * num_lanes,
-          blocks.data() + number * num_rods * num_lanes,
+          first_point.data() + number * num_lanes,
+          supports.data() + number * num_supports * num_lanes,
+          rows.data() + number * (rows_follow ? 1 : num_rods) * num_lanes,
+          blocks.data() + number * (block_sign != 0.0 ? 1 : num_rods) * num_lanes,
           inverse_mass.data() + number * num_places,
           offsets.empty() ? nullptr : offsets.data() + number * num_rods,
           lengths.data() + number * num_rods,

@@ -19,8 +19,8 @@ struct Bundle {
   /// The numbers of one batch.
   struct Batch {
     const Bundle& of;
-    std::size_t num_points, num_places, num_rods;  // places: points that move, then supports
-    const Index *points, *rows, *blocks;
+    std::size_t num_points, num_supports, num_rods;
+    const Index *first_point, *supports, *rows, *blocks;
     const Eight* inverse_mass;
     const Eight3* offsets;                      // null: none
     const Eight* lengths;                       // constant ones
@@ -36,9 +36,13 @@ struct Bundle {
   IslandTopology topology;
   IslandSchedule schedule;
   std::size_t num_islands = 0, num_batches = 0;
-  std::vector<Index> points;                        // [batch][place][lane]
+  // Points that move follow one another in each island; rows and blocks of most islands do.
+  std::vector<Index> first_point;                   // [batch][lane], and once more for what comes after the last batch
+  std::vector<Index> supports;                      // [batch][support][lane]
+  bool rows_follow = false;                         // then `rows` are the first ones, [batch][lane], and once more
+  double block_sign = 0.0;                          // not 0: the same of `blocks`, which all have this sign
   std::vector<Index> rows, blocks;                  // [batch][rod][lane]; ~block where the rod is given the other way
-  Eights inverse_mass;                              // [batch][place]
+  Eights inverse_mass;                              // [batch][place]: points that move, then supports
   std::vector<Eight3> offsets;                      // [batch][rod]; empty: none
   Eights lengths;                                   // [batch][rod]
   std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null: constant; empty: all are

@@ -96,7 +96,7 @@ struct PointSweep::Chunk {
   static constexpr std::size_t most_points = most_groups * num_lanes;
 
   const Run& run;
-  std::size_t first_group, count;      // in all, groups
+  std::size_t first_group, count;  // in all, groups
   std::size_t first_point, num_points;
   Index indices[most_points];  // scratch: rows, blocks, members
   Eight3 place[most_groups], normal[most_groups];
@@ -265,17 +265,17 @@ void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::siz
     case Guide::Sphere: {
       const auto& spheres = constraints_.family<SphereKernel>();
       if (!is_still) return evaluate_moving(spheres, motion, row, chunk);
-      const Places centers = places(spheres.kernel.geometry, chunk->place,
-                                    [&](Index slot) { return spheres.kernel.center[slot].value; });
+      const Places centers =
+          places(spheres.kernel.geometry, chunk->place, [&](Index slot) { return spheres.kernel.center[slot].value; });
       return evaluate_spheres(chunk->count, r, v, centers, gradients, phi);
     }
     case Guide::Circle: {
       const auto& circles = constraints_.family<CircleKernel>();
       if (!is_still) return evaluate_moving(circles, motion, row, chunk);
-      const Places centers = places(circles.kernel.geometry, chunk->place,
-                                    [&](Index slot) { return circles.kernel.center[slot].value; });
-      const Places normals = places(circles.kernel.geometry, chunk->normal,
-                                    [&](Index slot) { return circles.kernel.normal[slot].value; });
+      const Places centers =
+          places(circles.kernel.geometry, chunk->place, [&](Index slot) { return circles.kernel.center[slot].value; });
+      const Places normals =
+          places(circles.kernel.geometry, chunk->normal, [&](Index slot) { return circles.kernel.normal[slot].value; });
       return evaluate_circles(chunk->count, r, v, centers, normals, gradients, phi);
     }
     case Guide::None:
