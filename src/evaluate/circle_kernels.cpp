@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 #include "base/sine_cosine.hpp"
 
@@ -11,15 +12,14 @@ namespace tanor_kernels::circles {
 namespace {
 
 using Chunk = std::array<double, chunk_size>;
+using tanor::num_lanes;
 
 [[gnu::always_inline]] inline void find_sines(const double* __restrict q, std::size_t count, double* __restrict sines,
                                               double* __restrict cosines) {
-  double largest = 0.0;
-  for (std::size_t k = 0; k < count; ++k) {
-    tanor::sine_cosine(q[k], &sines[k], &cosines[k]);
-    largest = std::abs(q[k]) > largest ? std::abs(q[k]) : largest;
-  }
-  if (largest <= tanor::largest_angle) return;
+  for (std::size_t k = 0; k < count; ++k) tanor::sine_cosine(q[k], &sines[k], &cosines[k]);
+  unsigned is_far = 0;  // somewhere
+  for (std::size_t k = 0; k < count; ++k) is_far |= std::abs(q[k]) <= tanor::largest_angle ? 0U : 1U;
+  if (is_far == 0) return;
   for (std::size_t k = 0; k < count; ++k) {
     sines[k] = std::sin(q[k]);
     cosines[k] = std::cos(q[k]);
@@ -65,8 +65,17 @@ double accelerate(const Circles& given, std::size_t count, const double* __restr
     y[k] = psi.y + along * t.y;
     z[k] = psi.z + along * t.z;
   }
+  std::size_t k = 0;
+  tanor::Eight lost_lanes{};
+  for (; k + num_lanes <= count; k += num_lanes) {
+    const tanor::Eight wx = tanor::eight_at(x.data() + k), wy = tanor::eight_at(y.data() + k),
+                       wz = tanor::eight_at(z.data() + k);
+    tanor::store_points(wx, wy, wz, &w[k].x);
+    lost_lanes += 0.0 * (wx + wy + wz);
+  }
   double lost = 0.0;
-  for (std::size_t k = 0; k < count; ++k) {
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) lost += lost_lanes[lane];
+  for (; k < count; ++k) {
     w[k] = {x[k], y[k], z[k]};
     lost += 0.0 * (x[k] + y[k] + z[k]);
   }

@@ -97,25 +97,18 @@ namespace {
   *d = __builtin_shufflevector(ab_13, cd_13, 2, 3, 6, 7);
 }
 
-/// Where the numbers of four lanes are, and of as many eight lanes on.
+/// Where the numbers of four lanes are.
 template <class Number>
 struct FourSequences {
-  Number *a, *b, *c, *d, *next_a, *next_b, *next_c, *next_d;
+  Number *a, *b, *c, *d;
 
   [[gnu::always_inline]] FourSequences(Number* array, const Index* first, std::size_t width)
       : a(at(array, first[0], width)),
         b(at(array, first[1], width)),
         c(at(array, first[2], width)),
-        d(at(array, first[3], width)),
-        next_a(at(array, first[num_lanes], width)),
-        next_b(at(array, first[num_lanes + 1], width)),
-        next_c(at(array, first[num_lanes + 2], width)),
-        next_d(at(array, first[num_lanes + 3], width)) {}
+        d(at(array, first[3], width)) {}
   static Number* at(Number* array, Index first, std::size_t width) {
     return array + width * static_cast<std::size_t>(first);
-  }
-  [[gnu::always_inline]] void call_for_next(std::size_t k) const {
-    for (const Number* next : {next_a, next_b, next_c, next_d}) __builtin_prefetch(next + k);
   }
 };
 
@@ -127,6 +120,14 @@ template <class Tile>
 }
 
 }  // namespace
+
+void call_for_sequences(const double* array, const Index* first, std::size_t width, std::size_t count) {
+  constexpr std::size_t line = 8;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double* const own = array + width * static_cast<std::size_t>(first[lane]);
+    for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(own + k);
+  }
+}
 
 TANOR_EACH_INSTRUCTION_SET
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
@@ -143,7 +144,6 @@ void gather_sequences(const double* from, const Index* first, std::size_t width,
         count, [&](std::size_t k) __attribute__((always_inline)) {
           Four a = sign * four_at(at.a + k), b = sign * four_at(at.b + k), c = sign * four_at(at.c + k),
                d = sign * four_at(at.d + k);
-          if (k % 8 == 0) at.call_for_next(k);
           transpose(&a, &b, &c, &d);
           double* const cell = lanes + k * num_lanes;
           four_at(cell) = a;
@@ -175,7 +175,6 @@ void scatter_sequences(const Eight* from, const Index* first, std::size_t width,
           const double* const cell = lanes + k * num_lanes;
           Four a = sign * four_at(cell), b = sign * four_at(cell + num_lanes), c = sign * four_at(cell + 2 * num_lanes),
                d = sign * four_at(cell + 3 * num_lanes);
-          if (k % 8 == 0) at.call_for_next(k);
           transpose(&a, &b, &c, &d);
           four_at(at.a + k) = a;
           four_at(at.b + k) = b;

@@ -21,12 +21,13 @@ void scatter_rows(const Eight* from, const Index* rows, std::size_t count, doubl
 void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u);
 void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to);
 
-/// The same where each lane's follow one another: `count` numbers from width first[lane] on, times `sign`. Those of the
-/// next eight lanes, first[8 + lane], are called for.
+/// The same where each lane's follow one another: `count` numbers from width first[lane] on, times `sign`.
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
                       Eight* to);
 void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
                        double* to);
+/// Has them brought into the caches, while something else is computed.
+void call_for_sequences(const double* array, const Index* first, std::size_t width, std::size_t count);
 /// Points that follow one another, eight to a place.
 void scatter_neighbours(const Eight3* from, std::size_t count, double* to);
 

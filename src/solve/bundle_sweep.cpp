@@ -74,6 +74,17 @@ void write_rows(const Batch& batch, const Eight* from, double* to) {
   scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
 
+/// Those of the next batch.
+void call_for_points(const Batch& batch, const double* array) {
+  call_for_sequences(array, batch.first_point + num_lanes, 3, 3 * batch.num_points);
+}
+void call_for_blocks(const Batch& batch, const double* array) {
+  if (batch.of.block_sign != 0.0) call_for_sequences(array, batch.blocks + num_lanes, 3, 3 * batch.num_rods);
+}
+void call_for_rows(const Batch& batch, const double* array) {
+  if (batch.of.rows_follow) call_for_sequences(array, batch.rows + num_lanes, 1, batch.num_rods);
+}
+
 }  // namespace
 
 // ---- batch by batch ----
@@ -146,9 +157,14 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
 
     evaluate_rods(topology, desk.r.data(), desk.v.data(), w0, batch.offsets,
                   moving_lengths(batch, &MovingScalar::second, &desk), desk.u.data(), desk.b.data(), &desk.right_side);
+    call_for_points(batch, motion.r);
     eliminate(topology, schedule, batch.inverse_mass, desk.u.data(), batch.factor, &desk.smallest);
+    call_for_points(batch, motion.v);
     tanor::solve_negative(schedule, batch.factor, desk.b.data(), desk.x.data());
+    call_for_blocks(batch, blocks);
     apply(topology, batch.inverse_mass, desk.u.data(), desk.b.data(), desk.x.data(), desk.dw.data(), &desk.residual);
+    call_for_points(batch, w);
+    call_for_rows(batch, lambda);
     is_same_for_all ? add(*motion.uniform, batch.num_points, desk.dw.data())
                     : add(w0, batch.num_points, desk.dw.data());
 
@@ -231,6 +247,8 @@ Projection BundleSweep::project_positions(const Parallel& parallel, const double
     read_points(batch, r, desk.r.data());
     read_supports(batch, r, desk.r.data());
     read_blocks(batch, blocks, desk.u.data());
+    call_for_points(batch, r);
+    call_for_blocks(batch, blocks);
     const auto move_along = [&](const Eight* rows) {
       move(topology, batch.inverse_mass, desk.u.data(), rows, desk.r.data());
     };
@@ -270,6 +288,9 @@ Projection BundleSweep::project_velocities(const Parallel& parallel, const doubl
     read_points(batch, v, desk.v.data());
     read_supports(batch, v, desk.v.data());
     read_blocks(batch, blocks, desk.u.data());
+    call_for_points(batch, r);
+    call_for_points(batch, v);
+    call_for_blocks(batch, blocks);
     evaluate_directions(topology, desk.r.data(), batch.offsets, desk.directions.data());
     const Eight* const first_derivatives = moving_lengths(batch, &MovingScalar::first, &desk);
     iterate(
