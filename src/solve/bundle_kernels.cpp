@@ -129,6 +129,10 @@ void call_for_sequences(const double* array, const Index* first, std::size_t wid
   }
 }
 
+void call_for(const Eight* array, std::size_t count) {
+  for (std::size_t k = 0; k < count; ++k) __builtin_prefetch(array + k);
+}
+
 TANOR_EACH_INSTRUCTION_SET
 void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
                       Eight* to) {

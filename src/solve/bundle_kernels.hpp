@@ -28,6 +28,7 @@ void scatter_sequences(const Eight* from, const Index* first, std::size_t width,
                        double* to);
 /// Has them brought into the caches, while something else is computed.
 void call_for_sequences(const double* array, const Index* first, std::size_t width, std::size_t count);
+void call_for(const Eight* array, std::size_t count);
 /// Points that follow one another, eight to a place.
 void scatter_neighbours(const Eight3* from, std::size_t count, double* to);
 

@@ -158,6 +158,7 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
     evaluate_rods(topology, desk.r.data(), desk.v.data(), w0, batch.offsets,
                   moving_lengths(batch, &MovingScalar::second, &desk), desk.u.data(), desk.b.data(), &desk.right_side);
     call_for_points(batch, motion.r);
+    call_for(batch.inverse_mass + batch.num_points + batch.num_supports, batch.num_points + batch.num_supports);
     eliminate(topology, schedule, batch.inverse_mass, desk.u.data(), batch.factor, &desk.smallest);
     call_for_points(batch, motion.v);
     tanor::solve_negative(schedule, batch.factor, desk.b.data(), desk.x.data());
@@ -165,6 +166,7 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
     apply(topology, batch.inverse_mass, desk.u.data(), desk.b.data(), desk.x.data(), desk.dw.data(), &desk.residual);
     call_for_points(batch, w);
     call_for_rows(batch, lambda);
+    call_for(batch.factor + schedule.num_slots, static_cast<std::size_t>(schedule.num_slots));
     is_same_for_all ? add(*motion.uniform, batch.num_points, desk.dw.data())
                     : add(w0, batch.num_points, desk.dw.data());
 
