@@ -6,6 +6,7 @@
 
 #include <tanor/solver_options.hpp>
 
+#include "assembly/reactions.hpp"
 #include "base/parallel.hpp"
 #include "evaluate/constraints.hpp"
 #include "system/numbering.hpp"
@@ -61,8 +62,9 @@ class Sweep {
   }
 
   struct Summary {
-    std::string name;    ///< as PlanSummary::way
-    std::string reason;  ///< "every island is a path of rods"
+    std::string name;                  ///< as PlanSummary::way
+    std::string reason;                ///< "every island is a path of rods"
+    std::string ordering = "natural";  ///< of S
     std::size_t parts = 0, pattern_nonzeros = 0, factor_nonzeros = 0;
     double flops = 0.0;  ///< of one elimination
   };
@@ -90,9 +92,11 @@ class Sweep {
                              double* /*points*/) {}
 };
 
-/// The sweep that serves all rows of a system, or null: the general way. `inverse_mass` [point], 0 for supports; all
-/// three are kept as they are given. Throws InputError where `wanted` does not serve.
-std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Numbering& numbering,
+/// The sweep that serves all rows of a system, or null: the general way. `gather` of K lambda, `incidences` of K,
+/// `inverse_mass` [point], 0 for supports; constraints, gather and masses are kept as they are given. Throws InputError
+/// where `wanted` does not serve.
+std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const ReactionGather& gather,
+                                  std::span<const Incidence> incidences, const Numbering& numbering,
                                   std::span<const double> inverse_mass, const SolverOptions& wanted);
 
 }  // namespace tanor
