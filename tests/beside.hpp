@@ -31,7 +31,8 @@ void shift_points(Index by, Group* group) {
 
 }  // namespace beside
 
-/// Points, supports, constraints and forces of `other` after those of `system`, both with velocities.
+/// Points, supports, constraints and forces of `other`, without their names, after those of `system`; both have
+/// velocities.
 inline void put_beside(const System& other, System* system) {
   const auto by = static_cast<Index>(system->masses.size());
   const auto append = [](const auto& from, auto* to) { to->insert(to->end(), from.begin(), from.end()); };
@@ -40,11 +41,17 @@ inline void put_beside(const System& other, System* system) {
   append(other.masses, &system->masses);
   for (Support support : other.supports) {
     beside::shift_points(by, &support);
+    support.name.clear();
     system->supports.push_back(support);
   }
   const auto append_groups = [&](const auto& from, auto* to) {
     for (auto group : from) {
-      std::visit([&](auto& each) { beside::shift_points(by, &each); }, group);
+      std::visit(
+          [&](auto& each) {
+            beside::shift_points(by, &each);
+            each.name.clear();
+          },
+          group);
       to->push_back(group);
     }
   };

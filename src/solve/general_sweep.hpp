@@ -23,6 +23,7 @@ class GeneralSweep final : public Sweep {
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   const Summary& summary() const override { return summary_; }
+  const GramSolver::Summary& factor() const { return solver_.summary(); }
 
  private:
   double refine(const Parallel& parallel, const double* blocks, const double* b, double largest, double* lambda);

@@ -18,6 +18,24 @@ namespace tanor {
 
 namespace {
 
+/// What `make_sweep` is given.
+struct Given {
+  const Constraints& constraints;
+  const ReactionGather& gather;
+  std::span<const Incidence> incidences;
+  const Numbering& numbering;
+  std::span<const double> inverse_mass;
+
+  IslandGroup group(const std::vector<Index>& islands) const {
+    return {constraints, gather, incidences, numbering, inverse_mass, islands};
+  }
+};
+
+struct Part {
+  std::unique_ptr<Sweep> sweep;
+  std::vector<Index> islands;
+};
+
 const char* obstacle_to_all(const Constraints& constraints, const Numbering& numbering) {
   if (numbering.num_rows() == 0) return "there are no constraints";
   if (numbering.first_idle_row() < numbering.num_rows()) return "some constraints join supports alone";
@@ -25,13 +43,51 @@ const char* obstacle_to_all(const Constraints& constraints, const Numbering& num
   return nullptr;
 }
 
-std::size_t count_rows(const Numbering& numbering, const std::vector<Index>& islands) {
-  std::size_t result = 0;
-  for (const Index island : islands) {
-    const Index* const start = numbering.island_start.data() + island;
-    result += static_cast<std::size_t>(start[1] - start[0]);
-  }
+/// Each way takes the islands that it serves out of `islands`.
+std::vector<Part> take_short_islands(const Given& given, const SolverOptions& wanted, std::vector<Index>* islands) {
+  const auto& [constraints, gather, incidences, numbering, inverse_mass] = given;
+  std::vector<Part> parts;
+  const auto take = [&](Way way, const auto& make) {
+    if (wanted.way != Way::Auto && wanted.way != way) return;
+    const std::vector<Index> before = *islands;
+    std::unique_ptr<Sweep> sweep = make();
+    if (sweep == nullptr) return;
+    parts.push_back({std::move(sweep), {}});
+    std::ranges::set_difference(before, *islands, std::back_inserter(parts.back().islands));
+  };
+  const bool eagerly = wanted.way != Way::Auto;
+  take(Way::ClosedForm, [&] { return PointSweep::make(constraints, numbering, inverse_mass, islands); });
+  take(Way::Bundles,
+       [&] { return BundleSweep::make(constraints, numbering, inverse_mass, wanted.threads, eagerly, islands); });
+  take(Way::Paths, [&] { return PathSweep::make(constraints, numbering, inverse_mass, islands); });
+  take(Way::Trees, [&] { return TreeSweep::make(constraints, numbering, inverse_mass, islands); });
+  return parts;
+}
+
+/// Sparse factors of the islands that are left over; null where the system is mostly theirs. Then it is the general
+/// way's, which goes on with old factors inside steps (see Reuse): beside clusters that made steps of dop853 up to
+/// twice as fast where a net's or lattice's factor took over 300 products for each row of a cluster, and below that it
+/// was slower, up to 2.7 times. Fewer than 100 a row they seldom are, which need not be asked of an analysis.
+std::unique_ptr<Sweep> make_general_part(const Given& given, const std::vector<Index>& left) {
+  constexpr double most_rows = 3.0, most_products = 300.0;  // for each row that a short way serves
+  IslandGroup group = given.group(left);
+  const auto num_left = static_cast<double>(group.rows.size());
+  const double num_short = static_cast<double>(given.numbering.num_rows()) - num_left;
+  if (num_left > most_rows * num_short) return nullptr;
+  auto result = std::make_unique<GeneralSweep>(std::move(group), given.incidences);
+  if (result->factor().products > most_products * num_short) return nullptr;
   return result;
+}
+
+/// Of several parts each has to project.
+std::unique_ptr<Sweep> join(const Given& given, std::vector<Part> parts) {
+  if (parts.size() == 1) return std::move(parts.front().sweep);
+  std::vector<std::unique_ptr<Sweep>> sweeps;
+  for (auto& [sweep, islands] : parts) {
+    if (!sweep->projects()) sweep = std::make_unique<ProjectingSweep>(std::move(sweep), given.group(islands));
+    sweeps.push_back(std::move(sweep));
+  }
+  return std::make_unique<MixedSweep>(std::move(sweeps));
 }
 
 }  // namespace
@@ -50,47 +106,17 @@ std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Reaction
   if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general way");
   if (const char* obstacle = obstacle_to_all(constraints, numbering)) return refuse(obstacle);
 
-  constexpr double most_left = 0.5;  // of all rows
-
-  // Each way takes the islands that it serves.
-  struct Part {
-    std::unique_ptr<Sweep> sweep;
-    std::vector<Index> islands;
-  };
-  std::vector<Part> parts;
-  std::vector<Index> islands(numbering.num_islands());
-  std::iota(islands.begin(), islands.end(), 0);
-  const auto may_be = [&](Way way) { return wanted.way == Way::Auto || wanted.way == way; };
-  const auto take = [&](const auto& make) {
-    std::vector<Index> before = islands, taken;
-    std::unique_ptr<Sweep> sweep = make();
-    if (sweep == nullptr) return;
-    std::ranges::set_difference(before, islands, std::back_inserter(taken));
-    parts.push_back({std::move(sweep), std::move(taken)});
-  };
-  if (may_be(Way::ClosedForm)) take([&] { return PointSweep::make(constraints, numbering, inverse_mass, &islands); });
-  if (may_be(Way::Bundles)) {
-    take([&] { return BundleSweep::make(constraints, numbering, inverse_mass, wanted.threads, is_forced, &islands); });
+  const Given given{constraints, gather, incidences, numbering, inverse_mass};
+  std::vector<Index> left(numbering.num_islands());
+  std::iota(left.begin(), left.end(), 0);
+  std::vector<Part> parts = take_short_islands(given, wanted, &left);
+  if (!left.empty()) {
+    if (is_forced) return refuse("some islands have another structure");
+    std::unique_ptr<Sweep> general = parts.empty() ? nullptr : make_general_part(given, left);
+    if (general == nullptr) return nullptr;
+    parts.push_back({std::move(general), left});
   }
-  if (may_be(Way::Paths)) take([&] { return PathSweep::make(constraints, numbering, inverse_mass, &islands); });
-  if (may_be(Way::Trees)) take([&] { return TreeSweep::make(constraints, numbering, inverse_mass, &islands); });
-  const auto make_group = [&](const std::vector<Index>& of_part) {
-    return IslandGroup(constraints, gather, incidences, numbering, inverse_mass, of_part);
-  };
-  if (!islands.empty()) {
-    const auto num_left = static_cast<double>(count_rows(numbering, islands));
-    if (is_forced || num_left > most_left * static_cast<double>(numbering.num_rows()))
-      return refuse("some islands have another structure");
-    parts.push_back({std::make_unique<GeneralSweep>(make_group(islands), incidences), islands});
-  }
-  if (parts.size() == 1) return std::move(parts.front().sweep);
-  std::vector<std::unique_ptr<Sweep>> sweeps;
-  for (auto& [sweep, of_part] : parts) {
-    const bool projects = sweep->projects();
-    sweeps.push_back(projects ? std::move(sweep)
-                              : std::make_unique<ProjectingSweep>(std::move(sweep), make_group(of_part)));
-  }
-  return std::make_unique<MixedSweep>(std::move(sweeps));
+  return join(given, std::move(parts));
 }
 
 }  // namespace tanor

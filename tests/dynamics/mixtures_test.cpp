@@ -115,9 +115,9 @@ System mixture(AnyNumbers* any) {
   put_beside(of_every_other_kind(any), &system);
   put_beside(copies_of(1, 61, path(60), any), &system);
   put_beside(tetrahedra_in_a_row(4, any), &system);
-  put_beside(copies_of(1, 12, {{0, 1}, {1, 2}, {1, 3}, {3, 4}, {3, 5}, {0, 6}, {6, 7}, {6, 8}, {5, 9}, {9, 10}, {9, 11}},
-                       any),
-             &system);
+  put_beside(
+      copies_of(1, 12, {{0, 1}, {1, 2}, {1, 3}, {3, 4}, {3, 5}, {0, 6}, {6, 7}, {6, 8}, {5, 9}, {9, 10}, {9, 11}}, any),
+      &system);
   return system;
 }
 
@@ -251,19 +251,32 @@ TEST(Mixtures, KeepFactorsOfConstantGradients) {
   }
 }
 
-TEST(Mixtures, AreTakenWhereShortWaysServeHalfOfTheRows) {
+/// Beside `count` clusters.
+PlanSummary plan_of_net(Index size, int count) {
   AnyNumbers any(26);
-  System small = net(10, 10, &any), large = net(14, 14, &any);  // 180 and 364 rods
-  put_beside(clusters(30, &any), &small);
-  put_beside(clusters(30, &any), &large);
+  System system = net(size, size, &any);
+  put_beside(clusters(count, &any), &system);
+  return Dynamics(system).plan();
+}
 
-  const PlanSummary plan = Dynamics(small).plan();
+TEST(Mixtures, AreTakenWhereTheRestIsNotMostOfTheWork) {
+  const PlanSummary plan = plan_of_net(10, 30);
 
   EXPECT_EQ(plan.way, "bundles+general");
-  EXPECT_NE(plan.way_reason.find("1 island of 180 rows is left to sparse factors"), std::string::npos);
+  EXPECT_EQ(plan.way_reason, "30 islands of rods have 1 structure; 1 island of 180 rows is left to sparse factors");
   EXPECT_NE(plan.ordering, "natural");
-  EXPECT_EQ(Dynamics(large).plan().way, "general");
-  EXPECT_THROW(Dynamics(small, {.way = Way::Paths}), InputError);
+  EXPECT_EQ(plan_of_net(10, 5).way, "general");   // 180 rows beside 50
+  EXPECT_EQ(plan_of_net(30, 60).way, "general");  // 1740 rows beside 600, whose factor has much fill
+  EXPECT_EQ(plan_of_net(30, 180).way, "bundles+general");
+}
+
+TEST(Mixtures, AreNotMadeForAForcedWay) {
+  AnyNumbers any(26);
+  System system = net(10, 10, &any);
+  put_beside(clusters(30, &any), &system);
+
+  EXPECT_THROW(Dynamics(system, {.way = Way::Paths}), InputError);
+  EXPECT_EQ(Dynamics(system, {.way = Way::General}).plan().way, "general");
 }
 
 // ---- motion ----
