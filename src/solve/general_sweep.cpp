@@ -57,7 +57,7 @@ Elimination GeneralSweep::solve(const Parallel& parallel, const FreeMotion& moti
   result.reciprocal_condition = factorize(parallel, blocks).reciprocal_condition;
   if (result.reciprocal_condition == 0.0) return result;
   solve_negative(parallel, b, lambda);
-  result.residual = refine(parallel, blocks, b, result.largest_right_side, lambda);
+  refine(parallel, blocks, b, lambda, &result);
   // w = w0 + M^-1 K lambda (25)
   group_.points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = 3 * begin; i < 3 * end; ++i) w[i] += dw_[i];
@@ -65,20 +65,20 @@ Elimination GeneralSweep::solve(const Parallel& parallel, const FreeMotion& moti
   return result;
 }
 
-/// rho = K'dw + b with dw = M^-1 K lambda; lambda -= S^-1 rho where it is more than rounding: the others need not wait
-/// for that. Returns the largest |rho|/|gradient|.
-double GeneralSweep::refine(const Parallel& parallel, const double* blocks, const double* b, double largest,
-                            double* lambda) {
+/// dw = M^-1 K lambda; rho = K'dw + b, lambda -= S^-1 rho where that is more than rounding: the other islands need not
+/// wait for these.
+void GeneralSweep::refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
+                          Elimination* found) {
   constexpr double good_enough = 1e-12;
   constexpr int most_passes = 3;
   group_.gather.write_scaled(parallel, blocks, lambda, group_.inverse_mass.data(), group_.points, dw_.data());
-  double before = 0.0;
-  for (int pass = 0;; ++pass) {
-    const double residual =
+  for (;; ++found->refinements) {
+    const double before = found->residual;
+    found->residual =
         group_.constraints.apply_transposed(parallel, group_.members, blocks, dw_.data(), b, rows_.data());
-    if (residual <= good_enough * largest || pass == most_passes || (pass > 0 && !(residual < 0.5 * before)))
-      return residual;
-    before = residual;
+    const bool stalls = found->refinements > 0 && !(found->residual < 0.5 * before);
+    if (found->residual <= good_enough * found->largest_right_side || stalls || found->refinements == most_passes)
+      return;
     correct(parallel, blocks, rows_.data(), dw_.data());
     group_.add_rows(parallel, rows_.data(), lambda);
   }

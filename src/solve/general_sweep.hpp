@@ -26,7 +26,7 @@ class GeneralSweep final : public Sweep {
   const GramSolver::Summary& factor() const { return solver_.summary(); }
 
  private:
-  double refine(const Parallel& parallel, const double* blocks, const double* b, double largest, double* lambda);
+  void refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda, Elimination* found);
 
   IslandGroup group_;
   GramSolver solver_;  // its rows are the group's, one after the other

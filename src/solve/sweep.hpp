@@ -27,6 +27,7 @@ struct Elimination {
   double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
   double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
   double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
+  int refinements = 0;                ///< passes that w took for that
 };
 
 /// Where iterations onto xi = 0 or K'v + xi_t = 0 ended.
@@ -35,9 +36,10 @@ struct Projection {
   int iterations = 0;
 };
 
-/// S lambda = -b on a short way that serves the whole system: evaluation, elimination and w in one or two sweeps over
-/// the memory. Rows and points in the inner order; K as blocks with the places of Constraints::list_incidences; the
-/// same bits for any number of threads; no call allocates.
+/// S lambda = -b on a short way that serves a system or some of its islands, whose rows and moving points alone it reads
+/// and writes: evaluation, elimination and w in one or two sweeps over the memory. Rows and points in the inner order; K
+/// as blocks with the places of Constraints::list_incidences; the same bits for any number of threads; no call
+/// allocates.
 ///
 /// Where S is singular or looks so, where rows come and go, and for pivots in another order the general way answers.
 class Sweep {
