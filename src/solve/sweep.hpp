@@ -36,9 +36,9 @@ struct Projection {
   int iterations = 0;
 };
 
-/// S lambda = -b on a short way that serves a system or some of its islands, whose rows and moving points alone it reads
-/// and writes: evaluation, elimination and w in one or two sweeps over the memory. Rows and points in the inner order; K
-/// as blocks with the places of Constraints::list_incidences; the same bits for any number of threads; no call
+/// S lambda = -b on a short way that serves a system or some of its islands, whose rows and moving points alone it
+/// reads and writes: evaluation, elimination and w in one or two sweeps over the memory. Rows and points in the inner
+/// order; K as blocks with the places of Constraints::list_incidences; the same bits for any number of threads; no call
 /// allocates.
 ///
 /// Where S is singular or looks so, where rows come and go, and for pivots in another order the general way answers.

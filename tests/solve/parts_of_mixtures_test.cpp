@@ -42,6 +42,8 @@ System copies_of(int count, Index num_points, const std::vector<std::array<Index
 /// An island of each kind, each kind twice and others between.
 System islands_of_every_kind() {
   std::mt19937 generator(5);
+  std::vector<std::array<Index, 2>> path;
+  for (Index i = 0; i < 40; ++i) path.push_back({i, i + 1});
   System system;
   for (int k = 0; k < 2; ++k) {
     System beads = copies_of(9, 1, {}, &generator);
@@ -49,15 +51,7 @@ System islands_of_every_kind() {
                          Lines{"", {0}, Vector3{0.0, 0.0, 1.0}, Vector3{1.0, 0.1, 0.0}}};
     put_beside(beads, &system);
     put_beside(copies_of(10, 4, {{0, 1}, {1, 2}, {2, 3}}, &generator), &system);
-    put_beside(copies_of(
-                   1, 41,
-                   [] {
-                     std::vector<std::array<Index, 2>> rods;
-                     for (Index i = 0; i < 40; ++i) rods.push_back({i, i + 1});
-                     return rods;
-                   }(),
-                   &generator),
-               &system);
+    put_beside(copies_of(1, 41, path, &generator), &system);
     System tree = copies_of(1, 7, {{0, 1}, {1, 2}, {1, 3}, {3, 4}, {3, 5}, {5, 6}, {6, 4}}, &generator);
     tree.supports.push_back({"", {2}, {}});
     put_beside(tree, &system);
