@@ -61,6 +61,22 @@ System net(int size) {
   return generated(fmt::format(R"({{"kind": "net", "columns": {0}, "rows": {0}}})", size));
 }
 
+/// Points and rods of both, which nothing joins.
+System beside(System first, const System& second) {
+  const auto num_points = static_cast<Index>(first.masses.size());
+  const auto append = [](const std::vector<double>& from, std::vector<double>* to) {
+    to->insert(to->end(), from.begin(), from.end());
+  };
+  first.velocities.resize(first.positions.size());
+  append(second.masses, &first.masses);
+  append(second.positions, &first.positions);
+  append(second.velocities, &first.velocities);
+  auto& pairs = std::get<Rods>(first.constraints.front()).pairs;
+  for (const auto& [i, j] : std::get<Rods>(second.constraints.front()).pairs)
+    pairs.push_back({num_points + i, num_points + j});
+  return first;
+}
+
 System lattice(int size) {
   return generated(fmt::format(R"({{"kind": "lattice", "size": [{0}, {0}, {0}]}})", size));
 }
@@ -186,6 +202,7 @@ const std::vector<BenchScene>& bench_scenes() {
       {"net 300", [] { return net(300); }, 2.0, 6700.0},
       {"lattice 10", [] { return lattice(10); }, 1.6, 8200.0},
       {"lattice 20", [] { return lattice(20); }, 22.0, 230000.0},
+      {"mixed clusters 1e4 + net 30", [] { return beside(melt(10000, 10), net(30)); }, 0.0, 0.0},
   };
   return scenes;
 }

@@ -13,7 +13,7 @@ struct BenchScene {
   double listed;  ///< ns a rod or bead that the baseline may need (measured once, the upper end); 0: none
 };
 
-/// Chains, clusters, small cycles and bodies, beads, nets and lattices, 1e3 to 1e6 rods.
+/// Chains, clusters, small cycles and bodies, beads, nets and lattices, clusters beside a net, 1e3 to 1e6 rods.
 const std::vector<BenchScene>& bench_scenes();
 
 /// A chain of `count` beads as a random walk.

@@ -4,7 +4,8 @@
 
 /// \file What one evaluation must move at least, counted from the arrays of the ways: each array once a pass over it,
 /// read or written (numbers of 8 bytes, indices of 4, signs of 1). Not counted: what a cache reads before it writes,
-/// what is found in the first cache again, refinement. The triad (machine.hpp) is counted likewise.
+/// what is found in the first cache again, refinement; mixtures of ways are counted as the general one,
+/// which moves more. The triad (machine.hpp) is counted likewise.
 struct Traffic {
   double bytes;        ///< moved by one evaluation
   double working_set;  ///< bytes of the arrays themselves

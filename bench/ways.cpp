@@ -138,7 +138,7 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
     speedups += fmt::format(R"({}"{}": {:.2f})", k == 0 ? "" : ", ", thread_counts[k], speedup);
   }
   const double unit = 1e9 / num_members;
-  fmt::print("{:20}{:>14}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n", scene.name, plan.way,
+  fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n", scene.name, plan.way,
              unit * base, unit * theirs, unit * mine, base / mine, scene.bar, theirs / mine, of_memory, of_product,
              columns);
   std::fflush(stdout);
@@ -213,7 +213,7 @@ int main(int argc, char** argv) try {
     columns += fmt::format("{:>7}x", threads);
   }
   const double dense = measure_dense_product();
-  fmt::print("{:20}{:>14}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "way", "Eigen",
+  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "way", "Eigen",
              "general", "ours", "ratio", "bar", "/general", "/memory", "/dgemm", columns);
   for (const BenchScene& scene : bench_scenes()) {
     if (is_wanted(scene)) lines.push_back(measure(scene, thread_counts, dense));

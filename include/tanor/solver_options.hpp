@@ -25,7 +25,7 @@ enum class FrictionMethod {
 /// How S lambda = b is found in normal form. The ways agree to rounding; those that serve a structure alone fuse the
 /// evaluation of the constraints with the elimination.
 enum class Way {
-  Auto,       ///< the shortest one that serves the whole system
+  Auto,       ///< each island the shortest one that serves it
   General,    ///< assembly and sparse factorization
   Paths,      ///< every island is a path of rods: elimination along it, from both ends
   Trees,      ///< every island is a tree of rods, or closes a few rings: elimination from the leaves to the root

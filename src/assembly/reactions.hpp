@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "base/runs.hpp"
 #include "evaluate/family.hpp"
 
 namespace tanor {
@@ -19,9 +20,14 @@ class ReactionGather {
   /// out_i += scale_i (K lambda)_i for the points below `count`: with scale = 1/m this adds M^-1 K lambda.
   void add_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
                   std::size_t count, double* out) const;
+  /// The same for some points.
+  void add_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
+                  const Runs& points, double* out) const;
   /// The same without what was there.
   void write_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
                     std::size_t count, double* out) const;
+  void write_scaled(const Parallel& parallel, const double* blocks, const double* lambda, const double* scale,
+                    const Runs& points, double* out) const;
 
  private:
   struct Entry {

@@ -18,7 +18,8 @@ constexpr double first_suspicion = 1e-11;
 NormalForm::NormalForm(Model& model, const SolverOptions& options)
     : model_(model),
       ordering_(options.ordering),
-      sweep_(make_sweep(model.constraints, model.numbering, model.inverse_mass, options)),
+      sweep_(
+          make_sweep(model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass, options)),
       redundancy_(model.incidences, model.inverse_mass, model.numbering),
       suspect_below_(first_suspicion),
       blocks_(3 * model.constraints.num_blocks()),
@@ -73,7 +74,7 @@ void NormalForm::describe_solver(PlanSummary* plan) const {
   const Sweep::Summary& summary = sweep_->summary();
   plan->way = plan->factorization = summary.name;
   plan->way_reason = summary.reason;
-  plan->ordering = "natural";
+  plan->ordering = summary.ordering;
   plan->parts = summary.parts;
   plan->pattern_nonzeros = summary.pattern_nonzeros;
   plan->factor_nonzeros = summary.factor_nonzeros;

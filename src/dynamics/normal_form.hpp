@@ -112,7 +112,7 @@ class NormalForm final : public EquationsOfMotion {
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
   /// Of S: "natural" where elimination makes no fill, "amd", …
-  std::string ordering() const { return sweep_ != nullptr ? "natural" : solver_->summary().ordering; }
+  std::string ordering() const { return sweep_ != nullptr ? sweep_->summary().ordering : solver_->summary().ordering; }
   double estimate_reciprocal_condition();
   /// rows := -S^-1 rows with the last factor [d].
   void solve_negative(double* rows);

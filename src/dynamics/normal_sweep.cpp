@@ -27,7 +27,7 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   acceleration_scale_ = scale = larger(scale, found.largest_right_side);
   last_.reciprocal_condition = found.reciprocal_condition;
   last_.residual = 0.0;
-  last_.refinements = 0;
+  last_.refinements = found.refinements;
   if (!std::isfinite(scale)) return model_.not_finite(t);
   is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
   if (!is_swept_) return {};

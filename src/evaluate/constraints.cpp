@@ -286,6 +286,7 @@ Constraints::Constraints(const System& system, const Numbering& numbering, doubl
     family.first_block = static_cast<Index>(num_blocks_);
     num_blocks_ += static_cast<std::size_t>(blocks_of(family));
   });
+  everything_ = select(std::vector<char>(num_rows_, 1));
   if (!system.friction.empty()) {
     tangents_ = Tangents(system, numbering, list_incidences(), static_cast<Index>(num_blocks_));
     num_blocks_ += tangents_.num_blocks();
@@ -300,9 +301,8 @@ bool Constraints::depends_on_time() const {
 }
 
 bool Constraints::gradients_are_constant() const {
-  bool result = tangents_.num_blocks() == 0;  // contacts may change between stick and slip
-  for_each_family([&](const auto& family) { result = result && family.kernel.gradients_are_constant(); });
-  return result;
+  // contacts may change between stick and slip
+  return tangents_.num_blocks() == 0 && gradients_are_constant(everything_);
 }
 
 bool Constraints::gradient_norms_are_constant() const {
@@ -331,31 +331,23 @@ void Constraints::set_time(double t) {
 }
 
 double Constraints::evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
-  double worst = 0.0;
-  for_each_family([&](const auto& family) { worst = larger(worst, family.evaluate_values(parallel, r, xi)); });
+  const double worst = evaluate_values(parallel, everything_, r, xi);
   tangents_.write_values(r, xi);
   return worst;
 }
 
 double Constraints::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const {
-  double worst = 0.0;
-  for_each_family([&](const auto& family) { worst = larger(worst, family.evaluate_rates(parallel, r, v, rate)); });
-  return larger(worst, tangents_.evaluate_rates(v, rate));
+  return larger(evaluate_rates(parallel, everything_, r, v, rate), tangents_.evaluate_rates(v, rate));
 }
 
 void Constraints::evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) {
-  for_each_family([&](const auto& family) { family.evaluate_gradients(parallel, r, blocks); });
+  evaluate_gradients(parallel, everything_, r, blocks);
   tangents_.write_gradients(parallel, blocks);
 }
 
 double Constraints::evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0,
                                         double* phi, double* blocks) {
-  double worst = 0.0;
-  for_each_family([&](const auto& family) {
-    worst =
-        larger(worst, blocks != nullptr ? family.template evaluate_right_side<true>(parallel, r, v, w0, phi, blocks)
-                                        : family.template evaluate_right_side<false>(parallel, r, v, w0, phi, blocks));
-  });
+  const double worst = evaluate_right_side(parallel, everything_, r, v, w0, phi, blocks);
   if (tangents_.size() == 0) return worst;
   if (blocks != nullptr) tangents_.write_gradients(parallel, blocks);
   return larger(worst, evaluate_contacts(parallel, r, v, w0, Tangents::Which::Sticking, phi));
@@ -373,9 +365,7 @@ double Constraints::evaluate_contacts(const Parallel& parallel, const double* r,
     const auto evaluate_at = [&](int k, double s, double* result) {
       shifted_.assign(v, v + size);
       tangents_.shift_velocities(k, s, v, shifted_.data());
-      for_each_family([&](const auto& family) {
-        family.template evaluate_right_side<false>(parallel, r, shifted_.data(), nothing_.data(), result, nullptr);
-      });
+      evaluate_right_side(parallel, everything_, r, shifted_.data(), nothing_.data(), result, nullptr);
     };
     double speed = 0.0;
     for (std::size_t i = 0; i < size; ++i) speed = std::max(speed, std::abs(v[i]));
@@ -393,10 +383,8 @@ double Constraints::evaluate_contacts(const Parallel& parallel, const double* r,
 
 double Constraints::apply_transposed(const Parallel& parallel, const double* blocks, const double* x,
                                      const double* shift, double* y) const {
-  double worst = 0.0;
-  for_each_family(
-      [&](const auto& family) { worst = larger(worst, family.apply_transposed(parallel, blocks, x, shift, y)); });
-  return larger(worst, tangents_.apply_transposed(blocks, x, shift, y));
+  return larger(apply_transposed(parallel, everything_, blocks, x, shift, y),
+                tangents_.apply_transposed(blocks, x, shift, y));
 }
 
 void Constraints::measure(const double* r, const double* v, double* position, double* velocity) const {

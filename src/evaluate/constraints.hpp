@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <memory>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -17,6 +19,11 @@ namespace tanor {
 /// K is stored as its blocks, 3 numbers each (`num_blocks`), whose places `list_incidences` tells. Rows of contacts
 /// (see Tangents) use the tangent directions at the last place where gradients were evaluated.
 class Constraints {
+  using Families =
+      std::tuple<Family<RodKernel<false, false>>, Family<RodKernel<false, true>>, Family<RodKernel<true, false>>,
+                 Family<RodKernel<true, true>>, Family<PlaneKernel>, Family<SphereKernel>, Family<LineKernel>,
+                 Family<CircleKernel>, Family<AngleKernel>, Family<PulleyKernel>, LinearFamily, UserFamily>;
+
  public:
   /// `t`: where "initial" values stand when they are measured from something that moves.
   Constraints(const System& system, const Numbering& numbering, double t = 0.0);
@@ -50,6 +57,21 @@ class Constraints {
   /// y = K'x + shift [d] from stored blocks; returns the largest |y|/|gradient|. `shift` may be null.
   double apply_transposed(const Parallel& parallel, const double* blocks, const double* x, const double* shift,
                           double* y) const;
+
+  /// Of each family the members that take part.
+  using Selection = std::array<Runs, std::tuple_size_v<Families>>;
+  /// Those with the rows where `takes_part` [row] is not 0.
+  Selection select(std::span<const char> takes_part) const;
+  /// As above, of some members: rows and blocks of others stay as they are, and contacts take no part.
+  double evaluate_values(const Parallel& parallel, const Selection& some, const double* r, double* xi) const;
+  double evaluate_rates(const Parallel& parallel, const Selection& some, const double* r, const double* v,
+                        double* rate) const;
+  void evaluate_gradients(const Parallel& parallel, const Selection& some, const double* r, double* blocks) const;
+  double evaluate_right_side(const Parallel& parallel, const Selection& some, const double* r, const double* v,
+                             const double* w0, double* phi, double* blocks) const;
+  double apply_transposed(const Parallel& parallel, const Selection& some, const double* blocks, const double* x,
+                          const double* shift, double* y) const;
+  bool gradients_are_constant(const Selection& some) const;
 
   /// Relative violation |xi|/|gradient|/length and |K'v + xi_t|/|gradient| (m/s) of each row.
   void measure(const double* r, const double* v, double* position, double* velocity) const;
@@ -85,10 +107,18 @@ class Constraints {
     if (family.size() > 0) visit(family);
   }
 
-  std::tuple<Family<RodKernel<false, false>>, Family<RodKernel<false, true>>, Family<RodKernel<true, false>>,
-             Family<RodKernel<true, true>>, Family<PlaneKernel>, Family<SphereKernel>, Family<LineKernel>,
-             Family<CircleKernel>, Family<AngleKernel>, Family<PulleyKernel>, LinearFamily, UserFamily>
-      families_;
+  /// visit(family, its members) of those that have some.
+  template <class Visit>
+  void for_each_family(const Selection& some, const Visit& visit) const {
+    std::size_t number = 0;
+    const auto visit_one = [&](const auto& family, const Runs& members) {
+      if (members.size() > 0) visit(family, members);
+    };
+    std::apply([&](const auto&... family) { (visit_one(family, some[number++]), ...); }, families_);
+  }
+
+  Families families_;
+  Selection everything_;
   Tangents tangents_;
   std::vector<double> shifted_, nothing_, turns_;  // [3n], [3n], [3][d] scratch of contacts on guides that turn
   std::size_t num_points_ = 0, num_rows_ = 0, num_blocks_ = 0;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "base/runs.hpp"
 #include "evaluate/kernels.hpp"
 
 namespace tanor {
@@ -14,7 +15,8 @@ struct Incidence {
 };
 
 /// All constraints of one kind as a structure of arrays: each quantity is one loop over the members, no virtual call,
-/// no allocation. Output index = row, so members may run in any order and on any thread.
+/// no allocation. Output index = row, so members may run in any order and on any thread. `members`: those that take
+/// part.
 template <class Kernel>
 class Family {
  public:
@@ -27,8 +29,8 @@ class Family {
   std::size_t size() const { return rows.size(); }
 
   /// xi; returns the largest relative violation |xi|/|gradient|/length.
-  double evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
-    return parallel.max_over_ranges(size(), [&](std::size_t begin, std::size_t end) {
+  double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         const auto local = kernel(k, r, r);
@@ -42,8 +44,9 @@ class Family {
   }
 
   /// rate = K'v + xi_t; returns the largest |rate|/|gradient|, m/s.
-  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const {
-    return parallel.max_over_ranges(size(), [&](std::size_t begin, std::size_t end) {
+  double evaluate_rates(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+                        double* rate) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         const auto local = kernel(k, r, v);
@@ -57,8 +60,8 @@ class Family {
   }
 
   /// The blocks of K.
-  void evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) const {
-    parallel.for_ranges(size(), [&](std::size_t begin, std::size_t end) {
+  void evaluate_gradients(const Parallel& parallel, const Runs& members, const double* r, double* blocks) const {
+    members.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) store_gradient(k, kernel(k, r, r), blocks);
     });
   }
@@ -66,9 +69,9 @@ class Family {
   /// phi + K'w0, minus the right-hand side of S lambda; writes the blocks of K too where wanted. Returns the largest
   /// |.|/|gradient|, m/s^2.
   template <bool WithGradients>
-  double evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0, double* phi,
-                             double* blocks) const {
-    return parallel.max_over_ranges(size(), [&](std::size_t begin, std::size_t end) {
+  double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+                             const double* w0, double* phi, double* blocks) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         const auto local = kernel(k, r, v);
@@ -84,9 +87,9 @@ class Family {
   }
 
   /// y = K'x + shift from stored blocks (shift may be null: 0); returns the largest |y|/|gradient|.
-  double apply_transposed(const Parallel& parallel, const double* blocks, const double* x, const double* shift,
-                          double* y) const {
-    return parallel.max_over_ranges(size(), [&](std::size_t begin, std::size_t end) {
+  double apply_transposed(const Parallel& parallel, const Runs& members, const double* blocks, const double* x,
+                          const double* shift, double* y) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         Vec3 gradient[B];

@@ -38,31 +38,35 @@ class LinearFamily {
 
   std::size_t size() const { return rows.size(); }
 
-  double evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
-    return fill(parallel, kernel.size, xi,
+  double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
+    return fill(parallel, members, kernel.size, xi,
                 [&](std::size_t k) { return kernel.transposed(k, r) - kernel.value[k].value; });
   }
 
-  double evaluate_rates(const Parallel& parallel, const double*, const double* v, double* rate) const {
-    return fill(parallel, 1.0, rate, [&](std::size_t k) { return kernel.transposed(k, v) - kernel.value[k].first; });
+  double evaluate_rates(const Parallel& parallel, const Runs& members, const double*, const double* v,
+                        double* rate) const {
+    return fill(parallel, members, 1.0, rate,
+                [&](std::size_t k) { return kernel.transposed(k, v) - kernel.value[k].first; });
   }
 
-  void evaluate_gradients(const Parallel& parallel, const double*, double* blocks) const {
-    parallel.for_ranges(kernel.points.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) store(blocks, first_block + i, kernel.coefficients[i]);
+  void evaluate_gradients(const Parallel& parallel, const Runs& members, const double*, double* blocks) const {
+    members.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      for (Index i = kernel.start[begin]; i < kernel.start[end]; ++i)
+        store(blocks, first_block + i, kernel.coefficients[i]);
     });
   }
 
   template <bool WithGradients>
-  double evaluate_right_side(const Parallel& parallel, const double* r, const double*, const double* w0, double* phi,
-                             double* blocks) const {
-    if constexpr (WithGradients) evaluate_gradients(parallel, r, blocks);
-    return fill(parallel, 1.0, phi, [&](std::size_t k) { return kernel.transposed(k, w0) - kernel.value[k].second; });
+  double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double*,
+                             const double* w0, double* phi, double* blocks) const {
+    if constexpr (WithGradients) evaluate_gradients(parallel, members, r, blocks);
+    return fill(parallel, members, 1.0, phi,
+                [&](std::size_t k) { return kernel.transposed(k, w0) - kernel.value[k].second; });
   }
 
-  double apply_transposed(const Parallel& parallel, const double*, const double* x, const double* shift,
-                          double* y) const {
-    return fill(parallel, 1.0, y,
+  double apply_transposed(const Parallel& parallel, const Runs& members, const double*, const double* x,
+                          const double* shift, double* y) const {
+    return fill(parallel, members, 1.0, y,
                 [&](std::size_t k) { return kernel.transposed(k, x) + (shift != nullptr ? shift[rows[k]] : 0.0); });
   }
 
@@ -85,8 +89,8 @@ class LinearFamily {
  private:
   /// y[row] = value(k) of each member k; returns the largest |y|/|gradient|/length.
   template <class RowValue>
-  double fill(const Parallel& parallel, double length, double* y, const RowValue& value) const {
-    return parallel.max_over_ranges(size(), [&](std::size_t begin, std::size_t end) {
+  double fill(const Parallel& parallel, const Runs& members, double length, double* y, const RowValue& value) const {
+    return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         y[rows[k]] = value(k);

@@ -33,7 +33,8 @@ struct UserKernels {
   double scale(std::size_t) const { return size; }
 };
 
-/// User constraints, one loop a group: a kernel is called once for some dozens of members. Same interface as Family.
+/// User constraints, one loop a group: a kernel is called once for some dozens of members. Same interface as Family,
+/// members numbered group by group.
 class UserFamily {
  public:
   UserKernels kernel;
@@ -45,22 +46,23 @@ class UserFamily {
     return result;
   }
 
-  double evaluate_values(const Parallel& parallel, const double* r, double* xi) const {
-    return evaluate(parallel, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
+  double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
+    return evaluate(parallel, members, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
       xi[group.rows[k]] = member.xi;
       return std::abs(member.xi) / (member.norm() * kernel.size);
     });
   }
 
-  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rate) const {
-    return evaluate(parallel, r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
+  double evaluate_rates(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+                        double* rate) const {
+    return evaluate(parallel, members, r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
       rate[group.rows[k]] = member.rate;
       return std::abs(member.rate) / member.norm();
     });
   }
 
-  void evaluate_gradients(const Parallel& parallel, const double* r, double* blocks) const {
-    (void)evaluate(parallel, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
+  void evaluate_gradients(const Parallel& parallel, const Runs& members, const double* r, double* blocks) const {
+    (void)evaluate(parallel, members, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
       store_gradient(group, k, member, blocks);
       return 0.0;
     });
@@ -68,9 +70,9 @@ class UserFamily {
 
   /// phi + K'w0; the blocks of K too where wanted.
   template <bool WithGradients>
-  double evaluate_right_side(const Parallel& parallel, const double* r, const double* v, const double* w0, double* phi,
-                             double* blocks) const {
-    return evaluate(parallel, r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
+  double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+                             const double* w0, double* phi, double* blocks) const {
+    return evaluate(parallel, members, r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
       const double value = member.phi + transposed(group, k, member.gradient, w0);
       phi[group.rows[k]] = value;
       if constexpr (WithGradients) store_gradient(group, k, member, blocks);
@@ -78,12 +80,11 @@ class UserFamily {
     });
   }
 
-  double apply_transposed(const Parallel& parallel, const double* blocks, const double* x, const double* shift,
-                          double* y) const {
-    double worst = 0.0;
-    for (const UserGroup& group : kernel.groups) {
+  double apply_transposed(const Parallel& parallel, const Runs& members, const double* blocks, const double* x,
+                          const double* shift, double* y) const {
+    return max_over_groups(members, [&](const UserGroup& group, const auto& max_over_members) {
       const std::size_t p = group.points_per_member();
-      worst = larger(worst, parallel.max_over_ranges(group.size(), [&](std::size_t begin, std::size_t end) {
+      return max_over_members(parallel, [&](std::size_t begin, std::size_t end) {
         double part = 0.0;
         for (std::size_t k = begin; k < end; ++k) {
           const double* const gradient = blocks + 3 * block(group, k);
@@ -92,13 +93,12 @@ class UserFamily {
           part = larger(part, std::abs(y[row]) / norm_of(gradient, 3 * p));
         }
         return part;
-      }));
-    }
-    return worst;
+      });
+    });
   }
 
   void measure(const double* r, const double* v, double* position, double* velocity) const {
-    (void)evaluate(Parallel(1), r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
+    (void)evaluate(Parallel(1), Runs(size()), r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
       position[group.rows[k]] = std::abs(member.xi) / (member.norm() * kernel.size);
       velocity[group.rows[k]] = std::abs(member.rate) / member.norm();
       return 0.0;
@@ -134,26 +134,41 @@ class UserFamily {
     return std::max(largest_block(gradient, size), std::numeric_limits<double>::min());
   }
 
-  /// take(group, member, its numbers) -> a number, for all members; returns the largest one.
-  template <class Take>
-  double evaluate(const Parallel& parallel, const double* r, const double* v, const Take& take) const {
+  /// of_group(group, max_over_members) -> a number; returns the largest one.
+  template <class OfGroup>
+  double max_over_groups(const Runs& members, const OfGroup& of_group) const {
     double worst = 0.0;
+    std::size_t first = 0;  // number of the group's first member in the family
     for (const UserGroup& group : kernel.groups) {
-      const Parallel serial(1);
-      const Parallel& loop = group.kernel.thread_safe ? parallel : serial;
-      worst = larger(worst, loop.max_over_ranges(group.size(), [&](std::size_t begin, std::size_t end) {
-        double part = 0.0;
-        for_each_chunk(group.kernel, group.points, begin, end, kernel.t, r, v, [&](const TupleValues& values) {
-          for (std::size_t k = 0; k < values.count; ++k) {
-            const Member member{values.xi[k], v != nullptr ? values.rate[k] : 0.0, v != nullptr ? values.phi[k] : 0.0,
-                                values.gradient + k * values.size, values.size};
-            part = larger(part, take(group, values.first + k, member));
-          }
-        });
-        return part;
-      }));
+      worst = larger(worst, of_group(group, [&](const Parallel& parallel, const auto& body) {
+                       const auto in_group = [&](std::size_t begin, std::size_t end) {
+                         return body(begin - first, end - first);
+                       };
+                       return members.max_over_ranges(parallel, first, first + group.size(), in_group);
+                     }));
+      first += group.size();
     }
     return worst;
+  }
+
+  /// take(group, member, its numbers) -> a number, for all `members`; returns the largest one.
+  template <class Take>
+  double evaluate(const Parallel& parallel, const Runs& members, const double* r, const double* v,
+                  const Take& take) const {
+    return max_over_groups(members, [&](const UserGroup& group, const auto& max_over_members) {
+      return max_over_members(
+          group.kernel.thread_safe ? parallel : Parallel(1), [&](std::size_t begin, std::size_t end) {
+            double part = 0.0;
+            for_each_chunk(group.kernel, group.points, begin, end, kernel.t, r, v, [&](const TupleValues& values) {
+              for (std::size_t k = 0; k < values.count; ++k) {
+                const Member member{values.xi[k], v != nullptr ? values.rate[k] : 0.0,
+                                    v != nullptr ? values.phi[k] : 0.0, values.gradient + k * values.size, values.size};
+                part = larger(part, take(group, values.first + k, member));
+              }
+            });
+            return part;
+          });
+    });
   }
 
   static double transposed(const UserGroup& group, std::size_t k, const double* gradient, const double* x) {

@@ -6,6 +6,7 @@
 
 #include <tanor/solver_options.hpp>
 
+#include "assembly/reactions.hpp"
 #include "base/parallel.hpp"
 #include "evaluate/constraints.hpp"
 #include "system/numbering.hpp"
@@ -26,6 +27,7 @@ struct Elimination {
   double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
   double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
   double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
+  int refinements = 0;                ///< passes that w took for that
 };
 
 /// Where iterations onto xi = 0 or K'v + xi_t = 0 ended.
@@ -34,9 +36,10 @@ struct Projection {
   int iterations = 0;
 };
 
-/// S lambda = -b on a short way that serves the whole system: evaluation, elimination and w in one or two sweeps over
-/// the memory. Rows and points in the inner order; K as blocks with the places of Constraints::list_incidences; the
-/// same bits for any number of threads; no call allocates.
+/// S lambda = -b on a short way that serves a system or some of its islands, whose rows and moving points alone it
+/// reads and writes: evaluation, elimination and w in one or two sweeps over the memory. Rows and points in the inner
+/// order; K as blocks with the places of Constraints::list_incidences; the same bits for any number of threads; no call
+/// allocates.
 ///
 /// Where S is singular or looks so, where rows come and go, and for pivots in another order the general way answers.
 class Sweep {
@@ -61,8 +64,9 @@ class Sweep {
   }
 
   struct Summary {
-    std::string name;    ///< as PlanSummary::way
-    std::string reason;  ///< "every island is a path of rods"
+    std::string name;                  ///< as PlanSummary::way
+    std::string reason;                ///< "every island is a path of rods"
+    std::string ordering = "natural";  ///< of S
     std::size_t parts = 0, pattern_nonzeros = 0, factor_nonzeros = 0;
     double flops = 0.0;  ///< of one elimination
   };
@@ -90,9 +94,11 @@ class Sweep {
                              double* /*points*/) {}
 };
 
-/// The sweep that serves all rows of a system, or null: the general way. `inverse_mass` [point], 0 for supports; all
-/// three are kept as they are given. Throws InputError where `wanted` does not serve.
-std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Numbering& numbering,
+/// The sweep that serves all rows of a system, or null: the general way. `gather` of K lambda, `incidences` of K,
+/// `inverse_mass` [point], 0 for supports; constraints, gather and masses are kept as they are given. Throws InputError
+/// where `wanted` does not serve.
+std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const ReactionGather& gather,
+                                  std::span<const Incidence> incidences, const Numbering& numbering,
                                   std::span<const double> inverse_mass, const SolverOptions& wanted);
 
 }  // namespace tanor

@@ -279,7 +279,7 @@ TEST(Bundles, ServeWhereManyIslandsAreAlikeUnlessForced) {
   EXPECT_EQ(Dynamics(copies_of(path(99), 16, &any)).plan().way, "bundles");
   EXPECT_EQ(Dynamics(copies_of(path(99), 12, &any)).plan().way, "paths");  // a quarter of the lanes would lie idle
   EXPECT_EQ(Dynamics(copies_of(ring(99), 12, &any)).plan().way, "bundles");
-  EXPECT_EQ(Dynamics(mixed).plan().way, "general");
+  EXPECT_EQ(Dynamics(mixed).plan().way, "bundles+general");
   EXPECT_THROW(Dynamics(mixed, {.way = Way::Bundles}), InputError);
 }
 

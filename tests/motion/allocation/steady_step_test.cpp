@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "beside.hpp"
 #include "motion/allocation/steady_steps.hpp"
 #include "motion/scenes.hpp"
 
@@ -19,12 +20,21 @@ struct Scene {
   friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
 };
 
+/// Each island on its own way, a net's sparse factors among them.
+System make_mixture() {
+  System system = scenes::make_net(8, 8);
+  put_beside(scenes::make_clusters(50), &system);
+  put_beside(scenes::make_beads(20), &system);
+  return system;
+}
+
 const Scene steady_scenes[]{
     {"chain", [] { return scenes::make_chain(4'200); }},
     {"net", [] { return scenes::make_net(30, 30); }},
     {"lattice", [] { return scenes::make_lattice(6); }},
     {"clusters", [] { return scenes::make_clusters(50); }},
     {"beads", [] { return scenes::make_beads(1'100); }},
+    {"mixture", make_mixture},
     {"damped_springs", [] { return scenes::make_damped_chain(100); }},
     {"shaken_support", [] { return scenes::make_shaken_chain(100); }},
     {"breathing_rods", [] { return scenes::make_breathing_chain(100); }},

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "solve/gram_solver.hpp"
+#include "solve/island_group.hpp"
+#include "solve/sweep.hpp"
+
+namespace tanor {
+
+/// Islands that no short way serves, beside others that one does: the general way, assembly and sparse factors (see
+/// GramSolver), of their own rows alone.
+class GeneralSweep final : public Sweep {
+ public:
+  /// `incidences` of K.
+  GeneralSweep(IslandGroup group, std::span<const Incidence> incidences);
+
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+                    double* w) override;
+  Elimination factorize(const Parallel& parallel, const double* blocks) override;
+  void solve_negative(const Parallel& parallel, const double* b, double* x) override;
+  bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  const Summary& summary() const override { return summary_; }
+  const GramSolver::Summary& factor() const { return solver_.summary(); }
+
+ private:
+  void refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda, Elimination* found);
+
+  IslandGroup group_;
+  GramSolver solver_;  // its rows are the group's, one after the other
+  const bool has_constant_gradients_;
+  bool is_factorized_ = false;
+  double reciprocal_condition_ = 1.0;  // of the last factor
+  std::vector<double> own_rows_;       // [row of the group] b and x of the solver
+  std::vector<double> rows_, dw_;      // [d], [3n] scratch
+  Summary summary_;
+};
+
+}  // namespace tanor

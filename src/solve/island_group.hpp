@@ -1,0 +1,42 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "assembly/reactions.hpp"
+#include "base/runs.hpp"
+#include "evaluate/constraints.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Some islands of a system with all that is theirs: what they are asked for reads and writes their rows and their
+/// moving points alone.
+struct IslandGroup {
+  /// `gather` of K lambda, `incidences` of K; all but `numbering`, `islands` and `incidences` are kept as they are
+  /// given.
+  IslandGroup(const Constraints& constraints, const ReactionGather& gather, std::span<const Incidence> incidences,
+              const Numbering& numbering, std::span<const double> inverse_mass, std::span<const Index> islands);
+
+  const Constraints& constraints;
+  const ReactionGather& gather;
+  std::span<const double> inverse_mass;  ///< [point]
+  Runs rows, points;
+  std::vector<Index> island_start;  ///< first row of each island, counted in `rows`, then how many there are
+  Constraints::Selection members;
+
+  std::size_t num_islands() const { return island_start.size() - 1; }
+
+  /// points += M^-1 K lambda [3n]
+  void add_reactions(const Parallel& parallel, const double* blocks, const double* lambda, double* to) const {
+    gather.add_scaled(parallel, blocks, lambda, inverse_mass.data(), points, to);
+  }
+  /// y += x [d]
+  void add_rows(const Parallel& parallel, const double* x, double* y) const {
+    rows.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t a = begin; a < end; ++a) y[a] += x[a];
+    });
+  }
+};
+
+}  // namespace tanor
