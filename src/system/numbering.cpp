@@ -21,6 +21,11 @@ struct Lists {
     return {entries.data() + start[k], static_cast<std::size_t>(start[k + 1] - start[k])};
   }
   std::size_t size() const { return start.size() - 1; }
+  void end_list() { start.push_back(static_cast<Index>(entries.size())); }
+  void clear() {
+    start.assign(1, 0);
+    entries.clear();
+  }
 };
 
 Lists transpose(const Lists& lists, std::size_t num_entries) {
@@ -36,25 +41,79 @@ Lists transpose(const Lists& lists, std::size_t num_entries) {
   return result;
 }
 
-/// Breadth-first search over the points that constraints connect.
-class Search {
+/// What constraints connect, by numbers of its own: points and members as a search from one of its points finds them.
+/// However the user numbers them, neighbours are near each other in memory here.
+struct Island {
+  std::vector<Index> points, members;  // the user's
+  Lists points_of_member, members_of_point;
+
+  void clear() {
+    points.clear();
+    members.clear();
+    points_of_member.clear();
+    members_of_point.clear();
+  }
+};
+
+/// Finds islands one after the other, each once.
+class Islands {
  public:
-  Search(const Lists& points_of_member, const Lists& members_of_point)
+  Islands(const Lists& points_of_member, const Lists& members_of_point)
       : points_of_member_(points_of_member),
         members_of_point_(members_of_point),
-        point_mark_(members_of_point.size(), -1),
-        member_mark_(points_of_member.size(), -1) {}
+        point_name_(members_of_point.size(), -1),
+        member_name_(points_of_member.size(), -1) {}
 
-  /// The points of the island of `root` in the order of their distance.
-  const std::vector<Index>& visit(Index root) {
-    ++sweep_;
+  bool have(Index point) const { return point_name_[point] >= 0; }
+
+  /// That of `root`, whose points are in the order of their distance from it. Until the next call.
+  const Island& find(Index root) {
+    island_.clear();
+    (void)name(root, &point_name_, &island_.points);
+    for (std::size_t head = 0; head < island_.points.size(); ++head) {
+      for (const Index member : members_of_point_[island_.points[head]]) {
+        if (member_name_[member] < 0) {
+          for (const Index point : points_of_member_[member])
+            island_.points_of_member.entries.push_back(name(point, &point_name_, &island_.points));
+          island_.points_of_member.end_list();
+        }
+        island_.members_of_point.entries.push_back(name(member, &member_name_, &island_.members));
+      }
+      island_.members_of_point.end_list();
+    }
+    return island_;
+  }
+
+ private:
+  static Index name(Index number, std::vector<Index>* names, std::vector<Index>* named) {
+    Index& result = (*names)[number];
+    if (result < 0) {
+      result = static_cast<Index>(named->size());
+      named->push_back(number);
+    }
+    return result;
+  }
+
+  const Lists& points_of_member_;
+  const Lists& members_of_point_;
+  std::vector<Index> point_name_, member_name_;  // in their island; -1: not found so far
+  Island island_;
+};
+
+/// Breadth-first searches over an island.
+class Search {
+ public:
+  /// The island's points in the order of their distance from `root`.
+  const std::vector<Index>& visit(const Island& island, Index root) {
+    point_seen_.assign(island.points.size(), 0);
+    member_seen_.assign(island.members.size(), 0);
     order_.assign(1, root);
-    point_mark_[root] = sweep_;
+    point_seen_[root] = 1;
     for (std::size_t head = 0; head < order_.size(); ++head) {
-      for (const Index member : members_of_point_[order_[head]]) {
-        if (std::exchange(member_mark_[member], sweep_) == sweep_) continue;
-        for (const Index point : points_of_member_[member]) {
-          if (std::exchange(point_mark_[point], sweep_) != sweep_) order_.push_back(point);
+      for (const Index member : island.members_of_point[order_[head]]) {
+        if (std::exchange(member_seen_[member], 1) != 0) continue;
+        for (const Index point : island.points_of_member[member]) {
+          if (std::exchange(point_seen_[point], 1) == 0) order_.push_back(point);
         }
       }
     }
@@ -62,11 +121,8 @@ class Search {
   }
 
  private:
-  const Lists& points_of_member_;
-  const Lists& members_of_point_;
-  std::vector<int> point_mark_, member_mark_;
+  std::vector<char> point_seen_, member_seen_;
   std::vector<Index> order_;
-  int sweep_ = -1;
 };
 
 /// Points that are islands by themselves, in the user's order but for this: those with the same kinds of constraints
@@ -105,30 +161,26 @@ Numbering number(const System& system) {
 
   // Members and the moving points that they join.
   Lists points_of_member;
-  std::vector<int> rows_of_member;
-  std::vector<Index> user_first_row;
-  Index num_rows = 0;
+  std::vector<Index> user_first_row{0};  // of each member, and the number of rows
   const auto add_member = [&](std::span<const Index> points, int rows) {
     for (const Index point : points) {
       if (!is_support[point]) points_of_member.entries.push_back(point);
     }
-    points_of_member.start.push_back(static_cast<Index>(points_of_member.entries.size()));
-    rows_of_member.push_back(rows);
-    user_first_row.push_back(num_rows);
-    num_rows += rows;
+    points_of_member.end_list();
+    user_first_row.push_back(user_first_row.back() + rows);
   };
   for_each_member(system, add_member);
   Numbering result;
-  result.num_user_rows = static_cast<std::size_t>(num_rows);
+  result.num_user_rows = static_cast<std::size_t>(user_first_row.back());
   for (const Contact& contact : list_contacts(system)) {
     if (contact.can_stick) add_member({&contact.point, 1}, contact.num_tangents());
   }
   const Lists members_of_point = transpose(points_of_member, num_points);
-  const std::size_t num_members = rows_of_member.size();
+  const std::size_t num_members = points_of_member.size();
 
   result.user_point.reserve(num_points);
   result.inner_point.assign(num_points, -1);
-  result.user_row.reserve(num_rows);
+  result.user_row.reserve(user_first_row.back());
   result.member_row.assign(num_members, -1);
   result.island_start.push_back(0);
   const auto append_point = [&](Index point) {
@@ -138,29 +190,32 @@ Numbering number(const System& system) {
 
   const auto append_member = [&](Index member) {
     result.member_row[member] = static_cast<Index>(result.user_row.size());
-    for (int k = 0; k < rows_of_member[member]; ++k) result.user_row.push_back(user_first_row[member] + k);
+    for (Index row = user_first_row[member]; row < user_first_row[member + 1]; ++row) result.user_row.push_back(row);
   };
 
-  // Each island from a far end (two sweeps find one), then backwards: what lies farthest comes first.
-  Search search(points_of_member, members_of_point);
-  std::vector<char> seen(num_points, 0), is_alone(num_points, 0);
+  // Each island from a far end (two searches find one), then backwards: what lies farthest comes first.
+  Islands islands(points_of_member, members_of_point);
+  Search search;
+  std::vector<char> is_numbered;  // [member of the island]
+  std::vector<char> is_alone(num_points, 0);
   const std::vector<Index> lone_points = list_lone_points(system, points_of_member, members_of_point);
   for (const Index point : lone_points) is_alone[point] = 1;
   auto next_alone = lone_points.begin();
   for (std::size_t place = 0; place < num_points; ++place) {
     const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
-    if (seen[root] || is_support[root] || members_of_point[root].empty()) continue;
-    Index far_end = search.visit(root).back();
-    far_end = search.visit(far_end).back();
-    const std::vector<Index>& order = search.visit(far_end);
+    if (islands.have(root) || is_support[root] || members_of_point[root].empty()) continue;
+    const Island& island = islands.find(root);
+    const Index far_end = search.visit(island, static_cast<Index>(island.points.size()) - 1).back();
+    const std::vector<Index>& order = search.visit(island, far_end);
+    is_numbered.assign(island.members.size(), 0);
     for (auto point = order.rbegin(); point != order.rend(); ++point) {
-      seen[*point] = 1;
-      append_point(*point);
+      append_point(island.points[*point]);
       // A member is numbered with the first of its points: in a tree that is the rod towards the root. Those of this
       // point alone come first, so that a path which begins at a support runs along.
       for (const bool alone : {true, false}) {
-        for (const Index member : members_of_point[*point]) {
-          if (result.member_row[member] < 0 && (points_of_member[member].size() == 1) == alone) append_member(member);
+        for (const Index member : island.members_of_point[*point]) {
+          if ((island.points_of_member[member].size() == 1) != alone) continue;
+          if (std::exchange(is_numbered[member], 1) == 0) append_member(island.members[member]);
         }
       }
     }
@@ -171,7 +226,7 @@ Numbering number(const System& system) {
     if (result.member_row[member] < 0) append_member(static_cast<Index>(member));
   }
   for (std::size_t point = 0; point < num_points; ++point) {
-    if (!seen[point] && !is_support[point]) append_point(static_cast<Index>(point));
+    if (!islands.have(static_cast<Index>(point)) && !is_support[point]) append_point(static_cast<Index>(point));
   }
   result.num_moving = result.user_point.size();
   for (std::size_t point = 0; point < num_points; ++point) {
