@@ -12,12 +12,13 @@ namespace tanor {
 
 namespace {
 
-/// Lists of numbers, one after the other: list k is [start[k], start[k + 1]).
+/// Lists, one after the other: list k is [start[k], start[k + 1]).
+template <class Entry>
 struct Lists {
   std::vector<Index> start{0};
-  std::vector<Index> entries;
+  std::vector<Entry> entries;
 
-  std::span<const Index> operator[](Index k) const {
+  std::span<const Entry> operator[](Index k) const {
     return {entries.data() + start[k], static_cast<std::size_t>(start[k + 1] - start[k])};
   }
   std::size_t size() const { return start.size() - 1; }
@@ -28,15 +29,23 @@ struct Lists {
   }
 };
 
-Lists transpose(const Lists& lists, std::size_t num_entries) {
-  Lists result;
-  result.start.assign(num_entries + 1, 0);
-  for (const Index entry : lists.entries) ++result.start[entry + 1];
+/// A member at one of its points, and the other one where it joins two: -1 where it joins more or none.
+struct Joint {
+  Index member, other;
+};
+
+Lists<Joint> list_joints(const Lists<Index>& points_of_member, std::size_t num_points) {
+  Lists<Joint> result;
+  result.start.assign(num_points + 1, 0);
+  for (const Index point : points_of_member.entries) ++result.start[point + 1];
   std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
-  result.entries.resize(lists.entries.size());
+  result.entries.resize(points_of_member.entries.size());
   std::vector<Index> next(result.start.begin(), result.start.end() - 1);
-  for (std::size_t k = 0; k < lists.size(); ++k) {
-    for (const Index entry : lists[static_cast<Index>(k)]) result.entries[next[entry]++] = static_cast<Index>(k);
+  for (std::size_t k = 0; k < points_of_member.size(); ++k) {
+    const auto member = static_cast<Index>(k);
+    const std::span<const Index> points = points_of_member[member];
+    for (const Index point : points)
+      result.entries[next[point]++] = {member, points.size() == 2 ? points[0] + points[1] - point : -1};
   }
   return result;
 }
@@ -45,7 +54,7 @@ Lists transpose(const Lists& lists, std::size_t num_entries) {
 /// However the user numbers them, neighbours are near each other in memory here.
 struct Island {
   std::vector<Index> points, members;  // the user's
-  Lists points_of_member, members_of_point;
+  Lists<Index> points_of_member, members_of_point;
 
   void clear() {
     points.clear();
@@ -58,10 +67,10 @@ struct Island {
 /// Finds islands one after the other, each once.
 class Islands {
  public:
-  Islands(const Lists& points_of_member, const Lists& members_of_point)
+  Islands(const Lists<Index>& points_of_member, const Lists<Joint>& joints_of_point)
       : points_of_member_(points_of_member),
-        members_of_point_(members_of_point),
-        point_name_(members_of_point.size(), -1),
+        joints_of_point_(joints_of_point),
+        point_name_(joints_of_point.size(), -1),
         member_name_(points_of_member.size(), -1) {}
 
   bool have(Index point) const { return point_name_[point] >= 0; }
@@ -69,15 +78,11 @@ class Islands {
   /// That of `root`, whose points are in the order of their distance from it. Until the next call.
   const Island& find(Index root) {
     island_.clear();
-    (void)name(root, &point_name_, &island_.points);
+    name_point(root);
     for (std::size_t head = 0; head < island_.points.size(); ++head) {
-      for (const Index member : members_of_point_[island_.points[head]]) {
-        if (member_name_[member] < 0) {
-          for (const Index point : points_of_member_[member])
-            island_.points_of_member.entries.push_back(name(point, &point_name_, &island_.points));
-          island_.points_of_member.end_list();
-        }
-        island_.members_of_point.entries.push_back(name(member, &member_name_, &island_.members));
+      for (const auto& [member, other] : joints_of_point_[island_.points[head]]) {
+        if (member_name_[member] < 0) name_member(member, static_cast<Index>(head), other);
+        island_.members_of_point.entries.push_back(member_name_[member]);
       }
       island_.members_of_point.end_list();
     }
@@ -85,17 +90,28 @@ class Islands {
   }
 
  private:
-  static Index name(Index number, std::vector<Index>* names, std::vector<Index>* named) {
-    Index& result = (*names)[number];
-    if (result < 0) {
-      result = static_cast<Index>(named->size());
-      named->push_back(number);
+  Index name_point(Index point) {
+    Index& name = point_name_[point];
+    if (name < 0) {
+      name = static_cast<Index>(island_.points.size());
+      island_.points.push_back(point);
     }
-    return result;
+    return name;
+  }
+  void name_member(Index member, Index head, Index other) {
+    member_name_[member] = static_cast<Index>(island_.members.size());
+    island_.members.push_back(member);
+    std::vector<Index>& points = island_.points_of_member.entries;
+    if (other >= 0) {  // one look into a long list less
+      points.insert(points.end(), {head, name_point(other)});
+    } else {
+      for (const Index point : points_of_member_[member]) points.push_back(name_point(point));
+    }
+    island_.points_of_member.end_list();
   }
 
-  const Lists& points_of_member_;
-  const Lists& members_of_point_;
+  const Lists<Index>& points_of_member_;
+  const Lists<Joint>& joints_of_point_;
   std::vector<Index> point_name_, member_name_;  // in their island; -1: not found so far
   Island island_;
 };
@@ -127,8 +143,8 @@ class Search {
 
 /// Points that are islands by themselves, in the user's order but for this: those with the same kinds of constraints
 /// follow one another.
-std::vector<Index> list_lone_points(const System& system, const Lists& points_of_member,
-                                    const Lists& members_of_point) {
+std::vector<Index> list_lone_points(const System& system, const Lists<Index>& points_of_member,
+                                    const Lists<Joint>& joints_of_point) {
   std::vector<std::uint64_t> kind_of_member;
   for (const Constraint& constraint : system.constraints) {
     const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, constraint);
@@ -136,12 +152,14 @@ std::vector<Index> list_lone_points(const System& system, const Lists& points_of
   }
   kind_of_member.resize(points_of_member.size(), 0);  // those of contacts
   std::vector<std::pair<std::uint64_t, Index>> points;
-  for (std::size_t point = 0; point < members_of_point.size(); ++point) {
-    const std::span<const Index> members = members_of_point[static_cast<Index>(point)];
-    const auto is_alone = [&](Index member) { return points_of_member[member].size() == 1; };
-    if (members.empty() || !std::all_of(members.begin(), members.end(), is_alone)) continue;
+  for (std::size_t point = 0; point < joints_of_point.size(); ++point) {
+    const std::span<const Joint> joints = joints_of_point[static_cast<Index>(point)];
+    const auto is_alone = [&](const Joint& joint) {
+      return joint.other < 0 && points_of_member[joint.member].size() == 1;
+    };
+    if (joints.empty() || !std::all_of(joints.begin(), joints.end(), is_alone)) continue;
     std::uint64_t kinds = 0;
-    for (const Index member : members) kinds = kinds << 4 | kind_of_member[static_cast<std::size_t>(member)];
+    for (const Joint& joint : joints) kinds = kinds << 4 | kind_of_member[static_cast<std::size_t>(joint.member)];
     points.emplace_back(kinds, static_cast<Index>(point));
   }
   std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -160,7 +178,7 @@ Numbering number(const System& system) {
   }
 
   // Members and the moving points that they join.
-  Lists points_of_member;
+  Lists<Index> points_of_member;
   std::vector<Index> user_first_row{0};  // of each member, and the number of rows
   const auto add_member = [&](std::span<const Index> points, int rows) {
     for (const Index point : points) {
@@ -175,7 +193,7 @@ Numbering number(const System& system) {
   for (const Contact& contact : list_contacts(system)) {
     if (contact.can_stick) add_member({&contact.point, 1}, contact.num_tangents());
   }
-  const Lists members_of_point = transpose(points_of_member, num_points);
+  const Lists<Joint> joints_of_point = list_joints(points_of_member, num_points);
   const std::size_t num_members = points_of_member.size();
 
   result.user_point.reserve(num_points);
@@ -194,16 +212,16 @@ Numbering number(const System& system) {
   };
 
   // Each island from a far end (two searches find one), then backwards: what lies farthest comes first.
-  Islands islands(points_of_member, members_of_point);
+  Islands islands(points_of_member, joints_of_point);
   Search search;
   std::vector<char> is_numbered;  // [member of the island]
   std::vector<char> is_alone(num_points, 0);
-  const std::vector<Index> lone_points = list_lone_points(system, points_of_member, members_of_point);
+  const std::vector<Index> lone_points = list_lone_points(system, points_of_member, joints_of_point);
   for (const Index point : lone_points) is_alone[point] = 1;
   auto next_alone = lone_points.begin();
   for (std::size_t place = 0; place < num_points; ++place) {
     const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
-    if (islands.have(root) || is_support[root] || members_of_point[root].empty()) continue;
+    if (islands.have(root) || is_support[root] || joints_of_point[root].empty()) continue;
     const Island& island = islands.find(root);
     const Index far_end = search.visit(island, static_cast<Index>(island.points.size()) - 1).back();
     const std::vector<Index>& order = search.visit(island, far_end);
