@@ -64,6 +64,17 @@ struct Island {
   }
 };
 
+/// Every point is joined to two others, by members of two points.
+bool is_ring(const Island& island) {
+  const auto are_pairs = [](const Lists<Index>& lists) {
+    for (std::size_t k = 0; k < lists.size(); ++k) {
+      if (lists[static_cast<Index>(k)].size() != 2) return false;
+    }
+    return true;
+  };
+  return island.points.size() > 2 && are_pairs(island.members_of_point) && are_pairs(island.points_of_member);
+}
+
 /// Finds islands one after the other, each once.
 class Islands {
  public:
@@ -211,18 +222,22 @@ Numbering number(const System& system) {
     for (Index row = user_first_row[member]; row < user_first_row[member + 1]; ++row) result.user_row.push_back(row);
   };
 
-  // Each island from a far end (two searches find one), then backwards: what lies farthest comes first.
-  Islands islands(points_of_member, joints_of_point);
+  // Round a ring, the member between two points after the first one of them.
+  const auto append_ring = [&](const Island& island) {
+    const auto other = [](std::span<const Index> pair, Index one) { return pair[0] == one ? pair[1] : pair[0]; };
+    Index point = 0, member = island.members_of_point[0][0];
+    for (std::size_t k = 0; k < island.points.size(); ++k) {
+      append_point(island.points[point]);
+      append_member(island.members[member]);
+      point = other(island.points_of_member[member], point);
+      member = other(island.members_of_point[point], member);
+    }
+  };
+
+  // Others from a far end (two searches find one), then backwards: what lies farthest comes first.
   Search search;
   std::vector<char> is_numbered;  // [member of the island]
-  std::vector<char> is_alone(num_points, 0);
-  const std::vector<Index> lone_points = list_lone_points(system, points_of_member, joints_of_point);
-  for (const Index point : lone_points) is_alone[point] = 1;
-  auto next_alone = lone_points.begin();
-  for (std::size_t place = 0; place < num_points; ++place) {
-    const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
-    if (islands.have(root) || is_support[root] || joints_of_point[root].empty()) continue;
-    const Island& island = islands.find(root);
+  const auto append_from_far_end = [&](const Island& island) {
     const Index far_end = search.visit(island, static_cast<Index>(island.points.size()) - 1).back();
     const std::vector<Index>& order = search.visit(island, far_end);
     is_numbered.assign(island.members.size(), 0);
@@ -237,6 +252,18 @@ Numbering number(const System& system) {
         }
       }
     }
+  };
+
+  Islands islands(points_of_member, joints_of_point);
+  std::vector<char> is_alone(num_points, 0);
+  const std::vector<Index> lone_points = list_lone_points(system, points_of_member, joints_of_point);
+  for (const Index point : lone_points) is_alone[point] = 1;
+  auto next_alone = lone_points.begin();
+  for (std::size_t place = 0; place < num_points; ++place) {
+    const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
+    if (islands.have(root) || is_support[root] || joints_of_point[root].empty()) continue;
+    const Island& island = islands.find(root);
+    is_ring(island) ? append_ring(island) : append_from_far_end(island);
     result.island_start.push_back(static_cast<Index>(result.user_row.size()));
   }
 
