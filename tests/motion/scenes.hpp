@@ -71,22 +71,6 @@ inline System make_chain(std::size_t count, bool anchored = true) {
   return system;
 }
 
-/// `count` rods round a circle, every other bead above it, falling.
-inline System make_ring(std::size_t count) {
-  System system;
-  Rods rods{"rods", {}, {}, {}};
-  const double step = 6.283185307179586 / static_cast<double>(count), radius = spacing / step;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double angle = step * static_cast<double>(k);
-    const Index i =
-        add_point({radius * std::cos(angle), radius * std::sin(angle), k % 2 == 0 ? 0.0 : spacing}, &system);
-    rods.pairs.push_back({i, static_cast<Index>((k + 1) % count)});
-  }
-  system.constraints = {rods};
-  system.forces = {gravity};
-  return system;
-}
-
 /// A pendulum of one rod, at rest and horizontal.
 inline System make_pendulum() {
   return make_chain(1);
