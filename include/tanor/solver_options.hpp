@@ -27,7 +27,7 @@ enum class FrictionMethod {
 enum class Way {
   Auto,       ///< each island the shortest one that serves it
   General,    ///< assembly and sparse factorization
-  Paths,      ///< every island is a path of rods: elimination along it, from both ends
+  Paths,      ///< every island is a path or a ring of rods: elimination along it, from both ends
   Trees,      ///< every island is a tree of rods, or closes a few rings: elimination from the leaves to the root
   Bundles,    ///< small islands of equal structure: eliminated side by side
   ClosedForm  ///< no constraint joins two moving points: point by point

@@ -75,17 +75,17 @@ struct Builder {
 
   Builder(const System& s, const Numbering& n, double start)
       : system(s), numbering(n), t(start), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
+    std::vector<Member> member_of_row(numbering.num_rows(), {-1, -1, -1});  // with this first row
     std::size_t counter = 0;
     for (std::size_t g = 0; g < system.constraints.size(); ++g) {
-      const Constraint& constraint = system.constraints[g];
-      auto& members = members_of_kind[constraint.index()];
-      const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, constraint);
+      const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, system.constraints[g]);
       for (std::size_t k = 0; k < count; ++k) {
-        members.push_back({numbering.member_row[counter++], static_cast<Index>(g), static_cast<Index>(k)});
+        const Index row = numbering.member_row[counter++];
+        member_of_row[row] = {row, static_cast<Index>(g), static_cast<Index>(k)};
       }
     }
-    for (auto& members : members_of_kind) {
-      std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.row < b.row; });
+    for (const Member& member : member_of_row) {
+      if (member.row >= 0) members_of_kind[system.constraints[member.group].index()].push_back(member);
     }
   }
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solve/path_sweep.hpp"
+#include "solve/path_half.hpp"
 
 /// \file The two sweeps of PathSweep over the halves of one path, some rods at a time: what a chunk needs lies in the
 /// first cache from its evaluation to its last number.
@@ -11,41 +11,6 @@ using paths::chunk_size, paths::Towards;
 
 /// Fewer rows stay in the second cache of all machines, and need no announcement (about 140 bytes each).
 constexpr std::size_t rows_beyond_cache = 16384;
-
-/// One of the two halves of a path on its way to the middle.
-struct PathSweep::Half {
-  Towards towards;
-  std::size_t next, rows_left;  ///< the right half counts down: its next chunk ends at `next`
-  std::size_t first = 0;        ///< row of the chunk
-  paths::Chunk chunk;
-  paths::Determinants determinants{};
-  paths::PivotRange pivots{};
-  double largest = 0.0;
-  Eliminated end{};  ///< of the last row so far
-
-  Half(Towards direction, std::size_t start, std::size_t rows) : towards(direction), next(start), rows_left(rows) {}
-
-  bool is_rightwards() const { return towards == Towards::Right; }
-  void advance() {
-    chunk.count = std::min(rows_left, chunk_size);
-    rows_left -= chunk.count;
-    first = is_rightwards() ? next : next - chunk.count;
-    next = is_rightwards() ? next + chunk.count : first;
-    // The row eliminated before lies beside the chunk.
-    const std::size_t slot = is_rightwards() ? 0 : chunk.count + 1;
-    chunk.set_direction(slot, end.g);
-    chunk.inverse_pivot[slot] = end.inverse_pivot;
-  }
-  /// Rows of the chunk after this one.
-  std::size_t next_count() const { return std::min(rows_left, chunk_size); }
-  std::size_t next_first() const { return is_rightwards() ? next : next - next_count(); }
-  void remember_last_row() {
-    if (chunk.count == 0) return;
-    const std::size_t slot = is_rightwards() ? chunk.count : 1;
-    end.g = chunk.direction(slot);
-    end.inverse_pivot = chunk.inverse_pivot[slot];
-  }
-};
 
 /// What the elimination of rows [first, first + count) will read and write.
 void PathSweep::announce(const Path& path, const Numbers& numbers, std::size_t first, std::size_t count,
@@ -63,6 +28,7 @@ void PathSweep::announce(const Path& path, const Numbers& numbers, std::size_t f
   if (block_.empty()) upcoming->add(numbers.given_blocks + 3 * (first_block_ + first), vector * count);
   upcoming->add(&inverse_pivot_[first], number * count);
   upcoming->add(&factor_[first], number * count);
+  if (path.is_ring) upcoming->add(&spike_[first], number * count);
 }
 
 /// Likewise of the way back.
@@ -74,6 +40,7 @@ void PathSweep::announce(const Path& path, const Substituted& numbers, std::size
   upcoming->add(numbers.lambda + first, number * count);
   upcoming->add(&inverse_pivot_[first], number * count);
   upcoming->add(&factor_[first], number * count);
+  if (path.is_ring) upcoming->add(&spike_[first], number * count);
   if (block_.empty()) upcoming->add(numbers.blocks + 3 * (first_block_ + first), vector * count);
   if (numbers.b != nullptr) upcoming->add(numbers.b + first, number * count);
   upcoming->add(&inverse_mass_[point], number * (count - 1));
@@ -99,15 +66,17 @@ void PathSweep::eliminate_halves(const Path& path, const Numbers& numbers, Halve
                            &half->pivots);
       half->remember_last_row();
     }
-    if (numbers.b == nullptr) continue;
-    const auto substitution = [&](const Half& half) {
-      return paths::Substitution{numbers.b + half.first, factor_.data() + half.first, numbers.y + half.first,
-                                 half.chunk.count, half.end.y};
-    };
-    paths::Substitution of_left = substitution(left), of_right = substitution(right);
-    paths::substitute_inwards(&of_left, &of_right);
-    left.end.y = of_left.last;
-    right.end.y = of_right.last;
+    if (numbers.b != nullptr) {
+      const auto substitution = [&](const Half& half) {
+        return paths::Substitution{numbers.b + half.first, factor_.data() + half.first, numbers.y + half.first,
+                                   half.chunk.count, half.end.y};
+      };
+      paths::Substitution of_left = substitution(left), of_right = substitution(right);
+      paths::substitute_inwards(&of_left, &of_right);
+      left.end.y = of_left.last;
+      right.end.y = of_right.last;
+    }
+    if (path.is_ring) spread_spikes(path, numbers, &left, &right);
   }
   for (Half* half : {&left, &right}) half->end.range = {half->pivots.smallest, half->pivots.largest, half->largest};
   if (includes(halves, Halves::Left)) work->left_end = left.end;
@@ -160,14 +129,18 @@ void PathSweep::take_rows(const Path& path, const Numbers& numbers, Half* half) 
   paths::assemble(half->towards, &chunk);
 }
 
+/// From a row's left point to its right one.
+Vec3 PathSweep::apart(const Path& path, std::size_t row, const FreeMotion& motion) const {
+  const Vec3 a = load(motion.r, path.right_point(row)) - load(motion.r, path.left_point(row));
+  return offset_.empty() ? a : a + offset_[row];
+}
+
 /// A row on its own: its block and b; returns its direction along the path.
 Vec3 PathSweep::evaluate_row(const Path& path, std::size_t row, const Numbers& numbers) const {
   if (numbers.motion == nullptr) return direction(numbers.given_blocks, row);
   const auto& [r, v, w0, uniform] = *numbers.motion;
   const std::size_t i = path.left_point(row), j = path.right_point(row);
-  Vec3 a = load(r, j) - load(r, i);
-  if (!offset_.empty()) a = a + offset_[row];
-  const Distance rho(a, load(v, j) - load(v, i));
+  const Distance rho(apart(path, row, *numbers.motion), load(v, j) - load(v, i));
   const Vec3 left = uniform != nullptr && !path.begins_at_support(row) ? *uniform : load(w0, i);
   const Vec3 right = uniform != nullptr && !path.ends_at_support(row) ? *uniform : load(w0, j);
   // phi = rho'' - l''
@@ -202,6 +175,7 @@ void PathSweep::eliminate_middle(std::size_t p, const Numbers& numbers, Work* wo
   range.include(left.range);
   range.include(right.range);
   work->range = range;
+  if (path.is_ring) eliminate_closing_row(p, numbers, work);
 }
 
 /// From the middle outwards: the next rods' lambda, w of the points between them and the rods before, and what K'dw + b
@@ -233,6 +207,10 @@ void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Hal
     };
     place(&to_left, begin);
     place(&to_right, end);
+    if (path.is_ring) {
+      paths::add(numbers.lambda[path.closing_row()], spike_.data() + begin, to_left.count, to_left.lambda);
+      paths::add(numbers.lambda[path.closing_row()], spike_.data() + end, to_right.count, to_right.lambda);
+    }
     const std::size_t after = end + to_right.count, more_left = std::min(begin - first, chunk_size);
     upcoming.clear();
     announce(path, numbers, begin - more_left, more_left, &upcoming);
@@ -260,7 +238,8 @@ void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Hal
   }
   if (goes_left) {
     const Vec3 dw =
-        path.begins_at_support(first) ? Vec3{} : accelerate_end(numbers, first, path.left_point(first), -1.0);
+        path.begins_at_support(first) ? Vec3{} : accelerate_end(path, numbers, first, path.left_point(first), -1.0);
+    of_left.end_dw = dw;
     if (first == middle) {
       of_left.dw = dw;
     } else {
@@ -270,7 +249,8 @@ void PathSweep::substitute_halves(std::size_t p, const Substituted& numbers, Hal
   }
   if (goes_right) {
     const std::size_t row = last - 1;
-    const Vec3 dw = path.ends_at_support(row) ? Vec3{} : accelerate_end(numbers, row, path.right_point(row), 1.0);
+    const Vec3 dw = path.ends_at_support(row) ? Vec3{} : accelerate_end(path, numbers, row, path.right_point(row), 1.0);
+    of_right.end_dw = dw;
     if (row == middle) {
       of_right.dw = dw;
     } else {
@@ -301,10 +281,12 @@ paths::Ends PathSweep::accelerate(const Path& path, const Substituted& numbers, 
                            residual);
 }
 
-/// A free end: dw = K lambda/m of its only rod.
-Vec3 PathSweep::accelerate_end(const Substituted& numbers, std::size_t row, std::size_t point, double sense) const {
-  const Vec3 force = sense * numbers.lambda[row] * direction(numbers.blocks, row);
-  const Vec3 dw = inverse_mass_[point] * force;
+/// A free end: dw = K lambda/m of its only rod, or of that and the one that closes the ring.
+Vec3 PathSweep::accelerate_end(const Path& path, const Substituted& numbers, std::size_t row, std::size_t point,
+                               double sense) const {
+  const auto tension = [&](std::size_t of) { return numbers.lambda[of] * direction(numbers.blocks, of); };
+  const Vec3 force = path.is_ring ? tension(row) - tension(path.closing_row()) : tension(row);
+  const Vec3 dw = (sense * inverse_mass_[point]) * force;
   store(numbers.w, point, (numbers.uniform != nullptr ? *numbers.uniform : load(numbers.w, point)) + dw);
   return dw;
 }

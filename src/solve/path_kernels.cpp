@@ -274,6 +274,25 @@ Ends accelerate(const Between& between, double* residual) {
 }
 
 TANOR_EACH_INSTRUCTION_SET
+double sum_of_products(const double* x, const double* y, const double* d, std::size_t count) {
+  Lane sums{};
+  std::size_t k = 0;
+  for (; k + 8 <= count; k += 8) {
+    sums += *reinterpret_cast<const Lane*>(x + k) * *reinterpret_cast<const Lane*>(y + k) *
+            *reinterpret_cast<const Lane*>(d + k);
+  }
+  double sum = 0.0;
+  for (; k < count; ++k) sum += x[k] * y[k] * d[k];
+  for (int s = 0; s < 8; ++s) sum += sums[s];
+  return sum;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add(double factor, const double* __restrict x, std::size_t count, double* __restrict y) {
+  for (std::size_t k = 0; k < count; ++k) y[k] += factor * x[k];
+}
+
+TANOR_EACH_INSTRUCTION_SET
 double largest_magnitude(const double* x, std::size_t count, double so_far) {
   Lane largest = so_far - Lane{};
   double nothing = 0.0;  // or NaN, where some number is no number

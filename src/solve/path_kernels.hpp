@@ -132,6 +132,12 @@ struct Ends {
 };
 Ends accelerate(const Between& between, double* residual);
 
+/// Sum of x_k y_k d_k.
+double sum_of_products(const double* x, const double* y, const double* d, std::size_t count);
+
+/// y += factor x
+void add(double factor, const double* x, std::size_t count, double* y);
+
 /// max(so_far, |x_k|); NaNs are not seen.
 double largest_magnitude(const double* x, std::size_t count, double so_far);
 

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-/// \file Which systems are paths, and which thread takes what; the sweeps themselves are in path_halves.cpp.
+/// \file Which systems are paths, and which thread takes what; the sweeps themselves are in path_halves.cpp,
+/// what closes a ring in path_rings.cpp.
 namespace tanor {
 
 namespace {
@@ -34,23 +35,28 @@ std::unique_ptr<PathSweep> PathSweep::make(const Constraints& constraints, const
   return result;
 }
 
-/// False where the island is no path.
+/// False where the island is no path and no ring.
 bool PathSweep::add_path(const Numbering& numbering, Index island, std::span<const std::array<Index, 2>> ends) {
+  const auto joins = [&](std::size_t row, Index a, Index b) {
+    return ends[row] == std::array{a, b} || ends[row] == std::array{b, a};
+  };
   const auto num_moving = static_cast<Index>(numbering.num_moving);
   const Index* const start = numbering.island_start.data() + island;
   Path path{.first = static_cast<std::size_t>(start[0]), .end = static_cast<std::size_t>(start[1]), .shift = 0};
   const auto& [i, j] = ends[path.first];
   const Index low = std::min(i, j), high = std::max(i, j),
               last = std::max(ends[path.end - 1][0], ends[path.end - 1][1]);
+  const auto num_rows = static_cast<Index>(path.end - path.first);
+  path.is_ring = num_rows > 2 && high < num_moving && joins(path.end - 1, low, low + num_rows - 1);
+  if (path.is_ring) --path.end;
   if (high >= num_moving) path.left_support = high;
   if (path.end - path.first > 1 && last >= num_moving) path.right_support = last;
   path.shift =
       static_cast<std::ptrdiff_t>(low) - static_cast<std::ptrdiff_t>(path.first) - (high >= num_moving ? 1 : 0);
-  for (std::size_t row = path.first; row < path.end; ++row) {
+  for (std::size_t row = path.first; row < path.first + path.num_rows(); ++row) {
     const auto left = static_cast<Index>(path.left_point(row)), right = static_cast<Index>(path.right_point(row));
-    const bool is_turned = ends[row] == std::array{right, left};
-    if (!is_turned && ends[row] != std::array{left, right}) return false;
-    sign_[row] = is_turned ? -1 : 1;
+    if (!joins(row, left, right)) return false;
+    sign_[row] = ends[row][0] == left ? 1 : -1;
   }
   paths_.push_back(path);
   return true;
@@ -66,16 +72,27 @@ void PathSweep::finish() {
 
   for (std::vector<double>* array : {&inverse_pivot_, &factor_}) array->resize(num_rows);
   right_factor_.resize(paths_.size());
-  group_start_ = group_islands(paths_.size(), num_rows, [&](std::size_t p) { return paths_[p].end - paths_[p].first; });
+  const auto num_rings = static_cast<std::size_t>(
+      std::count_if(paths_.begin(), paths_.end(), [](const Path& path) { return path.is_ring; }));
+  if (num_rings > 0) spike_.resize(num_rows);
+  group_start_ = group_islands(paths_.size(), num_rows, [&](std::size_t p) { return paths_[p].num_rows(); });
   work_.resize(std::max(group_start_.size() - 1, std::min(paths_.size(), few_paths)));
 
-  constexpr double flops_a_row = 5.0;
+  constexpr double flops_a_row = 5.0, flops_a_spike = 7.0;
+  const auto count = [](std::size_t number, const std::string& what) {
+    return number == 1 ? "one " + what + " of rods" : std::to_string(number) + " " + what + "s of rods";
+  };
+  const std::size_t num_open = paths_.size() - num_rings;
   summary_ = {.name = "paths",
-              .reason = paths_.size() == 1 ? "one path of rods" : std::to_string(paths_.size()) + " paths of rods",
-              .parts = paths_.size(),
-              .pattern_nonzeros = 2 * num_rows - paths_.size(),
-              .factor_nonzeros = 2 * num_rows - paths_.size(),
-              .flops = flops_a_row * static_cast<double>(num_rows)};
+              .reason = (num_open > 0 ? count(num_open, "path") : "") + (num_open * num_rings > 0 ? ", " : "") +
+                        (num_rings > 0 ? count(num_rings, "ring") : ""),
+              .parts = paths_.size()};
+  for (const Path& path : paths_) {
+    const std::size_t rows = path.num_rows(), in_spike = path.is_ring ? rows - 3 : 0;  // the others are couplings
+    summary_.pattern_nonzeros += path.is_ring ? 2 * rows : 2 * rows - 1;
+    summary_.factor_nonzeros += (path.is_ring ? 2 * rows : 2 * rows - 1) + in_spike;
+    summary_.flops += flops_a_row * static_cast<double>(rows) + flops_a_spike * static_cast<double>(in_spike);
+  }
 }
 
 // ---- what all calls have in common: inwards over both halves, the row in the middle, and outwards again ----
@@ -136,8 +153,12 @@ Elimination PathSweep::solve(const Parallel& parallel, const FreeMotion& motion,
       },
       [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, substituted, halves, work); },
       [&](std::size_t p, Work* work) {
-        work->range.residual = larger(larger(work->left.residual, work->right.residual),
-                                      rest_of(substituted, paths_[p].middle(), work->left.dw, work->right.dw));
+        const Path& path = paths_[p];
+        double& residual = work->range.residual;
+        residual = larger(larger(work->left.residual, work->right.residual),
+                          rest_of(substituted, path.middle(), work->left.dw, work->right.dw));
+        if (!path.is_ring) return;
+        residual = larger(residual, rest_of(substituted, path.closing_row(), work->right.end_dw, work->left.end_dw));
       });
   return {range.reciprocal_condition(), range.right_side, range.residual};
 }
@@ -152,23 +173,24 @@ Elimination PathSweep::factorize(const Parallel& parallel, const double* blocks)
 
 void PathSweep::solve_negative(const Parallel& parallel, const double* b, double* x) {
   (void)run(
-      parallel, [&](std::size_t p, Halves halves, Work*) { eliminate_right_side(paths_[p], halves, b, x); },
-      [&](std::size_t p, Work*) { eliminate_middle_of(p, b, x); },
+      parallel, [&](std::size_t p, Halves halves, Work* work) { eliminate_right_side(paths_[p], halves, b, x, work); },
+      [&](std::size_t p, Work* work) { eliminate_middle_of(p, b, x, *work); },
       [&](std::size_t p, Halves halves, Work*) { substitute_right_side(p, halves, x); }, [](auto...) {});
 }
 
 bool PathSweep::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
   const Substituted numbers{nullptr, blocks, nullptr, rows, points};
   (void)run(
-      parallel, [&](std::size_t p, Halves halves, Work*) { eliminate_right_side(paths_[p], halves, rows, rows); },
-      [&](std::size_t p, Work*) { eliminate_middle_of(p, rows, rows); },
+      parallel,
+      [&](std::size_t p, Halves halves, Work* work) { eliminate_right_side(paths_[p], halves, rows, rows, work); },
+      [&](std::size_t p, Work* work) { eliminate_middle_of(p, rows, rows, *work); },
       [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, numbers, halves, work); }, [](auto...) {});
   return true;
 }
 
 // ---- one more right side ----
 
-void PathSweep::eliminate_right_side(const Path& path, Halves halves, const double* b, double* y) const {
+void PathSweep::eliminate_right_side(const Path& path, Halves halves, const double* b, double* y, Work* work) const {
   const double* const f = factor_.data();
   const std::size_t first = path.first, after = path.middle() + 1;
   const std::size_t num_left = includes(halves, Halves::Left) ? path.middle() - first : 0;
@@ -176,19 +198,33 @@ void PathSweep::eliminate_right_side(const Path& path, Halves halves, const doub
   paths::Substitution left{b + first, f + first, y + first, num_left, 0.0};
   paths::Substitution right{b + after, f + after, y + after, num_right, 0.0};
   paths::substitute_inwards(&left, &right);
+  if (!path.is_ring) return;
+  const auto sum = [&](std::size_t begin, std::size_t count) {
+    return paths::sum_of_products(spike_.data() + begin, y + begin, inverse_pivot_.data() + begin, count);
+  };
+  if (includes(halves, Halves::Left)) work->left_end.closing_y = sum(first, num_left);
+  if (includes(halves, Halves::Right)) work->right_end.closing_y = sum(after, num_right);
 }
 
-void PathSweep::eliminate_middle_of(std::size_t p, const double* b, double* y) const {
+void PathSweep::eliminate_middle_of(std::size_t p, const double* b, double* y, const Work& work) const {
   const std::size_t middle = paths_[p].middle();
   double y_middle = b[middle];
   if (middle > paths_[p].first) y_middle -= factor_[middle] * y[middle - 1];
   if (middle + 1 < paths_[p].end) y_middle -= right_factor_[p] * y[middle + 1];
   y[middle] = y_middle;
+  if (paths_[p].is_ring) eliminate_closing_row_of(paths_[p], b, y, work);
   start_outwards(p, y);
 }
 
+/// The closing row is the first one that is known; y := y + spike lambda of it is what the path is left with.
 void PathSweep::start_outwards(std::size_t p, double* y) const {
-  const std::size_t middle = paths_[p].middle();
+  const Path& path = paths_[p];
+  const std::size_t middle = path.middle();
+  if (path.is_ring) {
+    double& lambda = y[path.closing_row()];
+    lambda *= -inverse_pivot_[path.closing_row()];
+    y[middle] += lambda * spike_[middle];
+  }
   y[middle] *= -inverse_pivot_[middle];
 }
 
@@ -197,6 +233,11 @@ void PathSweep::substitute_right_side(std::size_t p, Halves halves, double* y) c
   const std::size_t first = paths_[p].first, middle = paths_[p].middle(), after = middle + 1;
   const std::size_t num_left = includes(halves, Halves::Left) ? middle - first : 0;
   const std::size_t num_right = includes(halves, Halves::Right) ? paths_[p].end - after : 0;
+  if (paths_[p].is_ring) {
+    const double lambda = y[paths_[p].closing_row()];
+    paths::add(lambda, spike_.data() + first, num_left, y + first);
+    paths::add(lambda, spike_.data() + after, num_right, y + after);
+  }
   paths::BackSubstitution left{d + first, f + first, y + first, num_left, f[middle], y[middle]};
   paths::BackSubstitution right{d + after, f + after, y + after, num_right, right_factor_[p], y[middle]};
   paths::Upcoming nothing;

@@ -15,6 +15,9 @@ namespace tanor {
 /// Islands that are paths of rods: point after point and rod after rod in the inner numbering, a support at either end
 /// or none. S is tridiagonal and is eliminated from both ends at once (a twisted factorization), up to the row in the
 /// middle: two chains of dependent operations in place of one, and two halves for two threads.
+///
+/// Or rings: paths whose free ends one rod more joins. Its row is eliminated last of all; its couplings e with the
+/// first and the last row of the path spread inwards to a spike, L^-1 e.
 class PathSweep final : public Sweep {
  public:
   /// Takes the islands that are such paths out of `islands`; null where none is.
@@ -34,7 +37,10 @@ class PathSweep final : public Sweep {
     std::size_t first, end;
     std::ptrdiff_t shift;
     Index left_support = -1, right_support = -1;
+    bool is_ring = false;  ///< row `end` joins the last point and the first one
 
+    std::size_t closing_row() const { return end; }
+    std::size_t num_rows() const { return end - first + (is_ring ? 1 : 0); }
     /// The row that is eliminated last; the left half is [first, middle), the right one [middle + 1, end).
     std::size_t middle() const { return first + (end - first) / 2; }
     bool begins_at_support(std::size_t row) const { return row == first && left_support >= 0; }
@@ -43,7 +49,8 @@ class PathSweep final : public Sweep {
       return begins_at_support(row) ? static_cast<std::size_t>(left_support) : row + static_cast<std::size_t>(shift);
     }
     std::size_t right_point(std::size_t row) const {
-      return ends_at_support(row) ? static_cast<std::size_t>(right_support) : row + static_cast<std::size_t>(shift) + 1;
+      if (ends_at_support(row)) return static_cast<std::size_t>(right_support);
+      return (is_ring && row == closing_row() ? first : row + 1) + static_cast<std::size_t>(shift);
     }
   };
   enum class Halves { Both, Left, Right };
@@ -69,12 +76,13 @@ class PathSweep final : public Sweep {
   /// What a half hands to the row in the middle; an empty one nothing.
   struct Eliminated {
     Vec3 g{};
-    double inverse_pivot = 0.0, y = 0.0;
+    double inverse_pivot = 0.0, y = 0.0, spike = 0.0;
+    double closing_pivot = 0.0, closing_y = 0.0;  // what its rows take from those of the closing row
     Range range;
   };
-  /// What it leaves beside the middle row: dw of the point, and the residual of its own rows.
+  /// What it leaves beside the middle row and the closing one: dw of the points, and the residual of its own rows.
   struct Accelerated {
-    Vec3 dw{};
+    Vec3 dw{}, end_dw{};
     double residual = 0.0;
   };
   /// Of the path at hand.
@@ -100,16 +108,22 @@ class PathSweep final : public Sweep {
   void eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Work* work);
   void take_rows(const Path& path, const Numbers& numbers, Half* half) const;
   void eliminate_middle(std::size_t path, const Numbers& numbers, Work* work);
+  Vec3 apart(const Path& path, std::size_t row, const FreeMotion& motion) const;
   Vec3 evaluate_row(const Path& path, std::size_t row, const Numbers& numbers) const;
 
   void substitute_halves(std::size_t path, const Substituted& numbers, Halves halves, Work* work) const;
   paths::Ends accelerate(const Path& path, const Substituted& numbers, std::size_t first, std::size_t count,
                          double* residual) const;
-  Vec3 accelerate_end(const Substituted& numbers, std::size_t row, std::size_t point, double sense) const;
+  Vec3 accelerate_end(const Path& path, const Substituted& numbers, std::size_t row, std::size_t point,
+                      double sense) const;
   double rest_of(const Substituted& numbers, std::size_t row, Vec3 dw_left, Vec3 dw_right) const;
 
-  void eliminate_right_side(const Path& path, Halves halves, const double* b, double* y) const;
-  void eliminate_middle_of(std::size_t path, const double* b, double* y) const;
+  void spread_spikes(const Path& path, const Numbers& numbers, Half* left, Half* right);
+  void eliminate_closing_row(std::size_t path, const Numbers& numbers, Work* work);
+  void eliminate_closing_row_of(const Path& path, const double* b, double* y, const Work& work) const;
+
+  void eliminate_right_side(const Path& path, Halves halves, const double* b, double* y, Work* work) const;
+  void eliminate_middle_of(std::size_t path, const double* b, double* y, const Work& work) const;
   void start_outwards(std::size_t path, double* y) const;
   void substitute_right_side(std::size_t path, Halves halves, double* y) const;
 
@@ -126,6 +140,7 @@ class PathSweep final : public Sweep {
   std::vector<std::size_t> group_start_;                              // paths that one thread takes
   std::vector<double> inverse_pivot_, factor_;                        // [row]; of a middle row: with its left one …
   std::vector<double> right_factor_;                                  // … and with its right one [path]
+  std::vector<double> spike_;                                         // [row]; empty: no path is a ring
   std::vector<Work> work_;                                            // [group, or path where they are few]
   Summary summary_;
 };

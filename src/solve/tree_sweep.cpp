@@ -48,8 +48,9 @@ bool TreeSweep::add_island(const Numbering& numbering, Index number, const RodRo
     const trees::Rod rod{static_cast<Index>(row), to_support ? high : low, to_support ? low : high};
     lowest = std::min(lowest, low);
     highest = std::max(highest, to_support ? low : high);
-    // A second rod of the same lower point closes a ring; one to a support is a leaf.
-    if (!to_support && low == before) {
+    // A second rod of the same lower point closes a ring; one to a support is a leaf. Lower points ascend, but where
+    // the island is a ring: its last rod comes back to the first one.
+    if (!to_support && low <= before) {
       rings.push_back(rod);
       if (rings.size() > most_rings) return refuse();
       continue;

@@ -274,7 +274,7 @@ TEST(Bundles, ServeWhereManyIslandsAreAlikeUnlessForced) {
   mixed.constraints.emplace_back(Planes{"", {0}, Vector3{0.0, 0.0, 1.0}, mixed.positions[2]});
 
   EXPECT_EQ(Dynamics(rings).plan().way, "bundles");
-  EXPECT_EQ(Dynamics(few).plan().way, "trees");
+  EXPECT_EQ(Dynamics(few).plan().way, "paths");
   EXPECT_EQ(Dynamics(few, {.way = Way::Bundles}).plan().way, "bundles");
   EXPECT_EQ(Dynamics(copies_of(path(99), 16, &any)).plan().way, "bundles");
   EXPECT_EQ(Dynamics(copies_of(path(99), 12, &any)).plan().way, "paths");  // a quarter of the lanes would lie idle

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "dynamics/answers.hpp"
@@ -133,28 +132,6 @@ TEST(Trees, ManyOfThemAgreeAndThreadsGiveTheSameBits) {
                b = solve(system, {.way = Way::Trees, .threads = 2});
   EXPECT_EQ(a.w, b.w);
   EXPECT_EQ(a.lambda, b.lambda);
-}
-
-/// A ring that turns about its centre: every rod pulls with m w^2 R / (2 sin(pi/n)).
-TEST(Trees, TurningRingPullsAsClosedFormSays) {
-  constexpr int n = 24;
-  constexpr double radius = 1.5, speed = 2.0, mass = 0.7;
-  System system;
-  Rods rods{"ring", {}, {}, {}};
-  for (Index k = 0; k < n; ++k) {
-    const double angle = 2.0 * std::numbers::pi * k / n;
-    system.positions.insert(system.positions.end(), {radius * std::cos(angle), radius * std::sin(angle), 0.0});
-    system.velocities.insert(system.velocities.end(),
-                             {-speed * radius * std::sin(angle), speed * radius * std::cos(angle), 0.0});
-    system.masses.push_back(mass);
-    rods.pairs.push_back({k, (k + 1) % n});
-  }
-  system.constraints = {rods};
-  Dynamics dynamics(system);
-  EXPECT_EQ(dynamics.plan().way, "trees");
-  const Answer answer = solve(&dynamics, system);
-  const double tension = mass * speed * speed * radius / (2.0 * std::sin(std::numbers::pi / n));
-  for (const double lambda : answer.lambda) EXPECT_NEAR(std::abs(lambda), tension, 1e-13 * tension);
 }
 
 TEST(Trees, MotionIsThatOfTheGeneralWay) {

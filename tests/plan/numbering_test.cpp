@@ -163,6 +163,21 @@ RC_GTEST_PROP(Numbering, ChainWithRandomNumbersBecomesTridiagonal, ()) {
   }
 }
 
+RC_GTEST_PROP(Numbering, RingWithRandomNumbersIsNumberedRound, ()) {
+  const Index n = *rc::gen::inRange<Index>(3, 200).as("points");
+  std::vector<std::array<Index, 2>> pairs = chain(n);
+  pairs.push_back({n - 1, 0});
+
+  const System system = make_shuffled(n, pairs, *rc::gen::arbitrary<std::uint32_t>());
+
+  const Linearised inner(system, 0.0, system.positions, system.positions);
+
+  std::vector<std::set<Index>> ends(static_cast<std::size_t>(n));
+  for (const Incidence& incidence : inner.incidences)
+    ends[static_cast<std::size_t>(incidence.row)].insert(incidence.point);
+  for (Index row = 0; row < n; ++row) RC_ASSERT(ends[static_cast<std::size_t>(row)] == (std::set{row, (row + 1) % n}));
+}
+
 RC_GTEST_PROP(Numbering, TreeWithRandomNumbersIsEliminatedWithoutFillAsItIs, ()) {
   const Index n = *rc::gen::inRange<Index>(2, 200).as("points");
   const auto seed = *rc::gen::arbitrary<std::uint32_t>().as("seed");

@@ -30,6 +30,7 @@ System make_mixture() {
 
 const Scene steady_scenes[]{
     {"chain", [] { return scenes::make_chain(4'200); }},
+    {"ring", [] { return scenes::make_ring(260); }},
     {"net", [] { return scenes::make_net(30, 30); }},
     {"lattice", [] { return scenes::make_lattice(6); }},
     {"clusters", [] { return scenes::make_clusters(50); }},

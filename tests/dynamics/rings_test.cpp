@@ -1,0 +1,198 @@
+/// Rings of rods, which go the paths' way, against the general way.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "dynamics/answers.hpp"
+
+namespace tanor {
+namespace {
+
+constexpr double rounding = 1e-12;
+
+/// Rods of random lengths and directions that come back to where they began, numbered at random, given in any order and
+/// direction; `height`: how far points lie above and below a circle.
+System make_ring(Index num_points, double height, AnyNumbers* any) {
+  const auto count = static_cast<std::size_t>(num_points);
+  std::vector<Index> place(count);
+  std::iota(place.begin(), place.end(), 0);
+  std::shuffle(place.begin(), place.end(), any->generator());
+  System system;
+  for (Index k = 0; k < num_points; ++k) (void)add_point({0.0, 0.0, 0.0}, any, &system);
+  Rods rods{"ring", {}, {}, {}};
+  const double radius = num_points / (2.0 * std::numbers::pi);
+  for (Index k = 0; k < num_points; ++k) {
+    const double angle = 2.0 * std::numbers::pi * (k + 0.2 * (*any)()) / num_points;
+    const Index i = place[static_cast<std::size_t>(k)], j = place[static_cast<std::size_t>((k + 1) % num_points)];
+    const Vector3 at{radius * std::cos(angle), radius * std::sin(angle), height * (*any)()};
+    std::copy(at.begin(), at.end(), system.positions.begin() + 3 * i);
+    rods.pairs.push_back(any->up_to(1) == 0 ? std::array{i, j} : std::array{j, i});
+  }
+  std::shuffle(rods.pairs.begin(), rods.pairs.end(), any->generator());
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.1, 0.0, -9.81}}};
+  return system;
+}
+
+/// Lengths that move, offsets, and forces of their own at some points.
+System make_driven_ring(Index num_points, AnyNumbers* any) {
+  System system = make_ring(num_points, 0.5, any);
+  const Rods all = std::get<Rods>(system.constraints[0]);
+  Rods plain{"plain", {}, {}, {}}, breathing{"breathing", {}, {}, {}}, across{"across", {}, {}, {}};
+  breathing.length.functions = {ScalarFunction::formula("1+0.1*sin(3*t)")};
+  for (std::size_t k = 0; k < all.pairs.size(); ++k) {
+    if (k % 3 == 0) {
+      breathing.pairs.push_back(all.pairs[k]);
+    } else if (k % 3 == 1) {
+      across.pairs.push_back(all.pairs[k]);
+      across.offsets.push_back({0.5, -1.0, 0.25 * (*any)()});
+    } else {
+      plain.pairs.push_back(all.pairs[k]);
+    }
+  }
+  system.constraints = {breathing, plain, across};
+  Drag drag{"", {}, 0.2, 0.1};
+  for (Index i = 0; i < num_points; i += 3) drag.points.push_back(i);
+  system.forces.push_back(drag);
+  return system;
+}
+
+/// Those of the second system beside those of the first one.
+void append(const System& more, System* system) {
+  const auto shift = static_cast<Index>(system->masses.size());
+  system->positions.insert(system->positions.end(), more.positions.begin(), more.positions.end());
+  system->velocities.insert(system->velocities.end(), more.velocities.begin(), more.velocities.end());
+  system->masses.insert(system->masses.end(), more.masses.begin(), more.masses.end());
+  auto& pairs = std::get<Rods>(system->constraints[0]).pairs;
+  for (const auto& [i, j] : std::get<Rods>(more.constraints[0]).pairs) pairs.push_back({shift + i, shift + j});
+}
+
+/// The numbers come out without being mended: tests/solve/path_rings_test.cpp.
+void expect_agreement(const System& system) {
+  const Answer general = solve(system, {.way = Way::General}, 0.4), paths = solve(system, {.way = Way::Paths}, 0.4);
+  EXPECT_TRUE(paths.report.outcome.ok()) << paths.report.outcome.what;
+  EXPECT_LE(paths.report.residual, rounding);
+  EXPECT_LE(relative_difference(paths.w, general.w), rounding);
+  EXPECT_LE(relative_difference(paths.lambda, general.lambda), rounding);
+  EXPECT_LE(relative_difference(paths.eta, general.eta), rounding);
+  EXPECT_LE(paths.report.refinements, general.report.refinements + 1);
+}
+
+TEST(Rings, AgreeWithTheGeneralWay) {
+  AnyNumbers any(21);
+  for (const Index num_points : {3, 4, 5, 6, 7, 17, 63, 64, 65, 128, 129, 130, 131, 256, 257, 258, 259, 260, 700}) {
+    SCOPED_TRACE(testing::Message() << num_points << " points");
+    expect_agreement(make_ring(num_points, 0.5, &any));
+    expect_agreement(make_driven_ring(num_points, &any));
+  }
+}
+
+/// Nearly straight from rod to rod: the last row feels all others.
+TEST(Rings, FlatOnesAgreeToo) {
+  AnyNumbers any(22);
+  for (const Index num_points : {5, 40, 300}) {
+    SCOPED_TRACE(testing::Message() << num_points << " points");
+    expect_agreement(make_ring(num_points, 0.02, &any));
+  }
+}
+
+TEST(Rings, BesidePathsAgreeWithTheGeneralWay) {
+  AnyNumbers any(23);
+  System system = make_ring(90, 0.5, &any);
+  for (int k = 0; k < 60; ++k) {
+    System one = make_ring(3 + any.up_to(40), 0.5, &any);
+    if (k % 2 == 0) std::get<Rods>(one.constraints[0]).pairs.pop_back();
+    append(one, &system);
+  }
+  expect_agreement(system);
+  EXPECT_NE(Dynamics(system, {.way = Way::Paths}).plan().way_reason.find("30 paths of rods, 31 rings of rods"),
+            std::string::npos);
+}
+
+/// Every rod pulls with m w^2 R / (2 sin(pi/n)).
+TEST(Rings, TurningOnePullsAsClosedFormSays) {
+  constexpr double speed = 2.0, mass = 0.7;
+  for (const Index n : {3, 24, 1000}) {
+    const double radius = 0.1 * n;
+    System system;
+    Rods rods{"ring", {}, {}, {}};
+    for (Index k = 0; k < n; ++k) {
+      const double angle = 2.0 * std::numbers::pi * k / n;
+      system.positions.insert(system.positions.end(), {radius * std::cos(angle), radius * std::sin(angle), 0.0});
+      system.velocities.insert(system.velocities.end(),
+                               {-speed * radius * std::sin(angle), speed * radius * std::cos(angle), 0.0});
+      system.masses.push_back(mass);
+      rods.pairs.push_back({k, (k + 1) % n});
+    }
+    system.constraints = {rods};
+
+    const Answer answer = solve(system, {.way = Way::Paths});
+
+    const double tension = mass * speed * speed * radius / (2.0 * std::sin(std::numbers::pi / n));
+    for (const double lambda : answer.lambda) EXPECT_NEAR(lambda, -tension, 1e-12 * tension);
+  }
+}
+
+TEST(Rings, ThreadsChangeNoBit) {
+  AnyNumbers any(24);
+  const System system = make_ring(20011, 0.5, &any);
+  const Answer one = solve(system, {.way = Way::Paths, .threads = 1});
+  for (const int threads : {2, 3, 7}) {
+    const Answer several = solve(system, {.way = Way::Paths, .threads = threads});
+    EXPECT_EQ(several.w, one.w) << threads;
+    EXPECT_EQ(several.lambda, one.lambda) << threads;
+    EXPECT_EQ(several.report.residual, one.report.residual) << threads;
+  }
+}
+
+/// Projections and corrections too: further right sides with a factor.
+TEST(Rings, MotionIsThatOfTheGeneralWay) {
+  AnyNumbers any(25);
+  const System system = make_ring(150, 0.5, &any);
+  for (const Method method : {Method::Rattle, Method::Dop853, Method::Taylor}) {
+    MotionOptions motion{.method = method, .rtol = 1e-10, .atol = 1e-10, .start = StartMode::Project};
+    if (method == Method::Rattle) motion.step = 1e-3;
+    Simulation rings(system, motion, {.way = Way::Paths}), general(system, motion, {.way = Way::General});
+
+    ASSERT_TRUE(rings.advance(0.05).ok() && general.advance(0.05).ok());
+
+    const std::vector<double> r(rings.positions().begin(), rings.positions().end());
+    EXPECT_LE(relative_difference(r, {general.positions().begin(), general.positions().end()}), 1e-10);
+    EXPECT_LE(rings.report().position_violation, rounding);
+  }
+}
+
+/// Four rods, stretched to a line, depend on one another, which the general way decides.
+TEST(Rings, SingularOneIsLeftToTheGeneralWay) {
+  System system;
+  system.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1e-9, 0};
+  system.velocities.assign(12, 0.0);
+  system.masses.assign(4, 1.0);
+  system.constraints = {Rods{"ring", {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, {}, {}}};
+  system.forces = {Gravity{"", {0, 0, -9.81}}};
+
+  const Answer paths = solve(system, {.way = Way::Paths}), general = solve(system, {.way = Way::General});
+
+  EXPECT_EQ(paths.report.outcome.status, general.report.outcome.status);
+  EXPECT_EQ(paths.w, general.w);
+  EXPECT_EQ(paths.lambda, general.lambda);
+}
+
+/// One point more, on a rod of its own, makes a tree that closes a ring.
+TEST(Rings, OneWithABranchIsNone) {
+  AnyNumbers any(26);
+  System system = make_ring(200, 0.5, &any);
+  EXPECT_EQ(Dynamics(system).plan().way, "paths");
+  const Index mate = add_point({0.0, 0.0, 3.0}, &any, &system);
+  std::get<Rods>(system.constraints[0]).pairs.push_back({7, mate});
+
+  EXPECT_EQ(Dynamics(system).plan().way, "trees");
+  EXPECT_THROW((void)Dynamics(system, {.way = Way::Paths}), InputError);
+}
+
+}  // namespace
+}  // namespace tanor
