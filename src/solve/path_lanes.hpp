@@ -40,8 +40,9 @@ struct Lane3 {
 
 /// Paths in lanes and their series, see PathSeries and RodLanes. `is_cut`: the lanes are pieces of one path, which are
 /// joined by the last rod of each, the separators.
-template <std::size_t width, bool is_cut>
+template <std::size_t lanes, bool is_cut>
 struct PathLanes {
+  static constexpr std::size_t width = lanes;
   using Lane = typename LaneOf<width>::Type;
   using Vector = Lane3<width>;
 
@@ -70,6 +71,7 @@ struct PathLanes {
   Rod* rods;                               // [length]
   Point* points;                           // [length + 1]; where cut, the last one is the first of the next lane
   Coefficient* series;                     // [length][stride]
+  const Vector* offsets;                   // [length] of a_0; null: none
   std::array<double, width>* separator_l;  // of the tridiagonal system of the separators
   std::array<double, width>* separator_inverse_pivot;
 
@@ -98,6 +100,15 @@ struct PathLanes {
     Lane result = Lane{} + 1.0;
     for (std::size_t s = 0; is_cut && s + 1 < width; ++s) result[s] = 0.0;
     return result;
+  }
+
+  /// a_k of the points' r.
+  [[gnu::always_inline]] void take_coefficient(std::size_t k) const {
+    for (std::size_t i = 0; i < length; ++i) {
+      Vector a = points[i + 1].r - points[i].r;
+      if (k == 0 && offsets != nullptr) a = a + offsets[i];
+      series[i * stride + k].a = rods[i].is_there * a;
+    }
   }
 
   /// From a_0 and lambda_0 in the place of mu_0: u, mu_0 = lambda_0/|a_0|, and S = L D L'.
