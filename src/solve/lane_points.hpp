@@ -54,11 +54,21 @@ class LanePoints {
     }
   }
 
-  /// `at(i)`: point i of all lanes.
+  /// Backwards along the lanes: the eight points from `first` on, where they are a block that reaches no end. `at(i)`:
+  /// point i of all lanes.
   template <class At>
-  [[gnu::always_inline]] void store_to(double* to, const At& at) const {
+  [[gnu::always_inline]] void store_inner(std::size_t first, double* to, const At& at) const {
     if constexpr (width == eight) {
-      for (const Block& block : blocks_) store_block(block, to, at);
+      const std::size_t block = first / eight;
+      if (first % eight == 0 && block > 0 && block + 1 < blocks_.size()) store_block(blocks_[block], to, at);
+    }
+  }
+  /// The rest.
+  template <class At>
+  [[gnu::always_inline]] void store_ends(double* to, const At& at) const {
+    if constexpr (width == eight) {
+      if (!blocks_.empty()) store_block(blocks_.front(), to, at);
+      if (blocks_.size() > 1) store_block(blocks_.back(), to, at);
     }
     if (!blocks_.empty()) return;
     for (std::size_t k = 0; k < points_.size(); ++k) {

@@ -29,8 +29,9 @@ template <class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline void advance_and_store(const Lanes& lanes, int k, int passes, const Places<Lanes>& places,
                                                      double* to) {
-  lanes.advance(k, passes);
-  places.store_to(to, [&](std::size_t i) __attribute__((always_inline)) -> const auto& { return lanes.points[i].r; });
+  const auto at = [&](std::size_t i) __attribute__((always_inline)) -> const auto& { return lanes.points[i].r; };
+  lanes.advance(k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
+  places.store_ends(to, at);
 }
 
 TANOR_EACH_INSTRUCTION_SET void take(const Pieces& lanes, const Places<Pieces>& places, std::size_t k, const double* from) {
@@ -95,7 +96,7 @@ class Group {
 
  private:
   void begin(std::span<double* const> coefficients, const double* lambda) {
-    stride_ = coefficients.size();
+    stride_ = coefficients.size() | 1;  // of a power of 2 rods would meet in the same few lines of the caches
     series_.resize(given_.length * stride_);
     for (std::size_t k = 0; k <= 2; ++k) tanor::take(lanes(), places_, k, coefficients[k]);
     for (std::size_t at = 0; at < given_.rows.size(); ++at) {
