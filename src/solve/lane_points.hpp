@@ -71,10 +71,12 @@ class LanePoints {
       if (blocks_.size() > 1) store_block(blocks_.back(), to, at);
     }
     if (!blocks_.empty()) return;
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-      const Vector& r = at(k / width);
-      const std::size_t lane = k % width;
-      if (points_[k] >= 0) store(to, points_[k], {r.x[lane], r.y[lane], r.z[lane]});
+    const Index* point = points_.data();
+    for (std::size_t i = 0; i < points_.size() / width; ++i) {
+      const Vector& r = at(i);
+      for (std::size_t lane = 0; lane < width; ++lane, ++point) {
+        if (*point >= 0) store(to, *point, {r.x[lane], r.y[lane], r.z[lane]});
+      }
     }
   }
 
@@ -85,13 +87,15 @@ class LanePoints {
       for (const Block& block : blocks_) load_block(block, from, at);
     }
     if (!blocks_.empty()) return;
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-      const Vec3 place = points_[k] >= 0 ? load(from, points_[k]) : Vec3{};
-      Vector& r = at(k / width);
-      const std::size_t lane = k % width;
-      r.x[lane] = place.x;
-      r.y[lane] = place.y;
-      r.z[lane] = place.z;
+    const Index* point = points_.data();
+    for (std::size_t i = 0; i < points_.size() / width; ++i) {
+      Vector& r = at(i);
+      for (std::size_t lane = 0; lane < width; ++lane, ++point) {
+        const Vec3 place = *point >= 0 ? load(from, *point) : Vec3{};
+        r.x[lane] = place.x;
+        r.y[lane] = place.y;
+        r.z[lane] = place.z;
+      }
     }
   }
 

@@ -40,6 +40,12 @@ struct Lane3 {
   }
   [[gnu::always_inline]] friend Lane dot(const Lane3& a, const Lane3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
   [[gnu::always_inline]] Lane sum() const { return x + y + z; }
+  /// Component by component: gcc copies a whole by way of the stack, in other pieces than it stood there.
+  [[gnu::always_inline]] void write(Lane3* to) const {
+    to->x = x;
+    to->y = y;
+    to->z = z;
+  }
 };
 
 /// Paths in lanes and their series, see PathSeries and RodLanes. `is_cut`: the lanes are pieces of one path, which are
@@ -224,7 +230,7 @@ struct PathLanes {
     const Known last = multiply(series + (length - 1) * stride, k, rods + length - 1);
     Known here = length > 1 ? multiply(series, k, rods) : last;
     Vector r = (factor * points[0].inverse_mass) * (from_before(last.force) - here.force);
-    points[0].r = r;
+    r.write(&points[0].r);
     points[length].r = (factor * ends() * points[length].inverse_mass) * last.force + from_next(r);
     Forwards forwards;
     const auto go_on = [&](std::size_t i, const Lane& half_square, const Vector& next) __attribute__((always_inline)) {
@@ -235,7 +241,7 @@ struct PathLanes {
     for (std::size_t i = 0; i + 1 < length; ++i) {
       const Known behind = i + 2 < length ? multiply(series + (i + 1) * stride, k, rods + i + 1) : last;
       const Vector next = (factor * points[i + 1].inverse_mass) * (here.force - behind.force);
-      points[i + 1].r = next;
+      next.write(&points[i + 1].r);
       go_on(i, here.half_square, next);
       here = behind;
     }
@@ -291,7 +297,7 @@ struct PathLanes {
       const Vector before = x * rod.u;
       Point& point = points[i + 1];
       const Vector r = point.r + point.inverse_mass * (before - tension);
-      point.r = r;
+      r.write(&point.r);
       add(inverse_factor * x * rod.inverse_length, &series[i * stride + row].mu);
       series[(i + 1) * stride + row + 2].a = rods[i + 1].is_there * (behind - r);
       behind = r;

@@ -21,10 +21,14 @@ template <class Lanes>
 using Places = LanePoints<Lanes::width>;
 
 template <class Lanes>
-[[gnu::always_inline]] inline void load_coefficient(const Lanes& lanes, const Places<Lanes>& places, std::size_t k,
-                                                    const double* from) {
-  places.load_from(from, [&](std::size_t i) __attribute__((always_inline)) -> auto& { return lanes.points[i].r; });
-  lanes.take_coefficient(k);
+[[gnu::always_inline]] inline void load_and_begin(const Lanes& lanes, const Places<Lanes>& places,
+                                                  std::span<double* const, 3> coefficients) {
+  const auto at = [&](std::size_t i) __attribute__((always_inline)) -> auto& { return lanes.points[i].r; };
+  for (std::size_t k = 0; k <= 2; ++k) {
+    places.load_from(coefficients[k], at);
+    lanes.take_coefficient(k);
+  }
+  lanes.begin();
 }
 template <class Lanes>
 [[gnu::always_inline]] inline void advance_and_store(const Lanes& lanes, int k, int passes, const Places<Lanes>& places,
@@ -34,29 +38,20 @@ template <class Lanes>
   places.store_ends(to, at);
 }
 
-TANOR_EACH_INSTRUCTION_SET void take(const Pieces& lanes, const Places<Pieces>& places, std::size_t k, const double* from) {
-  load_coefficient(lanes, places, k, from);
-}
-TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes) {
-  lanes.begin();
+TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes, const Places<Pieces>& places, std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
 }
 TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes, const Places<Pieces>& places, double* to) {
   advance_and_store(lanes, k, passes, places, to);
 }
-TANOR_EACH_INSTRUCTION_SET void take(const Paths& lanes, const Places<Paths>& places, std::size_t k, const double* from) {
-  load_coefficient(lanes, places, k, from);
-}
-TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes) {
-  lanes.begin();
+TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes, const Places<Paths>& places, std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
 }
 TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k, int passes, const Places<Paths>& places, double* to) {
   advance_and_store(lanes, k, passes, places, to);
 }
-TANOR_EACH_INSTRUCTION_SET void take(const FewPaths& lanes, const Places<FewPaths>& places, std::size_t k, const double* from) {
-  load_coefficient(lanes, places, k, from);
-}
-TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes) {
-  lanes.begin();
+TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes, const Places<FewPaths>& places, std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
 }
 TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes, const Places<FewPaths>& places, double* to) {
   advance_and_store(lanes, k, passes, places, to);
@@ -98,12 +93,11 @@ class Group {
   void begin(std::span<double* const> coefficients, const double* lambda) {
     stride_ = coefficients.size() | 1;  // of a power of 2 rods would meet in the same few lines of the caches
     series_.resize(given_.length * stride_);
-    for (std::size_t k = 0; k <= 2; ++k) tanor::take(lanes(), places_, k, coefficients[k]);
     for (std::size_t at = 0; at < given_.rows.size(); ++at) {
       const Index row = given_.rows[at];
       series_[at / width * stride_].mu[at % width] = row < 0 ? 0.0 : lambda[row];
     }
-    tanor::begin(lanes());
+    tanor::begin(lanes(), places_, coefficients.first<3>());
   }
 
   static void put(Vector* to, std::size_t lane, Vec3 a) {
