@@ -176,7 +176,8 @@ struct PathLanes {
   }
 
   /// What is known of order k: sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a without
-  /// a_{k+2}. Where k is odd, of k + 1 as well, but for a_1 mu_k and a_1.a_{k+2}: the series are read every second time.
+  /// a_{k+2}. Where k is odd, of k + 1 as well, but for a_1 mu_k and a_1.a_{k+2}: the series are read every second
+  /// time.
   [[gnu::always_inline]] static Known multiply(const Coefficient* c, int k, Rod* rod) {
     if (k % 2 == 0) {
       const Vector a = c[1].a;
@@ -211,8 +212,8 @@ struct PathLanes {
     return {now.force + mu * c[1].a, (now_squares + c[1].a * newest).sum()};
   }
 
-  /// r_{k+2} into the points; a_{k+2} and mu_k into the series. `passes` above 1 refine where S is ill-conditioned. Points
-  /// between the ends of the lanes are `done(i)` from the last to the first.
+  /// r_{k+2} into the points; a_{k+2} and mu_k into the series. `passes` above 1 refine where S is ill-conditioned.
+  /// Points between the ends of the lanes are `done(i)` from the last to the first.
   template <class Done>
   [[gnu::always_inline]] void advance(int k, int passes, const Done& done) const {
     const double inverse_factor = (k + 1.0) * (k + 2.0);
@@ -253,7 +254,7 @@ struct PathLanes {
     Lane sum{}, l{}, x{};
   };
   [[gnu::always_inline]] void eliminate(std::size_t i, const Lane& half_square, const Vector& difference,
-                                         Forwards* at) const {
+                                        Forwards* at) const {
     Rod& rod = rods[i];
     rod.x = at->x = -(half_square * rod.inverse_length + dot(rod.u, difference)) - at->l * at->x;
     if (i + 1 == length) return;
@@ -262,7 +263,8 @@ struct PathLanes {
   }
   [[gnu::always_inline]] void eliminate() const {
     Forwards forwards;
-    for (std::size_t i = 0; i < length; ++i) eliminate(i, rods[i].half_square, points[i + 1].r - points[i].r, &forwards);
+    for (std::size_t i = 0; i < length; ++i)
+      eliminate(i, rods[i].half_square, points[i + 1].r - points[i].r, &forwards);
     finish(forwards);
   }
   /// x of the last rods.

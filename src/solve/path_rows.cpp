@@ -67,7 +67,8 @@ double PathSweep::largest_of_rows(const Parallel& parallel, const Between& betwe
   const auto find_largest = [&](std::size_t row, std::size_t end) {
     double largest = 0.0;
     auto path = std::upper_bound(paths_.begin(), paths_.end(), row,
-                                 [](std::size_t first, const Path& each) { return first < each.first; }) - 1;
+                                 [](std::size_t first, const Path& each) { return first < each.first; }) -
+                1;
     for (; row < end; ++path) {
       while (row < std::min(path->end, end)) {
         const std::size_t last = std::min({row + chunk_size, path->end, end});

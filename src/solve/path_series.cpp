@@ -23,7 +23,9 @@ using Places = LanePoints<Lanes::width>;
 template <class Lanes>
 [[gnu::always_inline]] inline void load_and_begin(const Lanes& lanes, const Places<Lanes>& places,
                                                   std::span<double* const, 3> coefficients) {
-  const auto at = [&](std::size_t i) __attribute__((always_inline)) -> auto& { return lanes.points[i].r; };
+  const auto at = [&](std::size_t i) __attribute__((always_inline))->auto& {
+    return lanes.points[i].r;
+  };
   for (std::size_t k = 0; k <= 2; ++k) {
     places.load_from(coefficients[k], at);
     lanes.take_coefficient(k);
@@ -33,27 +35,35 @@ template <class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline void advance_and_store(const Lanes& lanes, int k, int passes, const Places<Lanes>& places,
                                                      double* to) {
-  const auto at = [&](std::size_t i) __attribute__((always_inline)) -> const auto& { return lanes.points[i].r; };
-  lanes.advance(k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
+  const auto at = [&](std::size_t i) __attribute__((always_inline))->const auto& {
+    return lanes.points[i].r;
+  };
+  lanes.advance(
+      k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
   places.store_ends(to, at);
 }
 
-TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes, const Places<Pieces>& places, std::span<double* const, 3> r) {
+TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes, const Places<Pieces>& places,
+                                      std::span<double* const, 3> r) {
   load_and_begin(lanes, places, r);
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes, const Places<Pieces>& places, double* to) {
+TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes, const Places<Pieces>& places,
+                                        double* to) {
   advance_and_store(lanes, k, passes, places, to);
 }
 TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes, const Places<Paths>& places, std::span<double* const, 3> r) {
   load_and_begin(lanes, places, r);
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k, int passes, const Places<Paths>& places, double* to) {
+TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k, int passes, const Places<Paths>& places,
+                                        double* to) {
   advance_and_store(lanes, k, passes, places, to);
 }
-TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes, const Places<FewPaths>& places, std::span<double* const, 3> r) {
+TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes, const Places<FewPaths>& places,
+                                      std::span<double* const, 3> r) {
   load_and_begin(lanes, places, r);
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes, const Places<FewPaths>& places, double* to) {
+TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes, const Places<FewPaths>& places,
+                                        double* to) {
   advance_and_store(lanes, k, passes, places, to);
 }
 
@@ -107,9 +117,10 @@ class Group {
   }
 
   Lanes lanes() {
-    return {
-        given_.length, stride_, rods_.data(), points_.data(), series_.data(), offsets_.empty() ? nullptr : offsets_.data(),
-        &separator_l_, &separator_inverse_pivot_};
+    return {given_.length,  stride_,
+            rods_.data(),   points_.data(),
+            series_.data(), offsets_.empty() ? nullptr : offsets_.data(),
+            &separator_l_,  &separator_inverse_pivot_};
   }
 
   RodLanes given_;

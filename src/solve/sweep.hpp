@@ -70,7 +70,7 @@ class Sweep {
   virtual double measure_values(const Parallel& /*parallel*/, const double* /*r*/, double* /*xi*/) { return 0.0; }
   /// K'v + xi_t [d] with K at r; returns the largest one, m/s, NaN where any number is.
   virtual double measure_rates(const Parallel& /*parallel*/, const double* /*r*/, const double* /*v*/,
-                                double* /*rates*/) {
+                               double* /*rates*/) {
     return 0.0;
   }
   /// As `solve`, with the last elimination, which was that of `blocks`.

@@ -152,8 +152,8 @@ TEST(PathRows, NoNumberHides) {
     Rows rows(system);
     rows.r[3 * point + 1] = std::nan("");
     EXPECT_TRUE(std::isnan(rows.sweep->measure_values(rows.model.parallel, rows.r.data(), rows.here.data())));
-    EXPECT_TRUE(std::isnan(
-        rows.sweep->measure_rates(rows.model.parallel, rows.r.data(), rows.v.data(), rows.here.data())));
+    EXPECT_TRUE(
+        std::isnan(rows.sweep->measure_rates(rows.model.parallel, rows.r.data(), rows.v.data(), rows.here.data())));
   }
 }
 

@@ -34,7 +34,9 @@ void expect_round_trip(std::size_t length, std::mt19937* random) {
   std::vector<double> from(3 * width * length), to(from.size(), -1.0);
   std::iota(from.begin(), from.end(), 1.0);
   std::vector<Lane3<width>> lanes(length);
-  const auto at = [&](std::size_t i) -> auto& { return lanes[i]; };
+  const auto at = [&](std::size_t i) -> auto& {
+    return lanes[i];
+  };
 
   lane_points.load_from(from.data(), at);
   for (std::size_t i = length; i-- > 0;) lane_points.store_inner(i, to.data(), at);
