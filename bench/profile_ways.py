@@ -80,6 +80,11 @@ def main() -> None:
     print("and step. `advance` and `begin` are the series themselves (`solve/path_lanes.hpp`), what follows is the "
           "step: sums,")
     print("projections, the acceleration at its end, error estimates.")
+    print("A third of `advance` is products of coefficients, the rest elimination, substitution and the way of points "
+          "out of")
+    print("the lanes. Tried without gain (each within 2 %): error ratios from the far end, fewer numbers a rod between "
+          "the orders.")
+    print("125 rods cost as much a rod as 1000: the size of the second cache does not matter.")
     profiles = [profile([sys.argv[1], "--series", seconds, rtol], r"tanor") for rtol in SERIES.values()]
     print_table(list(SERIES), profiles, LEAST_OF_SERIES)
 
