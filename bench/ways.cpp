@@ -3,6 +3,8 @@
 //   ways [--threads N] [--json FILE] [NAME …]      scenes whose name begins so; default: all of them
 //   ways --repeat SECONDS NAME                     our way alone, one thread, for a profiler: prints the evaluations
 //   made
+//   ways --series SECONDS RTOL                     likewise a chain of 1000 rods, released level, by power series
+//                                                  (problem P1 of bench/rivals): prints the steps
 // Prints nanoseconds a rod or bead (medians), the ratios baseline/ours and general way/ours on one thread, and which
 // part of the memory's bandwidth (for as many bytes as the scene has) or of dgemm's speed that is; then by
 // how much 2, 4, … N threads are faster than one (best of each: others' work on the machine stops threads that wait for
@@ -18,6 +20,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+#include <tanor/motion.hpp>
 
 #include "bench_scenes.hpp"
 #include "dynamics/forms.hpp"
@@ -163,6 +167,33 @@ void repeat(const BenchScene& scene, double seconds) {
   fmt::print("{} {:.3f}\n", evaluations, 1e9 * spent / (static_cast<double>(evaluations) * members));
 }
 
+/// Problem P1 of bench/rivals again and again for about so many seconds; prints the steps and ns a rod and step.
+void repeat_series(double seconds, double rtol) {
+  constexpr Index num_rods = 1000;
+  System chain;
+  Rods rods{.length = 0.1};
+  for (Index i = 0; i <= num_rods; ++i) {
+    chain.positions.insert(chain.positions.end(), {0.1 * i, 0.0, 0.0});
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  chain.masses.assign(num_rods + 1, 0.1);
+  chain.supports = {{.points = {0}}};
+  chain.constraints = {rods};
+  chain.forces = {Gravity{.acceleration = {0.0, 0.0, -9.81}}};
+  Simulation simulation(chain, {.method = Method::Taylor, .rtol = rtol, .atol = 0.01 * rtol}, {.threads = 1});
+  const Snapshot start = simulation.snapshot();
+  std::size_t steps = 0;
+  double spent = 0.0;
+  while (spent < seconds) {
+    simulation.restore(start);
+    Outcome outcome;
+    spent += seconds_of([&] { outcome = simulation.advance(1.0); });
+    if (!outcome.ok()) throw std::runtime_error(outcome.what);
+    steps += simulation.report().steps;
+  }
+  fmt::print("{} {:.3f}\n", steps, 1e9 * spent / (static_cast<double>(steps) * num_rods));
+}
+
 /// What the machine can do: the triad over arrays of the sizes of its caches and far beyond them, dgemm.
 std::string describe_machine(double dense, int most_threads) {
   constexpr double far_beyond = 1e9;
@@ -181,7 +212,7 @@ std::string describe_machine(double dense, int most_threads) {
 
 int main(int argc, char** argv) try {
   int most_threads = 1;
-  double seconds = 0.0;
+  double seconds = 0.0, rtol = 0.0;
   std::string file;
   std::vector<std::string> wanted, lines;
   for (int k = 1; k < argc; ++k) {
@@ -192,6 +223,9 @@ int main(int argc, char** argv) try {
       file = argv[++k];
     } else if (word == "--repeat" && k + 1 < argc) {
       seconds = std::stod(argv[++k]);
+    } else if (word == "--series" && k + 2 < argc) {
+      seconds = std::stod(argv[++k]);
+      rtol = std::stod(argv[++k]);
     } else {
       wanted.push_back(word);
     }
@@ -200,6 +234,10 @@ int main(int argc, char** argv) try {
     const auto begins = [&](const std::string& word) { return scene.name.starts_with(word); };
     return wanted.empty() || std::any_of(wanted.begin(), wanted.end(), begins);
   };
+  if (rtol > 0.0) {
+    repeat_series(seconds, rtol);
+    return 0;
+  }
   if (seconds > 0.0) {
     const auto scene = std::find_if(bench_scenes().begin(), bench_scenes().end(), is_wanted);
     if (scene == bench_scenes().end()) throw std::runtime_error("no such scene");

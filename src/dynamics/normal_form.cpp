@@ -139,13 +139,13 @@ Outcome NormalForm::factorize(double t, const double* r, bool may_sweep) {
 Outcome NormalForm::linearise(double t, const double* r) {
   model_.set_time(t);
   if (num_rows() == 0 || (is_factorized_ && model_.constraints.gradients_are_constant())) return {};
-  const bool by_islands = sweeps() && sweep_->projects();
-  if (by_islands && linearise_islands(r)) return {};
+  const bool by_sweep = sweeps() && (sweep_->projects() || sweep_->evaluates());
+  if (by_sweep && linearise_sweep(r)) return {};
   {
     const Stopwatch watch(&model_.times.evaluate);
     model_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   }
-  return factorize(t, r, !by_islands);
+  return factorize(t, r, !by_sweep);
 }
 
 void NormalForm::solve_negative(const double* b, double* x) {
@@ -179,8 +179,8 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   model_.set_time(t);
   ++model_.counters.evaluations;
   const bool may_sweep = gradients == Gradients::Evaluate && sweeps();
-  if (may_sweep) {
-    if (std::optional<Outcome> outcome = sweep(t, r, v, w)) return last_.outcome = *std::move(outcome);
+  if (may_sweep || (gradients == Gradients::Keep && is_swept_)) {
+    if (std::optional<Outcome> outcome = sweep(t, r, v, gradients, w)) return last_.outcome = *std::move(outcome);
   }
   const bool fresh =
       gradients == Gradients::Evaluate && !(is_factorized_ && model_.constraints.gradients_are_constant());

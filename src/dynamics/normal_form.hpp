@@ -124,10 +124,13 @@ class NormalForm final : public EquationsOfMotion {
   GramSolver& general();
   void describe_solver(PlanSummary* plan) const;
   bool sweeps() const { return sweep_ != nullptr && !redundancy_.is_found(); }
-  std::optional<Outcome> sweep(double t, const double* r, const double* v, double* w);
+  std::optional<Outcome> sweep(double t, const double* r, const double* v, Gradients gradients, double* w);
   bool factorize_sweep();
   bool projects_islands() const { return is_swept_ && sweep_->projects(); }
-  bool linearise_islands(const double* r);
+  bool evaluates_rows() const { return sweep_ != nullptr && sweep_->evaluates(); }
+  double evaluate_values(const double* r);
+  double evaluate_rates(const double* r, const double* v);
+  bool linearise_sweep(const double* r);
   void project_islands(double target, double* r, double* sum, ProjectionReport* report);
   void project_island_velocities(double target, const double* r, double* v, ProjectionReport* report);
   Outcome factorize(double t, const double* r, bool may_sweep = true);

@@ -9,8 +9,10 @@
 /// way.
 namespace tanor {
 
-/// All of it by the sweep. None where S looks singular, or K'w = -phi does not come out: the general way decides.
-std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double* v, double* w) {
+/// All of it by the sweep, with K evaluated or kept. None where S looks singular, or K'w = -phi does not come out: the
+/// general way decides.
+std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double* v, Gradients gradients, double* w) {
+  const bool keeps = gradients == Gradients::Keep;
   const Vec3* const uniform = model_.uniform_free();
   double scale = 0.0;
   {
@@ -20,12 +22,15 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   Elimination found;
   {
     const Stopwatch watch(&model_.times.solve);
-    if (!is_factorized_ || !model_.constraints.gradients_are_constant()) ++model_.counters.factorizations;
+    if (!keeps && (!is_factorized_ || !model_.constraints.gradients_are_constant())) ++model_.counters.factorizations;
     ++model_.counters.solves;
-    found = sweep_->solve(model_.parallel, {r, v, w, uniform}, blocks_.data(), right_side_.data(), lambda_.data(), w);
+    const FreeMotion motion{r, v, w, uniform};
+    double *const blocks = blocks_.data(), *const b = right_side_.data(), *const lambda = lambda_.data();
+    found = keeps ? sweep_->solve_again(model_.parallel, motion, blocks, b, lambda, w)
+                  : sweep_->solve(model_.parallel, motion, blocks, b, lambda, w);
   }
   acceleration_scale_ = scale = larger(scale, found.largest_right_side);
-  last_.reciprocal_condition = found.reciprocal_condition;
+  if (!keeps) last_.reciprocal_condition = found.reciprocal_condition;
   last_.residual = 0.0;
   last_.refinements = found.refinements;
   if (!std::isfinite(scale)) return model_.not_finite(t);
@@ -42,7 +47,7 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   (void)model_.evaluate_free(t, r, v, w);
   (void)model_.constraints.evaluate_right_side(model_.parallel, r, v, w, right_side_.data(), nullptr);
   if (!(refine(scale) <= doubtful_above)) {
-    is_swept_ = is_factorized_ = false;
+    if (!keeps) is_swept_ = is_factorized_ = false;
     return {};
   }
   add_reactions(w);
@@ -58,7 +63,7 @@ bool NormalForm::factorize_sweep() {
 }
 
 /// The same with K at r.
-bool NormalForm::linearise_islands(const double* r) {
+bool NormalForm::linearise_sweep(const double* r) {
   const Stopwatch watch(&model_.times.factor);
   ++model_.counters.factorizations;
   last_.reciprocal_condition = sweep_->linearise(model_.parallel, r, blocks_.data()).reciprocal_condition;
@@ -81,6 +86,20 @@ void NormalForm::project_island_velocities(double target, const double* r, doubl
   model_.counters.solves += static_cast<std::size_t>(found.iterations);
   report->iterations = found.iterations;
   report->violation = found.violation / model_.velocity_scale;
+}
+
+/// xi into `rows_`; returns the largest |xi|/length.
+double NormalForm::evaluate_values(const double* r) {
+  const Stopwatch watch(&model_.times.evaluate);
+  return evaluates_rows() ? sweep_->measure_values(model_.parallel, r, rows_.data())
+                          : model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
+}
+
+/// K'v + xi_t into `rows_`; returns the largest one, m/s.
+double NormalForm::evaluate_rates(const double* r, const double* v) {
+  const Stopwatch watch(&model_.times.evaluate);
+  return evaluates_rows() ? sweep_->measure_rates(model_.parallel, r, v, rows_.data())
+                          : model_.constraints.evaluate_rates(model_.parallel, r, v, rows_.data());
 }
 
 /// A sweep has no matrix: largest eigenvalues of D S D and of its inverse by iteration, D = diag(S)^-1/2.

@@ -131,10 +131,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
     if (report.violation <= target || report.violation <= rounding_floor(r)) return report;
   }
   for (;; ++report.iterations) {
-    {
-      const Stopwatch watch(&model_.times.evaluate);
-      report.violation = model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
-    }
+    report.violation = evaluate_values(r);
     if (!std::isfinite(report.violation)) {
       report.outcome = model_.not_finite(t);
       return report;
@@ -220,11 +217,7 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
     if (report.violation <= target) return report;
   }
   for (;; ++report.iterations) {
-    double rate = 0.0;
-    {
-      const Stopwatch watch(&model_.times.evaluate);
-      rate = model_.constraints.evaluate_rates(model_.parallel, r, v, rows_.data());
-    }
+    const double rate = evaluate_rates(r, v);
     report.violation = rate / model_.velocity_scale;
     if (!std::isfinite(rate)) {
       report.outcome = model_.not_finite(t);

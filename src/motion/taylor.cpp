@@ -77,6 +77,47 @@ void sum_series(std::span<double* const> coefficients, double h, std::size_t beg
     sum_series<Lane>(coefficients, h, std::min(next, end - width), x, v, a);
 }
 
+/// The largest |a_i| and |a_i - b_i|; NaNs are not seen.
+struct Comparison {
+  double size = 0.0, difference = 0.0;
+};
+TANOR_EACH_INSTRUCTION_SET
+Comparison compare(const double* a, const double* b, std::size_t n) {
+  constexpr std::size_t width = sizeof(Lane) / sizeof(double);
+  const auto take_larger = [](const Lane& x, Lane* largest) __attribute__((always_inline)) {
+    const Lane size = x < 0.0 ? -x : x;
+    *largest = size > *largest ? size : *largest;
+  };
+  Lane sizes{}, differences{};
+  std::size_t i = 0;
+  for (; i + width <= n; i += width) {
+    Lane a_i, b_i;
+    std::memcpy(&a_i, a + i, sizeof(a_i));
+    std::memcpy(&b_i, b + i, sizeof(b_i));
+    take_larger(a_i, &sizes);
+    take_larger(a_i - b_i, &differences);
+  }
+  Comparison result;
+  for (std::size_t k = 0; i > 0 && k < width; ++k) {
+    result.size = std::max(result.size, sizes[k]);
+    result.difference = std::max(result.difference, differences[k]);
+  }
+  for (; i < n; ++i) {
+    result.size = std::max(result.size, std::abs(a[i]));
+    result.difference = std::max(result.difference, std::abs(a[i] - b[i]));
+  }
+  return result;
+}
+
+/// b := a - b where it is larger than `noise`, else 0
+TANOR_EACH_INSTRUCTION_SET
+void subtract_from(const double* __restrict a, double noise, std::size_t n, double* __restrict b) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const double difference = a[i] - b[i];
+    b[i] = std::abs(difference) > noise ? difference : 0.0;
+  }
+}
+
 /// Nodes and weights of Gauss & Legendre on [0, 1], by Newton's method on the polynomial.
 void make_quadrature(int count, std::vector<double>* nodes, std::vector<double>* weights) {
   for (int i = 0; i < count; ++i) {
@@ -218,22 +259,12 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
   const double of_v = h / terms_, of_x = of_v * h / (terms_ + 1);
   // Accelerations are found to about 1e-12 of the largest one: less is no sign of anything.
   constexpr double noise = 1e-11, most_noise = 1e-6;
-  double largest = 0.0, most_missing = 0.0;
-  for (std::size_t i = 0; i < to.a.size(); ++i) {
-    largest = std::max(largest, std::abs(to.a[i]));
-    most_missing = std::max(most_missing, std::abs(to.a[i] - inside_.a[i]));
-  }
-  for (std::size_t i = 0; i < to.a.size(); ++i) {
-    const double missing = to.a[i] - inside_.a[i], sure = std::abs(missing) > noise * largest ? missing : 0.0;
-    inside_.x[i] = of_x * sure;
-    inside_.v[i] = of_v * sure;
-  }
-  const double error =
-      mechanics_
-          .error_ratios(from.t,
-                        {inside_.x.data(), inside_.v.data(), from.x.data(), from.v.data(), to.x.data(), to.v.data()},
-                        options_.atol, options_.rtol)
-          .largest();
+  const auto [largest, most_missing] = compare(to.a.data(), inside_.a.data(), to.a.size());
+  double* const missing = inside_.a.data();
+  subtract_from(to.a.data(), noise * largest, to.a.size(), missing);
+  const ErrorRatios ratios = mechanics_.error_ratios(
+      from.t, {missing, missing, from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol, options_.rtol);
+  const double error = larger(of_x * ratios.x, of_v * ratios.v);
   // Far from the origin, or where S is ill-conditioned, there is more noise. In half a step terms become less than half
   // as large, and so does what lies behind a kink (of |v| v where a point turns round); noise does not.
   const bool should_fall = rejected_.missing > 0.0 && h < 0.51 * rejected_.h;

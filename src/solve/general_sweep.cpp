@@ -42,26 +42,43 @@ GeneralSweep::GeneralSweep(IslandGroup group, std::span<const Incidence> inciden
               .flops = of_solver.flops};
 }
 
-Elimination GeneralSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                                double* lambda, double* w) {
+/// b = phi + K'w0 with w0 in w, and K unless `blocks` is null.
+double GeneralSweep::evaluate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                              double* w) {
   if (motion.uniform != nullptr) {
     group_.points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) store(w, i, *motion.uniform);
     });
   }
-  // b = phi + K'w0
-  Elimination result;
-  result.largest_right_side =
-      group_.constraints.evaluate_right_side(parallel, group_.members, motion.r, motion.v, w, b, blocks);
-  if (!std::isfinite(result.largest_right_side)) return result;
-  result.reciprocal_condition = factorize(parallel, blocks).reciprocal_condition;
-  if (result.reciprocal_condition == 0.0) return result;
+  return group_.constraints.evaluate_right_side(parallel, group_.members, motion.r, motion.v, w, b, blocks);
+}
+
+/// With the last factor.
+void GeneralSweep::find_multipliers(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
+                                    double* w, Elimination* found) {
   solve_negative(parallel, b, lambda);
-  refine(parallel, blocks, b, lambda, &result);
+  refine(parallel, blocks, b, lambda, found);
   // w = w0 + M^-1 K lambda (25)
   group_.points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = 3 * begin; i < 3 * end; ++i) w[i] += dw_[i];
   });
+}
+
+Elimination GeneralSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                                double* lambda, double* w) {
+  Elimination result;
+  result.largest_right_side = evaluate(parallel, motion, blocks, b, w);
+  if (!std::isfinite(result.largest_right_side)) return result;
+  result.reciprocal_condition = factorize(parallel, blocks).reciprocal_condition;
+  if (result.reciprocal_condition > 0.0) find_multipliers(parallel, blocks, b, lambda, w, &result);
+  return result;
+}
+
+Elimination GeneralSweep::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                                      double* lambda, double* w) {
+  Elimination result{.reciprocal_condition = reciprocal_condition_};
+  result.largest_right_side = evaluate(parallel, motion, nullptr, b, w);
+  if (std::isfinite(result.largest_right_side)) find_multipliers(parallel, blocks, b, lambda, w, &result);
   return result;
 }
 

@@ -19,6 +19,8 @@ class GeneralSweep final : public Sweep {
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
                     double* w) override;
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+                          double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
@@ -26,6 +28,9 @@ class GeneralSweep final : public Sweep {
   const GramSolver::Summary& factor() const { return solver_.summary(); }
 
  private:
+  double evaluate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* w);
+  void find_multipliers(const Parallel& parallel, const double* blocks, const double* b, double* lambda, double* w,
+                        Elimination* found);
   void refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda, Elimination* found);
 
   IslandGroup group_;

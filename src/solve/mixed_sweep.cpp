@@ -35,6 +35,11 @@ Elimination MixedSweep::solve(const Parallel& parallel, const FreeMotion& motion
   return join([&](Sweep& sweep) { return sweep.solve(parallel, motion, blocks, scratch, lambda, w); });
 }
 
+Elimination MixedSweep::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                                    double* lambda, double* w) {
+  return join([&](Sweep& sweep) { return sweep.solve_again(parallel, motion, blocks, scratch, lambda, w); });
+}
+
 Elimination MixedSweep::factorize(const Parallel& parallel, const double* blocks) {
   return join([&](Sweep& sweep) { return sweep.factorize(parallel, blocks); });
 }

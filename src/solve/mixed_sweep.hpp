@@ -15,6 +15,8 @@ class MixedSweep final : public Sweep {
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
                     double* w) override;
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                          double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;

@@ -19,8 +19,8 @@ void PathSweep::announce(const Path& path, const Numbers& numbers, std::size_t f
   constexpr std::size_t number = sizeof(double), vector = 3 * number;
   const std::size_t point = path.right_point(first);
   upcoming->add(&inverse_mass_[point], number * (count - 1));
-  if (numbers.motion != nullptr) {
-    upcoming->add(numbers.motion->r + 3 * point, vector * (count - 1));
+  if (numbers.motion != nullptr) upcoming->add(numbers.motion->r + 3 * point, vector * (count - 1));
+  if (numbers.b != nullptr) {
     upcoming->add(numbers.motion->v + 3 * point, vector * (count - 1));
     upcoming->add(numbers.b + first, number * count);
     upcoming->add(numbers.y + first, number * count);
@@ -107,50 +107,23 @@ void PathSweep::take_rows(const Path& path, const Numbers& numbers, Half* half) 
     const FreeMotion& motion = *numbers.motion;
     double* const blocks = block_.empty() ? numbers.blocks + 3 * (first_block_ + begin) : scattered.data();
     if (begin < rods_end) {
-      const std::size_t point = 3 * path.left_point(begin);
-      paths::evaluate({.r = motion.r + point,
-                       .v = motion.v + point,
-                       .w0 = motion.uniform != nullptr ? nullptr : motion.w0 + point,
-                       .offset = offset_.empty() ? nullptr : &offset_[begin].x,
-                       .sign = &sign_[begin],
-                       .count = rods_end - begin},
-                      1 + begin - first, &chunk, blocks, numbers.b + begin);
-      for (auto l = std::lower_bound(lengths_.begin(), lengths_.end(),
-                                     std::pair<std::size_t, const MovingScalar*>(begin, nullptr));
-           l != lengths_.end() && l->first < rods_end; ++l)
-        numbers.b[l->first] -= l->second->second;
+      const paths::Rods rods = rods_between(path, begin, rods_end, motion);
+      const std::size_t slot = 1 + begin - first;
+      if (numbers.b == nullptr) {
+        paths::evaluate_directions(rods, slot, &chunk, blocks);
+      } else {
+        paths::evaluate(rods, slot, &chunk, blocks, numbers.b + begin);
+        subtract_moving(begin, rods_end, &MovingScalar::second, numbers.b + begin);
+      }
     }
     for (std::size_t k = begin; k < rods_end && !block_.empty(); ++k)
       store(numbers.blocks, block_[k], load(scattered.data(), k - begin));
     if (from_support) chunk.set_direction(1, evaluate_row(path, first, numbers));
     if (to_support && begin <= end - 1) chunk.set_direction(count, evaluate_row(path, end - 1, numbers));
-    half->largest = larger(half->largest, paths::largest_magnitude(numbers.b + first, count, half->largest));
+    if (numbers.b != nullptr)
+      half->largest = larger(half->largest, paths::largest_magnitude(numbers.b + first, count, half->largest));
   }
   paths::assemble(half->towards, &chunk);
-}
-
-/// From a row's left point to its right one.
-Vec3 PathSweep::apart(const Path& path, std::size_t row, const FreeMotion& motion) const {
-  const Vec3 a = load(motion.r, path.right_point(row)) - load(motion.r, path.left_point(row));
-  return offset_.empty() ? a : a + offset_[row];
-}
-
-/// A row on its own: its block and b; returns its direction along the path.
-Vec3 PathSweep::evaluate_row(const Path& path, std::size_t row, const Numbers& numbers) const {
-  if (numbers.motion == nullptr) return direction(numbers.given_blocks, row);
-  const auto& [r, v, w0, uniform] = *numbers.motion;
-  const std::size_t i = path.left_point(row), j = path.right_point(row);
-  const Distance rho(apart(path, row, *numbers.motion), load(v, j) - load(v, i));
-  const Vec3 left = uniform != nullptr && !path.begins_at_support(row) ? *uniform : load(w0, i);
-  const Vec3 right = uniform != nullptr && !path.ends_at_support(row) ? *uniform : load(w0, j);
-  // phi = rho'' - l''
-  double b = rho.second + dot(rho.unit, right - left);
-  const auto length =
-      std::lower_bound(lengths_.begin(), lengths_.end(), std::pair<std::size_t, const MovingScalar*>(row, nullptr));
-  if (length != lengths_.end() && length->first == row) b -= length->second->second;
-  numbers.b[row] = b;
-  store(numbers.blocks, block(row), sign_[row] * rho.unit);
-  return rho.unit;
 }
 
 /// d = S_aa - S_ab^2/d_b - S_ac^2/d_c with its neighbours b and c.

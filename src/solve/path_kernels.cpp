@@ -31,39 +31,49 @@ using Lane [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
   for (std::size_t k = 0; k < count; ++k) numbers[k] = signs[k];
 }
 
-template <bool HasField>
+/// a of each rod, [3 count].
+[[gnu::always_inline]] inline void subtract_places(const Rods& rods, double* __restrict a) {
+  subtract_neighbours(rods.r, rods.count, a);
+  if (rods.offset == nullptr) return;
+  for (std::size_t i = 0; i < 3 * rods.count; ++i) a[i] += rods.offset[i];
+}
+
+/// Directions, or b, or both.
+template <bool WantsDirections, bool WantsRightSide, bool HasField>
 [[gnu::always_inline]] inline void evaluate_rods(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks_out,
                                                  double* b_out) {
   std::array<double, 3 * chunk_size> a, v, w;  // NOLINT: filled before use
-  subtract_neighbours(rods.r, rods.count, a.data());
-  subtract_neighbours(rods.v, rods.count, v.data());
+  std::array<double, chunk_size> sign;         // NOLINT: likewise
+  subtract_places(rods, a.data());
+  if constexpr (WantsRightSide) subtract_neighbours(rods.v, rods.count, v.data());
   if constexpr (HasField) subtract_neighbours(rods.w0, rods.count, w.data());
-  if (rods.offset != nullptr) {
-    for (std::size_t i = 0; i < 3 * rods.count; ++i) a[i] += rods.offset[i];
-  }
-  std::array<double, chunk_size> sign;  // NOLINT: likewise
-  widen(rods.sign, rods.count, sign.data());
-  double* __restrict x = chunk->x + slot;
-  double* __restrict y = chunk->y + slot;
-  double* __restrict z = chunk->z + slot;
+  if constexpr (WantsDirections) widen(rods.sign, rods.count, sign.data());
+  double* __restrict x = WantsDirections ? chunk->x + slot : nullptr;
+  double* __restrict y = WantsDirections ? chunk->y + slot : nullptr;
+  double* __restrict z = WantsDirections ? chunk->z + slot : nullptr;
   double* __restrict blocks = blocks_out;
   double* __restrict b = b_out;
   for (std::size_t k = 0; k < rods.count; ++k) {
-    const Vec3 distance{a[3 * k], a[3 * k + 1], a[3 * k + 2]}, velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
-    // g = a/|a|, phi = (v.v - (g.v)^2)/|a|
+    const Vec3 distance{a[3 * k], a[3 * k + 1], a[3 * k + 2]};
     const double inverse = 1.0 / std::sqrt(dot(distance, distance));
     const Vec3 g = inverse * distance;
-    const double along = dot(g, velocity);
-    double right_side = inverse * (dot(velocity, velocity) - along * along);
-    if constexpr (HasField) right_side += dot(g, {w[3 * k], w[3 * k + 1], w[3 * k + 2]});
-    b[k] = right_side;
-    x[k] = g.x;
-    y[k] = g.y;
-    z[k] = g.z;
-    const double s = sign[k];
-    blocks[3 * k] = s * g.x;
-    blocks[3 * k + 1] = s * g.y;
-    blocks[3 * k + 2] = s * g.z;
+    if constexpr (WantsRightSide) {
+      // phi = (v.v - (g.v)^2)/|a|
+      const Vec3 velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
+      const double along = dot(g, velocity);
+      double right_side = inverse * (dot(velocity, velocity) - along * along);
+      if constexpr (HasField) right_side += dot(g, {w[3 * k], w[3 * k + 1], w[3 * k + 2]});
+      b[k] = right_side;
+    }
+    if constexpr (WantsDirections) {
+      x[k] = g.x;
+      y[k] = g.y;
+      z[k] = g.z;
+      const double s = sign[k];
+      blocks[3 * k] = s * g.x;
+      blocks[3 * k + 1] = s * g.y;
+      blocks[3 * k + 2] = s * g.z;
+    }
   }
 }
 
@@ -85,8 +95,43 @@ template <bool HasField>
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks, double* b) {
-  rods.w0 == nullptr ? evaluate_rods<false>(rods, slot, chunk, blocks, b)
-                     : evaluate_rods<true>(rods, slot, chunk, blocks, b);
+  rods.w0 == nullptr ? evaluate_rods<true, true, false>(rods, slot, chunk, blocks, b)
+                     : evaluate_rods<true, true, true>(rods, slot, chunk, blocks, b);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_directions(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks) {
+  evaluate_rods<true, false, false>(rods, slot, chunk, blocks, nullptr);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_right_side(const Rods& rods, double* b) {
+  rods.w0 == nullptr ? evaluate_rods<false, true, false>(rods, 0, nullptr, nullptr, b)
+                     : evaluate_rods<false, true, true>(rods, 0, nullptr, nullptr, b);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+double evaluate_values(const Rods& rods, const double* __restrict lengths, double* __restrict xi) {
+  std::array<double, 3 * chunk_size> a;   // NOLINT: filled before use
+  std::array<double, chunk_size> ratios;  // NOLINT: likewise
+  subtract_places(rods, a.data());
+  for (std::size_t k = 0; k < rods.count; ++k) {
+    const double x = a[3 * k], y = a[3 * k + 1], z = a[3 * k + 2];
+    xi[k] = std::sqrt(x * x + y * y + z * z) - lengths[k];
+    ratios[k] = xi[k] / lengths[k];
+  }
+  return largest_magnitude(ratios.data(), rods.count, 0.0);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_rates(const Rods& rods, double* __restrict rates) {
+  std::array<double, 3 * chunk_size> a, v;  // NOLINT: filled before use
+  subtract_places(rods, a.data());
+  subtract_neighbours(rods.v, rods.count, v.data());
+  for (std::size_t k = 0; k < rods.count; ++k) {
+    const Vec3 distance{a[3 * k], a[3 * k + 1], a[3 * k + 2]}, velocity{v[3 * k], v[3 * k + 1], v[3 * k + 2]};
+    rates[k] = dot(distance, velocity) / std::sqrt(dot(distance, distance));
+  }
 }
 
 TANOR_EACH_INSTRUCTION_SET

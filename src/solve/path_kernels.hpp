@@ -36,7 +36,8 @@ struct Chunk {
 
 /// Rods between consecutive points from the first of r, v and w0 on.
 struct Rods {
-  const double *r, *v;
+  const double* r;
+  const double* v;          ///< where it is asked for
   const double* w0;         ///< null: the same for all, K'w0 = 0
   const double* offset;     ///< [3k] along the path; null: none
   const signed char* sign;  ///< [k]
@@ -44,6 +45,15 @@ struct Rods {
 };
 /// g into the chunk's slots from `slot` on; blocks [3k] and b = phi + K'w0 [k] with constant lengths.
 void evaluate(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks, double* b);
+
+/// g alone.
+void evaluate_directions(const Rods& rods, std::size_t slot, Chunk* chunk, double* blocks);
+/// xi = |a| - length [k]; returns the largest |xi|/length, NaN where any number is.
+double evaluate_values(const Rods& rods, const double* lengths, double* xi);
+/// g.v [k]
+void evaluate_rates(const Rods& rods, double* rates);
+/// b alone.
+void evaluate_right_side(const Rods& rods, double* b);
 
 /// g from blocks.
 void load_directions(const double* blocks, const signed char* sign, Chunk* chunk);
@@ -138,7 +148,7 @@ double sum_of_products(const double* x, const double* y, const double* d, std::s
 /// y += factor x
 void add(double factor, const double* x, std::size_t count, double* y);
 
-/// max(so_far, |x_k|); NaNs are not seen.
+/// max(so_far, |x_k|); NaN where any number is.
 double largest_magnitude(const double* x, std::size_t count, double so_far);
 
 }  // namespace tanor_kernels::paths

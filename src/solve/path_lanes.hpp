@@ -35,13 +35,24 @@ struct Lane3 {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
   [[gnu::always_inline]] friend Lane3 operator*(const Lane& s, const Lane3& a) { return {s * a.x, s * a.y, s * a.z}; }
+  [[gnu::always_inline]] friend Lane3 operator*(const Lane3& a, const Lane3& b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+  }
   [[gnu::always_inline]] friend Lane dot(const Lane3& a, const Lane3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+  [[gnu::always_inline]] Lane sum() const { return x + y + z; }
+  /// Component by component: gcc copies a whole by way of the stack, in other pieces than it stood there.
+  [[gnu::always_inline]] void write(Lane3* to) const {
+    to->x = x;
+    to->y = y;
+    to->z = z;
+  }
 };
 
 /// Paths in lanes and their series, see PathSeries and RodLanes. `is_cut`: the lanes are pieces of one path, which are
 /// joined by the last rod of each, the separators.
-template <std::size_t width, bool is_cut>
+template <std::size_t lanes, bool is_cut>
 struct PathLanes {
+  static constexpr std::size_t width = lanes;
   using Lane = typename LaneOf<width>::Type;
   using Vector = Lane3<width>;
 
@@ -53,7 +64,7 @@ struct PathLanes {
     Vector u;                       // a_0/|a_0|; 0 where there is no rod
     Lane inverse_length, is_there;  // 1/|a_0|; 1 or 0
     Lane inverse_pivot, l, spike;   // S = L D L': 1/D; L of the next row, and of the separator before
-    Lane half_square, x;            // of the order under work: of a.a; right-hand side, then the unknown
+    Lane half_square, x;            // of the order under work: of a.a, where it is refined; the unknown
     Known next;                     // of the order after it
   };
   struct Point {
@@ -70,6 +81,7 @@ struct PathLanes {
   Rod* rods;                               // [length]
   Point* points;                           // [length + 1]; where cut, the last one is the first of the next lane
   Coefficient* series;                     // [length][stride]
+  const Vector* offsets;                   // [length] of a_0; null: none
   std::array<double, width>* separator_l;  // of the tridiagonal system of the separators
   std::array<double, width>* separator_inverse_pivot;
 
@@ -98,6 +110,15 @@ struct PathLanes {
     Lane result = Lane{} + 1.0;
     for (std::size_t s = 0; is_cut && s + 1 < width; ++s) result[s] = 0.0;
     return result;
+  }
+
+  /// a_k of the points' r.
+  [[gnu::always_inline]] void take_coefficient(std::size_t k) const {
+    for (std::size_t i = 0; i < length; ++i) {
+      Vector a = points[i + 1].r - points[i].r;
+      if (k == 0 && offsets != nullptr) a = a + offsets[i];
+      series[i * stride + k].a = rods[i].is_there * a;
+    }
   }
 
   /// From a_0 and lambda_0 in the place of mu_0: u, mu_0 = lambda_0/|a_0|, and S = L D L'.
@@ -155,7 +176,8 @@ struct PathLanes {
   }
 
   /// What is known of order k: sum over j = 1 … k of a_j mu_{k-j}, and half the coefficient k + 2 of a.a without
-  /// a_{k+2}. Where k is odd, of k + 1 as well, but for a_1 mu_k and a_1.a_{k+2}: the series are read every second time.
+  /// a_{k+2}. Where k is odd, of k + 1 as well, but for a_1 mu_k and a_1.a_{k+2}: the series are read every second
+  /// time.
   [[gnu::always_inline]] static Known multiply(const Coefficient* c, int k, Rod* rod) {
     if (k % 2 == 0) {
       const Vector a = c[1].a;
@@ -164,6 +186,7 @@ struct PathLanes {
     // Each product of two a once; the newest coefficients last, or all would wait for them.
     const int middle = (k + 1) / 2;
     Known now{}, next{};
+    Vector now_squares{}, next_squares{};
     Lane mu = c[0].mu;
     int j = k;
     for (; j > middle; --j) {
@@ -173,67 +196,75 @@ struct PathLanes {
       mu = next_mu;
     }
     Vector b = c[middle + 1].a;
-    next.half_square = 0.5 * dot(b, b);
+    next_squares = (Lane{} + 0.5) * (b * b);
     for (; j > 1; --j) {
       const Vector a = c[j].a, next_b = c[k + 3 - j].a;
       const Lane next_mu = c[k + 1 - j].mu;
-      now.half_square += dot(a, b);
-      next.half_square += dot(a, next_b);
+      now_squares = now_squares + a * b;
+      next_squares = next_squares + a * next_b;
       now.force = now.force + mu * a;
       next.force = next.force + next_mu * a;
       b = next_b;
       mu = next_mu;
     }
     const Vector newest = c[k + 1].a;
-    rod->next = {next.force + c[0].mu * newest, next.half_square};
-    return {now.force + mu * c[1].a, now.half_square + dot(c[1].a, newest)};
+    rod->next = {next.force + c[0].mu * newest, next_squares.sum()};
+    return {now.force + mu * c[1].a, (now_squares + c[1].a * newest).sum()};
   }
 
   /// r_{k+2} into the points; a_{k+2} and mu_k into the series. `passes` above 1 refine where S is ill-conditioned.
-  [[gnu::always_inline]] void advance(int k, int passes) const {
+  /// Points between the ends of the lanes are `done(i)` from the last to the first.
+  template <class Done>
+  [[gnu::always_inline]] void advance(int k, int passes, const Done& done) const {
     const double inverse_factor = (k + 1.0) * (k + 2.0);
-    begin_order(k, 1.0 / inverse_factor);
+    begin_order(k, 1.0 / inverse_factor, passes > 1);
     for (int pass = 0; pass < passes; ++pass) {
       if (pass > 0) eliminate();
-      substitute(k, inverse_factor, pass > 0);
+      substitute(k, inverse_factor, pass > 0, done);
     }
   }
 
   /// factor M^-1 (force of the rod before - force of the rod behind): r_{k+2} but for mu_k; with it forwards through
   ///
   ///   S x = -(half_square/|a_0| + u.(r_{i+1} - r_i))
-  [[gnu::always_inline]] void begin_order(int k, double factor) const {
+  [[gnu::always_inline]] void begin_order(int k, double factor, bool keeps_squares) const {
     const Known last = multiply(series + (length - 1) * stride, k, rods + length - 1);
     Known here = length > 1 ? multiply(series, k, rods) : last;
-    points[0].r = (factor * points[0].inverse_mass) * (from_before(last.force) - here.force);
-    points[length].r = (factor * ends() * points[length].inverse_mass) * last.force + from_next(points[0].r);
+    Vector r = (factor * points[0].inverse_mass) * (from_before(last.force) - here.force);
+    r.write(&points[0].r);
+    points[length].r = (factor * ends() * points[length].inverse_mass) * last.force + from_next(r);
     Forwards forwards;
-    for (std::size_t i = 0; i < length; ++i) {
-      rods[i].half_square = here.half_square;
-      if (i + 1 < length) {
-        const Known behind = i + 2 < length ? multiply(series + (i + 1) * stride, k, rods + i + 1) : last;
-        points[i + 1].r = (factor * points[i + 1].inverse_mass) * (here.force - behind.force);
-        here = behind;
-      }
-      eliminate(i, &forwards);
+    const auto go_on = [&](std::size_t i, const Lane& half_square, const Vector& next) __attribute__((always_inline)) {
+      if (keeps_squares) rods[i].half_square = half_square;
+      eliminate(i, half_square, next - r, &forwards);
+      r = next;
+    };
+    for (std::size_t i = 0; i + 1 < length; ++i) {
+      const Known behind = i + 2 < length ? multiply(series + (i + 1) * stride, k, rods + i + 1) : last;
+      const Vector next = (factor * points[i + 1].inverse_mass) * (here.force - behind.force);
+      next.write(&points[i + 1].r);
+      go_on(i, here.half_square, next);
+      here = behind;
     }
+    go_on(length - 1, last.half_square, points[length].r);
     finish(forwards);
   }
 
   struct Forwards {
     Lane sum{}, l{}, x{};
   };
-  [[gnu::always_inline]] void eliminate(std::size_t i, Forwards* at) const {
+  [[gnu::always_inline]] void eliminate(std::size_t i, const Lane& half_square, const Vector& difference,
+                                        Forwards* at) const {
     Rod& rod = rods[i];
-    rod.x = at->x =
-        -(rod.half_square * rod.inverse_length + dot(rod.u, points[i + 1].r - points[i].r)) - at->l * at->x;
+    rod.x = at->x = -(half_square * rod.inverse_length + dot(rod.u, difference)) - at->l * at->x;
     if (i + 1 == length) return;
     at->l = rod.l;
     at->sum += rod.spike * at->x;
   }
   [[gnu::always_inline]] void eliminate() const {
     Forwards forwards;
-    for (std::size_t i = 0; i < length; ++i) eliminate(i, &forwards);
+    for (std::size_t i = 0; i < length; ++i)
+      eliminate(i, rods[i].half_square, points[i + 1].r - points[i].r, &forwards);
     finish(forwards);
   }
   /// x of the last rods.
@@ -248,7 +279,8 @@ struct PathLanes {
   }
 
   /// Backwards: x = factor lambda_k, r += M^-1 K x, mu_k and a_{k+2}.
-  [[gnu::always_inline]] void substitute(int k, double inverse_factor, bool refines) const {
+  template <class Done>
+  [[gnu::always_inline]] void substitute(int k, double inverse_factor, bool refines, const Done& done) const {
     const auto row = static_cast<std::size_t>(k);
     Rod& last = rods[length - 1];
     Point& end = points[length];
@@ -263,14 +295,16 @@ struct PathLanes {
     Vector tension = last_tension, behind = end.r;
     for (std::size_t i = length - 1; i-- > 0;) {
       Rod& rod = rods[i];
-      x = rod.x * rod.inverse_pivot - rod.l * x - rod.spike * separator;
+      x = rod.x * rod.inverse_pivot - rod.spike * separator - rod.l * x;
       const Vector before = x * rod.u;
       Point& point = points[i + 1];
-      point.r = point.r + point.inverse_mass * (before - tension);
+      const Vector r = point.r + point.inverse_mass * (before - tension);
+      r.write(&point.r);
       add(inverse_factor * x * rod.inverse_length, &series[i * stride + row].mu);
-      series[(i + 1) * stride + row + 2].a = rods[i + 1].is_there * (behind - point.r);
-      behind = point.r;
+      series[(i + 1) * stride + row + 2].a = rods[i + 1].is_there * (behind - r);
+      behind = r;
       tension = before;
+      done(i + 1);
     }
     points[0].r = points[0].r + points[0].inverse_mass * (from_before(last_tension) - tension);
     end.r = (1.0 - ends()) * from_next(points[0].r) + ends() * end.r;

@@ -21,8 +21,7 @@ void PathSweep::spread_spikes(const Path& path, const Numbers& numbers, Half* le
     const std::size_t outermost = rightwards ? path.first : path.end - 1, k = outermost - half->first;
     if (k >= half->chunk.count) return;
     const std::size_t row = path.closing_row();
-    const Vec3 g = numbers.motion != nullptr ? Distance(apart(path, row, *numbers.motion), {}).unit
-                                             : direction(numbers.given_blocks, row);
+    const Vec3 g = direction(path, row, numbers);
     // e = -g.g_c/m of the point between
     (*e)[k] = half->coupling = -half->chunk.inverse_mass[rightwards ? k : k + 1] * dot(g, half->chunk.direction(k + 1));
   };

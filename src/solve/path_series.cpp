@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "base/instruction_sets.hpp"
+#include "solve/lane_points.hpp"
 #include "solve/path_lanes.hpp"
 
 namespace tanor {
@@ -15,23 +16,55 @@ using Pieces = PathLanes<RodLanes::most, true>;
 using Paths = PathLanes<RodLanes::most, false>;
 using FewPaths = PathLanes<RodLanes::few, false>;
 
-TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes) {
+/// Points of a group in and out of the system's arrays.
+template <class Lanes>
+using Places = LanePoints<Lanes::width>;
+
+template <class Lanes>
+[[gnu::always_inline]] inline void load_and_begin(const Lanes& lanes, const Places<Lanes>& places,
+                                                  std::span<double* const, 3> coefficients) {
+  const auto at = [&](std::size_t i) __attribute__((always_inline))->auto& {
+    return lanes.points[i].r;
+  };
+  for (std::size_t k = 0; k <= 2; ++k) {
+    places.load_from(coefficients[k], at);
+    lanes.take_coefficient(k);
+  }
   lanes.begin();
 }
-TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes) {
-  lanes.begin();
+template <class Lanes>
+[[gnu::always_inline]] inline void advance_and_store(const Lanes& lanes, int k, int passes, const Places<Lanes>& places,
+                                                     double* to) {
+  const auto at = [&](std::size_t i) __attribute__((always_inline))->const auto& {
+    return lanes.points[i].r;
+  };
+  lanes.advance(
+      k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
+  places.store_ends(to, at);
 }
-TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes) {
-  lanes.begin();
+
+TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes, const Places<Pieces>& places,
+                                      std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes) {
-  lanes.advance(k, passes);
+TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes, const Places<Pieces>& places,
+                                        double* to) {
+  advance_and_store(lanes, k, passes, places, to);
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k, int passes) {
-  lanes.advance(k, passes);
+TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes, const Places<Paths>& places, std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
 }
-TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes) {
-  lanes.advance(k, passes);
+TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k, int passes, const Places<Paths>& places,
+                                        double* to) {
+  advance_and_store(lanes, k, passes, places, to);
+}
+TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes, const Places<FewPaths>& places,
+                                      std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
+}
+TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes, const Places<FewPaths>& places,
+                                        double* to) {
+  advance_and_store(lanes, k, passes, places, to);
 }
 
 /// The numbers of one PathLanes.
@@ -43,7 +76,7 @@ class Group {
   using Vector = typename Lanes::Vector;
 
   Group(RodLanes given, std::span<const Vector3> offsets, std::span<const double> inverse_mass)
-      : given_(std::move(given)), rods_(given_.length), points_(given_.length + 1) {
+      : given_(std::move(given)), places_(given_.points), rods_(given_.length), points_(given_.length + 1) {
     for (std::size_t at = 0; at < given_.points.size(); ++at) {
       const Index point = given_.points[at];
       if (point >= 0) points_[at / width].inverse_mass[at % width] = inverse_mass[static_cast<std::size_t>(point)];
@@ -62,30 +95,19 @@ class Group {
   void expand(std::span<double* const> coefficients, const double* lambda, int passes) {
     begin(coefficients, lambda);
     for (std::size_t k = 1; k + 2 < coefficients.size(); ++k) {
-      tanor::advance(lanes(), static_cast<int>(k), passes);
-      store_order(coefficients[k + 2]);
+      tanor::advance(lanes(), static_cast<int>(k), passes, places_, coefficients[k + 2]);
     }
   }
 
  private:
   void begin(std::span<double* const> coefficients, const double* lambda) {
-    stride_ = coefficients.size();
+    stride_ = coefficients.size() | 1;  // of a power of 2 rods would meet in the same few lines of the caches
     series_.resize(given_.length * stride_);
-    for (std::size_t k = 0; k <= 2; ++k) load(k, coefficients[k]);
     for (std::size_t at = 0; at < given_.rows.size(); ++at) {
       const Index row = given_.rows[at];
       series_[at / width * stride_].mu[at % width] = row < 0 ? 0.0 : lambda[row];
     }
-    tanor::begin(lanes());
-  }
-
-  void store_order(double* next) const {
-    for (std::size_t at = 0; at < given_.points.size(); ++at) {
-      const Index point = given_.points[at];
-      const Vector& r = points_[at / width].r;
-      const std::size_t s = at % width;
-      if (point >= 0) store(next, point, {r.x[s], r.y[s], r.z[s]});
-    }
+    tanor::begin(lanes(), places_, coefficients.first<3>());
   }
 
   static void put(Vector* to, std::size_t lane, Vec3 a) {
@@ -95,28 +117,14 @@ class Group {
   }
 
   Lanes lanes() {
-    return {
-        given_.length, stride_, rods_.data(), points_.data(), series_.data(), &separator_l_, &separator_inverse_pivot_};
-  }
-
-  /// Coefficient k of the rods' a.
-  void load(std::size_t k, const double* r) {
-    for (std::size_t at = 0; at < given_.points.size(); ++at) {
-      const Index point = given_.points[at];
-      if (point >= 0) put(&points_[at / width].r, at % width, tanor::load(r, point));
-    }
-    for (std::size_t i = 0; i < given_.length; ++i) {
-      const Vector &begin = points_[i].r, &end = points_[i + 1].r;
-      Vector& a = series_[i * stride_ + k].a;
-      for (std::size_t s = 0; s < width; ++s) {
-        Vec3 d{end.x[s] - begin.x[s], end.y[s] - begin.y[s], end.z[s] - begin.z[s]};
-        if (k == 0 && !offsets_.empty()) d = d + Vec3{offsets_[i].x[s], offsets_[i].y[s], offsets_[i].z[s]};
-        put(&a, s, rods_[i].is_there[s] * d);
-      }
-    }
+    return {given_.length,  stride_,
+            rods_.data(),   points_.data(),
+            series_.data(), offsets_.empty() ? nullptr : offsets_.data(),
+            &separator_l_,  &separator_inverse_pivot_};
   }
 
   RodLanes given_;
+  LanePoints<width> places_;
   std::vector<typename Lanes::Rod> rods_;
   std::vector<typename Lanes::Point> points_;
   std::vector<Vector> offsets_;  // of a_0; empty where there are none

@@ -28,8 +28,8 @@ class PathSeries {
                                           std::span<const Incidence> incidences, std::span<const double> inverse_mass);
   ~PathSeries();
 
-  /// Writes r_3 … r_P from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and lambda_0 [d]. `passes`: solves an order,
-  /// more than 1 refine.
+  /// Writes r_3 … r_P from r_0, r_1, r_2 of coefficients[0 … P], each [3n], and lambda_0 [d]. `passes`: solves an
+  /// order, more than 1 refine.
   void expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda, int passes);
 
  private:

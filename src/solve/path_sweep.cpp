@@ -30,6 +30,7 @@ std::unique_ptr<PathSweep> PathSweep::make(const Constraints& constraints, const
   if (result->paths_.empty()) return nullptr;
   result->block_ = std::move(rods.block);
   result->offset_ = std::move(rods.offset);
+  result->length_ = std::move(rods.constant_length);
   result->lengths_ = std::move(rods.lengths);
   result->finish();
   return result;
@@ -152,23 +153,50 @@ Elimination PathSweep::solve(const Parallel& parallel, const FreeMotion& motion,
         start_outwards(p, lambda);
       },
       [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, substituted, halves, work); },
-      [&](std::size_t p, Work* work) {
-        const Path& path = paths_[p];
-        double& residual = work->range.residual;
-        residual = larger(larger(work->left.residual, work->right.residual),
-                          rest_of(substituted, path.middle(), work->left.dw, work->right.dw));
-        if (!path.is_ring) return;
-        residual = larger(residual, rest_of(substituted, path.closing_row(), work->right.end_dw, work->left.end_dw));
-      });
+      [&](std::size_t p, Work* work) { include_residual(p, substituted, work); });
   return {range.reciprocal_condition(), range.right_side, range.residual};
 }
 
+/// |K'dw + b| of a whole path.
+void PathSweep::include_residual(std::size_t p, const Substituted& numbers, Work* work) const {
+  const Path& path = paths_[p];
+  double& residual = work->range.residual;
+  residual = larger(larger(work->left.residual, work->right.residual),
+                    rest_of(numbers, path.middle(), work->left.dw, work->right.dw));
+  if (!path.is_ring) return;
+  residual = larger(residual, rest_of(numbers, path.closing_row(), work->right.end_dw, work->left.end_dw));
+}
+
 Elimination PathSweep::factorize(const Parallel& parallel, const double* blocks) {
-  const Numbers numbers{nullptr, blocks, nullptr, nullptr, nullptr};
+  return eliminate(parallel, {nullptr, blocks, nullptr, nullptr, nullptr});
+}
+
+Elimination PathSweep::linearise(const Parallel& parallel, const double* r, double* blocks) {
+  const FreeMotion motion{r, nullptr, nullptr};
+  return eliminate(parallel, {&motion, blocks, blocks, nullptr, nullptr});
+}
+
+Elimination PathSweep::eliminate(const Parallel& parallel, const Numbers& numbers) {
   const Range range = run(
       parallel, [&](std::size_t p, Halves halves, Work* work) { eliminate_halves(paths_[p], numbers, halves, work); },
       [&](std::size_t p, Work* work) { eliminate_middle(p, numbers, work); }, [](auto...) {}, [](auto...) {});
   return {.reciprocal_condition = range.reciprocal_condition()};
+}
+
+Elimination PathSweep::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                                   double* lambda, double* w) {
+  const double largest = evaluate_right_side(parallel, motion, b);
+  const Substituted substituted{motion.uniform, blocks, b, lambda, w};
+  const Range range = run(
+      parallel,
+      [&](std::size_t p, Halves halves, Work* work) { eliminate_right_side(paths_[p], halves, b, lambda, work); },
+      [&](std::size_t p, Work* work) {
+        work->range = {};
+        eliminate_middle_of(p, b, lambda, *work);
+      },
+      [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, substituted, halves, work); },
+      [&](std::size_t p, Work* work) { include_residual(p, substituted, work); });
+  return {.largest_right_side = largest, .residual = range.residual};
 }
 
 void PathSweep::solve_negative(const Parallel& parallel, const double* b, double* x) {

@@ -29,6 +29,12 @@ class PathSweep final : public Sweep {
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
+  bool evaluates() const override { return true; }
+  double measure_values(const Parallel& parallel, const double* r, double* xi) override;
+  double measure_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+                          double* w) override;
   const Summary& summary() const override { return summary_; }
 
  private:
@@ -56,7 +62,8 @@ class PathSweep final : public Sweep {
   enum class Halves { Both, Left, Right };
   static bool includes(Halves halves, Halves one) { return halves == Halves::Both || halves == one; }
 
-  /// What an elimination reads and writes; without `motion` the blocks are given, without b there is no right side.
+  /// What an elimination reads and writes; without `motion` the blocks are given, without b there is no right side, and
+  /// of the motion r is enough.
   struct Numbers {
     const FreeMotion* motion;
     const double* given_blocks;
@@ -100,6 +107,8 @@ class PathSweep final : public Sweep {
   template <class Inwards, class Middle, class Outwards, class Finish>
   Range run(const Parallel& parallel, const Inwards& inwards, const Middle& middle, const Outwards& outwards,
             const Finish& finish);
+  Elimination eliminate(const Parallel& parallel, const Numbers& numbers);
+  void include_residual(std::size_t path, const Substituted& numbers, Work* work) const;
 
   void announce(const Path& path, const Numbers& numbers, std::size_t first, std::size_t count,
                 paths::Upcoming* upcoming) const;
@@ -108,8 +117,15 @@ class PathSweep final : public Sweep {
   void eliminate_halves(const Path& path, const Numbers& numbers, Halves halves, Work* work);
   void take_rows(const Path& path, const Numbers& numbers, Half* half) const;
   void eliminate_middle(std::size_t path, const Numbers& numbers, Work* work);
-  Vec3 apart(const Path& path, std::size_t row, const FreeMotion& motion) const;
+  Vec3 direction(const Path& path, std::size_t row, const Numbers& numbers) const;
   Vec3 evaluate_row(const Path& path, std::size_t row, const Numbers& numbers) const;
+  Vec3 distance(const Path& path, std::size_t row, const double* r) const;
+  double right_side(const Path& path, std::size_t row, const FreeMotion& motion) const;
+  paths::Rods rods_between(const Path& path, std::size_t begin, std::size_t end, const FreeMotion& motion) const;
+  void subtract_moving(std::size_t begin, std::size_t end, double MovingScalar::*part, double* rows) const;
+  template <class Between, class Alone>
+  double largest_of_rows(const Parallel& parallel, const Between& between, const Alone& alone) const;
+  double evaluate_right_side(const Parallel& parallel, const FreeMotion& motion, double* b) const;
 
   void substitute_halves(std::size_t path, const Substituted& numbers, Halves halves, Work* work) const;
   paths::Ends accelerate(const Path& path, const Substituted& numbers, std::size_t first, std::size_t count,
@@ -136,6 +152,7 @@ class PathSweep final : public Sweep {
   std::vector<std::size_t> block_;                                    // [row]; empty: they follow the rows
   std::vector<signed char> sign_;                                     // [row] of its block, along the path
   std::vector<Vec3> offset_;                                          // [row] along the path; empty: none
+  std::vector<double> length_;                                        // [row]
   std::vector<std::pair<std::size_t, const MovingScalar*>> lengths_;  // that depend on time, by row
   std::vector<std::size_t> group_start_;                              // paths that one thread takes
   std::vector<double> inverse_pivot_, factor_;                        // [row]; of a middle row: with its left one …

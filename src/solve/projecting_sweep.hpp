@@ -18,6 +18,10 @@ class ProjectingSweep final : public Sweep {
                     double* w) override {
     return sweep_->solve(parallel, motion, blocks, scratch, lambda, w);
   }
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                          double* lambda, double* w) override {
+    return sweep_->solve_again(parallel, motion, blocks, scratch, lambda, w);
+  }
   Elimination factorize(const Parallel& parallel, const double* blocks) override {
     return sweep_->factorize(parallel, blocks);
   }

@@ -14,11 +14,13 @@ namespace tanor {
 struct RodRows {
   std::vector<std::array<Index, 2>> ends;                            ///< [row] inner points; {-1, -1}: no rod
   std::vector<std::size_t> block;                                    ///< [row]
+  std::vector<double> constant_length;                               ///< [row]
   std::vector<Vec3> offset;                                          ///< [row] as RodKernel; empty: none
   std::vector<std::pair<std::size_t, const MovingScalar*>> lengths;  ///< that depend on time, by row
 
   RodRows() = default;
-  RodRows(const Constraints& constraints, std::size_t num_rows) : ends(num_rows, {-1, -1}), block(num_rows) {
+  RodRows(const Constraints& constraints, std::size_t num_rows)
+      : ends(num_rows, {-1, -1}), block(num_rows), constant_length(num_rows) {
     const auto read = [&]<bool Timed, bool Shifted>(const Family<RodKernel<Timed, Shifted>>& rods) {
       if (Shifted && rods.size() > 0) offset.resize(num_rows);
       for (std::size_t k = 0; k < rods.size(); ++k) {
@@ -26,7 +28,11 @@ struct RodRows {
         ends[row] = rods.kernel.points[k];
         block[row] = static_cast<std::size_t>(rods.first_block) + k;
         if constexpr (Shifted) offset[row] = rods.kernel.offset[k];
-        if constexpr (Timed) lengths.emplace_back(row, &rods.kernel.moving_length[k]);
+        if constexpr (Timed) {
+          lengths.emplace_back(row, &rods.kernel.moving_length[k]);
+        } else {
+          constant_length[row] = rods.kernel.length[k];
+        }
       }
     };
     read(constraints.family<RodKernel<false, false>>());

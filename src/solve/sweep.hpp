@@ -52,8 +52,17 @@ class Sweep {
   virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
                             double* lambda, double* w) = 0;
 
+  /// The same at the place of the last elimination, whose factor may serve again.
+  virtual Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                                  double* lambda, double* w) {
+    return solve(parallel, motion, blocks, scratch, lambda, w);
+  }
+
   /// S eliminated from given blocks of K.
   virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
+
+  /// blocks := K at r and S eliminated; where the sweep `projects` or `evaluates`.
+  virtual Elimination linearise(const Parallel& /*parallel*/, const double* /*r*/, double* /*blocks*/) { return {}; }
 
   /// x := -S^-1 b [d] with the last elimination; x may be b.
   virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
@@ -63,6 +72,16 @@ class Sweep {
     return false;
   }
 
+  // What rows say at given places, without their families. Not on every way: where `evaluates` says so.
+
+  virtual bool evaluates() const { return false; }
+  /// xi [d]; returns the largest |xi|/length, NaN where any number is.
+  virtual double measure_values(const Parallel& /*parallel*/, const double* /*r*/, double* /*xi*/) { return 0.0; }
+  /// K'v + xi_t [d] with K at r; returns the largest one, m/s, NaN where any number is.
+  virtual double measure_rates(const Parallel& /*parallel*/, const double* /*r*/, const double* /*v*/,
+                               double* /*rates*/) {
+    return 0.0;
+  }
   struct Summary {
     std::string name;                  ///< as PlanSummary::way
     std::string reason;                ///< "every island is a path of rods"
@@ -76,8 +95,6 @@ class Sweep {
   // so.
 
   virtual bool projects() const { return false; }
-  /// blocks := K at r and S eliminated.
-  virtual Elimination linearise(const Parallel& /*parallel*/, const double* /*r*/, double* /*blocks*/) { return {}; }
   /// Chord iterations with the last elimination until |xi|/length <= target, or as far as they lead. `sum` [d] is their
   /// guess on entry, all multipliers on return; null: none.
   virtual Projection project_positions(const Parallel& /*parallel*/, const double* /*blocks*/, double /*target*/,

@@ -33,7 +33,8 @@ std::unique_ptr<TreeSweep> TreeSweep::make(const Constraints& constraints, const
 bool TreeSweep::add_island(const Numbering& numbering, Index number, const RodRows& given) {
   const auto first_row = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(number)]);
   const auto end_row = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(number) + 1]);
-  Island island{.first_rod = order_.size(), .end_rod = 0, .end = 0, .first_point = 0, .end_point = 0};
+  Island island{};
+  island.first_rod = order_.size();
   std::vector<trees::Rod> rings;
   Index before = -1, lowest = num_moving_, highest = -1;
   const auto refuse = [&] {

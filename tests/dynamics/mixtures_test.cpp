@@ -350,7 +350,7 @@ TEST_P(MovingMixtures, GoOnFromASnapshot) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, MovingMixtures,
                          testing::Values(Method::Rattle, Method::Dop853, Method::Taylor, Method::Radau5),
-                         [](const auto& info) { return std::string(method_name(info.param)); });
+                         [](const auto& instance) { return std::string(method_name(instance.param)); });
 
 }  // namespace
 }  // namespace tanor

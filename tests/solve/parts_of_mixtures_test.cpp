@@ -182,7 +182,7 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Ways, PartsOfMixtures, testing::Values("points", "bundles", "paths", "trees", "general"),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& instance) { return instance.param; });
 
 }  // namespace
 }  // namespace tanor

@@ -1,0 +1,168 @@
+/// What paths of rods say about their own rows is what the families of constraints say.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "dynamics/answers.hpp"
+#include "dynamics/normal_form.hpp"
+#include "solve/sweep.hpp"
+
+namespace tanor {
+namespace {
+
+enum class Kind { Plain, Shifted, Timed };
+
+/// Paths of rods, points and rods numbered at random; some are held at their ends, some closed to rings.
+System make_paths(const std::vector<std::size_t>& lengths, Kind kind, std::mt19937* random) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto number = [&] { return unit(*random); };
+  const std::size_t num_points = std::accumulate(lengths.begin(), lengths.end(), lengths.size());
+  std::vector<Index> place(num_points);
+  std::iota(place.begin(), place.end(), 0);
+  std::shuffle(place.begin(), place.end(), *random);
+  System system;
+  system.positions.resize(3 * num_points);
+  system.velocities.resize(3 * num_points);
+  for (std::size_t i = 0; i < num_points; ++i) system.masses.push_back(std::exp(number()));
+  Rods rods;
+  std::size_t next = 0;
+  for (const std::size_t length : lengths) {
+    Vec3 at{number(), number(), number()};
+    for (std::size_t k = 0; k <= length; ++k, ++next) {
+      store(system.positions.data(), place[next], at);
+      store(system.velocities.data(), place[next], {number(), number(), number()});
+      at = at + Vec3{0.5 + 0.2 * number(), 0.4 * number(), 0.4 * number()};
+      if (k == 0) continue;
+      const std::size_t turned = number() > 0.0 ? 1 : 0;
+      rods.pairs.push_back({place[next - turned], place[next - 1 + turned]});
+      if (kind == Kind::Shifted) rods.offsets.push_back({0.1 * number(), 0.1 * number(), 0.1 * number()});
+    }
+    const bool is_ring = length > 2 && number() > 0.3;
+    if (is_ring) {
+      rods.pairs.push_back({place[next - 1], place[next - 1 - length]});
+      if (kind == Kind::Shifted) rods.offsets.push_back({0.1 * number(), 0.1 * number(), 0.1 * number()});
+    }
+    for (const std::size_t end : {next - length - 1, next - 1}) {
+      if (!is_ring && length > 1 && number() > 0.0)
+        system.supports.push_back({"", {place[end]}, VectorFunction(0.0, 0.0, 0.0)});
+    }
+  }
+  std::shuffle(rods.pairs.begin(), rods.pairs.end(), *random);
+  if (kind == Kind::Timed) rods.length = ScalarFunction::formula("0.6 + 0.1*sin(3*t)");
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.1, 0.0, -9.81}}};
+  return system;
+}
+
+/// One place on the general way and along paths.
+struct Rows {
+  Model model;
+  std::unique_ptr<Sweep> sweep;
+  std::vector<double> r, v, here, there;
+
+  explicit Rows(const System& system, int threads = 1, double t = 0.3)
+      : model(system, {.threads = threads}, t),
+        sweep(make_sweep(model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass,
+                         {.way = Way::Paths})),
+        r(3 * model.num_points()),
+        v(r.size()),
+        here(model.num_rows()),
+        there(model.num_rows()) {
+    model.numbering.gather_points(system.positions, r);
+    model.numbering.gather_points(system.velocities, v);
+    model.prescribe_all(t, r.data(), v.data());
+  }
+};
+
+const std::vector<std::vector<std::size_t>> shapes = {{1},      {2},           {3, 1, 2},          {127}, {128}, {129},
+                                                      {130, 5}, {255, 9, 257}, {10, 10, 10, 1000}, {7000}};
+constexpr double rounding = 1e-14;
+
+double difference(const std::vector<double>& x, const std::vector<double>& y) {
+  double result = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) result = larger(result, std::abs(x[i] - y[i]));
+  return result;
+}
+
+class PathRows : public testing::TestWithParam<Kind> {};
+INSTANTIATE_TEST_SUITE_P(Kinds, PathRows, testing::Values(Kind::Plain, Kind::Shifted, Kind::Timed));
+
+TEST_P(PathRows, ValuesAndRatesAreThoseOfTheFamilies) {
+  std::mt19937 random(31);
+  for (const auto& lengths : shapes) {
+    Rows rows(make_paths(lengths, GetParam(), &random));
+    const Parallel& parallel = rows.model.parallel;
+
+    const double violation = rows.sweep->measure_values(parallel, rows.r.data(), rows.here.data());
+    const double known = rows.model.constraints.evaluate_values(parallel, rows.r.data(), rows.there.data());
+    EXPECT_LE(difference(rows.here, rows.there), rounding);
+    EXPECT_NEAR(violation, known, rounding * (1.0 + known));
+
+    const double rate = rows.sweep->measure_rates(parallel, rows.r.data(), rows.v.data(), rows.here.data());
+    const double known_rate =
+        rows.model.constraints.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.there.data());
+    EXPECT_LE(difference(rows.here, rows.there), rounding);
+    EXPECT_NEAR(rate, known_rate, rounding);
+  }
+}
+
+TEST_P(PathRows, SolvingAgainIsSolving) {
+  std::mt19937 random(32);
+  for (const auto& lengths : shapes) {
+    Rows rows(make_paths(lengths, GetParam(), &random));
+    Model& model = rows.model;
+    std::vector<double> blocks(3 * model.constraints.num_blocks()), again_blocks(blocks), b(model.num_rows());
+    std::vector<double> lambda(b), again(b), w(rows.r.size()), w_again(w);
+    for (std::vector<double>* array : {&w, &w_again})
+      (void)model.evaluate_free(0.3, rows.r.data(), rows.v.data(), array->data());
+
+    const Elimination solved = rows.sweep->solve(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
+                                                 blocks.data(), b.data(), lambda.data(), w.data());
+    const Elimination linearised = rows.sweep->linearise(model.parallel, rows.r.data(), again_blocks.data());
+    const Elimination found = rows.sweep->solve_again(model.parallel, {rows.r.data(), rows.v.data(), w_again.data()},
+                                                      again_blocks.data(), b.data(), again.data(), w_again.data());
+
+    ASSERT_GT(solved.reciprocal_condition, 0.0);
+    EXPECT_LE(difference(blocks, again_blocks), rounding);
+    EXPECT_NEAR(linearised.reciprocal_condition / solved.reciprocal_condition, 1.0, 1e-10);
+    EXPECT_NEAR(found.largest_right_side / solved.largest_right_side, 1.0, rounding);
+    EXPECT_LE(found.residual, 1e-11 * found.largest_right_side);
+    EXPECT_LE(relative_difference(again, lambda), 1e-12);
+    EXPECT_LE(relative_difference(w_again, w), 1e-12);
+  }
+}
+
+TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
+  std::mt19937 random(33);
+  const System system = make_paths({20000, 3, 4000, 9000}, Kind::Plain, &random);
+  Rows one(system, 1), two(system, 2);
+  for (Rows* rows : {&one, &two}) {
+    const double violation = rows->sweep->measure_values(rows->model.parallel, rows->r.data(), rows->here.data());
+    const double rate =
+        rows->sweep->measure_rates(rows->model.parallel, rows->r.data(), rows->v.data(), rows->there.data());
+    rows->here.push_back(violation);
+    rows->there.push_back(rate);
+  }
+  EXPECT_EQ(one.here, two.here);
+  EXPECT_EQ(one.there, two.there);
+}
+
+TEST(PathRows, NoNumberHides) {
+  std::mt19937 random(34);
+  const System system = make_paths({300}, Kind::Plain, &random);
+  for (const std::size_t point : {0, 1, 77, 299, 300}) {
+    Rows rows(system);
+    rows.r[3 * point + 1] = std::nan("");
+    EXPECT_TRUE(std::isnan(rows.sweep->measure_values(rows.model.parallel, rows.r.data(), rows.here.data())));
+    EXPECT_TRUE(
+        std::isnan(rows.sweep->measure_rates(rows.model.parallel, rows.r.data(), rows.v.data(), rows.here.data())));
+  }
+}
+
+}  // namespace
+}  // namespace tanor
