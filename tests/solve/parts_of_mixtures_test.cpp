@@ -160,6 +160,20 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   EXPECT_GT(part->linearise(parallel, r.data(), blocks.data()).reciprocal_condition, 1e-9);
   expect_own_blocks();
   EXPECT_GT(part->factorize(parallel, blocks.data()).reciprocal_condition, 1e-9);
+  const std::vector<double> lambda_before = lambda;
+  for (std::vector<double>* const array : {&scratch, &lambda}) std::fill(array->begin(), array->end(), nan);
+  std::fill_n(w.begin(), 3 * inner_.numbering.num_moving, nan);
+  const Elimination again = part->solve_again(parallel, {r.data(), v.data(), w.data(), &uniform}, blocks.data(),
+                                              scratch.data(), lambda.data(), w.data());
+  EXPECT_NEAR(again.largest_right_side, found.largest_right_side, 1e-12 * found.largest_right_side);
+  EXPECT_LE(again.residual, 1e-12 * found.largest_right_side);
+  expect_own_points(w);
+  expect_own_rows(lambda);
+  expect_own_blocks();
+  for (std::size_t a = 0; a < d; ++a) {
+    if (!theirs.rows.contains(a)) continue;
+    EXPECT_NEAR(lambda[a], lambda_before[a], 1e-10 * (1.0 + std::abs(lambda[a])));
+  }
 
   std::vector<double> x = of_rows(), rows = of_rows(), points = of_points(inner_.v);
   part->solve_negative(parallel, x.data(), x.data());
