@@ -11,13 +11,16 @@
 /// (instruction_sets.hpp): shuffles are of four numbers, which AVX2 and AVX-512 both have.
 namespace tanor {
 
+// Functions that take or return lanes are all inlined: there is no binary interface to keep.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 inline constexpr std::size_t num_lanes = 8;
 using Eight [[gnu::vector_size(num_lanes * sizeof(double)), gnu::aligned(num_lanes * sizeof(double))]] = double;
 struct Eight3 {
   Eight x, y, z;
 };
 
-/// Those at any address. References: vectors in registers would be another calling convention for each instruction set.
+/// Those at any address.
 using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
 [[gnu::always_inline]] inline const EightAnywhere& eight_at(const double* place) {
   return *reinterpret_cast<const EightAnywhere*>(place);
@@ -71,6 +74,35 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   const Four z0 = __builtin_shufflevector(z, z, 0, 1, 2, 3), z1 = __builtin_shufflevector(z, z, 4, 5, 6, 7);
   store_four_points(x0, y0, z0, to);
   store_four_points(x1, y1, z1, to + 12);
+}
+
+/// Lane k of the i-th becomes lane i of the k-th.
+[[gnu::always_inline]] inline void transpose(Four* a, Four* b, Four* c, Four* d) {
+  const Four ab_02 = __builtin_shufflevector(*a, *b, 0, 4, 2, 6), ab_13 = __builtin_shufflevector(*a, *b, 1, 5, 3, 7);
+  const Four cd_02 = __builtin_shufflevector(*c, *d, 0, 4, 2, 6), cd_13 = __builtin_shufflevector(*c, *d, 1, 5, 3, 7);
+  *a = __builtin_shufflevector(ab_02, cd_02, 0, 1, 4, 5);
+  *b = __builtin_shufflevector(ab_13, cd_13, 0, 1, 4, 5);
+  *c = __builtin_shufflevector(ab_02, cd_02, 2, 3, 6, 7);
+  *d = __builtin_shufflevector(ab_13, cd_13, 2, 3, 6, 7);
+}
+
+/// Likewise: pairs, then fours, then eights change places.
+[[gnu::always_inline]] inline void transpose(Eight (&a)[8]) {
+  Eight b[8];
+  for (std::size_t i = 0; i < 8; i += 2) {
+    b[i] = __builtin_shufflevector(a[i], a[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+    b[i + 1] = __builtin_shufflevector(a[i], a[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  Eight c[8];
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t i = k + k / 2 * 2;
+    c[i] = __builtin_shufflevector(b[i], b[i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+    c[i + 2] = __builtin_shufflevector(b[i], b[i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    a[i] = __builtin_shufflevector(c[i], c[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    a[i + 4] = __builtin_shufflevector(c[i], c[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+  }
 }
 
 inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 #include "base/stopwatch.hpp"
 #include "solve/redundancy.hpp"
@@ -82,17 +83,13 @@ System validated(System system, double t) {
   return system;
 }
 
-// Functions that take or return lanes are all inlined: there is no binary interface to keep.
-#pragma GCC diagnostic ignored "-Wpsabi"
-using Lane = double __attribute__((vector_size(64)));
-
 /// x² + y² + z² of 8 points.
-[[gnu::always_inline]] inline Lane add_triples(const Lane& a, const Lane& b, const Lane& c) {
-  const Lane x =
+[[gnu::always_inline]] inline Eight add_triples(const Eight& a, const Eight& b, const Eight& c) {
+  const Eight x =
       __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 0, 0), c, 0, 1, 2, 3, 4, 5, 10, 13);
-  const Lane y =
+  const Eight y =
       __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 10, 13, 0, 0, 0), c, 0, 1, 2, 3, 4, 8, 11, 14);
-  const Lane z =
+  const Eight z =
       __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 8, 11, 14, 0, 0, 0), c, 0, 1, 2, 3, 4, 9, 12, 15);
   return x + y + z;
 }
@@ -110,35 +107,31 @@ TANOR_EACH_INSTRUCTION_SET
 double largest_ratio(const double* error, const double* from, const double* to, std::size_t begin, std::size_t end,
                      double atol, double rtol) {
   constexpr std::size_t width = 8;
-  const auto load_lane = [](const double* x) {
-    Lane lane;
-    std::memcpy(&lane, x, sizeof(lane));
-    return lane;
-  };
   // Of squares. (atol + rtol |.|)^2 lies above atol^2 + rtol^2 |.|^2: most points need no root and no quotient.
-  Lane worst{};
+  Eight worst{};
   auto is_unordered = worst != worst;
   for (std::size_t next = begin; next < end; next += width) {
     const std::size_t first = 3 * std::min(next, end - width);
-    Lane square[3], size[3];
+    Eight square[3], size[3];
     for (std::size_t part = 0; part < 3; ++part) {
       const std::size_t at = first + width * part;
-      const Lane e = load_lane(error + at), a = load_lane(from + at), b = load_lane(to + at);
+      const Eight e = eight_at(error + at), a = eight_at(from + at), b = eight_at(to + at);
       square[part] = e * e;
       size[part] = a * a > b * b ? a * a : b * b;
     }
-    const Lane squares = add_triples(square[0], square[1], square[2]);
-    const Lane sizes = add_triples(size[0], size[1], size[2]);
+    const Eight squares = add_triples(square[0], square[1], square[2]);
+    const Eight sizes = add_triples(size[0], size[1], size[2]);
     if (are_all(squares <= worst * (atol * atol + rtol * rtol * sizes))) continue;
     std::array<double, width> roots;
     std::memcpy(roots.data(), &sizes, sizeof(sizes));
     for (double& x : roots) x = std::sqrt(x);
-    const Lane allowed = atol + rtol * load_lane(roots.data()), ratio = squares / (allowed * allowed);
+    const Eight allowed = atol + rtol * eight_at(roots.data()), ratio = squares / (allowed * allowed);
     is_unordered |= ratio != ratio;
     worst = ratio > worst ? ratio : worst;
   }
   double result = 0.0;
-  for (std::size_t k = 0; k < width; ++k) result = larger(result, is_unordered[k] != 0 ? std::numeric_limits<double>::quiet_NaN() : worst[k]);
+  for (std::size_t k = 0; k < width; ++k)
+    result = larger(result, is_unordered[k] != 0 ? std::numeric_limits<double>::quiet_NaN() : worst[k]);
   return std::sqrt(result);
 }
 

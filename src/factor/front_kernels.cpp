@@ -2,32 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <type_traits>
 
+#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
 namespace tanor_kernels {
 
+using tanor::Eight, tanor::eight_at;
+
 namespace {
 
-// Functions that take or return lanes are all inlined: there is no binary interface to keep.
-#pragma GCC diagnostic ignored "-Wpsabi"
-using Lane = double __attribute__((vector_size(64)));
-static_assert(sizeof(Lane) == front_width * sizeof(double));
+static_assert(sizeof(Eight) == front_width * sizeof(double));
 
 constexpr std::size_t tile = 4;      // columns that are worked on at once
 constexpr std::size_t depth = 64;    // of products whose factors stay in the second cache …
 constexpr std::size_t height = 512;  // … with so many rows
-
-[[gnu::always_inline]] inline Lane load(const double* from) {
-  Lane lane;
-  std::memcpy(&lane, from, sizeof(lane));
-  return lane;
-}
-[[gnu::always_inline]] inline void store(const Lane& lane, double* to) {
-  std::memcpy(to, &lane, sizeof(lane));
-}
 
 /// The lanes that hold row i.
 constexpr std::size_t lanes_of(std::size_t i) {
@@ -38,19 +28,19 @@ constexpr std::size_t lanes_of(std::size_t i) {
 template <std::size_t lanes, std::size_t columns>
 [[gnu::always_inline]] inline void subtract_tile(std::size_t terms, const double* a, const double* b,
                                                  std::size_t stride, double* c, std::size_t c_stride) {
-  Lane sum[columns][lanes];
+  Eight sum[columns][lanes];
   for (std::size_t j = 0; j < columns; ++j) {
-    for (std::size_t i = 0; i < lanes; ++i) sum[j][i] = load(c + j * c_stride + front_width * i);
+    for (std::size_t i = 0; i < lanes; ++i) sum[j][i] = eight_at(c + j * c_stride + front_width * i);
   }
   for (std::size_t k = 0; k < terms; ++k, a += stride, b += stride) {
-    Lane a_k[lanes];
-    for (std::size_t i = 0; i < lanes; ++i) a_k[i] = load(a + front_width * i);
+    Eight a_k[lanes];
+    for (std::size_t i = 0; i < lanes; ++i) a_k[i] = eight_at(a + front_width * i);
     for (std::size_t j = 0; j < columns; ++j) {
       for (std::size_t i = 0; i < lanes; ++i) sum[j][i] -= b[j] * a_k[i];
     }
   }
   for (std::size_t j = 0; j < columns; ++j) {
-    for (std::size_t i = 0; i < lanes; ++i) store(sum[j][i], c + j * c_stride + front_width * i);
+    for (std::size_t i = 0; i < lanes; ++i) eight_at(c + j * c_stride + front_width * i) = sum[j][i];
   }
 }
 
@@ -118,12 +108,12 @@ template <std::size_t columns>
     }
   }
   for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
-    Lane x[columns];
+    Eight x[columns];
     for (std::size_t q = 0; q < columns; ++q) {
-      x[q] = load(c + q * stride + i);
+      x[q] = eight_at(c + q * stride + i);
       for (std::size_t k = 0; k < q; ++k) x[q] -= l[q][k] * x[k];
       x[q] *= inverse[q];
-      store(x[q], c + q * stride + i);
+      eight_at(c + q * stride + i) = x[q];
     }
   }
   for (std::size_t q = 0; q < columns; ++q) {
@@ -177,9 +167,9 @@ void substitute_forwards(std::size_t columns, std::size_t stride, const double* 
             x[q] *= inverse_pivots[j + q];
           }
           for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
-            Lane sum = load(y + i);
-            for (std::size_t q = 0; q < count; ++q) sum -= x[q] * load(c + q * stride + i);
-            store(sum, y + i);
+            Eight sum = eight_at(y + i);
+            for (std::size_t q = 0; q < count; ++q) sum -= x[q] * eight_at(c + q * stride + i);
+            eight_at(y + i) = sum;
           }
           for (std::size_t q = 0; q < count; ++q) y[j + q] = x[q];
         });
@@ -198,13 +188,13 @@ void substitute_backwards(std::size_t columns, std::size_t stride, const double*
             x[q] = y[j + q];
             y[j + q] = 0.0;
           }
-          Lane sum[count]{};
+          Eight sum[count]{};
           for (std::size_t i = lanes_of(j); i < stride; i += front_width) {
-            const Lane y_i = load(y + i);
-            for (std::size_t q = 0; q < count; ++q) sum[q] += load(c + q * stride + i) * y_i;
+            const Eight y_i = eight_at(y + i);
+            for (std::size_t q = 0; q < count; ++q) sum[q] += eight_at(c + q * stride + i) * y_i;
           }
           for (std::size_t q = count; q-- > 0;) {
-            const Lane& s = sum[q];
+            const Eight& s = sum[q];
             x[q] -= ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
             for (std::size_t k = q + 1; k < count; ++k) x[q] -= c[q * stride + j + k] * x[k];
             x[q] *= inverse_pivots[j + q];

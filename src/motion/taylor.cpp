@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 #include "motion/runge_kutta.hpp"
 
@@ -27,9 +28,8 @@ int choose_order(double tolerance, std::size_t n) {
   return std::clamp(static_cast<int>(std::lround(order)), least_order, most_order);
 }
 
-// Functions that take or return lanes are all inlined: there is no binary interface to keep.
-#pragma GCC diagnostic ignored "-Wpsabi"
-using Lane = double __attribute__((vector_size(64)));
+// A template's Eight forgets its alignment, which copies by memcpy do not need.
+#pragma GCC diagnostic ignored "-Wignored-attributes"
 
 /// x, x' and x'' at h of some numbers: with q = c_2 + c_3 h + … and its derivatives by Horner's scheme
 ///
@@ -37,7 +37,7 @@ using Lane = double __attribute__((vector_size(64)));
 template <class Number>
 [[gnu::always_inline]] inline void sum_series(std::span<double* const> coefficients, double h, std::size_t at,
                                               double* x, double* v, double* a) {
-  constexpr std::size_t count = std::is_same_v<Number, Lane> ? 4 : 1;  // that stay in registers
+  constexpr std::size_t count = std::is_same_v<Number, Eight> ? 4 : 1;  // that stay in registers
   constexpr std::size_t width = sizeof(Number) / sizeof(double);
   const auto load = [at](const double* from, std::size_t i) {
     Number number;
@@ -74,7 +74,7 @@ void sum_series(std::span<double* const> coefficients, double h, std::size_t beg
     return;
   }
   for (std::size_t next = begin; next < end; next += width)
-    sum_series<Lane>(coefficients, h, std::min(next, end - width), x, v, a);
+    sum_series<Eight>(coefficients, h, std::min(next, end - width), x, v, a);
 }
 
 /// The largest |a_i| and |a_i - b_i|; NaNs are not seen.
@@ -83,17 +83,15 @@ struct Comparison {
 };
 TANOR_EACH_INSTRUCTION_SET
 Comparison compare(const double* a, const double* b, std::size_t n) {
-  constexpr std::size_t width = sizeof(Lane) / sizeof(double);
-  const auto take_larger = [](const Lane& x, Lane* largest) __attribute__((always_inline)) {
-    const Lane size = x < 0.0 ? -x : x;
+  constexpr std::size_t width = num_lanes;
+  const auto take_larger = [](const Eight& x, Eight* largest) __attribute__((always_inline)) {
+    const Eight size = x < 0.0 ? -x : x;
     *largest = size > *largest ? size : *largest;
   };
-  Lane sizes{}, differences{};
+  Eight sizes{}, differences{};
   std::size_t i = 0;
   for (; i + width <= n; i += width) {
-    Lane a_i, b_i;
-    std::memcpy(&a_i, a + i, sizeof(a_i));
-    std::memcpy(&b_i, b + i, sizeof(b_i));
+    const Eight a_i = eight_at(a + i), b_i = eight_at(b + i);
     take_larger(a_i, &sizes);
     take_larger(a_i - b_i, &differences);
   }

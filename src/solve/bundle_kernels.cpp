@@ -87,16 +87,6 @@ void scatter_rows(const Eight* from, const Index* rows, std::size_t count, doubl
 
 namespace {
 
-/// Row k of four lanes' numbers becomes lane k of four numbers.
-[[gnu::always_inline]] inline void transpose(Four* a, Four* b, Four* c, Four* d) {
-  const Four ab_02 = __builtin_shufflevector(*a, *b, 0, 4, 2, 6), ab_13 = __builtin_shufflevector(*a, *b, 1, 5, 3, 7);
-  const Four cd_02 = __builtin_shufflevector(*c, *d, 0, 4, 2, 6), cd_13 = __builtin_shufflevector(*c, *d, 1, 5, 3, 7);
-  *a = __builtin_shufflevector(ab_02, cd_02, 0, 1, 4, 5);
-  *b = __builtin_shufflevector(ab_13, cd_13, 0, 1, 4, 5);
-  *c = __builtin_shufflevector(ab_02, cd_02, 2, 3, 6, 7);
-  *d = __builtin_shufflevector(ab_13, cd_13, 2, 3, 6, 7);
-}
-
 /// Where the numbers of four lanes are.
 template <class Number>
 struct FourSequences {

@@ -3,33 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <vector>
 
+#include "base/eight.hpp"
 #include "base/vec3.hpp"
 #include "solve/path_lanes.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
-
-/// rows[i] lane k becomes rows[k] lane i: pairs, then fours, then eights change places.
-[[gnu::always_inline]] inline void transpose(LaneOf<8>::Type (&a)[8]) {
-  LaneOf<8>::Type b[8];
-  for (std::size_t i = 0; i < 8; i += 2) {
-    b[i] = __builtin_shufflevector(a[i], a[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
-    b[i + 1] = __builtin_shufflevector(a[i], a[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
-  }
-  LaneOf<8>::Type c[8];
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t i = k + k / 2 * 2;
-    c[i] = __builtin_shufflevector(b[i], b[i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-    c[i + 2] = __builtin_shufflevector(b[i], b[i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-  }
-  for (std::size_t i = 0; i < 4; ++i) {
-    a[i] = __builtin_shufflevector(c[i], c[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
-    a[i + 4] = __builtin_shufflevector(c[i], c[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
-  }
-}
 
 /// The way of points between an array [3n] and lanes. Where a lane's points follow one another in the array, as those
 /// of a path mostly do, they move as whole vectors, eight points of eight lanes at a time.
@@ -101,7 +82,6 @@ class LanePoints {
 
  private:
   static constexpr std::size_t eight = 8, numbers = 3 * eight;
-  using Lane = LaneOf<eight>::Type;
   using Numbers = std::array<double, numbers>;  // of eight points of a lane
   struct Block {
     std::size_t first;                 // point of a lane
@@ -117,7 +97,7 @@ class LanePoints {
   [[gnu::always_inline]] void store_block(const Block& block, double* to, const At& at) const {
     std::array<Numbers, eight> apart;  // NOLINT: filled where needed
     for (std::size_t part = 0; part < 3; ++part) {
-      Lane rows[eight];
+      Eight rows[eight];
       for (std::size_t k = 0; k < eight; ++k) {
         const Vector& r = at(block.first + (eight * part + k) / 3);
         rows[k] = (eight * part + k) % 3 == 0 ? r.x : (eight * part + k) % 3 == 1 ? r.y : r.z;
@@ -125,7 +105,7 @@ class LanePoints {
       transpose(rows);
       for (std::size_t lane = 0; lane < eight; ++lane) {
         double* const begin = block.start[lane] >= 0 ? to + 3 * block.start[lane] : apart[lane].data();
-        std::memcpy(begin + eight * part, &rows[lane], sizeof(Lane));
+        eight_at(begin + eight * part) = rows[lane];
       }
     }
     for (std::size_t lane = 0; lane < eight; ++lane) {
@@ -143,10 +123,10 @@ class LanePoints {
         store(apart[lane].data(), i, point(block, i, lane) >= 0 ? load(from, point(block, i, lane)) : Vec3{});
     }
     for (std::size_t part = 0; part < 3; ++part) {
-      Lane rows[eight];
+      Eight rows[eight];
       for (std::size_t lane = 0; lane < eight; ++lane) {
         const double* const begin = block.start[lane] >= 0 ? from + 3 * block.start[lane] : apart[lane].data();
-        std::memcpy(&rows[lane], begin + eight * part, sizeof(Lane));
+        rows[lane] = eight_at(begin + eight * part);
       }
       transpose(rows);
       for (std::size_t k = 0; k < eight; ++k) {

@@ -4,16 +4,16 @@
 #include <array>
 #include <cmath>
 
+#include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 
 namespace tanor_kernels::paths {
 
+using tanor::Eight, tanor::eight_at;
+
 namespace {
 
-/// Eight numbers at any address.
-using Lane [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
-
-[[gnu::always_inline]] inline double largest_of(const Lane& lane) {
+[[gnu::always_inline]] inline double largest_of(const Eight& lane) {
   double result = lane[0];
   for (int k = 1; k < 8; ++k) result = std::max(result, lane[k]);
   return result;
@@ -201,10 +201,10 @@ void finish_pivots(Towards towards, Chunk* chunk, double* __restrict inverse_piv
     inverse_pivots[k] = own[k];
     factors[k] = chunk->coupling[k] * before[k];
   }
-  Lane smallest = range->smallest - Lane{}, largest = range->largest - Lane{};
+  Eight smallest = range->smallest - Eight{}, largest = range->largest - Eight{};
   std::size_t k = 0;
   for (; k + 8 <= count; k += 8) {
-    const Lane ratio = *reinterpret_cast<const Lane*>(own + k) * *reinterpret_cast<const Lane*>(chunk->diagonal + k);
+    const Eight ratio = eight_at(own + k) * eight_at(chunk->diagonal + k);
     smallest = ratio < smallest ? ratio : smallest;
     largest = ratio > largest ? ratio : largest;
   }
@@ -320,11 +320,10 @@ Ends accelerate(const Between& between, double* residual) {
 
 TANOR_EACH_INSTRUCTION_SET
 double sum_of_products(const double* x, const double* y, const double* d, std::size_t count) {
-  Lane sums{};
+  Eight sums{};
   std::size_t k = 0;
   for (; k + 8 <= count; k += 8) {
-    sums += *reinterpret_cast<const Lane*>(x + k) * *reinterpret_cast<const Lane*>(y + k) *
-            *reinterpret_cast<const Lane*>(d + k);
+    sums += eight_at(x + k) * eight_at(y + k) * eight_at(d + k);
   }
   double sum = 0.0;
   for (; k < count; ++k) sum += x[k] * y[k] * d[k];
@@ -339,13 +338,13 @@ void add(double factor, const double* __restrict x, std::size_t count, double* _
 
 TANOR_EACH_INSTRUCTION_SET
 double largest_magnitude(const double* x, std::size_t count, double so_far) {
-  Lane largest = so_far - Lane{};
+  Eight largest = so_far - Eight{};
   double nothing = 0.0;  // or NaN, where some number is no number
   std::size_t k = 0;
-  Lane lost{};
+  Eight lost{};
   for (; k + 8 <= count; k += 8) {
-    const Lane a = *reinterpret_cast<const Lane*>(x + k);
-    const Lane size = a < 0.0 ? -a : a;
+    const Eight a = eight_at(x + k);
+    const Eight size = a < 0.0 ? -a : a;
     largest = size > largest ? size : largest;
     lost += a - a;
   }

@@ -5,17 +5,16 @@
 #include <cstddef>
 #include <cstring>
 
-namespace tanor {
+#include "base/eight.hpp"
 
-// Functions that take or return lanes are all inlined: there is no binary interface to keep.
-#pragma GCC diagnostic ignored "-Wpsabi"
+namespace tanor {
 
 /// The same number of `width` rods or points, side by side; aligned, or each load would touch two cache lines.
 template <std::size_t width>
 struct LaneOf;
 template <>
 struct LaneOf<8> {
-  using Type = double __attribute__((vector_size(64), aligned(64)));
+  using Type = Eight;
 };
 template <>
 struct LaneOf<2> {
