@@ -16,7 +16,9 @@ import tempfile
 from tabulate_ways import processor
 
 FAMILIES = {"Chains": ["chain 1e3", "chain 1e4", "chain 1e5", "chain 1e6"],
-            "Clusters": ["clusters 1e2 x 10", "clusters 1e3 x 10", "clusters 1e4 x 10", "clusters 1e5 x 10"]}
+            "Clusters": ["clusters 1e2 x 10", "clusters 1e3 x 10", "clusters 1e4 x 10", "clusters 1e5 x 10"],
+            "Points on spheres": ["spheres 1e3", "spheres 1e4", "spheres 1e5", "spheres 1e6"],
+            "Rings of one island": ["ring 1e3", "ring 1e5"]}
 LEAST_SHOWN = 0.3  # ns
 SERIES = {"an error of 1e-6 m": "1e-4", "of 1e-9 m": "1e-7"}  # relative tolerances
 LEAST_OF_SERIES = 1.0  # ns
@@ -64,10 +66,13 @@ def main() -> None:
           "(`bench/profile_ways.py`).")
     print("Functions whose numbers do not grow work in the first cache whatever the size (128 rods, or 8 islands, at "
           "a time).")
-    print("Those that grow touch the scene's arrays first: `evaluate` (r, v; block, b), `finish_pivots` (pivots, "
-          "factors) and")
-    print("`accelerate` (block, lambda; w) along paths, gathers and scatters of bundles. `ways.md` has the passes "
-          "alone beside.")
+    print("Those that grow touch the scene's arrays first, or call for them ahead: `evaluate` (r, v; block, b), "
+          "`find_pivots` and")
+    print("`substitute_outwards` (which call for the next rods' numbers) and `accelerate` (block, lambda; w) along paths; "
+          "of bundles")
+    print("what gathers, scatters and calls for sequences, and `eliminate` (factors). `ways.md` has the passes alone "
+          "beside: beyond")
+    print("the caches a chain's arrays take as long to pass as all its arithmetic, so exponents above 1 stay.")
     for title, scenes in FAMILIES.items():
         # What makes the scene is no part of an evaluation.
         profiles = [profile([sys.argv[1], "--repeat", seconds, scene], r"kernels::|Sweep::|NormalForm::")

@@ -1,7 +1,8 @@
 // Cost of a step beside the Eigen baseline, in turn in one process, one thread:
-//   step_cost [--json FILE] [scene.json …]      default: chain, clusters, net, lattice of tanor's own generator
-// Prints nanoseconds a rod (medians) and the ratio baseline/ours: of one evaluation of the accelerations and of one
-// RATTLE step.
+//   step_cost [--json FILE] [--generated] [scene.json …]
+// Scenes of tanor's own generator, chains, clusters, nets, a lattice, are measured where they are asked for or no file
+// is named. Prints nanoseconds a rod (medians) and the ratio baseline/ours: of one evaluation of the accelerations and
+// of one step of RATTLE; then of one step of Runge and Kutta's fourth order.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -31,10 +33,10 @@ std::vector<std::array<int, 2>> rods_of(const tanor::System& system) {
 
 struct Row {
   std::string name;
-  double baseline, evaluation, rattle;  // ns a rod
+  double num_rods, baseline, evaluation, rattle, rk4;  // ns a rod
 };
 
-/// `step` of RATTLE, s: such that rods turn by about a hundredth (crumpled chains), or as the stiff straight lines of a
+/// `step`, s: such that rods turn by about a hundredth (crumpled chains), or as the stiff straight lines of a
 /// flat net allow.
 Row measure(const std::string& name, tanor::System system, double step) {
   using namespace tanor;
@@ -42,22 +44,29 @@ Row measure(const std::string& name, tanor::System system, double step) {
   const std::vector<std::array<int, 2>> rods = rods_of(system);
   const double num_rods = static_cast<double>(rods.size());
 
-  MotionOptions motion;
-  motion.method = Method::Rattle;
-  motion.start = StartMode::Project;
-  motion.step = step;
   SolverOptions one_thread;
   one_thread.threads = 1;
-  Simulation simulation(system, motion, one_thread);
-  if (!simulation.outcome().ok()) throw std::runtime_error(simulation.outcome().what);
-  system.positions.assign(simulation.positions().begin(), simulation.positions().end());
-  system.velocities.assign(simulation.velocities().begin(), simulation.velocities().end());
+  const auto expect = [&](const Outcome& outcome) {
+    if (!outcome.ok()) throw std::runtime_error(name + ": " + outcome.what);
+  };
+  const auto start = [&](Method method) {
+    MotionOptions motion;
+    motion.method = method;
+    motion.start = StartMode::Project;
+    motion.step = step;
+    auto simulation = std::make_unique<Simulation>(system, motion, one_thread);
+    expect(simulation->outcome());
+    return simulation;
+  };
+  const auto rattle = start(Method::Rattle), rk4 = start(Method::Rk4);
+  system.positions.assign(rattle->positions().begin(), rattle->positions().end());
+  system.velocities.assign(rattle->velocities().begin(), rattle->velocities().end());
   EigenBaseline baseline(rods, system.masses, {});
   Dynamics dynamics(system, one_thread);
   std::vector<double> w(system.positions.size());
 
   const int repeats = std::max(1, static_cast<int>(2e5 / num_rods));
-  std::vector<double> times[3];
+  std::vector<double> times[4];
   for (int round = 0; round < rounds; ++round) {
     times[0].push_back(seconds_of([&] {
       for (int k = 0; k < repeats; ++k) baseline.evaluate(system.positions.data(), system.velocities.data());
@@ -67,10 +76,8 @@ Row measure(const std::string& name, tanor::System system, double step) {
         (void)dynamics.solve(0.0, system.positions, system.velocities, w);
       }
     }));
-    times[2].push_back(seconds_of([&] {
-      const Outcome outcome = simulation.advance(simulation.time() + repeats * motion.step);
-      if (!outcome.ok()) throw std::runtime_error(name + ": " + outcome.what);
-    }));
+    times[2].push_back(seconds_of([&] { expect(rattle->advance(rattle->time() + repeats * step)); }));
+    times[3].push_back(seconds_of([&] { expect(rk4->advance(rk4->time() + repeats * step)); }));
   }
   double difference = 0.0, largest = 1e-300;
   const double* const reference = baseline.evaluate(system.positions.data(), system.velocities.data());
@@ -82,7 +89,12 @@ Row measure(const std::string& name, tanor::System system, double step) {
   const double tolerance = std::max(1e-9, 1e-15 * num_rods * num_rods);
   if (!(difference <= tolerance * largest)) throw std::runtime_error(name + ": the two solutions differ");
   const double unit = 1e9 / (repeats * num_rods);
-  return {name, unit * median(times[0]), unit * median(times[1]), unit * median(times[2])};
+  return {name,
+          num_rods,
+          unit * median(times[0]),
+          unit * median(times[1]),
+          unit * median(times[2]),
+          unit * median(times[3])};
 }
 
 tanor::System generated(const std::string& generate) {
@@ -102,15 +114,21 @@ tanor::System generated(const std::string& generate) {
 int main(int argc, char** argv) try {
   std::vector<Row> rows;
   std::string file;
+  bool is_generated = false;
   for (int k = 1; k < argc; ++k) {
     if (std::string(argv[k]) == "--json" && k + 1 < argc) {
       file = argv[++k];
       continue;
     }
+    if (std::string(argv[k]) == "--generated") {
+      is_generated = true;
+      continue;
+    }
     const auto scene = tanor::scene::load_scene(argv[k]);
     rows.push_back(measure(scene.name, scene.system, 0.005));
   }
-  if (rows.empty()) {
+  if (rows.empty() || is_generated) {
+    rows.push_back(measure("chain 1e3", generated(R"({"kind": "melt", "chains": 1, "count": 1000})"), 2e-4));
     rows.push_back(measure("chain 1e4", generated(R"({"kind": "melt", "chains": 1, "count": 10000})"), 2e-4));
     rows.push_back(measure("chain 1e6", generated(R"({"kind": "melt", "chains": 1, "count": 1000000})"), 2e-4));
     rows.push_back(measure("clusters 1e4 x 10", generated(R"({"kind": "melt", "chains": 10000, "count": 10})"), 2e-4));
@@ -118,16 +136,17 @@ int main(int argc, char** argv) try {
     rows.push_back(measure("net 100", generated(R"({"kind": "net", "columns": 100, "rows": 100})"), 1e-5));
     rows.push_back(measure("lattice 10", generated(R"({"kind": "lattice", "size": [10, 10, 10]})"), 1e-5));
   }
-  fmt::print("{:24}{:>16}{:>16}{:>16}{:>10}{:>10}\n", "ns a rod", "Eigen baseline", "Dynamics::solve", "RATTLE step",
-             "ratio", "ratio");
+  fmt::print("{:24}{:>16}{:>16}{:>16}{:>10}{:>10}{:>16}\n", "ns a rod", "Eigen baseline", "Dynamics::solve",
+             "RATTLE step", "ratio", "ratio", "RK4 step");
   for (const Row& row : rows) {
-    fmt::print("{:24}{:16.0f}{:16.0f}{:16.0f}{:10.1f}{:10.1f}\n", row.name, row.baseline, row.evaluation, row.rattle,
-               row.baseline / row.evaluation, row.baseline / row.rattle);
+    fmt::print("{:24}{:16.0f}{:16.0f}{:16.0f}{:10.1f}{:10.1f}{:16.0f}\n", row.name, row.baseline, row.evaluation,
+               row.rattle, row.baseline / row.evaluation, row.baseline / row.rattle, row.rk4);
   }
   std::vector<std::string> lines;
   for (const Row& row : rows) {
-    lines.push_back(fmt::format(R"({{"scene": "{}", "eigen_ns": {:.2f}, "ours_ns": {:.2f}, "rattle_ns": {:.2f}}})",
-                                row.name, row.baseline, row.evaluation, row.rattle));
+    lines.push_back(fmt::format(
+        R"({{"scene": "{}", "rods": {:.0f}, "eigen_ns": {:.2f}, "ours_ns": {:.2f}, "rattle_ns": {:.2f}, "rk4_ns": {:.2f}}})",
+        row.name, row.num_rods, row.baseline, row.evaluation, row.rattle, row.rk4));
   }
   if (!file.empty()) std::ofstream(file) << fmt::format("[\n{}\n]\n", fmt::join(lines, ",\n"));
 } catch (const std::exception& error) {

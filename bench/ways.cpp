@@ -98,6 +98,15 @@ Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, const std::
   return times;
 }
 
+/// How far apart the middle half of the ratios of rounds lies, over the middle one.
+double noise_of_ratio(const std::vector<double>& baseline, const std::vector<double>& ours) {
+  std::vector<double> ratios;
+  for (std::size_t k = 0; k < ours.size(); ++k) ratios.push_back(baseline[k] / ours[k]);
+  std::sort(ratios.begin(), ratios.end());
+  const std::size_t n = ratios.size();
+  return (ratios[3 * n / 4] - ratios[n / 4]) / ratios[n / 2];
+}
+
 /// Both find the same accelerations. The baseline does not refine: a chain of N rods costs it cond S ~ N^2 digits.
 void compare(const std::string& name, const std::vector<double>& w, const double* reference, double num_members) {
   double difference = 0.0, largest = 1e-300;
@@ -148,12 +157,13 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
   std::fflush(stdout);
   return fmt::format(
       R"({{"scene": "{}", "way": "{}", "members": {:.0f}, "eigen_ns": {:.2f}, "listed_eigen_ns": {:.0f}, )"
-      R"("general_ns": {:.2f}, "ours_ns": {:.2f}, "ratio": {:.2f}, "bar": {:.1f}, "bytes": {:.1f}, )"
+      R"("general_ns": {:.2f}, "ours_ns": {:.2f}, "ratio": {:.2f}, "noise": {:.3f}, "bar": {:.1f}, "bytes": {:.1f}, )"
       R"("working_set": {:.0f}, "bandwidth": {:.4g}, "passes_ns": {:.2f}, "flops": {:.4g}, )"
       R"("factor_nonzeros": {:.4g}, "of_bandwidth": {:.3f}, "of_dense": {:.3f}, )"
       R"("speedups": {{{}}}}})",
-      scene.name, plan.way, num_members, unit * base, scene.listed, unit * theirs, unit * mine, base / mine, scene.bar,
-      traffic.bytes / num_members, traffic.working_set, bandwidth, unit * passes, plan.factor_flops / num_members,
+      scene.name, plan.way, num_members, unit * base, scene.listed, unit * theirs, unit * mine, base / mine,
+      noise_of_ratio(times.baseline, times.ours), scene.bar, traffic.bytes / num_members, traffic.working_set,
+      bandwidth, unit * passes, plan.factor_flops / num_members,
       static_cast<double>(plan.factor_nonzeros) / num_members, of_memory, of_product, speedups);
 }
 

@@ -33,6 +33,7 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   if (!keeps) last_.reciprocal_condition = found.reciprocal_condition;
   last_.residual = 0.0;
   last_.refinements = found.refinements;
+  model_.counters.solves += static_cast<std::size_t>(found.refinements);
   if (!std::isfinite(scale)) return model_.not_finite(t);
   is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
   if (!is_swept_) return {};
@@ -46,7 +47,9 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   if (is_fine) return Outcome{};
   (void)model_.evaluate_free(t, r, v, w);
   (void)model_.constraints.evaluate_right_side(model_.parallel, r, v, w, right_side_.data(), nullptr);
-  if (!(refine(scale) <= doubtful_above)) {
+  const double left_over = refine(scale);
+  last_.refinements = std::max(last_.refinements, found.refinements);
+  if (!(left_over <= doubtful_above)) {
     if (!keeps) is_swept_ = is_factorized_ = false;
     return {};
   }

@@ -140,7 +140,8 @@ const Eight* BundleSweep::moving_lengths(const Batch& batch, double MovingScalar
   return result;
 }
 
-Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
+/// With K and the factor of these places, or, where it `keeps` them, with those at hand.
+Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motion, bool keeps, double* blocks,
                                double* lambda, double* w) {
   for_each_batch(parallel, [&](const Batch& batch, Desk& desk) {
     const auto& [topology, schedule] = batch.structure();
@@ -159,10 +160,10 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
                   moving_lengths(batch, &MovingScalar::second, &desk), desk.u.data(), desk.b.data(), &desk.right_side);
     call_for_points(batch, motion.r);
     call_for(batch.inverse_mass + batch.num_points + batch.num_supports, batch.num_points + batch.num_supports);
-    eliminate(topology, schedule, batch.inverse_mass, desk.u.data(), batch.factor, &desk.smallest);
+    if (!keeps) eliminate(topology, schedule, batch.inverse_mass, desk.u.data(), batch.factor, &desk.smallest);
     call_for_points(batch, motion.v);
     tanor::solve_negative(schedule, batch.factor, desk.b.data(), desk.x.data());
-    call_for_blocks(batch, blocks);
+    if (!keeps) call_for_blocks(batch, blocks);
     apply(topology, batch.inverse_mass, desk.u.data(), desk.b.data(), desk.x.data(), desk.dw.data(), &desk.residual);
     call_for_points(batch, w);
     call_for_rows(batch, lambda);
@@ -171,10 +172,20 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
                     : add(w0, batch.num_points, desk.dw.data());
 
     write_points(batch, desk.dw.data(), w);
-    write_blocks(batch, desk.u.data(), blocks);
+    if (!keeps) write_blocks(batch, desk.u.data(), blocks);
     write_rows(batch, desk.x.data(), lambda);
   });
   return found();
+}
+
+Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
+                               double* lambda, double* w) {
+  return solve(parallel, motion, false, blocks, lambda, w);
+}
+
+Elimination BundleSweep::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
+                                     double* lambda, double* w) {
+  return solve(parallel, motion, true, blocks, lambda, w);
 }
 
 Elimination BundleSweep::factorize(const Parallel& parallel, const double* blocks) {

@@ -21,6 +21,8 @@ class BundleSweep final : public Sweep {
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
                     double* w) override;
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                          double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
@@ -48,6 +50,8 @@ class BundleSweep final : public Sweep {
   BundleSweep() = default;
   template <class Work>
   void for_each_batch(const Parallel& parallel, const Work& work);
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, bool keeps, double* blocks, double* lambda,
+                    double* w);
   Elimination found() const;
   Projection reached() const;
   static const Eight* moving_lengths(const Batch& batch, double MovingScalar::*number, Desk* desk);

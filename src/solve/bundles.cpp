@@ -126,8 +126,8 @@ Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islan
   bundle.rows.resize((bundle.num_batches + 1) * rows_a_batch * num_lanes);
   bundle.blocks.resize((bundle.num_batches + 1) * blocks_a_batch * num_lanes);
   bundle.lengths.resize(bundle.num_batches * num_rods);
-  bundle.inverse_mass.resize(bundle.num_batches * num_places);
-  bundle.factor.resize(bundle.num_batches * static_cast<std::size_t>(bundle.schedule.num_slots));
+  bundle.inverse_mass.resize((bundle.num_batches + 1) * num_places);
+  bundle.factor.resize((bundle.num_batches + 1) * static_cast<std::size_t>(bundle.schedule.num_slots));
   for (std::size_t k = 0; k < (bundle.num_batches + 1) * num_lanes; ++k) {
     const Island& island = islands[std::min(k, islands.size() - 1)];
     const std::size_t batch = k / num_lanes, lane = k % num_lanes;

@@ -37,14 +37,14 @@ struct Bundle {
   IslandSchedule schedule;
   std::size_t num_islands = 0, num_batches = 0;
   // Points that move follow one another in each island; rows and blocks of most islands do.
-  std::vector<Index> first_point;                   // [batch][lane], and once more for what comes after the last batch
-  std::vector<Index> supports;                      // [batch][support][lane]
-  bool rows_follow = false;                         // then `rows` are the first ones, [batch][lane], and once more
-  double block_sign = 0.0;                          // not 0: the same of `blocks`, which all have this sign
-  std::vector<Index> rows, blocks;                  // [batch][rod][lane]; ~block where the rod is given the other way
-  Eights inverse_mass;                              // [batch][place]: points that move, then supports
-  std::vector<Eight3> offsets;                      // [batch][rod]; empty: none
-  Eights lengths;                                   // [batch][rod]
+  std::vector<Index> first_point;   // [batch][lane], and once more for what comes after the last batch
+  std::vector<Index> supports;      // [batch][support][lane]
+  bool rows_follow = false;         // then `rows` are the first ones, [batch][lane], and once more
+  double block_sign = 0.0;          // not 0: the same of `blocks`, which all have this sign
+  std::vector<Index> rows, blocks;  // [batch][rod][lane]; ~block where the rod is given the other way
+  Eights inverse_mass;              // [batch][place]: points that move, then supports; likewise once more
+  std::vector<Eight3> offsets;      // [batch][rod]; empty: none
+  Eights lengths;                   // [batch][rod]
   std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null: constant; empty: all are
   Eights factor;                                    // [batch][slot]
 };

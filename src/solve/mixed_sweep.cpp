@@ -6,6 +6,7 @@ namespace tanor {
 
 MixedSweep::MixedSweep(std::vector<std::unique_ptr<Sweep>> sweeps) : sweeps_(std::move(sweeps)) {
   for (const auto& sweep : sweeps_) {
+    ensure(sweep->projects(), "each part of a mixture projects");
     const Summary& each = sweep->summary();
     summary_.name += (summary_.name.empty() ? "" : "+") + each.name;
     summary_.reason += (summary_.reason.empty() ? "" : "; ") + each.reason;
@@ -49,7 +50,8 @@ void MixedSweep::solve_negative(const Parallel& parallel, const double* b, doubl
 }
 
 bool MixedSweep::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
-  for (const auto& sweep : sweeps_) (void)sweep->correct(parallel, blocks, rows, points);
+  for (const auto& sweep : sweeps_)
+    ensure(sweep->correct(parallel, blocks, rows, points), "each part of a mixture corrects");
   return true;
 }
 

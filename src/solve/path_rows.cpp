@@ -68,7 +68,8 @@ void PathSweep::subtract_moving(std::size_t begin, std::size_t end, double Movin
 
 // ---- all rows ----
 
-/// The largest one of what `between(path, begin, end)` and `alone(path, row)` return.
+/// The largest one of what `between(path, begin, end)` and `alone(path, row)` return. Rows are taken in the same chunks
+/// whatever the number of threads: a chunk belongs to the range that it begins in.
 template <class Between, class Alone>
 double PathSweep::largest_of_rows(const Parallel& parallel, const Between& between, const Alone& alone) const {
   const auto find_largest = [&](std::size_t range_begin, std::size_t range_end) {
@@ -76,21 +77,25 @@ double PathSweep::largest_of_rows(const Parallel& parallel, const Between& betwe
     const auto is_before = [&](const Path& path) { return path.first + path.num_rows() <= range_begin; };
     for (auto path = std::partition_point(paths_.begin(), paths_.end(), is_before);
          path != paths_.end() && path->first < range_end; ++path) {
-      for (std::size_t row = std::max(path->first, range_begin), stop = std::min(path->end, range_end); row < stop;) {
-        const std::size_t last = std::min(row + chunk_size, stop);
+      const std::size_t skipped = range_begin > path->first ? range_begin - path->first : 0;
+      std::size_t row = path->first + (skipped + chunk_size - 1) / chunk_size * chunk_size;
+      for (std::size_t last = row; row < std::min(path->end, range_end); row = last) {
+        last = std::min(row + chunk_size, path->end);
         const std::size_t begin = path->begins_at_support(row) ? row + 1 : row;
         const std::size_t rods_end = path->ends_at_support(last - 1) ? last - 1 : last;
         if (row < begin) largest = larger(largest, alone(*path, row));
         if (begin < rods_end) largest = larger(largest, between(*path, begin, rods_end));
         if (rods_end < last && rods_end >= begin) largest = larger(largest, alone(*path, rods_end));
-        row = last;
       }
       if (path->is_ring && path->closing_row() < range_end)
         largest = larger(largest, alone(*path, path->closing_row()));
     }
     return largest;
   };
-  return parallel.max_over_ranges(sign_.size(), find_largest, rows_worth_a_thread);
+  const std::size_t first = paths_.front().first, num_rows = paths_.back().first + paths_.back().num_rows() - first;
+  return parallel.max_over_ranges(
+      num_rows, [&](std::size_t begin, std::size_t end) { return find_largest(first + begin, first + end); },
+      rows_worth_a_thread);
 }
 
 double PathSweep::measure_values(const Parallel& parallel, const double* r, double* xi) {

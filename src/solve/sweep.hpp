@@ -7,6 +7,7 @@
 #include <tanor/solver_options.hpp>
 
 #include "assembly/reactions.hpp"
+#include "base/check.hpp"
 #include "base/parallel.hpp"
 #include "evaluate/constraints.hpp"
 #include "system/numbering.hpp"
@@ -52,7 +53,7 @@ class Sweep {
   virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
                             double* lambda, double* w) = 0;
 
-  /// The same at the place of the last elimination, whose factor may serve again.
+  /// The same at the place of the last elimination, with its factor where that is not as quickly found again.
   virtual Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
                                   double* lambda, double* w) {
     return solve(parallel, motion, blocks, scratch, lambda, w);
@@ -60,9 +61,6 @@ class Sweep {
 
   /// S eliminated from given blocks of K.
   virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
-
-  /// blocks := K at r and S eliminated; where the sweep `projects` or `evaluates`.
-  virtual Elimination linearise(const Parallel& /*parallel*/, const double* /*r*/, double* /*blocks*/) { return {}; }
 
   /// x := -S^-1 b [d] with the last elimination; x may be b.
   virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
@@ -72,16 +70,6 @@ class Sweep {
     return false;
   }
 
-  // What rows say at given places, without their families. Not on every way: where `evaluates` says so.
-
-  virtual bool evaluates() const { return false; }
-  /// xi [d]; returns the largest |xi|/length, NaN where any number is.
-  virtual double measure_values(const Parallel& /*parallel*/, const double* /*r*/, double* /*xi*/) { return 0.0; }
-  /// K'v + xi_t [d] with K at r; returns the largest one, m/s, NaN where any number is.
-  virtual double measure_rates(const Parallel& /*parallel*/, const double* /*r*/, const double* /*v*/,
-                               double* /*rates*/) {
-    return 0.0;
-  }
   struct Summary {
     std::string name;                  ///< as PlanSummary::way
     std::string reason;                ///< "every island is a path of rods"
@@ -91,24 +79,49 @@ class Sweep {
   };
   virtual const Summary& summary() const = 0;
 
-  // What follows goes island by island: each is iterated where its numbers are. Not on every way: where `projects` says
-  // so.
+  // What a way may have besides; nobody calls what it lacks.
 
   virtual bool projects() const { return false; }
-  /// Chord iterations with the last elimination until |xi|/length <= target, or as far as they lead. `sum` [d] is their
-  /// guess on entry, all multipliers on return; null: none.
+  virtual bool evaluates() const { return false; }
+
+  /// Where it projects or evaluates: blocks := K at r and S eliminated.
+  virtual Elimination linearise(const Parallel& /*parallel*/, const double* /*r*/, double* /*blocks*/) {
+    return lacking<Elimination>();
+  }
+
+  /// Where it evaluates its rows by itself: xi [d]; returns the largest |xi|/length, NaN where any number is.
+  virtual double measure_values(const Parallel& /*parallel*/, const double* /*r*/, double* /*xi*/) {
+    return lacking<double>();
+  }
+  /// K'v + xi_t [d] with K at r; returns the largest one, m/s, NaN where any number is.
+  virtual double measure_rates(const Parallel& /*parallel*/, const double* /*r*/, const double* /*v*/,
+                               double* /*rates*/) {
+    return lacking<double>();
+  }
+
+  /// Where it projects: chord iterations with the last elimination until |xi|/length <= target, or as far as they lead.
+  /// `sum` [d] is their guess on entry, all multipliers on return; null: none.
   virtual Projection project_positions(const Parallel& /*parallel*/, const double* /*blocks*/, double /*target*/,
                                        double* /*r*/, double* /*sum*/) {
-    return {};
+    return lacking<Projection>();
   }
   /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s.
   virtual Projection project_velocities(const Parallel& /*parallel*/, const double* /*blocks*/, double /*target*/,
                                         const double* /*r*/, double* /*v*/) {
-    return {};
+    return lacking<Projection>();
   }
   /// points += M^-1 K rows
   virtual void add_reactions(const Parallel& /*parallel*/, const double* /*blocks*/, const double* /*rows*/,
-                             double* /*points*/) {}
+                             double* /*points*/) {
+    lacking<int>();
+  }
+
+ private:
+  template <class Result>
+  static Result lacking() {
+    ensure(false, "somebody has asked whether this way can do that");
+    return {};
+  }
 };
 
 /// The sweep that serves all rows of a system, or null: the general way. `gather` of K lambda, `incidences` of K,

@@ -249,39 +249,58 @@ void TreeSweep::substitute_border(const Island& island, const double* b, double*
 
 // ---- the calls ----
 
+/// What rods from `rod` on are evaluated with.
+trees::Motion TreeSweep::motion_from(std::size_t rod, const FreeMotion& motion, double* blocks, double* b) const {
+  return {.r = motion.r,
+          .v = motion.v,
+          .w0 = motion.w0,
+          .uniform = motion.uniform,
+          .offset = offset_.empty() ? nullptr : &offset_[rod],
+          .length_second = length_second_.empty() ? nullptr : &length_second_[rod],
+          .sign = &sign_[rod],
+          .block = &block_[rod],
+          .blocks = blocks,
+          .b = b};
+}
+
+/// w = w0 + dw, and what K'dw + b leaves over.
+void TreeSweep::accelerate(const Island& island, const Vec3* uniform, const double* b, double* w, Found* found) const {
+  for (auto i = static_cast<Index>(island.first_point); i < static_cast<Index>(island.end_point); ++i)
+    store(w, i, (uniform != nullptr ? *uniform : load(w, i)) + response(i));
+  for (std::size_t a = island.first_rod; a < island.end; ++a)
+    found->residual = larger(found->residual, std::abs(gap(a) + b[order_[a].row]));
+}
+
 Elimination TreeSweep::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
                              double* lambda, double* w) {
   for (const auto& [rod, length] : lengths_) length_second_[rod] = length->second;
-  const auto motion_from = [&](std::size_t rod) {
-    return trees::Motion{.r = motion.r,
-                         .v = motion.v,
-                         .w0 = motion.w0,
-                         .uniform = motion.uniform,
-                         .offset = offset_.empty() ? nullptr : &offset_[rod],
-                         .length_second = length_second_.empty() ? nullptr : &length_second_[rod],
-                         .sign = &sign_[rod],
-                         .block = &block_[rod],
-                         .blocks = blocks,
-                         .b = b};
-  };
   const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {
     prepare(island);
     clear(island, &s_);
     of_group->right_side =
-        trees::evaluate_and_eliminate(tree(island), motion_from(island.first_rod), of_group->right_side,
-                                      mobility_.data(), s_.data(), lambda, &of_group->range);
+        trees::evaluate_and_eliminate(tree(island), motion_from(island.first_rod, motion, blocks, b),
+                                      of_group->right_side, mobility_.data(), s_.data(), lambda, &of_group->range);
     if (island.num_rings() > 0) {
-      of_group->right_side =
-          trees::evaluate(rods(island.end_rod, island.end), motion_from(island.end_rod), of_group->right_side);
+      of_group->right_side = trees::evaluate(rods(island.end_rod, island.end),
+                                             motion_from(island.end_rod, motion, blocks, b), of_group->right_side);
       eliminate_border(island, &of_group->range);
     }
     finish_substitution(island, b, lambda);
-    for (auto i = static_cast<Index>(island.first_point); i < static_cast<Index>(island.end_point); ++i)
-      store(w, i, (motion.uniform != nullptr ? *motion.uniform : load(w, i)) + response(i));
-    for (std::size_t a = island.first_rod; a < island.end; ++a)
-      of_group->residual = larger(of_group->residual, std::abs(gap(a) + b[order_[a].row]));
+    accelerate(island, motion.uniform, b, w, of_group);
   });
   return {reciprocal_condition(found.range), found.right_side, found.residual};
+}
+
+Elimination TreeSweep::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                                   double* lambda, double* w) {
+  for (const auto& [rod, length] : lengths_) length_second_[rod] = length->second;
+  const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {
+    of_group->right_side = trees::evaluate(rods(island.first_rod, island.end),
+                                           motion_from(island.first_rod, motion, blocks, b), of_group->right_side);
+    substitute(island, b, lambda);
+    accelerate(island, motion.uniform, b, w, of_group);
+  });
+  return {.largest_right_side = found.right_side, .residual = found.residual};
 }
 
 Elimination TreeSweep::factorize(const Parallel& parallel, const double* blocks) {

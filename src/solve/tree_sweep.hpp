@@ -24,6 +24,8 @@ class TreeSweep final : public Sweep {
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
                     double* w) override;
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+                          double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   bool correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
@@ -53,6 +55,8 @@ class TreeSweep final : public Sweep {
 
   trees::Tree tree(const Island& island) { return rods(island.first_rod, island.end_rod); }
   trees::Tree rods(std::size_t first, std::size_t end);
+  trees::Motion motion_from(std::size_t rod, const FreeMotion& motion, double* blocks, double* b) const;
+  void accelerate(const Island& island, const Vec3* uniform, const double* b, double* w, Found* found) const;
   void prepare(const Island& island);
   void read_directions(const Island& island, const double* blocks);
   void eliminate(const Island& island, Range* range);

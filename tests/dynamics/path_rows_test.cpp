@@ -139,17 +139,41 @@ TEST_P(PathRows, SolvingAgainIsSolving) {
 
 TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
   std::mt19937 random(33);
-  const System system = make_paths({20000, 3, 4000, 9000}, Kind::Plain, &random);
-  Rows one(system, 1), two(system, 2);
-  for (Rows* rows : {&one, &two}) {
-    const double violation = rows->sweep->measure_values(rows->model.parallel, rows->r.data(), rows->here.data());
-    const double rate =
-        rows->sweep->measure_rates(rows->model.parallel, rows->r.data(), rows->v.data(), rows->there.data());
-    rows->here.push_back(violation);
-    rows->there.push_back(rate);
+  const System system = make_paths({20000, 3, 4000, 9001, 4096, 700}, Kind::Plain, &random);
+  std::vector<std::vector<double>> found;
+  for (const int threads : {1, 2, 3, 5}) {
+    Rows rows(system, threads);
+    const Model& model = rows.model;
+    std::vector<double> blocks(3 * model.constraints.num_blocks()), b(model.num_rows()), lambda(b), w(rows.r.size());
+    std::vector<double>& all = found.emplace_back();
+    const auto append = [&](const std::vector<double>& x) { all.insert(all.end(), x.begin(), x.end()); };
+    all.push_back(rows.sweep->measure_values(model.parallel, rows.r.data(), rows.here.data()));
+    append(rows.here);
+    all.push_back(rows.sweep->measure_rates(model.parallel, rows.r.data(), rows.v.data(), rows.here.data()));
+    append(rows.here);
+    (void)rows.sweep->linearise(model.parallel, rows.r.data(), blocks.data());
+    const Elimination again = rows.sweep->solve_again(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
+                                                      blocks.data(), b.data(), lambda.data(), w.data());
+    append({again.largest_right_side, again.residual});
+    append(b);
+    append(lambda);
+    append(w);
   }
-  EXPECT_EQ(one.here, two.here);
-  EXPECT_EQ(one.there, two.there);
+  for (const std::vector<double>& each : found) EXPECT_TRUE(each == found.front());
+}
+
+TEST(PathRows, PointsThatCoincideMakeNoFactor) {
+  std::mt19937 random(35);
+  const System system = make_paths({300}, Kind::Plain, &random);
+  for (const std::size_t row : {0, 1, 77, 149, 150, 151, 299}) {
+    Rows rows(system);
+    std::vector<double> blocks(3 * rows.model.constraints.num_blocks());
+    // of the path in the inner order
+    for (std::size_t c = 0; c < 3; ++c) rows.r[3 * row + c] = rows.r[3 * (row + 1) + c];
+    const double condition =
+        rows.sweep->linearise(rows.model.parallel, rows.r.data(), blocks.data()).reciprocal_condition;
+    EXPECT_FALSE(condition > 0.0) << row;
+  }
 }
 
 TEST(PathRows, NoNumberHides) {
