@@ -19,6 +19,10 @@ FAMILIES = {"Chains": ["chain 1e3", "chain 1e4", "chain 1e5", "chain 1e6"],
             "Clusters": ["clusters 1e2 x 10", "clusters 1e3 x 10", "clusters 1e4 x 10", "clusters 1e5 x 10"],
             "Points on spheres": ["spheres 1e3", "spheres 1e4", "spheres 1e5", "spheres 1e6"],
             "Rings of one island": ["ring 1e3", "ring 1e5"]}
+REMARKS = {"Chains": """Only the recurrences (`find_pivots`, `substitute_inwards`, `substitute_outwards`) are not side by side: 3 of 10 ns in the
+caches. Eight pieces of a path in lanes would save most of that, and cost two transposes of r, v, w, K and lambda at each
+evaluation, which take longer; series keep their coefficients in lanes over all orders of a step, so they have them
+(`solve/path_lanes.hpp`). A step of `rk4`: `ways.md`."""}
 LEAST_SHOWN = 0.3  # ns
 SERIES = {"an error of 1e-6 m": "1e-4", "of 1e-9 m": "1e-7"}  # relative tolerances
 LEAST_OF_SERIES = 1.0  # ns
@@ -79,6 +83,8 @@ def main() -> None:
                     for scene in scenes]
         print(f"\n## {title}")
         print_table(scenes, profiles, LEAST_SHOWN)
+        if title in REMARKS:
+            print("\n" + REMARKS[title])
     print("\n## A step by power series\n")
     print("Chain of 1000 rods released level, 1 s, at the tolerances that meet two errors (problem P1 of `rivals.md`); "
           "ns a rod")
