@@ -7,8 +7,8 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 
-/// \file Eight numbers, or points, side by side in one vector. For functions that are made for each instruction set
-/// (instruction_sets.hpp): shuffles are of four numbers, which AVX2 and AVX-512 both have.
+/// \file Eight numbers, or points, side by side in one vector, for functions that are made for each instruction set
+/// (instruction_sets.hpp).
 namespace tanor {
 
 // Functions that take or return lanes are all inlined: there is no binary interface to keep.
@@ -29,7 +29,7 @@ using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = 
   return *reinterpret_cast<EightAnywhere*>(place);
 }
 
-/// Half of them: AVX2 and AVX-512 both have its shuffles.
+/// Half of them, whose shuffles AVX2 has as well as AVX-512.
 using Four [[gnu::vector_size(32)]] = double;
 using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
 [[gnu::always_inline]] inline const FourAnywhere& four_at(const double* place) {
@@ -38,6 +38,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
 [[gnu::always_inline]] inline FourAnywhere& four_at(double* place) {
   return *reinterpret_cast<FourAnywhere*>(place);
 }
+
 /// Four points that follow one another: x y z x | y z x y | z x y z
 [[gnu::always_inline]] inline void load_four_points(const double* from, Four* x, Four* y, Four* z) {
   const Four a = four_at(from), b = four_at(from + 4), c = four_at(from + 8);

@@ -17,7 +17,7 @@ namespace {
 }  // namespace
 
 TANOR_EACH_INSTRUCTION_SET
-void evaluate_spheres(std::size_t count, const double* r, const double* v, const Places& centers, Eight3* gradients,
+void evaluate_spheres(std::size_t count, const double* r, const double* v, const OfGuides& centers, Eight3* gradients,
                       Eight* phi) {
   for (std::size_t k = 0; k < count; ++k) {
     Eight x, y, z, vx, vy, vz;
@@ -35,8 +35,8 @@ void evaluate_spheres(std::size_t count, const double* r, const double* v, const
 }
 
 TANOR_EACH_INSTRUCTION_SET
-void evaluate_circles(std::size_t count, const double* r, const double* v, const Places& centers, const Places& normals,
-                      Eight3* gradients, Eight* phi) {
+void evaluate_circles(std::size_t count, const double* r, const double* v, const OfGuides& centers,
+                      const OfGuides& normals, Eight3* gradients, Eight* phi) {
   const Eight nothing{};
   for (std::size_t k = 0; k < count; ++k) {
     Eight x, y, z, vx, vy, vz;

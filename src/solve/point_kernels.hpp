@@ -20,18 +20,18 @@ namespace tanor_kernels {
 using namespace tanor;
 
 /// Centers and normals of guides [group], or, with a stride of 0, of the one that all are on.
-struct Places {
+struct OfGuides {
   const Eight3* each;
   std::size_t stride;
   const Eight3& operator[](std::size_t group) const { return each[group * stride]; }
 };
 
 /// Gradients and phi of points on spheres: u = a/|a|, phi = (v.v - (u.v)^2)/|a| with a = r - center.
-void evaluate_spheres(std::size_t count, const double* r, const double* v, const Places& centers, Eight3* gradients,
+void evaluate_spheres(std::size_t count, const double* r, const double* v, const OfGuides& centers, Eight3* gradients,
                       Eight* phi);
 /// On circles: the same in the plane of the normal; the first row is the plane's.
-void evaluate_circles(std::size_t count, const double* r, const double* v, const Places& centers, const Places& normals,
-                      Eight3* gradients, Eight* phi);
+void evaluate_circles(std::size_t count, const double* r, const double* v, const OfGuides& centers,
+                      const OfGuides& normals, Eight3* gradients, Eight* phi);
 
 /// `smallest` := the least of it and of the pivots of unit gradients; 0 where there is no factor.
 void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, PointFactor* factors, Eight* smallest);

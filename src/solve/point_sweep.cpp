@@ -238,7 +238,7 @@ void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::siz
       set_lane(&to[k / num_lanes], k % num_lanes, vector(slots[static_cast<std::size_t>(numbers[k])]));
   };
   /// The same where one number serves all.
-  const auto places = [&](const std::vector<Index>& slots, Eight3* to, const auto& vector) -> Places {
+  const auto places = [&](const std::vector<Index>& slots, Eight3* to, const auto& vector) -> OfGuides {
     if (!run.has_one_guide[member]) {
       gather(slots, to, vector);
       return {to, 1};
@@ -265,16 +265,16 @@ void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::siz
     case Guide::Sphere: {
       const auto& spheres = constraints_.family<SphereKernel>();
       if (!is_still) return evaluate_moving(spheres, motion, row, chunk);
-      const Places centers =
+      const OfGuides centers =
           places(spheres.kernel.geometry, chunk->place, [&](Index slot) { return spheres.kernel.center[slot].value; });
       return evaluate_spheres(chunk->count, r, v, centers, gradients, phi);
     }
     case Guide::Circle: {
       const auto& circles = constraints_.family<CircleKernel>();
       if (!is_still) return evaluate_moving(circles, motion, row, chunk);
-      const Places centers =
+      const OfGuides centers =
           places(circles.kernel.geometry, chunk->place, [&](Index slot) { return circles.kernel.center[slot].value; });
-      const Places normals =
+      const OfGuides normals =
           places(circles.kernel.geometry, chunk->normal, [&](Index slot) { return circles.kernel.normal[slot].value; });
       return evaluate_circles(chunk->count, r, v, centers, normals, gradients, phi);
     }

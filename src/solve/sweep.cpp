@@ -64,7 +64,7 @@ std::vector<Part> take_short_islands(const Given& given, const SolverOptions& wa
   return parts;
 }
 
-/// Sparse factors of the islands that are left over; null where the system is mostly theirs. Then all of it is the
+/// Sparse factors of the islands that are left over; null where they are too much of the system. Then all of it is the
 /// general way's, which goes on with old factors inside steps (see Reuse). Clusters beside a net of 100 x 100: steps of
 /// dop853 take as long on both where the net's factor takes 300 products for each row of a cluster, half as long on the
 /// general way at 3000; with less of a net all methods gain from the mixture, up to 2.7 times. A row left over seldom
@@ -101,7 +101,7 @@ std::unique_ptr<Sweep> make_sweep(const Constraints& constraints, const Reaction
     if (is_forced) throw InputError("/solver/way", "it does not serve this system: " + why);
     return nullptr;
   };
-  // Lanes and chunks would stay nearly empty (bench/rivals, the pendulum: 0.27 ms against 0.35).
+  // Lanes and chunks would stay nearly empty (bench/rivals, the pendulum).
   constexpr std::size_t few_rows = 8;
   if (wanted.way == Way::General || (!is_forced && numbering.num_rows() < few_rows)) return nullptr;
   if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general way");

@@ -259,7 +259,7 @@ PlanSummary plan_of_net(Index size, int count) {
   return Dynamics(system).plan();
 }
 
-TEST(Mixtures, AreTakenWhereTheRestIsNotMostOfTheWork) {
+TEST(Mixtures, AreTakenUnlessTheRestIsMuchMore) {
   const PlanSummary plan = plan_of_net(10, 30);
 
   EXPECT_EQ(plan.way, "bundles+general");
