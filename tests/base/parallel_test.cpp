@@ -39,11 +39,15 @@ TEST(Parallel, ThreadsWithoutWorkSleep) {
   Parallel(threads).for_ranges(x.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) x[k] += 1.0;
   });
-  constexpr double idle = 0.5;               // s
-  const std::clock_t before = std::clock();  // of all threads of this process
-  std::this_thread::sleep_for(std::chrono::duration<double>(idle));
-  const double used = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
-  EXPECT_LT(used, 0.2 * idle);
+  // They may spin for a while first, and so may a BLAS whose threads have just been made.
+  constexpr double idle = 0.3;  // s
+  double used = idle;           // by all threads of this process
+  for (int k = 0; k < 10 && used > 0.1 * idle; ++k) {
+    const std::clock_t before = std::clock();
+    std::this_thread::sleep_for(std::chrono::duration<double>(idle));
+    used = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  }
+  EXPECT_LE(used, 0.1 * idle);
 }
 
 }  // namespace
