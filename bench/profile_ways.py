@@ -19,11 +19,11 @@ FAMILIES = {"Chains": ["chain 1e3", "chain 1e4", "chain 1e5", "chain 1e6"],
             "Clusters": ["clusters 1e2 x 10", "clusters 1e3 x 10", "clusters 1e4 x 10", "clusters 1e5 x 10"],
             "Points on spheres": ["spheres 1e3", "spheres 1e4", "spheres 1e5", "spheres 1e6"],
             "Rings of one island": ["ring 1e3", "ring 1e5"]}
-REMARKS = {"Chains": """Only the recurrences (`find_pivots`, `substitute_inwards`, `substitute_outwards`) are not side by side: 3 of 10 ns in the
-caches. Eight pieces of a path in lanes would save most of that, and bring r, v, w, K and lambda in and out of lanes at
-each evaluation instead: clusters, and the melt's chains of 99 rods, which are so computed, take as long a rod (10.6 and 11
-ns). Series keep their coefficients in lanes over all orders of a step, so they do have the pieces (`solve/path_lanes.hpp`).
-A step of `rk4` takes 81 ns a point (`ways.md`), of which four evaluations are half; the rest are projections."""}
+REMARKS = {"Chains": """Only the recurrences (`find_pivots`, `substitute_inwards`, `substitute_outwards`) are not side by side, a third of the time
+in the caches. Eight pieces of a path in lanes would save most of that, and bring r, v, w, K and lambda in and out of lanes at
+each evaluation instead: clusters, and the melt's chains of 99 rods, which are so computed, take as long a rod (`ways.md`).
+Series keep their coefficients in lanes over all orders of a step, so they do have the pieces (`solve/path_lanes.hpp`).
+`ways.md` has a step of `rk4`, too: about half of it are its four evaluations, the rest is what ends a step."""}
 LEAST_SHOWN = 0.3  # ns
 SERIES = {"an error of 1e-6 m": "1e-4", "of 1e-9 m": "1e-7"}  # relative tolerances
 LEAST_OF_SERIES = 1.0  # ns

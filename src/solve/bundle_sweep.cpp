@@ -1,7 +1,6 @@
 #include "solve/bundle_sweep.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace tanor {
 
@@ -236,21 +235,17 @@ Elimination BundleSweep::linearise(const Parallel& parallel, const double* r, do
 /// evaluate(what violates the rows) and move(along the answer), until nothing does or it no longer becomes less.
 template <class Evaluate, class Move>
 void BundleSweep::iterate(const Batch& batch, double target, Desk* desk, const Evaluate& evaluate, const Move& move) {
-  constexpr int most_iterations = 20;
-  double before = std::numeric_limits<double>::infinity();
-  for (int k = 0;; ++k) {
+  const auto violation = [&] {
     Largest largest;
     evaluate(&largest);
-    const double violation = largest.read();
-    if (violation <= target || !(violation < 0.3 * before) || k == most_iterations) {
-      desk->projection.violation = larger(desk->projection.violation, violation);
-      desk->projection.iterations = std::max(desk->projection.iterations, k);
-      return;
-    }
-    before = violation;
+    return largest.read();
+  };
+  const Projection found = iterate_along_chord(target, violation, [&] {
     tanor::solve_negative(batch.structure().schedule, batch.factor, desk->b.data(), desk->x.data());
     move();
-  }
+  });
+  desk->projection.violation = larger(desk->projection.violation, found.violation);
+  desk->projection.iterations = std::max(desk->projection.iterations, found.iterations);
 }
 
 Projection BundleSweep::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,

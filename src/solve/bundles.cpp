@@ -4,17 +4,11 @@
 #include <limits>
 #include <map>
 
+#include "solve/rod_rows.hpp"
+
 namespace tanor {
 
 namespace {
-
-struct Rod {
-  std::array<Index, 2> points{-1, -1};  // inner
-  Index block = -1;                     // -1: no rod
-  Vec3 offset{};
-  double length = 1.0;
-  const MovingScalar* moving_length = nullptr;
-};
 
 struct Island {
   Index number = -1, first_point = 0;
@@ -22,41 +16,18 @@ struct Island {
   std::vector<char> is_reversed;
 };
 
-/// [row]
-std::vector<Rod> read_rods(const Constraints& constraints, std::size_t num_rows) {
-  std::vector<Rod> result(num_rows);
-  const auto read = [&]<bool Timed, bool Shifted>(const Family<RodKernel<Timed, Shifted>>& rods) {
-    for (std::size_t k = 0; k < rods.size(); ++k) {
-      Rod& rod = result[static_cast<std::size_t>(rods.rows[k])];
-      rod.points = rods.kernel.points[k];
-      rod.block = rods.first_block + static_cast<Index>(k);
-      if constexpr (Shifted) rod.offset = rods.kernel.offset[k];
-      if constexpr (Timed) {
-        rod.moving_length = &rods.kernel.moving_length[k];
-      } else {
-        rod.length = rods.kernel.length[k];
-      }
-    }
-  };
-  read(constraints.family<RodKernel<false, false>>());
-  read(constraints.family<RodKernel<false, true>>());
-  read(constraints.family<RodKernel<true, false>>());
-  read(constraints.family<RodKernel<true, true>>());
-  return result;
-}
-
 /// The rods in [first_row, end_row) as a topology; false where one of them is none.
-bool read_island(std::span<const Rod> rods, Index first_row, Index end_row, Index num_moving, IslandTopology* topology,
+bool read_island(const RodRows& rods, Index first_row, Index end_row, Index num_moving, IslandTopology* topology,
                  Island* island) {
   *topology = {};
   *island = {};
   island->first_point = std::numeric_limits<Index>::max();
   Index last_point = 0;
   for (Index row = first_row; row < end_row; ++row) {
-    const Rod& rod = rods[static_cast<std::size_t>(row)];
-    if (rod.block < 0) return false;
+    const std::array<Index, 2>& ends = rods.ends[static_cast<std::size_t>(row)];
+    if (ends[0] < 0) return false;
     island->rows.push_back(row);
-    for (const Index point : rod.points) {
+    for (const Index point : ends) {
       if (point >= num_moving) continue;
       island->first_point = std::min(island->first_point, point);
       last_point = std::max(last_point, point);
@@ -65,14 +36,14 @@ bool read_island(std::span<const Rod> rods, Index first_row, Index end_row, Inde
   topology->num_points = last_point - island->first_point + 1;
   // By their points, wherever the user put them; a support is numbered after every point that moves.
   const auto ends = [&](Index row) {
-    const auto [i, j] = rods[static_cast<std::size_t>(row)].points;
+    const auto [i, j] = rods.ends[static_cast<std::size_t>(row)];
     return std::array{std::min(i, j), std::min(std::max(i, j), num_moving)};
   };
   std::stable_sort(island->rows.begin(), island->rows.end(), [&](Index a, Index b) { return ends(a) < ends(b); });
   for (const Index row : island->rows) {
-    const Rod& rod = rods[static_cast<std::size_t>(row)];
-    const auto [low, high] = std::minmax(rod.points[0], rod.points[1]);
-    island->is_reversed.push_back(rod.points[0] == high ? 1 : 0);
+    const auto [first, second] = rods.ends[static_cast<std::size_t>(row)];
+    const Index low = std::min(first, second), high = std::max(first, second);
+    island->is_reversed.push_back(first == high ? 1 : 0);
     int end = high - island->first_point;
     if (high >= num_moving) {
       end = topology->num_points + topology->num_supports++;
@@ -93,7 +64,7 @@ bool is_path(const IslandTopology& topology) {
   return topology.rods.size() + 1 == num_rods.size() && *std::max_element(num_rods.begin(), num_rods.end()) <= 2;
 }
 
-Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islands, std::span<const Rod> rods,
+Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islands, const RodRows& rods,
                    std::span<const double> inverse_mass) {
   Bundle bundle(topology);
   bundle.num_islands = islands.size();
@@ -104,7 +75,7 @@ Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islan
   bundle.supports.resize(bundle.num_batches * static_cast<std::size_t>(topology.num_supports) * num_lanes);
   const auto row = [](const Island& island, std::size_t a) { return island.rows[a]; };
   const auto block = [&](const Island& island, std::size_t a) {
-    return rods[static_cast<std::size_t>(island.rows[a])].block;
+    return static_cast<Index>(rods.block[static_cast<std::size_t>(island.rows[a])]);
   };
   /// follow(number): in each island the numbers of its rods do.
   const auto follow = [&](const auto& number) {
@@ -152,17 +123,18 @@ Bundle make_bundle(const IslandTopology& topology, std::span<const Island> islan
       bundle.inverse_mass.data()[batch * num_places + p][lane] = inverse_mass[static_cast<std::size_t>(point)];
     }
     for (std::size_t a = 0; a < num_rods; ++a) {
-      const Rod& rod = rods[static_cast<std::size_t>(island.rows[a])];
+      const auto number = static_cast<std::size_t>(island.rows[a]);
       const std::size_t place = batch * num_rods + a;
       const bool is_reversed = island.is_reversed[a] != 0;
-      if (dot(rod.offset, rod.offset) > 0.0) {
+      const Vec3 offset = rods.offset.empty() ? Vec3{} : rods.offset[number];
+      if (dot(offset, offset) > 0.0) {
         bundle.offsets.resize(bundle.num_batches * num_rods);
-        set_lane(&bundle.offsets[place], lane, is_reversed ? -rod.offset : rod.offset);
+        set_lane(&bundle.offsets[place], lane, is_reversed ? -offset : offset);
       }
-      bundle.lengths.data()[place][lane] = rod.length;
-      if (rod.moving_length != nullptr) {
+      bundle.lengths.data()[place][lane] = rods.constant_length[number];
+      if (const MovingScalar* const moving = rods.moving_length(number)) {
         bundle.moving_lengths.resize(bundle.num_batches * num_rods * num_lanes);
-        bundle.moving_lengths[place * num_lanes + lane] = rod.moving_length;
+        bundle.moving_lengths[place * num_lanes + lane] = moving;
       }
     }
   }
@@ -195,7 +167,7 @@ std::vector<Bundle> take_bundles(const Constraints& constraints, const Numbering
   // Beyond, a batch's numbers leave the first caches, and sparse factorizations or paths are as good.
   constexpr std::size_t most_rods = 128, long_path = 32;
   constexpr double most_flops_a_rod = 500.0;
-  const std::vector<Rod> rods = read_rods(constraints, numbering.num_rows());
+  const RodRows rods(constraints, numbering.num_rows());
   std::map<IslandTopology, std::vector<Island>> by_topology;
   for (const Index number : *islands) {
     const Index* const start = numbering.island_start.data() + number;

@@ -43,6 +43,7 @@ template <class Lanes>
   places.store_ends(to, at);
 }
 
+// Each by itself: templates have no clones.
 TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes, const Places<Pieces>& places,
                                       std::span<double* const, 3> r) {
   load_and_begin(lanes, places, r);

@@ -14,23 +14,37 @@ namespace {
   *w = {nothing + uniform->x, nothing + uniform->y, nothing + uniform->z};
 }
 
+/// Eight points from their guides' centers, and how they move.
+struct Apart {
+  Eight x, y, z, vx, vy, vz;
+};
+[[gnu::always_inline]] inline void load_apart(const double* r, const double* v, const Eight3& center, std::size_t group,
+                                              Apart* a) {
+  load_points(r + 3 * num_lanes * group, &a->x, &a->y, &a->z);
+  load_points(v + 3 * num_lanes * group, &a->vx, &a->vy, &a->vz);
+  a->x -= center.x;
+  a->y -= center.y;
+  a->z -= center.z;
+}
+
+/// u = a/|a|, phi = (v.v - (u.v)^2)/|a|
+[[gnu::always_inline]] inline void evaluate_distance(Apart* a, Eight3* gradient, Eight* phi) {
+  Eight inverse;
+  normalise(&a->x, &a->y, &a->z, &inverse);
+  const Eight speed = a->x * a->vx + a->y * a->vy + a->z * a->vz;
+  *phi = (a->vx * a->vx + a->vy * a->vy + a->vz * a->vz - speed * speed) * inverse;
+  *gradient = {a->x, a->y, a->z};
+}
+
 }  // namespace
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_spheres(std::size_t count, const double* r, const double* v, const OfGuides& centers, Eight3* gradients,
                       Eight* phi) {
   for (std::size_t k = 0; k < count; ++k) {
-    Eight x, y, z, vx, vy, vz;
-    load_points(r + 3 * num_lanes * k, &x, &y, &z);
-    load_points(v + 3 * num_lanes * k, &vx, &vy, &vz);
-    x -= centers[k].x;
-    y -= centers[k].y;
-    z -= centers[k].z;
-    Eight inverse;
-    normalise(&x, &y, &z, &inverse);
-    const Eight speed = x * vx + y * vy + z * vz;
-    phi[k] = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
-    gradients[k] = {x, y, z};
+    Apart a;
+    load_apart(r, v, centers[k], k, &a);
+    evaluate_distance(&a, &gradients[k], &phi[k]);
   }
 }
 
@@ -39,28 +53,20 @@ void evaluate_circles(std::size_t count, const double* r, const double* v, const
                       const OfGuides& normals, Eight3* gradients, Eight* phi) {
   const Eight nothing{};
   for (std::size_t k = 0; k < count; ++k) {
-    Eight x, y, z, vx, vy, vz;
-    load_points(r + 3 * num_lanes * k, &x, &y, &z);
-    load_points(v + 3 * num_lanes * k, &vx, &vy, &vz);
-    x -= centers[k].x;
-    y -= centers[k].y;
-    z -= centers[k].z;
+    Apart a;
+    load_apart(r, v, centers[k], k, &a);
+    // In the plane: a - (n.a) n, and its derivative
     const Eight nx = normals[k].x, ny = normals[k].y, nz = normals[k].z;
-    // p = a - (n.a) n, and its derivative
-    const Eight s = nx * x + ny * y + nz * z, s1 = nx * vx + ny * vy + nz * vz;
-    x -= s * nx;
-    y -= s * ny;
-    z -= s * nz;
-    vx -= s1 * nx;
-    vy -= s1 * ny;
-    vz -= s1 * nz;
-    Eight inverse;
-    normalise(&x, &y, &z, &inverse);
-    const Eight speed = x * vx + y * vy + z * vz;
+    const Eight s = nx * a.x + ny * a.y + nz * a.z, s1 = nx * a.vx + ny * a.vy + nz * a.vz;
+    a.x -= s * nx;
+    a.y -= s * ny;
+    a.z -= s * nz;
+    a.vx -= s1 * nx;
+    a.vy -= s1 * ny;
+    a.vz -= s1 * nz;
     phi[k] = nothing;
-    phi[count + k] = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
     gradients[k] = {nx, ny, nz};
-    gradients[count + k] = {x, y, z};
+    evaluate_distance(&a, &gradients[count + k], &phi[count + k]);
   }
 }
 

@@ -1,7 +1,5 @@
 #include "solve/projecting_sweep.hpp"
 
-#include <limits>
-
 namespace tanor {
 
 ProjectingSweep::ProjectingSweep(std::unique_ptr<Sweep> sweep, IslandGroup group)
@@ -15,37 +13,38 @@ bool ProjectingSweep::correct(const Parallel& parallel, const double* blocks, do
 }
 
 Elimination ProjectingSweep::linearise(const Parallel& parallel, const double* r, double* blocks) {
+  if (sweep_->evaluates()) return sweep_->linearise(parallel, r, blocks);
   group_.constraints.evaluate_gradients(parallel, group_.members, r, blocks);
   return sweep_->factorize(parallel, blocks);
 }
 
-/// evaluate(rows := what violates them) -> the largest; points += M^-1 K S^-1 (-rows), until nothing does or it no
-/// longer becomes less.
+/// evaluate(rows := what violates them) -> the largest; points += M^-1 K S^-1 (-rows).
 template <class Evaluate>
 Projection ProjectingSweep::iterate(const Parallel& parallel, const double* blocks, double target,
                                     const Evaluate& evaluate, double* points, double* sum) {
-  constexpr int most_iterations = 20;
-  double before = std::numeric_limits<double>::infinity();
-  for (int k = 0;; ++k) {
-    const double violation = evaluate(rows_.data());
-    if (violation <= target || !(violation < 0.3 * before) || k == most_iterations) return {violation, k};
-    before = violation;
-    correct(parallel, blocks, rows_.data(), points);
-    if (sum != nullptr) group_.add_rows(parallel, rows_.data(), sum);
-  }
+  return iterate_along_chord(
+      target, [&] { return evaluate(rows_.data()); },
+      [&] {
+        correct(parallel, blocks, rows_.data(), points);
+        if (sum != nullptr) group_.add_rows(parallel, rows_.data(), sum);
+      });
 }
 
 Projection ProjectingSweep::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                               double* sum) {
   if (sum != nullptr) group_.add_reactions(parallel, blocks, sum, r);
-  const auto evaluate = [&](double* xi) { return group_.constraints.evaluate_values(parallel, group_.members, r, xi); };
+  const auto evaluate = [&](double* xi) {
+    return sweep_->evaluates() ? sweep_->measure_values(parallel, r, xi)
+                               : group_.constraints.evaluate_values(parallel, group_.members, r, xi);
+  };
   return iterate(parallel, blocks, target, evaluate, r, sum);
 }
 
 Projection ProjectingSweep::project_velocities(const Parallel& parallel, const double* blocks, double target,
                                                const double* r, double* v) {
   const auto evaluate = [&](double* rate) {
-    return group_.constraints.evaluate_rates(parallel, group_.members, r, v, rate);
+    return sweep_->evaluates() ? sweep_->measure_rates(parallel, r, v, rate)
+                               : group_.constraints.evaluate_rates(parallel, group_.members, r, v, rate);
   };
   return iterate(parallel, blocks, target, evaluate, v, nullptr);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -36,6 +37,20 @@ struct Projection {
   double violation = 0.0;  ///< relative, or m/s; NaN where any number is
   int iterations = 0;
 };
+
+/// Chord iterations: evaluate() -> what is violated, move() along the slope at hand, until that is `target` or no
+/// longer becomes much less.
+template <class Evaluate, class Move>
+Projection iterate_along_chord(double target, const Evaluate& evaluate, const Move& move) {
+  constexpr int most_iterations = 20;
+  double before = std::numeric_limits<double>::infinity();
+  for (int k = 0;; ++k) {
+    const double violation = evaluate();
+    if (violation <= target || !(violation < 0.3 * before) || k == most_iterations) return {violation, k};
+    before = violation;
+    move();
+  }
+}
 
 /// S lambda = -b on a short way that serves a system or some of its islands, whose rows and moving points alone it
 /// reads and writes: evaluation, elimination and w in one or two sweeps over the memory. Rows and points in the inner

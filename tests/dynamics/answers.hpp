@@ -31,6 +31,17 @@ inline Answer solve(const System& system, const SolverOptions& options, double t
   return solve(&dynamics, system, t);
 }
 
+/// A ring of four rods, stretched to a line: they depend on one another.
+inline System make_stretched_ring() {
+  System system;
+  system.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1e-9, 0};
+  system.velocities.assign(12, 0.0);
+  system.masses.assign(4, 1.0);
+  system.constraints = {Rods{"ring", {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, {}, {}}};
+  system.forces = {Gravity{"", {0, 0, -9.81}}};
+  return system;
+}
+
 inline double relative_difference(const std::vector<double>& x, const std::vector<double>& y) {
   double difference = 0.0, size = 1e-300;
   for (std::size_t i = 0; i < x.size(); ++i) {

@@ -168,12 +168,7 @@ TEST(Rings, MotionIsThatOfTheGeneralWay) {
 
 /// Four rods, stretched to a line, depend on one another, which the general way decides.
 TEST(Rings, SingularOneIsLeftToTheGeneralWay) {
-  System system;
-  system.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1e-9, 0};
-  system.velocities.assign(12, 0.0);
-  system.masses.assign(4, 1.0);
-  system.constraints = {Rods{"ring", {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, {}, {}}};
-  system.forces = {Gravity{"", {0, 0, -9.81}}};
+  const System system = make_stretched_ring();
 
   const Answer paths = solve(system, {.way = Way::Paths}), general = solve(system, {.way = Way::General});
 

@@ -147,12 +147,7 @@ TEST(Trees, MotionIsThatOfTheGeneralWay) {
 
 /// A flat ring of four rods, stretched to a line: its rods depend on one another, which the general way decides.
 TEST(Trees, SingularRingsAreLeftToTheGeneralWay) {
-  System system;
-  system.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1e-9, 0};
-  system.velocities.assign(12, 0.0);
-  system.masses.assign(4, 1.0);
-  system.constraints = {Rods{"ring", {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, {}, {}}};
-  system.forces = {Gravity{"", {0, 0, -9.81}}};
+  const System system = make_stretched_ring();
   const Answer trees = solve(system, {.way = Way::Trees}), general = solve(system, {.way = Way::General});
   EXPECT_EQ(trees.report.outcome.status, general.report.outcome.status);
   EXPECT_LE(relative_difference(trees.w, general.w), rounding);
