@@ -27,8 +27,9 @@ configure_file(cmake/tanor.pc.in ${PROJECT_BINARY_DIR}/tanor.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/tanor.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 if(TANOR_BUILD_PROGRAM)
-  file(RELATIVE_PATH bindir_to_libdir ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-  set_target_properties(tanor_cli PROPERTIES INSTALL_RPATH "$ORIGIN/${bindir_to_libdir}")
+  # The executable loads the program from a folder of its own, which finds libtanor beside it.
+  set_target_properties(tanor_commands PROPERTIES INSTALL_RPATH "$ORIGIN/..")
+  install(TARGETS tanor_commands LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tanor COMPONENT runtime)
   install(TARGETS tanor_cli RUNTIME COMPONENT runtime)
 endif()
 

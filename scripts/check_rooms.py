@@ -38,6 +38,7 @@ ROOMS = {
     "scene":    Sees("", "tanor", "nlohmann/ fmt/"),
     "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h spawn.h sys/wait.h"),
     "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h dlfcn.h"),
+    "launcher": Sees("", "export", "unistd.h dlfcn.h fcntl.h sys/mman.h sys/syscall.h"),
 }
 
 # Single files that may see more: an adaptor between two rooms, with its reason.

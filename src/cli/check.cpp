@@ -8,6 +8,7 @@
 #include <tanor/dynamics.hpp>
 
 #include "cli/command_line.hpp"
+#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
 #include "scene/scene.hpp"
@@ -65,6 +66,7 @@ void print_certificate(const Certificate& certificate) {
 
 ExitCode execute(const CheckOptions& options) {
   scene::Scene scene = scene::load_scene(options.scene);
+  require_threads(scene.solver.threads);
   std::vector<double> positions = scene.system.positions;
   std::vector<double> velocities = scene.system.velocities;
   velocities.resize(positions.size(), 0.0);

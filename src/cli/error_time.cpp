@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/command_line.hpp"
+#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/error_time_table.hpp"
@@ -63,6 +64,7 @@ class Destination {
 
 ExitCode execute(const ErrorTimeOptions& options) {
   const scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
+  require_threads(scene.solver.threads);
   const std::vector<Method> wanted = read_methods(options.methods);
   const auto say = [&](const std::string& line) {
     if (!options.quiet) fmt::print(stderr, "{}\n", line);

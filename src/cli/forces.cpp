@@ -6,6 +6,7 @@
 #include <tanor/direct_problem.hpp>
 
 #include "cli/command_line.hpp"
+#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/motion_forces.hpp"
@@ -77,6 +78,7 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
 
 ExitCode execute(const ForcesOptions& options) {
   scene::Scene scene = scene::load_scene(options.scene);
+  require_threads(scene.solver.threads);
   const fs::path directory = choose_folder(options.out, scene);
   DirectProblem problem =
       naming_file(options.scene, [&] { return DirectProblem(std::move(scene.system), scene.solver); });

@@ -11,6 +11,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/cost.hpp"
+#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
 #include "scene/scene.hpp"
@@ -67,6 +68,7 @@ std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chose
 
 ExitCode execute(const InfoOptions& options) {
   scene::Scene scene = scene::load_scene(options.scene);
+  require_threads(scene.solver.threads);
   const std::string constraints = list_entries(scene.system.constraints);
   const std::string coordinates = list_entries(scene.system.coordinates);
   const std::string forces = list_entries(scene.system.forces);

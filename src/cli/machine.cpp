@@ -3,7 +3,12 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <exception>
+#include <future>
+#include <stdexcept>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace tanor::cli {
 
@@ -17,9 +22,21 @@ Function* find_function(const char* name) {
 
 }  // namespace
 
-void keep_blas_serial() {
-  // A setting of the whole process: the program may make it, the library never (its host may need BLAS threads).
-  if (auto* set_num_threads = find_function<void(int)>("openblas_set_num_threads")) set_num_threads(1);
+void require_threads(int count) {
+  const int others = (count > 0 ? count : count_threads()) - 1;
+  std::promise<void> all_are_here;
+  const std::shared_future<void> signal = all_are_here.get_future().share();
+  std::vector<std::thread> threads;
+  threads.reserve(static_cast<std::size_t>(std::max(others, 0)));
+  std::string failure;
+  try {
+    for (int k = 0; k < others; ++k) threads.emplace_back([signal] { signal.wait(); });
+  } catch (const std::exception& error) {
+    failure = "cannot start " + std::to_string(others + 1) + " threads: " + error.what();
+  }
+  all_are_here.set_value();
+  for (std::thread& thread : threads) thread.join();
+  if (!failure.empty()) throw std::runtime_error(failure);
 }
 
 int count_threads() {

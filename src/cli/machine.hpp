@@ -2,8 +2,9 @@
 
 namespace tanor::cli {
 
-/// BLAS at one thread: our own loops use all of them.
-void keep_blas_serial();
+/// Throws std::runtime_error where the machine does not give that many threads (0: as many as OpenMP wants): OpenMP would
+/// end the program without a word of ours.
+void require_threads(int count);
 
 /// Threads that OpenMP gives a parallel loop.
 int count_threads();

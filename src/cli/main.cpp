@@ -1,19 +1,57 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <system_error>
 #include <variant>
 
 #include "cli/command_line.hpp"
-#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 
-/// The `tanor` program: scene files in, reports out.
-int main(int argc, char** argv) {
-  using namespace tanor::cli;
+namespace tanor::cli {
+
+namespace {
+
+/// An exception that nobody may catch, for instance in a thread of a library.
+[[noreturn]] void end_with_last_words() {
+  const Failure failure = std::current_exception() ? describe_current_exception()
+                                                   : Failure{ExitCode::MachineFailure, "ended by a library"};
+  print_message(failure.message);
+  _exit(static_cast<int>(ExitCode::MachineFailure));
+}
+
+/// Executes what the command line asks for; any trouble is one line on stderr.
+ExitCode run_command(int argc, const char* const* argv) {
   try {
-    keep_blas_serial();
     const Command command = parse_command_line(argc, argv);
-    return static_cast<int>(std::visit([](const auto& options) { return execute(options); }, command));
+    return std::visit([](const auto& options) { return execute(options); }, command);
   } catch (...) {
     const Failure failure = describe_current_exception();
     print_message(failure.message);
-    return static_cast<int>(failure.code);
+    return failure.code;
   }
+}
+
+/// Standard output is complete only when the system has taken its last byte.
+bool close_output() {
+  const bool had_error = std::ferror(stdout) != 0;
+  errno = 0;
+  if (std::fflush(stdout) == 0 && !had_error) return true;
+  const std::string reason = errno != 0 ? ": " + std::generic_category().message(errno) : "";
+  print_message("cannot write standard output" + reason);
+  return false;
+}
+
+}  // namespace
+
+}  // namespace tanor::cli
+
+/// The `tanor` program: scene files in, reports out. Called by the launcher, which has loaded it.
+extern "C" __attribute__((visibility("default"))) int tanor_run_program(int argc, char** argv) {
+  using namespace tanor::cli;
+  std::set_terminate(end_with_last_words);
+  const ExitCode code = run_command(argc, argv);
+  return static_cast<int>(close_output() ? code : ExitCode::MachineFailure);
 }

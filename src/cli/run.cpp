@@ -6,6 +6,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
@@ -130,6 +131,7 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
 ExitCode execute(const RunOptions& options) {
   const auto begin = RunPlan::Clock::now();
   scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
+  require_threads(scene.solver.threads);
   const RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);
 

@@ -5,6 +5,7 @@
 #include <tanor/dynamics.hpp>
 
 #include "cli/command_line.hpp"
+#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "report/solution.hpp"
 #include "scene/scene.hpp"
@@ -27,6 +28,7 @@ ExitCode tell(const SolveOptions& options, const Outcome& outcome) {
 
 ExitCode execute(const SolveOptions& options) {
   scene::Scene scene = scene::load_scene(options.scene);
+  require_threads(scene.solver.threads);
   std::vector<double> positions = scene.system.positions;
   std::vector<double> velocities = scene.system.velocities;
   velocities.resize(positions.size(), 0.0);
