@@ -36,8 +36,8 @@ ROOMS = {
     "dynamics": Sees("base system evaluate assembly factor plan solve friction", "direct_problem", "Eigen/"),
     "motion":   Sees("base system dynamics/mechanics.hpp", "motion", ""),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/"),
-    "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h spawn.h sys/wait.h"),
-    "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h dlfcn.h"),
+    "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h"),
+    "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h fcntl.h sys/file.h sys/stat.h dlfcn.h"),
     "launcher": Sees("", "export", "unistd.h dlfcn.h fcntl.h sys/mman.h sys/syscall.h"),
 }
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 #include <utility>
 
 #include "cli/command_line.hpp"
+#include "cli/folder_lock.hpp"
 #include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
@@ -45,8 +47,10 @@ class Destination {
  public:
   explicit Destination(std::filesystem::path path) : path_(std::move(path)), is_new_(!std::filesystem::exists(path_)) {
     report::make_folder(path_);
+    lock_.emplace(path_, "error-time");
   }
   ~Destination() {
+    lock_.reset();
     std::error_code is_filled;
     if (is_new_) std::filesystem::remove(path_, is_filled);
   }
@@ -58,6 +62,7 @@ class Destination {
  private:
   std::filesystem::path path_;
   bool is_new_;
+  std::optional<FolderLock> lock_;
 };
 
 }  // namespace

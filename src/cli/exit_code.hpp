@@ -7,7 +7,11 @@ enum class ExitCode {
   Done = 0,
   BadInput = 2,       ///< or wrong usage
   NoAnswer = 3,       ///< numerical outcome: no answer, several (friction), tolerance not reached, stopped early
-  MachineFailure = 4  ///< memory, disk, or our own bug
+  MachineFailure = 4,  ///< memory, disk, or our own bug
+  // 128 + signal, as a shell tells it; what was found until then is complete and can be resumed.
+  HungUp = 129,
+  Interrupted = 130,
+  Terminated = 143
 };
 
 }  // namespace tanor::cli

@@ -6,10 +6,12 @@
 #include <tanor/direct_problem.hpp>
 
 #include "cli/command_line.hpp"
+#include "cli/folder_lock.hpp"
 #include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/motion_forces.hpp"
+#include "report/output_file.hpp"
 #include "scene/number_table.hpp"
 #include "scene/scene.hpp"
 
@@ -86,6 +88,8 @@ ExitCode execute(const ForcesOptions& options) {
   report::ForcesOfMotion forces = naming_file(options.scene, [&] { return find_forces(motion, &problem); });
   forces.scene = scene.name;
   forces.motion = options.motion.string();
+  report::make_folder(directory);
+  const FolderLock lock(directory, "forces");
   report::write_forces(directory, forces);
 
   const auto violation = [](const MotionForces& sample) { return sample.position.largest; };

@@ -18,13 +18,24 @@ void catch_interrupts() {
   struct sigaction action = {};
   action.sa_handler = note_signal;
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);  // the second signal finds the default; writes go on
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before = {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+  }
 }
 
-const char* caught_interrupt() {
-  if (caught_signal == 0) return nullptr;
-  return caught_signal == SIGINT ? "SIGINT" : "SIGTERM";
+std::optional<Interrupt> caught_interrupt() {
+  switch (caught_signal) {
+    case SIGINT:
+      return Interrupt{"SIGINT", ExitCode::Interrupted};
+    case SIGTERM:
+      return Interrupt{"SIGTERM", ExitCode::Terminated};
+    case SIGHUP:
+      return Interrupt{"SIGHUP", ExitCode::HungUp};
+    default:
+      return std::nullopt;
+  }
 }
 
 }  // namespace tanor::cli

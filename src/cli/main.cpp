@@ -53,5 +53,6 @@ extern "C" __attribute__((visibility("default"))) int tanor_run_program(int argc
   using namespace tanor::cli;
   std::set_terminate(end_with_last_words);
   const ExitCode code = run_command(argc, argv);
-  return static_cast<int>(close_output() ? code : ExitCode::MachineFailure);
+  const bool has_failed = code == ExitCode::MachineFailure || !close_output();
+  return static_cast<int>(has_failed ? ExitCode::MachineFailure : code);
 }

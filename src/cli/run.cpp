@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <memory>
 #include <utility>
 
 #include <tanor/motion.hpp>
 
 #include "cli/command_line.hpp"
+#include "cli/folder_lock.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/machine.hpp"
 #include "cli/messages.hpp"
@@ -21,12 +23,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// A run that is to go on holds its folder before it looks at the checkpoint.
 RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::Clock::time_point begin) {
   RunPlan plan;
   plan.begin = begin;
   plan.directory = choose_folder(options.out, scene);
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system);
-  if (!options.resume) return plan;
+  if (!options.resume || !fs::exists(plan.directory)) return plan;
+  plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
   plan.before = report::read_checkpoint(plan.directory, plan.fingerprint, scene.system.num_points());
   if (plan.before && plan.before->snapshot.time > scene.t_end) {
     throw InputError(plan.directory.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
@@ -49,6 +53,7 @@ Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
 struct Ending {
   ExitCode code = ExitCode::Done;
   std::string why;
+  bool is_between_steps = true;  ///< the simulation stands at a state of the motion: no exception came out of it
 };
 
 /// Whether the answer after this step is to be proven; the last one is anyway.
@@ -71,7 +76,7 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
   const auto observe = [&](const MotionReport& report) {
     progress->update(report);
     if (is_due(scene.certificate, report.steps)) not_proven = prove(simulation, folder);
-    return not_proven.empty() && caught_interrupt() == nullptr;
+    return not_proven.empty() && !caught_interrupt();
   };
   while (simulation->time() < scene.t_end) {
     const double begin = simulation->time();
@@ -79,8 +84,8 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
     if (simulation->time() > begin) folder->write_frame(*simulation);
     if (!outcome.ok()) return {ExitCode::NoAnswer, outcome.what};
     if (!not_proven.empty()) return {ExitCode::NoAnswer, not_proven};
-    if (const char* signal = caught_interrupt(); signal && simulation->time() < scene.t_end) {
-      return {ExitCode::NoAnswer, fmt::format("{} came", signal)};
+    if (const auto interrupt = caught_interrupt(); interrupt && simulation->time() < scene.t_end) {
+      return {interrupt->code, fmt::format("{} came", interrupt->name)};
     }
   }
   if (scene.certificate.when != scene::CertificatePolicy::When::Off) not_proven = prove(simulation, folder);
@@ -96,14 +101,14 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
     return advance(scene, simulation, folder, progress);
   } catch (...) {
     const Failure failure = describe_current_exception();
-    return {failure.code, failure.message};
+    return {failure.code, failure.message, false};
   }
 }
 
 /// The page of the run. After a failure of the machine the last words are tried, no more.
 std::string finish(const Ending& ending, const Simulation& simulation, RunFolder* folder) {
   try {
-    return folder->finish(simulation);
+    return folder->finish(simulation, ending.is_between_steps);
   } catch (const std::exception&) {
     if (ending.code != ExitCode::MachineFailure) throw;
     return {};

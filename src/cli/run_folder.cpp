@@ -10,6 +10,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr const char* page_name = "report.txt";
+
 double seconds_since(RunPlan::Clock::time_point begin) {
   return std::chrono::duration<double>(RunPlan::Clock::now() - begin).count();
 }
@@ -24,16 +26,30 @@ report::RunFacts collect_facts(const scene::Scene& scene, const Simulation& simu
   return facts;
 }
 
-/// A run that starts anew leaves nothing of an earlier one that could be taken for its own.
+/// Removes what an earlier run has left, and nothing else: none of it could be told from this run's own.
+void remove_results(const fs::path& directory) {
+  report::remove_checkpoint(directory);
+  report::remove_trajectory(directory);
+  report::remove_summary(directory);
+  report::remove_file(directory / page_name);
+}
+
+std::unique_ptr<FolderLock> take_folder(const RunPlan& plan) {
+  std::unique_ptr<FolderLock> lock;
+  if (!plan.lock) {
+    report::make_folder(plan.directory);
+    lock = std::make_unique<FolderLock>(plan.directory, "run");
+  }
+  if (!plan.before) remove_results(plan.directory);
+  return lock;
+}
+
 report::Trajectory open_trajectory(const RunPlan& plan, const scene::Scene& scene, const System& system) {
   if (plan.before) return {plan.directory, system, scene.output_points, plan.before->trajectory};
-  report::make_folder(plan.directory);
-  report::remove_checkpoint(plan.directory);
-  report::remove_file(plan.directory / "summary.json");
   return {plan.directory, system, scene.output_points};
 }
 
-/// Part of the run that lists and checkpoints may take. Replacing a file can wait for the disk (milliseconds), which
+/// Part of the run that checkpoints may take. Replacing a file can wait for the disk (milliseconds), which
 /// would be most of the time of a small system with many frames.
 constexpr int publishing_share = 20;  // one twentieth
 
@@ -41,6 +57,7 @@ constexpr int publishing_share = 20;  // one twentieth
 
 RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation)
     : directory_(plan.directory),
+      lock_(take_folder(plan)),
       earlier_(plan.before ? plan.before->wall : report::WallTimes()),
       begin_(plan.begin),
       facts_(collect_facts(scene, simulation)),
@@ -52,18 +69,19 @@ RunFolder::RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simul
 void RunFolder::write_frame(const Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
   trajectory_.write_frame(simulation);
+  last_frame_ = simulation.time();
   if (begin >= next_publication_) publish(simulation);
   output_ += seconds_since(begin);
 }
 
-std::string RunFolder::finish(const Simulation& simulation) {
+std::string RunFolder::finish(const Simulation& simulation, bool can_go_on) {
   const auto begin = RunPlan::Clock::now();
-  publish(simulation);
+  if (can_go_on && last_frame_ == simulation.time()) publish(simulation);
   output_ += seconds_since(begin);
   facts_.wall = measure_wall();
   report::write_summary(directory_, facts_, simulation);
   const std::string page = report::format_page(facts_, simulation);
-  report::replace_file(directory_ / "report.txt",
+  report::replace_file(directory_ / page_name,
                        [&](report::OutputFile* file) { file->write(std::string_view(page)); });
   return page;
 }
@@ -74,14 +92,15 @@ void RunFolder::take_certificate(const Certificate& certificate) {
 
 void RunFolder::publish(const Simulation& simulation) {
   const auto begin = RunPlan::Clock::now();
-  // The list first: a checkpoint promises that all its frames are there.
-  trajectory_.write_collection();
   if (facts_.has_started) {
     checkpoint_.trajectory = trajectory_.mark();
     checkpoint_.wall = measure_wall();
     checkpoint_.snapshot = simulation.snapshot();
+    // The frames first: a checkpoint promises that they are there.
+    trajectory_.synchronize();
     report::write_checkpoint(directory_, checkpoint_);
   }
+  last_frame_.reset();
   const auto end = RunPlan::Clock::now();
   next_publication_ = end + publishing_share * (end - begin);
 }

@@ -2,11 +2,13 @@
 
 #include <chrono>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include <tanor/motion.hpp>
 
+#include "cli/folder_lock.hpp"
 #include "report/checkpoint.hpp"
 #include "report/summary.hpp"
 #include "report/trajectory.hpp"
@@ -19,6 +21,7 @@ struct RunPlan {
   using Clock = std::chrono::steady_clock;
 
   std::filesystem::path directory;
+  std::unique_ptr<FolderLock> lock;          ///< of a run that goes on; a new one has not made its folder yet
   std::string fingerprint;                   ///< of the scene
   std::optional<report::Checkpoint> before;  ///< where it goes on; none: it starts anew
   Clock::time_point begin;                   ///< of the program
@@ -31,26 +34,29 @@ class RunFolder {
   /// Makes the folder; nothing is written before.
   RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation);
 
-  /// Appends the simulation's state to the trajectory; every file is complete afterwards. The list of frames and the
-  /// checkpoint follow at once, or, where frames come fast, so often that they take a twentieth of the time.
+  /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at once,
+  /// or, where frames come fast, so often that it takes a twentieth of the time.
   void write_frame(const Simulation& simulation);
   /// Keeps the last certificate, or the first one that failed, for the summary.
   void take_certificate(const Certificate& certificate);
-  /// Writes what is due at the end, however the run ended, and returns the page `report.txt`.
-  std::string finish(const Simulation& simulation);
+  /// Writes what is due at the end, however the run ended, and returns the page `report.txt`. A last checkpoint only where
+  /// the simulation can go on, and stands where the last frame shows it: a checkpoint is never ahead of the frames.
+  std::string finish(const Simulation& simulation, bool can_go_on);
 
  private:
-  /// Replaces the list of frames and the checkpoint.
+  /// Replaces the checkpoint.
   void publish(const Simulation& simulation);
   report::WallTimes measure_wall() const;
 
   std::filesystem::path directory_;
+  std::unique_ptr<FolderLock> lock_;  ///< of a new run
   report::WallTimes earlier_;  ///< of the parts before this one
   RunPlan::Clock::time_point begin_;
   report::RunFacts facts_;
   report::Trajectory trajectory_;
   report::Checkpoint checkpoint_;
   RunPlan::Clock::time_point next_publication_;  ///< not before
+  std::optional<double> last_frame_;             ///< its time, s, where no checkpoint has it yet
   double setup_ = 0.0, output_ = 0.0;            ///< s, of this part
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "report/checksum.hpp"
 #include "report/json_writer.hpp"
 #include "report/npy.hpp"
 #include "scene/npy.hpp"
@@ -24,7 +26,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 7;
+constexpr int format = 8;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -37,6 +39,7 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   auto& report = snapshot.report;
   visit("frames", checkpoint.trajectory.frames);
   visit("xyz_bytes", checkpoint.trajectory.xyz_bytes);
+  visit("pvd_bytes", checkpoint.trajectory.pvd_bytes);
   visit("wall_total", checkpoint.wall.total);
   visit("wall_setup", checkpoint.wall.setup);
   visit("wall_output", checkpoint.wall.output);
@@ -90,14 +93,20 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("friction_method_used", report.friction.method_used);
 }
 
-void read_number(const json& head, const char* name, double& number) {
-  const json& value = head.at(name);
+void read_number(const json& value, const char* name, double& number) {
+  if (!value.is_null() && !value.is_number()) {
+    throw InputError("", fmt::format("/{} is {}, not a number", name, value.dump()));
+  }
   number = value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
 }
 
+/// A JSON reader takes -1 and 1.5 for counts, too, and makes something of them.
 template <std::integral Integer>
-void read_number(const json& head, const char* name, Integer& number) {
-  number = head.at(name).get<Integer>();
+void read_number(const json& value, const char* name, Integer& number) {
+  const bool is_count = value.is_number_unsigned() &&
+                        value.get<std::uint64_t>() <= static_cast<std::uint64_t>(std::numeric_limits<Integer>::max());
+  if (!is_count) throw InputError("", fmt::format("/{} is {}, not a count", name, value.dump()));
+  number = value.get<Integer>();
 }
 
 void write_lists(JsonWriter* head, const MotionReport& report) {
@@ -115,18 +124,62 @@ void write_lists(JsonWriter* head, const MotionReport& report) {
 
 void read_lists(const json& head, MotionReport* report) {
   for (const json& change : head.at("rank_changes")) {
-    report->rank_changes.first.push_back({change.at(0).get<double>(), change.at(1).get<std::size_t>()});
+    RankChange& read = report->rank_changes.first.emplace_back();
+    read_number(change.at(0), "rank_changes", read.time);
+    read_number(change.at(1), "rank_changes", read.rank);
   }
   for (const json& passage : head.at("singular_passages")) {
-    report->singular_passages.first.push_back({passage.at(0).get<double>(), passage.at(1).get<double>()});
+    SingularPassage& read = report->singular_passages.first.emplace_back();
+    read_number(passage.at(0), "singular_passages", read.time);
+    read_number(passage.at(1), "singular_passages", read.reciprocal_condition);
   }
+}
+
+/// The last of the choices that are kept.
+constexpr Uniqueness last_choice(Uniqueness) {
+  return Uniqueness::None;
+}
+constexpr FrictionMethod last_choice(FrictionMethod) {
+  return FrictionMethod::Enumeration;
 }
 
 /// Choices are kept as their numbers.
 template <class Choice>
 requires std::is_enum_v<Choice>
-void read_number(const json& head, const char* name, Choice& choice) {
-  choice = static_cast<Choice>(head.at(name).get<int>());
+void read_number(const json& value, const char* name, Choice& choice) {
+  unsigned number = 0;
+  read_number(value, name, number);
+  if (number > static_cast<unsigned>(last_choice(choice))) {
+    throw InputError("", fmt::format("/{} is {}, at most {}", name, number, static_cast<int>(last_choice(choice))));
+  }
+  choice = static_cast<Choice>(number);
+}
+
+/// Numbers that are 0 or more, whatever the run was. (Simulation::restore looks at the rest of the snapshot.)
+void require_sound(const Checkpoint& checkpoint) {
+  const Snapshot& snapshot = checkpoint.snapshot;
+  const MotionReport& report = snapshot.report;
+  const std::pair<const char*, double> sizes[] = {
+      {"wall_total", checkpoint.wall.total},   {"wall_setup", checkpoint.wall.setup},
+      {"wall_output", checkpoint.wall.output}, {"next_step", snapshot.next_step},
+      {"last_error", snapshot.last_error},     {"evaluate_s", report.times.evaluate},
+      {"assemble_s", report.times.assemble},   {"factor_s", report.times.factor},
+      {"solve_s", report.times.solve},         {"friction_s", report.times.friction}};
+  for (const auto& [name, size] : sizes) {
+    if (!(size >= 0.0)) throw InputError("", fmt::format("/{} is {}, not 0 or more", name, size));
+  }
+  for (const auto& [name, time] : {std::pair{"time", snapshot.time}, {"advance_begin", snapshot.advance_begin},
+                                   {"advance_end", snapshot.advance_end}, {"last_step", report.last_step}}) {
+    if (!std::isfinite(time)) throw InputError("", fmt::format("/{} is {}, not a time", name, time));
+  }
+  const TrajectoryMark& mark = checkpoint.trajectory;
+  if (mark.frames == 0 || mark.frames > mark.xyz_bytes || mark.frames > mark.pvd_bytes) {
+    throw InputError("", fmt::format("/frames is {}, of {} and {} bytes", mark.frames, mark.xyz_bytes, mark.pvd_bytes));
+  }
+  if (report.rank_changes.count < report.rank_changes.first.size() ||
+      report.singular_passages.count < report.singular_passages.first.size()) {
+    throw InputError("", "counts fewer changes than it lists");
+  }
 }
 
 template <class Number>
@@ -142,57 +195,106 @@ auto memories_of(auto& snapshot) {
   return std::array{&snapshot.solver_memory, &snapshot.singular_memory, &snapshot.state_before};
 }
 
-std::vector<double> read_points(const std::string& name, std::string_view* bytes, std::size_t num_points) {
-  scene::NpyArray array = scene::read_npy(name, bytes);
-  if (array.numbers.size() != 3 * num_points) throw InputError(name, "holds another number of points than the scene");
+std::vector<double> read_points(std::string_view* bytes, std::size_t num_points) {
+  scene::NpyArray array = scene::read_npy("", bytes);
+  if (array.numbers.size() != 3 * num_points) throw InputError("", "holds another number of points than the scene");
   return std::move(array.numbers);
 }
 
-/// FNV-1a, 64 bits, of bytes that come in pieces.
-class Hash {
- public:
-  void add(std::string_view bytes) {
-    for (const char c : bytes) value_ = (value_ ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  }
-  void add(const std::vector<double>& numbers) {
-    add({reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(double)});
-  }
-  std::uint64_t value() const { return value_; }
+/// The file: a line with the format, the content, and a line with the sum of everything before it.
+constexpr std::string_view first_words = "tanor checkpoint ";
+constexpr std::string_view last_words = "checksum ";
 
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325u;
-};
+std::string first_line() {
+  return fmt::format("{}{}\n", first_words, format);
+}
+
+std::string last_line(const Checksum& sum) {
+  return fmt::format("{}{}\n", last_words, sum.text());
+}
+
+/// The content of a checkpoint's text. Throws InputError where one byte of it is not what was written.
+std::string_view open_content(std::string_view text) {
+  if (!text.starts_with(first_line())) {
+    const bool is_other = text.starts_with(first_words) || text.starts_with("{\n  \"tanor_checkpoint\"");
+    throw InputError("", is_other ? "is of another version of tanor; run without --resume" : "is no checkpoint of tanor");
+  }
+  const std::size_t end = text.rfind(last_words);
+  Checksum sum;
+  sum.add(text.substr(0, end));
+  if (end == std::string_view::npos || text.substr(end) != last_line(sum)) {
+    throw InputError("", "is damaged: its checksum is another one; run without --resume");
+  }
+  return text.substr(first_line().size(), end - first_line().size());
+}
+
+void write_content(OutputFile* file, const Checkpoint& checkpoint) {
+  JsonWriter head(file);
+  head.begin_object();
+  head.key("scene").value(checkpoint.scene);
+  head.key("method").value(method_name(checkpoint.snapshot.report.method));
+  for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(as_number(number)); });
+  head.key("discrete_state").begin_array();
+  for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
+  head.end_array();
+  head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
+  head.key("doubt").value(checkpoint.snapshot.report.doubt);
+  write_lists(&head, checkpoint.snapshot.report);
+  head.end_object();
+  head.finish();
+  write_npy(file, checkpoint.snapshot.positions, 3);
+  write_npy(file, checkpoint.snapshot.velocities, 3);
+  for (const std::vector<double>* memory : memories_of(checkpoint.snapshot)) write_npy(file, *memory, 1);
+}
+
+Checkpoint read_content(std::string_view content, const std::string& fingerprint, std::size_t num_points) {
+  const std::size_t begin_of_arrays = std::min(content.find("\x93NUMPY"), content.size());
+  std::string_view arrays = content.substr(begin_of_arrays);
+  Checkpoint checkpoint;
+  Snapshot& snapshot = checkpoint.snapshot;
+  try {
+    const json head = json::parse(content.substr(0, begin_of_arrays));
+    checkpoint.scene = head.at("scene").get<std::string>();
+    snapshot.report.method = method_from_name(head.at("method").get<std::string>());
+    for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head.at(key), key, number); });
+    for (const json& mode : head.at("discrete_state")) {
+      if (!mode.is_number_integer()) throw InputError("", fmt::format("/discrete_state holds {}", mode.dump()));
+      snapshot.discrete_state.push_back(mode.get<int>());
+    }
+    snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
+    snapshot.report.doubt = head.at("doubt").get<std::string>();
+    read_lists(head, &snapshot.report);
+  } catch (const json::exception& error) {
+    throw InputError("", fmt::format("cannot be read: {}", error.what()));
+  }
+  if (checkpoint.scene != fingerprint) {
+    throw InputError("", "belongs to another scene, or one of its files was changed; run without --resume");
+  }
+  require_sound(checkpoint);
+  snapshot.positions = read_points(&arrays, num_points);
+  snapshot.velocities = read_points(&arrays, num_points);
+  for (std::vector<double>* memory : memories_of(snapshot)) *memory = scene::read_npy("", &arrays).numbers;
+  if (!arrays.empty()) throw InputError("", "holds more than a checkpoint");
+  return checkpoint;
+}
 
 }  // namespace
 
 std::string make_fingerprint(std::span<const fs::path> files, const System& system) {
-  Hash hash;
-  for (const fs::path& file : files) hash.add(scene::read_text(file));
-  hash.add(system.positions);
-  hash.add(system.velocities);
-  hash.add(system.masses);
-  return fmt::format("{:016x}", hash.value());
+  Checksum sum;
+  for (const fs::path& file : files) sum.add(scene::read_text(file));
+  for (const auto* numbers : {&system.positions, &system.velocities, &system.masses}) sum.add(*numbers);
+  return sum.text();
 }
 
 void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
-  replace_file(path_in(directory), [&](OutputFile* file) {
-    JsonWriter head(file);
-    head.begin_object();
-    head.key("tanor_checkpoint").value(format);
-    head.key("scene").value(checkpoint.scene);
-    head.key("method").value(method_name(checkpoint.snapshot.report.method));
-    for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(as_number(number)); });
-    head.key("discrete_state").begin_array();
-    for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
-    head.end_array();
-    head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
-    head.key("doubt").value(checkpoint.snapshot.report.doubt);
-    write_lists(&head, checkpoint.snapshot.report);
-    head.end_object();
-    head.finish();
-    write_npy(file, checkpoint.snapshot.positions, 3);
-    write_npy(file, checkpoint.snapshot.velocities, 3);
-    for (const std::vector<double>* memory : memories_of(checkpoint.snapshot)) write_npy(file, *memory, 1);
+  replace_file_durably(path_in(directory), [&](OutputFile* file) {
+    Checksum sum;
+    file->sum_into(&sum);
+    file->write(first_line());
+    write_content(file, checkpoint);
+    file->sum_into(nullptr);
+    file->write(last_line(sum));
   });
 }
 
@@ -200,31 +302,12 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
                                           std::size_t num_points) {
   const std::string name = path_in(directory).string();
   if (!fs::exists(name)) return std::nullopt;
-  const std::string content = scene::read_text(name);
-  const std::size_t begin_of_arrays = std::min(content.find("\x93NUMPY"), content.size());
-  std::string_view arrays = std::string_view(content).substr(begin_of_arrays);
-
-  Checkpoint checkpoint;
+  const std::string text = scene::read_text(name);
   try {
-    const json head = json::parse(std::string_view(content).substr(0, begin_of_arrays));
-    if (head.at("tanor_checkpoint") != format) throw InputError(name, "is of another version of tanor");
-    checkpoint.scene = head.at("scene").get<std::string>();
-    checkpoint.snapshot.report.method = method_from_name(head.at("method").get<std::string>());
-    for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head, key, number); });
-    checkpoint.snapshot.discrete_state = head.at("discrete_state").get<std::vector<int>>();
-    checkpoint.snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
-    checkpoint.snapshot.report.doubt = head.at("doubt").get<std::string>();
-    read_lists(head, &checkpoint.snapshot.report);
-  } catch (const json::exception&) {
-    throw InputError(name, "is damaged; run without --resume");
+    return read_content(open_content(text), fingerprint, num_points);
+  } catch (const InputError& error) {
+    throw InputError(error.where().empty() ? name : fmt::format("{}: {}", name, error.where()), error.what());
   }
-  if (checkpoint.scene != fingerprint) {
-    throw InputError(name, "belongs to another scene, or one of its files was changed; run without --resume");
-  }
-  checkpoint.snapshot.positions = read_points(name, &arrays, num_points);
-  checkpoint.snapshot.velocities = read_points(name, &arrays, num_points);
-  for (std::vector<double>* memory : memories_of(checkpoint.snapshot)) *memory = scene::read_npy(name, &arrays).numbers;
-  return checkpoint;
 }
 
 void remove_checkpoint(const fs::path& directory) {

@@ -1,5 +1,8 @@
 #include "report/output_file.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -21,6 +24,21 @@ void throw_on(const std::error_code& error, const fs::path& path) {
   if (error) throw WriteError(path.string(), error.message());
 }
 
+/// What is to replace a file, until it is complete.
+fs::path unfinished(const fs::path& path) {
+  return path.string() + ".part";
+}
+
+/// Waits until the disk has the names in a folder.
+void synchronize_folder(const fs::path& path) {
+  const int folder = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) throw WriteError(path.string());
+  const bool is_done = fsync(folder) == 0 || errno == EINVAL;  // EINVAL: nothing to wait for
+  const int reason = errno;
+  close(folder);
+  if (!is_done) throw WriteError(path.string(), std::strerror(reason));
+}
+
 }  // namespace
 
 WriteError::WriteError(const std::string& path) : WriteError(path, std::strerror(errno)) {}
@@ -28,28 +46,19 @@ WriteError::WriteError(const std::string& path) : WriteError(path, std::strerror
 WriteError::WriteError(const std::string& path, const std::string& reason)
     : std::runtime_error("cannot write " + path + ": " + reason) {}
 
-OutputFile::OutputFile(std::string name, Handle file, std::uint64_t size)
-    : name_(std::move(name)), file_(std::move(file)), size_(size) {}
+OutputFile::OutputFile(std::string name, Handle file) : name_(std::move(name)), file_(std::move(file)) {}
 
-OutputFile::OutputFile(const fs::path& path)
-    : OutputFile(path.string(), {open_or_throw(path, "wb"), &std::fclose}, 0) {}
-
-OutputFile::OutputFile(const fs::path& path, std::uint64_t size)
-    : OutputFile(path.string(), {open_or_throw(path, "ab"), &std::fclose}, size) {
-  std::error_code error;
-  fs::resize_file(path, size, error);
-  throw_on(error, path);
-}
+OutputFile::OutputFile(const fs::path& path) : OutputFile(path.string(), {open_or_throw(path, "wb"), &std::fclose}) {}
 
 OutputFile OutputFile::standard_output() {
   // It is not ours to close: flushing says whether it took everything.
-  return {"standard output", {stdout, &std::fflush}, 0};
+  return {"standard output", {stdout, &std::fflush}};
 }
 
 void OutputFile::write(std::string_view bytes) {
   if (bytes.empty()) return;  // fwrite must not see a null pointer
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) throw WriteError(name_);
-  size_ += bytes.size();
+  if (sum_ != nullptr) sum_->add(bytes);
 }
 
 void OutputFile::write(std::span<const double> numbers) {
@@ -60,13 +69,18 @@ void OutputFile::flush() {
   if (std::fflush(file_.get()) != 0) throw WriteError(name_);
 }
 
+void OutputFile::synchronize() {
+  flush();
+  if (fsync(fileno(file_.get())) != 0 && errno != EINVAL) throw WriteError(name_);  // EINVAL: nothing to wait for
+}
+
 void OutputFile::close() {
   const auto close_handle = file_.get_deleter();
   if (close_handle(file_.release()) != 0) throw WriteError(name_);
 }
 
 void replace_file(const fs::path& path, const std::function<void(OutputFile*)>& write_content) {
-  const fs::path part = path.string() + ".part";
+  const fs::path part = unfinished(path);
   try {
     OutputFile file(part);
     write_content(&file);
@@ -81,6 +95,14 @@ void replace_file(const fs::path& path, const std::function<void(OutputFile*)>& 
   throw_on(error, path);
 }
 
+void replace_file_durably(const fs::path& path, const std::function<void(OutputFile*)>& write_content) {
+  replace_file(path, [&](OutputFile* file) {
+    write_content(file);
+    file->synchronize();
+  });
+  synchronize_folder(path.has_parent_path() ? path.parent_path() : ".");
+}
+
 void make_folder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);
@@ -88,9 +110,11 @@ void make_folder(const fs::path& path) {
 }
 
 void remove_file(const fs::path& path) {
-  std::error_code error;
-  fs::remove(path, error);
-  throw_on(error, path);
+  for (const fs::path& name : {path, unfinished(path)}) {
+    std::error_code error;
+    fs::remove(name, error);
+    throw_on(error, name);
+  }
 }
 
 }  // namespace tanor::report

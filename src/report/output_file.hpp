@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -9,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+
+#include "report/checksum.hpp"
 
 namespace tanor::report {
 
@@ -24,33 +25,35 @@ class WriteError : public std::runtime_error {
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& path);
-  /// An existing file, cut to `size` bytes; what is written is added there.
-  OutputFile(const std::filesystem::path& path, std::uint64_t size);
   static OutputFile standard_output();
 
   void write(std::string_view bytes);
   void write(std::span<const double> numbers);
-  void flush();  ///< hands everything written so far to the operating system
-  void close();  ///< the last word on success; the destructor closes without a word
-
-  std::uint64_t size() const { return size_; }
+  /// From now on what is written is also added to a sum, which must outlive the file.
+  void sum_into(Checksum* sum) { sum_ = sum; }
+  void flush();        ///< hands everything written so far to the operating system
+  void synchronize();  ///< waits until the disk has it
+  void close();        ///< the last word on success; the destructor closes without a word
 
  private:
   using Handle = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
-  OutputFile(std::string name, Handle file, std::uint64_t size);
+  OutputFile(std::string name, Handle file);
 
   std::string name_;
   Handle file_;
-  std::uint64_t size_ = 0;
+  Checksum* sum_ = nullptr;
 };
 
 /// Replaces a whole file: who reads it sees the old one or the new one, never a part, whenever the program stops.
 void replace_file(const std::filesystem::path& path, const std::function<void(OutputFile*)>& write_content);
 
+/// The same, and the disk has the new one before the old one goes: also a machine that stops leaves one of them.
+void replace_file_durably(const std::filesystem::path& path, const std::function<void(OutputFile*)>& write_content);
+
 /// Makes a folder and the folders above it.
 void make_folder(const std::filesystem::path& path);
 
-/// Removes a file of ours; it need not exist.
+/// Removes a file of ours, and what a program that was killed left of its replacement; neither need exist.
 void remove_file(const std::filesystem::path& path);
 
 }  // namespace tanor::report

@@ -1,5 +1,7 @@
 #include "report/summary.hpp"
 
+#include <string>
+
 #include <tanor/version.hpp>
 
 #include "report/array_writer.hpp"
@@ -10,6 +12,9 @@
 namespace tanor::report {
 
 namespace {
+
+constexpr const char* summary_name = "summary.json";
+constexpr const char* arrays_prefix = "final_";
 
 void write_sizes(JsonWriter* json, const RunFacts& facts, const Simulation& simulation) {
   const PlanSummary& plan = simulation.plan();
@@ -95,7 +100,7 @@ void write_final(JsonWriter* json, const std::filesystem::path& directory, const
   const auto found = [&](std::span<const double> numbers) {
     return facts.has_started ? Numbers(numbers) : std::nullopt;
   };
-  ArrayWriter arrays(json, directory / "final_", simulation.system().num_points());
+  ArrayWriter arrays(json, directory / arrays_prefix, simulation.system().num_points());
   json->key("final").begin_object();
   json->key("t").value(facts.has_started ? std::optional(simulation.time()) : std::nullopt);
   arrays.write_points("positions", found(simulation.positions()));
@@ -132,7 +137,7 @@ void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& 
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation) {
   const MotionReport& report = simulation.report();
   const bool has_friction = !simulation.system().friction.empty();
-  replace_file(directory / "summary.json", [&](OutputFile* file) {
+  replace_file(directory / summary_name, [&](OutputFile* file) {
     JsonWriter json(file);
     json.begin_object();
     json.key("scene").value(facts.scene);
@@ -159,6 +164,14 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.end_object();
     json.finish();
   });
+}
+
+void remove_summary(const std::filesystem::path& directory) {
+  remove_file(directory / summary_name);
+  for (const char* key :
+       {"positions", "velocities", "accelerations", "multipliers", "reactions", "support_forces"}) {
+    remove_file(directory / (std::string(arrays_prefix) + key + ".npy"));
+  }
 }
 
 }  // namespace tanor::report

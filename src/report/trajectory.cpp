@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
+#include <string>
+#include <string_view>
 #include <system_error>
 
 #include "report/output_file.hpp"
@@ -17,65 +18,61 @@ namespace {
 constexpr const char* xyz_name = "trajectory.xyz";
 constexpr const char* collection_name = "trajectory.pvd";
 constexpr const char* frame_folder = "trajectory";
-constexpr std::string_view entry_start = "<DataSet ";
+constexpr std::string_view list_head =
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
+constexpr std::string_view list_tail = "</Collection>\n</VTKFile>\n";
 
 std::string frame_name(std::size_t frame) {
   return fmt::format("{}/frame_{:06}.vtp", frame_folder, frame);
 }
 
-/// Removes the frames of an earlier run, which no list will name any more.
-void remove_frames(const fs::path& directory) {
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory / frame_folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("frame_") && name.find(".vtp") != std::string::npos) remove_file(entry.path());
-  }
-}
-
-fs::path make_empty(const fs::path& directory) {
-  remove_frames(directory);
-  remove_file(directory / collection_name);
+fs::path make_frame_folder(const fs::path& directory) {
   make_folder(directory / frame_folder);
-  return directory / xyz_name;
+  return directory;
 }
 
-/// The trajectory's file, when it holds all that the mark promises.
-fs::path require_marked(const fs::path& directory, const TrajectoryMark& mark) {
-  const fs::path path = directory / xyz_name;
+void require_size(const fs::path& path, std::uint64_t size) {
   std::error_code error;
-  const std::uintmax_t size = fs::file_size(path, error);
-  if (error || size < mark.xyz_bytes) {
+  const std::uintmax_t found = fs::file_size(path, error);
+  if (error || found < size) {
     throw InputError(path.string(), "is shorter than the checkpoint says; run without --resume");
   }
-  return path;
 }
 
-/// The first `count` entries of an earlier list of frames.
-std::vector<std::string> read_entries(const fs::path& path, std::size_t count) {
-  std::vector<std::string> entries;
-  std::ifstream stream(path);
-  for (std::string line; entries.size() < count && std::getline(stream, line);) {
-    if (line.starts_with(entry_start)) entries.push_back(line + '\n');
-  }
-  if (entries.size() < count) {
-    throw InputError(path.string(), "names fewer frames than the checkpoint says; run without --resume");
-  }
-  return entries;
+/// A folder whose files hold all that the mark promises; until that is known nothing there is touched.
+fs::path require_marked(const fs::path& directory, const TrajectoryMark& mark) {
+  require_size(directory / xyz_name, mark.xyz_bytes);
+  require_size(directory / collection_name, mark.pvd_bytes);
+  return make_frame_folder(directory);
 }
 
 }  // namespace
 
+void remove_trajectory(const fs::path& directory) {
+  remove_file(directory / xyz_name);
+  remove_file(directory / collection_name);
+  std::error_code error;  // no folder, no frames
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory / frame_folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("frame_") && (name.ends_with(".vtp") || name.ends_with(".vtp.part"))) {
+      remove_file(entry.path());
+    }
+  }
+}
+
 Trajectory::Trajectory(const fs::path& directory, const System& system, std::span<const Index> chosen)
-    : directory_(directory), shown_(choose_parts(system, chosen)), xyz_(make_empty(directory)) {}
+    : directory_(make_frame_folder(directory)),
+      shown_(choose_parts(system, chosen)),
+      list_(directory / collection_name, list_head, list_tail),
+      xyz_(directory / xyz_name) {}
 
 Trajectory::Trajectory(const fs::path& directory, const System& system, std::span<const Index> chosen,
                        const TrajectoryMark& mark)
-    : directory_(directory),
+    : directory_(require_marked(directory, mark)),
       shown_(choose_parts(system, chosen)),
-      entries_(read_entries(directory / collection_name, mark.frames)),
-      xyz_(require_marked(directory, mark), mark.xyz_bytes) {
-  make_folder(directory / frame_folder);
-}
+      frames_(mark.frames),
+      list_(directory / collection_name, mark.pvd_bytes, list_tail),
+      xyz_(directory / xyz_name, mark.xyz_bytes) {}
 
 void Trajectory::write_frame(const Simulation& simulation) {
   gather_points(shown_, simulation.positions(), &positions_);
@@ -83,18 +80,24 @@ void Trajectory::write_frame(const Simulation& simulation) {
   gather_points(shown_, simulation.accelerations(), &accelerations_);
 
   const double time = simulation.time();
-  const std::string name = frame_name(entries_.size());
-  write_vtp(directory_ / name, shown_, {time, positions_, velocities_, accelerations_, simulation.multipliers()});
-  xyz_.write(time, shown_, positions_, velocities_);
-  entries_.push_back(fmt::format("{}timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", entry_start, time, name));
+  const std::string name = frame_name(frames_);
+  const TrajectoryMark before = mark();
+  try {
+    write_vtp(directory_ / name, shown_, {time, positions_, velocities_, accelerations_, simulation.multipliers()});
+    xyz_.write(time, shown_, positions_, velocities_);
+    list_.append(fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", time, name));
+  } catch (const WriteError&) {
+    if (xyz_.size() > before.xyz_bytes) xyz_.cut(before.xyz_bytes);
+    std::error_code ignored;
+    fs::remove(directory_ / name, ignored);
+    throw;
+  }
+  ++frames_;
 }
 
-void Trajectory::write_collection() {
-  replace_file(directory_ / collection_name, [&](OutputFile* file) {
-    file->write("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
-    for (const std::string& entry : entries_) file->write(entry);
-    file->write("</Collection>\n</VTKFile>\n");
-  });
+void Trajectory::synchronize() {
+  xyz_.synchronize();
+  list_.synchronize();
 }
 
 }  // namespace tanor::report

@@ -4,8 +4,8 @@
 
 namespace tanor::report {
 
-XyzTrajectory::XyzTrajectory(const std::filesystem::path& path) : file_(path) {}
-XyzTrajectory::XyzTrajectory(const std::filesystem::path& path, std::uint64_t size) : file_(path, size) {}
+XyzTrajectory::XyzTrajectory(const std::filesystem::path& path) : file_(path, "", "") {}
+XyzTrajectory::XyzTrajectory(const std::filesystem::path& path, std::uint64_t size) : file_(path, size, "") {}
 
 void XyzTrajectory::write(double time, const ShownParts& shown, std::span<const double> positions,
                           std::span<const double> velocities) {
@@ -19,8 +19,7 @@ void XyzTrajectory::write(double time, const ShownParts& shown, std::span<const 
     fmt::format_to(out, FMT_COMPILE("{} {:.10g} {:.10g} {:.10g} {:.10g} {:.10g} {:.10g}\n"),
                    shown.is_support[k] ? 'X' : 'C', r[0], r[1], r[2], v[0], v[1], v[2]);
   }
-  file_.write({buffer_.data(), buffer_.size()});
-  file_.flush();
+  file_.append({buffer_.data(), buffer_.size()});
 }
 
 }  // namespace tanor::report

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <span>
 
-#include "report/output_file.hpp"
+#include "report/growing_file.hpp"
 #include "report/shown_parts.hpp"
 
 namespace tanor::report {
@@ -21,14 +21,18 @@ class XyzTrajectory {
   /// Goes on behind the first `size` bytes of an existing file.
   XyzTrajectory(const std::filesystem::path& path, std::uint64_t size);
 
-  /// `positions` and `velocities` of the shown points, 3m.
+  /// `positions` and `velocities` of the shown points, 3m. Throws WriteError; the file then ends with the frame before.
   void write(double time, const ShownParts& shown, std::span<const double> positions,
              std::span<const double> velocities);
 
-  std::uint64_t size() const { return file_.size(); }
+  /// Forgets what stands behind the first `size` bytes.
+  void cut(std::uint64_t size) { file_.cut(size); }
+  void synchronize() { file_.synchronize(); }
+
+  std::uint64_t size() const { return file_.body_size(); }
 
  private:
-  OutputFile file_;
+  GrowingFile file_;
   fmt::memory_buffer buffer_;
 };
 

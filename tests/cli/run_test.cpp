@@ -194,7 +194,7 @@ TEST(EarlyEndTest, ASignalFinishesTheStep) {
   kill(program.process(), SIGINT);
   const Ended ended = program.wait();
 
-  EXPECT_EQ(ended.code, 3);
+  EXPECT_EQ(ended.code, 130);
   EXPECT_TRUE(ended.err.starts_with("tanor: stopped at t = ")) << ended.err;
   EXPECT_TRUE(contains(ended.err, "SIGINT")) << ended.err;
   const json summary = read_json(folder / "o/summary.json");

@@ -39,18 +39,6 @@ TEST(OutputFileTest, AFullDiskIsNoticed) {
   EXPECT_EQ(error_of([] { OutputFile("/dev/full").write(std::string(1 << 20, 'x')); }), message);
 }
 
-TEST(OutputFileTest, AFileGoesOnWhereItIsCut) {
-  const Folder folder;
-  write_text(folder / "x", "complete, incomp");
-
-  OutputFile file(folder / "x", 10);
-  file.write("again");
-  EXPECT_EQ(file.size(), 15u);
-  file.close();
-
-  EXPECT_EQ(read_text(folder / "x"), "complete, again");
-}
-
 TEST(OutputFileTest, AReplacedFileIsTheOldOneUntilTheNewOneIsComplete) {
   const Folder folder;
   write_text(folder / "x", "old");

@@ -38,7 +38,6 @@ TEST(TrajectoryTest, EveryFrameIsReadableAtOnce) {
   Trajectory trajectory(folder.path(), simulation.system(), {});
 
   write_frames(3, &simulation, &trajectory);
-  trajectory.write_collection();
 
   EXPECT_EQ(list_names(folder.path()), (std::vector<std::string>{"trajectory", "trajectory.pvd", "trajectory.xyz"}));
   EXPECT_EQ(list_names(folder / "trajectory"),
@@ -62,6 +61,7 @@ TEST(TrajectoryTest, ANewRunForgetsTheFramesOfAnEarlierOne) {
   write_frames(3, &earlier, &trajectory);
 
   Simulation simulation = make_simulation();
+  remove_trajectory(folder.path());
   Trajectory again(folder.path(), simulation.system(), {});
   write_frames(1, &simulation, &again);
 
@@ -78,13 +78,11 @@ TEST(TrajectoryTest, GoesOnBehindItsMark) {
     write_frames(2, &simulation, &trajectory);
     mark = trajectory.mark();
     write_frames(3, &simulation, &trajectory);  // to be forgotten
-    trajectory.write_collection();
-  }
+    }
 
   Trajectory trajectory(folder.path(), simulation.system(), {}, mark);
   ASSERT_TRUE(simulation.advance(0.25).ok());
   trajectory.write_frame(simulation);
-  trajectory.write_collection();
 
   const std::vector<XyzFrame> frames = read_xyz(folder / "trajectory.xyz");
   ASSERT_EQ(frames.size(), 3u);
@@ -99,13 +97,13 @@ TEST(TrajectoryTest, FilesThatAreNotThoseOfTheMarkStayUntouched) {
   {
     Trajectory trajectory(folder.path(), simulation.system(), {});
     write_frames(1, &simulation, &trajectory);
-    trajectory.write_collection();
-  }
-  const std::string text = read_text(folder / "trajectory.xyz");
+    }
+  const std::string text = read_text(folder / "trajectory.xyz"), list = read_text(folder / "trajectory.pvd");
 
-  for (const TrajectoryMark& mark : {TrajectoryMark{1, text.size() + 1}, TrajectoryMark{2, 10}}) {
+  for (const TrajectoryMark& mark : {TrajectoryMark{1, text.size() + 1, 1}, TrajectoryMark{2, 10, list.size() + 1}}) {
     EXPECT_THROW(Trajectory(folder.path(), simulation.system(), {}, mark), InputError);
     EXPECT_EQ(read_text(folder / "trajectory.xyz"), text);
+    EXPECT_EQ(read_text(folder / "trajectory.pvd"), list);
   }
 }
 
@@ -113,7 +111,7 @@ TEST(TrajectoryTest, FilesThatAreNotThoseOfTheMarkStayUntouched) {
 Checkpoint make_checkpoint() {
   Checkpoint checkpoint;
   checkpoint.scene = "0123456789abcdef";
-  checkpoint.trajectory = {.frames = 7, .xyz_bytes = 12345678901};
+  checkpoint.trajectory = {.frames = 7, .xyz_bytes = 12345678901, .pvd_bytes = 567};
   checkpoint.wall = {.total = 1.0, .setup = 0.25, .output = 0.125};
   Snapshot& snapshot = checkpoint.snapshot;
   snapshot.time = 0.1 + 0.2;
@@ -179,6 +177,7 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   const Checkpoint read = read_checkpoint(folder.path(), written.scene, 2).value();
   EXPECT_EQ(read.trajectory.frames, 7u);
   EXPECT_EQ(read.trajectory.xyz_bytes, 12345678901u);
+  EXPECT_EQ(read.trajectory.pvd_bytes, 567u);
   EXPECT_EQ(read.wall.output, 0.125);
   const Snapshot& snapshot = read.snapshot;
   EXPECT_EQ(snapshot.time, 0.1 + 0.2);
@@ -239,9 +238,9 @@ TEST(CheckpointTest, OnlyTheRunsOwnIsTaken) {
   EXPECT_EQ(error_of(folder, "0123456789abcdef", 3), "holds another number of points than the scene");
   const std::string text = read_text(folder / "checkpoint");
   write_text(folder / "checkpoint", text.substr(0, text.size() - 1));
-  EXPECT_EQ(error_of(folder), "wanted as many numbers as its shape says");
+  EXPECT_EQ(error_of(folder), "is damaged: its checksum is another one; run without --resume");
   write_text(folder / "checkpoint", text.substr(0, 100));
-  EXPECT_EQ(error_of(folder), "is damaged; run without --resume");
+  EXPECT_EQ(error_of(folder), "is damaged: its checksum is another one; run without --resume");
 }
 
 TEST(CheckpointTest, TheFingerprintSeesAllFilesAndTheirPoints) {

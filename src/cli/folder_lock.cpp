@@ -1,0 +1,64 @@
+#include "cli/folder_lock.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <string_view>
+
+#include <tanor/error.hpp>
+
+#include "report/output_file.hpp"
+
+namespace tanor::cli {
+
+namespace {
+
+/// The number that the holder has written; it may be about to.
+std::string read_holder(int descriptor) {
+  std::array<char, 32> bytes;
+  const ssize_t size = pread(descriptor, bytes.data(), bytes.size(), 0);
+  const std::string_view text(bytes.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  return text.empty() ? "another process" : fmt::format("process {}", text.substr(0, text.find('\n')));
+}
+
+/// Whether the file is still the one of that name: its last holder removes it.
+bool is_named(int descriptor, const std::filesystem::path& path) {
+  struct stat opened = {}, named = {};
+  return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const std::filesystem::path& folder, const std::string& command)
+    : file_(folder / fmt::format(".{}.lock", command)) {
+  while (true) {
+    descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) throw report::WriteError(file_.string());
+    // A file system that knows no locks gives none; the run is not refused for that.
+    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      const std::string holder = read_holder(descriptor_);
+      close(descriptor_);
+      throw InputError(folder.string(), fmt::format("is in use by {} (tanor {}); wait for it, or choose another folder "
+                                                    "with --out",
+                                                    holder, command));
+    }
+    if (is_named(descriptor_, file_)) break;
+    close(descriptor_);
+  }
+  const std::string text = fmt::format("{}\n", getpid());
+  // On a full disk the file stays empty: the lock holds, though it cannot name its process.
+  if (ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, text.data(), text.size(), 0) < 0) errno = 0;
+}
+
+FolderLock::~FolderLock() {
+  unlink(file_.c_str());
+  close(descriptor_);
+}
+
+}  // namespace tanor::cli

@@ -1,0 +1,88 @@
+#include "report/growing_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "report/output_file.hpp"
+
+namespace tanor::report {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+int open_or_throw(const fs::path& path, int flags) {
+  const int descriptor = open(path.c_str(), O_WRONLY | O_CLOEXEC | flags, 0666);
+  if (descriptor < 0) throw WriteError(path.string());
+  return descriptor;
+}
+
+/// All bytes at a place of a file; false, with the reason in errno, where not all could be written.
+bool write_at(int descriptor, std::uint64_t place, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(place));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+    place += static_cast<std::uint64_t>(written);
+  }
+  return true;
+}
+
+}  // namespace
+
+GrowingFile::GrowingFile(const fs::path& path, std::string_view head, std::string_view tail)
+    : name_(path.string()), tail_(tail), descriptor_(open_or_throw(path, O_CREAT | O_TRUNC)) {
+  try {
+    append(head);
+  } catch (...) {
+    close(descriptor_);
+    throw;
+  }
+}
+
+GrowingFile::GrowingFile(const fs::path& path, std::uint64_t body_size, std::string_view tail)
+    : name_(path.string()), tail_(tail), descriptor_(open_or_throw(path, 0)) {
+  try {
+    cut(body_size);
+  } catch (...) {
+    close(descriptor_);
+    throw;
+  }
+}
+
+GrowingFile::~GrowingFile() {
+  close(descriptor_);
+}
+
+void GrowingFile::append(std::string_view part) {
+  if (write_behind_body(part)) {
+    body_size_ += part.size();
+    return;
+  }
+  const int reason = errno;
+  // The old tail needs no room that the file did not have.
+  write_behind_body("");
+  throw WriteError(name_, std::strerror(reason));
+}
+
+void GrowingFile::cut(std::uint64_t body_size) {
+  body_size_ = body_size;
+  if (!write_behind_body("")) throw WriteError(name_);
+}
+
+void GrowingFile::synchronize() {
+  if (fdatasync(descriptor_) != 0 && errno != EINVAL) throw WriteError(name_);  // EINVAL: nothing to wait for
+}
+
+bool GrowingFile::write_behind_body(std::string_view part) {
+  std::string bytes(part);
+  bytes += tail_;
+  return write_at(descriptor_, body_size_, bytes) &&
+         ftruncate(descriptor_, static_cast<off_t>(body_size_ + bytes.size())) == 0;
+}
+
+}  // namespace tanor::report
