@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <cstdint>
+#include <string_view>
 
 #include <tanor/error.hpp>
 
+#include "scene/cursor.hpp"
+#include "scene/document.hpp"
 #include "scene/text_file.hpp"
 
 namespace tanor::scene {
@@ -21,6 +24,7 @@ struct Instant {
 
 std::vector<Instant> read_blocks(const std::string& name, const std::string& text) {
   std::vector<Instant> instants;
+  std::size_t columns = 0;  // of the lines before in this block
   LineReader lines(name, text);
   while (lines.next()) {
     const std::string_view line = trim(lines.line().substr(0, lines.line().find('#')));
@@ -33,34 +37,47 @@ std::vector<Instant> read_blocks(const std::string& name, const std::string& tex
     }
     if (numbers.size() == 1) {
       instants.push_back({numbers[0], {}});
+      columns = 0;
     } else if (instants.empty() || (numbers.size() != 3 && numbers.size() != 6)) {
       lines.complain("wanted a time, s, alone on its line, then x y z or x y z vx vy vz a line");
+    } else if (columns != 0 && columns != numbers.size()) {
+      lines.complain(fmt::format("found {} numbers, wanted {} as in the line before", numbers.size(), columns));
     } else {
+      columns = numbers.size();
       instants.back().places.insert(instants.back().places.end(), numbers.begin(), numbers.begin() + 3);
     }
   }
   return instants;
 }
 
+/// A number, or a text that is one.
+double read_number(const Cursor& value) {
+  if (!value.is_string()) return value.number();
+  const auto number = parse_number(value.string());
+  if (!number) value.fail("a finite number");
+  return *number;
+}
+
 std::vector<Instant> read_case(const std::string& name, const std::string& text) {
-  const auto number = [](const nlohmann::json& value) {
-    return value.is_string() ? std::stod(value.get<std::string>()) : value.get<double>();
-  };
+  const Document document(text, name);
+  const Cursor file(document);
+  if (!file.is_object()) file.fail("an object with a trajectory");
+  const std::int64_t dimension = file["dim"].integer(2, 3, 3);
   std::vector<Instant> instants;
-  try {
-    const nlohmann::json file = nlohmann::json::parse(text);
-    const std::size_t dimension = file.value("dim", std::size_t{3});
-    for (const nlohmann::json& entry : file.at("trajectory")) {
-      Instant& instant = instants.emplace_back(Instant{number(entry.at("t")), {}});
-      const nlohmann::json& r = entry.at("r");
-      for (std::size_t i = 0; i < r.size(); i += dimension) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          instant.places.push_back(axis < dimension ? number(r.at(i + axis)) : 0.0);
-        }
-      }
+  for (const Cursor& entry : file["trajectory"].list("a list of instants {\"t\": …, \"r\": […]}")) {
+    if (!entry.is_object()) entry.fail("an instant {\"t\": …, \"r\": […]}");
+    Instant& instant = instants.emplace_back(Instant{read_number(entry["t"]), {}});
+    const Cursor& places = entry["r"];
+    std::int64_t axis = 0;
+    for (const Cursor& coordinate : places.list("a list of numbers, point by point")) {
+      instant.places.push_back(read_number(coordinate));
+      if (++axis < dimension) continue;
+      if (dimension == 2) instant.places.push_back(0.0);
+      axis = 0;
     }
-  } catch (const std::exception& error) {  // of the JSON reader, or of stod
-    throw InputError(name, fmt::format("is no case with a trajectory of t and r: {}", error.what()));
+    if (axis != 0) {
+      places.complain(fmt::format("found {} numbers, wanted {} for each point", places.list("").size(), dimension));
+    }
   }
   return instants;
 }
@@ -81,9 +98,11 @@ std::vector<Index> list_movable(const System& system) {
 
 ReferenceState read_reference_state(const std::filesystem::path& file, const System& system, double t) {
   const std::string text = read_text(file), name = file.filename().string();
+  constexpr int most_named = 10;
   std::string times;
+  int count = 0;
   for (const Instant& instant : file.extension() == ".json" ? read_case(name, text) : read_blocks(name, text)) {
-    times += fmt::format("{}{:g}", times.empty() ? "" : ", ", instant.t);
+    if (++count <= most_named) times += fmt::format("{}{:g}", times.empty() ? "" : ", ", instant.t);
     if (std::abs(instant.t - t) > 1e-12 * t) continue;
     ReferenceState state{name, list_movable(system), std::vector<double>(system.positions.size(), 0.0)};
     const std::size_t found = instant.places.size() / 3, all = system.masses.size();
@@ -100,7 +119,8 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
     }
     return state;
   }
-  throw InputError(name, fmt::format("has no state at t_end = {:g} s; its times are {}", t, times));
+  if (count > most_named) times += fmt::format(", … ({} in all)", count);
+  throw InputError(name, fmt::format("has no state at t_end = {:g} s; its times are {}", t, count > 0 ? times : "none"));
 }
 
 }  // namespace tanor::scene

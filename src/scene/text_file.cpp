@@ -17,6 +17,7 @@ namespace tanor::scene {
 namespace {
 
 constexpr std::string_view blanks = " \t\r\f\v";
+constexpr std::size_t most_of_a_stream = std::size_t{1} << 30;
 
 }  // namespace
 
@@ -25,8 +26,13 @@ std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string text;
   char part[1 << 16];
-  while (stream.read(part, sizeof part), stream.gcount() > 0)
+  const bool may_be_endless = !std::filesystem::is_regular_file(file);  // a device, a pipe
+  while (stream.read(part, sizeof part), stream.gcount() > 0) {
     text.append(part, static_cast<std::size_t>(stream.gcount()));
+    if (may_be_endless && text.size() > most_of_a_stream)
+      throw InputError("", fmt::format("{} cannot be read: it is no file and has more than {} MiB", file.string(),
+                                       most_of_a_stream >> 20));
+  }
   if (!stream.eof())
     throw InputError("", fmt::format("{} cannot be read: {}", file.string(), std::generic_category().message(errno)));
   return text;

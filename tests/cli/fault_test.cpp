@@ -1,0 +1,308 @@
+#include <algorithm>
+
+#include "cli/shell.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+using report::read_xyz;
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+/// One line of ours, and nothing beside it.
+void expect_one_line(const Ended& ended, const std::string& what) {
+  EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << what << ": " << ended.err;
+  EXPECT_TRUE(ended.err.starts_with("tanor: ")) << what << ": " << ended.err;
+}
+
+const std::string many_frames = R"("t_end": 1, "output_every": 0.0078125, "method": "rk4", "step": 0.0078125)";
+
+// With descriptor 2 closed the trajectory would be opened as 2, and what is printed would land in it.
+TEST(DescriptorTest, ClosedOnesAreNotGivenToTheResults) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(many_frames));
+  ASSERT_EQ(run_script(folder, "tanor run s.json --out open").code, 0);
+
+  for (const std::string closed : {"2>&-", "<&- 2>&-", "<&- >&- 2>&-", ">&- 2>&-", "<&-"}) {
+    const bool has_output = !contains(closed, ">&- 2") && !contains(closed, "<&- >&-");
+    EXPECT_EQ(run_script(folder, "tanor run s.json --out o " + closed).code, has_output ? 0 : 4) << closed;
+    EXPECT_EQ(read_text(folder / "o/trajectory.xyz"), read_text(folder / "open/trajectory.xyz")) << closed;
+    EXPECT_EQ(read_text(folder / "o/trajectory.pvd"), read_text(folder / "open/trajectory.pvd")) << closed;
+    EXPECT_EQ(read_json(folder / "o/summary.json")["t_reached"], 1) << closed;
+  }
+}
+
+TEST(OutputTest, AFullOrClosedOneIsAFailureOfTheMachine) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  write_text(folder / "m.csv", "0,0,0,0,0.1,0,0,0.2,0,0\n0.5,0,0,0,0.1,0,0,0.2,0,0\n1,0,0,0,0.1,0,0,0.2,0,0\n");
+
+  for (const std::string command :
+       {"--help", "--version", "run --help", "info s.json", "check s.json", "solve s.json", "run s.json",
+        "forces s.json --motion m.csv", "error-time s.json --methods rk4 --quiet", "selftest"}) {
+    for (const std::string output : {">/dev/full", ">&-"}) {
+      if (command == "selftest" && output == ">&-") continue;  // which takes a second
+      const Ended ended = run_script(folder, "tanor " + command + " " + output);
+      EXPECT_EQ(ended.code, 4) << command << output << ended.err;
+      EXPECT_TRUE(contains(ended.err, "tanor: cannot write standard output: ")) << command << output << ended.err;
+    }
+  }
+  // A reader that is gone; a run whose messages nobody reads goes on.
+  EXPECT_EQ(run_script(folder, "{ sleep 0.3; tanor check s.json; echo $? >code; } | true; cat code").out, "4\n");
+  EXPECT_EQ(run_script(folder, "{ sleep 0.3; tanor run s.json --out o 2>&1 >/dev/null; echo $? >code; } | true; "
+                               "cat code")
+                .out,
+            "0\n");
+}
+
+// Every command, from less than the libraries take to what is enough for each.
+TEST(MemoryTest, TooLittleOfItEndsEveryCommandAtOnce) {
+  if (!limits_of_memory_work) GTEST_SKIP() << "sanitizers map all addresses";
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 0.1)"));
+  int answered = 0, refused = 0;
+
+  for (int megabytes = 25; megabytes <= 400; megabytes += 25) {
+    for (const std::string command : {"--version", "--help", "info s.json", "check s.json", "run s.json --quiet"}) {
+      const std::string script = "ulimit -v " + std::to_string(1000 * megabytes) + "; tanor " + command;
+      const Ended ended = run_script(folder, script);
+      ASSERT_TRUE(ended.code == 0 || ended.code == 4) << script << ": " << ended.code << ended.err;
+      if (ended.code == 4) expect_one_line(ended, script);
+      ++(ended.code == 0 ? answered : refused);
+    }
+  }
+  EXPECT_GE(refused, 5) << "the libraries take more than 25 MB";
+  EXPECT_GE(answered, 5 * 8) << "200 MB are enough for two beads";
+}
+
+// BLAS maps its work space in the middle of the work, SuiteSparseQR's here, and asks for ever.
+TEST(MemoryTest, BlasWithoutWorkSpaceEndsTheProgram) {
+  if (!limits_of_memory_work) GTEST_SKIP() << "sanitizers map all addresses";
+  const Folder folder;
+  write_text(folder / "net.json", R"({"tanor_scene": 1,
+    "generate": {"kind": "net", "columns": 40, "rows": 40}, "supports": [{"points": [0, 1599]}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+    "motion": {"t_end": 0.002, "output_every": 0.001}, "solver": {"threads": 2}})");
+  int met = 0;
+
+  for (int megabytes = 100; megabytes <= 400; megabytes += 50) {
+    for (const std::string command : {"check net.json", "run net.json --quiet"}) {
+      const std::string script = "ulimit -v " + std::to_string(1000 * megabytes) + "; tanor " + command;
+      const Ended ended = run_script(folder, script);
+      ASSERT_TRUE(ended.code == 0 || ended.code == 4) << script << ": " << ended.code << ended.err;
+      EXPECT_EQ(contains(ended.err, "tanor: "), ended.code == 4) << script << ": " << ended.err;
+      met += contains(ended.err, "work space of BLAS");
+    }
+  }
+  EXPECT_GT(met, 0) << "the test is to meet what it is about";
+}
+
+/// The lists of frames, the frames, and nothing half: all say the same number, which is returned.
+std::size_t count_whole_frames(const Folder& folder, const std::string& out) {
+  const std::size_t frames = read_xyz(folder / (out + "/trajectory.xyz")).size();  // throws at half a frame
+  const std::string list = read_text(folder / (out + "/trajectory.pvd"));
+  EXPECT_TRUE(list.ends_with("</Collection>\n</VTKFile>\n")) << list;
+  EXPECT_EQ(count(list, "<DataSet "), frames);
+  EXPECT_EQ(list_names(folder / (out + "/trajectory")).size(), frames);
+  return frames;
+}
+
+void expect_same_results(const Folder& folder, const std::string& out, const std::string& whole) {
+  for (const std::string name : {"/trajectory.xyz", "/trajectory.pvd"})
+    EXPECT_EQ(read_text(folder / (out + name)), read_text(folder / (whole + name))) << name;
+  const Words frames = list_names(folder / (whole + "/trajectory"));
+  ASSERT_EQ(list_names(folder / (out + "/trajectory")), frames);
+  for (const std::string& frame : frames) {
+    EXPECT_EQ(read_text(folder / (out + "/trajectory/" + frame)), read_text(folder / (whole + "/trajectory/" + frame)));
+  }
+  EXPECT_EQ(read_json(folder / (out + "/summary.json"))["final"], read_json(folder / (whole + "/summary.json"))["final"]);
+}
+
+// A file that may not grow beyond some blocks of 512 bytes stands for a full disk: the trajectory meets it in the middle
+// of a frame, the small files do not.
+TEST(FullDiskTest, LeavesWholeFramesAndResumeGoesOnWithoutALostOne) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(many_frames));
+  ASSERT_EQ(run_script(folder, "tanor run s.json --out whole").code, 0);
+  const std::size_t bytes = read_text(folder / "whole/trajectory.xyz").size();
+
+  for (const std::string ignored : {"", "trap '' XFSZ; "}) {
+    for (const std::size_t blocks : {bytes / 1024, bytes / 768}) {
+      const std::string out = "o" + std::to_string(blocks) + (ignored.empty() ? "" : "i");
+      const Ended ended = run_script(folder, ignored + "ulimit -f " + std::to_string(blocks) +
+                                                 "; tanor run s.json --quiet --out " + out);
+      EXPECT_EQ(ended.code, 4) << ended.err;
+      EXPECT_TRUE(contains(ended.err, "cannot write " + out + "/trajectory.xyz: File too large")) << ended.err;
+      const std::size_t frames = count_whole_frames(folder, out);
+      EXPECT_GT(frames, 20u);
+      EXPECT_LT(frames, 129u);
+
+      const Ended resumed = run_script(folder, "tanor run s.json --quiet --resume --out " + out);
+      EXPECT_EQ(resumed.code, 0) << resumed.err;
+      EXPECT_EQ(count_whole_frames(folder, out), 129u);
+      expect_same_results(folder, out, "whole");
+    }
+  }
+}
+
+// A frame whose own file cannot be written: here a folder has its name.
+TEST(FullDiskTest, AFrameThatCannotBeWrittenIsInNoList) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(many_frames));
+  ASSERT_EQ(run_script(folder, "tanor run s.json --out whole").code, 0);
+  ASSERT_EQ(run_script(folder, "tanor run s.json --out o --t-end 0.5").code, 0);
+  ASSERT_EQ(count_whole_frames(folder, "o"), 65u);
+  std::filesystem::create_directories(folder / "o/trajectory/frame_000070.vtp/in_the_way");
+
+  const Ended ended = run_script(folder, "tanor run s.json --quiet --resume --out o");
+
+  EXPECT_EQ(ended.code, 4) << ended.err;
+  EXPECT_EQ(read_xyz(folder / "o/trajectory.xyz").size(), 70u);
+  EXPECT_EQ(count(read_text(folder / "o/trajectory.pvd"), "<DataSet "), 70u);
+  std::filesystem::remove_all(folder / "o/trajectory/frame_000070.vtp");
+  EXPECT_EQ(run_script(folder, "tanor run s.json --quiet --resume --out o").code, 0);
+  expect_same_results(folder, "o", "whole");
+}
+
+TEST(CheckpointFileTest, AFlippedBitIsNoAnswer) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(many_frames));
+  ASSERT_EQ(run_script(folder, "tanor run s.json --out o --t-end 0.5").code, 0);
+  const std::string good = read_text(folder / "o/checkpoint");
+
+  for (std::size_t k = 0; k < 40; ++k) {
+    const std::size_t place = k * (good.size() - 1) / 39;
+    std::string bad = good;
+    bad[place] = static_cast<char>(bad[place] ^ (1 << (k % 8)));
+    write_text(folder / "o/checkpoint", bad);
+    const std::string line = complaint(folder, {"run", "s.json", "--out", "o", "--resume"});
+    EXPECT_TRUE(line.starts_with("tanor: o/checkpoint: ")) << line;
+  }
+  write_text(folder / "o/checkpoint", good);
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--resume"}).code, 0);
+}
+
+TEST(FolderTest, BelongsToOneRunAtATime) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)"));
+  Program first(folder, {"run", "s.json", "--out", "o", "--quiet"});
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "o/trajectory/frame_000003.vtp"); }));
+
+  for (const Words& words : {Words{"run", "s.json", "--out", "o"}, Words{"run", "s.json", "--out", "o", "--resume"}}) {
+    const std::string line = complaint(folder, words);
+    EXPECT_TRUE(contains(line, "o: is in use by process " + std::to_string(first.process()) + " ")) << line;
+  }
+  EXPECT_EQ(kill(first.process(), 0), 0) << "the first one does not mind";
+  // The lock goes with its process, however that ends.
+  kill(first.process(), SIGKILL);
+  first.wait();
+  EXPECT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", "50"}).code, 0);
+  EXPECT_EQ(read_json(folder / "o/summary.json")["t_reached"], 50);
+  for (const std::string& name : list_names(folder / "o")) EXPECT_FALSE(contains(name, "lock")) << name;
+}
+
+TEST(FolderTest, ANewRunRemovesWhatAnOldOneLeftAndNothingElse) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)"));
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--out", "o", "--t-end", "0.5"}).code, 0);
+  for (const std::string name : {"final_positions.npy", "final_support_forces.npy", "checkpoint.part",
+                                 "summary.json.part", "trajectory/frame_000009.vtp.part"})
+    write_text(folder / ("o/" + name), "of an old run");
+  for (const std::string name : {"final_report.npy", "notes.txt", "trajectory/notes.txt", "picture.svg"})
+    write_text(folder / ("o/" + name), "of a user");
+
+  Program killed(folder, {"run", "s.json", "--out", "o", "--quiet"});
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "o/trajectory/frame_000007.vtp"); }));
+  kill(killed.process(), SIGKILL);
+  killed.wait();
+
+  const Words names = list_names(folder / "o");
+  for (const std::string name : {"report.txt", "summary.json", "final_positions.npy", "final_support_forces.npy",
+                                 "checkpoint.part", "summary.json.part"})
+    EXPECT_EQ(std::count(names.begin(), names.end(), name), 0) << name;
+  for (const std::string name : {"final_report.npy", "notes.txt", "trajectory/notes.txt", "picture.svg"})
+    EXPECT_EQ(read_text(folder / ("o/" + name)), "of a user") << name;
+}
+
+TEST(SignalTest, EndsARunThatCanBeResumed) {
+  for (const auto& [signal, name] : {std::pair{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}}) {
+    const Folder folder;
+    write_text(folder / "s.json", pendulum(R"("t_end": 1e5, "output_every": 0.1, "step": 1e-3)"));
+    Program program(folder, {"run", "s.json", "--out", "o", "--quiet"});
+    ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "o/trajectory/frame_000003.vtp"); }));
+
+    kill(program.process(), signal);
+    const Ended ended = program.wait();
+
+    EXPECT_EQ(ended.code, 128 + signal) << name;
+    EXPECT_TRUE(contains(ended.err, std::string(name) + " came")) << ended.err;
+    const double reached = read_json(folder / "o/summary.json")["t_reached"];
+    EXPECT_EQ(read_xyz(folder / "o/trajectory.xyz").back().time, reached);
+    const Ended resumed =
+        run_program(folder, {"run", "s.json", "--out", "o", "--resume", "--t-end", std::to_string(reached + 1.0)});
+    EXPECT_EQ(resumed.code, 0) << resumed.err;
+  }
+}
+
+TEST(SignalTest, NohupIsRespected) {
+  const Folder folder;
+  write_text(folder / "s.json", pendulum(R"("t_end": 5, "output_every": 0.1, "step": 1e-4)"));
+
+  const Ended ended = run_script(folder, R"(trap '' HUP
+    tanor run s.json --out o --quiet & process=$!
+    while ! test -e o/trajectory/frame_000002.vtp; do sleep 0.01; done
+    kill -HUP $!
+    wait $process)");
+
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(read_json(folder / "o/summary.json")["t_reached"], 5);
+}
+
+TEST(ReferenceFileTest, WhatItHoldsIsLookedAt) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0]]},
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 1}})");
+  const auto trouble = [&](const std::string& file, const std::string& text) {
+    write_text(folder / file, text);
+    return complaint(folder, {"error-time", "s.json", "--methods", "rk4", "--reference", file, "--quiet"});
+  };
+  const auto instant = [](const std::string& t, const std::string& r) {
+    return R"({"dim": 2, "trajectory": [{"t": )" + t + R"(, "r": )" + r + "}]}";
+  };
+
+  for (const std::string dim : {"0", "-1", "1", "4", "2.5", "1e9", "null", "\"3\"", "[3]"}) {
+    const std::string line = trouble("x.json", R"({"dim": )" + dim + R"(, "trajectory": [{"t": 1, "r": [0, 0, 0]}]})");
+    EXPECT_TRUE(line.starts_with("tanor: x.json: /dim: found ")) << line;
+  }
+  for (const std::string number : {"\"1x\"", "\"nan\"", "\"inf\"", "\"\"", "\"1e999\"", "\"0x1p3\"", "null", "true"}) {
+    EXPECT_TRUE(trouble("x.json", instant(number, "[0, 0]")).starts_with("tanor: x.json: /trajectory/0/t: found "))
+        << number;
+    EXPECT_TRUE(trouble("x.json", instant("1", "[0, " + number + "]"))
+                    .starts_with("tanor: x.json: /trajectory/0/r/1: found "))
+        << number;
+  }
+  EXPECT_EQ(trouble("x.json", instant("1", "[0, 0, 0]")),
+            "tanor: x.json: /trajectory/0/r: found 3 numbers, wanted 2 for each point\n");
+  EXPECT_TRUE(contains(trouble("x.json", instant("1", "[]")), "x.json: has 0 points at t = 1 s"));
+  EXPECT_TRUE(contains(trouble("x.json", R"({"trajectory": 3})"), "x.json: /trajectory: found number 3, wanted a list"));
+  EXPECT_TRUE(contains(trouble("x.json", R"({"trajectory": [1]})"), "x.json: /trajectory/0: found number 1, wanted an"));
+  EXPECT_TRUE(contains(trouble("x.json", "{}"), "x.json: /trajectory: missing"));
+  EXPECT_TRUE(contains(trouble("x.json", "[]"), "x.json: found a list of 0, wanted an object"));
+  EXPECT_TRUE(contains(trouble("x.json", R"({"trajectory": []})"), "has no state at t_end = 1 s; its times are none"));
+  EXPECT_TRUE(contains(trouble("x.json", "{\"trajectory\": ["), "x.json"));
+  for (const std::string word : {"1x", "nan", "inf", "1e999", "0x1"}) {
+    EXPECT_TRUE(contains(trouble("x.txt", "1\n0 0 " + word + "\n"), "x.txt, line 2: found \"" + word + "\"")) << word;
+  }
+  EXPECT_TRUE(contains(trouble("x.txt", "1\n0 0 0\n0 0 0 0 0 0\n"), "x.txt, line 3: found 6 numbers, wanted 3"));
+  std::string times;
+  for (int k = 2; k < 100000; ++k) times += std::to_string(k) + "\n";
+  EXPECT_TRUE(contains(trouble("x.txt", times), "its times are 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, … (99998 in all)"));
+}
+
+}  // namespace
+}  // namespace tanor::cli
