@@ -11,11 +11,14 @@
 #include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
+#include "report/words.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
 
 namespace {
+
+using report::in_words;
 
 void print(std::string_view key, const std::string& value) {
   fmt::print("{:<24} {}\n", fmt::format("{}:", key), value);
@@ -28,10 +31,11 @@ ExitCode tell(const CheckOptions& options, const Outcome& outcome) {
 }
 
 void print_start(Dynamics* dynamics, const std::vector<double>& positions, const std::vector<double>& velocities) {
-  print("positions violate",
-        fmt::format("{:.2e} (largest |xi|/|gradient|/length)", dynamics->position_violation(0.0, positions)));
-  print("velocities violate", fmt::format("{:.2e} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
-                                          dynamics->velocity_violation(0.0, positions, velocities)));
+  print("positions violate", fmt::format("{} (largest |xi|/|gradient|/length)",
+                                         in_words(dynamics->position_violation(0.0, positions), "{:.2e}")));
+  print("velocities violate",
+        fmt::format("{} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
+                    in_words(dynamics->velocity_violation(0.0, positions, velocities), "{:.2e}")));
 }
 
 void print_rank(const RankReport& rank, std::size_t num_equations) {
@@ -55,8 +59,9 @@ void print_rank(const RankReport& rank, std::size_t num_equations) {
 
 void print_certificate(const Certificate& certificate) {
   for (const CertificateCheck& check : certificate.checks) {
-    print("identity", fmt::format("{:<40} {:.1e} (rounding explains {:.1e}){}", check.identity, check.error,
-                                  check.allowed, check.error <= check.allowed ? "" : " FAILS at " + check.where));
+    print("identity", fmt::format("{:<40} {} (rounding explains {}){}", check.identity, in_words(check.error, "{:.1e}"),
+                                  in_words(check.allowed, "{:.1e}"),
+                                  check.error <= check.allowed ? "" : " FAILS at " + check.where));
   }
   for (const std::string& what : certificate.left_out) print("left out", what);
   print("certificate", certificate.line());
@@ -78,17 +83,17 @@ ExitCode execute(const CheckOptions& options) {
   const StartReport start =
       naming_file(options.scene, [&] { return dynamics.start(0.0, positions, velocities, scene.motion.start); });
   if (!start.outcome.ok()) return tell(options, start.outcome);
-  print("start",
-        fmt::format("corrected by {:.2g} m and {:.2g} m/s", start.position_correction, start.velocity_correction));
+  print("start", fmt::format("corrected by {} m and {} m/s", in_words(start.position_correction, "{:.2g}"),
+                             in_words(start.velocity_correction, "{:.2g}")));
 
   std::vector<double> accelerations(positions.size());
   const SolveReport solved = dynamics.solve(0.0, positions, velocities, accelerations);
   if (!solved.outcome.ok()) return tell(options, solved.outcome);
   print_rank(dynamics.rank(true), dynamics.num_equations());
-  print("reciprocal condition", fmt::format("{:.2e} (of the scaled {})", solved.reciprocal_condition,
+  print("reciprocal condition", fmt::format("{} (of the scaled {})", in_words(solved.reciprocal_condition, "{:.2e}"),
                                             dynamics.plan().form == Form::Tangent ? "H = A'MA" : "S = K'M^-1K"));
   if (has_friction) print("friction found", report::describe_friction(solved.friction));
-  print("residual", fmt::format("{:.1e} ({} refinements)", solved.residual, solved.refinements));
+  print("residual", fmt::format("{} ({} refinements)", in_words(solved.residual, "{:.1e}"), solved.refinements));
   const Certificate certificate = dynamics.certify();
   print_certificate(certificate);
   if (certificate.passed()) return ExitCode::Done;

@@ -5,8 +5,8 @@ namespace tanor::cli {
 /// What the program tells its caller.
 enum class ExitCode {
   Done = 0,
-  BadInput = 2,       ///< or wrong usage
-  NoAnswer = 3,       ///< numerical outcome: no answer, several (friction), tolerance not reached, stopped early
+  BadInput = 2,        ///< or wrong usage
+  NoAnswer = 3,        ///< numerical outcome: no answer, several (friction), tolerance not reached, stopped early
   MachineFailure = 4,  ///< memory, disk, or our own bug
   // 128 + signal, as a shell tells it; what was found until then is complete and can be resumed.
   HungUp = 129,

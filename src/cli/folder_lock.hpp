@@ -11,7 +11,8 @@ namespace tanor::cli {
 /// however that ends. The file goes with the lock.
 class FolderLock {
  public:
-  /// The folder is there. Throws InputError that names the process which holds it, WriteError where no file can be made.
+  /// The folder is there. Throws InputError that names the process which holds it, WriteError where no file can be
+  /// made.
   FolderLock(const std::filesystem::path& folder, const std::string& command);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

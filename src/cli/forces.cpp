@@ -12,6 +12,7 @@
 #include "cli/output_folder.hpp"
 #include "report/motion_forces.hpp"
 #include "report/output_file.hpp"
+#include "report/words.hpp"
 #include "scene/number_table.hpp"
 #include "scene/scene.hpp"
 
@@ -73,7 +74,7 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
   return fmt::format(
       "the motion breaks the constraints: worst by {} of its length, {} at t = {} s; at most {} counts "
       "as rounding",
-      violation.largest, violation.where, forces.times[worst], allowed_violation);
+      report::in_words(violation.largest), violation.where, forces.times[worst], allowed_violation);
 }
 
 }  // namespace
@@ -96,13 +97,12 @@ ExitCode execute(const ForcesOptions& options) {
   const auto control = [](const MotionForces& sample) { return sample.largest_control; };
   const std::size_t worst = forces.find_worst(violation), largest = forces.find_worst(control);
   const MotionForces& controlled = forces.samples[largest];
-  fmt::print("largest control force {:.3g} N (point {}, t = {} s); largest violation {:.3g}{}; results in {}\n",
-             controlled.largest_control, controlled.controlled_point, forces.times[largest],
-             forces.samples[worst].position.largest,
-             forces.samples[worst].position.where.empty()
-                 ? ""
-                 : fmt::format(" ({}, t = {} s)", forces.samples[worst].position.where, forces.times[worst]),
-             directory.string());
+  const Violation& violated = forces.samples[worst].position;
+  const std::string where =
+      violated.where.empty() ? "" : fmt::format(" ({}, t = {} s)", violated.where, forces.times[worst]);
+  fmt::print("largest control force {} N (point {}, t = {} s); largest violation {}{}; results in {}\n",
+             report::in_words(controlled.largest_control, "{:.3g}"), controlled.controlled_point, forces.times[largest],
+             report::in_words(violated.largest, "{:.3g}"), where, directory.string());
   const std::string trouble = find_trouble(forces, worst);
   if (trouble.empty()) return ExitCode::Done;
   print_message(options.scene.string() + ": " + trouble);

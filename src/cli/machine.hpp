@@ -2,8 +2,8 @@
 
 namespace tanor::cli {
 
-/// Throws std::runtime_error where the machine does not give that many threads (0: as many as OpenMP wants): OpenMP would
-/// end the program without a word of ours.
+/// Throws std::runtime_error where the machine does not give that many threads (0: as many as OpenMP wants): OpenMP
+/// would end the program without a word of ours.
 void require_threads(int count);
 
 /// Threads that OpenMP gives a parallel loop.

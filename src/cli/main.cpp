@@ -16,8 +16,8 @@ namespace {
 
 /// An exception that nobody may catch, for instance in a thread of a library.
 [[noreturn]] void end_with_last_words() {
-  const Failure failure = std::current_exception() ? describe_current_exception()
-                                                   : Failure{ExitCode::MachineFailure, "ended by a library"};
+  const Failure failure =
+      std::current_exception() ? describe_current_exception() : Failure{ExitCode::MachineFailure, "ended by a library"};
   print_message(failure.message);
   _exit(static_cast<int>(ExitCode::MachineFailure));
 }

@@ -81,8 +81,7 @@ std::string RunFolder::finish(const Simulation& simulation, bool can_go_on) {
   facts_.wall = measure_wall();
   report::write_summary(directory_, facts_, simulation);
   const std::string page = report::format_page(facts_, simulation);
-  report::replace_file(directory_ / page_name,
-                       [&](report::OutputFile* file) { file->write(std::string_view(page)); });
+  report::replace_file(directory_ / page_name, [&](report::OutputFile* file) { file->write(std::string_view(page)); });
   return page;
 }
 

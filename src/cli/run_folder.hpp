@@ -34,13 +34,14 @@ class RunFolder {
   /// Makes the folder; nothing is written before.
   RunFolder(const RunPlan& plan, const scene::Scene& scene, const Simulation& simulation);
 
-  /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at once,
-  /// or, where frames come fast, so often that it takes a twentieth of the time.
+  /// Appends the simulation's state to the trajectory; every file is complete afterwards. The checkpoint follows at
+  /// once, or, where frames come fast, so often that it takes a twentieth of the time.
   void write_frame(const Simulation& simulation);
   /// Keeps the last certificate, or the first one that failed, for the summary.
   void take_certificate(const Certificate& certificate);
-  /// Writes what is due at the end, however the run ended, and returns the page `report.txt`. A last checkpoint only where
-  /// the simulation can go on, and stands where the last frame shows it: a checkpoint is never ahead of the frames.
+  /// Writes what is due at the end, however the run ended, and returns the page `report.txt`. A last checkpoint only
+  /// where the simulation can go on, and stands where the last frame shows it: a checkpoint is never ahead of the
+  /// frames.
   std::string finish(const Simulation& simulation, bool can_go_on);
 
  private:
@@ -50,7 +51,7 @@ class RunFolder {
 
   std::filesystem::path directory_;
   std::unique_ptr<FolderLock> lock_;  ///< of a new run
-  report::WallTimes earlier_;  ///< of the parts before this one
+  report::WallTimes earlier_;         ///< of the parts before this one
   RunPlan::Clock::time_point begin_;
   report::RunFacts facts_;
   report::Trajectory trajectory_;

@@ -22,7 +22,9 @@ double Certificate::certified_to() const {
 }
 
 std::string Certificate::line() const {
-  const auto digits = [](double x) {
+  const auto digits = [](double x) -> std::string {
+    if (std::isnan(x)) return "an unknown amount";
+    if (std::isinf(x)) return "more than any number";
     std::array<char, 16> buffer;
     const auto end =
         std::to_chars(buffer.data(), buffer.data() + buffer.size(), x, std::chars_format::scientific, 1).ptr;

@@ -81,7 +81,7 @@ RunProgram* load_program() {
 /// inside the first call that needs it, has no way to say that it got none, and tries again for ever: instead, the
 /// program ends there. Everybody else is told of the failure as ever.
 extern "C" __attribute__((visibility("default"))) void* mmap(void* address, std::size_t length, int protection,
-                                                               int flags, int descriptor, off_t offset) {
+                                                             int flags, int descriptor, off_t offset) {
   void* const memory =
       reinterpret_cast<void*>(syscall(SYS_mmap, address, length, protection, flags, descriptor, offset));
   if (memory != MAP_FAILED) return memory;

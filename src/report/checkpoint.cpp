@@ -168,8 +168,10 @@ void require_sound(const Checkpoint& checkpoint) {
   for (const auto& [name, size] : sizes) {
     if (!(size >= 0.0)) throw InputError("", fmt::format("/{} is {}, not 0 or more", name, size));
   }
-  for (const auto& [name, time] : {std::pair{"time", snapshot.time}, {"advance_begin", snapshot.advance_begin},
-                                   {"advance_end", snapshot.advance_end}, {"last_step", report.last_step}}) {
+  for (const auto& [name, time] : {std::pair{"time", snapshot.time},
+                                   {"advance_begin", snapshot.advance_begin},
+                                   {"advance_end", snapshot.advance_end},
+                                   {"last_step", report.last_step}}) {
     if (!std::isfinite(time)) throw InputError("", fmt::format("/{} is {}, not a time", name, time));
   }
   const TrajectoryMark& mark = checkpoint.trajectory;
@@ -217,7 +219,8 @@ std::string last_line(const Checksum& sum) {
 std::string_view open_content(std::string_view text) {
   if (!text.starts_with(first_line())) {
     const bool is_other = text.starts_with(first_words) || text.starts_with("{\n  \"tanor_checkpoint\"");
-    throw InputError("", is_other ? "is of another version of tanor; run without --resume" : "is no checkpoint of tanor");
+    throw InputError("",
+                     is_other ? "is of another version of tanor; run without --resume" : "is no checkpoint of tanor");
   }
   const std::size_t end = text.rfind(last_words);
   Checksum sum;

@@ -229,7 +229,9 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
       ErrorTimeRow row = judged.row;
       row.error = judged.outcome.ok() ? runs.distance(judged.positions, *truth) : NAN;
       row.judge_error = named.error.value_or(0.0);
-      if (has_fixed_steps(method) && last_error > 0.0 && row.error > 0.0) row.order = std::log2(last_error / row.error);
+      const bool has_order = has_fixed_steps(method) && last_error > 0.0 && row.error > 0.0;
+      if (has_order && std::isfinite(last_error) && std::isfinite(row.error))
+        row.order = std::log2(last_error / row.error);
       last_error = row.error;
       table.rows.push_back(row);
     }

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "report/loglog_plot.hpp"
 #include "report/output_file.hpp"
 #include "report/picture.hpp"
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -17,11 +19,11 @@ constexpr double certain_above = 3.0;  // errors of the judge
 /// Within three errors of the judge all that is certain is a bound.
 std::string describe_error(const ErrorTimeRow& row) {
   const bool is_certain = row.error >= certain_above * row.judge_error;
-  return is_certain ? fmt::format("{:.2e}", row.error) : fmt::format("<= {:.2e}", row.error + row.judge_error);
+  return is_certain ? in_words(row.error, "{:.2e}") : "<= " + in_words(row.error + row.judge_error, "{:.2e}");
 }
 
 std::string describe_order(const ErrorTimeRow& row) {
-  return row.order != 0.0 ? fmt::format("{:.2f}", row.order) : "";
+  return row.order != 0.0 ? in_words(row.order, "{:.2f}") : "";
 }
 
 /// Who judged whom, and what was left out.
@@ -29,7 +31,7 @@ std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
   std::vector<std::string> remarks;
   for (const auto& [judged, setting, error] : table.judges) {
     remarks.push_back(fmt::format("{} is judged by {}", method_name(judged), setting));
-    if (error) remarks.back() += fmt::format(", judge's own error <= {:.1e} m", *error);
+    if (error) remarks.back() += fmt::format(", judge's own error <= {} m", in_words(*error, "{:.1e}"));
   }
   for (const std::string& method : table.left_out) remarks.push_back("left out: " + method);
   return remarks;
@@ -42,14 +44,19 @@ std::string quote(const std::string& text) {
   return quoted + "\"";
 }
 
+/// A field without a number is empty: that is how tables say it.
+std::string field(double number) {
+  return std::isfinite(number) ? fmt::to_string(number) : "";
+}
+
 std::string make_csv(const ErrorTimeTable& table) {
   std::string text =
       "method,step_s,rtol,steps,factorizations,wall_s,error_m,judge_error_m,order,violation,energy_drift,trouble\n";
   for (const ErrorTimeRow& row : table.rows) {
-    const std::string error = row.trouble.empty() ? fmt::to_string(row.error) : "";
+    const std::string error = row.trouble.empty() ? field(row.error) : "";
     text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", method_name(row.method), row.step, row.tolerance,
-                        row.steps, row.factorizations, row.wall_s, error, row.judge_error, row.order, row.violation,
-                        row.energy_drift, quote(row.trouble));
+                        row.steps, row.factorizations, row.wall_s, error, field(row.judge_error), field(row.order),
+                        field(row.violation), field(row.energy_drift), quote(row.trouble));
   }
   return text;
 }
@@ -64,8 +71,8 @@ std::string make_markdown(const ErrorTimeTable& table) {
   for (const ErrorTimeRow& row : table.rows) {
     text += fmt::format("| {} | {} | {} | {} | {:.3g} |", method_name(row.method), describe_setting(row), row.steps,
                         row.factorizations, row.wall_s);
-    text += row.trouble.empty() ? fmt::format(" {} | {} | {:.1e} | {:.1e} |\n", describe_error(row),
-                                              describe_order(row), row.violation, row.energy_drift)
+    text += row.trouble.empty() ? fmt::format(" {} | {} | {} | {} |\n", describe_error(row), describe_order(row),
+                                              in_words(row.violation, "{:.1e}"), in_words(row.energy_drift, "{:.1e}"))
                                 : fmt::format(" {} | | | |\n", row.trouble);
   }
   text += "\n";
@@ -95,8 +102,8 @@ std::string format_error_time(const ErrorTimeTable& table) {
   for (const ErrorTimeRow& row : table.rows) {
     text += fmt::format("  {:{}}{:>15}{:>8}{:>9}{:>10.3g}", method_name(row.method), width, describe_setting(row),
                         row.steps, row.factorizations, row.wall_s);
-    text += row.trouble.empty() ? fmt::format("{:>13}{:>7}{:>11.1e}{:>14.1e}\n", describe_error(row),
-                                              describe_order(row), row.violation, row.energy_drift)
+    text += row.trouble.empty() ? fmt::format("{:>13}{:>7}{:>11}{:>14}\n", describe_error(row), describe_order(row),
+                                              in_words(row.violation, "{:.1e}"), in_words(row.energy_drift, "{:.1e}"))
                                 : "  " + row.trouble + "\n";
   }
   for (const std::string& remark : list_remarks(table)) text += "  " + remark + "\n";

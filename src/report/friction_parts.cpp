@@ -4,6 +4,8 @@
 
 #include <string_view>
 
+#include "report/words.hpp"
+
 namespace tanor::report {
 
 namespace {
@@ -103,9 +105,9 @@ std::string describe_friction(const FrictionReport& report) {
 
 std::string describe_friction(const FrictionSummary& summary) {
   if (summary.solves == 0) return "no iterations";
-  return fmt::format("{:.3g} iterations an instant, {} at most ({}), contraction {:.2g}, uniqueness {}",
+  return fmt::format("{:.3g} iterations an instant, {} at most ({}), contraction {}, uniqueness {}",
                      summary.iterations_mean, summary.iterations_max, friction_method_name(summary.method_used),
-                     summary.contraction_max, uniqueness_name(summary.uniqueness));
+                     in_words(summary.contraction_max, "{:.2g}"), uniqueness_name(summary.uniqueness));
 }
 
 }  // namespace tanor::report

@@ -13,6 +13,11 @@ constexpr double width = 640.0, height = 440.0, left = 80.0, right = 20.0, top =
 constexpr std::array colors{"#0b6e99", "#c1440e", "#4c8c2b", "#7b4fa3", "#8a6d00",
                             "#222222", "#d1498b", "#2aa198", "#9a9a9a", "#5d4037"};
 
+/// Both numbers have a logarithm.
+bool is_shown(const std::array<double, 2>& point) {
+  return std::all_of(point.begin(), point.end(), [](double x) { return x > 0.0 && std::isfinite(x); });
+}
+
 /// Whole decades around the data.
 struct Axis {
   double low = 0.0, high = 1.0;  // exponents of ten
@@ -21,6 +26,7 @@ struct Axis {
     double least = HUGE_VAL, most = 0.0;
     for (const PlotSeries& s : series) {
       for (const auto& point : s.points) {
+        if (!is_shown(point)) continue;
         least = std::min(least, point[component]);
         most = std::max(most, point[component]);
       }
@@ -29,7 +35,10 @@ struct Axis {
     low = std::floor(std::log10(least));
     high = std::max(low + 1.0, std::ceil(std::log10(most)));
   }
-  double fraction(double value) const { return (std::log10(value) - low) / (high - low); }
+  /// Where 10^exponent stands; the number itself may be beyond all doubles.
+  double fraction(double exponent) const { return (exponent - low) / (high - low); }
+  /// Decades from label to label.
+  double stride() const { return std::max(1.0, std::ceil((high - low) / 16.0)); }
 };
 
 std::string escape(const std::string& text) {
@@ -45,24 +54,25 @@ std::string escape(const std::string& text) {
 std::string make_loglog_plot(const LogLogPlot& plot) {
   const Axis x_axis(plot.series, 0), y_axis(plot.series, 1);
   const double inner_width = width - left - right, inner_height = height - top - bottom;
-  const auto x_of = [&](double value) { return left + inner_width * x_axis.fraction(value); };
-  const auto y_of = [&](double value) { return top + inner_height * (1.0 - y_axis.fraction(value)); };
+  // Of a power of ten.
+  const auto x_of = [&](double exponent) { return left + inner_width * x_axis.fraction(exponent); };
+  const auto y_of = [&](double exponent) { return top + inner_height * (1.0 - y_axis.fraction(exponent)); };
 
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
       "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
       "<text x=\"{2}\" y=\"24\" font-size=\"15\">{3}</text>\n",
       width, height, left, escape(plot.title));
-  // A grid line and a label at each decade.
-  for (double e = x_axis.low; e <= x_axis.high; ++e) {
-    const double x = x_of(std::pow(10.0, e));
+  // Grid lines with labels, at each decade where there are few.
+  for (double e = x_axis.low; e <= x_axis.high; e += x_axis.stride()) {
+    const double x = x_of(e);
     svg += fmt::format(
         "<line x1=\"{0:.1f}\" y1=\"{1}\" x2=\"{0:.1f}\" y2=\"{2}\" stroke=\"#ddd\"/>"
         "<text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">1e{4:.0f}</text>\n",
         x, top, height - bottom, height - bottom + 18.0, e);
   }
-  for (double e = y_axis.low; e <= y_axis.high; ++e) {
-    const double y = y_of(std::pow(10.0, e));
+  for (double e = y_axis.low; e <= y_axis.high; e += y_axis.stride()) {
+    const double y = y_of(e);
     svg += fmt::format(
         "<line x1=\"{1}\" y1=\"{0:.1f}\" x2=\"{2}\" y2=\"{0:.1f}\" stroke=\"#ddd\"/>"
         "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">1e{5:.0f}</text>\n",
@@ -76,9 +86,11 @@ std::string make_loglog_plot(const LogLogPlot& plot) {
     const PlotSeries& series = plot.series[k];
     const char* const color = colors[k % colors.size()];
     std::string line;
-    for (const auto& [x, y] : series.points) {
-      line += fmt::format("{:.1f},{:.1f} ", x_of(x), y_of(y));
-      svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n", x_of(x), y_of(y), color);
+    for (const auto& point : series.points) {
+      if (!is_shown(point)) continue;
+      const double x = x_of(std::log10(point[0])), y = y_of(std::log10(point[1]));
+      line += fmt::format("{:.1f},{:.1f} ", x, y);
+      svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n", x, y, color);
     }
     svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", line, color);
     const double y = top + 18.0 + 18.0 * static_cast<double>(k);

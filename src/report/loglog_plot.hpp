@@ -6,7 +6,7 @@
 
 namespace tanor::report {
 
-/// A line of a plot; x and y > 0.
+/// A line of a plot. Points whose x or y has no logarithm are not shown.
 struct PlotSeries {
   std::string name;
   std::vector<std::array<double, 2>> points;

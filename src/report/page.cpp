@@ -6,6 +6,7 @@
 
 #include "report/friction_parts.hpp"
 #include "report/shared_parts.hpp"
+#include "report/words.hpp"
 
 namespace tanor::report {
 
@@ -63,6 +64,21 @@ std::string line(const std::string& key, const std::string& text) {
   return fmt::format("  {:14}{}\n", key, text);
 }
 
+/// How near the motion came to a singular place, how well it keeps the constraints and its energy.
+std::string describe_quality(const MotionReport& report) {
+  std::string text = line("condition", fmt::format("reciprocal condition {} (estimate), smallest at t = {} s",
+                                                   in_words(report.reciprocal_condition, "{:.1e}"),
+                                                   in_words(report.reciprocal_condition_time, "{:g}")));
+  text += line("violation",
+               fmt::format("{} positions, {} velocities, {} accelerations (largest, relative)",
+                           in_words(report.position_violation, "{:.1e}"), in_words(report.velocity_violation, "{:.1e}"),
+                           in_words(report.acceleration_violation, "{:.1e}")));
+  return text +
+         line("energy", fmt::format("{} J at the start, {} J at the end, relative drift {}",
+                                    in_words(report.energy.start, "{:.10g}"), in_words(report.energy.now, "{:.10g}"),
+                                    in_words(report.energy.drift_relative(), "{:.1e}")));
+}
+
 }  // namespace
 
 std::string format_page(const RunFacts& facts, const Simulation& simulation) {
@@ -89,11 +105,15 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
   page += line("forces", list_forces(simulation.system()));
   const bool has_friction = !simulation.system().friction.empty();
   if (has_friction) {
-    page += line("friction", fmt::format("{}; {}; work {:.6g} J", describe_friction(simulation.system()),
-                                         describe_friction(report.friction), report.energy.work_of_friction));
+    page += line("friction",
+                 fmt::format("{}; {}; work {} J", describe_friction(simulation.system()),
+                             describe_friction(report.friction), in_words(report.energy.work_of_friction, "{:.6g}")));
   }
-  page += line("start", fmt::format("corrected by {:.2g} m and {:.2g} m/s at most (M-norm projection)",
-                                    report.start.position_correction, report.start.velocity_correction));
+  if (facts.has_started) {
+    page += line("start", fmt::format("corrected by {} m and {} m/s at most (M-norm projection)",
+                                      in_words(report.start.position_correction, "{:.2g}"),
+                                      in_words(report.start.velocity_correction, "{:.2g}")));
+  }
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
   const std::size_t iterations = report.counters.iterations;
   page += line("method",
@@ -107,13 +127,7 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                        "solve {:.3g}, {}output {:.3g}",
                        facts.wall.total, facts.wall.setup, times.evaluate, times.assemble, times.factor, times.solve,
                        has_friction ? fmt::format("friction {:.3g}, ", times.friction) : "", facts.wall.output));
-  page += line("condition", fmt::format("reciprocal condition {:.1e} (estimate), smallest at t = {:g} s",
-                                        report.reciprocal_condition, report.reciprocal_condition_time));
-  page += line("violation",
-               fmt::format("{:.1e} positions, {:.1e} velocities, {:.1e} accelerations (largest, relative)",
-                           report.position_violation, report.velocity_violation, report.acceleration_violation));
-  page += line("energy", fmt::format("{:.10g} J at the start, {:.10g} J at the end, relative drift {:.1e}",
-                                     report.energy.start, report.energy.now, report.energy.drift_relative()));
+  if (facts.has_started) page += describe_quality(report);
   if (facts.certificate) page += line("certificate", facts.certificate->line());
   return page;
 }

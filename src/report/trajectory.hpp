@@ -26,8 +26,8 @@ void remove_trajectory(const std::filesystem::path& directory);
 
 /// The frames of a run in a folder: `trajectory.xyz`, and `trajectory.pvd` with `trajectory/frame_*.vtp`.
 ///
-/// Whenever the program stops, everything there is readable: frames are complete before the list names them, and a frame
-/// that could not be written is in none of the files.
+/// Whenever the program stops, everything there is readable: frames are complete before the list names them, and a
+/// frame that could not be written is in none of the files.
 class Trajectory {
  public:
   /// Starts anew in a folder without a trajectory. `chosen`: points to show, empty: all.

@@ -120,7 +120,8 @@ ReferenceState read_reference_state(const std::filesystem::path& file, const Sys
     return state;
   }
   if (count > most_named) times += fmt::format(", … ({} in all)", count);
-  throw InputError(name, fmt::format("has no state at t_end = {:g} s; its times are {}", t, count > 0 ? times : "none"));
+  throw InputError(name,
+                   fmt::format("has no state at t_end = {:g} s; its times are {}", t, count > 0 ? times : "none"));
 }
 
 }  // namespace tanor::scene

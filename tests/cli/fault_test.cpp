@@ -54,8 +54,9 @@ TEST(OutputTest, AFullOrClosedOneIsAFailureOfTheMachine) {
   }
   // A reader that is gone; a run whose messages nobody reads goes on.
   EXPECT_EQ(run_script(folder, "{ sleep 0.3; tanor check s.json; echo $? >code; } | true; cat code").out, "4\n");
-  EXPECT_EQ(run_script(folder, "{ sleep 0.3; tanor run s.json --out o 2>&1 >/dev/null; echo $? >code; } | true; "
-                               "cat code")
+  EXPECT_EQ(run_script(folder,
+                       "{ sleep 0.3; tanor run s.json --out o 2>&1 >/dev/null; echo $? >code; } | true; "
+                       "cat code")
                 .out,
             "0\n");
 }
@@ -120,11 +121,12 @@ void expect_same_results(const Folder& folder, const std::string& out, const std
   for (const std::string& frame : frames) {
     EXPECT_EQ(read_text(folder / (out + "/trajectory/" + frame)), read_text(folder / (whole + "/trajectory/" + frame)));
   }
-  EXPECT_EQ(read_json(folder / (out + "/summary.json"))["final"], read_json(folder / (whole + "/summary.json"))["final"]);
+  EXPECT_EQ(read_json(folder / (out + "/summary.json"))["final"],
+            read_json(folder / (whole + "/summary.json"))["final"]);
 }
 
-// A file that may not grow beyond some blocks of 512 bytes stands for a full disk: the trajectory meets it in the middle
-// of a frame, the small files do not.
+// A file that may not grow beyond some blocks of 512 bytes stands for a full disk: the trajectory meets it in the
+// middle of a frame, the small files do not.
 TEST(FullDiskTest, LeavesWholeFramesAndResumeGoesOnWithoutALostOne) {
   const Folder folder;
   write_text(folder / "s.json", pendulum(many_frames));
@@ -134,8 +136,8 @@ TEST(FullDiskTest, LeavesWholeFramesAndResumeGoesOnWithoutALostOne) {
   for (const std::string ignored : {"", "trap '' XFSZ; "}) {
     for (const std::size_t blocks : {bytes / 1024, bytes / 768}) {
       const std::string out = "o" + std::to_string(blocks) + (ignored.empty() ? "" : "i");
-      const Ended ended = run_script(folder, ignored + "ulimit -f " + std::to_string(blocks) +
-                                                 "; tanor run s.json --quiet --out " + out);
+      const Ended ended = run_script(
+          folder, ignored + "ulimit -f " + std::to_string(blocks) + "; tanor run s.json --quiet --out " + out);
       EXPECT_EQ(ended.code, 4) << ended.err;
       EXPECT_TRUE(contains(ended.err, "cannot write " + out + "/trajectory.xyz: File too large")) << ended.err;
       const std::size_t frames = count_whole_frames(folder, out);
@@ -282,15 +284,17 @@ TEST(ReferenceFileTest, WhatItHoldsIsLookedAt) {
   for (const std::string number : {"\"1x\"", "\"nan\"", "\"inf\"", "\"\"", "\"1e999\"", "\"0x1p3\"", "null", "true"}) {
     EXPECT_TRUE(trouble("x.json", instant(number, "[0, 0]")).starts_with("tanor: x.json: /trajectory/0/t: found "))
         << number;
-    EXPECT_TRUE(trouble("x.json", instant("1", "[0, " + number + "]"))
-                    .starts_with("tanor: x.json: /trajectory/0/r/1: found "))
+    EXPECT_TRUE(
+        trouble("x.json", instant("1", "[0, " + number + "]")).starts_with("tanor: x.json: /trajectory/0/r/1: found "))
         << number;
   }
   EXPECT_EQ(trouble("x.json", instant("1", "[0, 0, 0]")),
             "tanor: x.json: /trajectory/0/r: found 3 numbers, wanted 2 for each point\n");
   EXPECT_TRUE(contains(trouble("x.json", instant("1", "[]")), "x.json: has 0 points at t = 1 s"));
-  EXPECT_TRUE(contains(trouble("x.json", R"({"trajectory": 3})"), "x.json: /trajectory: found number 3, wanted a list"));
-  EXPECT_TRUE(contains(trouble("x.json", R"({"trajectory": [1]})"), "x.json: /trajectory/0: found number 1, wanted an"));
+  EXPECT_TRUE(
+      contains(trouble("x.json", R"({"trajectory": 3})"), "x.json: /trajectory: found number 3, wanted a list"));
+  EXPECT_TRUE(
+      contains(trouble("x.json", R"({"trajectory": [1]})"), "x.json: /trajectory/0: found number 1, wanted an"));
   EXPECT_TRUE(contains(trouble("x.json", "{}"), "x.json: /trajectory: missing"));
   EXPECT_TRUE(contains(trouble("x.json", "[]"), "x.json: found a list of 0, wanted an object"));
   EXPECT_TRUE(contains(trouble("x.json", R"({"trajectory": []})"), "has no state at t_end = 1 s; its times are none"));

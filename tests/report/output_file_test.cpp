@@ -1,6 +1,12 @@
 #include "report/output_file.hpp"
 
+#include <sys/resource.h>
+
+#include <csignal>
+
 #include <gtest/gtest.h>
+
+#include "report/growing_file.hpp"
 
 #include "report/reading.hpp"
 
@@ -37,6 +43,63 @@ TEST(OutputFileTest, AFullDiskIsNoticed) {
             }),
             message);
   EXPECT_EQ(error_of([] { OutputFile("/dev/full").write(std::string(1 << 20, 'x')); }), message);
+}
+
+TEST(GrowingFileTest, HasTheTailBehindEveryPart) {
+  const Folder folder;
+  GrowingFile file(folder / "x", "<list>\n", "</list>\n");
+  EXPECT_EQ(read_text(folder / "x"), "<list>\n</list>\n");
+
+  file.append("one\n");
+  file.append("two\n");
+  EXPECT_EQ(read_text(folder / "x"), "<list>\none\ntwo\n</list>\n");
+  EXPECT_EQ(file.body_size(), 15u);
+
+  file.cut(11);
+  EXPECT_EQ(read_text(folder / "x"), "<list>\none\n</list>\n");
+  GrowingFile(folder / "x", 7, "</list>\n").append("three\n");
+  EXPECT_EQ(read_text(folder / "x"), "<list>\nthree\n</list>\n");
+}
+
+/// No file of this process may grow beyond some bytes while it lives.
+class FileLimit {
+ public:
+  explicit FileLimit(std::size_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FileLimit(const FileLimit&) = delete;
+  FileLimit& operator=(const FileLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int) = SIG_DFL;
+};
+
+// A disk that is full in the middle of a part, or of the tail behind it, and has room again later.
+TEST(GrowingFileTest, APartThatDoesNotFitIsNotInIt) {
+  for (std::size_t limit = 20; limit < 30; ++limit) {
+    const Folder folder;
+    GrowingFile file(folder / "x", "begin\n", "the end\n");
+    file.append("kept\n");
+    const std::string before = read_text(folder / "x");
+    {
+      const FileLimit full(limit);
+      EXPECT_EQ(error_of([&] { file.append("it is too long\n"); }),
+                "cannot write " + (folder / "x").string() + ": File too large");
+    }
+    EXPECT_EQ(read_text(folder / "x"), before) << limit;
+    EXPECT_EQ(file.body_size(), 11u);
+
+    file.append("it is too long\n");
+    EXPECT_EQ(read_text(folder / "x"), "begin\nkept\nit is too long\nthe end\n");
+  }
 }
 
 TEST(OutputFileTest, AReplacedFileIsTheOldOneUntilTheNewOneIsComplete) {

@@ -4,6 +4,7 @@
 
 #include "report/array_writer.hpp"
 #include "report/checkpoint.hpp"
+#include "report/checksum.hpp"
 #include "report/friction_parts.hpp"
 #include "report/json_writer.hpp"
 #include "report/npy.hpp"
@@ -78,7 +79,7 @@ TEST(TrajectoryTest, GoesOnBehindItsMark) {
     write_frames(2, &simulation, &trajectory);
     mark = trajectory.mark();
     write_frames(3, &simulation, &trajectory);  // to be forgotten
-    }
+  }
 
   Trajectory trajectory(folder.path(), simulation.system(), {}, mark);
   ASSERT_TRUE(simulation.advance(0.25).ok());
@@ -97,7 +98,7 @@ TEST(TrajectoryTest, FilesThatAreNotThoseOfTheMarkStayUntouched) {
   {
     Trajectory trajectory(folder.path(), simulation.system(), {});
     write_frames(1, &simulation, &trajectory);
-    }
+  }
   const std::string text = read_text(folder / "trajectory.xyz"), list = read_text(folder / "trajectory.pvd");
 
   for (const TrajectoryMark& mark : {TrajectoryMark{1, text.size() + 1, 1}, TrajectoryMark{2, 10, list.size() + 1}}) {
@@ -241,6 +242,78 @@ TEST(CheckpointTest, OnlyTheRunsOwnIsTaken) {
   EXPECT_EQ(error_of(folder), "is damaged: its checksum is another one; run without --resume");
   write_text(folder / "checkpoint", text.substr(0, 100));
   EXPECT_EQ(error_of(folder), "is damaged: its checksum is another one; run without --resume");
+}
+
+// The checksum is one to one in each byte, so that no flip of one bit is left to luck. Here all bits of the first and
+// the last line, and every bit's place in between.
+TEST(CheckpointTest, AFlippedBitIsSeen) {
+  const Folder folder;
+  write_checkpoint(folder.path(), make_checkpoint());
+  const std::string good = read_text(folder / "checkpoint");
+  const auto expect_seen = [&](std::size_t place, int bit) {
+    std::string bad = good;
+    bad[place] = static_cast<char>(bad[place] ^ (1 << bit));
+    write_text(folder / "checkpoint", bad);
+    const std::string error = error_of(folder);
+    EXPECT_TRUE(error.starts_with("is damaged") || error.starts_with("is of another version") ||
+                error.starts_with("is no checkpoint"))
+        << "bit " << bit << " of byte " << place << ": " << error;
+  };
+
+  for (std::size_t place = 0; place < good.size(); ++place) {
+    const bool is_in_a_line_of_ours = place < 19 || place + 26 >= good.size();
+    for (int bit = 0; is_in_a_line_of_ours && bit < 8; ++bit) expect_seen(place, bit);
+    if (!is_in_a_line_of_ours && place % 7 == 0) expect_seen(place, static_cast<int>(place % 8));
+  }
+  for (std::size_t size = 0; size < good.size(); size += 97) {
+    write_text(folder / "checkpoint", good.substr(0, size));
+    EXPECT_NE(error_of(folder), "no error") << size;
+  }
+  write_text(folder / "checkpoint", good + "x");
+  EXPECT_NE(error_of(folder), "no error");
+}
+
+/// A checkpoint's text with another number in its head, and the checksum that belongs to it.
+std::string forge(const std::string& text, const std::string& key, const std::string& value) {
+  std::string content = text.substr(0, text.rfind("checksum "));
+  const std::size_t begin = content.find("\"" + key + "\": ") + key.size() + 4;
+  content.replace(begin, content.find_first_of(",\n", begin) - begin, value);
+  Checksum sum;
+  sum.add(content);
+  return content + "checksum " + sum.text() + "\n";
+}
+
+// As a program would write it that is not ours: whole, and yet no checkpoint of any run.
+TEST(CheckpointTest, NumbersThatNoRunHasAreRefused) {
+  const Folder folder;
+  write_checkpoint(folder.path(), make_checkpoint());
+  const std::string good = read_text(folder / "checkpoint");
+  const auto refuses = [&](const std::string& key, const std::string& value) {
+    write_text(folder / "checkpoint", forge(good, key, value));
+    return error_of(folder) != "no error";
+  };
+  ASSERT_FALSE(refuses("steps", "43")) << "the forger knows his trade";
+
+  for (const std::string key :
+       {"frames", "xyz_bytes", "pvd_bytes", "steps", "rejected", "events", "rank_start", "rank_now", "num_rank_changes",
+        "num_singular_passages", "evaluations", "factorizations", "solves", "iterations", "friction_solves",
+        "friction_iterations_max", "friction_uniqueness", "friction_method_used"}) {
+    for (const std::string value : {"-1", "1.5", "null", "\"1\"", "1e999", "18446744073709551616", "[]", "true"})
+      EXPECT_TRUE(refuses(key, value)) << key << ": " << value;
+  }
+  for (const std::string key : {"friction_uniqueness", "friction_method_used", "friction_iterations_max"})
+    EXPECT_TRUE(refuses(key, "4000000000")) << key;
+  for (const std::string key : {"time", "next_step", "last_error", "advance_begin", "advance_end", "last_step",
+                                "wall_total", "wall_setup", "wall_output", "evaluate_s", "friction_s"}) {
+    for (const std::string value : {"null", "\"1\"", "1e999", "[]", "true"})
+      EXPECT_TRUE(refuses(key, value)) << key << ": " << value;
+  }
+  for (const std::string key : {"next_step", "last_error", "wall_total", "solve_s"})
+    EXPECT_TRUE(refuses(key, "-0.5")) << key;
+  EXPECT_TRUE(refuses("frames", "0"));
+  EXPECT_TRUE(refuses("frames", "568")) << "more than the list has bytes";
+  EXPECT_TRUE(refuses("method", "\"euler\""));
+  EXPECT_TRUE(refuses("energy_start", "\"much\""));
 }
 
 TEST(CheckpointTest, TheFingerprintSeesAllFilesAndTheirPoints) {
