@@ -95,9 +95,11 @@ void RunFolder::publish(const Simulation& simulation) {
     checkpoint_.trajectory = trajectory_.mark();
     checkpoint_.wall = measure_wall();
     checkpoint_.snapshot = simulation.snapshot();
+    // Before the first step there is nothing to lose that would be worth the wait.
+    const auto wait = simulation.report().steps > 0 ? report::Wait::ForDisk : report::Wait::No;
     // The frames first: a checkpoint promises that they are there.
-    trajectory_.synchronize();
-    report::write_checkpoint(directory_, checkpoint_);
+    if (wait == report::Wait::ForDisk) trajectory_.synchronize();
+    report::write_checkpoint(directory_, checkpoint_, wait);
   }
   last_frame_.reset();
   const auto end = RunPlan::Clock::now();

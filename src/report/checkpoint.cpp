@@ -290,8 +290,8 @@ std::string make_fingerprint(std::span<const fs::path> files, const System& syst
   return sum.text();
 }
 
-void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
-  replace_file_durably(path_in(directory), [&](OutputFile* file) {
+void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint, Wait wait) {
+  replace_file(path_in(directory), wait, [&](OutputFile* file) {
     Checksum sum;
     file->sum_into(&sum);
     file->write(first_line());

@@ -8,6 +8,7 @@
 
 #include <tanor/motion.hpp>
 
+#include "report/output_file.hpp"
 #include "report/summary.hpp"
 #include "report/trajectory.hpp"
 
@@ -24,10 +25,9 @@ struct Checkpoint {
 /// 16 hexadecimal digits of the bytes of a scene's files and of the start that they led to (FNV-1a, 64 bits).
 std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system);
 
-/// Replaces `directory/checkpoint`, when the disk has the new one: a line with the format's number; a JSON object with
-/// all numbers; .npy arrays, positions, velocities and memories; a line with the checksum (FNV-1a, 64 bits) of all
-/// before.
-void write_checkpoint(const std::filesystem::path& directory, const Checkpoint& checkpoint);
+/// Replaces `directory/checkpoint`: a line with the format's number; a JSON object with all numbers; .npy arrays,
+/// positions, velocities and memories; a line with the checksum (FNV-1a, 64 bits) of everything before.
+void write_checkpoint(const std::filesystem::path& directory, const Checkpoint& checkpoint, Wait wait = Wait::ForDisk);
 
 /// None where there is no checkpoint. Throws InputError for one that is damaged, holds an impossible number, or belongs
 /// to another scene.

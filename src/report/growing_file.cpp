@@ -59,30 +59,28 @@ GrowingFile::~GrowingFile() {
 }
 
 void GrowingFile::append(std::string_view part) {
-  if (write_behind_body(part)) {
+  const std::string bytes = std::string(part) + tail_;
+  if (write_at(descriptor_, body_size_, bytes)) {
     body_size_ += part.size();
     return;
   }
   const int reason = errno;
-  // The old tail needs no room that the file did not have.
-  write_behind_body("");
+  end_body();  // needs no room that the file did not have
   throw WriteError(name_, std::strerror(reason));
 }
 
 void GrowingFile::cut(std::uint64_t body_size) {
   body_size_ = body_size;
-  if (!write_behind_body("")) throw WriteError(name_);
+  if (!end_body()) throw WriteError(name_);
 }
 
 void GrowingFile::synchronize() {
   if (fdatasync(descriptor_) != 0 && errno != EINVAL) throw WriteError(name_);  // EINVAL: nothing to wait for
 }
 
-bool GrowingFile::write_behind_body(std::string_view part) {
-  std::string bytes(part);
-  bytes += tail_;
-  return write_at(descriptor_, body_size_, bytes) &&
-         ftruncate(descriptor_, static_cast<off_t>(body_size_ + bytes.size())) == 0;
+bool GrowingFile::end_body() {
+  return write_at(descriptor_, body_size_, tail_) &&
+         ftruncate(descriptor_, static_cast<off_t>(body_size_ + tail_.size())) == 0;
 }
 
 }  // namespace tanor::report

@@ -29,8 +29,8 @@ class GrowingFile {
   std::uint64_t body_size() const { return body_size_; }
 
  private:
-  /// The body's new end: `part` and the tail behind the present one.
-  bool write_behind_body(std::string_view part);
+  /// The tail behind the body, and nothing behind the tail; false, with the reason in errno, where that fails.
+  bool end_body();
 
   std::string name_, tail_;
   int descriptor_;

@@ -95,7 +95,8 @@ void replace_file(const fs::path& path, const std::function<void(OutputFile*)>& 
   throw_on(error, path);
 }
 
-void replace_file_durably(const fs::path& path, const std::function<void(OutputFile*)>& write_content) {
+void replace_file(const fs::path& path, Wait wait, const std::function<void(OutputFile*)>& write_content) {
+  if (wait == Wait::No) return replace_file(path, write_content);
   replace_file(path, [&](OutputFile* file) {
     write_content(file);
     file->synchronize();

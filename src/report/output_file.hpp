@@ -47,8 +47,10 @@ class OutputFile {
 /// Replaces a whole file: who reads it sees the old one or the new one, never a part, whenever the program stops.
 void replace_file(const std::filesystem::path& path, const std::function<void(OutputFile*)>& write_content);
 
-/// The same, and the disk has the new one before the old one goes: also a machine that stops leaves one of them.
-void replace_file_durably(const std::filesystem::path& path, const std::function<void(OutputFile*)>& write_content);
+/// Whether to wait until the disk has a file (some milliseconds): then also a machine that stops leaves the old one or
+/// the new one.
+enum class Wait { No, ForDisk };
+void replace_file(const std::filesystem::path& path, Wait wait, const std::function<void(OutputFile*)>& write_content);
 
 /// Makes a folder and the folders above it.
 void make_folder(const std::filesystem::path& path);
