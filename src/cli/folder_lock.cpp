@@ -53,7 +53,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder, const std::string& c
   }
   const std::string text = fmt::format("{}\n", getpid());
   // On a full disk the file stays empty: the lock holds, though it cannot name its process.
-  if (ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, text.data(), text.size(), 0) < 0) errno = 0;
+  [[maybe_unused]] const bool names_us =
+      ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, text.data(), text.size(), 0) > 0;
 }
 
 FolderLock::~FolderLock() {

@@ -16,6 +16,7 @@
 #include "report/checksum.hpp"
 #include "report/json_writer.hpp"
 #include "report/npy.hpp"
+#include "report/words.hpp"
 #include "scene/npy.hpp"
 #include "scene/text_file.hpp"
 
@@ -166,13 +167,13 @@ void require_sound(const Checkpoint& checkpoint) {
       {"assemble_s", report.times.assemble},   {"factor_s", report.times.factor},
       {"solve_s", report.times.solve},         {"friction_s", report.times.friction}};
   for (const auto& [name, size] : sizes) {
-    if (!(size >= 0.0)) throw InputError("", fmt::format("/{} is {}, not 0 or more", name, size));
+    if (!(size >= 0.0)) throw InputError("", fmt::format("/{} is {}, not 0 or more", name, in_words(size)));
   }
   for (const auto& [name, time] : {std::pair{"time", snapshot.time},
                                    {"advance_begin", snapshot.advance_begin},
                                    {"advance_end", snapshot.advance_end},
                                    {"last_step", report.last_step}}) {
-    if (!std::isfinite(time)) throw InputError("", fmt::format("/{} is {}, not a time", name, time));
+    if (!std::isfinite(time)) throw InputError("", fmt::format("/{} is {}, not a time", name, in_words(time)));
   }
   const TrajectoryMark& mark = checkpoint.trajectory;
   if (mark.frames == 0 || mark.frames > mark.xyz_bytes || mark.frames > mark.pvd_bytes) {
