@@ -38,7 +38,10 @@ class Memory {
   void exchange(Number& number) {
     auto value = static_cast<double>(number);
     exchange(value);
-    if (reads()) number = static_cast<Number>(value);
+    if (!reads()) return;
+    if (!(std::abs(value) <= largest_count) || value != std::floor(value)) refuse();
+    if (std::is_unsigned_v<Number> && value < 0.0) refuse();
+    number = static_cast<Number>(value);
   }
   void exchange(Vec3& vector) {
     for (double* const component : {&vector.x, &vector.y, &vector.z}) exchange(*component);
@@ -67,6 +70,8 @@ class Memory {
   }
 
  private:
+  static constexpr double largest_count = 1e9;
+
   std::vector<double>* appended_ = nullptr;
   std::span<const double> read_;
   std::size_t next_ = 0;
