@@ -5,7 +5,9 @@
 //   made
 //   ways --series SECONDS RTOL                     likewise a chain of 1000 rods, released level, by power series
 //                                                  (problem P1 of bench/rivals): prints the steps
-// Prints nanoseconds a rod or bead (medians), the ratios baseline/ours and general way/ours on one thread, and which
+// Prints nanoseconds a rod or bead (medians): ours by itself, in the inner order, and as a host calls it
+// (Dynamics::solve: the user's arrays in the user's order, accelerations and multipliers); the ratios baseline/ours,
+// baseline/called and general way/ours on one thread, and which
 // part of the memory's bandwidth (for as many bytes as the scene has) or of dgemm's speed that is; then by
 // how much 2, 4, … N threads are faster than one (best of each: others' work on the machine stops threads that wait for
 // each other).
@@ -68,17 +70,28 @@ struct Ours {
   }
 };
 
+/// The same as a host calls it: its own arrays in its own order, accelerations and multipliers.
+struct Called {
+  Dynamics dynamics;
+  std::vector<double> r, v, w, lambda;
+
+  Called(const System& system, const std::vector<double>& at_r, const std::vector<double>& at_v)
+      : dynamics(system, {.threads = 1}), r(at_r), v(at_v), w(at_r.size()), lambda(dynamics.num_equations()) {}
+  void evaluate() { Ours::check(dynamics.solve(0.0, r, v, w, lambda).outcome); }
+};
+
 /// Times of one evaluation, s, of many that were taken in turn.
 struct Times {
-  std::vector<double> baseline, general, ours;
+  std::vector<double> baseline, general, ours, called;
   std::vector<std::vector<double>> threads;  // [number of threads in the list]
 };
 
-Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, const std::vector<std::unique_ptr<Ours>>& together,
-                 const std::vector<double>& r, const std::vector<double>& v, double num_members) {
+Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, Called* called,
+                 const std::vector<std::unique_ptr<Ours>>& together, const std::vector<double>& r,
+                 const std::vector<double>& v, double num_members) {
   const int repeats = std::max(1, static_cast<int>(2e5 / num_members));
   const auto evaluate_baseline = [&] { return seconds_of([&] { (void)baseline->evaluate(r.data(), v.data()); }); };
-  const auto evaluate = [&](Ours* each) {
+  const auto evaluate = [&](auto* each) {
     each->evaluate();  // wakes the caches after another one's work
     return seconds_of([&] {
              for (int k = 0; k < repeats; ++k) each->evaluate();
@@ -92,6 +105,7 @@ Times take_times(EigenBaseline* baseline, Ours* general, Ours* ours, const std::
   for (int round = 0; round < rounds; ++round) {
     times.baseline.push_back(evaluate_baseline());
     times.ours.push_back(evaluate(ours));
+    times.called.push_back(evaluate(called));
     times.general.push_back(evaluate(general));
     for (std::size_t k = 0; k < together.size(); ++k) times.threads[k].push_back(evaluate(together[k].get()));
   }
@@ -132,10 +146,13 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
   const double num_members = is_of_beads ? num_points : num_rows;
 
   const std::vector<double> r = ours.in_users_order(ours.r), v = ours.in_users_order(ours.v);
-  const Times times = take_times(&baseline, &general, &ours, together, r, v, num_members);
-  compare(scene.name, ours.in_users_order(ours.w), baseline.evaluate(r.data(), v.data()), num_members);
+  Called called(system, r, v);
+  const Times times = take_times(&baseline, &general, &ours, &called, together, r, v, num_members);
+  for (const std::vector<double>& w : {ours.in_users_order(ours.w), called.w})
+    compare(scene.name, w, baseline.evaluate(r.data(), v.data()), num_members);
 
   const double base = median(times.baseline), mine = median(times.ours), theirs = median(times.general);
+  const double of_call = median(times.called);
   const PlanSummary& plan = ours.forms.plan;
   const Traffic traffic = count_traffic({plan.way, num_points, num_rows, static_cast<double>(plan.pattern_nonzeros),
                                          static_cast<double>(plan.factor_nonzeros)});
@@ -151,19 +168,19 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
     speedups += fmt::format(R"({}"{}": {:.2f})", k == 0 ? "" : ", ", thread_counts[k], speedup);
   }
   const double unit = 1e9 / num_members;
-  fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n", scene.name, plan.way,
-             unit * base, unit * theirs, unit * mine, base / mine, scene.bar, theirs / mine, of_memory, of_product,
-             columns);
+  fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n",
+             scene.name, plan.way, unit * base, unit * theirs, unit * mine, unit * of_call, base / mine, base / of_call,
+             scene.bar, theirs / mine, of_memory, of_product, columns);
   std::fflush(stdout);
   return fmt::format(
       R"({{"scene": "{}", "way": "{}", "members": {:.0f}, "eigen_ns": {:.2f}, "listed_eigen_ns": {:.0f}, )"
-      R"("general_ns": {:.2f}, "ours_ns": {:.2f}, "ratio": {:.2f}, "noise": {:.3f}, "bar": {:.1f}, "bytes": {:.1f}, )"
+      R"("general_ns": {:.2f}, "ours_ns": {:.2f}, "called_ns": {:.2f}, "ratio": {:.2f}, "noise": {:.3f}, "bar": {:.1f}, "bytes": {:.1f}, )"
       R"("working_set": {:.0f}, "bandwidth": {:.4g}, "passes_ns": {:.2f}, "flops": {:.4g}, )"
       R"("factor_nonzeros": {:.4g}, "of_bandwidth": {:.3f}, "of_dense": {:.3f}, )"
       R"("speedups": {{{}}}}})",
-      scene.name, plan.way, num_members, unit * base, scene.listed, unit * theirs, unit * mine, base / mine,
-      noise_of_ratio(times.baseline, times.ours), scene.bar, traffic.bytes / num_members, traffic.working_set,
-      bandwidth, unit * passes, plan.factor_flops / num_members,
+      scene.name, plan.way, num_members, unit * base, scene.listed, unit * theirs, unit * mine, unit * of_call,
+      base / mine, noise_of_ratio(times.baseline, times.ours), scene.bar, traffic.bytes / num_members,
+      traffic.working_set, bandwidth, unit * passes, plan.factor_flops / num_members,
       static_cast<double>(plan.factor_nonzeros) / num_members, of_memory, of_product, speedups);
 }
 
@@ -261,8 +278,8 @@ int main(int argc, char** argv) try {
     columns += fmt::format("{:>7}x", threads);
   }
   const double dense = measure_dense_product();
-  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "way", "Eigen",
-             "general", "ours", "ratio", "bar", "/general", "/memory", "/dgemm", columns);
+  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "way",
+             "Eigen", "general", "ours", "called", "ratio", "/called", "bar", "/general", "/memory", "/dgemm", columns);
   for (const BenchScene& scene : bench_scenes()) {
     if (is_wanted(scene)) lines.push_back(measure(scene, thread_counts, dense));
   }

@@ -125,7 +125,7 @@ struct Snapshot {
   double advance_end = 0.0;           ///< the steps it had from `advance_begin` on
   std::vector<int> discrete_state;    ///< which contacts slip and which way, …
   std::vector<double> event_slopes;   ///< 1/s, how what decides on them fell in the last step; empty: not known
-  std::vector<double> solver_memory;  ///< what iterative solves start from, see SolverOptions::reuse; empty: nothing
+  std::vector<double> memory;         ///< what the method and the solvers keep from step to step
   std::vector<double> singular_memory;  ///< what was seen of places where K loses rank; empty: it keeps it
   std::vector<double> state_before;     ///< where one may come next: of the last step's beginning; else empty
 };
@@ -160,10 +160,9 @@ class TANOR_API Simulation {
   /// The present state, also inside an observer.
   Snapshot snapshot() const;
   /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew.
-  /// With equal options the steps are those of the simulation it was taken from, bit by bit (rattle: up to the rounding
-  /// of its projections; implicit methods: up to what their Newton iterations leave; tangent form: up to rounding,
-  /// since coordinates are found anew from the positions; a few steps before a singular place: up to their error, since
-  /// earlier steps tell how to pass it). Throws InputError where sizes do not fit or numbers are not finite.
+  /// With equal options every later number is that of the simulation it was taken from, bit by bit, for every method
+  /// and in either form (near a singular configuration and where constraints depend on each other: up to rounding,
+  /// since ranks are decided anew). Throws InputError where sizes do not fit or numbers are not finite.
   void restore(const Snapshot& snapshot);
 
   const System& system() const;

@@ -38,7 +38,6 @@ void NormalForm::forget_compliance() {
 /// is to be factorized anew.
 bool NormalForm::make_compliant() {
   if (friction_ == nullptr || is_compliant_ || friction_->num_sticking() == 0) return false;
-  constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
   is_compliant_ = true;
   general().set_compliance(compliance);
   return true;

@@ -61,6 +61,11 @@ class FrictionStage final : private Response {
   /// Several solutions are a failure (else: the one nearest to the guess is taken, and the report says so).
   void refuse_several(bool refuses) { several_are_refused_ = refuses; }
 
+  void exchange_memory(Memory& memory) {
+    memory.exchange(x_, tau_);
+    laws_.exchange_memory(memory);
+  }
+
   /// Largest friction that contact c could hold, and the one it holds (lambda of its rows), N.
   double static_limit(std::size_t contact, const double* lambda) const;
   Vec3 held(std::size_t contact, const double* lambda) const;

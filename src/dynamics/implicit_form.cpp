@@ -118,7 +118,10 @@ Power ImplicitForm::power(const double* r, const double* v) const {
 
 void ImplicitForm::linearise(double t, const double* r, const double* v, const double* lambda) {
   model_.set_time(t);
-  linearised_at_ = t;
+  linearised_at_.t = t;
+  linearised_at_.r.assign(r, r + 3 * model_.num_points());
+  linearised_at_.v.assign(v, v + 3 * model_.num_points());
+  linearised_at_.lambda.assign(lambda, lambda + num_rows());
   const Stopwatch watch(&model_.times.evaluate);
   const Parallel& parallel = model_.parallel;
   const double* const tau = lambda + num_constraints();
@@ -160,8 +163,14 @@ Outcome ImplicitForm::factorize(const NewtonWeights<T>& weights, Factor<T>* fact
   }
   const Stopwatch watch(&model_.times.factor);
   ++model_.counters.factorizations;
-  if (factor->lu->factorize()) return {};
-  return {Status::Singular, "Newton's matrix of the implicit step is singular at t = " + text(linearised_at_)};
+  const std::size_t num_pivotings = factor->lu->num_pivotings();
+  const bool is_regular = factor->lu->factorize();
+  if (factor->lu->num_pivotings() > num_pivotings) {
+    factor->pivoted_at = linearised_at_;
+    factor->pivoted_with = weights;
+  }
+  if (is_regular) return {};
+  return {Status::Singular, "Newton's matrix of the implicit step is singular at t = " + text(linearised_at_.t)};
 }
 
 template <class T>
@@ -186,6 +195,54 @@ void ImplicitForm::solve(Factor<T>* factor, T* w, T* rows) {
   }
   std::fill(w + moving, w + 3 * model_.num_points(), T(0.0));
   std::fill(rows + active, rows + first_spring, T(0.0));
+}
+
+// ---- memory ----
+
+void ImplicitForm::exchange_memory(Memory& memory, Place* place) const {
+  for (std::vector<double>* const array : {&place->r, &place->v}) array->resize(3 * model_.num_points());
+  place->lambda.resize(num_rows());
+  memory.exchange(place->t, place->r, place->v, place->lambda);
+}
+
+namespace {
+
+void exchange_weight(Memory& memory, double& weight) {
+  memory.exchange(weight);
+}
+void exchange_weight(Memory& memory, std::complex<double>& weight) {
+  double real = weight.real(), imaginary = weight.imag();
+  memory.exchange(real, imaginary);
+  weight = {real, imaginary};
+}
+
+template <class T>
+void exchange_weights(Memory& memory, NewtonWeights<T>* weights) {
+  for (T* const weight : {&weights->mass, &weights->velocity, &weights->position}) exchange_weight(memory, *weight);
+}
+
+}  // namespace
+
+template <class T>
+void ImplicitForm::exchange_memory(Memory& memory, const Place& at, Factor<T>* factor) {
+  NewtonWeights<T> weights = factor->weights, pivoted_with = factor->pivoted_with;
+  Place pivoted_at = factor->pivoted_at;
+  exchange_weights(memory, &weights);
+  exchange_weights(memory, &pivoted_with);
+  exchange_memory(memory, &pivoted_at);
+  if (!memory.reads() || weights.mass == T(0.0)) return;
+  if (factor->lu != nullptr) factor->lu->forget_pivots();
+  linearise(pivoted_at);
+  (void)factorize(pivoted_with, factor);
+  linearise(at);
+  (void)factorize(weights, factor);
+}
+
+void ImplicitForm::exchange_memory(Memory& memory) {
+  Place at = linearised_at_;
+  exchange_memory(memory, &at);
+  exchange_memory(memory, at, &real_);
+  exchange_memory(memory, at, &complex_);
 }
 
 }  // namespace tanor

@@ -36,14 +36,28 @@ class ImplicitForm final : public ImplicitEquations {
   void solve(double* w, double* rows) override { solve(&real_, w, rows); }
   void solve(std::complex<double>* w, std::complex<double>* rows) override { solve(&complex_, w, rows); }
 
+  /// Factors are made again from where they were made: that of the pivots first, then the present one with its pivots.
+  void exchange_memory(Memory& memory) override;
+
  private:
+  /// Where Newton's matrix was taken.
+  struct Place {
+    double t = 0.0;
+    std::vector<double> r, v, lambda;
+  };
   /// Made by the first factorization: a scheme need not want both.
   template <class T>
   struct Factor {
     std::unique_ptr<SparseLu<T>> lu;
     std::vector<T> unknowns;
-    NewtonWeights<T> weights;
+    NewtonWeights<T> weights{};  // 0: there is no factor
+    Place pivoted_at;
+    NewtonWeights<T> pivoted_with{};
   };
+  void linearise(const Place& place) { linearise(place.t, place.r.data(), place.v.data(), place.lambda.data()); }
+  void exchange_memory(Memory& memory, Place* place) const;
+  template <class T>
+  void exchange_memory(Memory& memory, const Place& at, Factor<T>* factor);
   template <class T>
   Outcome factorize(const NewtonWeights<T>& weights, Factor<T>* factor);
   template <class T>
@@ -64,7 +78,7 @@ class ImplicitForm final : public ImplicitEquations {
   std::vector<double> reactions_, product_;  // [3n] M^-1 K lambda of constraints; scratch
   std::vector<double> spring_residuals_;     // scratch
   std::vector<Block3> point_positions_, point_velocities_, coupling_positions_, coupling_velocities_;
-  double linearised_at_ = 0.0;  // s
+  Place linearised_at_;
   Factor<double> real_;
   Factor<std::complex<double>> complex_;
 };

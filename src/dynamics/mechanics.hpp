@@ -9,6 +9,7 @@
 
 #include <tanor/dynamics.hpp>
 
+#include "base/memory.hpp"
 #include "base/parallel.hpp"
 
 namespace tanor {
@@ -96,6 +97,9 @@ class ImplicitEquations {
   ///   N dx - K dlambda = M a,   K'dx + E dlambda = -rows (of springs -E rows)
   virtual void solve(double* a, double* rows) = 0;
   virtual void solve(std::complex<double>* a, std::complex<double>* rows) = 0;
+
+  /// The linearisation and the factors that stand.
+  virtual void exchange_memory(Memory& memory) = 0;
 };
 
 /// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers.
@@ -139,10 +143,9 @@ class Mechanics {
   /// From here on accelerations with `Gradients::Evaluate` may have that error, and then leave K but no factor there.
   /// 0: rounding alone.
   virtual void allow_error(double /*error*/) {}
-  /// What they start from beside the state, plain numbers, to be kept in a snapshot; and back. Throws InputError where
-  /// it does not fit.
-  virtual std::vector<double> solver_memory() const { return {}; }
-  virtual void restore_solver_memory(std::span<const double> /*memory*/) {}
+  /// Everything beside the state and the discrete state on which later answers depend, to the last bit: what iterative
+  /// solves start from, charts, the last multipliers.
+  virtual void exchange_memory(Memory& memory) = 0;
 
   /// t: at the step's beginning. The last accelerations were those at its end.
   virtual ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) = 0;

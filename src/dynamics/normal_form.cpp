@@ -410,6 +410,17 @@ Power NormalForm::power(const double* r, const double* v) const {
   return result;
 }
 
+/// What starts an iteration, or was decided where the motion has been.
+void NormalForm::exchange_memory(Memory& memory) {
+  memory.exchange(lambda_, step_multipliers_.last, step_multipliers_.before, suspect_below_);
+  if (reuse_ != nullptr) reuse_->exchange_memory(memory);
+  if (friction_ == nullptr) return;
+  memory.exchange(is_compliant_);
+  if (memory.reads()) general().set_compliance(is_compliant_ ? compliance : 0.0);
+  model_.constraints.tangents().exchange_memory(memory);
+  friction_->exchange_memory(memory);
+}
+
 ErrorRatios NormalForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
   return model_.error_ratios(errors, atol, rtol);
 }

@@ -45,8 +45,7 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
   double allowed_error(const StepTarget& target) const override;
   void allow_error(double error) override { allowed_error_ = reuse_ != nullptr && !exact_ ? error : 0.0; }
-  std::vector<double> solver_memory() const override;
-  void restore_solver_memory(std::span<const double> memory) override;
+  void exchange_memory(Memory& memory) override;
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
@@ -138,6 +137,7 @@ class NormalForm final : public EquationsOfMotion {
   double find_multipliers(double scale);
   double refine(double scale);
   void add_reactions(double* w) const;
+  static constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
   double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
   Outcome settle_contacts(double t, const double* r, double* v, double* w);

@@ -30,15 +30,6 @@ double NormalForm::allowed_error(const StepTarget& target) const {
   }));
 }
 
-std::vector<double> NormalForm::solver_memory() const {
-  return reuse_ != nullptr ? reuse_->memory() : std::vector<double>();
-}
-
-void NormalForm::restore_solver_memory(std::span<const double> memory) {
-  const bool fits = reuse_ != nullptr ? reuse_->restore(memory) : memory.empty();
-  if (!fits) throw InputError("/snapshot/solver_memory", "is of another system, or of other options");
-}
-
 /// Near singular places, and where rows depend, every place has its own factor.
 bool NormalForm::may_reuse() const {
   constexpr double nearly_singular = 1e-8;

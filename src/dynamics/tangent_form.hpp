@@ -48,6 +48,7 @@ class TangentForm final : public EquationsOfMotion {
   void write_points(double t, const double* q, const double* q_dot, const double* q_ddot, double* r, double* v,
                     double* w) override;
   void recentre(double t, double* q, double* q_dot, double* q_ddot) override;
+  void exchange_memory(Memory& memory) override;
   void resume(const Counters& counters, const PhaseTimes& times) override;
   void set_exact(bool exact) override { exact_ = exact; }
   void reactions(double* eta) const override;

@@ -162,6 +162,9 @@ class BodyCoordinates final : public CoordinateFamily {
   }
 
   bool has_charts() const override { return true; }
+  void exchange_memory(Memory& memory) override {
+    for (auto& each : chart) each.exchange_memory(memory);
+  }
   void recentre(double, double* q, double* q_dot, double* q_ddot) override {
     for (std::size_t k = 0; k < size(); ++k) {
       const Index theta = first_coordinate_of(k) + 3;

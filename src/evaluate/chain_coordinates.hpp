@@ -122,6 +122,9 @@ class ChainCoordinates final : public CoordinateFamily {
   bool has_charts() const override {
     return std::ranges::any_of(chains, [](const Chain& chain) { return !chain.is_planar; });
   }
+  void exchange_memory(Memory& memory) override {
+    for (auto& each : chart) each.exchange_memory(memory);
+  }
   void recentre(double, double* q, double* q_dot, double* q_ddot) override {
     for (const Chain& chain : chains) {
       if (chain.is_planar) continue;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "base/memory.hpp"
 #include "base/vec3.hpp"
 
 /// \file Charts without poles, rational: no trigonometry, derivatives by hand. Each is centred where the motion is.
@@ -42,6 +43,8 @@ class DirectionChart {
     result.tangent[1] = inverse * (e2_ - 0.5 * q[1] * (n_ + result.u));
     return result;
   }
+
+  void exchange_memory(Memory& memory) { memory.exchange(n_, e1_, e2_); }
 
   /// Centred anew at u(q): the same motion in the new chart, whose centre has q = 0.
   void recentre(double* q, double* q_dot, double* q_ddot) {
@@ -86,6 +89,10 @@ class RotationChart {
       result.axis[j] = inverse * (e + cross(g, e));
     }
     return result;
+  }
+
+  void exchange_memory(Memory& memory) {
+    for (double& coefficient : centre_.coeffs()) memory.exchange(coefficient);
   }
 
   void recentre(double* theta, double* theta_dot, double* theta_ddot) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/memory.hpp"
 #include "base/parallel.hpp"
 #include "evaluate/place.hpp"
 #include "evaluate/product.hpp"
@@ -64,6 +65,8 @@ class CoordinateFamily {
   virtual bool has_charts() const { return false; }
   /// Charts centred at q, at the time of `set_time`; the motion (q, q_dot, q_ddot) goes along.
   virtual void recentre(double /*t*/, double* /*q*/, double* /*q_dot*/, double* /*q_ddot*/) {}
+  /// Where charts are centred; reading leaves the family at the time of the last `set_time`.
+  virtual void exchange_memory(Memory& /*memory*/) {}
 };
 
 /// A'A x = A'b of one point in closed form; returns the condition of A'A scaled to a unit diagonal, infinite where it
@@ -176,6 +179,9 @@ class PointCoordinates final : public CoordinateFamily {
     for (std::size_t k = 0; k < size(); ++k) kernel.locate(k, load(r, points[k]), q + first_coordinate_of(k));
   }
   bool has_charts() const override { return kernel.has_charts(); }
+  void exchange_memory(Memory& memory) override {
+    if constexpr (requires { kernel.exchange_memory(memory); }) kernel.exchange_memory(memory);
+  }
   void recentre(double t, double* q, double* q_dot, double* q_ddot) override {
     if (!has_charts()) return;
     kernel.begin_recentre(t);

@@ -24,10 +24,15 @@ class TurningPair {
   }
   bool moves() const { return !function_.is_constant(); }
   void set_time(double t) {
+    time_ = t;
     direction = ToUnit{}(function_(t));
     jets_ = orthogonal_pair(function_(t), helper_);
     first = make_moving(jets_[0]);
     second = make_moving(jets_[1]);
+  }
+  void exchange_memory(Memory& memory) {
+    memory.exchange(helper_);
+    if (memory.reads()) set_time(time_);
   }
   /// beta; 0 where the pair stays.
   Jet<2> recentre(double t) {
@@ -59,6 +64,7 @@ class TurningPair {
   }
 
   VectorFunction function_;
+  double time_ = 0.0;
   Vec3 helper_;
   std::array<std::array<Jet<2>, 3>, 2> jets_{};
 };
@@ -158,6 +164,9 @@ struct PlaneChartKernel {
     q[1] = dot(axes[entry[k]].second.value, r);
   }
   bool has_charts() const { return !normal.is_constant(); }
+  void exchange_memory(Memory& memory) {
+    for (TurningPair& pair : axes) pair.exchange_memory(memory);
+  }
   void begin_recentre(double t) {
     for (std::size_t i = 0; i < axes.size(); ++i) turn[i] = axes[i].recentre(t);
   }
@@ -209,6 +218,9 @@ struct CircleChartKernel {
     *q = std::atan2(dot(axes[entry[k]].second.value, a), dot(axes[entry[k]].first.value, a));
   }
   bool has_charts() const { return turns(); }
+  void exchange_memory(Memory& memory) {
+    for (TurningPair& pair : axes) pair.exchange_memory(memory);
+  }
   void begin_recentre(double t) {
     for (std::size_t i = 0; i < axes.size(); ++i) turn[i] = axes[i].recentre(t);
   }
@@ -286,6 +298,9 @@ struct SphereChartKernel {
     q[0] = q[1] = 0.0;
   }
   bool has_charts() const { return true; }
+  void exchange_memory(Memory& memory) {
+    for (DirectionChart& each : chart) each.exchange_memory(memory);
+  }
   void begin_recentre(double) {}
   void recentre(std::size_t k, double* q, double* q_dot, double* q_ddot) { chart[k].recentre(q, q_dot, q_ddot); }
 };

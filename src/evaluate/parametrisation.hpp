@@ -58,6 +58,10 @@ class Parametrisation {
   void copy_where_given(const double* from, double* to) const;
   /// Charts centred at q; the motion goes along.
   void recentre(double t, double* q, double* q_dot, double* q_ddot);
+  /// Where charts are centred.
+  void exchange_memory(Memory& memory) {
+    for (const auto& family : families_) family->exchange_memory(memory);
+  }
 
  private:
   class Builder;

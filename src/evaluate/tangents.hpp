@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/memory.hpp"
 #include "base/vec3.hpp"
 #include "evaluate/family.hpp"
 #include "evaluate/tables.hpp"
@@ -49,6 +50,11 @@ class Tangents {
   bool forget_switches() { return std::exchange(have_switched_, false); }
   /// Those that stick on guides at rest hold to their places at r: xi = T'(r - place) from now on, until they slide.
   void hold(const double* r, bool guides_rest);
+
+  void exchange_memory(Memory& memory) {
+    places_held_.resize(size());
+    for (auto& [is_held, place] : places_held_) memory.exchange(is_held, place);
+  }
 
   void set_time(double t) { velocities_.set_time(t); }
   bool depends_on_time() const { return !velocities_.is_constant(); }

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "base/memory.hpp"
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 #include "evaluate/tangents.hpp"
@@ -40,6 +41,10 @@ class FrictionLaws {
   /// A contact that gave way but does not move, since others hold it: its friction is the static limit.
   void set_at_limit(std::size_t contact, bool is_at_limit) { contacts_[contact].is_at_limit = is_at_limit; }
   bool is_at_limit(std::size_t contact) const { return contacts_[contact].is_at_limit; }
+
+  void exchange_memory(Memory& memory) {
+    for (Contact& contact : contacts_) memory.exchange(contact.sense, contact.is_at_limit);
+  }
 
   std::size_t num_parts() const { return directions_.size(); }
   std::size_t first_part(std::size_t contact) const { return static_cast<std::size_t>(part_start_[contact]); }

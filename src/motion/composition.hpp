@@ -24,6 +24,7 @@ class Composition final : public Scheme {
   bool knows_acceleration() const override { return rattle_.knows_acceleration(); }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { rattle_.forget(); }
+  void exchange_memory(Memory& memory) override { rattle_.exchange_memory(memory); }
 
  private:
   int order_;

@@ -46,6 +46,11 @@ void Events::forget() {
   knows_start_ = false;
 }
 
+void Events::exchange_memory(Memory& memory) {
+  resize();
+  memory.exchange(knows_start_, start_, repeated_, series_begin_);
+}
+
 /// All functions at the state of the last `accelerations`.
 Outcome Events::evaluate(double t, const double* x, const double* v, double* values) {
   mechanics_.evaluate_events(t, x, v, values);

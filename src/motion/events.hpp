@@ -47,6 +47,8 @@ class Events {
   /// Slopes of the functions over the last step, 1/s: what the next one depends on beside the state; empty: unknown.
   const std::vector<double>& slopes() const { return slopes_; }
   void restore(std::size_t count, double last_time, std::span<const double> slopes);
+  /// The functions at the present state, as they were found there, and the watch for switches without progress.
+  void exchange_memory(Memory& memory);
 
  private:
   struct Sample {

@@ -22,6 +22,10 @@ class GeneralizedAlpha final : public Scheme {
   bool is_adaptive() const override { return false; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_own_ = false; }
+  void exchange_memory(Memory& memory) override {
+    memory.exchange(knows_own_, own_time_, own_, lambda_);
+    implicit_.exchange_memory(memory);
+  }
 
  private:
   Outcome solve_step(const State& from, double h, State* to);

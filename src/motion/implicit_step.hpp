@@ -34,6 +34,12 @@ class ImplicitStep {
   /// as they are; then `settle`.
   StepResult finish(State* to);
 
+  void exchange_memory(Memory& memory) {
+    memory.exchange(factorized_for_, renew_);
+    newton.exchange_memory(memory);
+    equations->exchange_memory(memory);
+  }
+
  private:
   void put_onto_positions(State* to);
 

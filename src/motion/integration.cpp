@@ -40,14 +40,17 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
 }
 
-void Integration::write(Snapshot* snapshot) const {
+void Integration::write(Snapshot* snapshot) {
   snapshot->next_step = next_step;
   snapshot->last_error = control_.last_error();
   snapshot->advance_begin = advance_begin_;
   snapshot->advance_end = advance_end_;
   snapshot->discrete_state = mechanics_.discrete_state();
   snapshot->event_slopes = events_.slopes();
-  snapshot->solver_memory = mechanics_.solver_memory();
+  snapshot->memory.clear();
+  Memory memory(&snapshot->memory);
+  exchange_memory(memory);
+  scheme_->exchange_memory(memory);
   places_.write(&snapshot->singular_memory);
   std::vector<double>& before = snapshot->state_before;
   before.clear();
@@ -57,15 +60,27 @@ void Integration::write(Snapshot* snapshot) const {
   before.insert(before.end(), state.a.begin(), state.a.end());
 }
 
+/// All but the scheme's: what the solve that completes a restored state may change.
+void Integration::exchange_memory(Memory& memory) {
+  mechanics_.exchange_memory(memory);
+  if (!mechanics_.keeps_variables()) memory.exchange(state.x, state.v);
+  memory.exchange(state.a, state.power.supports, state.power.forces, state.power.friction, fastest_);
+  events_.exchange_memory(memory);
+}
+
 void Integration::restore(const Snapshot& snapshot) {
   const std::vector<double>& before = snapshot.state_before;
   if (const std::size_t expected = 5 + 4 * mechanics_.size(); !before.empty() && before.size() != expected) {
     throw InputError("/snapshot/state_before",
                      "holds " + std::to_string(before.size()) + " numbers, not " + std::to_string(expected));
   }
+  if (!snapshot.memory.empty()) {
+    Snapshot own;
+    write(&own);
+    if (own.memory.size() != snapshot.memory.size()) Memory::refuse();
+  }
   places_.restore(snapshot.singular_memory);
   mechanics_.restore_discrete_state(snapshot.discrete_state);
-  mechanics_.restore_solver_memory(snapshot.solver_memory);
   next_step = snapshot.next_step;
   control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, !before.empty() && before[0] != 0.0);
   advance_begin_ = snapshot.advance_begin;
@@ -96,7 +111,19 @@ Outcome Integration::return_to_constraints() {
   return found;
 }
 
-void Integration::resume() {
+void Integration::restore_memory(const Snapshot& snapshot) {
+  if (snapshot.memory.empty()) return;
+  Memory memory{std::span(snapshot.memory)};
+  exchange_memory(memory);
+  scheme_->exchange_memory(memory);
+  memory.finish();
+}
+
+void Integration::resume(const Snapshot& snapshot) {
+  if (!snapshot.memory.empty()) {
+    Memory memory{std::span(snapshot.memory)};
+    exchange_memory(memory);
+  }
   if (!trial_is_before_) trial_ = state;
   watch_.forget();
   places_.resume();

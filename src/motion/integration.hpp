@@ -32,7 +32,7 @@ class Integration {
 
   /// To be called when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
   void begin();
-  void resume();
+  void resume(const Snapshot& snapshot);
   /// `state` was restored while it coasts: instead, K says nothing there. The mechanics goes to the state before.
   bool is_coasting() const { return places_.is_coasting(); }
   Outcome return_to_constraints();
@@ -49,14 +49,20 @@ class Integration {
   /// to tell. Of fixed steps.
   double turn() const;
 
-  /// What the next step depends on beside the state, to and from a snapshot; then the state, and `resume`.
-  void write(Snapshot* snapshot) const;
+  /// What the next step depends on beside the state, to and from a snapshot. After `restore` the owner completes the
+  /// state from its points, where the mechanics solves once; `resume` then puts back what that solve may have changed
+  /// in its last bits.
+  void write(Snapshot* snapshot);
   void restore(const Snapshot& snapshot);
+  /// To be called when `state` has its points, before that solve.
+  void restore_memory(const Snapshot& snapshot);
 
   State state;             ///< to be completed by the owner before the first step
   double next_step = 0.0;  ///< s, adaptive schemes: the first one to try; 0: not known yet
 
  private:
+  void exchange_memory(Memory& memory);
+
   /// What one try to go on says.
   struct Attempt {
     StepResult step;

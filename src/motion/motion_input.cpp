@@ -121,7 +121,7 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   check_size("/snapshot/next_step", snapshot.next_step);
   check_size("/snapshot/last_error", snapshot.last_error);
   check_finite("/snapshot/event_slopes", snapshot.event_slopes);
-  check_finite("/snapshot/solver_memory", snapshot.solver_memory);
+  check_finite("/snapshot/memory", snapshot.memory);
 }
 
 }  // namespace tanor

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/memory.hpp"
+
 namespace tanor {
 
 /// Judges the increments of a simplified Newton iteration inside a step, each measured by the tolerance of the step
@@ -47,6 +49,8 @@ class NewtonIteration {
   bool shrinks() const { return count_ > 1 && rate_ < 0.9; }
   /// By how much an iteration of the last step shortened the increment; 0: one was enough.
   double rate() const { return rate_; }
+
+  void exchange_memory(Memory& memory) { memory.exchange(to_come_, rate_, last_, last_ratio_, count_); }
 
  private:
   static constexpr int most_iterations = 12;

@@ -25,6 +25,10 @@ class Radau5 final : public Scheme {
   double choose_step(double last, double wanted) const override;
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_stages_ = false; }
+  void exchange_memory(Memory& memory) override {
+    memory.exchange(knows_stages_, begin_, end_, moved_, lambda_);
+    implicit_.exchange_memory(memory);
+  }
 
  private:
   template <class T>

@@ -19,6 +19,7 @@ class Rattle final : public Scheme {
   bool knows_acceleration() const override { return mechanics_.has_work() || mechanics_.num_events() > 0; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
+  void exchange_memory(Memory& memory) override { memory.exchange(knows_free_, free_time_, free_); }
 
  private:
   Mechanics& mechanics_;

@@ -64,6 +64,9 @@ class Scheme {
 
   /// The equations have changed: nothing of the last step holds for the next one.
   virtual void forget() {}
+
+  /// Everything beside the state on which the next step depends, to the last bit.
+  virtual void exchange_memory(Memory& /*memory*/) {}
 };
 
 /// The scheme of a method (not Auto); rtol and atol of `options` enter the error estimate.

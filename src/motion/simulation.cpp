@@ -62,7 +62,7 @@ struct Simulation::Implementation {
     report.time = t_start;
     report.start = forms.start(t_start, points.r.data(), points.v.data(), options.start);
     outcome = report.start.outcome;
-    if (outcome.ok()) outcome = complete_state(Since::Start);
+    if (outcome.ok()) outcome = complete_state(nullptr);
     integration.begin();
     measure_start();
     if (model.has_friction()) measure_friction();
@@ -102,17 +102,19 @@ struct Simulation::Implementation {
                   .forces = report.energy.work_of_forces,
                   .friction = report.energy.work_of_friction};
     model.prescribe_all(state.t, points.r.data(), points.v.data());
-    outcome = complete_state(Since::Before);
-    integration.resume();
+    outcome = complete_state(&snapshot);
+    integration.resume(snapshot);
+    model.counters = snapshot.report.counters;  // what restoring takes is no work of the motion
     publish();
   }
 
-  /// The state at t from its points, with all that belongs to it: a motion begins, or goes on with what is known.
-  enum class Since { Start, Before };
-  Outcome complete_state(Since since) {
+  /// The state at t from its points, with all that belongs to it: a motion begins, or goes on from a snapshot.
+  Outcome complete_state(const Snapshot* snapshot) {
+    const bool begins = snapshot == nullptr;
     Outcome found = form.adopt(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
-    if (forms.normal != nullptr) forms.normal->judge_friction(true, since == Since::Start);
-    if (found.ok() && since == Since::Start && form.num_events() > 0) {
+    if (!begins) integration.restore_memory(*snapshot);
+    if (forms.normal != nullptr) forms.normal->judge_friction(true, begins);
+    if (found.ok() && begins && form.num_events() > 0) {
       found = form.begin(state.t, state.x.data(), state.v.data(), state.a.data());
     } else if (found.ok() && integration.is_coasting()) {
       found = integration.return_to_constraints();
@@ -160,8 +162,7 @@ struct Simulation::Implementation {
     ++report.steps;
     report.time = state.t;
     measure_violations(step);
-    if (step.is_settled)
-      report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
+    if (step.is_settled && integration.knows_acceleration()) measure_acceleration();
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;
     report.energy.scale = std::max(report.energy.scale, energy.kinetic);
@@ -172,6 +173,11 @@ struct Simulation::Implementation {
     if (!integration.scheme().is_adaptive() && report.doubt.empty()) doubt();
     report.counters = model.counters;
     report.times = model.times;
+  }
+
+  /// K'w + phi of the last accelerations.
+  void measure_acceleration() {
+    report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
   }
 
   /// Fixed steps have no tolerance to miss: a motion that they cannot follow is told by what it does.
@@ -278,6 +284,7 @@ struct Simulation::Implementation {
     if (rejected_last || !integration.knows_acceleration()) {
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
       if (outcome.ok()) outcome = at_state;
+      if (outcome.ok() && state.t == t_end) measure_acceleration();
     }
     publish();
     return outcome;

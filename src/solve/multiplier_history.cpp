@@ -51,31 +51,16 @@ void MultiplierHistory::extrapolate(const Parallel& parallel, double t, std::vec
   }
 }
 
-void MultiplierHistory::write(std::vector<double>* numbers) const {
-  for (std::size_t k = 0; k < size_; ++k) {
-    numbers->push_back(solutions_[k].t);
-    numbers->insert(numbers->end(), solutions_[k].lambda.begin(), solutions_[k].lambda.end());
-  }
-}
-
-bool MultiplierHistory::read(std::span<const double> numbers) {
-  const std::size_t length = 1 + solutions_[0].lambda.size();
-  if (numbers.size() % length != 0 || numbers.size() > most * length) return false;
-  size_ = numbers.size() / length;
-  for (std::size_t k = 0; k < size_; ++k) {
-    const std::span<const double> mine = numbers.subspan(k * length, length);
-    // Two of one time would divide by 0.
-    const auto is_mine = [&](const Solution& each) { return each.t == mine[0]; };
-    const auto end = solutions_.begin() + static_cast<std::ptrdiff_t>(k);
-    if (!std::all_of(mine.begin(), mine.end(), [](double x) { return std::isfinite(x); }) ||
-        std::any_of(solutions_.begin(), end, is_mine)) {
-      forget();
-      return false;
+void MultiplierHistory::exchange_memory(Memory& memory) {
+  memory.exchange(size_);
+  for (Solution& solution : solutions_) memory.exchange(solution.t, solution.lambda);
+  if (size_ > most) memory.refuse();
+  // Two of one time would divide by 0.
+  for (std::size_t k = 1; k < std::min(size_, most); ++k) {
+    for (std::size_t j = 0; j < k; ++j) {
+      if (solutions_[j].t == solutions_[k].t) memory.refuse();
     }
-    solutions_[k].t = mine[0];
-    std::copy(mine.begin() + 1, mine.end(), solutions_[k].lambda.begin());
   }
-  return true;
 }
 
 }  // namespace tanor

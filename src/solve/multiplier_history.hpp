@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/memory.hpp"
 #include "base/parallel.hpp"
 
 namespace tanor {
@@ -19,9 +20,7 @@ class MultiplierHistory {
   /// Into lambda; what it was where nothing is known.
   void extrapolate(const Parallel& parallel, double t, std::vector<double>* lambda) const;
 
-  /// Appends t and lambda of each solution; and back. False: they do not fit.
-  void write(std::vector<double>* numbers) const;
-  bool read(std::span<const double> numbers);
+  void exchange_memory(Memory& memory);
 
  private:
   static constexpr std::size_t most = 3;

@@ -112,18 +112,9 @@ ConjugateGradients::Result Reuse::iterate(const Parallel& parallel, const double
   return result;
 }
 
-std::vector<double> Reuse::memory() const {
-  std::vector<double> result{candidates_[Incomplete].iterations, candidates_[Kept].iterations};
-  history_.write(&result);
-  return result;
-}
-
-bool Reuse::restore(std::span<const double> memory) {
-  forget();
-  if (memory.empty()) return true;
-  if (memory.size() < candidates_.size()) return false;
-  for (std::size_t k = 0; k < candidates_.size(); ++k) candidates_[k].iterations = memory[k];
-  return history_.read(memory.subspan(candidates_.size()));
+void Reuse::exchange_memory(Memory& memory) {
+  for (Candidate& candidate : candidates_) memory.exchange(candidate.iterations);
+  history_.exchange_memory(memory);
 }
 
 }  // namespace tanor

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "assembly/gather_plan.hpp"
+#include "base/memory.hpp"
 #include "factor/incomplete_cholesky.hpp"
 #include "solve/conjugate_gradients.hpp"
 #include "solve/gram_solver.hpp"
@@ -39,9 +40,8 @@ class Reuse {
   /// Of the last solve or correction.
   std::size_t num_iterations() const { return num_iterations_; }
 
-  /// What the next solve starts from, as plain numbers, and back; none: nothing is known. False: they do not fit.
-  std::vector<double> memory() const;
-  bool restore(std::span<const double> memory);
+  /// What the next solve starts from.
+  void exchange_memory(Memory& memory);
 
  private:
   enum Preconditioner { Incomplete, Kept };

@@ -19,10 +19,8 @@ struct Instant {
   std::optional<double> energy;
 };
 
-/// The folder with the cases: the shared one, or the copy beside the tests.
 inline std::filesystem::path reference_folder() {
-  const std::filesystem::path shared = std::filesystem::path(TANOR_SOURCE_DIR).parent_path() / "shared/cases";
-  return std::filesystem::exists(shared) ? shared : std::filesystem::path(TANOR_SOURCE_DIR) / "tests/cases/reference";
+  return std::filesystem::path(TANOR_SOURCE_DIR) / "tests/cases/reference";
 }
 
 /// `name` without ".json".

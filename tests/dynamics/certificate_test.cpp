@@ -33,6 +33,14 @@ struct Tampering {
   static GramSolver& S(const Forms& forms) { return *forms.normal->solver_; }  // of the general way
   static GramSolver& H(const Forms& forms) { return forms.tangent->solver_; }
   static std::vector<double>& K(const Forms& forms) { return forms.normal->blocks_; }
+  /// Eliminates once more, with one number of K another one; K itself stays. False: no sweep serves the system.
+  static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
+    if (!forms.normal->is_swept_) return false;
+    std::vector<double> blocks = K(forms);
+    blocks[number] += by;
+    (void)forms.normal->sweep_->factorize(Parallel(1), blocks.data());
+    return true;
+  }
   static void refactorize(Forms& forms) {
     S(forms).assemble(Parallel(1), K(forms).data());
     (void)S(forms).factorize(Parallel(1));
@@ -115,6 +123,65 @@ TEST(Certificate, FindsEveryCorruptedSlotOfS) {
       Tampering::corrupt_slot(Tampering::S(solved.forms), slot, 1e-6);
       EXPECT_FALSE(solved.certify().passed()) << "slot " << slot;
     }
+  }
+}
+
+/// Bent pieces of chain beside each other: `pieces` of `rods` rods, each around if they close.
+System make_pieces(int pieces, int rods, bool close) {
+  System system;
+  Rods group{"rods", {}, {}, {}};
+  for (int piece = 0; piece < pieces; ++piece) {
+    const auto first = static_cast<Index>(system.num_points());
+    const int points = close ? rods : rods + 1;
+    for (int k = 0; k < points; ++k) {
+      const double angle = 2.0 * M_PI * k / (close ? rods : 2 * rods);
+      system.positions.insert(system.positions.end(),
+                              {3.0 * piece + std::cos(angle), std::sin(angle) + 0.1 * k, 0.3 * std::sin(3.0 * angle)});
+      system.masses.push_back(1.0 + 0.1 * k);
+    }
+    for (int k = 0; k < rods; ++k) group.pairs.push_back({first + k, first + (k + 1) % points});
+  }
+  system.velocities.assign(system.positions.size(), 0.0);
+  system.constraints = {group};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}, Springs{"spring", {{0, 2}}, 5.0, 0.2, 0.5}};
+  return system;
+}
+
+/// Three branches of two rods at one bead.
+System make_tree() {
+  System system = make_pieces(1, 6, false);
+  std::get<Rods>(system.constraints[0]).pairs = {{0, 1}, {1, 2}, {0, 3}, {3, 4}, {0, 5}, {5, 6}};
+  return system;
+}
+
+/// Every way has a factor of its own, and each number of K takes part in it.
+TEST(Certificate, FindsEveryCorruptedEliminationOfEachWay) {
+  struct Eliminated {
+    const char* way;
+    System system;
+    Way wanted = Way::Auto;
+  };
+  System guided = make_driven_chain();
+  guided.constraints.erase(guided.constraints.begin());
+  const Eliminated all[] = {{"paths", make_pieces(1, 12, false), Way::Paths},
+                            {"paths", make_pieces(1, 9, true), Way::Paths},
+                            {"bundles", make_pieces(3, 3, true), Way::Bundles},
+                            {"trees", make_tree(), Way::Trees},
+                            {"closed form", guided, Way::ClosedForm}};
+  for (const auto& [way, system, wanted] : all) {
+    const std::size_t numbers = Tampering::K(Case(system, {.way = wanted}).forms).size();
+    std::size_t moving = 0;
+    for (std::size_t number = 0; number < numbers; ++number) {
+      Case solved(system, {.way = wanted});
+      ASSERT_EQ(solved.forms.plan.way, way);
+      EXPECT_TRUE(solved.certify().passed()) << way;
+      // Where a number is 0 a change shows only in its square.
+      const double by = Tampering::K(solved.forms)[number] == 0.0 ? 1e-2 : 1e-6;
+      ASSERT_TRUE(Tampering::corrupt_elimination(solved.forms, number, by));
+      EXPECT_FALSE(solved.certify().passed()) << way << ", number " << number;
+      ++moving;
+    }
+    EXPECT_GT(moving, 2u) << way;
   }
 }
 

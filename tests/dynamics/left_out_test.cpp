@@ -213,6 +213,30 @@ TEST(LeftOut, FrictionIsNothingWhereThereIsNone) {
   EXPECT_GE(some.report().counters.friction_solves, 40U);
 }
 
+/// One function of time is evaluated once an instant, however many rods share it; where time stands still, not again.
+TEST(LeftOut, FunctionsOfTimeAreEvaluatedOnceAnInstant) {
+  for (const Index rods : {3, 50}) {
+    System moving = make_chain(rods);
+    // The rods have the length that they are drawn with, all of one function.
+    for (Index i = 0; i <= rods; ++i) {
+      for (int axis = 0; axis < 3; ++axis) moving.positions[3 * i + axis] = axis == 0 ? 0.1 * i : 0.0;
+    }
+    int calls = 0;
+    std::get<Rods>(moving.constraints[0]).length = ScalarFunction::custom([&calls](const Jet<2>& t) {
+      ++calls;
+      return 0.1 + 0.01 * t * t;
+    });
+    Solved driven(moving);
+    calls = 0;
+    for (const double t : {0.1, 0.2, 0.3}) {
+      EXPECT_TRUE(driven.dynamics.solve(t, driven.r, driven.v, {}).outcome.ok());
+    }
+    EXPECT_EQ(calls, 3) << rods;
+    EXPECT_TRUE(driven.dynamics.solve(0.3, driven.r, driven.v, {}).outcome.ok());
+    EXPECT_EQ(calls, 3) << rods;
+  }
+}
+
 TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
   const Dynamics still(make_chain(3));
   System moving = make_chain(3);

@@ -184,18 +184,6 @@ RC_GTEST_PROP(TangentForm, StateOfTheMotionIsAdmissibleAndStays, ()) {
   RC_ASSERT(judge.velocity_violation(0.2, simulation.positions(), simulation.velocities()) <= 1e-11);
 }
 
-RC_GTEST_PROP(TangentForm, ThreadsGiveTheSameBits, ()) {
-  const RandomCoordinates random = any_coordinates();
-  std::vector<double> ends[2];
-  for (const int threads : {1, 2}) {
-    Simulation simulation(random.system, {.method = Method::Rk4, .step = 0.01},
-                          {.form = Form::Tangent, .threads = threads});
-    RC_ASSERT(simulation.advance(0.05).ok());
-    ends[threads - 1].assign(simulation.positions().begin(), simulation.positions().end());
-  }
-  RC_ASSERT(ends[0] == ends[1]);
-}
-
 // ---- the rotating hoop, by hand ----------------------------------------------------------------------------------
 //
 // A bead on a hoop of radius R that turns around the vertical with Omega: r = R (sin q cos Ot, sin q sin Ot, -cos q),

@@ -124,22 +124,6 @@ INSTANTIATE_TEST_SUITE_P(Methods, SnapshotTest,
                                   (instance.param.stabilisation == Stabilisation::None ? "_drifting" : "");
                          });
 
-/// RATTLE's projections start from the multipliers of the last steps, which a snapshot does not hold: the same points
-/// on the constraints to about 1e-13 of a rod, reached from elsewhere.
-TEST(SnapshotOfRattleTest, GoesOnUpToRounding) {
-  const MotionOptions options{.method = Method::Rattle, .step = 0.001};
-  Simulation whole(make_system(), options), second(make_system(), options);
-  ASSERT_TRUE(whole.advance(0.3, scenes::stop_after(100)).ok());
-
-  second.restore(whole.snapshot());
-  ASSERT_TRUE(whole.advance(0.3).ok());
-  ASSERT_TRUE(second.advance(0.3).ok());
-
-  EXPECT_EQ(second.report().steps, 300u);
-  EXPECT_LT(scenes::largest_difference(second.positions(), whole.positions()), 1e-11);
-  EXPECT_LT(scenes::largest_difference(second.velocities(), whole.velocities()), 1e-9);
-}
-
 TEST(SnapshotOfRattleTest, RestoringTwiceGivesTheSameMotion) {
   Simulation simulation(make_system(), {.method = Method::Rattle, .step = 0.001});
   ASSERT_TRUE(simulation.advance(0.1).ok());
@@ -163,9 +147,8 @@ TEST(SnapshotReportTest, WorkIsCountedOn) {
 
   second.restore(snapshot);
 
-  // Restoring linearises and solves once.
-  EXPECT_EQ(second.report().counters.factorizations, first.report().counters.factorizations + 1);
-  EXPECT_EQ(second.report().counters.evaluations, first.report().counters.evaluations + 1);
+  EXPECT_EQ(second.report().counters.factorizations, first.report().counters.factorizations);
+  EXPECT_EQ(second.report().counters.evaluations, first.report().counters.evaluations);
   EXPECT_NEAR(second.report().times.evaluate, 100, 1);
   EXPECT_NEAR(second.report().times.solve, 400, 1);
 }

@@ -47,6 +47,7 @@ class Toy : public Mechanics {
     return result;
   }
   Power power(const double*, const double*) const override { return {}; }
+  void exchange_memory(Memory&) override {}
   Energy energy(double, const double*, const double*) override { return {}; }
   const SolveReport& last_solve() const override { return solve_; }
   const Parallel& parallel() const override { return parallel_; }

@@ -128,7 +128,7 @@ Checkpoint make_checkpoint() {
   snapshot.report.last_event = 0.29;
   snapshot.discrete_state = {-1, 0, 1};
   snapshot.event_slopes = {-1.0 / 7.0, 1e-300};
-  snapshot.solver_memory = {4.0, 1.0 / 3.0};
+  snapshot.memory = {4.0, 1.0 / 3.0};
   snapshot.singular_memory = {1.0, 0.25, HUGE_VAL};
   snapshot.state_before = {0.0, 0.5};
   snapshot.report.doubt = "steps may be too long";
@@ -194,7 +194,7 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.report.last_event, 0.29);
   EXPECT_EQ(snapshot.discrete_state, written.snapshot.discrete_state);
   EXPECT_EQ(snapshot.event_slopes, written.snapshot.event_slopes);
-  EXPECT_EQ(snapshot.solver_memory, written.snapshot.solver_memory);
+  EXPECT_EQ(snapshot.memory, written.snapshot.memory);
   EXPECT_EQ(snapshot.singular_memory, written.snapshot.singular_memory);
   EXPECT_EQ(snapshot.state_before, written.snapshot.state_before);
   EXPECT_EQ(snapshot.report.doubt, written.snapshot.report.doubt);

@@ -56,22 +56,32 @@ TEST(MultiplierHistoryTest, GoesOnFromItsNumbers) {
   MultiplierHistory history(3), copy(3);
   for (const double t : {0.25, 1.0, 0.5}) history.add(t, motion(t));
   std::vector<double> numbers;
-  history.write(&numbers);
+  Memory written(&numbers);
+  history.exchange_memory(written);
   copy.add(3.0, motion(1.0));
 
-  ASSERT_TRUE(copy.read(numbers));
+  Memory read{std::span<const double>(numbers)};
+  copy.exchange_memory(read);
+  read.finish();
 
   EXPECT_EQ(guess(copy, 1.2), guess(history, 1.2));
-  numbers.push_back(0.0);
-  EXPECT_FALSE(copy.read(numbers));
 }
 
 TEST(MultiplierHistoryTest, NumbersThatNoHistoryWritesAreRefused) {
-  MultiplierHistory history(1);
+  const auto read = [](const std::vector<double>& numbers) {
+    MultiplierHistory history(1);
+    Memory memory{std::span<const double>(numbers)};
+    history.exchange_memory(memory);
+    memory.finish();
+  };
 
-  EXPECT_FALSE(history.read(std::vector{1.0, 5.0, 1.0, 6.0})) << "two of one time";
-  EXPECT_FALSE(history.read(std::vector{1.0, std::nan("")}));
-  EXPECT_TRUE(history.read(std::vector{1.0, 5.0, 2.0, 6.0}));
+  EXPECT_NO_THROW(read({2, 1.0, 5.0, 2.0, 6.0, 0.0, 0.0}));
+  EXPECT_THROW(read({2, 1.0, 5.0, 1.0, 6.0, 0.0, 0.0}), InputError) << "two of one time";
+  EXPECT_THROW(read({4, 1.0, 5.0, 2.0, 6.0, 3.0, 0.0}), InputError) << "it keeps three";
+  EXPECT_THROW(read({-1, 1.0, 5.0, 2.0, 6.0, 3.0, 0.0}), InputError);
+  EXPECT_THROW(read({0.5, 1.0, 5.0, 2.0, 6.0, 3.0, 0.0}), InputError);
+  EXPECT_THROW(read({2, 1.0, 5.0, 2.0, 6.0, 0.0}), InputError) << "too few";
+  EXPECT_THROW(read({2, 1.0, 5.0, 2.0, 6.0, 0.0, 0.0, 0.0}), InputError) << "too many";
 }
 
 }  // namespace

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include <tanor/error.hpp>
+
+#include "base/vec3.hpp"
+
+namespace tanor {
+
+/// What a running simulation keeps beside its state, as plain numbers. One function of each part exchanges its members
+/// in a fixed order: they are appended to a snapshot, or read back from it, so that the two cannot differ. Sizes are
+/// those that the part has; a snapshot of another system does not fit, which `finish` says.
+class Memory {
+ public:
+  explicit Memory(std::vector<double>* appended) : appended_(appended) {}
+  explicit Memory(std::span<const double> read) : read_(read) {}
+
+  bool reads() const { return appended_ == nullptr; }
+
+  void exchange(double& number) {
+    if (!reads()) {
+      appended_->push_back(number);
+    } else if (next_ < read_.size()) {
+      number = read_[next_++];
+    } else {
+      misses_some_ = true;
+    }
+  }
+  /// Flags, counts and numbered choices.
+  template <class Number>
+  requires std::integral<Number> || std::is_enum_v<Number>
+  void exchange(Number& number) {
+    auto value = static_cast<double>(number);
+    exchange(value);
+    if (!reads()) return;
+    if (!(std::abs(value) <= largest_count) || value != std::floor(value)) refuse();
+    if (std::is_unsigned_v<Number> && value < 0.0) refuse();
+    number = static_cast<Number>(value);
+  }
+  void exchange(Vec3& vector) {
+    for (double* const component : {&vector.x, &vector.y, &vector.z}) exchange(*component);
+  }
+  template <class Number>
+  void exchange(std::vector<Number>& array) {
+    for (Number& number : array) exchange(number);
+  }
+  template <class Number, std::size_t N>
+  void exchange(std::array<Number, N>& array) {
+    for (Number& number : array) exchange(number);
+  }
+  template <class... Members>
+  requires(sizeof...(Members) > 1)
+  void exchange(Members&... members) {
+    (exchange(members), ...);
+  }
+
+  /// The numbers cannot be what a part wrote.
+  [[noreturn]] static void refuse() {
+    throw InputError("/snapshot/memory", "is of another system, or of other options");
+  }
+  /// Refuses numbers that were too few or too many.
+  void finish() const {
+    if (misses_some_ || (reads() && next_ != read_.size())) refuse();
+  }
+
+ private:
+  static constexpr double largest_count = 1e9;
+
+  std::vector<double>* appended_ = nullptr;
+  std::span<const double> read_;
+  std::size_t next_ = 0;
+  bool misses_some_ = false;
+};
+
+}  // namespace tanor

@@ -1,0 +1,185 @@
+#include <functional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "motion/scenes.hpp"
+
+/// \file A run that was restored from a snapshot goes on bit by bit as the one that was never interrupted: every
+/// method, with and without friction, in either form.
+namespace tanor {
+namespace {
+
+struct Case {
+  std::string scene;
+  std::function<System()> make;
+  MotionOptions options;
+  SolverOptions solver{};
+  double middle = 0.3, end = 0.7;  // s
+};
+
+void PrintTo(const Case& each, std::ostream* out) {
+  *out << each.scene << " by " << method_name(each.options.method);
+}
+
+/// A shaken chain in air whose springs are damped.
+System make_shaken_scene() {
+  System system = scenes::make_shaken_chain();
+  std::get<Rods>(system.constraints[0]).length = {};
+  system.forces.push_back(Drag{"air", {1, 3, 5}, 0.05, 0.1});
+  system.forces.push_back(Springs{"springs", {{0, 2}, {1, 4}}, 20.0, 0.3, 0.15});
+  return system;
+}
+
+/// Beads on rough guides of every kind, pulled to and fro through springs: they stick and slide.
+System make_rough_beads() {
+  System system = scenes::make_beads(2);
+  system.friction = {Coulomb{"rust", {"circles"}, 0.2, 0.3}, Coulomb{"felt", {"planes"}, 0.3, 0.35},
+                     Coulomb{"ball", {"spheres"}, 0.1, 0.15}, Coulomb{"wire", {"lines"}, 0.25, 0.3}};
+  return system;
+}
+
+/// A bead that a shaking force moves now and then, on a rough wire that turns.
+System make_rough_wire() {
+  System system;
+  for (int k = 0; k < 3; ++k) scenes::add_point({0.3 + 0.1 * k, 0, 0}, &system);
+  const VectorFunction turning{ScalarFunction::formula("cos(t/2)"), ScalarFunction::formula("sin(t/2)"), 0.0};
+  for (std::size_t k = 0; k < 3; ++k) system.velocities[3 * k + 1] = 0.5 * system.positions[3 * k];
+  system.constraints = {Lines{"wire", {0, 1, 2}, Vector3{}, turning}};
+  system.forces = {scenes::gravity, ConstantForce{"drive", {1}, {ScalarFunction::formula("0.9*sin(9*t)"), 0.0, 0.0}}};
+  system.friction = {Coulomb{"rust", {"wire"}, 0.4, 0.5}};
+  return system;
+}
+
+/// Bars that repeat each other: a parallelogram with a middle crank.
+System make_redundant_cranks() {
+  System system;
+  system.positions = {0, 0, 0, 0.5, 0, 0, 1, 0, 0, 0.6, 0.8, 0, 1.1, 0.8, 0, 1.6, 0.8, 0};
+  system.velocities.assign(18, 0.0);
+  for (std::size_t i = 3; i < 6; ++i) {
+    system.velocities[3 * i] = -0.8;
+    system.velocities[3 * i + 1] = 0.6;
+  }
+  system.masses.assign(6, 1.0);
+  system.supports = {{"pivots", {0, 1, 2}, {}}};
+  system.constraints = {Rods{"bars", {{0, 3}, {1, 4}, {2, 5}, {3, 4}, {4, 5}}, {}, {}},
+                        Planes{"plane", {3, 4, 5}, {0, 0, 1}, 0.0}};
+  system.forces = {Gravity{"gravity", {0, -9.81, 0}}};
+  return system;
+}
+
+/// A bead on a rough hoop that turns, in the angle along the hoop.
+System make_rough_hoop() {
+  System system;
+  system.positions = {0.7 * std::sin(0.9), 0.0, -0.7 * std::cos(0.9)};
+  system.velocities = {0.0, 3.8 * 0.7 * std::sin(0.9), 0.0};
+  system.masses = {1.3};
+  const VectorFunction normal{ScalarFunction::formula("sin(3.8*t + t^2)"), ScalarFunction::formula("-cos(3.8*t + t^2)"),
+                              0.0};
+  system.constraints = {Circles{"hoop", {0}, Vector3{}, normal, 0.7}};
+  system.coordinates = {CircleCoordinates{"", {0}, Vector3{}, normal, 0.7}};
+  system.forces = {scenes::gravity};
+  system.friction = {Coulomb{"rust", {"hoop"}, 0.3, 0.35}};
+  return system;
+}
+
+/// All bits of a state, and what is told of the way there.
+std::vector<double> bits(const Simulation& simulation) {
+  std::vector<double> all{simulation.time()};
+  for (const auto& array :
+       {simulation.positions(), simulation.velocities(), simulation.accelerations(), simulation.multipliers(),
+        simulation.reactions(), simulation.support_forces(), simulation.coordinates(), simulation.coordinate_rates()})
+    all.insert(all.end(), array.begin(), array.end());
+  const MotionReport& report = simulation.report();
+  all.insert(all.end(), {static_cast<double>(report.steps), static_cast<double>(report.rejected),
+                         static_cast<double>(report.events), report.last_event, report.last_step, report.energy.now,
+                         report.energy.work_of_supports, report.energy.work_of_forces, report.energy.work_of_friction});
+  return all;
+}
+
+class GoingOnTest : public testing::TestWithParam<Case> {};
+
+TEST_P(GoingOnTest, BitByBitFromASnapshot) {
+  const auto& [scene, make, options, solver, middle, end] = GetParam();
+  Simulation whole(make(), options, solver), first(make(), options, solver), second(make(), options, solver);
+  ASSERT_TRUE(whole.advance(middle).ok()) << whole.outcome().what;
+  ASSERT_TRUE(first.advance(middle).ok());
+
+  second.restore(first.snapshot());
+
+  ASSERT_TRUE(second.outcome().ok()) << second.outcome().what;
+  EXPECT_EQ(bits(second), bits(whole)) << "where it was restored";
+  ASSERT_TRUE(whole.advance(end).ok()) << whole.outcome().what;
+  ASSERT_TRUE(second.advance(end).ok()) << second.outcome().what;
+  EXPECT_EQ(bits(second), bits(whole)) << "at the end";
+  EXPECT_GT(whole.report().steps, 2u);
+}
+
+TEST_P(GoingOnTest, BitByBitFromASnapshotThatAnObserverTook) {
+  const auto& [scene, make, options, solver, middle, end] = GetParam();
+  Simulation whole(make(), options, solver), second(make(), options, solver);
+  for (const std::size_t step : {1u, 3u, 4u, 11u}) {
+    Simulation first(make(), options, solver);
+    Snapshot snapshot;
+    ASSERT_TRUE(first
+                    .advance(end,
+                             [&, left = step](const MotionReport&) mutable {
+                               if (--left == 0) snapshot = first.snapshot();
+                               return left > 0;
+                             })
+                    .ok());
+    if (snapshot.positions.empty()) continue;  // fewer steps lead to the end
+    if (whole.time() == 0.0) {
+      ASSERT_TRUE(whole.advance(end).ok());
+    }
+    if (snapshot.time == end) continue;
+
+    second.restore(snapshot);
+
+    ASSERT_TRUE(second.advance(end).ok()) << second.outcome().what;
+    EXPECT_EQ(bits(second), bits(whole)) << "from step " << step;
+  }
+}
+
+std::vector<Case> list_cases() {
+  const std::vector<MotionOptions> all{{.method = Method::Auto},
+                                       {.method = Method::Rk4, .step = 0.003},
+                                       {.method = Method::Dopri5},
+                                       {.method = Method::Dop853},
+                                       {.method = Method::Taylor},
+                                       {.method = Method::Rattle, .step = 0.003},
+                                       {.method = Method::Rattle4, .step = 0.01},
+                                       {.method = Method::Rattle6, .step = 0.02},
+                                       {.method = Method::Radau5},
+                                       {.method = Method::GeneralizedAlpha, .step = 0.003}};
+  const auto is_one_of = [](Method method, std::initializer_list<Method> methods) {
+    return std::find(methods.begin(), methods.end(), method) != methods.end();
+  };
+  std::vector<Case> cases;
+  for (const MotionOptions& options : all) {
+    const Method method = options.method;
+    cases.push_back({"chain", make_shaken_scene, options});
+    cases.push_back({"breathing_chain", [] { return scenes::make_breathing_chain(); }, options});
+    cases.push_back({"beads", [] { return scenes::make_beads(2); }, options});
+    cases.push_back({"four_bar", [] { return scenes::make_four_bar(-0.7, 1.0); }, options, {}, 0.69, 1.0});
+    cases.push_back({"redundant_cranks", make_redundant_cranks, options});
+    cases.push_back({"net", [] { return scenes::make_net(6, 7); }, options, {}, 0.1, 0.2});
+    if (!is_one_of(method, {Method::Taylor, Method::Radau5, Method::GeneralizedAlpha})) {
+      cases.push_back({"rough_beads", make_rough_beads, options});
+      cases.push_back({"rough_wire", make_rough_wire, options});
+    }
+    if (is_one_of(method, {Method::Auto, Method::Rk4, Method::Dopri5, Method::Dop853})) {
+      cases.push_back({"coordinates", [] { return scenes::make_coordinates(); }, options});
+      cases.back().options.start = StartMode::Project;
+      cases.push_back({"rough_hoop", make_rough_hoop, options, {.form = Form::Tangent}});
+    }
+  }
+  return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, GoingOnTest, testing::ValuesIn(list_cases()), [](const auto& instance) {
+  return instance.param.scene + "_" + std::string(method_name(instance.param.options.method));
+});
+
+}  // namespace
+}  // namespace tanor
