@@ -144,8 +144,12 @@ class Mechanics {
   virtual std::vector<double> solver_memory() const { return {}; }
   virtual void restore_solver_memory(std::span<const double> /*memory*/) {}
 
+  /// `atol` 0: 1e-10 of the length and of the speed of each point's neighbourhood, see Scales.
   /// t: at the step's beginning. The last accelerations were those at its end.
   virtual ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) = 0;
+
+  /// Which neighbourhood each three numbers belong to: what is small is small beside its own. Empty: all to one.
+  virtual std::span<const Index> neighbourhoods() const { return {}; }
 
   /// How many accelerations were found so far.
   virtual std::size_t num_accelerations() const { return 0; }

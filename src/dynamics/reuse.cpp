@@ -18,24 +18,31 @@ void NormalForm::make_reuse() {
   correction_.assign(size(), 0.0);
 }
 
-/// In the M-norm: sum of m |dw|^2 = sum of m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2.
+/// In the M-norm: sum of m |dw|^2 = sum of m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2; atol 0: each point's
+/// own.
 double NormalForm::allowed_error(const StepTarget& target) const {
   if (reuse_ == nullptr) return 0.0;
   const double h = std::abs(target.h);
   return std::sqrt(model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
-    const double in_v = (target.atol + target.rtol * norm(load(target.v, i))) / h;
-    const double in_x = (target.atol + target.rtol * norm(load(target.x, i))) / (h * h);
+    const bool has_own = !(target.atol > 0.0);
+    const double atol_v = has_own ? model_.scales.velocity_tolerances()[i] : target.atol;
+    const double atol_x = has_own ? model_.scales.position_tolerances()[i] : target.atol;
+    const double in_v = (atol_v + target.rtol * norm(load(target.v, i))) / h;
+    const double in_x = (atol_x + target.rtol * norm(load(target.x, i))) / (h * h);
     const double allowed = std::min(in_v, in_x);
     return model_.mass[i] * allowed * allowed;
   }));
 }
 
 std::vector<double> NormalForm::solver_memory() const {
+  if (num_switches_ > 0) return held_->memory();
   return reuse_ != nullptr ? reuse_->memory() : std::vector<double>();
 }
 
 void NormalForm::restore_solver_memory(std::span<const double> memory) {
-  const bool fits = reuse_ != nullptr ? reuse_->restore(memory) : memory.empty();
+  const bool fits = num_switches_ > 0   ? held_->restore(memory)
+                    : reuse_ != nullptr ? reuse_->restore(memory)
+                                        : memory.empty();
   if (!fits) throw InputError("/snapshot/solver_memory", "is of another system, or of other options");
 }
 

@@ -64,6 +64,7 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("num_singular_passages", report.singular_passages.count);
   visit("energy_start", report.energy.start);
   visit("energy_now", report.energy.now);
+  visit("potential_at_start", report.energy.potential_at_start);
   visit("work_of_supports", report.energy.work_of_supports);
   visit("work_of_forces", report.energy.work_of_forces);
   visit("work_of_friction", report.energy.work_of_friction);
@@ -186,7 +187,7 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
     head.end_array();
     head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
-    head.key("doubt").value(checkpoint.snapshot.report.doubt);
+    head.key("accuracy_warning").value(checkpoint.snapshot.report.accuracy_warning);
     write_lists(&head, checkpoint.snapshot.report);
     head.end_object();
     head.finish();
@@ -213,7 +214,7 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
     for_each_number(checkpoint, [&](const char* key, auto& number) { read_number(head, key, number); });
     checkpoint.snapshot.discrete_state = head.at("discrete_state").get<std::vector<int>>();
     checkpoint.snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
-    checkpoint.snapshot.report.doubt = head.at("doubt").get<std::string>();
+    checkpoint.snapshot.report.accuracy_warning = head.at("accuracy_warning").get<std::string>();
     read_lists(head, &checkpoint.snapshot.report);
   } catch (const json::exception&) {
     throw InputError(name, "is damaged; run without --resume");

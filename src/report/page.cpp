@@ -114,6 +114,7 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                            report.position_violation, report.velocity_violation, report.acceleration_violation));
   page += line("energy", fmt::format("{:.10g} J at the start, {:.10g} J at the end, relative drift {:.1e}",
                                      report.energy.start, report.energy.now, report.energy.drift_relative()));
+  if (!report.accuracy_warning.empty()) page += line("warning", report.accuracy_warning);
   if (facts.certificate) page += line("certificate", facts.certificate->line());
   return page;
 }

@@ -132,7 +132,7 @@ Checkpoint make_checkpoint() {
   snapshot.solver_memory = {4.0, 1.0 / 3.0};
   snapshot.singular_memory = {1.0, 0.25, HUGE_VAL};
   snapshot.state_before = {0.0, 0.5};
-  snapshot.report.doubt = "steps may be too long";
+  snapshot.report.accuracy_warning = "steps may be too long";
   snapshot.report.rank_changes = {.start = 8, .now = 9, .first = {{0.1, 7}, {1.0 / 3.0, 9}}, .count = 102};
   snapshot.report.singular_passages = {.first = {{0.1 + 0.2, 1e-17}}, .count = 101};
   snapshot.report.energy = {.start = -1.5,
@@ -197,7 +197,7 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.solver_memory, written.snapshot.solver_memory);
   EXPECT_EQ(snapshot.singular_memory, written.snapshot.singular_memory);
   EXPECT_EQ(snapshot.state_before, written.snapshot.state_before);
-  EXPECT_EQ(snapshot.report.doubt, written.snapshot.report.doubt);
+  EXPECT_EQ(snapshot.report.accuracy_warning, written.snapshot.report.accuracy_warning);
   EXPECT_EQ(snapshot.report.rank_changes.start, 8u);
   EXPECT_EQ(snapshot.report.rank_changes.now, 9u);
   EXPECT_EQ(snapshot.report.rank_changes.count, 102u);

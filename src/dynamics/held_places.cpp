@@ -1,0 +1,205 @@
+#include "dynamics/held_places.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace tanor {
+
+namespace {
+
+bool do_guides_rest(const Model& model) {
+  const Tangents& tangents = model.constraints.tangents();
+  bool rest = !model.constraints.depends_on_time() && !tangents.depends_on_time();
+  for (std::size_t c = 0; c < tangents.size(); ++c) rest = rest && norm(tangents.own_velocity(c).value) == 0.0;
+  return rest;
+}
+
+}  // namespace
+
+HeldPlaces::HeldPlaces(Model& model)
+    : model_(model),
+      tangents_(model.constraints.tangents()),
+      guides_rest_(do_guides_rest(model)),
+      is_held_(tangents_.size(), 0),
+      then_(tangents_.size()),
+      now_(tangents_.size()),
+      then_time_(model.time()),
+      time_(model.time()) {}
+
+void HeldPlaces::hold(double t, const double* r) {
+  carry(t);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (tangents_.sticks(c) && !holds(c)) now_[c] = load(r, tangents_[c].point);
+    is_held_[c] = tangents_.sticks(c) ? 1 : 0;
+  }
+  list_held();
+  accept(t);
+  publish();
+}
+
+void HeldPlaces::forget() {
+  std::fill(is_held_.begin(), is_held_.end(), 0);
+  list_held();
+  publish();
+}
+
+void HeldPlaces::accept(double t) {
+  carry(t);
+  then_ = now_;
+  then_time_ = t;
+}
+
+void HeldPlaces::move(std::size_t contact, const double* r) {
+  now_[contact] = then_[contact] = load(r, tangents_[contact].point);
+  publish();
+}
+
+void HeldPlaces::list_held() {
+  held_.clear();
+  guides_.reset();
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (holds(c)) held_.push_back(c);
+  }
+}
+
+/// To the rows of the contacts.
+void HeldPlaces::publish() {
+  Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; c < tangents_.size(); ++c) tangents.set_place(c, holds(c), now_[c]);
+}
+
+void HeldPlaces::carry(double t) {
+  if (t == time_) return;
+  time_ = t;
+  if (guides_rest_ || held_.empty()) return;
+  constexpr int most_halvings = 40;
+  Places places(held_.size());
+  for (std::size_t k = 0; k < held_.size(); ++k) places[k] = then_[held_[k]];
+  double reached = then_time_, h = t - reached;
+  for (int halvings = 0; reached != t;) {
+    const bool is_last = std::abs(h) >= std::abs(t - reached);
+    if (is_last) h = t - reached;
+    if (!extrapolate(reached, h, &places) && ++halvings < most_halvings) {
+      h *= 0.5;
+      continue;
+    }
+    reached = is_last ? t : reached + h;
+  }
+  for (std::size_t k = 0; k < held_.size(); ++k) now_[held_[k]] = places[k];
+  model_.set_time(t);
+  publish();
+}
+
+/// One step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of their
+/// length until nothing changes but by rounding. False: it does not come to that, and `places` stay.
+bool HeldPlaces::extrapolate(double t, double h, Places* places) {
+  constexpr int most_columns = 8;
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  std::array<Places, most_columns> table;  // the last row: T_{j,0} … T_{j,j}
+  for (int j = 0; j < most_columns; ++j) {
+    Places next;
+    advance_by_midpoints(t, h, 2 * (j + 1), *places, &next);
+    double worst = std::numeric_limits<double>::infinity();
+    // T_{j,k} = T_{j,k-1} + (T_{j,k-1} - T_{j-1,k-1})/((n_j/n_{j-k})^2 - 1)
+    for (int k = 1; k <= j; ++k) {
+      const double ratio = static_cast<double>(j + 1) / (j + 1 - k), part = 1.0 / (ratio * ratio - 1.0);
+      Places& before = table[static_cast<std::size_t>(k - 1)];
+      worst = 0.0;
+      for (std::size_t i = 0; i < next.size(); ++i) {
+        const Vec3 change = part * (next[i] - before[i]), better = next[i] + change;
+        const double scale =
+            std::max(norm(better),
+                     model_.scales.length(model_.scales.of_point(static_cast<std::size_t>(tangents_[held_[i]].point))));
+        worst = larger(worst, norm(change) / scale);
+        before[i] = next[i];
+        next[i] = better;
+      }
+    }
+    table[static_cast<std::size_t>(j)] = next;
+    if (worst <= 4.0 * eps) {
+      *places = std::move(next);
+      return true;
+    }
+  }
+  return false;
+}
+
+void HeldPlaces::advance_by_midpoints(double t, double h, int count, const Places& from, Places* to) {
+  const double step = h / count;
+  Places before = from, rates(from.size());
+  Places& now = *to;
+  now.resize(from.size());
+  evaluate(t, from, &rates);
+  for (std::size_t k = 0; k < from.size(); ++k) now[k] = from[k] + step * rates[k];
+  for (int m = 1; m < count; ++m) {
+    evaluate(t + m * step, now, &rates);
+    for (std::size_t k = 0; k < from.size(); ++k) {
+      const Vec3 next = before[k] + 2.0 * step * rates[k];
+      before[k] = now[k];
+      now[k] = next;
+    }
+  }
+}
+
+/// p_dot of those that are held.
+void HeldPlaces::evaluate(double t, const Places& places, Places* rates) {
+  const Constraints& constraints = model_.constraints;
+  if (!guides_) {
+    std::vector<char> takes_part(model_.num_rows(), 0);
+    for (const std::size_t c : held_) {
+      for (int g = 0; g < tangents_[c].num_guides; ++g)
+        takes_part[static_cast<std::size_t>(tangents_[c].guide_row[static_cast<std::size_t>(g)])] = 1;
+    }
+    guides_ = constraints.select(takes_part);
+    for (std::vector<double>* array : {&points_, &at_rest_}) array->resize(3 * model_.num_points(), 0.0);
+    rates_.resize(model_.num_rows());
+    blocks_.resize(3 * constraints.num_blocks());
+  }
+  model_.set_time(t);
+  for (std::size_t k = 0; k < places.size(); ++k) store(points_.data(), tangents_[held_[k]].point, places[k]);
+  (void)constraints.evaluate_rates(model_.parallel, *guides_, points_.data(), at_rest_.data(), rates_.data());
+  constraints.evaluate_gradients(model_.parallel, *guides_, points_.data(), blocks_.data());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const Tangents::Place& contact = tangents_[held_[k]];
+    const Vec3 u = tangents_.own_velocity(held_[k]).value;
+    const Vec3 a = load(blocks_.data(), contact.guide_block[0]);
+    const double in_a = dot(a, u) + rates_[static_cast<std::size_t>(contact.guide_row[0])], aa = dot(a, a);
+    if (contact.num_guides == 1) {
+      (*rates)[k] = u - (in_a / aa) * a;
+      continue;
+    }
+    // Gamma_g c = K_g'u + xi_t, 2 x 2
+    const Vec3 b = load(blocks_.data(), contact.guide_block[1]);
+    const double in_b = dot(b, u) + rates_[static_cast<std::size_t>(contact.guide_row[1])];
+    const double ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
+    (*rates)[k] = u - ((bb * in_a - ab * in_b) / determinant) * a - ((aa * in_b - ab * in_a) / determinant) * b;
+  }
+}
+
+std::vector<double> HeldPlaces::memory() const {
+  std::vector<double> numbers{then_time_};
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    const Vec3 place = holds(c) ? then_[c] : Vec3{};
+    numbers.insert(numbers.end(), {holds(c) ? 1.0 : 0.0, place.x, place.y, place.z});
+  }
+  return numbers;
+}
+
+bool HeldPlaces::restore(std::span<const double> memory) {
+  forget();
+  if (memory.empty()) return true;
+  if (memory.size() != 1 + 4 * tangents_.size()) return false;
+  time_ = then_time_ = memory[0];
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    const std::span<const double> numbers = memory.subspan(1 + 4 * c, 4);
+    is_held_[c] = numbers[0] != 0.0 ? 1 : 0;
+    then_[c] = now_[c] = {numbers[1], numbers[2], numbers[3]};
+  }
+  list_held();
+  publish();
+  return true;
+}
+
+}  // namespace tanor
