@@ -74,33 +74,41 @@ void HeldPlaces::carry(double t) {
   if (t == time_) return;
   time_ = t;
   if (guides_rest_ || held_.empty()) return;
-  constexpr int most_halvings = 40;
+  constexpr int most_halvings = 6;  // a spline's knot needs them: then what is left is little
   Places places(held_.size());
   for (std::size_t k = 0; k < held_.size(); ++k) places[k] = then_[held_[k]];
   double reached = then_time_, h = t - reached;
   for (int halvings = 0; reached != t;) {
     const bool is_last = std::abs(h) >= std::abs(t - reached);
     if (is_last) h = t - reached;
-    if (!extrapolate(reached, h, &places) && ++halvings < most_halvings) {
+    Places next = places;
+    if (!extrapolate(reached, h, &next) && halvings < most_halvings) {
+      ++halvings;
       h *= 0.5;
       continue;
     }
+    places = std::move(next);
     reached = is_last ? t : reached + h;
   }
+  // Off its guide by rounding, a place would slowly drift along it as well.
+  for (int pass = 0; pass < 2; ++pass) {
+    evaluate_guides(t, places, false);
+    for (std::size_t k = 0; k < held_.size(); ++k) places[k] = places[k] - across(held_[k], {});
+  }
   for (std::size_t k = 0; k < held_.size(); ++k) now_[held_[k]] = places[k];
-  model_.set_time(t);
   publish();
 }
 
 /// One step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of their
-/// length until nothing changes but by rounding. False: it does not come to that, and `places` stay.
+/// length until nothing changes but by rounding, that of time as well. False: it does not come to that.
 bool HeldPlaces::extrapolate(double t, double h, Places* places) {
   constexpr int most_columns = 8;
   constexpr double eps = std::numeric_limits<double>::epsilon();
   std::array<Places, most_columns> table;  // the last row: T_{j,0} … T_{j,j}
+  const Places from = *places;
   for (int j = 0; j < most_columns; ++j) {
-    Places next;
-    advance_by_midpoints(t, h, 2 * (j + 1), *places, &next);
+    Places& next = *places;
+    advance_by_midpoints(t, h, 2 * (j + 1), from, &next);
     double worst = std::numeric_limits<double>::infinity();
     // T_{j,k} = T_{j,k-1} + (T_{j,k-1} - T_{j-1,k-1})/((n_j/n_{j-k})^2 - 1)
     for (int k = 1; k <= j; ++k) {
@@ -109,19 +117,17 @@ bool HeldPlaces::extrapolate(double t, double h, Places* places) {
       worst = 0.0;
       for (std::size_t i = 0; i < next.size(); ++i) {
         const Vec3 change = part * (next[i] - before[i]), better = next[i] + change;
-        const double scale =
-            std::max(norm(better),
-                     model_.scales.length(model_.scales.of_point(static_cast<std::size_t>(tangents_[held_[i]].point))));
+        const auto point = static_cast<std::size_t>(tangents_[held_[i]].point);
+        const double length = model_.scales.length(model_.scales.of_point(point));
+        const double way_of_time = std::abs(t / h) * norm(better - from[i]);
+        const double scale = std::max({norm(better), length, way_of_time});
         worst = larger(worst, norm(change) / scale);
         before[i] = next[i];
         next[i] = better;
       }
     }
     table[static_cast<std::size_t>(j)] = next;
-    if (worst <= 4.0 * eps) {
-      *places = std::move(next);
-      return true;
-    }
+    if (worst <= 4.0 * eps) return true;
   }
   return false;
 }
@@ -143,8 +149,8 @@ void HeldPlaces::advance_by_midpoints(double t, double h, int count, const Place
   }
 }
 
-/// p_dot of those that are held.
-void HeldPlaces::evaluate(double t, const Places& places, Places* rates) {
+/// For the guides of those that are held: K_g at (t, places); and their xi, or xi_t.
+void HeldPlaces::evaluate_guides(double t, const Places& places, bool wants_rates) {
   const Constraints& constraints = model_.constraints;
   if (!guides_) {
     std::vector<char> takes_part(model_.num_rows(), 0);
@@ -154,27 +160,38 @@ void HeldPlaces::evaluate(double t, const Places& places, Places* rates) {
     }
     guides_ = constraints.select(takes_part);
     for (std::vector<double>* array : {&points_, &at_rest_}) array->resize(3 * model_.num_points(), 0.0);
-    rates_.resize(model_.num_rows());
+    rows_.resize(model_.num_rows());
     blocks_.resize(3 * constraints.num_blocks());
   }
   model_.set_time(t);
   for (std::size_t k = 0; k < places.size(); ++k) store(points_.data(), tangents_[held_[k]].point, places[k]);
-  (void)constraints.evaluate_rates(model_.parallel, *guides_, points_.data(), at_rest_.data(), rates_.data());
-  constraints.evaluate_gradients(model_.parallel, *guides_, points_.data(), blocks_.data());
+  const Parallel& parallel = model_.parallel;
+  const double* const points = points_.data();
+  constraints.evaluate_gradients(parallel, *guides_, points, blocks_.data());
+  if (wants_rates)
+    (void)constraints.evaluate_rates(parallel, *guides_, points, at_rest_.data(), rows_.data());
+  else
+    (void)constraints.evaluate_values(parallel, *guides_, points, rows_.data());
+}
+
+/// K_g Gamma_g^-1 (K_g'u + rows), Gamma_g = K_g'K_g, with the last K_g and rows.
+Vec3 HeldPlaces::across(std::size_t contact, const Vec3& u) const {
+  const Tangents::Place& place = tangents_[contact];
+  const Vec3 a = load(blocks_.data(), place.guide_block[0]);
+  const double in_a = dot(a, u) + rows_[static_cast<std::size_t>(place.guide_row[0])], aa = dot(a, a);
+  if (place.num_guides == 1) return (in_a / aa) * a;
+  const Vec3 b = load(blocks_.data(), place.guide_block[1]);
+  const double in_b = dot(b, u) + rows_[static_cast<std::size_t>(place.guide_row[1])];
+  const double ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
+  return ((bb * in_a - ab * in_b) / determinant) * a + ((aa * in_b - ab * in_a) / determinant) * b;
+}
+
+/// p_dot of those that are held.
+void HeldPlaces::evaluate(double t, const Places& places, Places* rates) {
+  evaluate_guides(t, places, true);
   for (std::size_t k = 0; k < places.size(); ++k) {
-    const Tangents::Place& contact = tangents_[held_[k]];
     const Vec3 u = tangents_.own_velocity(held_[k]).value;
-    const Vec3 a = load(blocks_.data(), contact.guide_block[0]);
-    const double in_a = dot(a, u) + rates_[static_cast<std::size_t>(contact.guide_row[0])], aa = dot(a, a);
-    if (contact.num_guides == 1) {
-      (*rates)[k] = u - (in_a / aa) * a;
-      continue;
-    }
-    // Gamma_g c = K_g'u + xi_t, 2 x 2
-    const Vec3 b = load(blocks_.data(), contact.guide_block[1]);
-    const double in_b = dot(b, u) + rates_[static_cast<std::size_t>(contact.guide_row[1])];
-    const double ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
-    (*rates)[k] = u - ((bb * in_a - ab * in_b) / determinant) * a - ((aa * in_b - ab * in_a) / determinant) * b;
+    (*rates)[k] = u - across(held_[k], u);
   }
 }
 

@@ -41,6 +41,8 @@ class HeldPlaces {
   using Places = std::vector<Vec3>;  // of the contacts that are held, in `held_`
   void list_held();
   void evaluate(double t, const Places& places, Places* rates);
+  void evaluate_guides(double t, const Places& places, bool wants_rates);
+  Vec3 across(std::size_t contact, const Vec3& u) const;
   bool extrapolate(double t, double h, Places* places);
   void advance_by_midpoints(double t, double h, int count, const Places& from, Places* to);
   void publish();
@@ -53,7 +55,7 @@ class HeldPlaces {
   double then_time_, time_;                       // … the last accepted step, and where they were asked for last
   std::vector<std::size_t> held_;                 // contacts
   std::optional<Constraints::Selection> guides_;  // of those
-  std::vector<double> points_, at_rest_, rates_, blocks_;  // [3n], [3n], [d], [3 blocks] scratch
+  std::vector<double> points_, at_rest_, rows_, blocks_;  // [3n], [3n], [d], [3 blocks] scratch
 };
 
 }  // namespace tanor
