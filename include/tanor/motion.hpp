@@ -54,7 +54,7 @@ struct TANOR_API EnergyReport {
   double work_of_forces = 0.0;    ///< by forces without potential: drag, damping, time-dependent ones
   double work_of_friction = 0.0;  ///< at contacts; on moving guides it may be positive
   /// Largest at any step of the kinetic energy, of the change of the potential energy since the start and of each of
-  /// the works; at least 1e6 roundings of the energies themselves, since less cannot be told from them.
+  /// the works; at least 1e8 roundings of the energies themselves, since less cannot be told from them.
   double scale = 0.0;
   /// (now - start - works)/scale; 0 where nothing ever moved.
   double drift_relative() const;

@@ -25,13 +25,18 @@ HeldPlaces::HeldPlaces(Model& model)
       is_held_(tangents_.size(), 0),
       then_(tangents_.size()),
       now_(tangents_.size()),
+      then_rest_(tangents_.size()),
+      now_rest_(tangents_.size()),
       then_time_(model.time()),
       time_(model.time()) {}
 
 void HeldPlaces::hold(double t, const double* r) {
   carry(t);
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
-    if (tangents_.sticks(c) && !holds(c)) now_[c] = load(r, tangents_[c].point);
+    if (tangents_.sticks(c) && !holds(c)) {
+      now_[c] = load(r, tangents_[c].point);
+      now_rest_[c] = {};
+    }
     is_held_[c] = tangents_.sticks(c) ? 1 : 0;
   }
   list_held();
@@ -48,11 +53,13 @@ void HeldPlaces::forget() {
 void HeldPlaces::accept(double t) {
   carry(t);
   then_ = now_;
+  then_rest_ = now_rest_;
   then_time_ = t;
 }
 
 void HeldPlaces::move(std::size_t contact, const double* r) {
   now_[contact] = then_[contact] = load(r, tangents_[contact].point);
+  now_rest_[contact] = then_rest_[contact] = {};
   publish();
 }
 
@@ -75,20 +82,25 @@ void HeldPlaces::carry(double t) {
   time_ = t;
   if (guides_rest_ || held_.empty()) return;
   constexpr int most_halvings = 6;  // a spline's knot needs them: then what is left is little
-  Places places(held_.size());
-  for (std::size_t k = 0; k < held_.size(); ++k) places[k] = then_[held_[k]];
+  Places ways(held_.size()), places(held_.size());
   double reached = then_time_, h = t - reached;
   for (int halvings = 0; reached != t;) {
     const bool is_last = std::abs(h) >= std::abs(t - reached);
     if (is_last) h = t - reached;
-    Places next = places;
+    Places next = ways;
     if (!extrapolate(reached, h, &next) && halvings < most_halvings) {
       ++halvings;
       h *= 0.5;
       continue;
     }
-    places = std::move(next);
+    ways = std::move(next);
     reached = is_last ? t : reached + h;
+  }
+  // Sums of many steps, compensated (Kahan).
+  for (std::size_t k = 0; k < held_.size(); ++k) {
+    const Vec3 then = then_[held_[k]], way = ways[k] - then_rest_[held_[k]];
+    places[k] = then + way;
+    now_rest_[held_[k]] = (places[k] - then) - way;
   }
   // Off its guide by rounding, a place would slowly drift along it as well.
   for (int pass = 0; pass < 2; ++pass) {
@@ -101,13 +113,13 @@ void HeldPlaces::carry(double t) {
 
 /// One step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of their
 /// length until nothing changes but by rounding, that of time as well. False: it does not come to that.
-bool HeldPlaces::extrapolate(double t, double h, Places* places) {
+bool HeldPlaces::extrapolate(double t, double h, Places* ways) {
   constexpr int most_columns = 8;
   constexpr double eps = std::numeric_limits<double>::epsilon();
   std::array<Places, most_columns> table;  // the last row: T_{j,0} … T_{j,j}
-  const Places from = *places;
+  const Places from = *ways;
   for (int j = 0; j < most_columns; ++j) {
-    Places& next = *places;
+    Places& next = *ways;
     advance_by_midpoints(t, h, 2 * (j + 1), from, &next);
     double worst = std::numeric_limits<double>::infinity();
     // T_{j,k} = T_{j,k-1} + (T_{j,k-1} - T_{j-1,k-1})/((n_j/n_{j-k})^2 - 1)
@@ -120,7 +132,7 @@ bool HeldPlaces::extrapolate(double t, double h, Places* places) {
         const auto point = static_cast<std::size_t>(tangents_[held_[i]].point);
         const double length = model_.scales.length(model_.scales.of_point(point));
         const double way_of_time = std::abs(t / h) * norm(better - from[i]);
-        const double scale = std::max({norm(better), length, way_of_time});
+        const double scale = std::max({norm(better - from[i]), length, way_of_time});
         worst = larger(worst, norm(change) / scale);
         before[i] = next[i];
         next[i] = better;
@@ -187,7 +199,9 @@ Vec3 HeldPlaces::across(std::size_t contact, const Vec3& u) const {
 }
 
 /// p_dot of those that are held.
-void HeldPlaces::evaluate(double t, const Places& places, Places* rates) {
+void HeldPlaces::evaluate(double t, const Places& ways, Places* rates) {
+  Places places = ways;
+  for (std::size_t k = 0; k < places.size(); ++k) places[k] = then_[held_[k]] + ways[k];
   evaluate_guides(t, places, true);
   for (std::size_t k = 0; k < places.size(); ++k) {
     const Vec3 u = tangents_.own_velocity(held_[k]).value;
@@ -198,8 +212,8 @@ void HeldPlaces::evaluate(double t, const Places& places, Places* rates) {
 std::vector<double> HeldPlaces::memory() const {
   std::vector<double> numbers{then_time_};
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
-    const Vec3 place = holds(c) ? then_[c] : Vec3{};
-    numbers.insert(numbers.end(), {holds(c) ? 1.0 : 0.0, place.x, place.y, place.z});
+    const Vec3 place = holds(c) ? then_[c] : Vec3{}, rest = holds(c) ? then_rest_[c] : Vec3{};
+    numbers.insert(numbers.end(), {holds(c) ? 1.0 : 0.0, place.x, place.y, place.z, rest.x, rest.y, rest.z});
   }
   return numbers;
 }
@@ -207,12 +221,14 @@ std::vector<double> HeldPlaces::memory() const {
 bool HeldPlaces::restore(std::span<const double> memory) {
   forget();
   if (memory.empty()) return true;
-  if (memory.size() != 1 + 4 * tangents_.size()) return false;
+  constexpr std::size_t numbers_each = 7;
+  if (memory.size() != 1 + numbers_each * tangents_.size()) return false;
   time_ = then_time_ = memory[0];
   for (std::size_t c = 0; c < tangents_.size(); ++c) {
-    const std::span<const double> numbers = memory.subspan(1 + 4 * c, 4);
+    const std::span<const double> numbers = memory.subspan(1 + numbers_each * c, numbers_each);
     is_held_[c] = numbers[0] != 0.0 ? 1 : 0;
     then_[c] = now_[c] = {numbers[1], numbers[2], numbers[3]};
+    then_rest_[c] = now_rest_[c] = {numbers[4], numbers[5], numbers[6]};
   }
   list_held();
   publish();

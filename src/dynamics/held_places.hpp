@@ -38,12 +38,12 @@ class HeldPlaces {
   bool restore(std::span<const double> memory);
 
  private:
-  using Places = std::vector<Vec3>;  // of the contacts that are held, in `held_`
+  using Places = std::vector<Vec3>;  // of the contacts in `held_`, or how far they went from `then_`
   void list_held();
-  void evaluate(double t, const Places& places, Places* rates);
+  void evaluate(double t, const Places& ways, Places* rates);
   void evaluate_guides(double t, const Places& places, bool wants_rates);
   Vec3 across(std::size_t contact, const Vec3& u) const;
-  bool extrapolate(double t, double h, Places* places);
+  bool extrapolate(double t, double h, Places* ways);
   void advance_by_midpoints(double t, double h, int count, const Places& from, Places* to);
   void publish();
 
@@ -52,6 +52,7 @@ class HeldPlaces {
   const bool guides_rest_;
   std::vector<char> is_held_;                     // [contact]
   std::vector<Vec3> then_, now_;                  // [contact] at …
+  std::vector<Vec3> then_rest_, now_rest_;        // [contact] what rounding has left out of them
   double then_time_, time_;                       // … the last accepted step, and where they were asked for last
   std::vector<std::size_t> held_;                 // contacts
   std::optional<Constraints::Selection> guides_;  // of those

@@ -35,7 +35,7 @@ struct Simulation::Implementation {
   } points;                  // the state [3n] in the inner order
   std::vector<double> rows;  // [d]
   std::size_t num_events = 0;
-  static constexpr double rounding_of_energies = 1e6 * std::numeric_limits<double>::epsilon();
+  static constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsilon();
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
       : options((check_options(motion), motion)),

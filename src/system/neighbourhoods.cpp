@@ -70,6 +70,17 @@ void for_each_tie(const System& system, const Visit& visit) {
     if (springs == nullptr) continue;
     for (const auto& pair : springs->pairs) visit(std::span<const Index>(pair));
   }
+  for (const Coordinates& coordinates : system.coordinates) {
+    if (const auto* chain = std::get_if<ChainAngles>(&coordinates)) {
+      std::vector<Index> points = chain->points;
+      points.push_back(chain->anchor);
+      visit(std::span<const Index>(points));
+    } else if (const auto* body = std::get_if<RigidBody>(&coordinates)) {
+      visit(std::span<const Index>(body->points));
+    } else if (const auto* user = std::get_if<UserCoordinates>(&coordinates)) {
+      for (const std::vector<Index>& tuple : user->tuples) visit(std::span<const Index>(tuple));
+    }
+  }
 }
 
 Vec3 value_at(const VectorFunction& function, double t) {
@@ -80,11 +91,15 @@ Vec3 value_at(const VectorFunction& function, double t) {
 /// visit(point, centre) for all that guides have.
 template <class Visit>
 void for_each_centre(const System& system, double t, const Visit& visit) {
+  const auto visit_all = [&](const auto& guides) {
+    const Vec3 centre = value_at(guides.center, t);
+    for (const Index point : guides.points) visit(point, centre);
+  };
+  for (const Coordinates& coordinates : system.coordinates) {
+    if (const auto* circles = std::get_if<CircleCoordinates>(&coordinates)) visit_all(*circles);
+    if (const auto* spheres = std::get_if<SphereCoordinates>(&coordinates)) visit_all(*spheres);
+  }
   for (const Constraint& constraint : system.constraints) {
-    const auto visit_all = [&](const auto& guides) {
-      const Vec3 centre = value_at(guides.center, t);
-      for (const Index point : guides.points) visit(point, centre);
-    };
     if (const auto* circles = std::get_if<Circles>(&constraint)) visit_all(*circles);
     if (const auto* spheres = std::get_if<Spheres>(&constraint)) visit_all(*spheres);
     if (const auto* pulleys = std::get_if<Pulleys>(&constraint)) {

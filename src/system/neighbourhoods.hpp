@@ -6,9 +6,9 @@
 
 namespace tanor {
 
-/// Moving points that constraints and springs join, directly or by others, are one neighbourhood; supports join
-/// nothing. What is small in a neighbourhood is small beside its own length: another one, however far, fast or heavy,
-/// has no say.
+/// Moving points that constraints, coordinates and springs join, directly or by others, are one neighbourhood; supports
+/// join nothing. What is small in a neighbourhood is small beside its own length: another one, however far, fast or
+/// heavy, has no say.
 struct Neighbourhoods {
   std::vector<Index> of_point;  ///< [user's point]; -1: a support
   /// [neighbourhood], m: the diagonal of the box around its points, the supports that hold it and the centres that
