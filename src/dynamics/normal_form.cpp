@@ -298,7 +298,11 @@ double NormalForm::refine(double scale) {
       measure_accelerations(scale);
       residual = largest_active(rows_, accelerations_);
     }
-    if (residual <= good_enough() || pass == most_passes || (pass > 0 && !(residual < 0.5 * before))) break;
+    // Exact beside all, good enough beside its own neighbourhood.
+    constexpr double little = 1e-12;
+    const bool is_little = largest <= good_enough() * scale && residual <= little;
+    if (is_little || residual <= good_enough() || pass == most_passes || (pass > 0 && !(residual < 0.5 * before)))
+      break;
     ++last_.refinements;
     correct(rows_.data(), dw_.data());
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
