@@ -25,6 +25,8 @@ class Scales {
   std::span<const Index> of_points() const { return are_one() ? std::span<const Index>() : of_all_points_; }
   std::size_t of_row(std::size_t row) const { return static_cast<std::size_t>(of_row_[row]); }
 
+  bool has_rows(std::size_t k) const { return has_rows_[k] != 0; }
+
   double length(std::size_t k) const { return length_[k]; }  ///< m
   double speed(std::size_t k) const { return speed_[k]; }    ///< m/s
   const std::vector<double>& lengths() const { return length_; }

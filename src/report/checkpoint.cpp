@@ -24,7 +24,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 7;
+constexpr int format = 8;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";

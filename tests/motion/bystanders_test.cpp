@@ -218,6 +218,19 @@ RC_GTEST_PROP(Bystanders, OfAnySpeedPlaceAndPullLeaveTheBlockAlone, ()) {
   RC_ASSERT(scenes::largest_difference(beside.positions, alone.positions) <= 1e-11);
 }
 
+/// What conjugate gradients may leave at a stage is each one's own: a heavy bystander must not take it all.
+TEST(Bystanders, AHeavyOneDoesNotLoosenTheStagesOfANet) {
+  System net = scenes::make_net(24, 24);
+  for (std::size_t i = 0; i < net.positions.size(); i += 3)
+    net.velocities[i + 2] = 0.1 * std::sin(7.0 * net.positions[i] + 3.0 * net.positions[i + 1]);
+  const MotionOptions options{.method = Method::Dop853, .rtol = 1e-9, .start = StartMode::Project};
+  const Bystander heavy{.place = {3.0, 0.0, 1.0}, .velocity = {0.0, 1.0, 0.0}, .mass = 1e12};
+  const std::size_t count = net.positions.size();
+  const Motion alone = run(net, options, 0.1, count), beside = run(with(heavy, net), options, 0.1, count);
+  EXPECT_LE(scenes::largest_difference(beside.positions, alone.positions), 1e-9);
+  EXPECT_NEAR(static_cast<double>(beside.steps), static_cast<double>(alone.steps), 2.0);
+}
+
 /// Two blocks that nothing joins, one a million times faster and heavier: each stops where it would alone.
 TEST(Bystanders, FrictionIsSolvedToTheSizeOfEach) {
   System heavy = make_block();

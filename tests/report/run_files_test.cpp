@@ -267,7 +267,7 @@ std::vector<std::string> list_keys(const json& object) {
   return keys;  // sorted: json objects are
 }
 
-// The contract's list, `start` and `energy.work_of_forces` on top of it.
+// The contract's list, `start` and `energy.work_of_forces` on top of it; `doubt` is the old name of `accuracy_warning`.
 TEST(SummaryTest, HasTheKeysOfTheContract) {
   using Keys = std::vector<std::string>;
   const Folder folder;
@@ -277,8 +277,10 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   write_summary(folder.path(), {}, simulation);
 
   const json summary = read_json(folder / "summary.json");
-  EXPECT_EQ(list_keys(summary), (Keys{"certificate",
+  EXPECT_EQ(list_keys(summary), (Keys{"accuracy_warning",
+                                      "certificate",
                                       "degrees_of_freedom",
+                                      "doubt",
                                       "energy",
                                       "equations",
                                       "events",
