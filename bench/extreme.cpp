@@ -66,9 +66,9 @@ Row run(const Case& scene, Method method, double time_limit) {
     };
     // What is wrong in a motion that says so itself is no loss.
     const auto is_wrong = [&](const std::string& what) {
-      if (report.doubt.empty()) return lose(what + ", not a word");
+      if (report.accuracy_warning.empty()) return lose(what + ", not a word");
       if (row.verdict == "ok") row.verdict = "reported";
-      row.reason = report.doubt;
+      row.reason = report.accuracy_warning;
     };
     if (!finite) lose("not finite");
     if (outcome.ok() && simulation.time() < scene.t_end) {
@@ -181,7 +181,7 @@ int main(int argc, char** argv) {
       "%d runs survive, %d are reported with place and reason, %d are slow, %d are lost.\n\n"
       "A number: relative error against a closed form; in parentheses: drift of the energy, where there is none. "
       "Methods with tolerances: rtol 1e-10, the others take the steps that `extreme_scenes.hpp` gives them. "
-      "*reported*: ended by itself with place and reason, or wrong and doubted by the run itself (`doubt`). "
+      "*reported*: ended by itself with place and reason, or wrong and doubted by the run itself (`accuracy_warning`). "
       "*slow*: not at its end after %.0f s (more for the long and the large). "
       "**lost**: crashes, hangs, holds a number that is not finite, breaks constraints by more than "
       "max(1e-12, 8 eps |r|/L), or is wrong (by the scene's closed form, or by 1e-2 of the energy) without a word."

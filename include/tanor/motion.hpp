@@ -27,7 +27,9 @@ struct MotionOptions {
   Method method = Method::Auto;  ///< auto: see choose_method
   double step = 0.0;             ///< s; fixed, or the first one to try where a tolerance rules; 0: none
   double rtol = 1e-8;            ///< relative to |r| and |v| of each point
-  double atol = 1e-10;           ///< m and m/s
+  /// m and m/s; 0: 1e-10 of the length around each point, and of the speed there. Around it lies what constraints and
+  /// springs join to it; the speed is the largest of those at the start and of a fall through that length.
+  double atol = 0.0;
   Stabilisation stabilisation = Stabilisation::Projection;
   StartMode start = StartMode::Check;
   int order = 0;                 ///< taylor: terms of the series, 4 … 24; 0: as the tolerance asks
@@ -47,10 +49,13 @@ TANOR_API ChosenMethod choose_method(const MotionOptions& options, const Dynamic
 /// Kinetic and potential energy, J, and the work done since the start.
 struct TANOR_API EnergyReport {
   double start = 0.0, now = 0.0;
+  double potential_at_start = 0.0;
   double work_of_supports = 0.0;  ///< by moving supports and time-dependent constraints
   double work_of_forces = 0.0;    ///< by forces without potential: drag, damping, time-dependent ones
   double work_of_friction = 0.0;  ///< at contacts; on moving guides it may be positive
-  double scale = 0.0;             ///< largest of |E(0)| and the kinetic energy at the steps
+  /// Largest at any step of the kinetic energy, of the change of the potential energy since the start and of each of
+  /// the works; at least 1e8 roundings of the energies themselves, since less cannot be told from them.
+  double scale = 0.0;
   /// (now - start - works)/scale; 0 where nothing ever moved.
   double drift_relative() const;
 };
@@ -74,9 +79,10 @@ struct MotionReport {
   double time = 0.0;             ///< reached, s
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;
-  /// Fixed steps: why the motion may be wrong though nothing failed (one step turns it by more than 0.4 rad, or the
-  /// energy drifts by more than 1e-2 of its scale), and when first; empty: nothing speaks against it.
-  std::string doubt{};
+  /// Why the motion may be wrong though nothing failed, and when first: the absolute tolerance is coarse, one fixed
+  /// step turns the motion by more than 0.4 rad, or the energy drifts by more of its scale than the method should let
+  /// it (fixed steps: 1e-2; a tolerance: 1e4 rtol, between 1e-4 and 1e-2). Empty: nothing speaks against it.
+  std::string accuracy_warning{};
   std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
   double last_event = 0.0;  ///< s, the last of them
   StartReport start;

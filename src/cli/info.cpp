@@ -57,9 +57,10 @@ std::string describe_form(const PlanSummary& plan, Form wanted) {
 
 std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chosen) {
   const std::string end = scene.t_end > 0.0 ? fmt::format(" to t = {} s", scene.t_end) : "; no t_end";
-  const bool has_step = scene.motion.step > 0.0;
-  const std::string step = has_step ? fmt::format("step {} s", scene.motion.step)
-                                    : fmt::format("rtol {}, atol {}", scene.motion.rtol, scene.motion.atol);
+  const bool has_step = scene.motion.step > 0.0, has_atol = scene.motion.atol > 0.0;
+  const std::string step = has_step   ? fmt::format("step {} s", scene.motion.step)
+                           : has_atol ? fmt::format("rtol {}, atol {}", scene.motion.rtol, scene.motion.atol)
+                                      : fmt::format("rtol {}, atol 1e-10 of the size", scene.motion.rtol);
   const std::string reason = chosen.reason.empty() ? "" : fmt::format(" ({})", chosen.reason);
   return fmt::format("{}{}, {}{}", method_name(chosen.method), reason, step, end);
 }

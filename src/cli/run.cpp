@@ -149,6 +149,8 @@ ExitCode execute(const RunOptions& options) {
   progress.end();
   if (simulation.outcome().ok() && !options.quiet) tell_redundancy(options, simulation);
   const std::string page = finish(ending, simulation, &folder);
+  if (const std::string& warning = simulation.report().accuracy_warning; !warning.empty() && !options.quiet)
+    print_message(options.scene.string() + ": warning: " + warning);
 
   if (!options.quiet) fmt::print("{}", page);
   if (ending.code != ExitCode::Done || !options.quiet) {

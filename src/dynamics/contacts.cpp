@@ -19,12 +19,22 @@ Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
 /// Held this much above the limit, relative, is held at it: the rounding of multipliers.
 static constexpr double limit_slack = 1e-12;
 
-/// Sliding backwards no faster than this, over the velocity scale, is the rounding of a start from rest.
+/// Sliding backwards no faster than this, over the speed of its neighbourhood, is the rounding of a start from rest.
 static constexpr double speed_slack = 1e-13;
 
+/// The speed beside which sliding there is slow, and the acceleration: those of its own neighbourhood.
+double NormalForm::speed_at(std::size_t contact) const {
+  const auto point = static_cast<std::size_t>(model_.constraints.tangents()[contact].point);
+  return model_.scales.speed(model_.scales.of_point(point));
+}
+double NormalForm::acceleration_at(std::size_t contact) const {
+  const auto point = static_cast<std::size_t>(model_.constraints.tangents()[contact].point);
+  return accelerations_[model_.scales.of_point(point)];
+}
+
 /// Sliding slower than this is rest: the rounding of projected velocities.
-double NormalForm::sliding_threshold() const {
-  return 1e-11 * model_.velocity_scale;
+double NormalForm::sliding_threshold(std::size_t contact) const {
+  return 1e-11 * speed_at(contact);
 }
 
 /// Other contacts stick than before: whether they hold too much is to be found anew.
@@ -50,7 +60,8 @@ std::vector<double> NormalForm::blocks_of_constraints() const {
 
 void NormalForm::set_sliding_speeds() {
   constexpr double slow = 1e-6;
-  friction_->laws().set_speeds(sliding_threshold(), slow * model_.velocity_scale);
+  for (std::size_t c = 0; c < model_.constraints.tangents().size(); ++c)
+    friction_->laws().set_speeds(c, sliding_threshold(c), slow * speed_at(c));
 }
 
 void NormalForm::evaluate_events(double, const double*, const double* v, double* values) {
@@ -62,7 +73,7 @@ void NormalForm::evaluate_events(double, const double*, const double* v, double*
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
       const double forward = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c));
-      *values++ = forward / model_.velocity_scale + speed_slack;
+      *values++ = forward / speed_at(c) + speed_slack;
     }
   }
 }
@@ -71,10 +82,11 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
   Tangents& tangents = model_.constraints.tangents();
   std::vector<char> at_rest(tangents.size(), 0);
   for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, false);
+  held_->forget();
   if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
   set_sliding_speeds();
   for (std::size_t c = 0; c < tangents.size(); ++c) {
-    at_rest[c] = tangents[c].first_row >= 0 && norm(tangents.sliding_velocity(c, v)) <= sliding_threshold();
+    at_rest[c] = tangents[c].first_row >= 0 && norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c);
     tangents.set_stick(c, at_rest[c] != 0);
     friction_->laws().set_sense(c, {});
   }
@@ -95,7 +107,7 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
     if (tangents.sticks(c)) {
       at_rest[c] = 1;
       if (is_now) releases.push_back(c);
-    } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold()) {
+    } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c)) {
       at_rest[c] = 1;
       tangents.set_stick(c, true);
     }
@@ -135,15 +147,15 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
     if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
     if (num_at_rest == 0) {
-      tangents.hold(r, false);
+      held_->hold(t, r);
       return {};
     }
-    const double scale = std::max(acceleration_scale_, std::numeric_limits<double>::min());
     model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
     bool has_changed = false, has_reached_limit = false;
     std::vector<std::pair<double, std::size_t>> too_much;  // how far above the limit, relative
     for (std::size_t c = 0; c < tangents.size(); ++c) {
       if (at_rest[c] == 0) continue;
+      const double scale = acceleration_at(c);
       if (tangents.sticks(c)) {
         const double limit = friction_->static_limit(c, lambda_.data());
         const double held = norm(friction_->held(c, lambda_.data()));
@@ -188,13 +200,46 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
       has_changed = true;
     }
     if (!has_changed) {
-      tangents.hold(r, !model_.is_rheonomic());
+      held_->hold(t, r);
       return accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
     }
   }
   return {Status::NotConverged, "friction at t = " + text(t) +
                                     ": no choice of which contacts stick and which slide obeys the law for all of " +
                                     text(static_cast<double>(num_at_rest)) + " at rest"};
+}
+
+// ---- where contacts that stick are held ----
+
+/// Largest |T'(r - place)| in `rows_` over the length around it, where the row is one of those that decide.
+double NormalForm::held_violation() const {
+  const Tangents& tangents = model_.constraints.tangents();
+  double worst = 0.0;
+  for (std::size_t c = 0; !is_compliant_ && c < tangents.size(); ++c) {
+    if (!tangents.sticks(c) || !held_->holds(c)) continue;
+    const double length = model_.scales.length(model_.scales.of_point(static_cast<std::size_t>(tangents[c].point)));
+    for (int k = 0; k < tangents[c].num_tangents(); ++k) {
+      const auto row = static_cast<std::size_t>(tangents[c].first_row + k);
+      if (!redundancy_.is_dependent(row)) worst = larger(worst, std::abs(rows_[row]) / length);
+    }
+  }
+  return worst;
+}
+
+/// A step to t was accepted. What other constraints do not let be where it is held gives way: they hold it as well.
+void NormalForm::accept_places(double t, const double* r) {
+  held_->accept(t);
+  const Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; (is_compliant_ || redundancy_.is_found()) && c < tangents.size(); ++c) {
+    constexpr double given_way = 1e-12;
+    if (!tangents.sticks(c) || !held_->holds(c)) continue;
+    const auto point = static_cast<std::size_t>(tangents[c].point);
+    const Vec3 away = load(r, point) - held_->place(c);
+    double along = 0.0;
+    for (int k = 0; k < tangents[c].num_tangents(); ++k)
+      along = std::max(along, std::abs(dot(tangents.directions(c)[static_cast<std::size_t>(k)], away)));
+    if (along > given_way * model_.scales.length(model_.scales.of_point(point))) held_->move(c, r);
+  }
 }
 
 // ---- the discrete state: one number a contact ----
@@ -234,7 +279,7 @@ void NormalForm::restore_discrete_state(std::span<const int> state) {
 /// Where T stands again.
 void NormalForm::restore_senses(const double* r, const double* v) {
   if (restored_.empty()) return;
-  model_.constraints.tangents().hold(r, !model_.is_rheonomic());
+  held_->hold(model_.time(), r);
   FrictionLaws& laws = friction_->laws();
   set_sliding_speeds();
   for (std::size_t c = 0; c < restored_.size(); ++c) {

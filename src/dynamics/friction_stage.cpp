@@ -129,6 +129,44 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
   std::erase_if(islands_, [](const auto& island) { return island.empty(); });
 }
 
+/// What sizes of friction are told apart by: each neighbourhood's own.
+void FrictionStage::set_accelerations(const std::vector<double>& accelerations) {
+  if (group_of_part_.empty()) {
+    std::vector<Index> group_of(model_.scales.size(), -1);
+    for (std::size_t c = 0; c < tangents_.size(); ++c) {
+      const std::size_t own = model_.scales.of_point(static_cast<std::size_t>(tangents_[c].point));
+      if (group_of[own] < 0) {
+        group_of[own] = static_cast<Index>(neighbourhoods_.size());
+        neighbourhoods_.push_back(own);
+      }
+      group_of_part_.insert(group_of_part_.end(), laws_.end_part(c) - laws_.first_part(c), group_of[own]);
+    }
+  }
+  // Forces round by eps m a: below 1e-4 m a they have fewer digits than the tolerance of the iterations.
+  constexpr double part = 1e-4;
+  least_.assign(neighbourhoods_.size(), 0.0);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    const auto group = static_cast<std::size_t>(group_of_part_[laws_.first_part(c)]);
+    const double mass = model_.mass[static_cast<std::size_t>(tangents_[c].point)];
+    least_[group] = std::max(least_[group], part * mass * accelerations[neighbourhoods_[group]]);
+  }
+  if (neighbourhoods_.size() > 1) fixed_point_.set_groups(group_of_part_, least_);
+}
+
+/// |x - x_at| over the largest friction, of the worst neighbourhood.
+double FrictionStage::relative_change() const {
+  if (neighbourhoods_.size() <= 1) return largest_difference(x_, x_at_) / std::max(largest_of(x_), smallest_number);
+  std::vector<double> size = least_, change(least_.size(), 0.0);
+  for (std::size_t p = 0; p < x_.size(); ++p) {
+    const auto group = static_cast<std::size_t>(group_of_part_[p]);
+    size[group] = larger(size[group], std::abs(x_[p]));
+    change[group] = larger(change[group], std::abs(x_[p] - x_at_[p]));
+  }
+  double worst = 0.0;
+  for (std::size_t k = 0; k < size.size(); ++k) worst = larger(worst, change[k] / std::max(size[k], smallest_number));
+  return worst;
+}
+
 // ---- the response of S ----
 
 /// Row k of those that K'M^-1 tau touches.
@@ -259,7 +297,7 @@ double FrictionStage::change_to(const double* lambda, double s, double* y) {
   std::swap(tau_, tau_before_);
   set_forces(lambda);
   add_change(s, y);
-  return largest_difference(x_, x_at_) / std::max(largest_of(x_), smallest_number);
+  return relative_change();
 }
 
 void FrictionStage::add_change(double s, double* y) const {
@@ -271,9 +309,8 @@ void FrictionStage::add_change(double s, double* y) const {
 
 double FrictionStage::measure(const double* lambda) {
   laws_.evaluate(model_.parallel, lambda, x_at_.data());
-  const double change = largest_difference(x_, x_at_);
-  report_.residual = change / std::max(largest_of(x_), smallest_number);
-  report_.error_bound = amplification_ * change;
+  report_.residual = relative_change();
+  report_.error_bound = amplification_ * largest_difference(x_, x_at_);
   return report_.residual;
 }
 

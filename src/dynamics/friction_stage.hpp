@@ -36,6 +36,9 @@ class FrictionStage final : private Response {
 
   FrictionLaws& laws() { return laws_; }
 
+  /// Accelerations beside which others are small [neighbourhood], m/s^2: what friction is measured by where it
+  /// vanishes.
+  void set_accelerations(const std::vector<double>& accelerations);
   /// tau at (t, r, v) for b = phi + K'w0 [rows]; `lambda` [rows]: a guess.
   Outcome find(double t, const double* r, const double* v, const double* b, Judgement judgement, const double* lambda);
   /// Once more from lambda near the answer, with refined solves; b without friction.
@@ -90,6 +93,7 @@ class FrictionStage final : private Response {
   Outcome enumerate(double t, double* lambda);
 
   Outcome fail(Status status, double t, const std::string& why) const;
+  double relative_change() const;
 
   Model& model_;
   const Tangents& tangents_;
@@ -119,8 +123,11 @@ class FrictionStage final : private Response {
   std::vector<double> b_touched_;   // [touched row]
   std::vector<double> change_;      // [rows] 0 there
   std::vector<double> lambda_, guess_;
-  std::vector<double> x_, x_at_;          // [parts]
-  std::vector<double> tau_, tau_before_;  // [3 contacts] of x_
+  std::vector<double> x_, x_at_;             // [parts]
+  std::vector<double> tau_, tau_before_;     // [3 contacts] of x_
+  std::vector<Index> group_of_part_;         // neighbourhoods that have contacts
+  std::vector<std::size_t> neighbourhoods_;  // [group]
+  std::vector<double> least_;                // [group] N
   FrictionReport report_;
 };
 

@@ -107,7 +107,11 @@ double ImplicitForm::evaluate_positions(double t, const double* r, double* xi) {
 double ImplicitForm::evaluate_rates(double t, const double* r, const double* v, double* rates) {
   model_.set_time(t);
   const Stopwatch watch(&model_.times.evaluate);
-  return model_.constraints.evaluate_rates(model_.parallel, r, v, rates) / model_.velocity_scale;
+  const double largest = model_.constraints.evaluate_rates(model_.parallel, r, v, rates);
+  const Scales& scales = model_.scales;
+  constexpr double little = 1e-14;
+  if (scales.are_one() || largest <= little * scales.least_speed()) return largest / scales.least_speed();
+  return model_.velocity_violation(t, r, v);
 }
 
 Power ImplicitForm::power(const double* r, const double* v) const {

@@ -147,8 +147,12 @@ class Mechanics {
   /// solves start from, charts, the last multipliers.
   virtual void exchange_memory(Memory& memory) = 0;
 
+  /// `atol` 0: 1e-10 of the length and of the speed of each point's neighbourhood, see Scales.
   /// t: at the step's beginning. The last accelerations were those at its end.
   virtual ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) = 0;
+
+  /// Which neighbourhood each three numbers belong to: what is small is small beside its own. Empty: all to one.
+  virtual std::span<const Index> neighbourhoods() const { return {}; }
 
   /// How many accelerations were found so far.
   virtual std::size_t num_accelerations() const { return 0; }

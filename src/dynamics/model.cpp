@@ -105,7 +105,7 @@ template <class Mask>
 /// 8 of them, the last ones twice where they fill no lane.
 TANOR_EACH_INSTRUCTION_SET
 double largest_ratio(const double* error, const double* from, const double* to, std::size_t begin, std::size_t end,
-                     double atol, double rtol) {
+                     const double* own_atol, double same_atol, double rtol) {
   constexpr std::size_t width = 8;
   // Of squares. (atol + rtol |.|)^2 lies above atol^2 + rtol^2 |.|^2: most points need no root and no quotient.
   Eight worst{};
@@ -119,6 +119,7 @@ double largest_ratio(const double* error, const double* from, const double* to, 
       square[part] = e * e;
       size[part] = a * a > b * b ? a * a : b * b;
     }
+    const Eight atol = own_atol != nullptr ? eight_at(own_atol + first / 3) : Eight{} + same_atol;
     const Eight squares = add_triples(square[0], square[1], square[2]);
     const Eight sizes = add_triples(size[0], size[1], size[2]);
     if (are_all(squares <= worst * (atol * atol + rtol * rtol * sizes))) continue;
@@ -135,13 +136,14 @@ double largest_ratio(const double* error, const double* from, const double* to, 
   return std::sqrt(result);
 }
 
-double largest_ratio_of_few(const double* error, const double* from, const double* to, std::size_t count, double atol,
-                            double rtol) {
+double largest_ratio_of_few(const double* error, const double* from, const double* to, std::size_t count,
+                            const double* own_atol, double same_atol, double rtol) {
   double worst = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3 a = load(from, i), b = load(to, i);
     const double size =
         std::max(a.x * a.x, b.x * b.x) + std::max(a.y * a.y, b.y * b.y) + std::max(a.z * a.z, b.z * b.z);
+    const double atol = own_atol != nullptr ? own_atol[i] : same_atol;
     worst = larger(worst, norm(load(error, i)) / (atol + rtol * std::sqrt(size)));
   }
   return worst;
@@ -173,6 +175,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       support_accelerations(3 * (numbering.num_points() - numbering.num_moving), 0.0),
       scene_size(tanor::scene_size(system)),
       smallest_length(constraints.smallest_length(scene_size)),
+      scales(find_neighbourhoods(system, t), numbering, incidences, scene_size),
       may_lose_rank(closes_loops(system, numbering)),
       mass_ratio(find_mass_ratio(incidences, inverse_mass)),
       rank(numbering.first_idle_row()),
@@ -261,6 +264,33 @@ void Model::measure_velocity_scale(double t, const double* r, const double* v) {
   const double prescribed = num_rows() > 0 ? constraints.evaluate_rates(parallel, r, zero.data(), rows_.data()) : 0.0;
   velocity_scale = std::max({largest_norm(v), prescribed, std::sqrt(acceleration * scene_size)});
   if (!(velocity_scale > 0.0)) velocity_scale = 1.0;
+  measure_local_speeds(r, v, w0.data());
+}
+
+/// Each neighbourhood's own; `w0`: M^-1 f, prescribed accelerations at supports.
+void Model::measure_local_speeds(const double* r, const double* v, const double* w0) {
+  const std::vector<double> zero(3 * num_points(), 0.0);
+  std::vector<double> speeds = largest_norms(v), position(num_rows()), prescribed(num_rows());
+  const std::vector<double> accelerations = largest_norms(w0);
+  for (std::size_t k = 0; k < speeds.size(); ++k)
+    speeds[k] = std::max(speeds[k], std::sqrt(accelerations[k] * scales.length(k)));
+  constraints.measure(r, zero.data(), position.data(), prescribed.data());
+  for (std::size_t a = 0; a < num_rows(); ++a) {
+    double& own = speeds[scales.of_row(a)];
+    own = std::max(own, std::abs(prescribed[a]));
+  }
+  for (const Incidence& incidence : incidences) {
+    const auto point = static_cast<std::size_t>(incidence.point);
+    double& own = speeds[scales.of_row(static_cast<std::size_t>(incidence.row))];
+    if (point >= num_moving()) own = std::max(own, norm(load(v, point)));
+  }
+  const Tangents& tangents = constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    double& own = speeds[scales.of_point(static_cast<std::size_t>(tangents[c].point))];
+    own = std::max(own, norm(tangents.own_velocity(c).value));
+  }
+  speeds.back() = velocity_scale;
+  scales.set_speeds(speeds);
 }
 
 Energy Model::energy(const double* r, const double* v) const {
@@ -285,26 +315,42 @@ double Model::position_violation(double t, const double* r) {
   return constraints.evaluate_values(parallel, r, rows_.data());
 }
 
-double Model::rank_tolerance(const double* r) {
+std::vector<double> Model::rank_tolerances(const double* r) {
   // On the way to xi = 0 and back K may differ by so much from the one there, for each unit of violation.
   constexpr double spread = 1e2, largest = 1e-6;  // what S cannot see lies below
-  return std::min(largest, spread * constraints.evaluate_values(parallel, r, rows_.data()));
+  const std::vector<double> at_rest(3 * num_points(), 0.0);
+  std::vector<double> result(num_rows());
+  constraints.measure(r, at_rest.data(), result.data(), rows_.data());
+  for (std::size_t a = 0; a < num_rows(); ++a) {
+    const bool is_contact = static_cast<std::size_t>(numbering.user_row[a]) >= numbering.num_user_rows;
+    result[a] = is_contact ? 0.0 : std::min(largest, spread * result[a]);
+  }
+  return result;
 }
 
 double Model::velocity_violation(double t, const double* r, const double* v) {
   set_time(t);
-  return constraints.evaluate_rates(parallel, r, v, rows_.data()) / velocity_scale;
+  const double largest = constraints.evaluate_rates(parallel, r, v, rows_.data());
+  if (scales.are_one()) return largest / scales.speed(0);
+  std::vector<double> position(num_rows()), rates(num_rows());
+  constraints.measure(r, v, position.data(), rates.data());
+  double worst = 0.0;
+  for (std::size_t a = 0; a < num_rows(); ++a)
+    worst = larger(worst, std::abs(rates[a]) / scales.speed(scales.of_row(a)));
+  return worst;
 }
 
 ErrorRatios Model::error_ratios(const StepErrors& errors, double atol, double rtol) const {
   constexpr std::size_t few = 8;
-  const auto largest = [&](const double* error, const double* from, const double* to) {
-    if (num_points() < few) return largest_ratio_of_few(error, from, to, num_points(), atol, rtol);
+  const auto largest = [&](const double* error, const double* from, const double* to, std::span<const double> all) {
+    const double* const own = atol > 0.0 ? nullptr : all.data();
+    if (num_points() < few) return largest_ratio_of_few(error, from, to, num_points(), own, atol, rtol);
     return parallel.max_over_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
-      return largest_ratio(error, from, to, begin, end, atol, rtol);
+      return largest_ratio(error, from, to, begin, end, own, atol, rtol);
     });
   };
-  return {largest(errors.x, errors.x_from, errors.x_to), largest(errors.v, errors.v_from, errors.v_to)};
+  return {largest(errors.x, errors.x_from, errors.x_to, scales.position_tolerances()),
+          largest(errors.v, errors.v_from, errors.v_to, scales.velocity_tolerances())};
 }
 
 double Model::largest_norm(const double* x) const {
@@ -324,6 +370,27 @@ double Model::largest_move(const double* x, const double* y) const {
     }
     return std::sqrt(worst);
   });
+}
+
+void Model::largest_norms(const double* x, std::vector<double>* result) const {
+  result->assign(scales.size(), 0.0);
+  for (std::size_t i = 0; i < num_moving(); ++i) {
+    double& worst = (*result)[scales.of_point(i)];
+    worst = larger(worst, norm(load(x, i)));
+  }
+}
+
+std::vector<double> Model::largest_norms(const double* x) const {
+  std::vector<double> result;
+  largest_norms(x, &result);
+  return result;
+}
+
+double Model::largest_move(const double* x, const double* y, const std::vector<double>& scale) const {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < num_moving(); ++i)
+    worst = larger(worst, norm(load(x, i) - load(y, i)) / scale[scales.of_point(i)]);
+  return worst;
 }
 
 std::string Model::name_row(std::size_t inner_row) const {

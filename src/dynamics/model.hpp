@@ -10,6 +10,7 @@
 #include "assembly/reactions.hpp"
 #include "base/parallel.hpp"
 #include "dynamics/mechanics.hpp"
+#include "dynamics/scales.hpp"
 #include "evaluate/constraints.hpp"
 #include "evaluate/forces.hpp"
 #include "evaluate/parametrisation.hpp"
@@ -44,7 +45,8 @@ class Model {
   std::vector<double> f;                         ///< [3n] active forces of the last `evaluate_free`
   std::vector<double> support_accelerations;     ///< [3 * supports]
   const double scene_size, smallest_length;      ///< m
-  double velocity_scale = 1.0;                   ///< m/s
+  double velocity_scale = 1.0;                   ///< m/s, largest of the scene
+  Scales scales;                                 ///< what decides locally
   /// Constraints close loops, or hold one island in two places: trees of rods on one support never lose rank.
   const bool may_lose_rank;
   const double mass_ratio;  ///< largest over smallest of moving points under constraints
@@ -85,22 +87,29 @@ class Model {
   /// Assembles and factorizes S or H, timed and counted.
   GramSolver::Quality factorize(GramSolver* solver, const double* blocks);
 
-  /// Velocity scale: what moves, what is prescribed, and a free fall through the scene.
+  /// Velocity scales, of the scene and of each neighbourhood: what moves, what is prescribed, and a free fall through
+  /// it.
   void measure_velocity_scale(double t, const double* r, const double* v);
 
   Energy energy(const double* r, const double* v) const;
   /// Power of the reactions on the moving points, and of the forces without potential; at the last `evaluate_free`.
   Power power(const double* reaction_accelerations, const double* r, const double* v) const;
-  /// How well K is known at r for decisions on its rank: to the distance from xi = 0.
-  double rank_tolerance(const double* r);
-  /// Largest relative violation of positions; of velocities, over the velocity scale.
+  /// How well each row of K is known at r for decisions on its rank: to the distance from xi = 0. [d]
+  std::vector<double> rank_tolerances(const double* r);
+  /// Largest relative violation of positions; of velocities, over the speed of their neighbourhood.
   double position_violation(double t, const double* r);
   double velocity_violation(double t, const double* r, const double* v);
+  /// `atol` 0: each point's own, see Scales.
   ErrorRatios error_ratios(const StepErrors& errors, double atol, double rtol) const;
 
   /// Largest |x_i|, and largest |x_i - y_i|, over the points.
   double largest_norm(const double* x) const;
   double largest_move(const double* x, const double* y) const;
+  /// The largest |x_i| of each neighbourhood, over its moving points.
+  std::vector<double> largest_norms(const double* x) const;
+  void largest_norms(const double* x, std::vector<double>* result) const;
+  /// Largest |x_i - y_i| over the moving points, each over the `scale` of its neighbourhood.
+  double largest_move(const double* x, const double* y, const std::vector<double>& scale) const;
 
   std::string name_row(std::size_t inner_row) const;
   /// Rows of contacts := 0 in K: what the system's constraints alone span, whatever sticks.
@@ -118,6 +127,7 @@ class Model {
     std::vector<Vec3> position;  // initial
   };
   void prescribe(const std::vector<PrescribedPoints>& supports, double t, double* r, double* v);
+  void measure_local_speeds(const double* r, const double* v, const double* w0);
 
   std::vector<PrescribedPoints> fixed_supports_, moving_supports_;
   const std::optional<Vec3> uniform_free_;

@@ -45,6 +45,7 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
                                                 }
                                                 share_out(x);
                                               });
+  held_ = std::make_unique<HeldPlaces>(model);
   respond_.resize(size());
   solver_->allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
   contact_rows_.resize(num_rows());
@@ -195,7 +196,9 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   }
   last_.residual = 0.0;
   last_.refinements = 0;
-  acceleration_scale_ = scale;
+  w0_ = w;
+  knows_accelerations_ = false;
+  if (friction_ != nullptr) measure_accelerations(scale);
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
   if (num_rows() == 0) return last_.outcome = {};
   if (fresh && may_reuse() && reuse(t)) {
@@ -240,6 +243,7 @@ Outcome NormalForm::find_friction(double t, const double* r, const double* v, Ju
   set_sliding_speeds();
   // The null space turns with K.
   if (!model_.constraints.gradients_are_constant()) (void)decide_rank_again(r);
+  friction_->set_accelerations(accelerations_);
   Outcome outcome = friction_->find(t, r, v, right_side_.data(), judgement, lambda_.data());
   last_.friction = friction_->report();
   if (outcome.ok()) friction_->add(1.0, w, right_side_.data());
@@ -282,17 +286,23 @@ double NormalForm::find_multipliers(double scale) {
 
 double NormalForm::refine(double scale) {
   constexpr int most_passes = 5;
-  const double unit = scale > 0.0 ? scale : 1.0;
   double residual = 0.0;
   last_.refinements = 0;
   for (int pass = 0;; ++pass) {
     const double before = residual;
-    last_.residual = residual = model_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw_.data(),
-                                                                    right_side_.data(), rows_.data()) /
-                                unit;
+    const double largest = model_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw_.data(),
+                                                               right_side_.data(), rows_.data());
+    last_.residual = residual = relative_residual(largest, scale);
     // What dependent rows leave over is not for the others to mend.
-    if (redundancy_.is_found()) residual = largest_active(rows_) / unit;
-    if (residual <= good_enough() || pass == most_passes || (pass > 0 && !(residual < 0.5 * before))) break;
+    if (redundancy_.is_found()) {
+      measure_accelerations(scale);
+      residual = largest_active(rows_, accelerations_);
+    }
+    // Exact beside all, good enough beside its own neighbourhood.
+    constexpr double little = 1e-12;
+    const bool is_little = largest <= good_enough() * scale && residual <= little;
+    if (is_little || residual <= good_enough() || pass == most_passes || (pass > 0 && !(residual < 0.5 * before)))
+      break;
     ++last_.refinements;
     correct(rows_.data(), dw_.data());
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
@@ -328,8 +338,10 @@ Outcome NormalForm::explain_stall(double t, double violation) const {
     return {Status::Contradictory, "what is prescribed at supports breaks " + place};
   }
   // The independent rows are satisfied, what depends on them is not.
-  if (largest_active(rows_) < 1e-3 * largest_dependent(rows_)) {
-    if (Outcome outcome = explain_contradiction(t, rows_, 0.0, 1e-9, " m"); !outcome.ok()) return outcome;
+  const std::vector<double>& lengths = model_.scales.lengths();
+  if (largest_active(rows_, lengths) < 1e-3 * largest_dependent(rows_, lengths)) {
+    const std::vector<double> nothing(model_.scales.size(), 0.0);
+    if (Outcome outcome = explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok()) return outcome;
   }
   constexpr double poor = 1e-6;
   const double condition = last_.reciprocal_condition;
@@ -353,7 +365,7 @@ Outcome NormalForm::check_gradients(double t) const {
   for (std::size_t a = 0; a < model_.numbering.first_idle_row(); ++a) {
     // a contact that slides has none, and needs none
     if (static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows) continue;
-    if (largest[a] * model_.scene_size < 1e-12)
+    if (largest[a] * model_.scales.length(model_.scales.of_row(a)) < 1e-12)
       return {Status::Singular, "the gradient of " + name_row(a) + " vanishes at t = " + text(t)};
   }
   return {};
@@ -417,7 +429,7 @@ void NormalForm::exchange_memory(Memory& memory) {
   if (friction_ == nullptr) return;
   memory.exchange(is_compliant_);
   if (memory.reads()) general().set_compliance(is_compliant_ ? compliance : 0.0);
-  model_.constraints.tangents().exchange_memory(memory);
+  held_->exchange_memory(memory);
   friction_->exchange_memory(memory);
 }
 

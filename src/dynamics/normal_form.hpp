@@ -9,6 +9,7 @@
 
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/friction_stage.hpp"
+#include "dynamics/held_places.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/motion_series.hpp"
 #include "solve/gram_solver.hpp"
@@ -47,6 +48,7 @@ class NormalForm final : public EquationsOfMotion {
   void allow_error(double error) override { allowed_error_ = reuse_ != nullptr && !exact_ ? error : 0.0; }
   void exchange_memory(Memory& memory) override;
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
+  std::span<const Index> neighbourhoods() const override { return model_.scales.of_points(); }
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
@@ -65,8 +67,9 @@ class NormalForm final : public EquationsOfMotion {
   Outcome adopt(double t, const double* r, const double* v, double* x, double* x_dot) override;
   void write_points(double t, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
                     double* w) override;
-  void recentre(double, double*, double* v, double*) override {
+  void recentre(double t, double* r, double* v, double*) override {
     if (friction_ == nullptr) return;
+    if (num_switches_ > 0) accept_places(t, r);
     set_sliding_speeds();
     friction_->laws().keep_senses(v);
   }
@@ -146,8 +149,12 @@ class NormalForm final : public EquationsOfMotion {
   double find_multipliers_and_friction(double scale, double* w);
   Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
                        std::span<const std::size_t> releases, double* w);
-  double sliding_threshold() const;
+  double sliding_threshold(std::size_t contact) const;
+  double speed_at(std::size_t contact) const;
+  double acceleration_at(std::size_t contact) const;
   void set_sliding_speeds();
+  double held_violation() const;
+  void accept_places(double t, const double* r);
   void forget_compliance();
   bool make_compliant();
   std::vector<double> blocks_of_constraints() const;
@@ -164,6 +171,7 @@ class NormalForm final : public EquationsOfMotion {
   ProjectionReport reach_constraints(double t, double* r);
   Outcome slope_towards(const std::vector<double>& wanted, double t, const double* r, double* d);
   double rounding_floor(const double* r) const;
+  bool is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const;
   Outcome explain_stall(double t, double violation) const;
   Outcome check_gradients(double t) const;
   Outcome check_idle_rows(double t, double scale) const;
@@ -173,10 +181,17 @@ class NormalForm final : public EquationsOfMotion {
   bool decide_rank_again(const double* r);
   Outcome reconsider_rank(double t, const double* r, double scale);
   void adopt_rank(bool has_changed);
-  double largest_active(const std::vector<double>& rows) const;
-  double largest_dependent(const std::vector<double>& rows) const;
-  Outcome explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,
-                                const char* unit) const;
+  double largest_active(const std::vector<double>& rows, const std::vector<double>& units) const;
+  double largest_dependent(const std::vector<double>& rows, const std::vector<double>& units) const;
+  Outcome explain_contradiction(double t, const std::vector<double>& rows, const std::vector<double>& sizes,
+                                double allowed, const char* unit) const;
+
+  // What is small beside its own neighbourhood, in local_scales.cpp.
+  void measure_accelerations(double scale);
+  double relative_residual(double largest, double scale);
+  double relative_rates(double largest) const;
+  double beyond_rounding(const double* r, double violation, double allowed, double times);
+  const std::vector<double>& gradient_norms() const;
   std::string describe(const Redundancy::Found& found, const char* verb) const;
 
   // The factor of another place, in reuse.cpp.
@@ -193,10 +208,14 @@ class NormalForm final : public EquationsOfMotion {
 
   Model& model_;
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
+  std::unique_ptr<HeldPlaces> held_;         // likewise
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
   bool is_compliant_ = false;           // contacts that stick depend on constraints, or on each other
-  double acceleration_scale_ = 0.0;     // m/s^2, of what cancels in the last accelerations
+  std::vector<double> accelerations_;   // [neighbourhood] m/s^2, of what cancels in the last accelerations, where …
+  bool knows_accelerations_ = false;    // … somebody has asked
+  const double* w0_ = nullptr;          // [3n] of the instant at hand
+  mutable std::vector<double> norms_;   // [d] scratch
   std::vector<int> restored_;           // discrete state whose senses are still to be found
   std::vector<double> contact_rows_;    // [d] scratch
   std::vector<double> respond_;         // [3n] scratch

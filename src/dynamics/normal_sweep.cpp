@@ -29,7 +29,8 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
     found = keeps ? sweep_->solve_again(model_.parallel, motion, blocks, b, lambda, w)
                   : sweep_->solve(model_.parallel, motion, blocks, b, lambda, w);
   }
-  acceleration_scale_ = scale = larger(scale, found.largest_right_side);
+  scale = larger(scale, found.largest_right_side);
+  knows_accelerations_ = false;
   if (!keeps) last_.reciprocal_condition = found.reciprocal_condition;
   last_.residual = 0.0;
   last_.refinements = found.refinements;
@@ -38,7 +39,11 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
   if (!is_swept_) return {};
   last_.residual = found.residual / (scale > 0.0 ? scale : 1.0);
-  const bool is_fine = last_.residual <= good_enough();
+  // Little beside the slowest neighbourhood is little beside each.
+  constexpr double little = 1e-12;
+  const Scales& scales = model_.scales;
+  const bool is_little = scales.are_one() || found.residual <= little * scales.least_acceleration();
+  const bool is_fine = last_.residual <= good_enough() && is_little;
   if (is_fine && !model_.is_rheonomic()) return Outcome{};
 
   // Refinement wants w0 and dw apart, and so does the power of the reactions.
@@ -46,6 +51,7 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
                              model_.num_moving(), dw_.data());
   if (is_fine) return Outcome{};
   (void)model_.evaluate_free(t, r, v, w);
+  w0_ = w;
   (void)model_.constraints.evaluate_right_side(model_.parallel, r, v, w, right_side_.data(), nullptr);
   const double left_over = refine(scale);
   last_.refinements = std::max(last_.refinements, found.refinements);
@@ -84,18 +90,19 @@ void NormalForm::project_islands(double target, double* r, double* sum, Projecti
 
 void NormalForm::project_island_velocities(double target, const double* r, double* v, ProjectionReport* report) {
   const Stopwatch watch(&model_.times.solve);
-  const double wanted = target * model_.velocity_scale;
+  const double speed = model_.scales.least_speed(), wanted = target * speed;
   const Projection found = sweep_->project_velocities(model_.parallel, blocks_.data(), wanted, r, v);
   model_.counters.solves += static_cast<std::size_t>(found.iterations);
   report->iterations = found.iterations;
-  report->violation = found.violation / model_.velocity_scale;
+  report->violation = found.violation / speed;
 }
 
 /// xi into `rows_`; returns the largest |xi|/length.
 double NormalForm::evaluate_values(const double* r) {
   const Stopwatch watch(&model_.times.evaluate);
-  return evaluates_rows() ? sweep_->measure_values(model_.parallel, r, rows_.data())
-                          : model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
+  if (evaluates_rows()) return sweep_->measure_values(model_.parallel, r, rows_.data());
+  const double largest = model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
+  return num_switches_ > 0 ? larger(largest, held_violation()) : largest;
 }
 
 /// K'v + xi_t into `rows_`; returns the largest one, m/s.

@@ -19,7 +19,7 @@ constexpr double rounding = 1e-9;  // of velocities, relative; more is no roundi
 
 }  // namespace
 
-/// |xi|/length cannot be smaller than the rounding of the positions: eps |r|/L.
+/// |xi|/length cannot be smaller than the rounding of the positions: eps |r|/L, where that is largest.
 double NormalForm::rounding_floor(const double* r) const {
   return 4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length);
 }
@@ -122,13 +122,14 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
   model_.set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
+  if (num_switches_ > 0) held_->carry(t);
   constexpr double target = 1e-13, largest_left = 1e-12;
   constexpr int most_iterations = 100;
-  double before = infinity;
+  double before = infinity, left_before = infinity;
   bool linearised_here = false, decided_here = false;
   if (projects_islands()) {
     project_islands(target, r, sum, &report);
-    if (report.violation <= target || report.violation <= rounding_floor(r)) return report;
+    if (report.violation <= target || beyond_rounding(r, report.violation, target, 1.0) == 0.0) return report;
   }
   for (;; ++report.iterations) {
     report.violation = evaluate_values(r);
@@ -137,18 +138,25 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
       return report;
     }
     if (report.violation <= target) return report;
-    const bool stalls = report.violation > 0.3 * before;
-    if (stalls && report.violation <= rounding_floor(r)) return report;
-    const bool hopeless = stalls && report.violation > 0.99 * before && (linearised_here || sum != nullptr);
+    bool stalls = report.violation > 0.3 * before, stands = report.violation > 0.99 * before;
+    if (stalls) {
+      // Some neighbourhood may be at its rounding while others are on their way.
+      const double left = beyond_rounding(r, report.violation, target, 1.0);
+      if (left == 0.0) return report;
+      stalls = left > 0.3 * left_before || left == report.violation;
+      stands = stalls && left > 0.99 * std::min(before, left_before);
+      left_before = left;
+    }
+    const bool hopeless = stands && (linearised_here || sum != nullptr);
     if (report.iterations == most_iterations || hopeless) {
-      const double good_enough = std::max(largest_left, 2.0 * rounding_floor(r));
+      const double left_over = beyond_rounding(r, report.violation, largest_left, 2.0);
       // Rows that depended when K was seen last may be independent here.
-      if (report.violation > good_enough && sum == nullptr && !decided_here) {
+      if (left_over > 0.0 && sum == nullptr && !decided_here) {
         decided_here = true;
-        before = std::numeric_limits<double>::infinity();
+        before = left_before = infinity;
         if (decide_rank_again(r)) continue;
       }
-      if (report.violation > good_enough) report.outcome = explain_stall(t, report.violation);
+      if (left_over > 0.0) report.outcome = explain_stall(t, report.violation);
       return report;
     }
     const bool is_far = report.iterations == 0 && report.violation > far;
@@ -218,23 +226,23 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
   }
   for (;; ++report.iterations) {
     const double rate = evaluate_rates(r, v);
-    report.violation = rate / model_.velocity_scale;
+    report.violation = relative_rates(rate);
     if (!std::isfinite(rate)) {
       report.outcome = model_.not_finite(t);
       return report;
     }
     // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
     const bool is_done = report.violation <= target && !(holds_contacts && report.iterations == 0);
-    if (is_done || report.iterations == 4 || !(rate < 0.5 * before)) {
+    if (is_done || report.iterations == 4 || !(report.violation < 0.5 * before)) {
       if (!redundancy_.is_found() || decided_here || report.violation <= rounding) return report;
       // A dependent row stays behind: it became independent, or contradicts the others.
       decided_here = true;
       if (!decide_rank_again(r)) {
-        report.outcome = explain_contradiction(t, rows_, model_.velocity_scale, rounding, " m/s");
+        report.outcome = explain_contradiction(t, rows_, model_.scales.speeds(), rounding, " m/s");
         return report;
       }
     }
-    before = rate;
+    before = report.violation;
     // S nu = -(K'v + xi_t), v += M^-1 K nu
     correct(rows_.data(), v);
     for (std::size_t a = 0; sum != nullptr && a < num_rows(); ++a) sum[a] += rows_[a];
@@ -253,9 +261,13 @@ ProjectionReport NormalForm::reach_constraints(double t, double* r) {
     if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome), 0.0, violation, iteration};
     next.assign(r, r + size());
     correct(rows_.data(), next.data());
-    // A full step may overshoot: at most a quarter of the scene at once.
-    const double damping = std::min(1.0, 0.25 * model_.scene_size / model_.largest_move(next.data(), r));
-    for (std::size_t i = 0; i < size(); ++i) r[i] += damping * (next[i] - r[i]);
+    // A full step may overshoot: at most a quarter of the neighbourhood at once.
+    for (std::size_t i = 0; i < size(); ++i) next[i] -= r[i];
+    const std::vector<double> moves = model_.largest_norms(next.data());
+    for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+      const std::size_t k = model_.scales.of_point(i);
+      add_to(r, i, std::min(1.0, 0.25 * model_.scales.length(k) / moves[k]) * load(next.data(), i));
+    }
   }
   if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome)};
   return project_positions(t, r);
@@ -268,6 +280,19 @@ Outcome NormalForm::slope_towards(const std::vector<double>& wanted, double t, c
   model_.constraints.apply_transposed(model_.parallel, blocks_.data(), d, nullptr, rows_.data());
   correct(rows_.data(), d);
   return {};
+}
+
+/// What is left to go is little beside the way that each neighbourhood went, its length, and the rounding of places.
+bool NormalForm::is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const {
+  std::vector<double> way(r, r + size());
+  for (std::size_t i = 0; i < size(); ++i) way[i] -= wanted[i];
+  const std::vector<double> left = model_.largest_norms(d), ways = model_.largest_norms(way.data()),
+                            places = model_.largest_norms(r);
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    const double nearly_0 = std::max({1e-10 * ways[k], 1e-13 * model_.scales.length(k), 4.0 * eps * places[k]});
+    if (!(left[k] <= nearly_0)) return false;
+  }
+  return true;
 }
 
 ProjectionReport NormalForm::project_far(double t, double* r) {
@@ -294,9 +319,7 @@ ProjectionReport NormalForm::project_far(double t, double* r) {
   if (report.outcome = slope_towards(wanted, t, r, d.data()); !report.outcome.ok()) return report;
   double length = 1.0;
   for (; report.iterations < most_iterations && length > 1e-6; ++report.iterations) {
-    const double nearly_0 = std::max({1e-10 * model_.largest_move(r, wanted.data()), 1e-13 * model_.scene_size,
-                                      rounding_floor(r) * model_.smallest_length});
-    if (model_.largest_norm(d.data()) <= nearly_0) break;
+    if (is_nearest(r, wanted, d.data())) break;
     for (std::vector<double>* array : {&trial, &trial_d}) array->resize(size());
     for (std::size_t i = 0; i < size(); ++i) trial[i] = r[i] + length * d[i];
     const ProjectionReport reached = project_positions(t, trial.data());

@@ -21,12 +21,12 @@ constexpr double spread = 1e3;
 /// Where S has no factor, or one that looks singular.
 Outcome NormalForm::decide_rank(double t, const double* r) {
   if (Outcome outcome = check_gradients(t); !outcome.ok()) return outcome;
-  const double tolerance = model_.rank_tolerance(r);
+  const std::vector<double> tolerances = model_.rank_tolerances(r);
   ++model_.counters.rank_decisions;
   bool has_changed = false;
   const std::vector<double> K = blocks_of_constraints();
   for (const Redundancy::Rows& rows : general().weak_parts(suspect_below_)) {
-    has_changed = redundancy_.decide(K.data(), rows, tolerance) || has_changed;
+    has_changed = redundancy_.decide(K.data(), rows, tolerances) || has_changed;
   }
   adopt_rank(has_changed);
   // Independent all the same: the next suspicion wants a better reason.
@@ -63,7 +63,7 @@ void NormalForm::adopt_rank(bool has_changed) {
 bool NormalForm::decide_rank_again(const double* r) {
   if (!redundancy_.is_found()) return false;
   ++model_.counters.rank_decisions;
-  const bool has_changed = redundancy_.decide_again(blocks_of_constraints().data(), model_.rank_tolerance(r));
+  const bool has_changed = redundancy_.decide_again(blocks_of_constraints().data(), model_.rank_tolerances(r));
   if (has_changed) adopt_rank(true);
   return has_changed;
 }
@@ -78,23 +78,27 @@ Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
   std::vector<double> xi(num_rows());
   const double violation = model_.constraints.evaluate_values(model_.parallel, r, xi.data());
   const double allowed = std::max(rounding, spread * violation);
-  const bool is_active_fine = largest_active(rows_) <= rounding * scale;
-  if (is_active_fine && largest_dependent(rows_) <= allowed * scale) return {};
+  measure_accelerations(scale);
+  const auto are_fine = [&] {
+    return largest_active(rows_, accelerations_) <= rounding && largest_dependent(rows_, accelerations_) <= allowed;
+  };
+  if (are_fine()) return {};
 
   if (decide_rank_again(r)) {
     (void)find_multipliers(scale);
-    if (largest_active(rows_) <= rounding * scale && largest_dependent(rows_) <= allowed * scale) return {};
+    if (are_fine()) return {};
   }
   if (redundancy_.is_found()) {
-    if (Outcome outcome = explain_contradiction(t, right_side_, scale, allowed, " m/s^2"); !outcome.ok())
+    if (Outcome outcome = explain_contradiction(t, right_side_, accelerations_, allowed, " m/s^2"); !outcome.ok())
       return outcome;
   }
   if (violation > rounding) return {};  // not where rank has a meaning: the step's error decides
   ++model_.counters.rank_decisions;
   for (const Redundancy::Rows& rows : general().weak_parts(1.0)) {
-    const auto is_poor = [&](double value) { return !(std::abs(value) <= rounding * scale); };
+    const double unit = accelerations_[model_.scales.of_row(static_cast<std::size_t>(rows.first))];
+    const auto is_poor = [&](double value) { return !(std::abs(value) <= rounding * unit); };
     if (std::none_of(rows_.begin() + rows.first, rows_.begin() + rows.second, is_poor)) continue;
-    (void)redundancy_.decide(blocks_of_constraints().data(), rows, model_.rank_tolerance(r));
+    (void)redundancy_.decide(blocks_of_constraints().data(), rows, model_.rank_tolerances(r));
     if (!is_compliant_) redundancy_.take_qr(rows);
   }
   general().set_active(redundancy_.rows_for_gram());
@@ -105,22 +109,24 @@ Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
 
 // ---- rows ----
 
-/// Largest |row|/|gradient| of the rows that take part …
-double NormalForm::largest_active(const std::vector<double>& rows) const {
+/// Largest |row|/|gradient|/unit of the rows that take part, with the unit of their neighbourhood …
+double NormalForm::largest_active(const std::vector<double>& rows, const std::vector<double>& units) const {
   double largest = 0.0;
   for (std::size_t a = 0; a < rows.size(); ++a) {
     if (redundancy_.is_dependent(a)) continue;
-    largest = larger(largest, std::abs(rows[a]) / (gradient_norms_.empty() ? 1.0 : gradient_norms_[a]));
+    const double unit = units[model_.scales.of_row(a)] * (gradient_norms_.empty() ? 1.0 : gradient_norms_[a]);
+    largest = larger(largest, std::abs(rows[a]) / unit);
   }
   return largest;
 }
 
 /// … and of those that depend on them.
-double NormalForm::largest_dependent(const std::vector<double>& rows) const {
+double NormalForm::largest_dependent(const std::vector<double>& rows, const std::vector<double>& units) const {
   if (!redundancy_.is_found()) return 0.0;
   double largest = 0.0;
   for (std::size_t a = 0; a < rows.size(); ++a) {
-    if (redundancy_.is_dependent(a)) largest = larger(largest, std::abs(rows[a]) / gradient_norms_[a]);
+    const double unit = units[model_.scales.of_row(a)] * gradient_norms_[a];
+    if (redundancy_.is_dependent(a)) largest = larger(largest, std::abs(rows[a]) / unit);
   }
   return largest;
 }
@@ -135,11 +141,11 @@ std::string NormalForm::describe(const Redundancy::Found& found, const char* ver
   return text + (found.terms.size() > most_names ? ", …" : "");
 }
 
-/// `rows`: xi, K'v + xi_t or phi + K'w0, whose size for unit gradients is `scale`.
-Outcome NormalForm::explain_contradiction(double t, const std::vector<double>& rows, double scale, double allowed,
-                                          const char* unit) const {
+/// `rows`: xi, K'v + xi_t or phi + K'w0, whose size for unit gradients is that of their neighbourhood.
+Outcome NormalForm::explain_contradiction(double t, const std::vector<double>& rows, const std::vector<double>& sizes,
+                                          double allowed, const char* unit) const {
   std::vector<double> scales = gradient_norms_;
-  for (double& size : scales) size *= scale;
+  for (std::size_t a = 0; a < scales.size(); ++a) scales[a] *= sizes[model_.scales.of_row(a)];
   const auto contradiction = redundancy_.find_contradiction(rows, scales, allowed);
   if (!contradiction) return {};
   return {Status::Contradictory, describe(contradiction->found, "contradicts") + " at t = " + text(t) + " (by " +
@@ -159,7 +165,7 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
   if (thoroughly && num_rows() > 0) {
     ++model_.counters.rank_decisions;
     const auto end = static_cast<Index>(model_.numbering.first_idle_row());
-    if (redundancy_.decide(blocks_of_constraints().data(), {0, end}, model_.rank_tolerance(r))) adopt_rank(true);
+    if (redundancy_.decide(blocks_of_constraints().data(), {0, end}, model_.rank_tolerances(r))) adopt_rank(true);
   }
   const auto user_row = [&](std::size_t a) { return static_cast<std::size_t>(model_.numbering.user_row[a]); };
   RankReport report;

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/stopwatch.hpp"
 #include "dynamics/normal_form.hpp"
@@ -18,16 +20,30 @@ void NormalForm::make_reuse() {
   correction_.assign(size(), 0.0);
 }
 
-/// In the M-norm: sum of m |dw|^2 = sum of m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2.
+/// In the M-norm: sum of m |dw|^2 = sum of m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2 of the neighbourhood
+/// that allows least: a heavy one must not take what a light one needs. atol 0: each point's own.
 double NormalForm::allowed_error(const StepTarget& target) const {
   if (reuse_ == nullptr) return 0.0;
   const double h = std::abs(target.h);
-  return std::sqrt(model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
-    const double in_v = (target.atol + target.rtol * norm(load(target.v, i))) / h;
-    const double in_x = (target.atol + target.rtol * norm(load(target.x, i))) / (h * h);
+  const Scales& scales = model_.scales;
+  const bool has_own = !(target.atol > 0.0);
+  const auto allowed_square = [&](std::size_t i) {
+    const double atol_v = has_own ? scales.velocity_tolerances()[i] : target.atol;
+    const double atol_x = has_own ? scales.position_tolerances()[i] : target.atol;
+    const double in_v = (atol_v + target.rtol * norm(load(target.v, i))) / h;
+    const double in_x = (atol_x + target.rtol * norm(load(target.x, i))) / (h * h);
     const double allowed = std::min(in_v, in_x);
     return model_.mass[i] * allowed * allowed;
-  }));
+  };
+  if (scales.are_one()) return std::sqrt(model_.parallel.sum(model_.num_moving(), allowed_square));
+  std::vector<double>& sums = norms_;
+  sums.assign(scales.size(), 0.0);
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) sums[scales.of_point(i)] += allowed_square(i);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    if (scales.has_rows(k) && sums[k] > 0.0) least = std::min(least, sums[k]);
+  }
+  return std::sqrt(least);
 }
 
 /// Near singular places, and where rows depend, every place has its own factor.

@@ -50,7 +50,7 @@ Outcome NormalSpace::factorize(double t, const double* r, const double* blocks) 
   GramSolver::Quality quality = solver_->factorize(model_.parallel);
   if (!quality.positive_definite || quality.reciprocal_condition <= suspicion) {
     for (const Redundancy::Rows& rows : solver_->weak_parts(suspicion)) {
-      (void)redundancy_.decide(blocks, rows, model_.rank_tolerance(r));
+      (void)redundancy_.decide(blocks, rows, model_.rank_tolerances(r));
     }
     solver_->set_active(redundancy_.rows_for_gram());
     solver_->assemble(model_.parallel, blocks);

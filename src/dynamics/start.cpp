@@ -27,12 +27,15 @@ StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
               " by " + text(*worst_position) +
               " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
     }
-    const auto worst_velocity = std::max_element(velocity.begin(), velocity.end());
-    if (!(*worst_velocity <= allowed * model_.velocity_scale)) {
+    const Scales& scales = model_.scales;
+    std::vector<double> relative = velocity;
+    for (std::size_t a = 0; a < relative.size(); ++a) relative[a] /= scales.speed(scales.of_row(a));
+    const auto worst = static_cast<std::size_t>(std::max_element(relative.begin(), relative.end()) - relative.begin());
+    if (!(relative[worst] <= allowed)) {
       throw InputError(
           "/motion/start",
-          "the initial velocities violate " + name_row(static_cast<std::size_t>(worst_velocity - velocity.begin())) +
-              " by " + text(*worst_velocity) + ", the velocity scale is " + text(model_.velocity_scale) +
+          "the initial velocities violate " + name_row(worst) + " by " + text(velocity[worst]) +
+              ", the velocity scale is " + text(scales.speed(scales.of_row(worst))) +
               "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
     }
   }
@@ -52,8 +55,8 @@ StartReport NormalForm::start(double t, double* r, double* v, StartMode mode) {
   const std::vector<double> v_given(v, v + size());
   report.outcome = project_velocities(t, r, v).outcome;
   report.velocity_correction = model_.largest_move(v, v_given.data());
-  report.relative =
-      std::max(report.position_correction / model_.scene_size, report.velocity_correction / model_.velocity_scale);
+  report.relative = std::max(model_.largest_move(r, r_given.data(), model_.scales.lengths()),
+                             model_.largest_move(v, v_given.data(), model_.scales.speeds()));
   return report;
 }
 

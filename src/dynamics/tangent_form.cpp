@@ -151,12 +151,26 @@ Outcome TangentForm::accelerations(double t, const double* q, const double* q_do
     const double before = correction;
     correction = correct(q_ddot);
     last_.refinements = pass;
-    last_.residual = pass == 0 ? expected : (scale > 0.0 ? correction / scale : 0.0);
+    last_.residual = pass == 0 ? expected : relative_correction(correction, scale);
     if (last_.residual <= enough || (pass > 1 && !(correction < 0.5 * before))) break;
   }
   remember(t, q, q_dot);
   std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
   return last_.outcome = std::isfinite(correction) ? Outcome{} : model_.not_finite(t);
+}
+
+/// The last correction of w over the accelerations of its neighbourhood, the worst one; `correction`, `scale`: of all.
+double TangentForm::relative_correction(double correction, double scale) const {
+  if (!(scale > 0.0)) return 0.0;
+  if (model_.scales.are_one()) return correction / scale;
+  const std::vector<double> changes = model_.largest_norms(points_.data()), free = model_.largest_norms(w0_.data()),
+                            psi = model_.largest_norms(psi_.data());
+  double worst = 0.0;
+  for (std::size_t k = 0; k < changes.size(); ++k) {
+    const double own = std::max(free[k], psi[k]);
+    if (changes[k] > 0.0) worst = larger(worst, own > 0.0 ? changes[k] / own : 1.0);
+  }
+  return worst;
 }
 
 // ---- friction, from the normal form ----

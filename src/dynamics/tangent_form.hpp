@@ -103,6 +103,7 @@ class TangentForm final : public EquationsOfMotion {
   void remember(double t, const double* q, const double* q_dot);
   void complete() const;
   void locate(const double* r);
+  double relative_correction(double correction, double scale) const;
   double correct(double* q_ddot);
   Outcome add_friction(double t);
   Outcome find_rates(double t, const double* v, const double* q, double* q_dot);

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "system/members.hpp"
+#include "system/neighbourhoods.hpp"
 
 namespace tanor {
 
@@ -70,8 +72,9 @@ struct Builder {
   const System& system;
   const Numbering& numbering;
   double t;
-  double size;
-  std::vector<std::vector<Member>> members_of_kind;  // [index in the variant], by increasing row
+  double size;                                           // of the scene
+  mutable std::optional<Neighbourhoods> neighbourhoods;  // made when first needed: rods have lengths of their own
+  std::vector<std::vector<Member>> members_of_kind;      // [index in the variant], by increasing row
 
   Builder(const System& s, const Numbering& n, double start)
       : system(s), numbering(n), t(start), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
@@ -89,6 +92,15 @@ struct Builder {
     }
   }
 
+  /// Of the neighbourhood of the first point that moves; of the scene where none does.
+  double length_around(std::span<const Index> points) const {
+    if (!neighbourhoods) neighbourhoods = find_neighbourhoods(system, t);
+    for (const Index point : points) {
+      const Index own = neighbourhoods->of_point[static_cast<std::size_t>(point)];
+      if (own >= 0) return neighbourhoods->length[static_cast<std::size_t>(own)];
+    }
+    return size;
+  }
   Vec3 initial(Index user_point) const { return load(system.positions.data(), user_point); }
 
   template <std::size_t N>
@@ -130,13 +142,13 @@ struct Builder {
 
   void fill(Family<PlaneKernel>* family) const {
     auto& kernel = family->kernel;
-    kernel.size = size;
     GeometryReader geometry;
     ParameterReader offset(&kernel.offset);
     for_each<Planes>([&](const Planes& planes, const Member& member) {
       const Index point = planes.points[member.index];
       family->rows.push_back(member.row);
       kernel.points.push_back(inner(std::array{point}));
+      kernel.size.push_back(length_around({&point, 1}));
       kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.normal.add(planes.normal); }));
       offset.append(planes.offset, member, [&] {
         const auto n = planes.normal(t);
@@ -161,11 +173,11 @@ struct Builder {
 
   void fill(Family<LineKernel>* family) const {
     auto& kernel = family->kernel;
-    kernel.size = size;
     GeometryReader geometry;
     for_each<Lines>([&](const Lines& lines, const Member& member) {
       family->rows.push_back(member.row);
       kernel.points.push_back(inner(std::array{lines.points[member.index]}));
+      kernel.size.push_back(length_around({&lines.points[member.index], 1}));
       kernel.geometry.push_back(geometry.slot(member.group, [&] {
         kernel.origin.add(lines.origin);
         kernel.normals.add(lines.direction);
@@ -195,12 +207,12 @@ struct Builder {
 
   void fill(Family<AngleKernel>* family) const {
     auto& kernel = family->kernel;
-    kernel.size = size;
     ParameterReader cosine(&kernel.cosine);
     for_each<Angles>([&](const Angles& angles, const Member& member) {
       const auto& [i, j, k] = angles.triples[member.index];
       family->rows.push_back(member.row);
       kernel.points.push_back(inner(angles.triples[member.index]));
+      kernel.size.push_back(length_around(angles.triples[member.index]));
       cosine.append(angles.cosine, member, [&, i = i, j = j, k = k] {
         const Vec3 a = initial(i) - initial(j), b = initial(k) - initial(j);
         return dot(a, b) / (norm(a) * norm(b));
@@ -210,7 +222,6 @@ struct Builder {
 
   void fill(Family<PulleyKernel>* family) const {
     auto& kernel = family->kernel;
-    kernel.size = size;
     GeometryReader geometry;
     ParameterReader length(&kernel.length);
     for_each<Pulleys>([&](const Pulleys& pulleys, const Member& member) {
@@ -218,6 +229,7 @@ struct Builder {
       const Vec3 a = make_vec3(pulleys.a), b = make_vec3(pulleys.b);
       family->rows.push_back(member.row);
       kernel.points.push_back(inner(pair));
+      kernel.size.push_back(length_around(pair));
       kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.wheels.push_back({a, b, pulleys.ratio}); }));
       length.append(pulleys.length, member,
                     [&] { return norm(initial(pair[0]) - a) + pulleys.ratio * norm(initial(pair[1]) - b); });
@@ -226,7 +238,6 @@ struct Builder {
 
   void fill(LinearFamily* family) const {
     auto& kernel = family->kernel;
-    kernel.size = size;
     ParameterReader value(&kernel.value);
     for_each<Linears>([&](const Linears& linears, const Member& member) {
       const auto& tuple = linears.tuples[member.index];
@@ -240,6 +251,7 @@ struct Builder {
       }
       kernel.start.push_back(static_cast<Index>(kernel.points.size()));
       kernel.norms.push_back(std::sqrt(norm2));
+      kernel.size.push_back(length_around(tuple));
       family->rows.push_back(member.row);
       value.append(linears.value, member, [&] { return sum; });
     });
@@ -247,13 +259,13 @@ struct Builder {
 
   void fill(UserFamily* family) const {
     auto& groups = family->kernel.groups;
-    family->kernel.size = size;
     GeometryReader geometry;
     for_each<UserConstraints>([&](const UserConstraints& constraints, const Member& member) {
-      const Index slot = geometry.slot(member.group, [&] { groups.push_back({constraints.kernel, {}, {}}); });
+      const Index slot = geometry.slot(member.group, [&] { groups.push_back({constraints.kernel, {}, {}, {}}); });
       UserGroup& group = groups[static_cast<std::size_t>(slot)];
       for (const Index point : constraints.tuples[member.index]) group.points.push_back(numbering.inner_point[point]);
       group.rows.push_back(member.row);
+      group.lengths.push_back(length_around(constraints.tuples[member.index]));
     });
     Index num_blocks = 0;
     for (UserGroup& group : groups) {
@@ -402,24 +414,16 @@ std::vector<Incidence> Constraints::list_incidences() const {
   return result;
 }
 
+void Constraints::write_lengths(double* lengths) const {
+  for_each_family([&](const auto& family) { family.write_lengths(lengths); });
+}
+
 double Constraints::smallest_length(double scene_size) const {
   double result = scene_size;
   for_each_family([&](const auto& family) {
     for (std::size_t k = 0; k < family.size(); ++k) result = std::min(result, family.kernel.scale(k));
   });
   return result;
-}
-
-double scene_size(const System& system) {
-  Vec3 low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
-  Vec3 high = -low;
-  for (std::size_t i = 0; i < system.num_points(); ++i) {
-    const Vec3 r = load(system.positions.data(), i);
-    low = {std::min(low.x, r.x), std::min(low.y, r.y), std::min(low.z, r.z)};
-    high = {std::max(high.x, r.x), std::max(high.y, r.y), std::max(high.z, r.z)};
-  }
-  const double size = norm(high - low);
-  return size > 0.0 ? size : 1.0;
 }
 
 }  // namespace tanor

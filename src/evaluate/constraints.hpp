@@ -11,6 +11,7 @@
 #include "evaluate/linear_family.hpp"
 #include "evaluate/tangents.hpp"
 #include "evaluate/user_family.hpp"
+#include "system/neighbourhoods.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
@@ -90,6 +91,8 @@ class Constraints {
   std::vector<Coupling> list_rods() const;
   void evaluate_rod_derivatives(const Parallel& parallel, const double* r, const double* lambda, Block3* to) const;
 
+  /// The lengths that violations are measured by, m [d]; rows of contacts are left alone.
+  void write_lengths(double* lengths) const;
   /// Shortest of the lengths that violations are measured by, m; at most `scene_size`.
   double smallest_length(double scene_size) const;
 
@@ -123,8 +126,5 @@ class Constraints {
   std::vector<double> shifted_, nothing_, turns_;  // [3n], [3n], [3][d] scratch of contacts on guides that turn
   std::size_t num_points_ = 0, num_rows_ = 0, num_blocks_ = 0;
 };
-
-/// Diagonal of the bounding box of the initial positions, m (1 for a single place): the length scale of a scene.
-double scene_size(const System& system);
 
 }  // namespace tanor

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -117,6 +118,10 @@ class Family {
         velocity[rows[k] + m] = std::abs(local.rate[m]) / norm_of(local);
       }
     }
+  }
+
+  void write_lengths(double* lengths) const {
+    for (std::size_t k = 0; k < size(); ++k) std::fill_n(lengths + rows[k], R, kernel.scale(k));
   }
 
   template <class Append>

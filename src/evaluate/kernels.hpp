@@ -106,8 +106,8 @@ struct PlaneKernel {
   std::vector<std::array<Index, 1>> points;
   std::vector<Index> geometry;
   VectorTable<PlaneNormal> normal;
-  ScalarTable offset;  // one a member
-  double size = 1.0;   // of the scene
+  ScalarTable offset;        // one a member
+  std::vector<double> size;  // m, of the neighbourhood, one a member
 
   void set_time(double t) {
     normal.set_time(t);
@@ -115,7 +115,7 @@ struct PlaneKernel {
   }
   bool depends_on_time() const { return !normal.is_constant() || !offset.is_constant(); }
   bool gradients_are_constant() const { return normal.is_constant(); }
-  double scale(std::size_t) const { return size; }
+  double scale(std::size_t k) const { return size[k]; }
 
   [[gnu::always_inline]] Local<1, 1> operator()(std::size_t k, const double* r, const double* v) const {
     const auto& [n, c] = normal[geometry[k]];
@@ -207,7 +207,7 @@ struct LineKernel {
   std::vector<Index> geometry;
   VectorTable<AsGiven> origin;
   VectorTable<OrthogonalPair> normals;
-  double size = 1.0;  // of the scene
+  std::vector<double> size;  // m, of the neighbourhood, one a member
 
   void set_time(double t) {
     origin.set_time(t);
@@ -215,7 +215,7 @@ struct LineKernel {
   }
   bool depends_on_time() const { return !origin.is_constant() || !normals.is_constant(); }
   bool gradients_are_constant() const { return normals.is_constant(); }
-  double scale(std::size_t) const { return size; }
+  double scale(std::size_t k) const { return size[k]; }
 
   [[gnu::always_inline]] Local<2, 2> operator()(std::size_t k, const double* r, const double* v) const {
     const MovingVec3& o = origin[geometry[k]];
@@ -281,13 +281,13 @@ struct AngleKernel {
   static constexpr bool unit_gradient = false;
 
   std::vector<std::array<Index, 3>> points;
-  ScalarTable cosine;  // one a member
-  double size = 1.0;   // of the scene
+  ScalarTable cosine;        // one a member
+  std::vector<double> size;  // m, of the neighbourhood, one a member
 
   void set_time(double t) { cosine.set_time(t); }
   bool depends_on_time() const { return !cosine.is_constant(); }
   bool gradients_are_constant() const { return false; }
-  double scale(std::size_t) const { return size; }
+  double scale(std::size_t k) const { return size[k]; }
 
   [[gnu::always_inline]] Local<1, 3> operator()(std::size_t m, const double* r, const double* v) const {
     const auto [i, j, k] = points[m];
@@ -324,13 +324,13 @@ struct PulleyKernel {
   std::vector<std::array<Index, 2>> points;
   std::vector<Index> geometry;
   std::vector<Wheel> wheels;
-  ScalarTable length;  // one a member; may be 0 or negative where the ratio is
-  double size = 1.0;   // of the scene
+  ScalarTable length;        // one a member; may be 0 or negative where the ratio is
+  std::vector<double> size;  // m, of the neighbourhood, one a member
 
   void set_time(double t) { length.set_time(t); }
   bool depends_on_time() const { return !length.is_constant(); }
   bool gradients_are_constant() const { return false; }
-  double scale(std::size_t) const { return size; }
+  double scale(std::size_t k) const { return size[k]; }
 
   [[gnu::always_inline]] Local<1, 2> operator()(std::size_t k, const double* r, const double* v) const {
     const auto [i, j] = points[k];

@@ -14,12 +14,12 @@ struct LinearKernel {
   std::vector<Vec3> coefficients;  ///< beside `points`
   std::vector<double> norms;       ///< [member] largest |c| of its tuple
   ScalarTable value;               ///< [member]
-  double size = 1.0;               ///< of the scene
+  std::vector<double> size;        ///< [member] m, of the neighbourhood
 
   void set_time(double t) { value.set_time(t); }
   bool depends_on_time() const { return !value.is_constant(); }
   bool gradients_are_constant() const { return true; }
-  double scale(std::size_t) const { return size; }
+  double scale(std::size_t k) const { return size[k]; }
 
   /// Row of K'x.
   double transposed(std::size_t k, const double* x) const {
@@ -39,13 +39,14 @@ class LinearFamily {
   std::size_t size() const { return rows.size(); }
 
   double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
-    return fill(parallel, members, kernel.size, xi,
-                [&](std::size_t k) { return kernel.transposed(k, r) - kernel.value[k].value; });
+    return fill(
+        parallel, members, xi, [&](std::size_t k) { return kernel.transposed(k, r) - kernel.value[k].value; },
+        [&](std::size_t k) { return kernel.size[k]; });
   }
 
   double evaluate_rates(const Parallel& parallel, const Runs& members, const double*, const double* v,
                         double* rate) const {
-    return fill(parallel, members, 1.0, rate,
+    return fill(parallel, members, rate,
                 [&](std::size_t k) { return kernel.transposed(k, v) - kernel.value[k].first; });
   }
 
@@ -60,21 +61,26 @@ class LinearFamily {
   double evaluate_right_side(const Parallel& parallel, const Runs& members, const double* r, const double*,
                              const double* w0, double* phi, double* blocks) const {
     if constexpr (WithGradients) evaluate_gradients(parallel, members, r, blocks);
-    return fill(parallel, members, 1.0, phi,
+    return fill(parallel, members, phi,
                 [&](std::size_t k) { return kernel.transposed(k, w0) - kernel.value[k].second; });
   }
 
   double apply_transposed(const Parallel& parallel, const Runs& members, const double*, const double* x,
                           const double* shift, double* y) const {
-    return fill(parallel, members, 1.0, y,
+    return fill(parallel, members, y,
                 [&](std::size_t k) { return kernel.transposed(k, x) + (shift != nullptr ? shift[rows[k]] : 0.0); });
   }
 
   void measure(const double* r, const double* v, double* position, double* velocity) const {
     for (std::size_t k = 0; k < size(); ++k) {
-      position[rows[k]] = std::abs(kernel.transposed(k, r) - kernel.value[k].value) / (kernel.norms[k] * kernel.size);
+      position[rows[k]] =
+          std::abs(kernel.transposed(k, r) - kernel.value[k].value) / (kernel.norms[k] * kernel.size[k]);
       velocity[rows[k]] = std::abs(kernel.transposed(k, v) - kernel.value[k].first) / kernel.norms[k];
     }
+  }
+
+  void write_lengths(double* lengths) const {
+    for (std::size_t k = 0; k < size(); ++k) lengths[rows[k]] = kernel.size[k];
   }
 
   template <class Append>
@@ -87,14 +93,18 @@ class LinearFamily {
   }
 
  private:
+  struct One {
+    double operator()(std::size_t) const { return 1.0; }
+  };
   /// y[row] = value(k) of each member k; returns the largest |y|/|gradient|/length.
-  template <class RowValue>
-  double fill(const Parallel& parallel, const Runs& members, double length, double* y, const RowValue& value) const {
+  template <class RowValue, class Length = One>
+  double fill(const Parallel& parallel, const Runs& members, double* y, const RowValue& value,
+              const Length& length = {}) const {
     return members.max_over_ranges(parallel, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         y[rows[k]] = value(k);
-        worst = larger(worst, std::abs(y[rows[k]]) / (kernel.norms[k] * length));
+        worst = larger(worst, std::abs(y[rows[k]]) / (kernel.norms[k] * length(k)));
       }
       return worst;
     });

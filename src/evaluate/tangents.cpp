@@ -59,6 +59,7 @@ Tangents::Tangents(const System& system, const Numbering& numbering, std::span<c
   sticks_.assign(size(), 0);
   normals_.resize(size());
   directions_.resize(size());
+  places_held_.resize(size());
 }
 
 void Tangents::write_gradients(const Parallel& parallel, double* blocks) {
@@ -94,21 +95,10 @@ Vec3 Tangents::sliding_velocity(std::size_t contact, const double* v) const {
   return dot(t, relative) * t + dot(s, relative) * s;
 }
 
-void Tangents::hold(const double* r, bool guides_rest) {
-  places_held_.resize(size());
-  for (std::size_t c = 0; c < size(); ++c) {
-    auto& [is_held, place] = places_held_[c];
-    const bool can_be =
-        guides_rest && sticks(c) && velocities_.is_constant() && norm(velocities_[places_[c].velocity].value) == 0.0;
-    if (can_be && !is_held) place = load(r, places_[c].point);
-    is_held = can_be;
-  }
-}
-
 void Tangents::write_values(const double* r, double* xi) const {
   for (std::size_t c = 0; c < size(); ++c) {
     const Place& place = places_[c];
-    const bool is_held = !places_held_.empty() && places_held_[c].first && sticks(c);
+    const bool is_held = places_held_[c].first && sticks(c);
     const Vec3 moved = is_held ? load(r, place.point) - places_held_[c].second : Vec3{};
     for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k)
       xi[place.first_row + k] = dot(directions_[c][static_cast<std::size_t>(k)], moved);

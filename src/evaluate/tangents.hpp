@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/memory.hpp"
 #include "base/vec3.hpp"
 #include "evaluate/family.hpp"
 #include "evaluate/tables.hpp"
@@ -48,13 +47,11 @@ class Tangents {
   }
   /// Whether some contact began or ceased to stick since this was asked last.
   bool forget_switches() { return std::exchange(have_switched_, false); }
-  /// Those that stick on guides at rest hold to their places at r: xi = T'(r - place) from now on, until they slide.
-  void hold(const double* r, bool guides_rest);
+  /// A contact that is held has xi = T'(r - place) as long as it sticks, another one 0.
+  void set_place(std::size_t contact, bool is_held, const Vec3& place) { places_held_[contact] = {is_held, place}; }
 
-  void exchange_memory(Memory& memory) {
-    places_held_.resize(size());
-    for (auto& [is_held, place] : places_held_) memory.exchange(is_held, place);
-  }
+  /// Of the guide along itself, u.
+  const MovingVec3& own_velocity(std::size_t contact) const { return velocities_[places_[contact].velocity]; }
 
   void set_time(double t) { velocities_.set_time(t); }
   bool depends_on_time() const { return !velocities_.is_constant(); }

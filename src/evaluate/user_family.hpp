@@ -12,9 +12,10 @@ namespace tanor {
 /// Members of one group of user constraints: one kernel, tuples of one size.
 struct UserGroup {
   ConstraintKernel kernel;
-  std::vector<Index> points;  ///< [member][p]
-  std::vector<Index> rows;    ///< [member]
-  Index first_block = 0;      ///< counted from the first one of the family; p blocks a member
+  std::vector<Index> points;    ///< [member][p]
+  std::vector<Index> rows;      ///< [member]
+  std::vector<double> lengths;  ///< [member] m, of the neighbourhood
+  Index first_block = 0;        ///< counted from the first one of the family; p blocks a member
 
   std::size_t size() const { return rows.size(); }
   std::size_t points_per_member() const { return static_cast<std::size_t>(kernel.num_points); }
@@ -23,14 +24,17 @@ struct UserGroup {
 struct UserKernels {
   std::vector<UserGroup> groups;
   double t = 0.0;
-  double size = 1.0;  ///< of the scene
 
   void set_time(double time) { t = time; }
   bool depends_on_time() const {
     return std::ranges::any_of(groups, [](const UserGroup& group) { return group.kernel.depends_on_time; });
   }
   bool gradients_are_constant() const { return false; }
-  double scale(std::size_t) const { return size; }
+  double scale(std::size_t k) const {
+    auto group = groups.begin();
+    for (; k >= group->size(); ++group) k -= group->size();
+    return group->lengths[k];
+  }
 };
 
 /// User constraints, one loop a group: a kernel is called once for some dozens of members. Same interface as Family,
@@ -49,7 +53,7 @@ class UserFamily {
   double evaluate_values(const Parallel& parallel, const Runs& members, const double* r, double* xi) const {
     return evaluate(parallel, members, r, nullptr, [&](const UserGroup& group, std::size_t k, const Member& member) {
       xi[group.rows[k]] = member.xi;
-      return std::abs(member.xi) / (member.norm() * kernel.size);
+      return std::abs(member.xi) / (member.norm() * group.lengths[k]);
     });
   }
 
@@ -99,10 +103,16 @@ class UserFamily {
 
   void measure(const double* r, const double* v, double* position, double* velocity) const {
     (void)evaluate(Parallel(1), Runs(size()), r, v, [&](const UserGroup& group, std::size_t k, const Member& member) {
-      position[group.rows[k]] = std::abs(member.xi) / (member.norm() * kernel.size);
+      position[group.rows[k]] = std::abs(member.xi) / (member.norm() * group.lengths[k]);
       velocity[group.rows[k]] = std::abs(member.rate) / member.norm();
       return 0.0;
     });
+  }
+
+  void write_lengths(double* lengths) const {
+    for (const UserGroup& group : kernel.groups) {
+      for (std::size_t k = 0; k < group.size(); ++k) lengths[group.rows[k]] = group.lengths[k];
+    }
   }
 
   template <class Append>

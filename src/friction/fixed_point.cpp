@@ -169,14 +169,45 @@ FixedPoint::~FixedPoint() = default;
 
 /// F(x): what the laws say at the multipliers that x leaves.
 void FixedPoint::evaluate(const Parallel& parallel, const Parts& x, double* lambda, Parts* image) {
-  response_.find_multipliers(x.data(), lambda);
+  if (inverse_unit_.empty()) {
+    response_.find_multipliers(x.data(), lambda);
+    laws_.evaluate(parallel, lambda, image->data());
+    return;
+  }
+  for (std::size_t p = 0; p < x.size(); ++p) plain_[p] = x[p] / inverse_unit_[p];
+  response_.find_multipliers(plain_.data(), lambda);
   laws_.evaluate(parallel, lambda, image->data());
+  for (std::size_t p = 0; p < x.size(); ++p) (*image)[p] *= inverse_unit_[p];
+}
+
+void FixedPoint::set_groups(std::vector<Index> group_of_part, std::vector<double> least) {
+  group_of_part_ = std::move(group_of_part);
+  least_ = std::move(least);
+  plain_.resize(group_of_part_.size());
+}
+
+/// From N to the friction of each group: then one number measures all of them.
+void FixedPoint::choose_units(Parts* x, Parts* image) {
+  if (group_of_part_.empty()) return;
+  std::vector<double> units = least_;
+  for (std::size_t p = 0; p < x->size(); ++p) {
+    double& unit = units[static_cast<std::size_t>(group_of_part_[p])];
+    unit = std::max({unit, std::abs((*x)[p]), std::abs((*image)[p])});
+  }
+  inverse_unit_.resize(x->size());
+  for (std::size_t p = 0; p < x->size(); ++p) {
+    const double unit = units[static_cast<std::size_t>(group_of_part_[p])];
+    inverse_unit_[p] = unit > 0.0 && std::isfinite(unit) ? 1.0 / unit : 1.0;
+    (*x)[p] *= inverse_unit_[p];
+    (*image)[p] *= inverse_unit_[p];
+  }
 }
 
 FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, double* lambda, double poor) {
   constexpr int patience = 12;  // iterations without getting nearer
   const int most_iterations = depth > 0 ? 100 : 500;
   Parts &x = x_, &image = image_;
+  inverse_unit_.clear();
   laws_.evaluate(parallel, lambda, x.data());
   if (depth > 0 && history_ == nullptr) history_ = std::make_unique<History>(x.size());
   if (depth > 0) history_->start(depth);
@@ -185,6 +216,7 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
   int since_best = 0;
   while (result.iterations < most_iterations) {
     evaluate(parallel, x, lambda, &image);
+    if (result.iterations == 0) choose_units(&x, &image);
     ++result.iterations;
     const auto [distance, size] = measure(image.data(), x.data(), x.size());
     if (!std::isfinite(distance)) return result;
@@ -247,8 +279,14 @@ double FixedPoint::find_newton_step(const Parallel& parallel, const double* lamb
   double rest = 1.0;
   Eigen::Index k = 0;
   for (; k < most && rest > 1e-10; ++k) {
-    response_.find_change(direction(k).data(), dlambda_.data());
+    const double* plain = direction(k).data();
+    if (!inverse_unit_.empty()) {
+      for (std::size_t p = 0; p < plain_.size(); ++p) plain_[p] = plain[p] / inverse_unit_[p];
+      plain = plain_.data();
+    }
+    response_.find_change(plain, dlambda_.data());
     laws_.apply_derivative(parallel, lambda, dlambda_.data(), image.data());
+    for (std::size_t p = 0; p < inverse_unit_.size(); ++p) image[p] *= inverse_unit_[p];
     w = direction(k) - as_vector(image);
     for (int pass = 0; pass < 2; ++pass) {
       for (Eigen::Index j = 0; j <= k; ++j) {
@@ -274,6 +312,7 @@ double FixedPoint::find_newton_step(const Parallel& parallel, const double* lamb
 FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double* lambda, double wanted) {
   constexpr int most_steps = 20;
   Parts &x = x_, &image = image_;
+  inverse_unit_.clear();
   if (krylov_ == nullptr) krylov_ = std::make_unique<Krylov>(x.size());
   laws_.evaluate(parallel, lambda, x.data());
   Result result;
@@ -283,6 +322,7 @@ FixedPoint::Result FixedPoint::solve_by_newton(const Parallel& parallel, double*
   int since_best = 0;
   for (; result.iterations <= most_steps; ++result.iterations) {
     evaluate(parallel, x, lambda, &image);
+    if (result.iterations == 0) choose_units(&x, &image);
     krylov_->defect = as_vector(image) - as_vector(x);
     const auto [distance, size] = measure(image.data(), x.data(), x.size());
     if (!std::isfinite(distance)) return result;

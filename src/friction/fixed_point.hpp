@@ -15,13 +15,16 @@ namespace tanor {
 class FixedPoint {
  public:
   FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows);
+  /// Parts of different groups [part] do not feel each other: each group is solved to the tolerance of its own
+  /// friction, or of the force `least` [group], N, where that is more: rounding makes forces as well.
+  void set_groups(std::vector<Index> group_of_part, std::vector<double> least);
   ~FixedPoint();
 
   struct Result {
     bool has_converged = false;
     int iterations = 0;        // evaluations of F, one solve each; or steps of Newton's method, which take more
     double contraction = 0.0;  // largest ratio of two distances that followed each other, while they were plain steps
-    double change = 0.0;       // last |F(x) - x| over |F(x)|
+    double change = 0.0;       // last |F(x) - x| over |F(x)|, of the worst group
   };
 
   static constexpr int most_depth = 10;
@@ -42,12 +45,16 @@ class FixedPoint {
   struct Krylov;
   void evaluate(const Parallel& parallel, const Parts& x, double* lambda, Parts* image);
   double find_newton_step(const Parallel& parallel, const double* lambda);
+  void choose_units(Parts* x, Parts* image);
 
   const FrictionLaws& laws_;
   Response& response_;
   std::unique_ptr<History> history_;  // of Anderson's method, once it was asked
   std::unique_ptr<Krylov> krylov_;    // of Newton's
-  Parts x_, image_;
+  Parts x_, image_;                   // in units, …
+  Parts inverse_unit_, plain_;        // … of each part; empty: N. And in N, scratch
+  std::vector<Index> group_of_part_;
+  std::vector<double> least_;    // [group] N
   std::vector<double> dlambda_;  // [rows]
 };
 

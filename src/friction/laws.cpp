@@ -120,7 +120,7 @@ void FrictionLaws::set_guides(std::size_t c) {
 }
 
 /// v/|v|, on as before beyond a stop: it is located on a smooth motion. On a surface the direction of a slow motion is
-/// stiff, it turns at the rate mu N/(m |v|): below `slow_` the part across the last sense is v/slow instead, which
+/// stiff, it turns at the rate mu N/(m |v|): below `slow` the part across the last sense is v/slow instead, which
 /// turns towards the same balance no faster than at that speed.
 Vec3 FrictionLaws::sliding_direction(std::size_t c, const Vec3& velocity) const {
   const double speed = norm(velocity);
@@ -131,15 +131,16 @@ Vec3 FrictionLaws::sliding_direction(std::size_t c, const Vec3& velocity) const 
   const Vec3 sense = (1.0 / length) * kept;
   if (tangents_[c].num_guides == 2) return sense;
   const double forward = dot(velocity, sense);
-  if (speed >= slow_) return ((forward < 0.0 ? -1.0 : 1.0) / speed) * velocity;
-  const Vec3 across = (1.0 / slow_) * (velocity - forward * sense);
+  const double slow = contacts_[c].slow;
+  if (speed >= slow) return ((forward < 0.0 ? -1.0 : 1.0) / speed) * velocity;
+  const Vec3 across = (1.0 / slow) * (velocity - forward * sense);
   return std::sqrt(std::max(0.0, 1.0 - dot(across, across))) * sense + across;
 }
 
 void FrictionLaws::keep_senses(const double* v) {
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const Vec3 velocity = tangents_.sliding_velocity(c, v);
-    if (norm(velocity) <= rest_ || tangents_.sticks(c)) continue;
+    if (norm(velocity) <= contacts_[c].rest || tangents_.sticks(c)) continue;
     contacts_[c].sense = sliding_direction(c, velocity);
     contacts_[c].is_at_limit = false;
   }

@@ -30,10 +30,11 @@ class FrictionLaws {
   /// From now on the sense of sliding is the one of v (at the last place), until it is kept anew: within a step a
   /// contact does not turn back by itself.
   void keep_senses(const double* v);
-  /// Slower than `rest` has no direction but rounding; slower than `slow`, the direction on a surface lags (m/s).
-  void set_speeds(double rest, double slow) {
-    rest_ = rest;
-    slow_ = slow;
+  /// A contact slower than `rest` has no direction but rounding; slower than `slow`, its direction on a surface lags
+  /// (m/s).
+  void set_speeds(std::size_t contact, double rest, double slow) {
+    contacts_[contact].rest = rest;
+    contacts_[contact].slow = slow;
   }
   /// The sense of a contact that begins to slide at rest.
   void set_sense(std::size_t contact, Vec3 direction) { contacts_[contact].sense = direction; }
@@ -84,7 +85,8 @@ class FrictionLaws {
     bool is_full = false, is_at_limit = false;
     Index user = -1;
     double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
-    Vec3 sense{};  // last direction of sliding that was kept
+    double rest = 0.0, slow = 0.0;  // m/s
+    Vec3 sense{};                   // last direction of sliding that was kept
   };
   struct User {
     Index kernel;
@@ -115,7 +117,7 @@ class FrictionLaws {
   std::vector<FrictionKernel> kernels_;
   std::vector<User> users_;         // contacts with a user's law
   const double* blocks_ = nullptr;  // K at the last place
-  double t_ = 0.0, rest_ = 0.0, slow_ = 0.0;
+  double t_ = 0.0;
   bool threads_are_safe_ = true;
 };
 

@@ -195,8 +195,9 @@ Integration::Attempt Integration::try_coasting(double t) {
 ///
 ///   |x1 - x0 - h (v0 + v1)/2| = theta^2/12 h |v|,   h |a1 - a0| = theta^2 |v|
 double Integration::turn() const {
-  if (!mechanics_.keeps_variables()) return 0.0;  // other numbers than places, in charts that may have moved
-  constexpr double least_move = 1e-9;             // over positions, whose rounding would be seen
+  // Other numbers than places, in charts that may have moved; and where equations change accelerations jump.
+  if (!mechanics_.keeps_variables() || !trial_is_before_) return 0.0;
+  constexpr double least_move = 1e-9;  // over positions, whose rounding would be seen
   const double h = state.t - trial_.t;
   const State &from = trial_, &to = state;
   double missed = 0.0, changed = 0.0, size = 0.0;

@@ -19,7 +19,7 @@ void check_options(const MotionOptions& options) {
   };
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
   positive("/motion/rtol", options.rtol, "a positive tolerance");
-  positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
+  if (options.atol != 0.0) positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
   if (options.order != 0 && !(options.order >= 4 && options.order <= ScalarFunction::largest_order)) {
     throw InputError("/motion/order", text(options.order) + " terms; 4 to " + text(ScalarFunction::largest_order) +
                                           " are right, or 0: as the tolerance asks");

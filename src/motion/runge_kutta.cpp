@@ -159,7 +159,8 @@ Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerat
   if (has_work) add_work(0, from.power);
   // Fixed steps have no tolerance: little more than rounding.
   constexpr double nearly_rounding = 1e-12;
-  const double atol = is_adaptive() ? options_.atol : 0.0, rtol = is_adaptive() ? options_.rtol : nearly_rounding;
+  constexpr double none = std::numeric_limits<double>::min();
+  const double atol = is_adaptive() ? options_.atol : none, rtol = is_adaptive() ? options_.rtol : nearly_rounding;
   const double allowed = mechanics_.allowed_error({h, atol, rtol, from.x.data(), from.v.data()});
   for (std::size_t i = 1; i < tableau_.b.size(); ++i) {
     mechanics_.allow_error(shares_[i] * allowed);

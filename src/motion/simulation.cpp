@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "dynamics/certificate.hpp"
 #include "motion/integration.hpp"
@@ -34,6 +35,7 @@ struct Simulation::Implementation {
   } points;                  // the state [3n] in the inner order
   std::vector<double> rows;  // [d]
   std::size_t num_events = 0;
+  static constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsilon();
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
       : options((check_options(motion), motion)),
@@ -139,8 +141,11 @@ struct Simulation::Implementation {
   void measure_start() {
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.start = energy.kinetic + energy.potential;
-    report.energy.scale = std::max(std::abs(report.energy.start), energy.kinetic);
     report.energy.now = report.energy.start;
+    report.energy.potential_at_start = energy.potential;
+    report.energy.scale =
+        std::max(rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall()), energy.kinetic);
+    warn_of_tolerance();
     report.position_violation = position_violation();
     report.velocity_violation = velocity_violation();
     report.acceleration_violation = form.last_solve().residual;
@@ -165,12 +170,15 @@ struct Simulation::Implementation {
     if (step.is_settled && integration.knows_acceleration()) measure_acceleration();
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;
-    report.energy.scale = std::max(report.energy.scale, energy.kinetic);
     report.energy.work_of_supports = state.work.supports;
     report.energy.work_of_forces = state.work.forces;
     report.energy.work_of_friction = state.work.friction;
+    report.energy.scale =
+        std::max({report.energy.scale, energy.kinetic, std::abs(energy.potential - report.energy.potential_at_start),
+                  rounding_of_energies * std::abs(energy.potential), std::abs(state.work.supports),
+                  std::abs(state.work.forces), std::abs(state.work.friction)});
     if (model.has_friction()) measure_friction();
-    if (!integration.scheme().is_adaptive() && report.doubt.empty()) doubt();
+    if (report.accuracy_warning.empty()) watch_accuracy();
     report.counters = model.counters;
     report.times = model.times;
   }
@@ -180,15 +188,44 @@ struct Simulation::Implementation {
     report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
   }
 
-  /// Fixed steps have no tolerance to miss: a motion that they cannot follow is told by what it does.
-  void doubt() {
-    constexpr double longest_turn = 0.4, largest_drift = 1e-2;
-    const double turn = integration.turn(), drift = std::abs(report.energy.drift_relative());
+  /// What the energies of a motion through the length and at the speed of each neighbourhood would be, J.
+  double energy_of_a_fall() const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < model.num_moving(); ++i) {
+      const double speed = model.scales.speed(model.scales.of_point(i));
+      sum += 0.5 * model.mass[i] * speed * speed;
+    }
+    return sum;
+  }
+
+  /// An absolute tolerance that leaves a neighbourhood less than four digits.
+  void warn_of_tolerance() {
+    constexpr double coarse = 1e-4;
+    if (!integration.scheme().is_adaptive() || !(options.atol > 0.0)) return;
+    std::size_t smallest = 0;
+    for (std::size_t k = 0; k + 1 < model.scales.size(); ++k)
+      if (model.scales.length(k) < model.scales.length(smallest)) smallest = k;
+    const double length = model.scales.length(smallest);
+    if (!(options.atol > coarse * length)) return;
+    report.accuracy_warning = "the absolute tolerance, " + text(options.atol) + " m, is " +
+                              text(options.atol / length) + " of the size of what moves, " + text(length) +
+                              " m; left out, it is 1e-10 of that size";
+  }
+
+  /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.
+  void watch_accuracy() {
+    constexpr double longest_turn = 0.4, largest_drift = 1e-2, least_drift = 1e-4, drift_of_rtol = 1e4;
+    const bool is_adaptive = integration.scheme().is_adaptive();
+    const double turn = is_adaptive ? 0.0 : integration.turn(), drift = std::abs(report.energy.drift_relative());
+    const double allowed =
+        is_adaptive ? std::clamp(drift_of_rtol * options.rtol, least_drift, largest_drift) : largest_drift;
+    std::string& warning = report.accuracy_warning;
     if (turn > longest_turn)
-      report.doubt = "steps may be too long: one turns the motion by " + text(turn) + " rad";
-    else if (drift > largest_drift && turn > 0.0)
-      report.doubt = "steps may be too long: the energy drifts by " + text(drift) + " of its scale";
-    if (!report.doubt.empty()) report.doubt += " at t = " + text(state.t);
+      warning = "steps may be too long: one turns the motion by " + text(turn) + " rad";
+    else if (drift > allowed && (is_adaptive || turn > 0.0))
+      warning = std::string(is_adaptive ? "the tolerance may be missed" : "steps may be too long") +
+                ": the energy drifts by " + text(drift) + " of its scale";
+    if (!warning.empty()) warning += " at t = " + text(state.t);
   }
 
   /// At a step's end; iterations are counted wherever friction was found.
@@ -265,9 +302,13 @@ struct Simulation::Implementation {
   double first_step(double span) {
     if (options.step > 0.0) return std::min(options.step, span);
     write_points();
-    const double speed = std::max(model.largest_norm(points.v.data()), model.velocity_scale);
-    const double acceleration = model.largest_norm(points.w.data());
-    const double time = acceleration > 0.0 ? speed / acceleration : span;
+    const std::vector<double> speeds = model.largest_norms(points.v.data());
+    const std::vector<double> accelerations = model.largest_norms(points.w.data());
+    double time = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < speeds.size(); ++k) {
+      if (accelerations[k] > 0.0) time = std::min(time, std::max(speeds[k], model.scales.speed(k)) / accelerations[k]);
+    }
+    if (!std::isfinite(time)) time = span;
     return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));
   }
 

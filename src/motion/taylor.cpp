@@ -116,6 +116,19 @@ void subtract_from(const double* __restrict a, double noise, std::size_t n, doub
   }
 }
 
+/// The same with the noise of each neighbourhood, `part` of its largest number in a; `own` [n/3].
+void subtract_from(const double* a, double part, std::span<const Index> own, std::vector<double>* scratch, double* b) {
+  std::vector<double>& noise = *scratch;
+  noise.clear();
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const auto k = static_cast<std::size_t>(own[i]);
+    if (k >= noise.size()) noise.resize(k + 1, 0.0);
+    for (std::size_t x = 3 * i; x < 3 * i + 3; ++x) noise[k] = std::max(noise[k], part * std::abs(a[x]));
+  }
+  for (std::size_t i = 0; i < own.size(); ++i)
+    subtract_from(a + 3 * i, noise[static_cast<std::size_t>(own[i])], 3, b + 3 * i);
+}
+
 /// Nodes and weights of Gauss & Legendre on [0, 1], by Newton's method on the polynomial.
 void make_quadrature(int count, std::vector<double>* nodes, std::vector<double>* weights) {
   for (int i = 0; i < count; ++i) {
@@ -259,7 +272,10 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
   constexpr double noise = 1e-11, most_noise = 1e-6;
   const auto [largest, most_missing] = compare(to.a.data(), inside_.a.data(), to.a.size());
   double* const missing = inside_.a.data();
-  subtract_from(to.a.data(), noise * largest, to.a.size(), missing);
+  if (const std::span<const Index> own = mechanics_.neighbourhoods(); !own.empty())
+    subtract_from(to.a.data(), noise, own, &noise_, missing);
+  else
+    subtract_from(to.a.data(), noise * largest, to.a.size(), missing);
   const ErrorRatios ratios = mechanics_.error_ratios(
       from.t, {missing, missing, from.x.data(), from.v.data(), to.x.data(), to.v.data()}, options_.atol, options_.rtol);
   const double error = larger(of_x * ratios.x, of_v * ratios.v);

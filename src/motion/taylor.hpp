@@ -43,6 +43,7 @@ class Taylor final : public Scheme {
   std::vector<double*> pointers_;
   std::unique_ptr<Scheme> other_;  // where there is no series
   mutable struct { std::vector<double> x, v, a; } inside_;
+  std::vector<double> noise_;            // [neighbourhood] scratch
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
 
   // Of the series

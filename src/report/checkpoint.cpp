@@ -68,6 +68,7 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("num_singular_passages", report.singular_passages.count);
   visit("energy_start", report.energy.start);
   visit("energy_now", report.energy.now);
+  visit("potential_at_start", report.energy.potential_at_start);
   visit("work_of_supports", report.energy.work_of_supports);
   visit("work_of_forces", report.energy.work_of_forces);
   visit("work_of_friction", report.energy.work_of_friction);
@@ -242,7 +243,7 @@ void write_content(OutputFile* file, const Checkpoint& checkpoint) {
   for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
   head.end_array();
   head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
-  head.key("doubt").value(checkpoint.snapshot.report.doubt);
+  head.key("accuracy_warning").value(checkpoint.snapshot.report.accuracy_warning);
   write_lists(&head, checkpoint.snapshot.report);
   head.end_object();
   head.finish();
@@ -266,7 +267,7 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
       snapshot.discrete_state.push_back(mode.get<int>());
     }
     snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
-    snapshot.report.doubt = head.at("doubt").get<std::string>();
+    snapshot.report.accuracy_warning = head.at("accuracy_warning").get<std::string>();
     read_lists(head, &snapshot.report);
   } catch (const json::exception& error) {
     throw InputError("", fmt::format("cannot be read: {}", error.what()));

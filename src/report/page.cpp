@@ -128,6 +128,7 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
                        facts.wall.total, facts.wall.setup, times.evaluate, times.assemble, times.factor, times.solve,
                        has_friction ? fmt::format("friction {:.3g}, ", times.friction) : "", facts.wall.output));
   if (facts.has_started) page += describe_quality(report);
+  if (!report.accuracy_warning.empty()) page += line("warning", report.accuracy_warning);
   if (facts.certificate) page += line("certificate", facts.certificate->line());
   return page;
 }

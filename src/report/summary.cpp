@@ -153,7 +153,13 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     write_rank_changes(&json, report.rank_changes);
     write_singular_passages(&json, report.singular_passages);
     write_nearest_to_singular(&json, facts, report);
-    if (!report.doubt.empty()) json.key("doubt").value(report.doubt);
+    for (const char* key : {"accuracy_warning", "doubt"}) {  // the old name stays for one version
+      json.key(key);
+      if (report.accuracy_warning.empty())
+        json.value(std::optional<double>());
+      else
+        json.value(report.accuracy_warning);
+    }
     write_work(&json, report);
     write_start(&json, facts, report.start);
     write_times(&json, facts, report.times, has_friction);

@@ -19,10 +19,7 @@ double find_mass_ratio(std::span<const Incidence> incidences, std::span<const do
 
 Redundancy::Redundancy(std::span<const Incidence> incidences, std::span<const double> inverse_mass,
                        const Numbering& numbering)
-    : incidences_(incidences),
-      inverse_mass_(inverse_mass),
-      numbering_(numbering),
-      mass_ratio_(find_mass_ratio(incidences, inverse_mass)) {}
+    : incidences_(incidences), inverse_mass_(inverse_mass), numbering_(numbering) {}
 
 // ---- decisions ----
 
@@ -86,20 +83,30 @@ void Redundancy::stand_alone(Index first_row, SparseColumns* C) const {
   }
 }
 
+/// Of the points that an island's rows move.
+double Redundancy::mass_ratio_of(Rows rows) const {
+  std::vector<Incidence> own;
+  for (Index k = row_start_[static_cast<std::size_t>(rows.first)];
+       k < row_start_[static_cast<std::size_t>(rows.second)]; ++k)
+    own.push_back(incidences_[static_cast<std::size_t>(by_row_[static_cast<std::size_t>(k)])]);
+  return find_mass_ratio(own, inverse_mass_);
+}
+
 /// Columns of M^-1/2 K come together where masses differ much: what K itself keeps apart depends on nothing, however
 /// little K is known. Then those of M^-1/2 K are told apart down to rounding.
 std::unique_ptr<RankSolver> Redundancy::find_rank(const double* blocks, Rows rows, double tolerance) {
   constexpr double unequal = 1e4;
   auto solver = std::make_unique<RankSolver>(columns(blocks, rows, Scaling::ByMasses), tolerance);
   const std::size_t found = solver->dependences().size();
-  if (found == 0 || mass_ratio_ < unequal) return solver;
+  if (found == 0 || mass_ratio_of(rows) < unequal) return solver;
   const std::size_t of_K = RankSolver(columns(blocks, rows, Scaling::None), tolerance).dependences().size();
   if (of_K >= found) return solver;
   auto finest = std::make_unique<RankSolver>(columns(blocks, rows, Scaling::ByMasses));
   return finest->dependences().size() >= of_K ? std::move(finest) : std::move(solver);
 }
 
-bool Redundancy::decide_island(const double* blocks, Rows rows, double tolerance) {
+bool Redundancy::decide_island(const double* blocks, Rows rows, std::span<const double> tolerances) {
+  const double tolerance = *std::max_element(tolerances.begin() + rows.first, tolerances.begin() + rows.second);
   const auto place = std::lower_bound(islands_.begin(), islands_.end(), rows.first,
                                       [](const Island& island, Index row) { return island.first < row; });
   const bool is_known = place != islands_.end() && place->first == rows.first;
@@ -119,22 +126,22 @@ bool Redundancy::decide_island(const double* blocks, Rows rows, double tolerance
   return has_changed;
 }
 
-bool Redundancy::decide(const double* blocks, Rows rows, double tolerance) {
+bool Redundancy::decide(const double* blocks, Rows rows, std::span<const double> tolerances) {
   if (row_start_.empty()) group_by_row();
   bool has_changed = false;
   const auto& start = numbering_.island_start;
   for (std::size_t i = 0; i + 1 < start.size(); ++i) {
     if (start[i] < rows.first || start[i] >= rows.second) continue;
-    has_changed = decide_island(blocks, {start[i], start[i + 1]}, tolerance) || has_changed;
+    has_changed = decide_island(blocks, {start[i], start[i + 1]}, tolerances) || has_changed;
   }
   return has_changed;
 }
 
-bool Redundancy::decide_again(const double* blocks, double tolerance) {
+bool Redundancy::decide_again(const double* blocks, std::span<const double> tolerances) {
   bool has_changed = false;
   for (const Island& island : islands_) {
     if (island.solver->dependences().empty()) continue;
-    has_changed = decide_island(blocks, {island.first, island.end}, tolerance) || has_changed;
+    has_changed = decide_island(blocks, {island.first, island.end}, tolerances) || has_changed;
   }
   return has_changed;
 }

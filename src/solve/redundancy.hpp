@@ -28,11 +28,12 @@ class Redundancy {
 
   using Rows = std::pair<Index, Index>;  ///< [first, end), whole islands
 
-  /// Decides for all islands in `rows` with K in `blocks`, known to `tolerance` (of unit columns). Returns whether the
+  /// Decides for all islands in `rows` with K in `blocks`, each row known to its tolerance [d] (of unit
+  /// columns). Returns whether the
   /// dependent rows are others than before.
-  bool decide(const double* blocks, Rows rows, double tolerance);
+  bool decide(const double* blocks, Rows rows, std::span<const double> tolerances);
   /// The same for those islands that have dependent rows.
-  bool decide_again(const double* blocks, double tolerance);
+  bool decide_again(const double* blocks, std::span<const double> tolerances);
 
   bool has_decided() const { return !islands_.empty(); }
   /// Does any row depend?
@@ -84,14 +85,14 @@ class Redundancy {
   SparseColumns columns(const double* blocks, Rows rows, Scaling scaling);
   std::unique_ptr<RankSolver> find_rank(const double* blocks, Rows rows, double tolerance);
   void stand_alone(Index first_row, SparseColumns* C) const;
-  bool decide_island(const double* blocks, Rows rows, double tolerance);
+  bool decide_island(const double* blocks, Rows rows, std::span<const double> tolerances);
+  double mass_ratio_of(Rows rows) const;
   void group_by_row();
   Found translate(const Island& island, const Dependence& dependence) const;
 
   std::span<const Incidence> incidences_;
   std::span<const double> inverse_mass_;
   const Numbering& numbering_;
-  const double mass_ratio_;
   std::vector<Index> row_start_;            // [row] its incidences in by_row_; made at the first decision
   std::vector<Index> by_row_;               // places in incidences_
   std::vector<Index> local_point_;          // [point] in the island at hand

@@ -60,6 +60,27 @@ TEST(RunTest, WritesItsFolder) {
   EXPECT_LT(std::abs(summary["energy"]["drift_relative"].get<double>()), 1e-6);
   EXPECT_GT(summary["wall_s"]["total"], 0.0);
   EXPECT_GT(summary["threads"], 0);
+  EXPECT_TRUE(summary.at("accuracy_warning").is_null());
+  EXPECT_TRUE(summary.at("doubt").is_null());
+}
+
+TEST(RunTest, ACoarseToleranceIsSaidOnStderrAndInTheSummary) {
+  const Folder folder;
+  write_text(folder / "s.json",
+             R"({"tanor_scene": 1, "points": {"positions": [[0, 0, 0], [5e-10, 0, 0]]}, "supports": [{"points": [0]}],
+                 "constraints": [{"kind": "rod", "pairs": [[0, 1]]}],
+                 "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+                 "motion": {"atol": 1e-10, "t_end": 1e-5}})");
+
+  const Ended coarse = run_program(folder, {"run", "s.json"});
+  const json summary = read_json(folder / "s.out/summary.json");
+
+  EXPECT_EQ(coarse.code, 0) << coarse.err;
+  EXPECT_TRUE(contains(coarse.err, "warning: the absolute tolerance, 1e-10 m")) << coarse.err;
+  EXPECT_TRUE(contains(summary.at("accuracy_warning").get<std::string>(), "absolute tolerance"));
+  EXPECT_EQ(summary.at("doubt"), summary.at("accuracy_warning"));
+  const Ended fine = run_program(folder, {"run", "s.json", "--atol", "1e-20"});
+  EXPECT_FALSE(contains(fine.err, "warning")) << fine.err;
 }
 
 TEST(RunTest, TheCommandLineOverridesTheScene) {

@@ -151,7 +151,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
       form.reactions(exactly.eta.data());
       for (std::size_t c = 0; c < eta.size(); ++c) EXPECT_NEAR(eta[c], exactly.eta[c], 1e-8) << t;
     }
-    EXPECT_EQ(simulation.report().doubt, "") << method_name(method);
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method);
   }
 }
 

@@ -92,6 +92,25 @@ TEST(TiltingPlane, ABeadLeavesAtTheInstantOfTheClosedForm) {
   }
 }
 
+/// u = sin t along a line: the place goes along, r = 1 - cos t.
+TEST(Conveyor, WhatSticksKeepsItsPlaceOnTheBelt) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.masses = {1.0};
+  system.constraints = {Lines{"belt", {0}, Vector3{}, Vector3{1.0, 0.0, 0.0}}};
+  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
+  system.friction = {Coulomb{
+      .name = "", .at = {"belt"}, .coefficient = 0.5, .velocity = {ScalarFunction::formula("sin(t)"), 0.0, 0.0}}};
+  for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4, Method::Rattle}) {
+    MotionOptions options{.method = method};
+    if (has_fixed_steps(method)) options.step = 0.02;
+    Simulation simulation(system, options);
+    ASSERT_TRUE(simulation.advance(100.0).ok()) << simulation.outcome().what;
+    EXPECT_EQ(simulation.report().events, 0u);
+    EXPECT_NEAR(simulation.positions()[0], 1.0 - std::cos(100.0), 1e-12) << method_name(method);
+  }
+}
+
 /// A mass on a belt of speed u at a spring: sticks for 2 D/u, slides for (2 pi - 2 atan(D w/u))/w, where
 /// D = (mu_s - mu) m g/k and w^2 = k/m.
 TEST(StickSlipOscillator, PeriodIsTheClosedForm) {

@@ -52,7 +52,7 @@ TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
   }
 
   EXPECT_LE(simulation.report().position_violation, allowed) << "after every step";
-  if (!simulation.report().doubt.empty()) {
+  if (!simulation.report().accuracy_warning.empty()) {
     EXPECT_TRUE(has_fixed_steps(simulation.report().method));
   } else if (scene.error) {
     EXPECT_LE(scene.error(simulation), scene.largest_error);
@@ -163,7 +163,7 @@ TEST_P(DoubtedSteps, AreThoseThatLoseTheMotion) {
 
     ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
 
-    EXPECT_EQ(simulation.report().doubt.empty(), angle < 0.4) << simulation.report().doubt;
+    EXPECT_EQ(simulation.report().accuracy_warning.empty(), angle < 0.4) << simulation.report().accuracy_warning;
     if (angle < 0.4) {
       EXPECT_LE(scene.error(simulation), scene.largest_error);
     }
@@ -176,7 +176,7 @@ TEST_P(DoubtedSteps, AreNotThoseOfAChainThatFallsFromRest) {
 
   ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
 
-  EXPECT_EQ(simulation.report().doubt, "");
+  EXPECT_EQ(simulation.report().accuracy_warning, "");
 }
 
 INSTANTIATE_TEST_SUITE_P(Motion, DoubtedSteps,

@@ -131,7 +131,7 @@ Checkpoint make_checkpoint() {
   snapshot.memory = {4.0, 1.0 / 3.0};
   snapshot.singular_memory = {1.0, 0.25, HUGE_VAL};
   snapshot.state_before = {0.0, 0.5};
-  snapshot.report.doubt = "steps may be too long";
+  snapshot.report.accuracy_warning = "steps may be too long";
   snapshot.report.rank_changes = {.start = 8, .now = 9, .first = {{0.1, 7}, {1.0 / 3.0, 9}}, .count = 102};
   snapshot.report.singular_passages = {.first = {{0.1 + 0.2, 1e-17}}, .count = 101};
   snapshot.report.energy = {.start = -1.5,
@@ -197,7 +197,7 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
   EXPECT_EQ(snapshot.memory, written.snapshot.memory);
   EXPECT_EQ(snapshot.singular_memory, written.snapshot.singular_memory);
   EXPECT_EQ(snapshot.state_before, written.snapshot.state_before);
-  EXPECT_EQ(snapshot.report.doubt, written.snapshot.report.doubt);
+  EXPECT_EQ(snapshot.report.accuracy_warning, written.snapshot.report.accuracy_warning);
   EXPECT_EQ(snapshot.report.rank_changes.start, 8u);
   EXPECT_EQ(snapshot.report.rank_changes.now, 9u);
   EXPECT_EQ(snapshot.report.rank_changes.count, 102u);
@@ -339,7 +339,7 @@ std::vector<std::string> list_keys(const json& object) {
   return keys;  // sorted: json objects are
 }
 
-// The contract's list, `start` and `energy.work_of_forces` on top of it.
+// The contract's list, `start` and `energy.work_of_forces` on top of it; `doubt` is the old name of `accuracy_warning`.
 TEST(SummaryTest, HasTheKeysOfTheContract) {
   using Keys = std::vector<std::string>;
   const Folder folder;
@@ -349,8 +349,10 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   write_summary(folder.path(), {}, simulation);
 
   const json summary = read_json(folder / "summary.json");
-  EXPECT_EQ(list_keys(summary), (Keys{"certificate",
+  EXPECT_EQ(list_keys(summary), (Keys{"accuracy_warning",
+                                      "certificate",
                                       "degrees_of_freedom",
+                                      "doubt",
                                       "energy",
                                       "equations",
                                       "events",

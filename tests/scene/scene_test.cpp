@@ -47,7 +47,7 @@ TEST(Scene, HasTheDefaultsOfTheContract) {
   EXPECT_EQ(scene.motion.method, Method::Auto);
   EXPECT_EQ(scene.motion.step, 0.0);
   EXPECT_EQ(scene.motion.rtol, 1e-8);
-  EXPECT_EQ(scene.motion.atol, 1e-10);
+  EXPECT_EQ(scene.motion.atol, 0.0);  // 1e-10 of the size around each point
   EXPECT_EQ(scene.motion.stabilisation, Stabilisation::Projection);
   EXPECT_EQ(scene.motion.start, StartMode::Check);
   EXPECT_EQ(scene.t_end, 0.0);

@@ -1,0 +1,223 @@
+#include "dynamics/held_places.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace tanor {
+
+namespace {
+
+bool do_guides_rest(const Model& model) {
+  const Tangents& tangents = model.constraints.tangents();
+  bool rest = !model.constraints.depends_on_time() && !tangents.depends_on_time();
+  for (std::size_t c = 0; c < tangents.size(); ++c) rest = rest && norm(tangents.own_velocity(c).value) == 0.0;
+  return rest;
+}
+
+}  // namespace
+
+HeldPlaces::HeldPlaces(Model& model)
+    : model_(model),
+      tangents_(model.constraints.tangents()),
+      guides_rest_(do_guides_rest(model)),
+      is_held_(tangents_.size(), 0),
+      then_(tangents_.size()),
+      now_(tangents_.size()),
+      then_rest_(tangents_.size()),
+      now_rest_(tangents_.size()),
+      then_time_(model.time()),
+      time_(model.time()) {}
+
+void HeldPlaces::hold(double t, const double* r) {
+  carry(t);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (tangents_.sticks(c) && !holds(c)) {
+      now_[c] = load(r, tangents_[c].point);
+      now_rest_[c] = {};
+    }
+    is_held_[c] = tangents_.sticks(c) ? 1 : 0;
+  }
+  list_held();
+  accept(t);
+  publish();
+}
+
+void HeldPlaces::forget() {
+  std::fill(is_held_.begin(), is_held_.end(), 0);
+  list_held();
+  publish();
+}
+
+void HeldPlaces::accept(double t) {
+  carry(t);
+  then_ = now_;
+  then_rest_ = now_rest_;
+  then_time_ = t;
+}
+
+void HeldPlaces::move(std::size_t contact, const double* r) {
+  now_[contact] = then_[contact] = load(r, tangents_[contact].point);
+  now_rest_[contact] = then_rest_[contact] = {};
+  publish();
+}
+
+void HeldPlaces::list_held() {
+  held_.clear();
+  guides_.reset();
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (holds(c)) held_.push_back(c);
+  }
+}
+
+/// To the rows of the contacts.
+void HeldPlaces::publish() {
+  Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; c < tangents_.size(); ++c) tangents.set_place(c, holds(c), now_[c]);
+}
+
+void HeldPlaces::carry(double t) {
+  if (t == time_) return;
+  time_ = t;
+  if (guides_rest_ || held_.empty()) return;
+  constexpr int most_halvings = 6;  // a spline's knot needs them: then what is left is little
+  Places ways(held_.size()), places(held_.size());
+  double reached = then_time_, h = t - reached;
+  for (int halvings = 0; reached != t;) {
+    const bool is_last = std::abs(h) >= std::abs(t - reached);
+    if (is_last) h = t - reached;
+    Places next = ways;
+    if (!extrapolate(reached, h, &next) && halvings < most_halvings) {
+      ++halvings;
+      h *= 0.5;
+      continue;
+    }
+    ways = std::move(next);
+    reached = is_last ? t : reached + h;
+  }
+  // Sums of many steps, compensated (Kahan).
+  for (std::size_t k = 0; k < held_.size(); ++k) {
+    const Vec3 then = then_[held_[k]], way = ways[k] - then_rest_[held_[k]];
+    places[k] = then + way;
+    now_rest_[held_[k]] = (places[k] - then) - way;
+  }
+  // Off its guide by rounding, a place would slowly drift along it as well.
+  for (int pass = 0; pass < 2; ++pass) {
+    evaluate_guides(t, places, false);
+    for (std::size_t k = 0; k < held_.size(); ++k) places[k] = places[k] - across(held_[k], {});
+  }
+  for (std::size_t k = 0; k < held_.size(); ++k) now_[held_[k]] = places[k];
+  publish();
+}
+
+/// One step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of their
+/// length until nothing changes but by rounding, that of time as well. False: it does not come to that.
+bool HeldPlaces::extrapolate(double t, double h, Places* ways) {
+  constexpr int most_columns = 8;
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  std::array<Places, most_columns> table;  // the last row: T_{j,0} … T_{j,j}
+  const Places from = *ways;
+  for (int j = 0; j < most_columns; ++j) {
+    Places& next = *ways;
+    advance_by_midpoints(t, h, 2 * (j + 1), from, &next);
+    double worst = std::numeric_limits<double>::infinity();
+    // T_{j,k} = T_{j,k-1} + (T_{j,k-1} - T_{j-1,k-1})/((n_j/n_{j-k})^2 - 1)
+    for (int k = 1; k <= j; ++k) {
+      const double ratio = static_cast<double>(j + 1) / (j + 1 - k), part = 1.0 / (ratio * ratio - 1.0);
+      Places& before = table[static_cast<std::size_t>(k - 1)];
+      worst = 0.0;
+      for (std::size_t i = 0; i < next.size(); ++i) {
+        const Vec3 change = part * (next[i] - before[i]), better = next[i] + change;
+        const auto point = static_cast<std::size_t>(tangents_[held_[i]].point);
+        const double length = model_.scales.length(model_.scales.of_point(point));
+        const double way_of_time = std::abs(t / h) * norm(better - from[i]);
+        const double scale = std::max({norm(better - from[i]), length, way_of_time});
+        worst = larger(worst, norm(change) / scale);
+        before[i] = next[i];
+        next[i] = better;
+      }
+    }
+    table[static_cast<std::size_t>(j)] = next;
+    if (worst <= 4.0 * eps) return true;
+  }
+  return false;
+}
+
+void HeldPlaces::advance_by_midpoints(double t, double h, int count, const Places& from, Places* to) {
+  const double step = h / count;
+  Places before = from, rates(from.size());
+  Places& now = *to;
+  now.resize(from.size());
+  evaluate(t, from, &rates);
+  for (std::size_t k = 0; k < from.size(); ++k) now[k] = from[k] + step * rates[k];
+  for (int m = 1; m < count; ++m) {
+    evaluate(t + m * step, now, &rates);
+    for (std::size_t k = 0; k < from.size(); ++k) {
+      const Vec3 next = before[k] + 2.0 * step * rates[k];
+      before[k] = now[k];
+      now[k] = next;
+    }
+  }
+}
+
+/// For the guides of those that are held: K_g at (t, places); and their xi, or xi_t.
+void HeldPlaces::evaluate_guides(double t, const Places& places, bool wants_rates) {
+  const Constraints& constraints = model_.constraints;
+  if (!guides_) {
+    std::vector<char> takes_part(model_.num_rows(), 0);
+    for (const std::size_t c : held_) {
+      for (int g = 0; g < tangents_[c].num_guides; ++g)
+        takes_part[static_cast<std::size_t>(tangents_[c].guide_row[static_cast<std::size_t>(g)])] = 1;
+    }
+    guides_ = constraints.select(takes_part);
+    for (std::vector<double>* array : {&points_, &at_rest_}) array->resize(3 * model_.num_points(), 0.0);
+    rows_.resize(model_.num_rows());
+    blocks_.resize(3 * constraints.num_blocks());
+  }
+  model_.set_time(t);
+  for (std::size_t k = 0; k < places.size(); ++k) store(points_.data(), tangents_[held_[k]].point, places[k]);
+  const Parallel& parallel = model_.parallel;
+  const double* const points = points_.data();
+  constraints.evaluate_gradients(parallel, *guides_, points, blocks_.data());
+  if (wants_rates)
+    (void)constraints.evaluate_rates(parallel, *guides_, points, at_rest_.data(), rows_.data());
+  else
+    (void)constraints.evaluate_values(parallel, *guides_, points, rows_.data());
+}
+
+/// K_g Gamma_g^-1 (K_g'u + rows), Gamma_g = K_g'K_g, with the last K_g and rows.
+Vec3 HeldPlaces::across(std::size_t contact, const Vec3& u) const {
+  const Tangents::Place& place = tangents_[contact];
+  const Vec3 a = load(blocks_.data(), place.guide_block[0]);
+  const double in_a = dot(a, u) + rows_[static_cast<std::size_t>(place.guide_row[0])], aa = dot(a, a);
+  if (place.num_guides == 1) return (in_a / aa) * a;
+  const Vec3 b = load(blocks_.data(), place.guide_block[1]);
+  const double in_b = dot(b, u) + rows_[static_cast<std::size_t>(place.guide_row[1])];
+  const double ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
+  return ((bb * in_a - ab * in_b) / determinant) * a + ((aa * in_b - ab * in_a) / determinant) * b;
+}
+
+/// p_dot of those that are held.
+void HeldPlaces::evaluate(double t, const Places& ways, Places* rates) {
+  Places places = ways;
+  for (std::size_t k = 0; k < places.size(); ++k) places[k] = then_[held_[k]] + ways[k];
+  evaluate_guides(t, places, true);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const Vec3 u = tangents_.own_velocity(held_[k]).value;
+    (*rates)[k] = u - across(held_[k], u);
+  }
+}
+
+void HeldPlaces::exchange_memory(Memory& memory) {
+  memory.exchange(then_time_);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) memory.exchange(is_held_[c], then_[c], then_rest_[c]);
+  if (!memory.reads()) return;
+  time_ = then_time_;
+  now_ = then_;
+  now_rest_ = then_rest_;
+  list_held();
+  publish();
+}
+
+}  // namespace tanor

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "evaluate/family.hpp"
+#include "system/neighbourhoods.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// The lengths and speeds beside which things are small, neighbourhood by neighbourhood (see Neighbourhoods), in the
+/// inner order. Rows that join supports alone count as a neighbourhood of their own, the last one.
+class Scales {
+ public:
+  Scales(const Neighbourhoods& neighbourhoods, const Numbering& numbering, std::span<const Incidence> incidences,
+         double scene_size);
+
+  std::size_t size() const { return length_.size(); }
+  /// One neighbourhood holds all points that move.
+  bool are_one() const { return size() <= 2; }
+  std::size_t of_point(std::size_t moving_point) const { return static_cast<std::size_t>(of_point_[moving_point]); }
+  /// Of all points; supports have the last one. Empty where one is all.
+  std::span<const Index> of_points() const { return are_one() ? std::span<const Index>() : of_all_points_; }
+  std::size_t of_row(std::size_t row) const { return static_cast<std::size_t>(of_row_[row]); }
+
+  bool has_rows(std::size_t k) const { return has_rows_[k] != 0; }
+
+  double length(std::size_t k) const { return length_[k]; }  ///< m
+  double speed(std::size_t k) const { return speed_[k]; }    ///< m/s
+  const std::vector<double>& lengths() const { return length_; }
+  const std::vector<double>& speeds() const { return speed_; }
+  /// A neighbourhood where nothing moves nor would fall has the speed 1 m/s.
+  void set_speeds(std::span<const double> speeds);
+
+  /// Least speed, and least V^2/L, of neighbourhoods that have rows.
+  double least_speed() const { return least_speed_; }
+  double least_acceleration() const { return least_acceleration_; }
+
+  /// Where no absolute tolerance is given: 1e-10 of the length and of the speed around a point, m and m/s; of all
+  /// points, supports last.
+  std::span<const double> position_tolerances() const { return position_tolerance_; }
+  std::span<const double> velocity_tolerances() const { return velocity_tolerance_; }
+
+ private:
+  std::size_t num_points_;
+  std::vector<Index> of_point_, of_all_points_, of_row_;
+  std::vector<double> length_, speed_;
+  std::vector<char> has_rows_;
+  double least_speed_ = 1.0, least_acceleration_ = 1.0;
+  std::vector<double> position_tolerance_, velocity_tolerance_;
+};
+
+}  // namespace tanor

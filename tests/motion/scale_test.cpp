@@ -1,0 +1,167 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <tanor/tanor.hpp>
+
+#include "motion/scenes.hpp"
+
+/// \file Motions do not depend on the unit of length; and what says that one may be wrong.
+namespace tanor {
+namespace {
+
+constexpr double g = 9.81;
+
+/// Released horizontally, on a rod or on a sphere.
+System make_pendulum(double length, bool has_rod) {
+  System system;
+  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
+  if (has_rod) {
+    system.positions = {0.0, 0.0, 0.0, length, 0.0, 0.0};
+    system.masses = {1.0, 1.0};
+    system.supports = {{"hook", {0}, {}}};
+    system.constraints = {Rods{"rod", {{0, 1}}}};
+  } else {
+    system.positions = {length, 0.0, 0.0};
+    system.masses = {1.0};
+    system.constraints = {Spheres{"bowl", {0}, Vector3{}, length}};
+  }
+  return system;
+}
+
+/// x/length and z/length after ten times sqrt(length/g).
+std::array<double, 2> swing(double length, bool has_rod, Method method, MotionReport* report) {
+  Simulation simulation(make_pendulum(length, has_rod), {.method = method});
+  const Outcome outcome = simulation.advance(10.0 * std::sqrt(length / g));
+  EXPECT_TRUE(outcome.ok()) << outcome.what;
+  *report = simulation.report();
+  const auto r = simulation.positions();
+  return {r[r.size() - 3] / length, r[r.size() - 1] / length};
+}
+
+TEST(Scale, APendulumOfAnyLengthIsAsRight) {
+  for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Radau5}) {
+    for (const bool has_rod : {true, false}) {
+      MotionReport usual, report;
+      const auto [x, z] = swing(0.5, has_rod, method, &usual);
+      for (const double length : {5e-10, 1e-12, 5e8}) {
+        const auto [other_x, other_z] = swing(length, has_rod, method, &report);
+        EXPECT_NEAR(other_x, x, 1e-10) << length << ", " << method_name(method);
+        EXPECT_NEAR(other_z, z, 1e-10) << length << ", " << method_name(method);
+        EXPECT_NEAR(static_cast<double>(report.steps), static_cast<double>(usual.steps), 3.0);
+        EXPECT_EQ(report.accuracy_warning, "");
+        EXPECT_LT(std::abs(report.energy.drift_relative()), 1e-7);
+      }
+    }
+  }
+}
+
+TEST(Scale, AnAbsoluteToleranceThatIsCoarseIsSaid) {
+  const auto warning = [](double length, double atol) {
+    return Simulation(make_pendulum(length, true), {.method = Method::Dopri5, .atol = atol}).report().accuracy_warning;
+  };
+  EXPECT_NE(warning(5e-10, 1e-10).find("of the size of what moves"), std::string::npos) << warning(5e-10, 1e-10);
+  EXPECT_NE(warning(0.5, 1e-4), "");
+  EXPECT_EQ(warning(0.5, 2e-5), "");
+  EXPECT_EQ(warning(5e-10, 1e-14), "");
+  EXPECT_EQ(warning(5e-10, 0.0), "");
+}
+
+TEST(Scale, EachPendulumHasTheToleranceOfItsOwnLength) {
+  // Beside one of 10 km another one of a micrometre.
+  System system = make_pendulum(1e-6, true);
+  const System large = make_pendulum(1e4, true);
+  for (std::size_t k = 0; k < 6; ++k) system.positions.push_back(large.positions[k] + (k % 3 == 1 ? 1e4 : 0.0));
+  system.masses.insert(system.masses.end(), {1.0, 1.0});
+  system.supports.push_back({"other hook", {2}, {}});
+  system.constraints.push_back(Rods{"other rod", {{2, 3}}});
+  MotionReport report;
+  const auto [x, z] = swing(1e-6, true, Method::Dopri5, &report);
+  Simulation both(system, {.method = Method::Dopri5});
+  ASSERT_TRUE(both.advance(10.0 * std::sqrt(1e-6 / g)).ok());
+  EXPECT_NEAR(both.positions()[3] / 1e-6, x, 1e-10);
+  EXPECT_NEAR(both.positions()[5] / 1e-6, z, 1e-10);
+}
+
+// ---- accuracy warnings ----
+
+TEST(AccuracyWarning, ALooseToleranceThatLosesEnergyIsSaid) {
+  Simulation simulation(make_pendulum(0.5, true), {.method = Method::Dopri5, .rtol = 0.03, .atol = 0.03});
+  ASSERT_TRUE(simulation.advance(100.0).ok());
+  EXPECT_GT(std::abs(simulation.report().energy.drift_relative()), 1e-2);
+  EXPECT_NE(simulation.report().accuracy_warning, "");
+}
+
+TEST(AccuracyWarning, ATightToleranceIsSilent) {
+  for (const Method method : {Method::Taylor, Method::Dopri5, Method::Dop853, Method::Radau5}) {
+    Simulation simulation(make_pendulum(0.5, true), {.method = method});
+    ASSERT_TRUE(simulation.advance(20.0).ok());
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method);
+  }
+}
+
+/// A block on a belt at a spring, E(0) = 0: all energy comes from the belt, and goes into friction again.
+System make_stick_slip(double u) {
+  System system;
+  system.positions = {-1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  system.velocities = {0.0, 0.0, 0.0, u, 0.0, 0.0};
+  system.masses = {1.0, 0.5};
+  system.supports = {{"wall", {0}, {}}};
+  system.constraints = {Lines{"belt", {1}, Vector3{}, Vector3{1.0, 0.0, 0.0}}};
+  system.forces = {Gravity{"", {0.0, -g, 0.0}}, Springs{"spring", {{0, 1}}, 20.0, 0.0, 1.0}};
+  system.friction = {Coulomb{
+      .name = "", .at = {"belt"}, .coefficient = 0.2, .static_coefficient = 0.35, .velocity = Vector3{u, 0.0, 0.0}}};
+  return system;
+}
+
+TEST(AccuracyWarning, StickSlipIsNoReasonForOne) {
+  for (const double u : {0.3, 0.03, 0.003}) {
+    for (const Method method : {Method::Rk4, Method::Rattle, Method::Dopri5, Method::Auto}) {
+      MotionOptions options{.method = method};
+      if (has_fixed_steps(method)) options.step = 1e-2;
+      Simulation simulation(make_stick_slip(u), options);
+      ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+      EXPECT_EQ(simulation.report().accuracy_warning, "") << u << ", " << method_name(method);
+      EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), method == Method::Rattle ? 1e-2 : 1e-4)
+          << u << ", " << method_name(method);
+    }
+  }
+}
+
+/// What flows is measured, not where the potential has its zero: far above the ground the drift is the same.
+TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
+  const auto drift = [](double height) {
+    System system = make_pendulum(0.5, true);
+    for (std::size_t k = 2; k < system.positions.size(); k += 3) system.positions[k] += height;
+    Simulation simulation(system, {.method = Method::Rk4, .step = 0.02});
+    EXPECT_TRUE(simulation.advance(2.0).ok());
+    return simulation.report().energy.drift_relative();
+  };
+  const double low = drift(0.0);
+  EXPECT_GT(std::abs(low), 1e-6);
+  EXPECT_NEAR(drift(1e4), low, 1e-3 * std::abs(low));
+}
+
+/// A chain that hangs at rest: nothing flows, and rounding is no drift.
+TEST(AccuracyWarning, RestIsNoReasonForOne) {
+  System system;
+  Rods rods;
+  for (int i = 0; i <= 20; ++i) {
+    system.positions.insert(system.positions.end(), {0.0, 0.0, -0.1 * i});
+    system.masses.push_back(0.1);
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  system.supports = {{"hook", {0}, {}}};
+  system.constraints = {rods};
+  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
+  for (const Method method : {Method::Auto, Method::Dopri5, Method::Rk4, Method::Rattle}) {
+    MotionOptions options{.method = method};
+    if (has_fixed_steps(method)) options.step = 1e-2;
+    Simulation simulation(system, options);
+    ASSERT_TRUE(simulation.advance(1.0).ok());
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method);
+    EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace tanor
