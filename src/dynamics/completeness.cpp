@@ -9,7 +9,7 @@ namespace tanor {
 
 namespace {
 
-/// By how much (10) fails on random forces, and at which point.
+/// By how much (10) fails on a random force, and at which point.
 struct Missing {
   double part = 0.0;
   std::size_t point = 0;
@@ -18,26 +18,22 @@ struct Missing {
 /// M A H^-1 A'u + K S^-1 K'M^-1 u = u (10), where both forms stand. Its projectors are orthogonal in |M^-1/2 .|, so on
 /// u = M^1/2 z with random z what is missing there is the part of z that belongs to neither T nor N.
 Missing find_missing(Model& model, NormalForm& normal, TangentForm& tangent) {
-  constexpr int tries = 3;
   const std::size_t n = 3 * model.num_points(), moving = 3 * model.num_moving();
   std::vector<double> u(n, 0.0), M_inverse_u(n, 0.0), rest(n), rows(model.num_rows()), lambda(rows), dw(n);
   std::mt19937 generator(1);
   std::normal_distribution<double> z;
   Missing worst;
-  for (int attempt = 0; attempt < tries; ++attempt) {
-    for (std::size_t i = 0; i < moving; ++i) {
-      u[i] = std::sqrt(model.mass[i / 3]) * z(generator);
-      M_inverse_u[i] = model.inverse_mass[i / 3] * u[i];
-    }
-    tangent.respond(u.data(), rest.data());  // u - M A H^-1 A'u
-    model.constraints.apply_transposed(model.parallel, normal.blocks().data(), M_inverse_u.data(), nullptr,
-                                       rows.data());
-    normal.respond(rows.data(), lambda.data(), dw.data());  // -M^-1 K S^-1 K'M^-1 u
-    for (std::size_t i = 0; i < model.num_moving(); ++i) {
-      const double root = std::sqrt(model.mass[i]);
-      const double part = norm((1.0 / root) * load(rest.data(), i) + root * load(dw.data(), i));
-      if (part > worst.part) worst = {part, i};
-    }
+  for (std::size_t i = 0; i < moving; ++i) {
+    u[i] = std::sqrt(model.mass[i / 3]) * z(generator);
+    M_inverse_u[i] = model.inverse_mass[i / 3] * u[i];
+  }
+  tangent.respond(u.data(), rest.data());  // u - M A H^-1 A'u
+  model.constraints.apply_transposed(model.parallel, normal.blocks().data(), M_inverse_u.data(), nullptr, rows.data());
+  normal.respond(rows.data(), lambda.data(), dw.data());  // -M^-1 K S^-1 K'M^-1 u
+  for (std::size_t i = 0; i < model.num_moving(); ++i) {
+    const double root = std::sqrt(model.mass[i]);
+    const double part = norm((1.0 / root) * load(rest.data(), i) + root * load(dw.data(), i));
+    if (part > worst.part) worst = {part, i};
   }
   return worst;
 }
@@ -63,12 +59,11 @@ void Forms::check_completeness(double t, const double* r) {
   missing = find_at(aside * model.scene_size, &places);
   if (normal->linearise(t, r).ok()) (void)normal->find_rank(r, true);
   if (!missing || missing->part <= rounding) return;
-  throw InputError("/coordinates",
-                   "the coordinates are narrower than the constraints, which let point " +
-                       text(model.numbering.user_point[missing->point]) +
-                       " move where no coordinate leads: rank K = " + text(rank_of_K) + " and rank A = " +
-                       text(tangent->size()) + " do not add up to 3n = " + text(3 * model.num_moving()) +
-                       "; both must describe the same motion");
+  throw InputError("/coordinates", "the coordinates are narrower than the constraints, which let point " +
+                                       text(model.numbering.user_point[missing->point]) +
+                                       " move where no coordinate leads: rank K = " + text(rank_of_K) +
+                                       " and rank A = " + text(tangent->size()) + " do not add up to 3n = " +
+                                       text(3 * model.num_moving()) + "; both must describe the same motion");
 }
 
 }  // namespace tanor

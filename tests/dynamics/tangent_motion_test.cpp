@@ -255,9 +255,10 @@ TEST(RefusalTest, CoordinatesNarrowerThanTheConstraints) {
     system.coordinates = {first, PlaneCoordinates{"", {2}, Vector3{0, 0, 1}, 0.0}};
     EXPECT_EQ(complaint_at_start(system, form), "no error");
     system.coordinates = {first, CircleCoordinates{"", {2}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0}};
-    EXPECT_EQ(complaint_at_start(system, form),
-              "/coordinates: the coordinates are narrower than the constraints, which let point 2 move where no "
-              "coordinate leads: rank K = 2 and rank A = 3 do not add up to 3n = 6; both must describe the same motion");
+    EXPECT_EQ(
+        complaint_at_start(system, form),
+        "/coordinates: the coordinates are narrower than the constraints, which let point 2 move where no "
+        "coordinate leads: rank K = 2 and rank A = 3 do not add up to 3n = 6; both must describe the same motion");
     // Wider ones: the bead rises from the floor.
     system.coordinates = {first, FreeCoordinates{"", {2}}};
     EXPECT_NE(complaint_at_start(system, form).find("at point 2: they are wider than the constraints"),
