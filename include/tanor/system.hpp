@@ -166,7 +166,7 @@ enum class PairLaw {
 ///
 /// Wca, Lj: potential 4 epsilon ((sigma/r)^12 - (sigma/r)^6) - its value at the cutoff, 0 beyond that; with a box the
 /// nearest image of the other point counts, wherever in space both are. Log: strength (r_i - r_j)/r^2 on point i.
-/// Supports take part; two of them leave each other alone.
+/// Supports take part; what two of them do to each other is in the load that they carry, but in no energy and no work.
 struct PairForces {
   std::string name{};
   std::vector<Index> points{};  ///< empty: all
