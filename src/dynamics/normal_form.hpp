@@ -182,6 +182,7 @@ class NormalForm final : public EquationsOfMotion {
   // The factor of another place, in reuse.cpp.
   void make_reuse();
   bool may_reuse() const;
+  void note_frames();
   bool reuse(double t);
   bool correct_by_reuse(double* rows, double* points);
 
@@ -195,20 +196,21 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
   std::size_t num_switches_ = 0;             // contacts that may stick
   bool judges_friction_ = false;
-  bool is_compliant_ = false;           // contacts that stick depend on constraints, or on each other
-  double acceleration_scale_ = 0.0;     // m/s^2, of what cancels in the last accelerations
-  std::vector<int> restored_;           // discrete state whose senses are still to be found
-  std::vector<double> contact_rows_;    // [d] scratch
-  std::vector<double> respond_;         // [3n] scratch
-  const Ordering ordering_;             // wanted
-  std::unique_ptr<Sweep> sweep_;        // null: the general way alone
-  std::unique_ptr<GramSolver> solver_;  // the general way; null where nobody has needed it beside the sweep
-  bool is_swept_ = false;               // the last factor is the sweep's
-  std::unique_ptr<Reuse> reuse_;        // null: never
-  double allowed_error_ = 0.0;          // of dw in the M-norm, inside a step; 0: rounding
-  bool has_old_factor_ = false;         // not of the K at hand
-  std::vector<double> correction_;      // [3n] scratch of `correct_by_reuse`
-  bool linearises_cheaply_;             // a factorization costs no more than two solves
+  bool is_compliant_ = false;                 // contacts that stick depend on constraints, or on each other
+  double acceleration_scale_ = 0.0;           // m/s^2, of what cancels in the last accelerations
+  std::vector<int> restored_;                 // discrete state whose senses are still to be found
+  std::vector<double> contact_rows_;          // [d] scratch
+  std::vector<double> respond_;               // [3n] scratch
+  const Ordering ordering_;                   // wanted
+  std::unique_ptr<Sweep> sweep_;              // null: the general way alone
+  std::unique_ptr<GramSolver> solver_;        // the general way; null where nobody has needed it beside the sweep
+  bool is_swept_ = false;                     // the last factor is the sweep's
+  std::unique_ptr<Reuse> reuse_;              // null: never
+  double allowed_error_ = 0.0;                // of dw in the M-norm, inside a step; 0: rounding
+  bool has_old_factor_ = false;               // not of the K at hand
+  std::optional<std::size_t> factor_frames_;  // of lines, where it was made; see Constraints::frames
+  std::vector<double> correction_;            // [3n] scratch of `correct_by_reuse`
+  bool linearises_cheaply_;                   // a factorization costs no more than two solves
   Redundancy redundancy_;
   double suspect_below_;                // reciprocal condition of S
   std::vector<double> gradient_norms_;  // [d] at the last decision, where rows depend
@@ -221,7 +223,8 @@ class NormalForm final : public EquationsOfMotion {
   std::vector<double> right_side_, lambda_, rows_;  // [d] phi + K'w0; multipliers; scratch
   struct StepMultipliers {
     std::vector<double> sum;           // of this step's iterations
-    std::vector<double> last, before;  // of the last two steps, over h^2
+    std::vector<double> last, before;  // of the last two steps, over h^2; 0 after a jump of
+    std::size_t frames = 0;            // the unit vectors of lines
   } step_multipliers_;
   mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
   mutable std::unique_ptr<MotionSeries> series_;     // else
