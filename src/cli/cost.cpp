@@ -23,7 +23,6 @@ constexpr double program_bytes = 14e6;
 constexpr double blas_bytes = 24e6;  // a work space that it takes where fronts are large enough for it …
 constexpr double blas_nonzeros = 1e5;
 constexpr double bytes_per_point = 475.0, bytes_per_equation = 475.0, bytes_per_nonzero = 12.0;
-constexpr double bytes_per_text = 8.0;  // of a parsed scene
 
 /// As src/motion/taylor.cpp chooses them.
 double count_terms(const MotionOptions& motion, std::size_t num_points) {
@@ -116,9 +115,8 @@ RunCost predict_run(const RunPlan& run, Method method) {
   cost.seconds = cost.solves * (points * seconds_per_point + equations * seconds_per_equation +
                                 nonzeros * solve_seconds_per_nonzero) +
                  cost.factorizations * (plan.factor_flops / factor_flops + nonzeros * factor_seconds_per_nonzero);
-  cost.bytes = program_bytes + bytes_per_text * run.scene_bytes + bytes_per_point * points +
-               bytes_per_equation * equations + bytes_per_nonzero * nonzeros + count_bytes(run, method, equations) +
-               count_certificate(run, equations);
+  cost.bytes = program_bytes + bytes_per_point * points + bytes_per_equation * equations +
+               bytes_per_nonzero * nonzeros + count_bytes(run, method, equations) + count_certificate(run, equations);
   if (plan.factorization == "multifrontal" && nonzeros > blas_nonzeros) cost.bytes += blas_bytes;
   return cost;
 }

@@ -10,8 +10,7 @@ namespace tanor::cli {
 struct RunPlan {
   const PlanSummary& plan;
   std::size_t num_points;
-  double scene_bytes;  ///< of the scene's text, which is parsed into memory
-  bool is_certified;   ///< at the end, by a second factorization
+  bool is_certified;  ///< at the end, by a second factorization
   MotionOptions motion;
 };
 

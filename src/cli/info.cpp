@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdio>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,8 +16,6 @@
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -84,7 +81,7 @@ ExitCode execute(const InfoOptions& options) {
   const std::size_t num_points = dynamics.num_points();
   const ChosenMethod chosen = choose_method(scene.motion, dynamics);
   const bool is_certified = scene.certificate.when != scene::CertificatePolicy::When::Off;
-  const RunPlan run{plan, num_points, static_cast<double>(fs::file_size(options.scene)), is_certified, scene.motion};
+  const RunPlan run{plan, num_points, is_certified, scene.motion};
   const RunCost cost = predict_run(run, chosen.method);
 
   print("scene", scene.name);

@@ -73,11 +73,9 @@ class Judge {
   static constexpr double fewest_digits = Certificate::fewest_digits;
   /// What one solve with a matrix of this reciprocal condition may lose.
   static double conditioned(double reciprocal_condition) { return std::max(1e-11, 1e3 * eps / reciprocal_condition); }
-  /// How often it is repeated on what is left over: once where it proves enough by itself, else until nothing is
+  /// How often it is repeated on what is left over: once where it proves nine digits by itself, else until nothing is
   /// gained (masses that differ by 1e9 leave S without digits of its own, not what refinement makes of it).
-  static int most_passes(double reciprocal_condition) {
-    return conditioned(reciprocal_condition) <= fewest_digits ? 1 : 10;
-  }
+  static int most_passes(double reciprocal_condition) { return conditioned(reciprocal_condition) <= 1e-9 ? 1 : 10; }
   /// The same after one refinement.
   static double refined(double reciprocal_condition) { return std::max(1e-9, 10.0 * eps / reciprocal_condition); }
 

@@ -135,6 +135,7 @@ class Evaluated {
         v_(inner(scene.v)),
         w_(inner(scene.w)) {
     constraints_.set_time(t);
+    constraints_.choose_frames();
   }
 
   Eigen::VectorXd xi() {
