@@ -184,7 +184,7 @@ void Judge::judge_split() {
   const double size = std::max(product(answer_.w, answer_.w), product(w0_, w0_));
   const double rcond = rcond_of_S_;
   add(&result_.orthogonality, "w_T'M w_N = 0", size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0,
-      conditioned(rcond), "");
+      conditioned(rcond) + rounding_of_places(), "");
 }
 
 }  // namespace tanor
