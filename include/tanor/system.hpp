@@ -67,9 +67,9 @@ struct Spheres {
   Parameter radius{};
 };
 
-/// Two distances, along two unit vectors orthogonal to the direction d (two rows a point), which are a function of d alone:
-/// e1 is the part orthogonal to d of the coordinate axis that d is farthest from (of axes as far the first), e2 = d x e1.
-/// Where another axis becomes the farthest they jump by a turn around d; K lambda does not.
+/// Two distances, along two unit vectors orthogonal to the direction d (two rows a point), which are a function of d
+/// alone: e1 is the part orthogonal to d of the coordinate axis that d is farthest from (of axes as far the first), e2
+/// = d x e1. Where another axis becomes the farthest they jump by a turn around d; K lambda does not.
 struct Lines {
   std::string name{};
   std::vector<Index> points{};
