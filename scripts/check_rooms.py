@@ -35,7 +35,7 @@ ROOMS = {
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
     "dynamics": Sees("base system evaluate assembly factor plan solve friction", "direct_problem", "Eigen/"),
     "motion":   Sees("base system dynamics/mechanics.hpp", "motion", ""),
-    "scene":    Sees("", "tanor", "nlohmann/ fmt/"),
+    "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h"),
     "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h fcntl.h sys/file.h sys/stat.h dlfcn.h"),
     "launcher": Sees("", "export", "unistd.h dlfcn.h fcntl.h sys/mman.h sys/syscall.h"),

@@ -36,6 +36,7 @@ struct Linearised {
     numbering.gather_points(positions, r);
     numbering.gather_points(velocities, v);
     constraints.set_time(t);
+    constraints.choose_frames();
     constraints.evaluate_gradients(Parallel(1), r.data(), blocks.data());
   }
   explicit Linearised(const RandomSystem& random)

@@ -108,14 +108,12 @@ struct Xi {
     return {radius(now) - parameter(spheres.radius, k, radius)};
   }
 
-  /// Along e1, the part orthogonal to the direction of the axis that it is farthest from at the start, and along
-  /// e2 = d x e1.
+  /// Along e1, the part orthogonal to the direction of the axis that it is farthest from, and along e2 = d x e1.
   std::vector<Number> operator()(const Lines& lines, std::size_t k) const {
     const Place given = now(lines.direction), d = (1.0 / norm(given)) * given;
     Place axis{};
-    const Place first = start(lines.direction);
     const auto is_smaller = [](const Number& a, const Number& b) { return std::abs(a.value()) < std::abs(b.value()); };
-    axis[static_cast<std::size_t>(std::min_element(first.begin(), first.end(), is_smaller) - first.begin())] = 1.0;
+    axis[static_cast<std::size_t>(std::min_element(d.begin(), d.end(), is_smaller) - d.begin())] = 1.0;
     const Place e = axis - dot(axis, d) * d, e1 = (1.0 / norm(e)) * e;
     const Place a = now[lines.points[k]] - now(lines.origin);
     return {dot(e1, a), dot(cross(d, e1), a)};

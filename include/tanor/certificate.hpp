@@ -12,7 +12,7 @@ namespace tanor {
 struct CertificateCheck {
   std::string identity;  ///< in the paper's symbols, "K'w + phi = 0"
   double error = 0.0;
-  double allowed = 0.0;
+  double allowed = 0.0;  ///< at most `Certificate::fewest_digits`
   std::string where;  ///< worst constraint or point; empty where there is none
 };
 
@@ -20,6 +20,8 @@ struct CertificateCheck {
 /// relative errors; NaN where there is nothing to compute.
 struct TANOR_API Certificate {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  /// An error above it proves nothing, whatever rounding may explain: no check allows more.
+  static constexpr double fewest_digits = 1e-4;
 
   double normal_identity = none;   ///< (9) and (10) on random vectors; constraints alone: Q = I - M^-1 K S^-1 K' is a
                                    ///< projector, symmetric in M, and K'Q = 0
@@ -42,8 +44,7 @@ struct TANOR_API Certificate {
   std::vector<std::string> left_out;     ///< what could not be tried, and why: "second factorization: …"
 
   bool passed() const;
-  /// Largest error of the checks that judge the answer itself (not of the projectors, which lose the condition's
-  /// digits).
+  /// Largest error of all checks.
   double certified_to() const;
   /// "certified to 3.1e-13", or "not certified: K'w + phi = 0 fails by 1.2e-4 at rods[17] (rounding explains 1e-11)"
   std::string line() const;

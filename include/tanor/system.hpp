@@ -67,9 +67,9 @@ struct Spheres {
   Parameter radius{};
 };
 
-/// Two distances, along two unit vectors orthogonal to the direction (two rows a point). The first lies in the plane of
-/// the direction and a fixed axis, the one that the direction is farthest from at the start (replaced, smoothly, where
-/// the direction turns into it).
+/// Two distances, along two unit vectors orthogonal to the direction d (two rows a point), which are a function of d
+/// alone: e1 is the part orthogonal to d of the coordinate axis that d is farthest from (of axes as far the first), e2
+/// = d x e1. Where another axis becomes the farthest they jump by a turn around d; K lambda does not.
 struct Lines {
   std::string name{};
   std::vector<Index> points{};
@@ -166,7 +166,7 @@ enum class PairLaw {
 ///
 /// Wca, Lj: potential 4 epsilon ((sigma/r)^12 - (sigma/r)^6) - its value at the cutoff, 0 beyond that; with a box the
 /// nearest image of the other point counts, wherever in space both are. Log: strength (r_i - r_j)/r^2 on point i.
-/// Supports take part; two of them leave each other alone.
+/// Supports take part; what two of them do to each other is in the load that they carry, but in no energy and no work.
 struct PairForces {
   std::string name{};
   std::vector<Index> points{};  ///< empty: all

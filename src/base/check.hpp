@@ -14,9 +14,9 @@ class InternalError : public std::logic_error {
 
 /// Stops on our own mistake. `thought` says why the condition must hold.
 inline void ensure(bool condition, const char* thought, std::source_location here = std::source_location::current()) {
-  if (!condition) {
-    throw InternalError(std::string(here.file_name()) + ":" + std::to_string(here.line()) + ": " + thought);
-  }
+  if (condition) return;
+  const std::string path = here.file_name();  // whose folders are the builder's own matter
+  throw InternalError(path.substr(path.rfind('/') + 1) + ":" + std::to_string(here.line()) + ": " + thought);
 }
 
 }  // namespace tanor

@@ -9,6 +9,8 @@
 #include <exception>
 #include <numeric>
 
+#include "base/quiet_traps.hpp"
+
 namespace tanor {
 
 /// The larger of two, where a NaN wins: it must not hide in a maximum.
@@ -39,6 +41,7 @@ class Parallel {
     const int threads = static_cast<int>(ranges);
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
     for (std::size_t k = 0; k < ranges; ++k) {
+      const QuietTraps quiet;  // of a thread that the host may have made
       try {
         body(count * k / ranges, count * (k + 1) / ranges);
       } catch (...) {
@@ -97,6 +100,7 @@ class Parallel {
     std::exception_ptr failure;
 #pragma omp parallel for num_threads(threads_) schedule(dynamic, 1)
     for (std::size_t k = 0; k < count; ++k) {
+      const QuietTraps quiet;
       try {
         body(k);
       } catch (...) {

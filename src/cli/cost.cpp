@@ -1,5 +1,8 @@
 #include "cli/cost.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace tanor::cli {
 
 namespace {
@@ -14,47 +17,107 @@ constexpr double factor_seconds_per_nonzero = 10e-9;
 constexpr double factor_flops = 5e9;
 constexpr double solve_seconds_per_nonzero = 5e-9;
 
-int count_solves(Method method) {
+// Largest resident memory of runs on one thread, chains and trees of 1e4 and 1e5 rods, 1e4 clusters of 10, nets of 30^2
+// to 300^2, lattices of 10^3 and 16^3, each method: the formula gives 0.8 to 1.4 of them.
+constexpr double program_bytes = 14e6;
+constexpr double blas_bytes = 24e6;  // a work space that it takes where fronts are large enough for it …
+constexpr double blas_nonzeros = 1e5;
+constexpr double bytes_per_point = 475.0, bytes_per_equation = 475.0, bytes_per_nonzero = 12.0;
+
+/// As src/motion/taylor.cpp chooses them.
+double count_terms(const MotionOptions& motion, std::size_t num_points) {
+  if (motion.order > 0) return motion.order;
+  const bool is_large = 3 * num_points >= 50000;
+  const double order = is_large ? 3.0 - 0.5 * std::log(motion.rtol) : 4.0 - 0.7 * std::log(motion.rtol);
+  return std::clamp(std::round(order), 6.0, 24.0);
+}
+
+bool is_general(const PlanSummary& plan) {
+  return plan.way.starts_with("general");
+}
+
+/// Counted in runs of chains, trees, clusters, nets and lattices: stages, then what projections onto the constraints
+/// take, of which the ways that serve one structure do a part unseen.
+void count_solves(const RunPlan& run, Method method, RunCost* cost) {
+  const bool projects = run.plan.form == Form::Normal && run.plan.equations > 0;
+  const double after = !projects ? 0.0 : is_general(run.plan) ? 6.0 : 1.0;
+  const auto set = [&](double solves, double factorizations) {
+    cost->solves = solves;
+    cost->factorizations = factorizations;
+  };
   switch (method) {
     case Method::Rk4:
-      return 4;
+      return set(4.0 + std::min(2.0, after), 4.0);
+    case Method::Dopri5:  // the seventh stage is the first one of the next step
+      return set(6.0 + after, 6.0);
     case Method::Rattle:
-      return 1;
+      return set(4.0, 1.0);
     case Method::Rattle4:
-      return 5;
+      return set(18.0, 5.0);
     case Method::Rattle6:
-      return 9;
-    case Method::Dopri5:
-      return 6;  // the seventh stage is the first one of the next step
+      return set(32.0, 9.0);
     case Method::Taylor:
-      return 14;  // with the usual tolerances; but one factorization
+      return set(count_terms(run.motion, run.num_points) + after, 1.0);
     case Method::Radau5:
-      return 10;
+      return set(10.0, 2.0);
     case Method::GeneralizedAlpha:
-      return 3;
+      return set(7.0, 1.0);
     case Method::Auto:
     case Method::Dop853:
       break;
   }
-  return 12;  // likewise
+  set(12.0 + after, 12.0);
+}
+
+/// What a method keeps beside the state: stages, terms of series, Newton's matrix with its factor.
+double count_bytes(const RunPlan& run, Method method, double equations) {
+  const auto points = static_cast<double>(run.num_points), nonzeros = static_cast<double>(run.plan.factor_nonzeros);
+  switch (method) {
+    case Method::Rk4:
+      return 70.0 * points;
+    case Method::Dopri5:
+    case Method::Rattle6:
+      return 140.0 * points;
+    case Method::Rattle:
+    case Method::Rattle4:
+      return 0.0;
+    case Method::Taylor:
+      return (count_terms(run.motion, run.num_points) + 1.0) * (57.0 * points + 35.0 * equations);
+    case Method::Radau5:
+      return 2400.0 * points + 970.0 * nonzeros;
+    case Method::GeneralizedAlpha:
+      return 1150.0 * points + 460.0 * nonzeros;
+    case Method::Auto:
+    case Method::Dop853:
+      break;
+  }
+  return 280.0 * points;
+}
+
+/// The certificate: QR of M^-1/2 K, or another Cholesky where that is too large, and vectors.
+double count_certificate(const RunPlan& run, double equations) {
+  constexpr double most_rows_of_qr = 200000;
+  if (!run.is_certified || run.plan.equations == 0) return 0.0;
+  const double nonzeros = is_general(run.plan) ? static_cast<double>(run.plan.factor_nonzeros) : 0.0;
+  return 350.0 * equations + (equations <= most_rows_of_qr ? 50.0 : 24.0) * nonzeros;
 }
 
 }  // namespace
 
-StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method method) {
-  const double points = static_cast<double>(num_points),
-               equations = static_cast<double>(plan.form == Form::Tangent ? plan.coordinates : plan.equations);
-  const double factor_nonzeros = static_cast<double>(plan.factor_nonzeros);
+RunCost predict_run(const RunPlan& run, Method method) {
+  const PlanSummary& plan = run.plan;
+  const auto points = static_cast<double>(run.num_points);
+  const auto equations = static_cast<double>(plan.form == Form::Tangent ? plan.coordinates : plan.equations);
+  const auto nonzeros = static_cast<double>(plan.factor_nonzeros);
 
-  StepCost cost;
-  cost.solves = count_solves(method);
-  // One pass over points and equations, one factorization, one forward and one back substitution.
-  const int factorizations = method == Method::Taylor ? 1 : cost.solves;
+  RunCost cost;
+  count_solves(run, method, &cost);
   cost.seconds = cost.solves * (points * seconds_per_point + equations * seconds_per_equation +
-                                factor_nonzeros * solve_seconds_per_nonzero) +
-                 factorizations * (plan.factor_flops / factor_flops + factor_nonzeros * factor_seconds_per_nonzero);
-  // L and S with 4-byte indices; about 20 state vectors of 3n.
-  cost.bytes = 12.0 * (factor_nonzeros + static_cast<double>(plan.pattern_nonzeros)) + 20.0 * 24.0 * points;
+                                nonzeros * solve_seconds_per_nonzero) +
+                 cost.factorizations * (plan.factor_flops / factor_flops + nonzeros * factor_seconds_per_nonzero);
+  cost.bytes = program_bytes + bytes_per_point * points + bytes_per_equation * equations +
+               bytes_per_nonzero * nonzeros + count_bytes(run, method, equations) + count_certificate(run, equations);
+  if (plan.factorization == "multifrontal" && nonzeros > blas_nonzeros) cost.bytes += blas_bytes;
   return cost;
 }
 

@@ -6,13 +6,22 @@
 
 namespace tanor::cli {
 
-/// Rough cost of one step, before any number was computed.
-struct StepCost {
-  int solves = 0;        ///< of S, each with its evaluation
-  double seconds = 0.0;  ///< one thread of a 2.5 GHz machine, within a factor of 2
-  double bytes = 0.0;    ///< of the matrices and the state
+/// What is known about a run before any number was computed.
+struct RunPlan {
+  const PlanSummary& plan;
+  std::size_t num_points;
+  bool is_certified;  ///< at the end, by a second factorization
+  MotionOptions motion;
 };
 
-StepCost predict_step(const PlanSummary& plan, std::size_t num_points, Method method);
+/// Cost of a run and of each of its steps by a method, as counted and measured (see cost.cpp), within a factor of 2.
+struct RunCost {
+  double solves = 0.0;          ///< S lambda = b, a step
+  double factorizations = 0.0;  ///< of S, a step
+  double seconds = 0.0;         ///< of a step, one thread of a 2.6 GHz machine
+  double bytes = 0.0;           ///< largest resident memory of the program
+};
+
+RunCost predict_run(const RunPlan& run, Method method);
 
 }  // namespace tanor::cli

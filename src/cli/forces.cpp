@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -25,6 +27,11 @@ namespace {
 /// A motion whose positions break the constraints by more is none of the scene's. The samples decide: velocities and
 /// accelerations are those of the spline between them, and their violations tell how well it is sampled.
 constexpr double allowed_violation = 1e-6;
+/// Of the largest acceleration: where the spline's accelerations break the constraints by more, forces have no four
+/// digits.
+constexpr double poor_acceleration = 1e-4;
+/// Samples that a spline of degree 5 needs; through fewer goes a polynomial.
+constexpr std::size_t fewest_samples = 6;
 
 /// A motion from its file: r(t), or q(t) where the scene has coordinates.
 struct GivenMotion {
@@ -50,6 +57,23 @@ GivenMotion read_motion(const fs::path& file, std::size_t num_points, std::size_
           rows.columns != by_points};
 }
 
+/// The largest of w, eta/m and u/m over the points that move.
+double measure_acceleration(const System& system, const MotionState& state, const MotionForces& forces) {
+  std::vector<char> moves(system.num_points(), 1);
+  for (const Support& support : system.supports) {
+    for (const Index i : support.points) moves[static_cast<std::size_t>(i)] = 0;
+  }
+  double largest = 0.0;
+  for (std::size_t c = 0; c < state.acceleration.size(); ++c) {
+    if (moves[c / 3] == 0) continue;
+    largest = std::max(largest, std::abs(state.acceleration[c]));
+    if (!forces.outcome.ok()) continue;
+    largest = std::max(largest, std::abs(forces.reactions[c]) / system.masses[c / 3]);
+    largest = std::max(largest, std::abs(forces.control_forces[c]) / system.masses[c / 3]);
+  }
+  return largest;
+}
+
 report::ForcesOfMotion find_forces(const GivenMotion& motion, DirectProblem* problem) {
   report::ForcesOfMotion result;
   result.num_points = problem->system().num_points();
@@ -60,8 +84,31 @@ report::ForcesOfMotion find_forces(const GivenMotion& motion, DirectProblem* pro
     if (motion.by_coordinates) state = problem->place(t, state);
     result.times.push_back(t);
     result.samples.push_back(problem->evaluate(t, state));
+    result.acceleration_scale =
+        std::max(result.acceleration_scale, measure_acceleration(problem->system(), state, result.samples.back()));
   }
   return result;
+}
+
+/// Why the accelerations, and with them all forces, are poorly known; empty: they are not.
+std::string find_doubt(const report::ForcesOfMotion& forces) {
+  std::string doubt;
+  const std::size_t count = forces.times.size();
+  if (count < fewest_samples) {
+    doubt = fmt::format(
+        "the motion has {} samples, {} are the fewest for a spline of degree 5: its accelerations are those of a "
+        "polynomial of degree {}",
+        count, fewest_samples, count - 1);
+  }
+  const std::size_t worst = forces.find_worst([](const MotionForces& sample) { return sample.acceleration.largest; });
+  const Violation& violation = forces.samples[worst].acceleration;
+  if (violation.largest > poor_acceleration * forces.acceleration_scale) {
+    doubt += fmt::format(
+        "{}the accelerations of the spline break the constraints by {:.3g} m/s^2 ({} at t = {} s), the largest "
+        "acceleration is {:.3g} m/s^2: forces are no better; finer samples are needed",
+        doubt.empty() ? "" : "; ", violation.largest, violation.where, forces.times[worst], forces.acceleration_scale);
+  }
+  return doubt;
 }
 
 /// Why the answer is incomplete, or no motion of this scene; empty: neither.
@@ -103,6 +150,8 @@ ExitCode execute(const ForcesOptions& options) {
   fmt::print("largest control force {} N (point {}, t = {} s); largest violation {}{}; results in {}\n",
              report::in_words(controlled.largest_control, "{:.3g}"), controlled.controlled_point, forces.times[largest],
              report::in_words(violated.largest, "{:.3g}"), where, directory.string());
+  if (const std::string doubt = find_doubt(forces); !doubt.empty())
+    print_message(options.scene.string() + ": warning: " + doubt);
   const std::string trouble = find_trouble(forces, worst);
   if (trouble.empty()) return ExitCode::Done;
   print_message(options.scene.string() + ": " + trouble);

@@ -65,6 +65,11 @@ std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chose
   return fmt::format("{}{}, {}{}", method_name(chosen.method), reason, step, end);
 }
 
+std::string describe_step(const RunCost& cost) {
+  return fmt::format("{} solves, {} factorizations, about {:.2g} s on one thread", cost.solves, cost.factorizations,
+                     cost.seconds);
+}
+
 }  // namespace
 
 ExitCode execute(const InfoOptions& options) {
@@ -78,7 +83,9 @@ ExitCode execute(const InfoOptions& options) {
   const PlanSummary& plan = dynamics.plan();
   const std::size_t num_points = dynamics.num_points();
   const ChosenMethod chosen = choose_method(scene.motion, dynamics);
-  const StepCost cost = predict_step(plan, num_points, chosen.method);
+  const bool is_certified = scene.certificate.when != scene::CertificatePolicy::When::Off;
+  const RunPlan run{plan, num_points, is_certified, scene.motion};
+  const RunCost cost = predict_run(run, chosen.method);
 
   print("scene", scene.name);
   print("source", scene.source);
@@ -106,7 +113,14 @@ ExitCode execute(const InfoOptions& options) {
   print("motion", describe_motion(scene, chosen));
   print("predicted factorization", fmt::format("{:.3g} flops", plan.factor_flops));
   print("predicted memory", describe_bytes(cost.bytes));
-  print("predicted step", fmt::format("{} solves, about {:.2g} s on one thread", cost.solves, cost.seconds));
+  print("predicted step", describe_step(cost));
+  for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4, Method::Rattle,
+                              Method::Radau5, Method::GeneralizedAlpha}) {
+    if (method == chosen.method) continue;
+    const RunCost other = predict_run(run, method);
+    print(fmt::format("predicted {}", method_name(method)),
+          fmt::format("{}, {}", describe_step(other), describe_bytes(other.bytes)));
+  }
   for (const std::string& what : plan.left_out) print("left out", what);
   return ExitCode::Done;
 }

@@ -81,11 +81,16 @@ ExitCode execute(const SolveOptions& options) {
     solution.mass_coupling = split.mass_coupling;
     solution.tangent_forces = split.tangent_forces;
     solution.normal_forces = split.normal_forces;
+    if (has_friction) solution.tangent_friction = split.tangent_friction;
+    if (has_friction) solution.normal_friction = split.normal_friction;
   }
   const ReactionsByCause by_cause = dynamics.reactions_by_cause();
   if (by_cause.outcome.ok()) solution.reactions_by_cause = by_cause.parts;
   write(options, solution);
-  return split.outcome.ok() ? ExitCode::Done : tell(options, split.outcome);
+  if (!split.outcome.ok()) return tell(options, split.outcome);
+  if (!solution.certificate || solution.certificate->passed()) return ExitCode::Done;
+  print_message(options.scene.string() + ": " + solution.certificate->line());
+  return ExitCode::NoAnswer;
 }
 
 }  // namespace tanor::cli

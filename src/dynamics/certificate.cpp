@@ -15,8 +15,8 @@ bool Certificate::passed() const {
 
 double Certificate::certified_to() const {
   double worst = 0.0;
-  for (const double error : {residual, forms_agree, second_factorization, power_balance, orthogonality, friction}) {
-    if (!std::isnan(error)) worst = std::max(worst, error);
+  for (const CertificateCheck& check : checks) {
+    if (!(check.error <= worst)) worst = check.error;
   }
   return worst;
 }
@@ -30,10 +30,15 @@ std::string Certificate::line() const {
         std::to_chars(buffer.data(), buffer.data() + buffer.size(), x, std::chars_format::scientific, 1).ptr;
     return std::string(buffer.data(), end);
   };
+  const auto why_not = [&](const CertificateCheck& check) {
+    if (check.allowed < fewest_digits) return "rounding explains " + digits(check.allowed);
+    return "fewer than four digits are proven" +
+           (reciprocal_condition > 0.0 ? "; the reciprocal condition is " + digits(reciprocal_condition) : "");
+  };
   for (const CertificateCheck& check : checks) {
     if (check.error <= check.allowed) continue;
     return "not certified: " + check.identity + " fails by " + digits(check.error) +
-           (check.where.empty() ? "" : " at " + check.where) + " (rounding explains " + digits(check.allowed) + ")";
+           (check.where.empty() ? "" : " at " + check.where) + " (" + why_not(check) + ")";
   }
   if (checks.empty()) return "nothing to certify: no point moves";
   return "certified to " + digits(certified_to());

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/live.hpp"
+#include "base/quiet_traps.hpp"
 #include "dynamics/direct_friction.hpp"
 #include "dynamics/split.hpp"
 #include "system/text.hpp"
@@ -53,6 +55,10 @@ void check_size(const std::vector<double>& array, std::size_t wanted, const char
   if (array.size() != wanted) {
     throw InputError("", std::string(name) + ": " + text(array.size()) + " numbers; " + text(wanted) + " are needed");
   }
+}
+
+void check_time(double t) {
+  if (!std::isfinite(t)) throw InputError("", "t = " + text(t) + " is not a time");
 }
 
 }  // namespace
@@ -208,10 +214,12 @@ Outcome DirectProblem::Implementation::divide_force(double t, MotionForces* resu
 }
 
 MotionForces DirectProblem::Implementation::evaluate(double t, const MotionState& points) {
+  check_time(t);
   check_size(points.value, size(), "positions");
   check_size(points.rate, size(), "velocities");
   check_size(points.acceleration, size(), "accelerations");
   model.set_time(t);
+  model.constraints.choose_frames();
   model.numbering.gather_points(points.value, r);
   model.numbering.gather_points(points.rate, v);
   model.numbering.gather_points(points.acceleration, w);
@@ -228,28 +236,31 @@ MotionForces DirectProblem::Implementation::evaluate(double t, const MotionState
 }
 
 DirectProblem::DirectProblem(System system, SolverOptions options)
-    : implementation_(std::make_unique<Implementation>(std::move(system), options)) {}
+    : implementation_(make_quietly<Implementation>(std::move(system), options)) {}
 DirectProblem::DirectProblem(DirectProblem&&) noexcept = default;
 DirectProblem& DirectProblem::operator=(DirectProblem&&) noexcept = default;
 DirectProblem::~DirectProblem() = default;
 
 const System& DirectProblem::system() const {
-  return implementation_->model.system;
+  return live(implementation_, "DirectProblem").model.system;
 }
 std::size_t DirectProblem::num_equations() const {
-  return implementation_->model.numbering.num_user_rows;
+  return live(implementation_, "DirectProblem").model.numbering.num_user_rows;
 }
 std::size_t DirectProblem::num_coordinates() const {
-  return implementation_->coordinate.size();
+  return live(implementation_, "DirectProblem").coordinate.size();
 }
 
 MotionForces DirectProblem::evaluate(double t, const MotionState& points) {
-  return implementation_->evaluate(t, points);
+  const QuietTraps quiet;
+  return live(implementation_, "DirectProblem").evaluate(t, points);
 }
 
 MotionState DirectProblem::place(double t, const MotionState& coordinates) {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "DirectProblem");
   Model& model = self.model;
+  check_time(t);
   if (model.coordinates.empty()) throw InputError("/coordinates", "a motion q(t) needs coordinates; none are given");
   if (model.coordinates.has_charts()) {
     throw InputError("/coordinates",

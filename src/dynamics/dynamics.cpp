@@ -1,14 +1,19 @@
 #include <tanor/dynamics.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 
+#include "base/live.hpp"
+#include "base/quiet_traps.hpp"
 #include "dynamics/causes.hpp"
 #include "dynamics/certificate.hpp"
 #include "dynamics/forms.hpp"
 #include "dynamics/friction_blocks.hpp"
 #include "dynamics/split.hpp"
+#include "system/enum_check.hpp"
+#include "system/text.hpp"
 
 namespace tanor {
 
@@ -72,6 +77,7 @@ struct Dynamics::Implementation {
   /// Positions and velocities (where there are some), with what is prescribed at supports.
   void gather(double time, std::span<const double> positions, std::span<const double> velocities,
               std::vector<double>* inner_r, std::vector<double>* inner_v) {
+    if (!std::isfinite(time)) throw InputError("", "t = " + text(time) + " is not a time");
     check_size(positions, num_numbers(), "positions");
     inner_r->resize(num_numbers());
     inner_v->resize(num_numbers());
@@ -174,38 +180,39 @@ Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N)
 }
 
 Dynamics::Dynamics(System system, SolverOptions options)
-    : implementation_(std::make_unique<Implementation>(std::move(system), options)) {}
+    : implementation_(make_quietly<Implementation>(std::move(system), options)) {}
 Dynamics::Dynamics(Dynamics&&) noexcept = default;
 Dynamics& Dynamics::operator=(Dynamics&&) noexcept = default;
 Dynamics::~Dynamics() = default;
 
 const System& Dynamics::system() const {
-  return implementation_->model.system;
+  return live(implementation_, "Dynamics").model.system;
 }
 std::size_t Dynamics::num_points() const {
-  return implementation_->numbering().num_points();
+  return live(implementation_, "Dynamics").numbering().num_points();
 }
 std::size_t Dynamics::num_equations() const {
-  return implementation_->numbering().num_user_rows;
+  return live(implementation_, "Dynamics").numbering().num_user_rows;
 }
 std::string Dynamics::series_obstacle() const {
-  return implementation_->forms.main->series_obstacle();
+  return live(implementation_, "Dynamics").forms.main->series_obstacle();
 }
 
 const PlanSummary& Dynamics::plan() const {
-  return implementation_->forms.plan;
+  return live(implementation_, "Dynamics").forms.plan;
 }
 PhaseTimes Dynamics::phase_times() const {
-  return implementation_->model.times;
+  return live(implementation_, "Dynamics").model.times;
 }
 Counters Dynamics::counters() const {
-  return implementation_->model.counters;
+  return live(implementation_, "Dynamics").model.counters;
 }
 
 SolveReport Dynamics::solve(double t, std::span<const double> positions, std::span<const double> velocities,
                             std::span<double> accelerations, std::span<double> multipliers,
                             std::span<double> reactions) {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   const auto check_wanted = [](std::span<const double> array, std::size_t size, const char* name) {
     if (!array.empty()) check_size(array, size, name);
   };
@@ -235,17 +242,18 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
 }
 
 RankReport Dynamics::rank(bool thoroughly) {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   return self.forms.rank(self.r.data(), thoroughly);
 }
 
 void Dynamics::active_forces(std::span<double> forces) const {
-  check_size(forces, implementation_->num_numbers(), "forces");
-  implementation_->numbering().scatter_points(implementation_->model.f, forces);
+  check_size(forces, live(implementation_, "Dynamics").num_numbers(), "forces");
+  live(implementation_, "Dynamics").numbering().scatter_points(live(implementation_, "Dynamics").model.f, forces);
 }
 
 void Dynamics::friction_forces(std::span<double> forces) const {
-  Implementation& self = *implementation_;
+  Implementation& self = live(implementation_, "Dynamics");
   check_size(forces, self.num_numbers(), "forces");
   std::vector<double> tau(self.num_numbers());
   self.forms.friction_forces(tau.data());
@@ -253,7 +261,7 @@ void Dynamics::friction_forces(std::span<double> forces) const {
 }
 
 void Dynamics::coordinates(std::span<double> q, std::span<double> q_dot, std::span<double> q_ddot) const {
-  const Implementation& self = *implementation_;
+  const Implementation& self = live(implementation_, "Dynamics");
   const std::size_t wanted = self.forms.is_tangent() ? plan().coordinates : 0;
   const auto write = [&](const std::vector<double>& inner, std::span<double> users, const char* name) {
     if (users.empty()) return;
@@ -266,7 +274,7 @@ void Dynamics::coordinates(std::span<double> q, std::span<double> q_dot, std::sp
 }
 
 void Dynamics::support_forces(std::span<double> forces) const {
-  const Implementation& self = *implementation_;
+  const Implementation& self = live(implementation_, "Dynamics");
   check_size(forces, self.num_numbers(), "forces");
   // K lambda + f of the last solve, whatever was projected since
   for (std::size_t i = 0; i < self.model.num_points(); ++i) {
@@ -277,7 +285,8 @@ void Dynamics::support_forces(std::span<double> forces) const {
 }
 
 Split Dynamics::split() {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   const std::size_t size = self.num_numbers(), moving = 3 * self.numbering().num_moving;
   std::vector<double> w_N(size), f_N(size), rest(size, 0.0);
   Split result;
@@ -300,7 +309,8 @@ Split Dynamics::split() {
 }
 
 ReactionsByCause Dynamics::reactions_by_cause() {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   ReactionsByCause result{self.come_back(), {}};
   if (!result.outcome.ok()) return result;
   if (!self.causes) self.causes = std::make_unique<Causes>(self.forms);
@@ -309,7 +319,8 @@ ReactionsByCause Dynamics::reactions_by_cause() {
 }
 
 FrictionBlocks Dynamics::friction_by_blocks() {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   FrictionBlocks result{.outcome = self.come_back(), .multipliers = {}, .friction = {}};
   if (!result.outcome.ok()) return result;
   if (!self.model.has_friction()) throw InputError("/friction", "there is none: (43) has nothing to find");
@@ -320,7 +331,8 @@ FrictionBlocks Dynamics::friction_by_blocks() {
 }
 
 Certificate Dynamics::certify() {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   if (Outcome outcome = self.solve(); !outcome.ok()) return make_failed_certificate(outcome);
   self.is_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
@@ -329,7 +341,8 @@ Certificate Dynamics::certify() {
 }
 
 ProjectionReport Dynamics::project_positions(double t, std::span<double> positions) {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   self.is_there = false;
   self.gather(t, positions, {}, &self.y, &self.z);
   self.before = self.y;
@@ -341,7 +354,8 @@ ProjectionReport Dynamics::project_positions(double t, std::span<double> positio
 
 ProjectionReport Dynamics::project_velocities(double t, std::span<const double> positions,
                                               std::span<double> velocities) {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   self.is_there = false;
   self.gather(t, positions, velocities, &self.y, &self.z);
   self.before = self.z;
@@ -352,8 +366,10 @@ ProjectionReport Dynamics::project_velocities(double t, std::span<const double> 
 }
 
 StartReport Dynamics::start(double t, std::span<double> positions, std::span<double> velocities, StartMode mode) {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   self.is_there = false;
+  check_enum(mode, StartMode::Project, "/motion/start");
   self.gather(t, positions, velocities, &self.y, &self.z);
   const StartReport report = self.forms.start(t, self.y.data(), self.z.data(), mode);
   if (report.outcome.ok()) {
@@ -364,14 +380,16 @@ StartReport Dynamics::start(double t, std::span<double> positions, std::span<dou
 }
 
 double Dynamics::position_violation(double t, std::span<const double> positions) {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   self.is_there = false;
   self.gather(t, positions, {}, &self.y, &self.z);
   return self.model.position_violation(t, self.y.data());
 }
 
 double Dynamics::velocity_violation(double t, std::span<const double> positions, std::span<const double> velocities) {
-  Implementation& self = *implementation_;
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Dynamics");
   self.is_there = false;
   self.gather(t, positions, velocities, &self.y, &self.z);
   return self.model.velocity_violation(t, self.y.data(), self.z.data());

@@ -61,10 +61,11 @@ void Forms::make_plan() {
 }
 
 StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
-  if (tangent == nullptr || is_tangent()) return main->start(t, r, v, mode);
+  if (tangent == nullptr || normal == nullptr) return main->start(t, r, v, mode);
   const StartReport placed = tangent->start(t, r, v, mode);
   if (!placed.outcome.ok()) return placed;
-  StartReport report = main->start(t, r, v, mode);
+  StartReport report = is_tangent() ? placed : normal->start(t, r, v, mode);
+  if (report.outcome.ok()) check_completeness(t, r);
   report.position_correction = std::max(report.position_correction, placed.position_correction);
   report.velocity_correction = std::max(report.velocity_correction, placed.velocity_correction);
   report.relative = std::max(report.relative, placed.relative);

@@ -46,6 +46,7 @@ class Forms {
 
  private:
   void choose(Form wanted);
+  void check_completeness(double t, const double* r);
   void make_plan();
 
   double start_time_;

@@ -21,6 +21,7 @@ Judge::Judge(Forms& forms, const Answer& answer, SecondWay way)
       something_sticks_(model_.constraints.tangents().num_sticking() > 0) {
   model_.set_time(answer.t);
   measure_scale();
+  inverse_sine_ = measure_angles();
 }
 
 Certificate Judge::judge() {
@@ -55,7 +56,7 @@ void Judge::measure_scale() {
 
 void Judge::add(double* figure, const std::string& identity, double error, double allowed, const std::string& where) {
   if (std::isnan(*figure) || !(error <= *figure)) *figure = error;
-  result_.checks.push_back({identity, error, allowed, where});
+  result_.checks.push_back({identity, error, std::min(allowed, fewest_digits), where});
 }
 
 void Judge::add_row(double* figure, const std::string& identity, const Worst& worst, double allowed) {
@@ -72,6 +73,13 @@ void Judge::add_point(double* figure, const std::string& identity, const Worst& 
 Judge::Worst Judge::worst_point(const Vector& difference, double scale) const {
   Worst worst;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) worst.see(norm(load(difference.data(), i)) / scale, i);
+  return worst;
+}
+
+Judge::Worst Judge::worst_point_by_M(const Vector& difference, double scale) const {
+  Worst worst;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i)
+    worst.see(std::sqrt(model_.mass[i]) * norm(load(difference.data(), i)) / scale, i);
   return worst;
 }
 
@@ -97,6 +105,12 @@ double Judge::random_number() {
   return 0x1p-63 * static_cast<double>(static_cast<std::int64_t>(z ^ (z >> 31)));
 }
 
+Judge::Vector Judge::random_points_by_M() {
+  Vector u = random_points();
+  for (std::size_t i = 0; i < moving_; ++i) u[i] *= std::sqrt(model_.inverse_mass[i / 3]);
+  return u;
+}
+
 Judge::Vector Judge::random_points() {
   Vector u(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) u[i] = random_number();
@@ -113,7 +127,24 @@ double Judge::norm_of(const Vector& x) const {
 }
 
 double Judge::rounding_of_places() const {
-  return 1e2 * eps * std::max(1.0, model_.largest_norm(answer_.r.data()) / model_.smallest_length);
+  return 1e2 * eps * std::max({1.0, model_.largest_norm(answer_.r.data()) / model_.smallest_length, inverse_sine_});
+}
+
+/// 1/sin of the angle that is nearest to straight: across its arms its points are known to so much less.
+double Judge::measure_angles() const {
+  double smallest = 1.0;
+  const auto place = [&](Index point) {
+    return load(answer_.r.data(), model_.numbering.inner_point[static_cast<std::size_t>(point)]);
+  };
+  for (const Constraint& constraint : model_.system.constraints) {
+    const auto* const angles = std::get_if<Angles>(&constraint);
+    if (angles == nullptr) continue;
+    for (const auto& [i, j, k] : angles->triples) {
+      const Vec3 a = place(i) - place(j), b = place(k) - place(j);
+      smallest = std::min(smallest, norm(cross(a, b)) / (norm(a) * norm(b)));
+    }
+  }
+  return 1.0 / std::max(smallest, eps);
 }
 
 /// Neither constraints nor coordinates: M w = f.

@@ -44,19 +44,38 @@ class Judge {
   void add_row(double* figure, const std::string& identity, const Worst& worst, double allowed);
   void add_point(double* figure, const std::string& identity, const Worst& worst, double allowed);
   Worst worst_point(const Vector& difference, double scale) const;
+  /// The same of M^1/2 times the difference.
+  Worst worst_point_by_M(const Vector& difference, double scale) const;
   Vector to_user(const Vector& inner) const;
   /// [rows] from the user's [d]; contacts: 0.
   Vector inner_rows(const Vector& user) const;
   /// In (-1, 1), independent of everything but the seed: no identity may hold by chance.
   double random_number();
   Vector random_points();
+  /// M^-1/2 z: no point counts more than others, whatever their masses.
+  Vector random_points_by_M();
+  /// pass() corrects and returns the size of what it did: on until nothing is gained.
+  template <class Pass>
+  static void repeat(int most_passes, const Pass& pass) {
+    double before = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < most_passes; ++k) {
+      const double size = pass();
+      if (!(size < 0.5 * before)) break;
+      before = size;
+    }
+  }
   /// sum of m x y over the moving points
   double product(const Vector& x, const Vector& y) const;
   double norm_of(const Vector& x) const;
-  /// Directions are differences of places: what their rounding does, eps |r|/L.
+  /// Directions are differences of places: what their rounding does, eps |r|/L, and across nearly straight angles.
   double rounding_of_places() const;
-  /// What solves with a matrix of this reciprocal condition may lose.
+  double measure_angles() const;
+  static constexpr double fewest_digits = Certificate::fewest_digits;
+  /// What one solve with a matrix of this reciprocal condition may lose.
   static double conditioned(double reciprocal_condition) { return std::max(1e-11, 1e3 * eps / reciprocal_condition); }
+  /// How often it is repeated on what is left over: once where it proves nine digits by itself, else until nothing is
+  /// gained (masses that differ by 1e9 leave S without digits of its own, not what refinement makes of it).
+  static int most_passes(double reciprocal_condition) { return conditioned(reciprocal_condition) <= 1e-9 ? 1 : 10; }
   /// The same after one refinement.
   static double refined(double reciprocal_condition) { return std::max(1e-9, 10.0 * eps / reciprocal_condition); }
 
@@ -74,15 +93,14 @@ class Judge {
   void judge_constraints();
   void judge_equations(const Definitions& definitions, const Vector& user_v);
   void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const;
-  Vector measure_rows() const;
+  Vector measure_rows(const Vector& weights) const;
   double measure_curvature(const Definitions& definitions, const Vector& user_v);
   void judge_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta);
-  Vector multipliers_of(const Vector& u);
   Vector project_onto_tangent(const Vector& u);
   void judge_normal_projector(const Definitions& definitions);
   void judge_split();
   /// max over the rows of |K'u|/|gradient| by the second definition.
-  Worst rows_of(const Definitions& definitions, const Vector& u, double size) const;
+  Worst rows_of(const Definitions& definitions, const Vector& u, const Vector& row_norms, double size) const;
 
   // ---- friction, in judge_friction.cpp ----
   struct Sliding;
@@ -106,8 +124,7 @@ class Judge {
   void judge_coordinates();
   void judge_curve();
   void judge_both();
-  void judge_identity(double allowed);
-  void judge_complements(double allowed);
+  void judge_identity(const std::string& identity, double allowed);
   void solve_other();
   void compare_forms();
 
@@ -127,8 +144,9 @@ class Judge {
   SecondFactor* gamma_ = nullptr;  // own_gamma_; or second_ where all masses are equal: Gamma = m S
   Vector gamma_scale_;             // [point] 1; 1/m where second_ serves; supports: 0
   bool has_both_ = false;
-  double rcond_of_S_ = 1.0, rcond_of_H_ = 1.0;
+  double rcond_of_S_ = 1.0, rcond_of_H_ = 1.0, rcond_of_Gamma_ = 1.0;
   double acceleration_ = 0.0, scale_ = 0.0;  // w, M^-1 f and M^-1 eta; with phi
+  double inverse_sine_ = 1.0;                // of angles
 };
 
 }  // namespace tanor

@@ -14,7 +14,7 @@ void Judge::judge_constraints() {
   K_.resize(3 * model_.constraints.num_blocks());
   model_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), K_.data());
   model_.clear_contacts(K_.data());
-  row_norms_ = measure_rows();
+  row_norms_ = measure_rows(Vector(model_.num_points(), 1.0));
   {
     const Vector user_v = to_user(answer_.v);
     scale_ = std::max(acceleration_, measure_curvature(definitions, user_v));
@@ -81,12 +81,12 @@ void Judge::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) 
   }
 }
 
-/// |column of K| of each of the user's rows.
-Judge::Vector Judge::measure_rows() const {
+/// |W^1/2 column of K| of each of the user's rows, W of the points.
+Judge::Vector Judge::measure_rows(const Vector& weights) const {
   Vector inner(num_rows_, 0.0), result(d_);
   for (const Incidence& incidence : model_.incidences) {
     const Vec3 g = load(K_.data(), incidence.block);
-    inner[static_cast<std::size_t>(incidence.row)] += dot(g, g);
+    inner[static_cast<std::size_t>(incidence.row)] += weights[static_cast<std::size_t>(incidence.point)] * dot(g, g);
   }
   model_.numbering.scatter_rows(inner, result);
   for (double& x : result) x = x > 0.0 ? std::sqrt(x) : 1.0;
@@ -125,45 +125,44 @@ void Judge::judge_power(const Definitions& definitions, const Vector& user_v, co
   add(&result_.power_balance, "eta'v = -lambda'xi_t", size > 0.0 ? std::abs(sum) / size : 0.0, 1e-9, "");
 }
 
-/// u -> S^-1 K'u as rows (inner), K as the normal form has it.
-Judge::Vector Judge::multipliers_of(const Vector& u) {
-  Vector x(num_rows_);
-  model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), u.data(), nullptr, x.data());
-  forms_.normal->solve_negative(x.data());
-  for (double& value : x) value = -value;
-  return x;
-}
-
 /// Q u = u - M^-1 K S^-1 K'u
 Judge::Vector Judge::project_onto_tangent(const Vector& u) {
-  Vector x = multipliers_of(u), result = u;
-  for (double& value : x) value = -value;
-  model_.gather.add_scaled(model_.parallel, forms_.normal->blocks().data(), x.data(), model_.inverse_mass.data(),
-                           model_.num_moving(), result.data());
+  Vector rows(num_rows_), change(n_, 0.0), result = u;
+  const Vector& K = forms_.normal->blocks();
+  repeat(most_passes(rcond_of_S_), [&] {
+    model_.constraints.apply_transposed(model_.parallel, K.data(), result.data(), nullptr, rows.data());
+    forms_.normal->solve_negative(rows.data());
+    model_.gather.write_scaled(model_.parallel, K.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
+                               change.data());
+    for (std::size_t i = 0; i < moving_; ++i) result[i] += change[i];
+    return norm_of(change);
+  });
   return result;
 }
 
-Judge::Worst Judge::rows_of(const Definitions& definitions, const Vector& u, double size) const {
+Judge::Worst Judge::rows_of(const Definitions& definitions, const Vector& u, const Vector& row_norms,
+                            double size) const {
   Vector rows(d_);
   definitions.transposed(model_.parallel, answer_.t, user_r_, to_user(u), rows);
   Worst worst;
-  for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(rows[a]) / (row_norms_[a] * size), a);
+  for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(rows[a]) / (row_norms[a] * size), a);
   return worst;
 }
 
+/// Q is orthogonal in |M^1/2 .|: measured there, whatever the masses.
 void Judge::judge_normal_projector(const Definitions& definitions) {
-  const double rcond = rcond_of_S_;
-  const double allowed = conditioned(rcond) + rounding_of_places();
-  const Vector u = random_points(), Qu = project_onto_tangent(u);
-  const double size = model_.largest_norm(u.data());
+  const double allowed = conditioned(rcond_of_S_) + rounding_of_places();
+  const Vector u = random_points_by_M(), Qu = project_onto_tangent(u);
+  const double size = worst_point_by_M(u, 1.0).error;
 
-  add_row(&result_.normal_identity, "K'Q u = 0", rows_of(definitions, Qu, size), allowed);
+  add_row(&result_.normal_identity, "K'Q u = 0", rows_of(definitions, Qu, measure_rows(model_.inverse_mass), size),
+          allowed);
 
   Vector rest = project_onto_tangent(Qu);
   for (std::size_t i = 0; i < n_; ++i) rest[i] -= Qu[i];
-  add_point(&result_.normal_identity, "Q Q u = Q u", worst_point(rest, size), allowed);
+  add_point(&result_.normal_identity, "Q Q u = Q u", worst_point_by_M(rest, size), allowed);
 
-  const Vector y = random_points(), Qy = project_onto_tangent(y);
+  const Vector y = random_points_by_M(), Qy = project_onto_tangent(y);
   const double asymmetry = std::abs(product(y, Qu) - product(u, Qy)) / (norm_of(u) * norm_of(y));
   add(&result_.normal_identity, "y'M Q u = u'M Q y", asymmetry, allowed, "");
 }
@@ -185,7 +184,7 @@ void Judge::judge_split() {
   const double size = std::max(product(answer_.w, answer_.w), product(w0_, w0_));
   const double rcond = rcond_of_S_;
   add(&result_.orthogonality, "w_T'M w_N = 0", size > 0.0 ? std::abs(product(w_T, w_N)) / size : 0.0,
-      conditioned(rcond), "");
+      conditioned(rcond) + rounding_of_places(), "");
 }
 
 }  // namespace tanor

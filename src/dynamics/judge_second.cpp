@@ -18,15 +18,17 @@ void Judge::judge_by_second_factor() {
   }
   Vector w(n_, 0.0), lambda(num_rows_, 0.0), phi = inner_rows(phi_), rows(num_rows_);
   std::copy_n(w0_.begin(), moving_, w.begin());
-  constexpr int passes = 2;
-  for (int pass = 0; pass < passes; ++pass) {
+  Vector change(n_, 0.0);
+  repeat(1 + most_passes(rcond_of_S_), [&] {
     // rho = K'w + phi, with what is prescribed at supports in phi; lambda -= S^-1 rho, w -= M^-1 K S^-1 rho
     model_.constraints.apply_transposed(model_.parallel, K_.data(), w.data(), phi.data(), rows.data());
     second_->solve_negative(rows.data());
     for (std::size_t a = 0; a < num_rows_; ++a) lambda[a] += rows[a];
-    model_.gather.add_scaled(model_.parallel, K_.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
-                             w.data());
-  }
+    model_.gather.write_scaled(model_.parallel, K_.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
+                               change.data());
+    for (std::size_t i = 0; i < moving_; ++i) w[i] += change[i];
+    return norm_of(change);
+  });
   for (std::size_t i = 0; i < moving_; ++i) w[i] -= answer_.w[i];
   // Both stand on the same rounded places; each is refined in w.
   add_point(&result_.second_factorization, std::string("w by ") + second_->name() + " = w", worst_point(w, scale_),
@@ -34,8 +36,8 @@ void Judge::judge_by_second_factor() {
   compare_multipliers(lambda);
 }
 
-/// What multipliers do is always unique. They themselves lose what S is conditioned by: their difference counts times
-/// the reciprocal condition, in rows whose multipliers are unique.
+/// What multipliers do is always unique; they themselves may lose what S is conditioned by, in rows where they are
+/// unique.
 void Judge::compare_multipliers(const Vector& lambda) {
   Vector difference(num_rows_, 0.0), dw(n_, 0.0);
   for (std::size_t a = 0; a < num_rows_; ++a) {
@@ -54,10 +56,10 @@ void Judge::compare_multipliers(const Vector& lambda) {
   Worst worst;
   for (std::size_t a = 0; a < num_rows_; ++a) {
     const std::size_t row = user_row(a);
-    if (row < d_ && is_unique[row]) worst.see(rcond_of_S_ * lengths[a] * std::abs(difference[a]) / size, row);
+    if (row < d_ && is_unique[row]) worst.see(lengths[a] * std::abs(difference[a]) / size, row);
   }
-  add_row(&result_.second_factorization, std::string("lambda by ") + second_->name() + " = lambda, times 1/cond S",
-          worst, 1e-12 + rounding);
+  add_row(&result_.second_factorization, std::string("lambda by ") + second_->name() + " = lambda", worst,
+          (1e-12 + rounding) / rcond_of_S_);
 }
 
 // ---- Gamma ----
@@ -78,12 +80,18 @@ void Judge::make_gamma() {
 
 /// K Gamma^-1 K'u
 Judge::Vector Judge::project_onto_normal(const Vector& u) {
-  Vector rows(num_rows_), result(n_, 0.0);
-  model_.constraints.apply_transposed(model_.parallel, K_.data(), u.data(), nullptr, rows.data());
-  gamma_->solve_negative(rows.data());
-  for (double& x : rows) x = -x;
-  model_.gather.write_scaled(model_.parallel, K_.data(), rows.data(), gamma_scale_.data(), model_.num_moving(),
-                             result.data());
+  Vector rows(num_rows_), rest = u, change(n_, 0.0), result(n_, 0.0);
+  repeat(most_passes(rcond_of_Gamma_), [&] {
+    model_.constraints.apply_transposed(model_.parallel, K_.data(), rest.data(), nullptr, rows.data());
+    gamma_->solve_negative(rows.data());
+    model_.gather.write_scaled(model_.parallel, K_.data(), rows.data(), gamma_scale_.data(), model_.num_moving(),
+                               change.data());
+    for (std::size_t i = 0; i < moving_; ++i) {
+      rest[i] += change[i];
+      result[i] -= change[i];
+    }
+    return model_.largest_norm(change.data());
+  });
   return result;
 }
 
@@ -94,8 +102,8 @@ void Judge::judge_euclidean(const Definitions& definitions) {
     result_.left_out.push_back("(15), the direct problem: " + own_gamma_->trouble());
     return;
   }
-  const double rcond = own_gamma_ ? own_gamma_->estimate_reciprocal_condition() : rcond_of_S_;
-  const double allowed = conditioned(rcond) + rounding_of_places();
+  rcond_of_Gamma_ = own_gamma_ ? own_gamma_->estimate_reciprocal_condition() : rcond_of_S_;
+  const double allowed = conditioned(rcond_of_Gamma_) + rounding_of_places();
   const Vector u = random_points(), u_N = project_onto_normal(u);
   const double size = model_.largest_norm(u.data());
   if (has_both_) {
@@ -109,10 +117,11 @@ void Judge::judge_euclidean(const Definitions& definitions) {
       dot_product += u_T[i] * u_N[i];
       square += u[i] * u[i];
     }
-    add_row(&result_.tangent_identity, "K'(I - K Gamma^-1 K')u = 0 (15)", rows_of(definitions, u_T, size), allowed);
+    add_row(&result_.tangent_identity, "K'(I - K Gamma^-1 K')u = 0 (15)", rows_of(definitions, u_T, row_norms_, size),
+            allowed);
     add(&result_.tangent_identity, "u_T'u_N = 0 (16)", std::abs(dot_product) / square, allowed, "");
   }
-  judge_direct_problem(refined(rcond) + rounding_of_places());
+  judge_direct_problem(refined(rcond_of_Gamma_) + rounding_of_places());
 }
 
 /// (15): A G^-1 A'u + K Gamma^-1 K'u = u
@@ -150,11 +159,11 @@ void Judge::judge_direct_problem(double allowed) {
     largest = std::max({largest, model_.mass[i] * norm(w), model_.mass[i] * norm(w0)});
   }
   left = force;
-  constexpr int passes = 2;
-  for (int pass = 0; pass < passes; ++pass) {
+  repeat(2, [&] {
     const Vector normal = project_onto_normal(left);
     for (std::size_t i = 0; i < moving_; ++i) left[i] -= normal[i];
-  }
+    return model_.largest_norm(normal.data());
+  });
   const double size = largest > 0.0 ? largest : 1.0;
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = force[i] - left[i] - answer_.eta[i];

@@ -11,6 +11,7 @@
 #include "base/instruction_sets.hpp"
 #include "base/stopwatch.hpp"
 #include "solve/redundancy.hpp"
+#include "system/enum_check.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -149,6 +150,13 @@ double largest_ratio_of_few(const double* error, const double* from, const doubl
   return worst;
 }
 
+void check_solver_options(const SolverOptions& options) {
+  check_enum(options.form, Form::Both, "/solver/form");
+  check_enum(options.way, Way::ClosedForm, "/solver/way");
+  check_enum(options.ordering, Ordering::Natural, "/solver/ordering");
+  check_enum(options.friction, FrictionMethod::Enumeration, "/solver/friction");
+}
+
 }  // namespace
 
 void describe_factor(const GramSolver::Summary& summary, PlanSummary* plan) {
@@ -162,7 +170,7 @@ void describe_factor(const GramSolver::Summary& summary, PlanSummary* plan) {
 
 Model::Model(System given, const SolverOptions& options, double t)
     : system(validated(std::move(given), t)),
-      parallel(options.threads),
+      parallel((check_solver_options(options), options.threads)),
       numbering(number(system)),
       constraints(system, numbering, t),
       forces(system, numbering),

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/live.hpp"
 #include "system/spline.hpp"
 
 namespace tanor {
@@ -29,15 +30,15 @@ MotionTable& MotionTable::operator=(MotionTable&&) noexcept = default;
 MotionTable::~MotionTable() = default;
 
 std::span<const double> MotionTable::times() const {
-  return implementation_->times;
+  return live(implementation_, "MotionTable").times;
 }
 std::size_t MotionTable::num_columns() const {
-  return implementation_->columns.size();
+  return live(implementation_, "MotionTable").columns.size();
 }
 
 MotionState MotionTable::at(double t) const {
   MotionState result;
-  for (const Spline& column : implementation_->columns) {
+  for (const Spline& column : live(implementation_, "MotionTable").columns) {
     const Jet<2> x = column.evaluate(t);
     result.value.push_back(x.value());
     result.rate.push_back(x.derivative(1));

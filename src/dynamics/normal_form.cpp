@@ -114,6 +114,7 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
 
 GramSolver::Quality NormalForm::factorize_gram() {
   is_swept_ = has_old_factor_ = false;
+  note_frames();
   const GramSolver::Quality quality = model_.factorize(&general(), blocks_.data());
   last_.reciprocal_condition = quality.reciprocal_condition;
   return quality;
@@ -140,6 +141,7 @@ Outcome NormalForm::factorize(double t, const double* r, bool may_sweep) {
 Outcome NormalForm::linearise(double t, const double* r) {
   model_.set_time(t);
   if (num_rows() == 0 || (is_factorized_ && model_.constraints.gradients_are_constant())) return {};
+  model_.constraints.choose_frames();
   const bool by_sweep = sweeps() && (sweep_->projects() || sweep_->evaluates());
   if (by_sweep && linearise_sweep(r)) return {};
   {
@@ -179,6 +181,7 @@ void NormalForm::correct(double* rows, double* points) {
 Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
   model_.set_time(t);
   ++model_.counters.evaluations;
+  if (gradients == Gradients::Evaluate) model_.constraints.choose_frames();
   const bool may_sweep = gradients == Gradients::Evaluate && sweeps();
   if (may_sweep || (gradients == Gradients::Keep && is_swept_)) {
     if (std::optional<Outcome> outcome = sweep(t, r, v, gradients, w)) return last_.outcome = *std::move(outcome);

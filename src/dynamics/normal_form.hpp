@@ -197,6 +197,7 @@ class NormalForm final : public EquationsOfMotion {
   // The factor of another place, in reuse.cpp.
   void make_reuse();
   bool may_reuse() const;
+  void note_frames();
   bool reuse(double t);
   bool correct_by_reuse(double* rows, double* points);
 
@@ -226,6 +227,7 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<Reuse> reuse_;        // null: never
   double allowed_error_ = 0.0;          // of dw in the M-norm, inside a step; 0: rounding
   bool has_old_factor_ = false;         // not of the K at hand
+  std::optional<std::size_t> factor_frames_;  // of lines, where it was made; see Constraints::frames
   std::vector<double> correction_;      // [3n] scratch of `correct_by_reuse`
   bool linearises_cheaply_;             // a factorization costs no more than two solves
   Redundancy redundancy_;
@@ -240,7 +242,8 @@ class NormalForm final : public EquationsOfMotion {
   std::vector<double> right_side_, lambda_, rows_;  // [d] phi + K'w0; multipliers; scratch
   struct StepMultipliers {
     std::vector<double> sum;           // of this step's iterations
-    std::vector<double> last, before;  // of the last two steps, over h^2
+    std::vector<double> last, before;  // of the last two steps, over h^2; 0 after a jump of
+    std::size_t frames = 0;            // the unit vectors of lines
   } step_multipliers_;
   mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
   mutable std::unique_ptr<MotionSeries> series_;     // else

@@ -39,6 +39,11 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
   // steps it saves iterations, the solution is the same.
   StepMultipliers& step = step_multipliers_;
   const double scale = h * h;
+  if (const std::size_t frames = model_.constraints.frames(); frames != step.frames) {
+    std::fill(step.last.begin(), step.last.end(), 0.0);
+    std::fill(step.before.begin(), step.before.end(), 0.0);
+    step.frames = frames;
+  }
   model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
       step.sum[a] = scale * (2.0 * step.last[a] - step.before[a]);

@@ -214,6 +214,7 @@ double NormalForm::compare_gradients() {
   const Stopwatch watch(&model_.times.solve);
   constexpr int most_iterations = 10, least_iterations = 4;
   constexpr double hopeless = 0.7;
+  model_.constraints.turn_frames(blocks_.data(), before_.blocks.data());
   std::vector<double>&x = before_.x, &y = before_.y, &move = before_.move;
   x.resize(num_rows());
   y.resize(num_rows());

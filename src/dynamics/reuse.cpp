@@ -46,11 +46,18 @@ double NormalForm::allowed_error(const StepTarget& target) const {
   return std::sqrt(least);
 }
 
-/// Near singular places, and where rows depend, every place has its own factor.
+/// Near singular places, where rows depend, and where the unit vectors of lines jumped, every place has its own factor.
 bool NormalForm::may_reuse() const {
   constexpr double nearly_singular = 1e-8;
   return allowed_error_ > 0.0 && is_factorized_ && !redundancy_.is_found() &&
-         last_.reciprocal_condition > nearly_singular;
+         last_.reciprocal_condition > nearly_singular && factor_frames_ == model_.constraints.frames();
+}
+
+/// Of the K that is factorized: what was solved with other unit vectors of lines guesses nothing.
+void NormalForm::note_frames() {
+  const std::size_t frames = model_.constraints.frames();
+  if (reuse_ != nullptr && factor_frames_ && *factor_frames_ != frames) reuse_->forget();
+  factor_frames_ = frames;
 }
 
 /// lambda and dw at t with the K at hand.

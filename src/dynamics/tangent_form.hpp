@@ -66,6 +66,9 @@ class TangentForm final : public EquationsOfMotion {
   /// eta = [I - M A H^-1 A'] force [3n] (24), refined to rounding, with the factor of the last linearisation; of
   /// supports: what the coordinates do there.
   void respond(const double* force, double* eta);
+  /// A and the factor of H at the places of the start, moved by about `distance` (m) in a direction that nothing
+  /// prefers; those places [3n].
+  Outcome stand_beside(double t, double distance, double* r);
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
 

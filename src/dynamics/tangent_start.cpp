@@ -25,6 +25,11 @@ std::size_t worst_point(const std::vector<double>& a, const std::vector<double>&
   return worst;
 }
 
+/// In [-1, 1], of no rule that a scene could share.
+double any_number(std::size_t j) {
+  return std::sin(1.0 + static_cast<double>(j) * 0.7548776662);
+}
+
 }  // namespace
 
 StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
@@ -71,7 +76,22 @@ StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
     }
   }
   check_constraints();
+  q_ = q;
   return report;
+}
+
+Outcome TangentForm::stand_beside(double t, double distance, double* r) {
+  std::vector<double> q = q_, at_rest(size(), 0.0);
+  if (distance > 0.0) {
+    std::vector<double> x(size()), Ax(r_.size(), 0.0);
+    for (std::size_t j = 0; j < size(); ++j) x[j] = any_number(j);
+    model_.coordinates.apply(model_.parallel, blocks_.data(), x.data(), Ax.data());
+    const double unit = model_.largest_norm(Ax.data());
+    for (std::size_t j = 0; j < size(); ++j) q[j] += distance / unit * x[j];
+  }
+  evaluate(t, q.data(), at_rest.data(), true);
+  std::copy(r_.begin(), r_.end(), r);
+  return factorize(t);
 }
 
 /// Where constraints are given as well: xi(r(q, t), t) = 0, K'v + xi_t = 0 and K'A = 0 (3).
@@ -111,16 +131,26 @@ void TangentForm::check_constraints() {
   model_.constraints.evaluate_gradients(model_.parallel, r_.data(), blocks.data());
   std::fill(points_.begin(), points_.end(), 0.0);
   for (int attempt = 0; attempt < 3; ++attempt) {
-    for (std::size_t j = 0; j < size(); ++j)
-      x[j] = std::sin(1.0 + static_cast<double>(j * (attempt + 1)) * 0.7548776662);
+    for (std::size_t j = 0; j < size(); ++j) x[j] = any_number(j * static_cast<std::size_t>(attempt + 1));
     model_.coordinates.apply(model_.parallel, blocks_.data(), x.data(), points_.data());
     const double size_of_Ax = model_.largest_norm(points_.data());
     const double worst =
         model_.constraints.apply_transposed(model_.parallel, blocks.data(), points_.data(), nullptr, rows.data());
     if (!(worst <= rounding * size_of_Ax)) {
       for (double& row : rows) row = std::abs(row);
+      const auto row = std::max_element(rows.begin(), rows.end()) - rows.begin();
+      std::size_t point = 0;
+      double along = 0.0;  // the gradient of that row, by one point
+      for (const Incidence& i : model_.incidences) {
+        if (i.row != row) continue;
+        const double part = std::abs(dot(load(blocks.data(), i.block), load(points_.data(), i.point)));
+        if (!(part > along)) continue;
+        along = part;
+        point = static_cast<std::size_t>(i.point);
+      }
       throw InputError("/coordinates", "K'A is not 0: the coordinates move along the gradient of " + name_worst(rows) +
-                                           "; both must describe the same motion");
+                                           ", at point " + text(model_.numbering.user_point[point]) +
+                                           ": they are wider than the constraints; both must describe the same motion");
     }
   }
 }

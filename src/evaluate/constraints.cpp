@@ -312,6 +312,21 @@ bool Constraints::depends_on_time() const {
   return result;
 }
 
+void Constraints::turn_frames(const double* blocks, double* others) const {
+  const Family<LineKernel>& lines = family<LineKernel>();
+  if (lines.kernel.gradients_are_constant()) return;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const std::size_t first = static_cast<std::size_t>(lines.first_block) + 2 * k;
+    const Vec3 e1 = load(blocks, first), e2 = load(blocks, first + 1);
+    const Vec3 o1 = load(others, first), o2 = load(others, first + 1);
+    // max over beta of e1.(c o1 + s o2) + e2.(c o2 - s o1)
+    const double c = dot(e1, o1) + dot(e2, o2), s = dot(e1, o2) - dot(e2, o1), length = std::hypot(c, s);
+    if (!(length > 0.0)) continue;
+    store(others, first, (c / length) * o1 + (s / length) * o2);
+    store(others, first + 1, (c / length) * o2 - (s / length) * o1);
+  }
+}
+
 bool Constraints::gradients_are_constant() const {
   // contacts may change between stick and slip
   return tangents_.num_blocks() == 0 && gradients_are_constant(everything_);

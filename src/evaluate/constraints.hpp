@@ -47,6 +47,14 @@ class Constraints {
 
   void set_time(double t);
 
+  /// The two unit vectors of lines by their rule (line_frame.hpp) at the present time: where K is about to be evaluated
+  /// for others to stand on. At other times they are continued from here.
+  void choose_frames() { std::get<Family<LineKernel>>(families_).kernel.normals.choose(); }
+  /// Another number where those of some line have jumped: multipliers from before mean something else.
+  std::size_t frames() const { return family<LineKernel>().kernel.normals.frames(); }
+  /// The blocks of such lines at another instant, turned in their planes to be as near to `blocks` as they can.
+  void turn_frames(const double* blocks, double* others) const;
+
   /// xi [d]; returns the largest relative violation.
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) const;
   /// K'v + xi_t [d]; returns the largest |.|/|gradient|, m/s.

@@ -12,7 +12,7 @@
 /// \file The built-in coordinates of single points, hand-written; psi is the second derivative along (q + e q', t + e).
 namespace tanor {
 
-/// Two unit vectors orthogonal to a direction that may turn, from a helper axis that stays between steps. `recentre`
+/// The frame of a direction that may turn, from an axis that stays between steps, as a chart does. `recentre`
 /// chooses another one where the direction came near it; the pair then turns by an angle beta(t) in its plane.
 class TurningPair {
  public:
@@ -26,7 +26,7 @@ class TurningPair {
   void set_time(double t) {
     time_ = t;
     direction = ToUnit{}(function_(t));
-    jets_ = orthogonal_pair(function_(t), helper_);
+    jets_ = line_frame(function_(t), helper_);
     first = make_moving(jets_[0]);
     second = make_moving(jets_[1]);
   }
@@ -37,7 +37,7 @@ class TurningPair {
   /// beta; 0 where the pair stays.
   Jet<2> recentre(double t) {
     constexpr double near = 0.9;
-    if (!moves() || std::abs(dot(direction.value, helper_)) <= near) return 0.0;
+    if (!moves() || std::abs(component(direction.value, helper_)) <= near) return 0.0;
     const auto before = jets_;
     helper_ = farthest_axis(t);
     set_time(t);
@@ -49,23 +49,25 @@ class TurningPair {
 
  private:
   /// The axis that the direction is farthest from now and does not turn into.
-  Vec3 farthest_axis(double t) const {
+  LineAxis farthest_axis(double t) const {
+    if (!moves()) return line_axis(function_(t));
     const MovingVec3 d = ToUnit{}(function_(t));
     const double turning = norm(d.first);
     const Vec3 along = turning > 0.0 ? (1.0 / turning) * d.first : Vec3{};
-    const auto badness = [&](Vec3 axis) {
-      return std::pow(dot(axis, d.value), 2) + 0.5 * std::pow(dot(axis, along), 2);
+    const auto badness = [&](LineAxis axis) {
+      return std::pow(component(d.value, axis), 2) + 0.5 * std::pow(component(along, axis), 2);
     };
-    Vec3 best{1.0, 0.0, 0.0};
-    for (const Vec3 axis : {Vec3{0.0, 1.0, 0.0}, Vec3{0.0, 0.0, 1.0}}) {
+    LineAxis best = 0;
+    for (const LineAxis axis : {1, 2}) {
       if (badness(axis) < badness(best)) best = axis;
     }
     return best;
   }
+  static double component(Vec3 a, LineAxis axis) { return axis == 0 ? a.x : axis == 1 ? a.y : a.z; }
 
   VectorFunction function_;
   double time_ = 0.0;
-  Vec3 helper_;
+  LineAxis helper_;
   std::array<std::array<Jet<2>, 3>, 2> jets_{};
 };
 

@@ -6,6 +6,7 @@
 
 #include <tanor/forward.hpp>
 
+#include "evaluate/line_frame.hpp"
 #include "system/members.hpp"
 #include "system/tuples.hpp"
 
@@ -130,7 +131,7 @@ struct Definition<Rods, T> {
   const Rods& rods;
   Given<T> wanted;
 
-  Definition(const Rods& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+  Definition(const Rods& group, const Clock<T>& clock, std::span<const double> initial)
       : rods(group), wanted(group.length, initial, clock) {}
 
   template <class At>
@@ -150,7 +151,7 @@ struct Definition<Planes, T> {
   Place<T> normal;
   Given<T> offset;
 
-  Definition(const Planes& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+  Definition(const Planes& group, const Clock<T>& clock, std::span<const double> initial)
       : planes(group), normal(clock(group.normal)), offset(group.offset, initial, clock) {}
 
   template <class At>
@@ -169,7 +170,7 @@ struct Definition<Spheres, T> {
   Place<T> center;
   Given<T> radius;
 
-  Definition(const Spheres& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+  Definition(const Spheres& group, const Clock<T>& clock, std::span<const double> initial)
       : spheres(group), center(clock(group.center)), radius(group.radius, initial, clock) {}
 
   template <class At>
@@ -182,36 +183,17 @@ struct Definition<Spheres, T> {
   }
 };
 
-double value_of(double x) {
-  return x;
-}
-template <class T>
-double value_of(const T& x) {
-  return x.value();
-}
-
-/// The axis that a direction is farthest from.
-template <class T>
-Vector3 farthest_axis(const Place<T>& d) {
-  const double x = std::abs(value_of(d.x)), y = std::abs(value_of(d.y)), z = std::abs(value_of(d.z));
-  if (x <= y && x <= z) return {1.0, 0.0, 0.0};
-  return y <= z ? Vector3{0.0, 1.0, 0.0} : Vector3{0.0, 0.0, 1.0};
-}
-
 template <class T>
 struct Definition<Lines, T> {
   const Lines& lines;
   Place<T> origin, first, second;
 
-  Definition(const Lines& group, const Clock<T>& clock, std::span<const double>, const Vector3& start_helper)
+  Definition(const Lines& group, const Clock<T>& clock, std::span<const double>)
       : lines(group), origin(clock(group.origin)) {
-    const Place<T> given = clock(group.direction), d = given / length(given);
-    Place<T> helper = place<T>(start_helper);
-    // The rule of Lines: another helper where the direction comes within 6 degrees.
-    if (!(std::abs(value_of(inner_product(helper, d))) <= 0.995)) helper = place<T>(farthest_axis(d));
-    const Place<T> e = helper - inner_product(helper, d) * d;
-    first = e / length(e);
-    second = vector_product(d, first);
+    const Place<T> d = clock(group.direction);
+    const auto [e1, e2] = line_frame(std::array<T, 3>{d.x, d.y, d.z});
+    first = {e1[0], e1[1], e1[2]};
+    second = {e2[0], e2[1], e2[2]};
   }
 
   template <class At>
@@ -227,7 +209,7 @@ struct Definition<Circles, T> {
   Place<T> center, normal;
   Given<T> radius;
 
-  Definition(const Circles& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+  Definition(const Circles& group, const Clock<T>& clock, std::span<const double> initial)
       : circles(group),
         center(clock(group.center)),
         normal(clock(group.normal)),
@@ -249,7 +231,7 @@ struct Definition<Angles, T> {
   const Angles& angles;
   Given<T> cosine;
 
-  Definition(const Angles& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+  Definition(const Angles& group, const Clock<T>& clock, std::span<const double> initial)
       : angles(group), cosine(group.cosine, initial, clock) {}
 
   template <class At>
@@ -269,7 +251,7 @@ struct Definition<Pulleys, T> {
   const Pulleys& pulleys;
   Given<T> rope;
 
-  Definition(const Pulleys& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+  Definition(const Pulleys& group, const Clock<T>& clock, std::span<const double> initial)
       : pulleys(group), rope(group.length, initial, clock) {}
 
   template <class At>
@@ -288,7 +270,7 @@ struct Definition<Linears, T> {
   const Linears& linears;
   Given<T> value;
 
-  Definition(const Linears& group, const Clock<T>& clock, std::span<const double> initial, const Vector3&)
+  Definition(const Linears& group, const Clock<T>& clock, std::span<const double> initial)
       : linears(group), value(group.value, initial, clock) {}
 
   template <class At>
@@ -392,11 +374,9 @@ Definitions::Definitions(const System& system, double t0) : system_(system), sta
           start.first_row = num_rows_;
           num_rows_ += num_members(group) * rows_per_member<Group>();
           const Clock<double> clock{t0};
-          if constexpr (std::is_same_v<Group, Lines>) {
-            start.helper = farthest_axis(clock(group.direction));
-          } else if constexpr (!std::is_same_v<Group, UserConstraints>) {
+          if constexpr (!std::is_same_v<Group, UserConstraints> && !std::is_same_v<Group, Lines>) {
             if (!parameter_of(group)->is_initial()) return;
-            const Definition<Group, double> definition(group, clock, {}, {});
+            const Definition<Group, double> definition(group, clock, {});
             for (std::size_t k = 0; k < num_members(group); ++k) start.values.push_back(definition.measure(k, at));
           }
         },
@@ -425,8 +405,7 @@ std::optional<RecordedDefinition> Definitions::record(std::size_t g) const {
           };
           recording.parameter = Traced::variable(expression);
           try {
-            const Definition<Group, Traced> definition(group, Clock<Traced>{0.0, &recording}, starts_[g].values,
-                                                       starts_[g].helper);
+            const Definition<Group, Traced> definition(group, Clock<Traced>{0.0, &recording}, starts_[g].values);
             for (const Traced& xi : definition.xi(0, at)) expression.results.push_back(xi.number_in(expression));
           } catch (const detail::NotTraceable&) {
             return std::nullopt;
@@ -469,7 +448,7 @@ void Definitions::for_each_row(const Parallel& parallel, double t, const double*
                              [&](const TupleValues& values) { use_tuples(start.first_row, group, values); });
             });
           } else {
-            const Definition<Group, T> definition(group, Clock<T>{t}, start.values, start.helper);
+            const Definition<Group, T> definition(group, Clock<T>{t}, start.values);
             parallel.for_ranges(num_members(group), [&](std::size_t begin, std::size_t end) {
               for (std::size_t k = begin; k < end; ++k) {
                 std::size_t row = start.first_row + k * rows_per_member<Group>();
@@ -532,7 +511,7 @@ void Definitions::for_each_gradient(double t, std::span<const double> r, const U
                              }
                            });
           } else {
-            const Definition<Group, Forward<3>> definition(group, Clock<Forward<3>>{t}, start.values, start.helper);
+            const Definition<Group, Forward<3>> definition(group, Clock<Forward<3>>{t}, start.values);
             for (std::size_t k = 0; k < num_members(group); ++k) {
               for (const Index point : member_points(group, k)) {
                 std::size_t row = start.first_row + k * rows_per_member<Group>();

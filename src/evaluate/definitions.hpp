@@ -24,9 +24,8 @@ struct RecordedDefinition {
 /// from the System; all derivatives come from the scalar type. It shares nothing with the families and their
 /// hand-written kernels, so it can be their witness. Users' own kernels are their own definition.
 ///
-/// Everything stands in the user's order of points and rows. The two unit vectors of a line follow the rule of `Lines`
-/// at the start; once a direction has turned within 6 degrees of its helper axis, the pair that the families carry on
-/// may differ from this one by a rotation.
+/// Everything stands in the user's order of points and rows. The two unit vectors of a line are those of
+/// line_frame.hpp.
 class Definitions {
  public:
   /// `system` must outlive this; `t0`: where "initial" values stand when they are measured from something that moves.
@@ -56,7 +55,6 @@ class Definitions {
   struct Start {
     std::size_t first_row = 0;
     std::vector<double> values;  ///< [member] of a parameter that is "initial", else empty
-    Vector3 helper{};            ///< of lines: the axis that the direction is farthest from
   };
 
   /// use(row, xi) with xi over T at the points `at`, and use_tuples(first row, group, values) for users' own; r and v

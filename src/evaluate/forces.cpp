@@ -65,7 +65,11 @@ Forces::Forces(const System& system, const Numbering& numbering)
                      formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
                      if (!group.points.empty()) formulas_.push_back(std::move(group));
                    },
-                   [&](const PairForces& pairs) { pairs_.emplace_back(system, pairs, numbering); }},
+                   [&](const PairForces& pairs) {
+                     pairs_.emplace_back(system, pairs, numbering);
+                     PairField of_supports(system, pairs, numbering, PairField::Which::OfSupports);
+                     if (!of_supports.empty()) pairs_of_supports_.push_back(std::move(of_supports));
+                   }},
         force);
   }
 
@@ -115,6 +119,7 @@ void Forces::evaluate(const Parallel& parallel, double t, const double* r, const
     }
   });
   for (PairField& pairs : pairs_) pairs.add_forces(parallel, r, f);
+  for (PairField& pairs : pairs_of_supports_) pairs.add_forces(parallel, r, f);
 }
 
 /// In chunks: gather, call the kernel, which writes into the slots.

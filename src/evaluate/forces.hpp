@@ -94,7 +94,7 @@ class Forces {
                             const Derivatives& to) const;
 
   /// Potential energy of gravity, constant forces, springs and pairs, J. Supports take part as far as springs hold them
-  /// and pairs push them.
+  /// moving points push them: what two supports do to each other by pair forces is a load of theirs (f), no energy.
   double potential(const Parallel& parallel, const double* r) const;
   /// Power of the forces without potential on the moving points, W, at the (t, r, v) of the last `evaluate`.
   double power(const Parallel& parallel, const double* r, const double* v) const;
@@ -129,10 +129,11 @@ class Forces {
   ByPoint<Index> given_forces_;  // slots in given_
   ByPoint<DragNumbers> drags_;
   std::vector<Spring> springs_;
-  std::vector<double> spring_force_;      // [spring] on its point j
-  std::vector<Index> compliant_springs_;  // numbers in springs_
-  ByPoint<Index> spring_ends_;            // k, or ~k where the point is the spring's point i
-  mutable std::vector<PairField> pairs_;  // each keeps what belongs to the positions it saw last
+  std::vector<double> spring_force_;          // [spring] on its point j
+  std::vector<Index> compliant_springs_;      // numbers in springs_
+  ByPoint<Index> spring_ends_;                // k, or ~k where the point is the spring's point i
+  mutable std::vector<PairField> pairs_;      // each keeps what belongs to the positions it saw last
+  std::vector<PairField> pairs_of_supports_;  // of both ends; on supports that stand it is found once
   bool has_damping_ = false, forces_depend_on_time_ = false;
   std::vector<FormulaGroup> formulas_;
   std::vector<double> formula_force_;  // group by group, 3 numbers a point

@@ -8,6 +8,7 @@
 #include <tanor/system.hpp>
 
 #include "base/vec3.hpp"
+#include "evaluate/line_frame.hpp"
 #include "evaluate/tables.hpp"
 
 /// The built-in constraints at one instant, hand-written. For a member k, with a = r - (what it is measured from):
@@ -156,46 +157,62 @@ struct SphereKernel {
   }
 };
 
-/// Unit vectors orthogonal to a direction d != 0 and to each other: e1 along h - (h.d)d, e2 = d x e1.
-inline std::array<std::array<Jet<2>, 3>, 2> orthogonal_pair(const std::array<Jet<2>, 3>& direction, Vec3 h) {
-  using J = Jet<2>;
-  const J length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
-  const std::array<J, 3> d{direction[0] / length, direction[1] / length, direction[2] / length};
-  const J along = h.x * d[0] + h.y * d[1] + h.z * d[2];
-  std::array<J, 3> e{h.x - along * d[0], h.y - along * d[1], h.z - along * d[2]};
-  const J e_length = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
-  for (J& component : e) component = component / e_length;
-  return {e, {d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]}};
-}
-
-/// Two unit vectors orthogonal to a direction d and to each other: e1 along h - (h.d)d, e2 = d x e1. They move with d,
-/// smoothly as long as the helper h stays, so it does: it is the axis that d is farthest from when first seen, until d
-/// comes within 6 degrees of h. Then the last e1 takes its place, which turns the pair as little as can be; from there
-/// on the pair at a given time, and with it what the two multipliers mean, depends on the times seen before.
-class OrthogonalPair {
+/// The two unit vectors of lines, with their derivatives. `choose` applies the rule of line_frame.hpp where a K begins
+/// to stand; until the next one the axes are kept, so that what a step sets against that K does not jump inside it.
+class LineNormals {
  public:
   struct Value {
     MovingVec3 first, second;
   };
-  Value operator()(const std::array<Jet<2>, 3>& direction) {
-    choose_helper(ToUnit{}(direction).value);
-    const auto [first, second] = orthogonal_pair(direction, helper_);
-    const Value value{make_moving(first), make_moving(second)};
-    last_ = value.first.value;
-    return value;
+
+  std::size_t add(const VectorFunction& function) {
+    if (!function.is_constant()) moving_.push_back({now_.size(), function, none, {}});
+    now_.push_back(function.is_constant() ? make(function(0.0), line_axis(function(0.0))) : Value{});
+    return now_.size() - 1;
   }
+  void set_time(double t) {
+    for (Moving& line : moving_) {
+      line.direction = line.function(t);
+      if (line.axis == none || is_near(line.direction, line.axis)) line.axis = line_axis(line.direction);
+      now_[line.slot] = make(line.direction, line.axis);
+    }
+  }
+  void choose() {
+    for (Moving& line : moving_) {
+      const LineAxis axis = line_axis(line.direction);
+      if (axis != line.axis) now_[line.slot] = make(line.direction, axis);
+      line.axis = axis;
+    }
+  }
+  /// Of all axes: another number after a jump.
+  std::size_t frames() const {
+    std::size_t number = 0;
+    for (const Moving& line : moving_) number = 3 * number + static_cast<std::size_t>(line.axis);
+    return number;
+  }
+  const Value& operator[](std::size_t slot) const { return now_[slot]; }
+  bool is_constant() const { return moving_.empty(); }
 
  private:
-  void choose_helper(Vec3 d) {
-    const auto serves = [d](Vec3 h) { return dot(h, h) > 0.0 && std::abs(dot(d, h)) <= 0.995; };
-    if (serves(helper_)) return;
-    helper_ = last_;
-    if (serves(helper_)) return;
-    const double x = std::abs(d.x), y = std::abs(d.y), z = std::abs(d.z);
-    helper_ = x <= y && x <= z ? Vec3{1.0, 0.0, 0.0} : y <= z ? Vec3{0.0, 1.0, 0.0} : Vec3{0.0, 0.0, 1.0};
+  static constexpr LineAxis none = -1;
+  struct Moving {
+    std::size_t slot;
+    VectorFunction function;
+    LineAxis axis;
+    std::array<Jet<2>, 3> direction;  // at the time
+  };
+  static Value make(const std::array<Jet<2>, 3>& direction, LineAxis axis) {
+    const auto [first, second] = line_frame(direction, axis);
+    return {make_moving(first), make_moving(second)};
+  }
+  /// Within 6 degrees: a step that turns so far has no use for its K.
+  static bool is_near(const std::array<Jet<2>, 3>& direction, LineAxis axis) {
+    const double length = std::hypot(direction[0].value(), direction[1].value(), direction[2].value());
+    return !(std::abs(direction[static_cast<std::size_t>(axis)].value()) <= 0.995 * length);
   }
 
-  Vec3 helper_, last_;  // 0: none yet
+  std::vector<Value> now_;
+  std::vector<Moving> moving_;
 };
 
 /// e1.(r - origin), e2.(r - origin)
@@ -206,7 +223,7 @@ struct LineKernel {
   std::vector<std::array<Index, 1>> points;
   std::vector<Index> geometry;
   VectorTable<AsGiven> origin;
-  VectorTable<OrthogonalPair> normals;
+  LineNormals normals;
   std::vector<double> size;  // m, of the neighbourhood, one a member
 
   void set_time(double t) {
@@ -275,7 +292,9 @@ struct CircleKernel {
   }
 };
 
-/// cos = u.w of the directions u = a/|a|, w = b/|b| from the corner j to i and k, minus the wanted cosine.
+/// cos = u.w of the directions u = a/|a|, w = b/|b| from the corner j to i and k, minus the wanted cosine. Near a
+/// straight angle a cosine has no digits left of it: cos = s (1 - |e|^2/2) with e = u - s w, s = 1 or -1 as cos has it,
+/// keeps them, xi = s (1 - s wanted - |e|^2/2).
 struct AngleKernel {
   static constexpr int num_points = 3, num_rows = 1, num_blocks = 3;
   static constexpr bool unit_gradient = false;
@@ -299,10 +318,11 @@ struct AngleKernel {
     const Vec3 u1 = (1.0 / a.value) * (a1 - a.first * u), w1 = (1.0 / b.value) * (b1 - b.first * w);
     const Vec3 u2 = (-1.0 / a.value) * (2.0 * a.first * u1 + a.second * u);
     const Vec3 w2 = (-1.0 / b.value) * (2.0 * b.first * w1 + b.second * w);
-    const double c = dot(u, w);
-    const Vec3 grad_i = (1.0 / a.value) * (w - c * u), grad_k = (1.0 / b.value) * (u - c * w);
-    Local<1, 3> local{{c - wanted.value},
-                      {dot(u1, w) + dot(u, w1) - wanted.first},
+    const double s = dot(u, w) < 0.0 ? -1.0 : 1.0;
+    const Vec3 e = u - s * w;
+    const Vec3 grad_i = (-s / a.value) * (e - dot(e, u) * u), grad_k = (1.0 / b.value) * (e - dot(e, w) * w);
+    Local<1, 3> local{{s * ((1.0 - s * wanted.value) - 0.5 * dot(e, e))},
+                      {dot(grad_i, a1) + dot(grad_k, b1) - wanted.first},
                       {dot(u2, w) + 2.0 * dot(u1, w1) + dot(u, w2) - wanted.second},
                       {grad_i, -(grad_i + grad_k), grad_k}};
     // A straight angle has no gradient: rounding's share of 1/length keeps ratios finite there.

@@ -40,7 +40,7 @@ struct CompensatedSum {
 
 }  // namespace
 
-PairField::PairField(const System& system, const PairForces& pairs, const Numbering& numbering)
+PairField::PairField(const System& system, const PairForces& pairs, const Numbering& numbering, Which which)
     : epsilon_(pairs.epsilon),
       sigma2_(pairs.sigma * pairs.sigma),
       cutoff2_(cutoff_of(pairs) * cutoff_of(pairs)),
@@ -48,12 +48,16 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
       box_(pairs.box) {
   std::vector<Index> number_of(numbering.num_points(), -1);  // [inner point]
   for (const Index point : pairs.points) number_of[numbering.inner_point[point]] = 0;
+  const bool of_supports = which == Which::OfSupports;
   for (std::size_t inner = 0; inner < numbering.num_points(); ++inner) {
-    if (!pairs.points.empty() && number_of[inner] < 0) continue;
+    const bool takes_part = pairs.points.empty() || number_of[inner] >= 0;
+    number_of[inner] = -1;
+    if (!takes_part || (of_supports && inner < numbering.num_moving)) continue;
     number_of[inner] = static_cast<Index>(points_.size());
     points_.push_back(static_cast<Index>(inner));
-    if (inner < numbering.num_moving) ++num_moving_;
+    if (of_supports || inner < numbering.num_moving) ++num_moving_;
   }
+  if (of_supports && points_.size() < 2) points_.clear();
   const std::size_t n = points_.size();
   places_.resize(n);
   felt_.resize(n);
@@ -67,6 +71,26 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
       if (i < 0 || j < 0) continue;
       excluded.push_back({i, j});
       excluded.push_back({j, i});
+    }
+  }
+  if (of_supports) {
+    // in the box, sorted by place: those of one place side by side
+    std::vector<std::pair<Vector3, Index>> places;
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto point = static_cast<std::size_t>(numbering.user_point[static_cast<std::size_t>(points_[i])]);
+      Vector3 place;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double x = system.positions[3 * point + k], edge = pairs.box[k];
+        place[k] = edge > 0.0 ? x - edge * std::floor(x / edge) : x;
+      }
+      places.push_back({place, static_cast<Index>(i)});
+    }
+    std::sort(places.begin(), places.end());
+    for (std::size_t a = 0; a < n; ++a) {
+      for (std::size_t b = a + 1; b < n && places[b].first == places[a].first; ++b) {
+        excluded.push_back({places[a].second, places[b].second});
+        excluded.push_back({places[b].second, places[a].second});
+      }
     }
   }
   if (pairs.law == PairLaw::Log) {

@@ -18,7 +18,12 @@ namespace tanor {
 /// are a function of these positions alone.
 class PairField {
  public:
-  PairField(const System& system, const PairForces& pairs, const Numbering& numbering);
+  /// Of every pair in which a point moves, or of those of two supports, which matter to nothing but the load that each
+  /// support carries. Supports that start at the same place are no pair: their force would have no direction.
+  enum class Which { WithMovingPoints, OfSupports };
+  PairField(const System& system, const PairForces& pairs, const Numbering& numbering,
+            Which which = Which::WithMovingPoints);
+  bool empty() const { return points_.empty(); }
 
   void add_forces(const Parallel& parallel, const double* r, double* f);
   double potential(const Parallel& parallel, const double* r);
@@ -36,8 +41,8 @@ class PairField {
   Feeling feel(std::size_t i, std::span<const Index> neighbours) const;
   Feeling feel_all(std::size_t i) const;
 
-  std::vector<Index> points_;  // inner ones, those that move first; numbered from 0 on in what follows
-  std::size_t num_moving_ = 0;
+  std::vector<Index> points_;   // inner ones, those that move first; numbered from 0 on in what follows
+  std::size_t num_moving_ = 0;  // the others feel these alone; of supports: all of them
   double epsilon_, sigma2_, cutoff2_, shift_ = 0.0;  // J, m^2, m^2, J
   double strength_;                                  // N m
   PeriodicBox box_;

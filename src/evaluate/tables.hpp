@@ -57,32 +57,26 @@ class ScalarTable {
   std::vector<std::pair<std::size_t, ScalarFunction>> moving_;
 };
 
-/// Vectors that may depend on time, passed through `Shape` (for example: to unit length). Each has a Shape of its own,
-/// which may remember what it has seen.
+/// Vectors that may depend on time, passed through `Shape` (for example: to unit length).
 template <class Shape>
 class VectorTable {
  public:
   using Value = decltype(Shape{}(std::array<Jet<2>, 3>{}));
 
   std::size_t add(const VectorFunction& function) {
-    if (!function.is_constant()) moving_.push_back({now_.size(), function, Shape{}});
+    if (!function.is_constant()) moving_.emplace_back(now_.size(), function);
     now_.push_back(function.is_constant() ? Shape{}(function(0.0)) : Value{});
     return now_.size() - 1;
   }
   void set_time(double t) {
-    for (auto& [slot, function, shape] : moving_) now_[slot] = shape(function(t));
+    for (const auto& [slot, function] : moving_) now_[slot] = Shape{}(function(t));
   }
   const Value& operator[](std::size_t slot) const { return now_[slot]; }
   bool is_constant() const { return moving_.empty(); }
 
  private:
-  struct Moving {
-    std::size_t slot;
-    VectorFunction function;
-    Shape shape;
-  };
   std::vector<Value> now_;
-  std::vector<Moving> moving_;
+  std::vector<std::pair<std::size_t, VectorFunction>> moving_;
 };
 
 }  // namespace tanor

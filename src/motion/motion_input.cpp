@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "motion/stiffness.hpp"
+#include "system/enum_check.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -17,6 +18,9 @@ void check_options(const MotionOptions& options) {
   const auto positive = [](const char* where, double value, const char* rule) {
     if (!(value > 0.0 && std::isfinite(value))) throw InputError(where, text(value) + " is not " + rule);
   };
+  check_enum(options.method, Method::GeneralizedAlpha, "/motion/method");
+  check_enum(options.stabilisation, Stabilisation::None, "/motion/stabilisation");
+  check_enum(options.start, StartMode::Project, "/motion/start");
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
   positive("/motion/rtol", options.rtol, "a positive tolerance");
   if (options.atol != 0.0) positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");

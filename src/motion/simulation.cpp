@@ -5,9 +5,12 @@
 #include <iterator>
 #include <limits>
 
+#include "base/live.hpp"
+#include "base/quiet_traps.hpp"
 #include "dynamics/certificate.hpp"
 #include "motion/integration.hpp"
 #include "motion/motion_input.hpp"
+#include "system/enum_check.hpp"
 #include "system/text.hpp"
 
 namespace tanor {
@@ -16,6 +19,14 @@ double EnergyReport::drift_relative() const {
   const double drift = now - start - work_of_supports - work_of_forces - work_of_friction;
   return scale > 0.0 ? drift / scale : 0.0;
 }
+
+namespace {
+
+void check_start_time(double t) {
+  if (!std::isfinite(t)) throw InputError("", "t_start = " + text(t) + " is not a time");
+}
+
+}  // namespace
 
 struct Simulation::Implementation {
   MotionOptions options;
@@ -36,9 +47,10 @@ struct Simulation::Implementation {
   std::vector<double> rows;  // [d]
   std::size_t num_events = 0;
   static constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsilon();
+  bool is_advancing = false;
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
-      : options((check_options(motion), motion)),
+      : options((check_options(motion), check_start_time(t_start), motion)),
         solver_options(resolve(solver, system, motion.method)),
         forms(std::move(system), solver_options, t_start),
         chosen(choose_method(motion, model.system, form, forms.is_tangent())),
@@ -90,6 +102,7 @@ struct Simulation::Implementation {
   }
 
   void restore(const Snapshot& snapshot) {
+    refuse_inside_advance("restore");
     check_snapshot(snapshot, points.r.size());
     integration.restore(snapshot);
     report = snapshot.report;
@@ -312,7 +325,19 @@ struct Simulation::Implementation {
     return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));
   }
 
+  /// Its own observers, events and callables look at a step; they cannot make another one.
+  void refuse_inside_advance(const char* what) const {
+    if (is_advancing)
+      throw InputError("", std::string(what) + " was called inside advance; an observer returns false to stop there");
+  }
+
   Outcome advance(double t_end, const Observer& observer) {
+    refuse_inside_advance("advance");
+    struct Advancing {
+      bool& flag;
+      explicit Advancing(bool& is_advancing) : flag(is_advancing) { flag = true; }
+      ~Advancing() { flag = false; }
+    } const advancing(is_advancing);
     if (!outcome.ok()) return outcome;
     if (!(t_end > state.t) || !std::isfinite(t_end)) {
       throw InputError("/motion/t_end", text(t_end) + " does not lie after the time reached, " + text(state.t));
@@ -333,6 +358,7 @@ struct Simulation::Implementation {
 
   std::size_t add_event(Event event) {
     if (!event.value) throw InputError("/event", "\"" + event.name + "\" has no function");
+    check_enum(event.direction, Event::Direction::Falling, "/event/direction");
     const auto value = [this, value = std::move(event.value), at_r = std::vector<double>(r.size()),
                         at_v = std::vector<double>(v.size())](double t, const double* x, const double* x_dot) mutable {
       form.write_points(t, x, x_dot, state.a.data(), points.r.data(), points.v.data(), points.w.data());
@@ -352,7 +378,8 @@ struct Simulation::Implementation {
 };
 
 Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver, double t_start)
-    : implementation_(std::make_unique<Implementation>(std::move(system), motion, solver, t_start)) {
+    : implementation_(make_quietly<Implementation>(std::move(system), motion, solver, t_start)) {
+  const QuietTraps quiet;
   const std::vector<std::size_t> idle = plan().idle_equations;
   std::vector<Index> all;
   for (std::vector<Index> taut; !(taut = implementation_->find_taut()).empty();) {
@@ -372,48 +399,53 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
 Outcome Simulation::advance(double t_end, const Observer& observer) {
-  return implementation_->advance(t_end, observer);
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").advance(t_end, observer);
 }
 
 std::size_t Simulation::add_event(Event event) {
-  return implementation_->add_event(std::move(event));
+  return live(implementation_, "Simulation").add_event(std::move(event));
 }
 std::span<const Passage> Simulation::passages() const {
-  return implementation_->integration.watch().passages();
+  return live(implementation_, "Simulation").integration.watch().passages();
 }
 Snapshot Simulation::snapshot() const {
-  return implementation_->snapshot();
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").snapshot();
 }
 Certificate Simulation::certify() {
-  return implementation_->certify();
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").certify();
 }
 void Simulation::restore(const Snapshot& snapshot) {
-  implementation_->restore(snapshot);
+  const QuietTraps quiet;
+  live(implementation_, "Simulation").restore(snapshot);
 }
 
 const System& Simulation::system() const {
-  return implementation_->model.system;
+  return live(implementation_, "Simulation").model.system;
 }
 const PlanSummary& Simulation::plan() const {
-  return implementation_->forms.plan;
+  return live(implementation_, "Simulation").forms.plan;
 }
 const Outcome& Simulation::outcome() const {
-  return implementation_->outcome;
+  return live(implementation_, "Simulation").outcome;
 }
 const MotionReport& Simulation::report() const {
-  return implementation_->report;
+  return live(implementation_, "Simulation").report;
 }
 double Simulation::time() const {
-  return implementation_->state.t;
+  return live(implementation_, "Simulation").state.t;
 }
 std::span<const double> Simulation::coordinates() const {
-  return implementation_->q;
+  return live(implementation_, "Simulation").q;
 }
 std::span<const double> Simulation::coordinate_rates() const {
-  return implementation_->q_dot;
+  return live(implementation_, "Simulation").q_dot;
 }
 RankReport Simulation::rank() const {
-  RankReport report = implementation_->find_rank();
+  const QuietTraps quiet;
+  RankReport report = live(implementation_, "Simulation").find_rank();
   const std::vector<std::size_t>& taut = plan().taut_equations;
   for (RowDependence& dependence : report.dependences) {
     if (std::binary_search(taut.begin(), taut.end(), dependence.row))
@@ -422,22 +454,22 @@ RankReport Simulation::rank() const {
   return report;
 }
 std::span<const double> Simulation::positions() const {
-  return implementation_->r;
+  return live(implementation_, "Simulation").r;
 }
 std::span<const double> Simulation::velocities() const {
-  return implementation_->v;
+  return live(implementation_, "Simulation").v;
 }
 std::span<const double> Simulation::accelerations() const {
-  return implementation_->w;
+  return live(implementation_, "Simulation").w;
 }
 std::span<const double> Simulation::multipliers() const {
-  return implementation_->lambda;
+  return live(implementation_, "Simulation").lambda;
 }
 std::span<const double> Simulation::reactions() const {
-  return implementation_->eta;
+  return live(implementation_, "Simulation").eta;
 }
 std::span<const double> Simulation::support_forces() const {
-  return implementation_->carried;
+  return live(implementation_, "Simulation").carried;
 }
 
 }  // namespace tanor

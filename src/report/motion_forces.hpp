@@ -16,6 +16,7 @@ struct ForcesOfMotion {
   bool by_coordinates = false;  ///< the motion was given as q(t)
   std::vector<double> times;
   std::vector<MotionForces> samples;  ///< one a time
+  double acceleration_scale = 0.0;    ///< m/s^2, the largest of w, eta/m and u/m in the motion
 
   /// The sample whose number is largest; `number` of a MotionForces.
   template <class Number>

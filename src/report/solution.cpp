@@ -44,6 +44,8 @@ void write_members(JsonWriter* json, ArrayWriter arrays, const Solution& solutio
   arrays.write_points("reactions", solution.reactions);
   write_causes(json, arrays, solution.reactions_by_cause);
   arrays.write_points("friction", solution.friction);
+  arrays.write_points("tangent_friction", solution.tangent_friction);
+  arrays.write_points("normal_friction", solution.normal_friction);
   write_friction_report(json, solution.friction_report);
   arrays.write_points("support_forces", solution.support_forces);
   write_certificate(json, solution.certificate);

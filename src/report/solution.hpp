@@ -21,7 +21,8 @@ struct Solution {
   Numbers tangent_forces, normal_forces;                ///< f_T, f_N
   std::optional<double> mass_coupling;                  ///< 0: (44) holds here
   Numbers multipliers, reactions, support_forces;
-  Numbers friction;  ///< tau; none: the system has none
+  Numbers friction;                           ///< tau; none: the system has none
+  Numbers tangent_friction, normal_friction;  ///< tau_T, tau_N; likewise
   std::optional<FrictionReport> friction_report;
   std::optional<std::vector<ReactionPart>> reactions_by_cause;
   std::optional<RankReport> rank;

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "scene/kind.hpp"
+#include "scene/memory.hpp"
 #include "scene/random.hpp"
 
 namespace tanor::scene {
@@ -60,6 +62,16 @@ class Sketch {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
 };
 
+/// Refuses what this machine has no room for, before a point is made.
+void check_room(std::int64_t num_points) {
+  constexpr double bytes_a_point = 660.0;  // of a chain whose dynamics were planned and no more, measured
+  const double needed = bytes_a_point * static_cast<double>(num_points), there = measure_memory();
+  if (needed <= there) return;
+  throw std::length_error(
+      fmt::format("/generate: {} points need {:.3g} GB of memory at least; there are {:.3g} GB for this program",
+                  num_points, 1e-9 * needed, 1e-9 * there));
+}
+
 /// A number of things, each of which makes some points.
 std::int64_t read_count(const Cursor& count, std::int64_t points_each = 1, std::int64_t least = 1) {
   return count.integer(least, std::max(least, most_points / points_each - 1), 10);
@@ -68,6 +80,7 @@ std::int64_t read_count(const Cursor& count, std::int64_t points_each = 1, std::
 PointSet generate_chain(const Cursor& entry, const Context&) {
   Sketch sketch(entry);
   const std::int64_t count = read_count(entry["count"]);
+  check_room(count + 1);
   const Vector3 given = entry["direction"].vector3(Vector3{1.0, 0.0, 0.0});
   const double length = std::hypot(given[0], given[1], given[2]);
   if (!(length > 0.0)) entry["direction"].complain("found the zero vector, wanted a direction");
@@ -83,6 +96,7 @@ PointSet generate_chain(const Cursor& entry, const Context&) {
 PointSet generate_ring(const Cursor& entry, const Context&) {
   Sketch sketch(entry);
   const auto count = static_cast<Index>(read_count(entry["count"], 1, 3));
+  check_room(count);
   // edge = 2 R sin(pi/count)
   const double radius = 0.5 * sketch.spacing / std::sin(std::numbers::pi / count);
   for (Index k = 0; k < count; ++k) {
@@ -94,6 +108,7 @@ PointSet generate_ring(const Cursor& entry, const Context&) {
 }
 
 PointSet make_lattice(Sketch sketch, std::int64_t a, std::int64_t b, std::int64_t c) {
+  check_room(a * b * c);
   const auto number = [=](std::int64_t x, std::int64_t y, std::int64_t z) {
     return static_cast<Index>((z * b + y) * a + x);
   };
@@ -133,6 +148,7 @@ PointSet generate_lattice(const Cursor& entry, const Context&) {
 PointSet generate_tree(const Cursor& entry, const Context&) {
   Sketch sketch(entry);
   const std::int64_t count = read_count(entry["count"]);
+  check_room(count + 1);
   sketch.points.add_point({});
   for (std::int64_t k = 1; k <= count; ++k) {
     const auto parent = static_cast<Index>(sketch.random.below(k));
@@ -145,6 +161,7 @@ PointSet generate_clusters(const Cursor& entry, const Context&) {
   Sketch sketch(entry);
   const std::int64_t count = read_count(entry["count"]);
   const std::int64_t clusters = read_count(entry["clusters"], count + 1);
+  check_room(clusters * (count + 1));
   const auto edge = static_cast<std::int64_t>(std::ceil(std::cbrt(static_cast<double>(clusters))));
   const double pitch = static_cast<double>(count + 1) * sketch.spacing;
   const auto place = [&](std::int64_t k) { return static_cast<double>(k) * pitch; };
@@ -179,6 +196,7 @@ PointSet generate_melt(const Cursor& entry, const Context&) {
   Sketch sketch(entry);
   const std::int64_t count = read_count(entry["count"]);
   const std::int64_t chains = read_count(entry["chains"], count + 1);
+  check_room(chains * (count + 1));
   const double speed = std::sqrt(entry["temperature"].non_negative(1.0) / sketch.mass);
   constexpr double density = 0.85;  // points per spacing^3, that of bead-spring melts
   const double num_points = static_cast<double>(chains) * static_cast<double>(count + 1);

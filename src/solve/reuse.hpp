@@ -40,6 +40,8 @@ class Reuse {
   /// Of the last solve or correction.
   std::size_t num_iterations() const { return num_iterations_; }
 
+  /// All solutions and counts.
+  void forget();
   /// What the next solve starts from.
   void exchange_memory(Memory& memory);
 
@@ -54,7 +56,6 @@ class Reuse {
   bool make_incomplete(const double* blocks);
   ConjugateGradients::Result iterate(const Parallel& parallel, const double* blocks, const double* b,
                                      const ConjugateGradients::Target& target, double* lambda, double* dw);
-  void forget();
 
   GramSolver& kept_;
   ConjugateGradients conjugate_gradients_;

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <vector>
 
+#include "system/enum_check.hpp"
 #include "system/text.hpp"
 #include "system/value_checks.hpp"
 
@@ -101,6 +102,7 @@ double cutoff_of(const PairForces& pairs) {
 void check_pair_rules(const System& system, const PairForces& pairs, const std::function<bool(Index)>& is_support,
                       const std::string& where) {
   const std::vector<Index> points = points_of(system, pairs, where);
+  check_enum(pairs.law, PairLaw::Log, (where + "/law").c_str());
   check_number(pairs.epsilon, Rule::positive, where + "/epsilon", "epsilon");
   check_number(pairs.sigma, Rule::positive, where + "/sigma", "sigma");
   check_number(pairs.strength, Rule::any, where + "/strength", "strength");

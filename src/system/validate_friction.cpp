@@ -4,6 +4,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "system/enum_check.hpp"
 #include "system/members.hpp"
 #include "system/text.hpp"
 #include "system/validate_coordinates.hpp"
@@ -116,6 +117,7 @@ class FrictionValidation {
   // ---- laws ----
 
   static void check_values(const Coulomb& coulomb, const std::string& where) {
+    check_enum(coulomb.reaction, Coulomb::Reaction::Full, (where + "/reaction").c_str());
     check_number(coulomb.coefficient, Rule::not_negative, where + "/coefficient", "coefficient");
     if (coulomb.static_coefficient) {
       const double value = *coulomb.static_coefficient;

@@ -112,6 +112,34 @@ TEST(ForcesTest, AMotionOffTheConstraintsEndsWith3AndIsWrittenAllTheSame) {
   EXPECT_EQ(read_json(folder / "o/forces.json")["samples"][200]["position_violation_at"], "rod[0]");
 }
 
+TEST(ForcesTest, PoorAccelerationsAreSaidWithTheirViolation) {
+  // On the circle at the samples; between two of them the spline is a straight line, between nine a rough curve.
+  const Folder folder;
+  write_text(folder / "s.json", pendulum_scene);
+  const auto turn = [](int samples) {
+    std::string text;
+    for (int k = 0; k < samples; ++k) {
+      const double angle = 4.0 * k / (samples - 1);
+      text += fmt::format("{},0,0,0,{:.17g},{:.17g},0\n", 1.0 * k / (samples - 1), std::cos(angle), std::sin(angle));
+    }
+    return text;
+  };
+  const auto warning = [&](int samples) {
+    write_text(folder / "m.csv", turn(samples));
+    const Ended ended = run_program(folder, {"forces", "s.json", "--motion", "m.csv"});
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    return ended.err;
+  };
+
+  const std::string two = warning(2), nine = warning(9), many = warning(201);
+
+  EXPECT_TRUE(contains(two, "warning: the motion has 2 samples, 6 are the fewest")) << two;
+  EXPECT_TRUE(contains(two, "polynomial of degree 1; the accelerations of the spline break the constraints by")) << two;
+  EXPECT_TRUE(contains(nine, "warning: the accelerations of the spline break the constraints by")) << nine;
+  EXPECT_TRUE(contains(nine, "rod[0] at t = ")) << nine;
+  EXPECT_EQ(many, "");
+}
+
 TEST(ForcesTest, WrongMotionsAreNamed) {
   const Folder folder;
   write_text(folder / "s.json", pendulum_scene);

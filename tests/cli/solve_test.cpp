@@ -47,6 +47,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
                          "multipliers_unique",
                          "normal_accelerations",
                          "normal_forces",
+                         "normal_friction",
                          "positions",
                          "rank",
                          "reactions",
@@ -55,6 +56,7 @@ TEST(SolveTest, PrintsTheAnswerOfTheContract) {
                          "support_forces",
                          "tangent_accelerations",
                          "tangent_forces",
+                         "tangent_friction",
                          "velocities"}));
   expect_row(solution["velocities"][1], 3, 0, 0);
   expect_row(solution["accelerations"][1], 0, 0, 18);
@@ -142,6 +144,50 @@ TEST(InfoTest, TellsSizesAndWritesNothing) {
     EXPECT_TRUE(contains(ended.out, line)) << line << " is missing in\n" << ended.out;
   }
   EXPECT_EQ(list_names(folder.path()), Words{"s.json"});
+}
+
+TEST(SolveTest, SplitsTheFrictionOfBeadsThatAreCoupled) {
+  // Two beads on rough rails, a rod between them: tau = tau_T + tau_N, and tau_T does not press on the constraints.
+  const Folder folder;
+  write_text(folder / "s.json", R"json({
+    "tanor_scene": 1,
+    "points": {"positions": [[0, 0, 0], [3, 0, 4]], "velocities": [[1, 0, 0], [1, 0, 0]], "masses": [1, 2]},
+    "constraints": [{"name": "low", "kind": "line", "points": [0], "origin": [0, 0, 0], "direction": [1, 0, 0]},
+                    {"name": "high", "kind": "line", "points": [1], "origin": [0, 0, 4], "direction": [1, 0, 0]},
+                    {"kind": "rod", "pairs": [[0, 1]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -10]}],
+    "friction": [{"kind": "coulomb", "at": "low", "coefficient": 0.3}]})json");
+
+  const Ended ended = run_program(folder, {"solve", "s.json"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json solution = json::parse(ended.out);
+  const double tau = solution["friction"][0][0];
+  EXPECT_LT(tau, -0.1);
+  // T is (1, 1) along x: it takes half of tau at each bead.
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_NEAR(solution["tangent_friction"][i][0], 0.5 * tau, 1e-12);
+    EXPECT_NEAR(solution["normal_friction"][i][0], i == 0 ? 0.5 * tau : -0.5 * tau, 1e-12);
+  }
+}
+
+TEST(SolveTest, FailedCertificateEndsWithExitCode3) {
+  // A drive of 1e6 rad/s that differences of places cannot follow: the answer is written, but nothing proves it.
+  const Folder folder;
+  write_text(folder / "hum.json", R"json({
+    "tanor_scene": 1, "points": {"positions": [[1e-9, 0, 0]]},
+    "coordinates": [{"kind": "formula", "points": [0], "q": {"a": 0}, "q_dot": {"a": 0},
+                     "x": "0.000000001*cos(1000000*t) + 500*t^2", "y": "a"}]})json");
+
+  const Ended solved = run_program(folder, {"solve", "hum.json", "--out", "hum.solution.json"});
+  const Ended checked = run_program(folder, {"check", "hum.json"});
+
+  EXPECT_EQ(solved.code, 3);
+  EXPECT_EQ(checked.code, 3);
+  EXPECT_TRUE(contains(solved.err, "not certified: ")) << solved.err;
+  const json solution = read_json(folder / "hum.solution.json");
+  EXPECT_EQ(solution["accelerations"][0][1], 0.0);
+  EXPECT_EQ(solution["certificate"]["verdict"].get<std::string>().rfind("not certified: ", 0), 0U);
 }
 
 }  // namespace

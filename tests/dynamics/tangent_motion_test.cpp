@@ -235,6 +235,60 @@ TEST(RefusalTest, ConstraintsThatTheCoordinatesBreak) {
   }
 }
 
+/// What the start of a system says, in each form.
+std::string complaint_at_start(const System& system, Form form) {
+  return error_of([&] {
+    std::vector<double> r = system.positions, v(r.size(), 0.0);
+    (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+  });
+}
+
+TEST(RefusalTest, CoordinatesNarrowerThanTheConstraints) {
+  // A plane holds beads 1 and 2; the coordinates hold bead 2 on a circle in it: K'A = 0, yet the forms part.
+  System system;
+  system.positions = {0, 0, 0, 3, 1, 0, 1, 0, 0};
+  system.masses = {1, 1e-3, 1e3};
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {Planes{"floor", {1, 2}, Vector3{0, 0, 1}, 0.0}};
+  const PlaneCoordinates first{"", {1}, Vector3{0, 0, 1}, 0.0};
+  for (const Form form : {Form::Auto, Form::Normal, Form::Tangent, Form::Both}) {
+    system.coordinates = {first, PlaneCoordinates{"", {2}, Vector3{0, 0, 1}, 0.0}};
+    EXPECT_EQ(complaint_at_start(system, form), "no error");
+    system.coordinates = {first, CircleCoordinates{"", {2}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0}};
+    EXPECT_EQ(
+        complaint_at_start(system, form),
+        "/coordinates: the coordinates are narrower than the constraints, which let point 2 move where no "
+        "coordinate leads: rank K = 2 and rank A = 3 do not add up to 3n = 6; both must describe the same motion");
+    // Wider ones: the bead rises from the floor.
+    system.coordinates = {first, FreeCoordinates{"", {2}}};
+    EXPECT_NE(complaint_at_start(system, form).find("at point 2: they are wider than the constraints"),
+              std::string::npos);
+  }
+}
+
+TEST(RefusalTest, RowsThatDependAreNoLackOfCoordinates) {
+  // A crank of three rods between two supports, one of them given twice.
+  System bar;
+  bar.positions = {0, 0, 0, 1, 0, 0, 3, 0, 0};
+  bar.masses = {1, 1, 1};
+  bar.supports = {{"", {0, 2}, {}}};
+  bar.constraints = {Rods{"crank", {{0, 1}, {0, 1}}, {}, {}}, Planes{"page", {1}, Vector3{0, 0, 1}, 0.0}};
+  bar.coordinates = {CircleCoordinates{"", {1}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0}};
+  for (const Form form : {Form::Normal, Form::Tangent}) EXPECT_EQ(complaint_at_start(bar, form), "no error");
+}
+
+TEST(RefusalTest, APlaceWhereKLosesRankIsJudgedByItsNeighbours) {
+  // A parallelogram that lies flat: K lacks a rank there and nowhere beside it; its crank's angle leads on.
+  System flat;
+  flat.positions = {0, 0, 0, 1, 0, 0, 3, 0, 0, 2, 0, 0};
+  flat.masses = {1, 1, 1, 1};
+  flat.supports = {{"", {0, 3}, {}}};
+  flat.constraints = {Rods{"bars", {{0, 1}, {1, 2}, {3, 2}}, {}, {}}, Planes{"page", {1, 2}, Vector3{0, 0, 1}, 0.0}};
+  const std::vector<std::string> names = {"a"}, x = {"cos(a)", "sin(a)", "0", "2+cos(a)", "sin(a)", "0"};
+  flat.coordinates = {UserCoordinates{"crank", {{1, 2}}, formula_coordinates(names, x), {0.0}, {1.0}}};
+  EXPECT_EQ(complaint_at_start(flat, Form::Tangent), "no error");
+}
+
 TEST(RefusalTest, CoordinateThatMovesNothingIsNamed) {
   System system;
   system.positions = {1, 0, 0};

@@ -98,6 +98,7 @@ RC_GTEST_PROP(DefinitionsProperty, AgreeWithTheFamiliesOnRandomSystems, ()) {
   const Numbering numbering = number(system);
   Constraints families(system, numbering);
   families.set_time(random.t);
+  families.choose_frames();
   const Definitions definitions(system, 0.0);
   const std::size_t d = families.num_rows(), size = system.positions.size();
   RC_ASSERT(definitions.num_rows() == d);

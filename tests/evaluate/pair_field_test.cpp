@@ -28,12 +28,14 @@ class Field {
   explicit Field(const System& system, int threads = 1)
       : numbering_(number(system)),
         field_(system, std::get<PairForces>(system.forces[0]), numbering_),
+        of_supports_(system, std::get<PairForces>(system.forces[0]), numbering_, PairField::Which::OfSupports),
         parallel_(threads) {}
 
   Result operator()(const std::vector<double>& places) {
     std::vector<double> r(places.size()), f(places.size(), 0.0);
     numbering_.gather_points(places, r);
     field_.add_forces(parallel_, r.data(), f.data());
+    if (!of_supports_.empty()) of_supports_.add_forces(parallel_, r.data(), f.data());
     Result result{std::vector<double>(places.size()), field_.potential(parallel_, r.data())};
     numbering_.scatter_points(f, result.f);
     return result;
@@ -41,7 +43,7 @@ class Field {
 
  private:
   Numbering numbering_;
-  PairField field_;
+  PairField field_, of_supports_;
   Parallel parallel_;
 };
 
@@ -158,7 +160,7 @@ std::vector<Plain> evaluate_plainly(const System& system, const std::vector<doub
   std::vector<Plain> result(n);
   for (Index i = 0; i < n; ++i) {
     for (Index j = 0; j < n; ++j) {
-      if (i == j || !takes_part[i] || !takes_part[j] || (is_support[i] && is_support[j])) continue;
+      if (i == j || !takes_part[i] || !takes_part[j]) continue;
       if (pairs.exclude_rods && are_joined(i, j)) continue;
       std::array<Real, 3> d;
       Real largest = 0.0;
@@ -179,7 +181,7 @@ std::vector<Plain> evaluate_plainly(const System& system, const std::vector<doub
         potential = lennard_jones(distance) - lennard_jones(cutoff);
       }
       for (std::size_t k = 0; k < 3; ++k) result[i].force[k] += pull * d[k] / distance;
-      result[i].potential += potential / 2;
+      if (!is_support[i] || !is_support[j]) result[i].potential += potential / 2;
       // 20 roundings, and those of the distance, which its 14th power enlarges
       result[i].largest_error += 1.1e-16L * std::abs(size) * (20 + 14 * 4 * largest / distance);
     }

@@ -59,6 +59,32 @@ TEST_P(SupportsTest, MovingOnesStandWhereTheirFormulaSays) {
   expect_at_formula();
 }
 
+/// Two supports at a distance of sigma push each other by 24 epsilon/sigma (WCA), by strength/sigma (log); a third one
+/// lies where the first lies and makes no pair with it. The bead far away feels next to nothing, and no energy changes.
+TEST(SupportsTest, CarryTheirPairForcesOnEachOther) {
+  for (const PairLaw law : {PairLaw::Wca, PairLaw::Log}) {
+    System system;
+    system.positions = {0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1e6, 0, 0};
+    system.masses = {1, 1, 1, 1};
+    system.supports = {{"", {0, 1}, {}}, {"hoist", {2}, {0.0, 0.0, 0.0}}};
+    system.forces = {PairForces{.law = law, .epsilon = 2.0, .sigma = 0.5, .strength = 2.0}};
+    const double push = law == PairLaw::Wca ? 24.0 * 2.0 / 0.5 : 2.0 / 0.5;
+    Simulation simulation(system, {.method = Method::Dop853});
+    ASSERT_TRUE(simulation.advance(0.1).ok()) << simulation.outcome().what;
+    Dynamics dynamics(system);
+    std::vector<double> w(12), load(12);
+    ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector<double>(12), w).outcome.ok());
+    dynamics.support_forces(load);
+
+    for (const std::span<const double> carried : {simulation.support_forces(), std::span<const double>(load)}) {
+      EXPECT_NEAR(carried[1], -push, 1e-5 * push);
+      EXPECT_NEAR(carried[4], 2.0 * push, 1e-5 * push);
+      EXPECT_NEAR(carried[7], -push, 1e-5 * push);
+    }
+    EXPECT_NEAR(simulation.report().energy.start, law == PairLaw::Wca ? 0.0 : -3.0 * 2.0 * std::log(1e6), 1e-9);
+  }
+}
+
 /// A bead hung on a support that is pulled up with 3 m/s^2 along a straight line: the rod carries m (g + 3).
 TEST_P(SupportsTest, CarryWhatTheyAccelerate) {
   System system;

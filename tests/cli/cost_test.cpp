@@ -1,0 +1,108 @@
+/// What `info` predicts beside what a run takes.
+
+#include <sys/resource.h>
+
+#include "cli/program.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+
+/// The scene of a generator, its first point held.
+json make_scene(const json& generate, const json& motion) {
+  return {{"tanor_scene", 1},
+          {"name", "scene"},
+          {"generate", generate},
+          {"supports", {{{"points", {0}}}}},
+          {"forces", {{{"kind", "gravity"}, {"acceleration", {0, 0, -9.81}}}}},
+          {"motion", motion},
+          {"solver", {{"threads", 1}}}};
+}
+
+/// What follows a key of `info`.
+std::string said(const std::string& info, const std::string& key) {
+  const std::size_t at = info.find(key + ":");
+  return at == std::string::npos ? "" : info.substr(at + key.size() + 1);
+}
+
+double read_megabytes(const std::string& text) {
+  std::size_t end = 0;
+  const double number = std::stod(text, &end);
+  return number * (text.compare(end, 3, " kB") == 0 ? 1e-3 : text.compare(end, 3, " GB") == 0 ? 1e3 : 1.0);
+}
+
+struct CostCase {
+  const char* name;
+  json generate;
+};
+
+const CostCase large[] = {{"chain", {{"kind", "chain"}, {"count", 50000}}},
+                          {"tree", {{"kind", "tree"}, {"count", 50000}}},
+                          {"clusters", {{"kind", "clusters"}, {"clusters", 5000}, {"count", 10}}},
+                          {"net", {{"kind", "net"}, {"columns", 100}, {"rows", 100}}},
+                          {"lattice", {{"kind", "lattice"}, {"size", {16, 16, 16}}}}};
+
+TEST(CostTest, PredictedMemoryIsThatOfTheRun) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "a sanitizer's memory is not the program's";
+#endif
+  for (const CostCase& given : large) {
+    const Folder folder;
+    write_text(folder / "s.json", make_scene(given.generate, {{"t_end", 0.002}}).dump());
+    const Ended info = run_program(folder, {"info", "s.json"});
+    ASSERT_EQ(info.code, 0) << info.err;
+
+    const Program run(folder, {"run", "s.json", "--quiet", "--out", "o"});
+    rusage usage{};
+    int status = 0;
+    ASSERT_EQ(wait4(run.process(), &status, 0, &usage), run.process());
+
+    ASSERT_EQ(WEXITSTATUS(status), 0);
+    const double predicted = read_megabytes(said(info.out, "predicted memory"));
+    const double taken = 1e-6 * 1024.0 * static_cast<double>(usage.ru_maxrss);
+    EXPECT_LT(predicted, 2.0 * taken) << given.name;
+    EXPECT_GT(predicted, 0.5 * taken) << given.name;
+  }
+}
+
+TEST(CostTest, PredictedSolvesAreThoseOfTheRun) {
+  const json small[] = {{{"kind", "chain"}, {"count", 100}},
+                        {{"kind", "net"}, {"columns", 12}, {"rows", 12}},
+                        {{"kind", "lattice"}, {"size", {5, 5, 5}}},
+                        {{"kind", "clusters"}, {"clusters", 20}, {"count", 10}},
+                        {{"kind", "tree"}, {"count", 100}}};
+  for (const json& generate : small) {
+    for (const char* method : {"taylor", "dop853", "dopri5", "rk4"}) {
+      const Folder folder;
+      json motion = {{"t_end", 0.1}, {"method", method}};
+      if (std::string(method) == "rk4") motion["step"] = 0.002;
+      write_text(folder / "s.json", make_scene(generate, motion).dump());
+      const double predicted = std::stod(said(run_program(folder, {"info", "s.json"}).out, "predicted step"));
+
+      ASSERT_EQ(run_program(folder, {"run", "s.json", "--quiet", "--out", "o"}).code, 0);
+
+      const json summary = read_json(folder / "o/summary.json");
+      const double taken =
+          summary["solves"].get<double>() / (summary["steps"].get<double>() + summary["rejected"].get<double>());
+      EXPECT_LT(predicted, 2.0 * taken) << generate << " " << method;
+      EXPECT_GT(predicted, 0.5 * taken) << generate << " " << method;
+    }
+  }
+}
+
+TEST(CostTest, ScenesWithoutRoomAreRefusedBeforeAPointIsMade) {
+  const Folder folder;
+  for (const json& generate :
+       {json{{"kind", "chain"}, {"count", 2000000000}}, json{{"kind", "net"}, {"columns", 40000}, {"rows", 50000}},
+        json{{"kind", "clusters"}, {"clusters", 100000000}, {"count", 19}},
+        json{{"kind", "melt"}, {"chains", 100000000}, {"count", 19}}}) {
+    write_text(folder / "huge.json", make_scene(generate, {{"t_end", 1}}).dump());
+    const std::string error = complaint(folder, {"info", "huge.json"}, 4);
+    EXPECT_TRUE(contains(error, "points need")) << error;
+    EXPECT_TRUE(contains(error, "GB of memory at least")) << error;
+  }
+}
+
+}  // namespace
+}  // namespace tanor::cli

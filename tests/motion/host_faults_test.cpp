@@ -1,0 +1,220 @@
+/// Hosts that trap floating-point exceptions, ask at no time, use what they have moved from, or call back.
+
+#include <cfenv>
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <tanor/direct_problem.hpp>
+#include <tanor/motion.hpp>
+
+namespace tanor {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+template <class Action>
+std::string error_of(const Action& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.where() + ": " + error.what();
+  }
+  return "no error";
+}
+
+/// Rods on a support, at rest, without a force: terms of its series are 0.
+System make_chain(double gravity) {
+  System system;
+  Rods rods;
+  for (Index i = 0; i <= 6; ++i) {
+    system.positions.insert(system.positions.end(), {0.3 * i, 0.0, 0.0});
+    system.masses.push_back(1.0);
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  system.supports = {{"", {0}, {}}};
+  system.constraints = {rods};
+  if (gravity != 0.0) system.forces = {Gravity{"", {0.0, 0.0, -gravity}}};
+  return system;
+}
+
+/// A parallelogram that passes through the place where it lies flat.
+System make_parallelogram() {
+  System system;
+  system.positions = {0, 0, 0, 0, 1, 0, 2, 1, 0, 2, 0, 0};
+  system.velocities = {0, 0, 0, 2, 0, 0, 2, 0, 0, 0, 0, 0};
+  system.masses.assign(4, 1.0);
+  system.supports = {{"", {0, 3}, {}}};
+  system.constraints = {Rods{"bars", {{0, 1}, {1, 2}, {3, 2}}, {}, {}}, Planes{"page", {1, 2}, Vector3{0, 0, 1}, 0.0}};
+  return system;
+}
+
+System make_rough_bead() {
+  System system;
+  system.positions = {0, 0, 0};
+  system.velocities = {1, 0, 0};
+  system.masses = {1.0};
+  system.constraints = {Lines{"rail", {0}, Vector3{}, Vector3{1, 0, 0}}};
+  system.forces = {Gravity{"", {0, 0, -10}}};
+  system.friction = {Coulomb{.name = "rust", .at = {"rail"}, .coefficient = 0.3}};
+  return system;
+}
+
+System make_gas() {
+  System system;
+  for (int i = 0; i < 8; ++i)
+    system.positions.insert(system.positions.end(), {1.2 * (i & 1), 1.2 * (i >> 1 & 1), 1.2 * (i >> 2)});
+  system.velocities.assign(24, 0.0);
+  system.velocities[0] = 0.5;
+  system.masses.assign(8, 1.0);
+  system.forces = {PairForces{.law = PairLaw::Lj}};
+  return system;
+}
+
+System make_hoop() {
+  System system;
+  system.positions = {1, 0, 0};
+  system.velocities = {0, 1, 0};
+  system.masses = {1.0};
+  system.coordinates = {CircleCoordinates{"", {0}, Vector3{}, Vector3{0, 0, 1}, 1.0}};
+  return system;
+}
+
+/// Traps on, for as long as it lives.
+class Traps {
+ public:
+  static constexpr int all = FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW;
+  Traps() { feenableexcept(all); }
+  ~Traps() { fedisableexcept(all); }
+  Traps(const Traps&) = delete;
+  Traps& operator=(const Traps&) = delete;
+};
+
+TEST(HostFaults, FloatingPointTrapsOfTheHostSeeNothingOfOurs) {
+  const Traps traps;  // an exception kills the test
+  const System systems[] = {make_chain(0.0),   make_chain(9.81), make_parallelogram(),
+                            make_rough_bead(), make_gas(),       make_hoop()};
+  for (const System& system : systems) {
+    for (const Method method : {Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4,
+                                Method::Rattle, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha}) {
+      for (const int threads : {1, 3}) {
+        MotionOptions motion{.method = method};
+        if (has_fixed_steps(method)) motion.step = 0.01;
+        try {
+          Simulation simulation(system, motion, {.threads = threads});
+          (void)simulation.advance(1.0);
+          (void)simulation.certify();
+          (void)simulation.rank();
+          simulation.restore(simulation.snapshot());
+        } catch (const InputError&) {  // a method that this system refuses
+        }
+        EXPECT_EQ(fegetexcept(), Traps::all) << "the host's own traps are back";
+      }
+    }
+    Dynamics dynamics(system);
+    std::vector<double> r = system.positions, v = system.velocities, w(r.size());
+    v.resize(r.size());
+    (void)dynamics.start(0.0, r, v, StartMode::Project);
+    ASSERT_TRUE(dynamics.solve(0.0, r, v, w).outcome.ok());
+    (void)dynamics.split();
+    (void)dynamics.reactions_by_cause();
+    EXPECT_TRUE(dynamics.certify().passed());
+    (void)dynamics.project_positions(0.0, r);
+    (void)dynamics.project_velocities(0.0, r, v);
+    (void)DirectProblem(system).evaluate(0.0, {r, v, w});
+    EXPECT_EQ(fegetexcept(), Traps::all);
+  }
+}
+
+TEST(HostFaults, NoTimeIsRefused) {
+  const System system = make_chain(9.81);
+  std::vector<double> r = system.positions, v(r.size()), w(r.size());
+  for (const double t : {nan, std::numeric_limits<double>::infinity()}) {
+    Dynamics dynamics(system);
+    EXPECT_NE(error_of([&] { (void)dynamics.solve(t, r, v, w); }).find("is not a time"), std::string::npos);
+    EXPECT_NE(error_of([&] { (void)dynamics.project_positions(t, r); }).find("is not a time"), std::string::npos);
+    EXPECT_NE(error_of([&] { (void)dynamics.project_velocities(t, r, v); }).find("is not a time"), std::string::npos);
+    EXPECT_NE(error_of([&] { (void)dynamics.start(t, r, v, StartMode::Check); }).find("is not a time"),
+              std::string::npos);
+    EXPECT_NE(error_of([&] { (void)dynamics.position_violation(t, r); }).find("is not a time"), std::string::npos);
+    EXPECT_NE(error_of([&] { (void)Simulation(system, {}, {}, t); }).find("is not a time"), std::string::npos);
+    EXPECT_NE(error_of([&] { (void)Simulation(system).advance(t); }).find("does not lie after"), std::string::npos);
+    EXPECT_NE(error_of([&] {
+                (void)DirectProblem(system).evaluate(t, {r, v, w});
+              }).find("is not a time"),
+              std::string::npos);
+  }
+}
+
+TEST(HostFaults, WhatWasMovedFromSaysSo) {
+  const System system = make_chain(9.81);
+  const std::vector<double> r = system.positions, v(r.size());
+  std::vector<double> w(r.size());
+  Simulation simulation(system);
+  Dynamics dynamics(system);
+  DirectProblem direct(system);
+  MotionTable table({0.0, 1.0}, {0.0, 1.0}, 1);
+  const Simulation other = std::move(simulation);
+  const Dynamics another = std::move(dynamics);
+  const DirectProblem third = std::move(direct);
+  const MotionTable fourth = std::move(table);
+
+  // NOLINTBEGIN(bugprone-use-after-move): what it is about
+  EXPECT_EQ(error_of([&] { (void)simulation.advance(1.0); }),
+            ": this Simulation was moved from: it can be assigned to or destroyed, no more");
+  EXPECT_NE(error_of([&] { (void)simulation.positions(); }), "no error");
+  EXPECT_NE(error_of([&] { (void)simulation.snapshot(); }), "no error");
+  EXPECT_NE(error_of([&] { (void)simulation.report(); }), "no error");
+  EXPECT_NE(error_of([&] { (void)dynamics.solve(0.0, r, v, w); }), "no error");
+  EXPECT_NE(error_of([&] { (void)dynamics.num_points(); }), "no error");
+  EXPECT_NE(error_of([&] { (void)direct.evaluate(0.0, {r, v, w}); }), "no error");
+  EXPECT_NE(error_of([&] { (void)table.at(0.5); }), "no error");
+  simulation = Simulation(system);
+  EXPECT_TRUE(simulation.advance(0.1).ok());
+  // NOLINTEND(bugprone-use-after-move)
+}
+
+TEST(HostFaults, AnObserverMakesNoStepsOfItsOwn) {
+  Simulation simulation(make_chain(9.81), {.method = Method::Dop853});
+  const Snapshot start = simulation.snapshot();
+  int looks = 0;
+  const Outcome outcome = simulation.advance(0.2, [&](const MotionReport&) {
+    ++looks;
+    EXPECT_NE(error_of([&] { (void)simulation.advance(1.0); }).find("advance was called inside advance"),
+              std::string::npos);
+    EXPECT_NE(error_of([&] { simulation.restore(start); }).find("restore was called inside advance"),
+              std::string::npos);
+    return true;
+  });
+  EXPECT_TRUE(outcome.ok()) << outcome.what;
+  EXPECT_GT(looks, 0);
+  EXPECT_EQ(simulation.time(), 0.2);
+  // An observer that throws leaves the object as usable as before.
+  EXPECT_THROW((void)simulation.advance(0.4, [](const MotionReport&) -> bool { throw std::runtime_error("enough"); }),
+               std::runtime_error);
+  EXPECT_TRUE(simulation.advance(0.5).ok());
+}
+
+TEST(HostFaults, ValuesOfNoEnumerationAreNamedWithoutTheBuildersFolders) {
+  const System system = make_chain(9.81);
+  const auto refuses = [](const std::string& error, const std::string& where) {
+    EXPECT_EQ(error.find(where + ": 99 is no value of this enumeration"), 0u) << error;
+  };
+  refuses(error_of([&] { (void)Simulation(system, {.method = static_cast<Method>(99)}); }), "/motion/method");
+  refuses(error_of([&] { (void)Simulation(system, {.stabilisation = static_cast<Stabilisation>(99)}); }),
+          "/motion/stabilisation");
+  refuses(error_of([&] { (void)Simulation(system, {.start = static_cast<StartMode>(99)}); }), "/motion/start");
+  refuses(error_of([&] { (void)Dynamics(system, {.form = static_cast<Form>(99)}); }), "/solver/form");
+  refuses(error_of([&] { (void)Dynamics(system, {.way = static_cast<Way>(99)}); }), "/solver/way");
+  refuses(error_of([&] { (void)Dynamics(system, {.ordering = static_cast<Ordering>(99)}); }), "/solver/ordering");
+  refuses(error_of([&] { (void)Dynamics(system, {.friction = static_cast<FrictionMethod>(99)}); }), "/solver/friction");
+  System gas = make_gas();
+  std::get<PairForces>(gas.forces[0]).law = static_cast<PairLaw>(99);
+  refuses(error_of([&] { (void)Dynamics(gas); }), "/forces/0/law");
+  System rough = make_rough_bead();
+  std::get<Coulomb>(rough.friction[0]).reaction = static_cast<Coulomb::Reaction>(99);
+  refuses(error_of([&] { (void)Dynamics(rough); }), "/friction/0/reaction");
+}
+
+}  // namespace
+}  // namespace tanor

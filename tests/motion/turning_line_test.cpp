@@ -1,0 +1,99 @@
+/// Beads on straight wires that turn: their two multipliers are functions of the instant, whatever steps were taken.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+
+namespace tanor {
+namespace {
+
+ScalarFunction f(const char* text) {
+  return ScalarFunction::formula(text);
+}
+
+constexpr double mass = 2.0, gravity = 9.81;
+
+/// On the wire d = (cos t, sin t, 0) through the origin, from rest at 1 m: s'' = s, s = cosh t.
+///
+///   K lambda = m g e_z + 2 m s' e_t;  e1 = e_z, e2 = d x e1 = -e_t
+System make_turning_wire(bool with_coordinates) {
+  System system;
+  system.positions = {1.0, 0.0, 0.0};
+  system.velocities = {0.0, 1.0, 0.0};
+  system.masses = {mass};
+  const VectorFunction direction(f("cos(t)"), f("sin(t)"), 0.0);
+  system.constraints = {Lines{"wire", {0}, Vector3{}, direction}};
+  system.forces = {Gravity{"", {0.0, 0.0, -gravity}}};
+  if (with_coordinates) system.coordinates = {LineCoordinates{"wire", {0}, Vector3{}, direction}};
+  return system;
+}
+
+struct Way {
+  MotionOptions motion;
+  double error;  // of a multiplier, over the largest one
+};
+
+const Way ways[] = {{{.method = Method::Dop853, .rtol = 1e-11, .atol = 1e-12}, 1e-8},
+                    {{.method = Method::Dopri5, .rtol = 1e-9, .atol = 1e-11}, 1e-6},
+                    {{.method = Method::Rk4, .step = 0.005}, 1e-6},
+                    {{.method = Method::Radau5, .rtol = 1e-9, .atol = 1e-11}, 1e-6},
+                    {{.method = Method::Rattle, .step = 0.001}, 1e-3},
+                    {{.method = Method::GeneralizedAlpha, .step = 0.001}, 1e-3}};
+
+TEST(TurningLine, MultipliersAreThoseOfTheClosedFormByEveryMethod) {
+  for (const Way& way : ways) {
+    Simulation simulation(make_turning_wire(false), way.motion);
+    for (const double t : {0.5, 1.0, 1.5, 2.0, 3.0}) {
+      ASSERT_TRUE(simulation.advance(t).ok()) << simulation.outcome().what;
+
+      const double scale = mass * (gravity + 2.0 * std::sinh(t));
+      EXPECT_NEAR(simulation.multipliers()[0], mass * gravity, way.error * scale) << method_name(way.motion.method);
+      EXPECT_NEAR(simulation.multipliers()[1], -2.0 * mass * std::sinh(t), way.error * scale)
+          << method_name(way.motion.method) << " at " << t;
+      EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
+    }
+  }
+}
+
+TEST(TurningLine, BothFormsAreCertifiedAfterEveryStep) {
+  for (const Form form : {Form::Normal, Form::Tangent, Form::Both}) {
+    Simulation simulation(make_turning_wire(true), {.method = Method::Dop853}, {.form = form});
+    const Outcome outcome = simulation.advance(3.0, [&](const MotionReport&) {
+      const Certificate certificate = simulation.certify();
+      EXPECT_TRUE(certificate.passed()) << simulation.time() << ": " << certificate.line();
+      return true;
+    });
+    EXPECT_TRUE(outcome.ok()) << outcome.what;
+  }
+}
+
+/// A wire that wobbles around z: its unit vectors jump four times in a turn. Methods, tolerances and the number of
+/// advances make no difference to the multipliers, nor to K lambda.
+TEST(TurningLine, MultipliersDoNotDependOnTheStepsTaken) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 0.5, 0.0, 0.0};
+  system.velocities.assign(6, 0.0);
+  system.masses = {mass, 1.0};
+  system.constraints = {Lines{"wire", {0}, Vector3{}, VectorFunction(f("0.4*cos(3*t)"), f("0.4*sin(3*t)"), 1.0)},
+                        Rods{"rod", {{0, 1}}, {}, {}}};
+  system.forces = {Gravity{"", {1.0, 0.5, -gravity}}};
+  Simulation reference(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-13});
+  std::vector<Simulation> others;
+  for (const Way& way : ways) others.emplace_back(system, way.motion);
+  for (int k = 1; k <= 20; ++k) {
+    ASSERT_TRUE(reference.advance(0.1 * k).ok());
+    for (std::size_t w = 0; w < std::size(ways); ++w) {
+      if (k % 5 != 0 && w % 2 == 0) continue;  // some of them in fewer, longer advances
+      ASSERT_TRUE(others[w].advance(0.1 * k).ok()) << others[w].outcome().what;
+      for (std::size_t a = 0; a < 3; ++a) {
+        EXPECT_NEAR(others[w].multipliers()[a], reference.multipliers()[a], 1e3 * ways[w].error)
+            << method_name(ways[w].motion.method) << " at " << 0.1 * k;
+      }
+    }
+  }
+  EXPECT_EQ(reference.report().singular_passages.count, 0u) << "a jump of unit vectors is no singular place";
+}
+
+}  // namespace
+}  // namespace tanor
