@@ -72,7 +72,7 @@ StepResult Coasting::step(Mechanics& mechanics, const MotionOptions& options, co
   } else {
     if (result.outcome = mechanics.linearise(to->t, to->x.data()); !result.outcome.ok()) return result;
     kept_ = to->v;
-    result = settle(mechanics, options.stabilisation, to);
+    result = settle(mechanics, options.stabilisation, to, Turn::Small, Tolerance{options.atol, options.rtol});
     if (!result.outcome.ok()) return result;
     if (turns_away(to->v)) {
       result.outcome = {Status::Singular, "constraints depend on each other near t = " + text(from.t) +
@@ -81,12 +81,8 @@ StepResult Coasting::step(Mechanics& mechanics, const MotionOptions& options, co
     }
   }
   result.is_interpolated = false;
-  result.error =
-      mechanics
-          .error_ratios(from.t,
-                        {x_error_.data(), v_error_.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()},
-                        options.atol, options.rtol)
-          .largest();
+  const StepErrors errors{x_error_.data(), v_error_.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()};
+  result.error = larger(result.error, mechanics.error_ratios(from.t, errors, options.atol, options.rtol).largest());
 
   // The parabola through the powers at u = -1, at 0 and at the end
   const double w_before = -h * h / (6.0 * p * (p + h)), w_from = (h + 3.0 * p) / (6.0 * p),

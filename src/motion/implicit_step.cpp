@@ -37,10 +37,10 @@ void ImplicitStep::note_convergence() {
   renew_ = newton.rate() > slow;
 }
 
-StepResult ImplicitStep::finish(State* to) {
+StepResult ImplicitStep::finish(State* to, std::optional<Tolerance> tolerance) {
   mechanics.prescribe(to->t, to->x.data(), to->v.data());
   if (options_.stabilisation == Stabilisation::Projection && equations->num_constraints() > 0) put_onto_positions(to);
-  return settle(mechanics, options_.stabilisation, to);
+  return settle(mechanics, options_.stabilisation, to, Turn::Small, tolerance);
 }
 
 /// N dx = K mu, K'dx = -xi: chord iterations with the K of the linearisation.

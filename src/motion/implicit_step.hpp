@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "motion/newton_iteration.hpp"
@@ -32,7 +33,7 @@ class ImplicitStep {
 
   /// The end of a step, whose x and v are found: onto xi = 0 in the norm of Newton's matrix, which leaves stiff springs
   /// as they are; then `settle`.
-  StepResult finish(State* to);
+  StepResult finish(State* to, std::optional<Tolerance> tolerance = {});
 
   void exchange_memory(Memory& memory) {
     memory.exchange(factorized_for_, renew_);

@@ -172,7 +172,7 @@ void Integration::look_out(Attempt* attempt) {
 }
 
 /// Past a singular place, or near it: on along the last two states. Events on the way are met at its end.
-Integration::Attempt Integration::try_coasting(double t) {
+Integration::Attempt Integration::try_coasting(double t, bool takes_least_error) {
   Attempt attempt;
   attempt.has_coasted = true;
   if (beyond_.x.empty()) beyond_ = state;
@@ -182,7 +182,7 @@ Integration::Attempt Integration::try_coasting(double t) {
     if (!found.ok()) return attempt;
   }
   beyond_.t = t;
-  attempt.step = places_.coast(*scheme_, trial_, state, &beyond_);
+  attempt.step = places_.coast(*scheme_, trial_, state, takes_least_error, &beyond_);
   attempt.error = attempt.step.error;
   if (!attempt.is_good()) return attempt;
   std::swap(trial_, beyond_);
@@ -298,19 +298,57 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
   return {};
 }
 
-/// Tries a step past a singular place once; `next_step` is then the length to try instead.
+/// Tries a step past a singular place; where that fails, `next_step` is the length to try instead.
 Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
-  const double left = t_end - state.t, wanted = places_.coasting_length(trial_.t, state.t);
-  const bool last = wanted >= 0.99 * left;
-  const Attempt attempt = try_coasting(last ? t_end : state.t + wanted);
+  const auto end_of = [&](double h) { return h >= 0.99 * (t_end - state.t) ? t_end : state.t + h; };
+  const double wanted = places_.coasting_length(trial_.t, state.t);
+  Attempt attempt = try_coasting(end_of(wanted));
+  if (!attempt.is_good()) {
+    ++report_.rejected;
+    if (places_.pays_to_approach() && places_.approach()) {
+      if (places_.is_coasting()) return {};
+      limit_ = next_step = places_.half_way(state.t);
+      return mechanics_.linearise(state.t, state.x.data());
+    }
+    // Nearer the error only grows: the scheme's own step passes what is no such place, the polynomial what is one.
+    if (!places_.is_coasting() && !places_.lies_near_end(state.t, end_of(wanted)))
+      attempt = try_passing(end_of(wanted));
+    if (attempt.has_switched && !attempt.is_good()) return attempt.step.outcome;
+    if (!attempt.is_good()) attempt = try_coasting(end_of(places_.longer(wanted)), true);
+  }
   if (attempt.is_good()) {
     take_trial(attempt, taken);
     return {};
   }
-  ++report_.rejected;
-  if (!places_.approach()) return attempt.step.outcome.ok() ? places_.explain_stop(state.t) : attempt.step.outcome;
-  if (!places_.is_coasting()) limit_ = next_step = places_.half_way(state.t);
-  return {};
+  if (places_.is_coasting()) {
+    if (places_.approach()) return {};
+    return attempt.step.outcome.ok() ? places_.explain_stop(state.t) : attempt.step.outcome;
+  }
+  if (Outcome back = mechanics_.linearise(state.t, state.x.data()); !back.ok()) return back;
+  return step_adaptively(t_end, taken);
+}
+
+/// With the scheme past a place that is foreseen.
+Integration::Attempt Integration::try_passing(double t) {
+  Attempt attempt;
+  attempt.step.outcome = mechanics_.linearise(state.t, state.x.data());
+  if (attempt.step.outcome.ok()) attempt.step.outcome = events_.start(state);
+  if (!attempt.step.outcome.ok()) return attempt;
+  return try_step_and_remember(t, false);
+}
+
+/// A failed attempt leaves the state before alone where the next step may coast along it.
+Integration::Attempt Integration::try_step_and_remember(double t, bool may_surprise) {
+  const bool remembers = trial_is_before_ && places_.may_coast();
+  if (!remembers) return try_step(t, may_surprise);
+  if (beyond_.x.empty()) beyond_ = state;
+  std::swap(trial_, beyond_);
+  const Attempt attempt = try_step(t, may_surprise);
+  if (!attempt.is_good() && !attempt.has_switched) {
+    std::swap(trial_, beyond_);
+    trial_is_before_ = true;
+  }
+  return attempt;
 }
 
 /// Tries a step once; `next_step` is then the length to try next.
@@ -323,7 +361,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
   const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
   if (!last && !(h >= resolution)) return step_too_small(resolution, {});
-  const Attempt attempt = try_step(last ? t_end : state.t + h, true);
+  const Attempt attempt = try_step_and_remember(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
     // A step cut short by t_end says little about the next one, one cut short by an event nothing: the whole one does,

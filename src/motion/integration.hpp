@@ -82,7 +82,9 @@ class Integration {
   Outcome step_or_split(double t, int splits_left, const Taken& taken);
   Outcome step_too_small(double resolution, const Outcome& reason) const;
   Attempt try_step(double t, bool may_surprise);
-  Attempt try_coasting(double t);
+  Attempt try_coasting(double t, bool takes_least_error = false);
+  Attempt try_passing(double t);
+  Attempt try_step_and_remember(double t, bool may_surprise);
   void look_out(Attempt* attempt);
   void take_trial(const Attempt& attempt, const Taken& taken);
 

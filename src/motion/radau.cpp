@@ -44,8 +44,8 @@ StepResult Radau5::step(const State& from, double h, State* to) {
   place_stage(from, h, to->t, 2);
   to->x = x_[2];
   to->v = v_[2];
-  result = implicit_.finish(to);
-  if (result.outcome.ok()) result.error = estimate_error(from, h, *to);
+  result = implicit_.finish(to, Tolerance{options_.atol, options_.rtol});
+  if (result.outcome.ok()) result.error = larger(result.error, estimate_error(from, h, *to));
   return result;
 }
 

@@ -143,8 +143,9 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
   const Weights& b = rows_[stages];
   combine(mechanics_.parallel(), n, from.x.data(), h, from.v.data(), b.x, h * h, a, to->x.data());
   combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), b.v, h, a, to->v.data());
-  result = settle(mechanics_, options_.stabilisation, to);
-  if (result.outcome.ok() && is_adaptive()) result.error = estimate_error(from, h, *to);
+  if (!is_adaptive()) return settle(mechanics_, options_.stabilisation, to);
+  result = settle(mechanics_, options_.stabilisation, to, Turn::Small, Tolerance{options_.atol, options_.rtol});
+  if (result.outcome.ok()) result.error = larger(result.error, estimate_error(from, h, *to));
   return result;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <tanor/motion.hpp>
@@ -75,8 +76,18 @@ std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options,
 /// How far a step may have turned constraints: by a small part of a radian, or more.
 enum class Turn { Small, Large };
 
+/// Per point and component: atol + rtol |.|.
+struct Tolerance {
+  double atol, rtol;
+};
+
 /// After any step: positions, then velocities onto the constraints, then the acceleration at the new place; the factor
 /// at the new place serves the velocities, this acceleration and the next step.
-StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state, Turn turn = Turn::Small);
+///
+/// With a `tolerance` the result's error is how far the projection moves the velocity, over that tolerance. A step that
+/// follows the motion comes nearly tangent to the constraints; one that ends on another branch of them, or where K is
+/// too near to losing rank to tell the tangents, does not. It is measured where K may lose rank.
+StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state, Turn turn = Turn::Small,
+                  std::optional<Tolerance> tolerance = {});
 
 }  // namespace tanor

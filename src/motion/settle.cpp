@@ -1,8 +1,12 @@
 #include "motion/scheme.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace tanor {
 
-StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state, Turn turn) {
+StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state, Turn turn,
+                  std::optional<Tolerance> tolerance) {
   StepResult result;
   const double t = state->t;
   double* const x = state->x.data();
@@ -16,9 +20,23 @@ StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* stat
   }
   if (result.outcome = mechanics.linearise(t, x); !result.outcome.ok()) return result;
   if (stabilisation == Stabilisation::Projection) {
+    const bool measures = tolerance.has_value() && mechanics.may_lose_rank();
+    std::vector<double>& moved = state->a;  // until it is known
+    if (measures) moved = state->v;
     const ProjectionReport velocities = mechanics.project_velocities(t, x, v);
     result.velocity_violation = velocities.violation;
     if (result.outcome = velocities.outcome; !result.outcome.ok()) return result;
+    if (measures) {
+      for (std::size_t i = 0; i < moved.size(); ++i) moved[i] -= v[i];
+      // Positions are put to 1e-13 of a length. Over the smallest singular value sigma of K that is a place, over
+      // sigma^2 an angle of the tangents: it moves any point by as much of the fastest one's velocity.
+      constexpr double put_to = 1e-13;
+      const double rounding = put_to / mechanics.last_solve().reciprocal_condition;
+      double fastest = 0.0;
+      for (const double each : state->v) fastest = std::max(fastest, std::abs(each));
+      const StepErrors errors{moved.data(), moved.data(), x, v, x, v};
+      result.error = mechanics.error_ratios(t, errors, tolerance->atol + rounding * fastest, tolerance->rtol).v;
+    }
   }
   result.outcome = mechanics.accelerations(t, x, v, Gradients::Keep, state->a.data());
   if (result.outcome.ok() && mechanics.has_work()) state->power = mechanics.power(x, v);

@@ -32,6 +32,7 @@ void SingularPlaces::for_each_number(M& memory, const Visit& visit) {
   visit(memory.is_at_one);
   visit(memory.is_in_the_way);
   visit(memory.is_foreseen);
+  visit(memory.pays_to_approach);
   visit(memory.approaches);
   visit(memory.coasting_error);
   visit(memory.last_passage);
@@ -242,7 +243,8 @@ Outcome SingularPlaces::explain_stop(double t) const {
                                     " leads past that place within the tolerance"};
 }
 
-StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const State& from, State* to) {
+StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const State& from, bool takes_least_error,
+                                 State* to) {
   constexpr double allowed_error = 10.0;  // over the tolerance; the estimate is of a lower order
   SingularForecast& forecast = memory_.forecast;
   const Coasting::How how{.follows_quintic = scheme.knows_acceleration() && scheme.order() > 2,
@@ -252,11 +254,14 @@ StepResult SingularPlaces::coast(Scheme& scheme, const State& before, const Stat
   StepResult step =
       by_itself ? scheme.step(from, to->t - from.t, to) : coasting_.step(mechanics_, options_, before, from, how, to);
   if (!step.outcome.ok()) return step;
-  // From halfway there the error is 1/32 of the one before, or it is rounding; of the state: never that much.
-  constexpr double most_rounding = 1e-6;
-  const bool is_rounding = step.error > 0.25 * memory_.coasting_error && step.error * options_.rtol <= most_rounding;
-  if (scheme.is_adaptive() && !(step.error <= allowed_error || is_rounding)) {
-    memory_.coasting_error = step.error;
+  // What the polynomial misses falls with the fifth power of its length. What the states at hand miss is divided by the
+  // singular value, and grows on the way to 0. Where an error falls less than the length it is about the least.
+  constexpr double nearly_rounding = 1e-6, most_missed = 100.0;
+  const double error = step.error / (to->t - from.t);
+  const bool is_least = takes_least_error && step.error <= std::max(most_missed, nearly_rounding / options_.rtol);
+  memory_.pays_to_approach = error < memory_.coasting_error;
+  if (scheme.is_adaptive() && !(step.error <= allowed_error || is_least)) {
+    memory_.coasting_error = error;
     return step;
   }
   step.error = 0.0;

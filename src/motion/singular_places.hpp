@@ -38,7 +38,9 @@ class SingularPlaces {
   bool is_coasting() const { return memory_.is_coasting; }
   /// A step of length h from t has to coast.
   bool disturb(double t, double h) const {
-    return is_coasting() || memory_.forecast.disturbs(t, memory_.is_in_the_way ? reach * h : h);
+    const bool stays_away = memory_.is_in_the_way && memory_.approaches > 0 && memory_.forecast.time() > t;
+    return is_coasting() || (stays_away && std::isfinite(memory_.forecast.time())) ||
+           memory_.forecast.disturbs(t, memory_.is_in_the_way ? reach * h : h);
   }
   /// A step from here was rejected: where such a place lies ahead, steps that shrink on the way would never reach it.
   /// Longer ones lead beyond.
@@ -46,6 +48,9 @@ class SingularPlaces {
   /// The last step came upon such a place out of nowhere: a shorter one first, to foresee it.
   bool have_surprised() const;
 
+  /// The error of the last step that coasted has fallen as its order says: from nearer it will be less. It does not
+  /// where the motion only seems to come to such a place, nor where rounding is all that is left.
+  bool pays_to_approach() const { return memory_.pays_to_approach; }
   /// The next step is to be shorter; false: it was often enough.
   bool approach() {
     memory_.is_in_the_way = false;  // until that step was taken
@@ -56,8 +61,11 @@ class SingularPlaces {
   double half_way(double t) const { return 0.5 * (memory_.forecast.time() - t); }
   /// Of a step that coasts: half as far beyond the place as it lies ahead.
   double coasting_length(double t_before, double t) const;
+  /// A step that comes back to the constraints had a smaller error when it was twice as long.
+  double longer(double h) const { return is_coasting() && memory_.approaches > 0 ? 2.0 * h : h; }
+  bool lies_near_end(double t, double t_end) const { return memory_.forecast.lies_near(t_end, t_end - t); }
   /// From `from` on along `before` and it, to `to`, whose time is given; an error above 1: try a shorter step.
-  StepResult coast(Scheme& scheme, const State& before, const State& from, State* to);
+  StepResult coast(Scheme& scheme, const State& before, const State& from, bool takes_least_error, State* to);
 
  private:
   static constexpr int most_approaches = 12;
@@ -85,6 +93,7 @@ class SingularPlaces {
   struct Memory {
     SingularForecast forecast;
     bool is_coasting = false, is_at_one = false, is_in_the_way = false;
+    bool pays_to_approach = false;
     bool is_foreseen = false;  // the last passage: its time is not more than that
     int approaches = 0;        // to the place that is foreseen, each halves the way …
     double coasting_error = std::numeric_limits<double>::infinity();  // … and this of the last of them

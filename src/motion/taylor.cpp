@@ -304,8 +304,9 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   terms_ = terms_for(from, h);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
-  StepResult result = settle(mechanics_, options_.stabilisation, to, Turn::Large);
-  if (result.outcome.ok()) result.error = measure_error(from, h, *to);
+  StepResult result =
+      settle(mechanics_, options_.stabilisation, to, Turn::Large, Tolerance{options_.atol, options_.rtol});
+  if (result.outcome.ok()) result.error = larger(result.error, measure_error(from, h, *to));
   knows_acceleration_ = result.outcome.ok();
   end_ = to->t;
   num_accelerations_ = mechanics_.num_accelerations();

@@ -1,0 +1,155 @@
+/// Flat nets, released at rest: on the way their cells flatten, K loses rank, or comes near to it.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <tanor/motion.hpp>
+
+#include "motion/scenes.hpp"
+
+namespace tanor {
+namespace {
+
+enum class Hold { OppositeCorners, AdjacentCorners, OneCorner };
+
+System make_flat_net(Index side, Hold hold) {
+  System system = scenes::make_grid({side, side, 1});
+  std::vector<Index> corners{0};
+  if (hold == Hold::OppositeCorners) corners.push_back(side * side - 1);
+  if (hold == Hold::AdjacentCorners) corners.push_back(side - 1);
+  system.supports = {{"corners", corners, {}}};
+  system.forces = {scenes::gravity};
+  return system;
+}
+
+struct Way {
+  Method method;
+  double accuracy;  // rtol, or the step
+};
+
+MotionOptions options_of(const Way& way) {
+  if (has_fixed_steps(way.method)) return {.method = way.method, .step = way.accuracy};
+  return {.method = way.method, .rtol = way.accuracy, .atol = 0.01 * way.accuracy};
+}
+
+/// Relative; of methods with fixed steps as large as their order leaves it where cells swing round. Positions are put
+/// to 1e-13 of a rod, which near singular configurations is 1e-10 of the energy.
+double largest_drift(const Way& way) {
+  switch (way.method) {
+    case Method::Rattle:
+    case Method::GeneralizedAlpha:
+      return 0.05;
+    case Method::Rk4:
+      return 0.01;
+    default:
+      return std::max(10.0 * way.accuracy, 1e-9);
+  }
+}
+
+constexpr double times[] = {0.2, 0.4, 0.6, 0.8};
+
+/// Positions at `times`; fewer where it does not arrive.
+std::vector<std::vector<double>> run(const System& system, const Way& way) {
+  SCOPED_TRACE(method_name(way.method));
+  SCOPED_TRACE(way.accuracy);
+  std::vector<std::vector<double>> places;
+  Simulation simulation(system, options_of(way));
+  for (const double t : times) {
+    const Outcome outcome = simulation.advance(t);
+    EXPECT_TRUE(outcome.ok()) << outcome.what;
+    if (!outcome.ok()) return places;
+    places.emplace_back(simulation.positions().begin(), simulation.positions().end());
+  }
+  EXPECT_LE(simulation.report().position_violation, 1e-12);
+  EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), largest_drift(way));
+  return places;
+}
+
+/// What the end answers to a start that is moved by 1e-12 m, out of the plane (rods allow it, but not where they are
+/// taut between two corners), over that.
+std::vector<double> measure_sensitivity(const System& system, const Way& way,
+                                        const std::vector<std::vector<double>>& places) {
+  constexpr double move = 1e-12;
+  System moved = system;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(system.num_points())));
+  for (std::size_t i = side; i + 1 < system.num_points(); ++i) moved.positions[3 * i + 2] += move * normal(random);
+  const auto others = run(moved, way);
+  std::vector<double> result;
+  for (std::size_t k = 0; k < std::min(places.size(), others.size()); ++k)
+    result.push_back(scenes::largest_difference(places[k], others[k]) / move);
+  return result;
+}
+
+/// All arrive, and agree as far as errors of their tolerance, made anywhere on the way, let the motion agree.
+void expect_same_motion(Index side, Hold hold, const std::vector<Way>& ways) {
+  SCOPED_TRACE(side);
+  SCOPED_TRACE(static_cast<int>(hold));
+  const System system = make_flat_net(side, hold);
+  const Way reference{Method::Taylor, 1e-12};
+  const auto places = run(system, reference);
+  const std::vector<double> sensitivity = measure_sensitivity(system, reference, places);
+  double most = 1.0;
+  ASSERT_EQ(sensitivity.size(), std::size(times));
+  std::vector<double> allowed;
+  for (const double each : sensitivity) allowed.push_back(most = std::max(most, each));
+  for (const Way& way : ways) {
+    const auto others = run(system, way);
+    ASSERT_EQ(others.size(), std::size(times)) << method_name(way.method) << " " << way.accuracy;
+    if (has_fixed_steps(way.method)) continue;  // their errors are no tolerance
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      EXPECT_LE(scenes::largest_difference(others[k], places[k]), 100.0 * way.accuracy * allowed[k])
+          << method_name(way.method) << " " << way.accuracy << " at t = " << times[k];
+    }
+  }
+}
+
+constexpr Hold holds[] = {Hold::OppositeCorners, Hold::AdjacentCorners, Hold::OneCorner};
+
+const std::vector<Way> explicit_ways{{Method::Taylor, 1e-6}, {Method::Taylor, 1e-9},  {Method::Dop853, 1e-6},
+                                     {Method::Dop853, 1e-8}, {Method::Dop853, 1e-10}, {Method::Dop853, 1e-12},
+                                     {Method::Dopri5, 1e-6}, {Method::Dopri5, 1e-8},  {Method::Auto, 1e-8}};
+const std::vector<Way> all_ways = [] {
+  std::vector<Way> ways = explicit_ways;
+  ways.insert(ways.end(), {{Method::Dopri5, 1e-10},
+                           {Method::Radau5, 1e-6},
+                           {Method::Rk4, 2e-4},
+                           {Method::Rattle, 2e-4},
+                           {Method::GeneralizedAlpha, 5e-4}});
+  return ways;
+}();
+
+class FlatNet : public testing::TestWithParam<Hold> {};
+
+TEST_P(FlatNet, ArrivesByEveryMethod) {
+  for (const Index side : {3, 6}) expect_same_motion(side, GetParam(), all_ways);
+}
+
+TEST_P(FlatNet, ArrivesWhereCellsFlattenTogether) {
+  for (const Index side : {8, 14}) expect_same_motion(side, GetParam(), explicit_ways);
+}
+
+INSTANTIATE_TEST_SUITE_P(Holds, FlatNet, testing::ValuesIn(holds));
+
+/// README's picture: at t = 0.3688 two cells at the free corners flatten at once.
+TEST(FlatNet, OfTheReadmeArrives) {
+  expect_same_motion(20, Hold::OppositeCorners,
+                     {{Method::Dopri5, 1e-6}, {Method::Dop853, 1e-8}, {Method::Taylor, 1e-8}, {Method::Taylor, 1e-10}});
+}
+
+/// Takes hours.
+TEST(FlatNet, OfAnySizeArrivesByEveryMethod) {
+  if (std::getenv("TANOR_ALL_NETS") == nullptr) GTEST_SKIP() << "TANOR_ALL_NETS=1 runs all sizes";
+  for (Index side = 3; side <= 30; ++side) {
+    for (const Hold hold : holds) expect_same_motion(side, hold, all_ways);
+  }
+}
+
+}  // namespace
+}  // namespace tanor
