@@ -26,6 +26,7 @@ enum class Stabilisation { Projection, None };
 struct MotionOptions {
   Method method = Method::Auto;  ///< auto: see choose_method
   double step = 0.0;             ///< s; fixed, or the first one to try where a tolerance rules; 0: none
+  double max_step = 0.0;         ///< s; no step is longer, whatever the method; 0: none
   double rtol = 1e-8;            ///< relative to |r| and |v| of each point
   double atol = 1e-10;           ///< m and m/s
   Stabilisation stabilisation = Stabilisation::Projection;
@@ -123,6 +124,7 @@ struct Snapshot {
   double last_error = 1e-4;           ///< of the last step, over the tolerance
   double advance_begin = 0.0;         ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
   double advance_end = 0.0;           ///< the steps it had from `advance_begin` on
+  double begin_time = 0.0;            ///< s, where the motion began
   std::vector<int> discrete_state;    ///< which contacts slip and which way, …
   std::vector<double> event_slopes;   ///< 1/s, how what decides on them fell in the last step; empty: not known
   std::vector<double> solver_memory;  ///< what iterative solves start from, see SolverOptions::reuse; empty: nothing

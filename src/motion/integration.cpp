@@ -34,6 +34,7 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       report_(*report),
       scheme_(make_scheme(method, options, mechanics)),
       control_(scheme_->estimate_order()),
+      drives_(options, *scheme_, mechanics),
       events_(mechanics),
       places_(options, mechanics, scheme_->is_adaptive(), report),
       watch_(mechanics) {
@@ -45,6 +46,7 @@ void Integration::write(Snapshot* snapshot) const {
   snapshot->last_error = control_.last_error();
   snapshot->advance_begin = advance_begin_;
   snapshot->advance_end = advance_end_;
+  snapshot->begin_time = drives_.begin_time();
   snapshot->discrete_state = mechanics_.discrete_state();
   snapshot->event_slopes = events_.slopes();
   snapshot->solver_memory = mechanics_.solver_memory();
@@ -70,6 +72,7 @@ void Integration::restore(const Snapshot& snapshot) {
   control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, !before.empty() && before[0] != 0.0);
   advance_begin_ = snapshot.advance_begin;
   advance_end_ = snapshot.advance_end;
+  drives_.begin(snapshot.begin_time);
   scheme_ = make_scheme(method_, options_, mechanics_);  // which remembers no other motion
   events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
   trial_is_before_ = !before.empty();
@@ -83,6 +86,7 @@ void Integration::begin() {
   trial_ = state;  // what does not move stands in both
   trial_is_before_ = false;
   watch_.forget();
+  drives_.begin(state.t);
   places_.begin(state.t);
 }
 
@@ -104,6 +108,7 @@ void Integration::resume() {
 
 Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {
   has_stopped_ = false;
+  drives_.advance(state.t, t_end);
   return scheme_->is_adaptive() ? advance_adaptively(t_end, taken, observer)
                                 : advance_in_equal_steps(t_end, taken, observer);
 }
@@ -118,7 +123,7 @@ Integration::Attempt Integration::try_step(double t, bool may_surprise) {
   attempt.error = step.error;
   attempt.has_surprised = may_surprise && attempt.is_good() && places_.have_surprised();
   if (!attempt.is_good()) return attempt;
-  const Events::Meeting meeting = events_.meet(*scheme_, state, &trial_, &step);
+  const Events::Meeting meeting = events_.meet(*scheme_, state, drives_.pieces(), &trial_, &step);
   step.outcome = meeting.outcome;
   if (step.outcome.ok()) look_out(&attempt);
   if (step.outcome.ok() && meeting.asks_for_switch && !attempt.has_stopped) {
@@ -211,8 +216,10 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
     const double h = t - state.t;
     const bool coasts = trial_is_before_ && places_.disturb(state.t, h);
     if (Outcome found = coasts ? Outcome{} : events_.start(state); !found.ok()) return found;
+    if (!coasts) drives_.look(state, h);
     const Attempt attempt = coasts ? try_coasting(t) : try_step(t, splits_left == most_splits);
     if (attempt.is_good()) {
+      if (trial_.t == t) drives_.note(state, h);
       take_trial(attempt, taken);
       continue;
     }
@@ -225,6 +232,15 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
   return {};
 }
 
+double Integration::longest_step() const {
+  return options_.max_step > 0.0 ? options_.max_step : std::numeric_limits<double>::infinity();
+}
+
+std::string Integration::explain_missed() const {
+  constexpr double small = 1e-2;  // of the largest speed
+  return drives_.missed() > small * fastest_ ? drives_.describe() : "";
+}
+
 Outcome Integration::step_too_small(double resolution, const Outcome& reason) const {
   return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
                                     (reason.ok() ? "" : ": " + reason.what)};
@@ -233,10 +249,11 @@ Outcome Integration::step_too_small(double resolution, const Outcome& reason) co
 /// Steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes on
 /// with its own steps.
 Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer) {
-  EqualSteps steps(advance_begin_, t_end, options_.step);
+  const double length = std::min(options_.step, longest_step());
+  EqualSteps steps(advance_begin_, t_end, length);
   double k = steps.nearest(state.t);
   if (advance_end_ != t_end || steps.time(k) != state.t) {
-    steps = EqualSteps(state.t, t_end, options_.step);
+    steps = EqualSteps(state.t, t_end, length);
     k = 0.0;
   }
   advance_begin_ = steps.begin();
@@ -272,7 +289,8 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
 
 /// Tries a step past a singular place once; `next_step` is then the length to try instead.
 Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
-  const double left = t_end - state.t, wanted = places_.coasting_length(trial_.t, state.t);
+  const double left = t_end - state.t;
+  const double wanted = std::min(places_.coasting_length(trial_.t, state.t), longest_step());
   const bool last = wanted >= 0.99 * left;
   const Attempt attempt = try_coasting(last ? t_end : state.t + wanted);
   if (attempt.is_good()) {
@@ -289,18 +307,21 @@ Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = events_.start(state); !found.ok()) return found;
   if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = std::min(proposed, limit_);
+  next_step = std::min(next_step, longest_step());
   // End exactly at t_end, without a tiny last step.
   const double left = t_end - state.t;
-  const bool last = next_step >= 0.99 * left;
-  const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
   const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
+  const bool reaches = next_step >= 0.99 * left && left <= longest_step();
+  const double fitting = reaches ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
+  const double h = drives_.shorten(state, fitting, resolution);
+  const bool last = reaches && h == fitting;
   if (!last && !(h >= resolution)) return step_too_small(resolution, {});
   const Attempt attempt = try_step(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
     // A step cut short by t_end says little about the next one, one cut short by an event nothing: the whole one does,
-    // but not that the next one may be longer.
-    next_step = last ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
+    // but not that the next one may be longer. So does one that functions of time cut short.
+    next_step = last || h < fitting ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
     if (attempt.has_switched) next_step = std::min(next_step, h);
     take_trial(attempt, taken);
     return {};

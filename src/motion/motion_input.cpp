@@ -18,6 +18,7 @@ void check_options(const MotionOptions& options) {
     if (!(value > 0.0 && std::isfinite(value))) throw InputError(where, text(value) + " is not " + rule);
   };
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
+  if (options.max_step != 0.0) positive("/motion/max_step", options.max_step, "a positive longest step, s");
   positive("/motion/rtol", options.rtol, "a positive tolerance");
   positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
   if (options.order != 0 && !(options.order >= 4 && options.order <= ScalarFunction::largest_order)) {
@@ -112,6 +113,7 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   check_points("/snapshot/velocities", snapshot.velocities);
   const EnergyReport& energy = snapshot.report.energy;
   check_finite("/snapshot/time", std::array{snapshot.time});
+  check_finite("/snapshot/begin_time", std::array{snapshot.begin_time});
   check_finite("/snapshot/report/energy",
                std::array{energy.start, energy.work_of_supports, energy.work_of_forces, energy.work_of_friction});
   const auto check_size = [](const char* where, double value) {

@@ -24,7 +24,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 7;
+constexpr int format = 8;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -45,6 +45,7 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("last_error", snapshot.last_error);
   visit("advance_begin", snapshot.advance_begin);
   visit("advance_end", snapshot.advance_end);
+  visit("begin_time", snapshot.begin_time);
   visit("steps", report.steps);
   visit("rejected", report.rejected);
   visit("last_step", report.last_step);
