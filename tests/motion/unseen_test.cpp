@@ -290,7 +290,7 @@ Result draw_one(unsigned seed) {
     system.forces.push_back(ConstantForce{.points = {0}, .force = along_x(formula_of(g))});
     Simulation simulation(system, options);
     RoughBlock truth(&g, nullptr, 2.0);
-    truth.advance(end, width / 500.0);
+    truth.advance(end, width / 4000.0);
     const double size = std::max(1e-3 * width * width, std::abs(truth.x));
     return compare(&simulation, end, truth.x, truth.v, size, width, describe("a block, pulled by", g), periods);
   }
@@ -299,10 +299,11 @@ Result draw_one(unsigned seed) {
     System system = make_block(0.1, along_x(formula_of(u)));
     const double speed = draw.uniform(0.0, 2.0) * end;
     system.velocities = {speed, 0.0, 0.0};
+    scene << "v = " << speed << ", ";
     Simulation simulation(system, options);
     RoughBlock truth(nullptr, &u, 1.0);
     truth.v = speed;
-    truth.advance(end, width / 500.0);
+    truth.advance(end, width / 4000.0);
     return compare(&simulation, end, truth.x, truth.v, std::max(std::abs(truth.x), end), std::max(speed, 3.0),
                    describe("a block on a belt", u), periods);
   }
@@ -351,7 +352,7 @@ TEST(Unseen, RandomPulsesAreSeenByEveryMethod) {
   const int count = asked != nullptr ? std::atoi(asked) : 150;
   double worst = 0.0;
   int told = 0, missed = 0;
-  for (int k = 0; k < count; ++k) {
+  for (int k = std::getenv("TANOR_FIRST") ? std::atoi(std::getenv("TANOR_FIRST")) : 0; k < count; ++k) {
     const Result result = draw_one(static_cast<unsigned>(k));
     if (result.is_told) ++told;
     if (result.is_told) std::printf("told: %s\n", result.scene.c_str());
