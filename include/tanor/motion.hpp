@@ -124,10 +124,10 @@ struct Snapshot {
   double last_error = 1e-4;           ///< of the last step, over the tolerance
   double advance_begin = 0.0;         ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
   double advance_end = 0.0;           ///< the steps it had from `advance_begin` on
-  double begin_time = 0.0;            ///< s, where the motion began
   std::vector<int> discrete_state;    ///< which contacts slip and which way, …
   std::vector<double> event_slopes;   ///< 1/s, how what decides on them fell in the last step; empty: not known
   std::vector<double> solver_memory;  ///< what iterative solves start from, see SolverOptions::reuse; empty: nothing
+  std::vector<double> drive_memory;   ///< how far functions of time were looked at; empty: a motion begins here
   std::vector<double> singular_memory;  ///< what was seen of places where K loses rank; empty: it keeps it
   std::vector<double> state_before;     ///< where one may come next: of the last step's beginning; else empty
 };

@@ -29,13 +29,23 @@ void for_some(std::size_t count, const Visit& visit) {
   for (std::size_t i = 0; i < some; ++i) visit(i * count / some);
 }
 
-/// The last variable takes part.
-bool depends_on_time(const Expression& expression) {
-  const int time = expression.variables.back();
-  if (std::ranges::count(expression.results, time) > 0) return true;
-  return std::ranges::any_of(expression.instructions, [&](const Expression::Instruction& i) {
-    return i.operation != Expression::Operation::Variable && (i.a == time || i.b == time || i.c == time);
+/// Variable i of an expression takes part; of the first one that is said of constants, too.
+bool depends_on(const Expression& expression, std::size_t variable) {
+  const int number = expression.variables[variable];
+  if (std::ranges::count(expression.results, number) > 0) return true;
+  return std::ranges::any_of(expression.instructions, [number](const Expression::Instruction& i) {
+    return i.operation != Expression::Operation::Variable && (i.a == number || i.b == number || i.c == number);
   });
+}
+/// Time is the last one.
+bool depends_on_time(const Expression& expression) {
+  return depends_on(expression, expression.variables.size() - 1);
+}
+bool depends_on_state(const Expression& expression) {
+  for (std::size_t i = 0; i + 1 < expression.variables.size(); ++i) {
+    if (depends_on(expression, i)) return true;
+  }
+  return false;
 }
 
 double length_of(const VectorFunction& a, double t) {
@@ -129,7 +139,7 @@ void Drives::add(const Parameter& parameter, double scale, const Group& group) {
 void Drives::add(const Expression& expression, Program::As as, double scale, std::size_t first_coordinate,
                  std::span<const Index> users_points) {
   Program added{as, SeriesProgram(expression, as == Program::As::AConstraint), {}, first_coordinate, scale,
-                names_.size() - 1};
+                !depends_on_state(expression), names_.size() - 1};
   for (const Index point : users_points)
     added.points.push_back(numbering_.inner_point[static_cast<std::size_t>(point)]);
   programs_.push_back(std::move(added));
@@ -246,6 +256,7 @@ DriveReport Drives::look(const DrivenStep& step, const Place& place) {
     judge(step, place, each.points, each.level, each.scale, values_.data(), each.name, &report);
   }
   for (const Program& each : programs_) {
+    report.is_of_time_alone = report.is_of_time_alone && each.is_of_time_alone;
     const bool is_force = each.as == Program::As::AForce;
     if (each.as == Program::As::SomeCoordinates && place.q == nullptr) continue;
     const Level level = is_force ? Level::Acceleration : Level::Position;

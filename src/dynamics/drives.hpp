@@ -54,6 +54,7 @@ class Drives {
     std::vector<Index> points;     // inner
     std::size_t first_coordinate;  // of the user's, where it is one of those
     double scale;                  // 1/mass of forces, else 1
+    bool is_of_time_alone;
     std::size_t name;
   };
 

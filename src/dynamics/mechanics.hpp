@@ -62,6 +62,7 @@ struct DriveReport {
   double velocity = 0.0;  ///< m/s: what the step does not follow at all, not even roughly
   int pieces = 1;         ///< of the step, in each of which the functions are nearly linear; at most `most_pieces`
   std::size_t drive = 0;  ///< number of the function that is seen least
+  bool is_of_time_alone = true;  ///< else another look is due where the state is another one
 
   static constexpr int most_pieces = 64;
 };

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <limits>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "motion/scheme.hpp"
 
@@ -10,14 +12,17 @@ namespace tanor {
 /// Keeps steps from passing over what functions of time do inside them, and tells what fixed steps passed over.
 ///
 /// Functions are looked at with a spacing of 1/4096 of the advance, or of the time since the motion began where that is
-/// longer: many short advances cost little more than a long one.
+/// longer: many short advances cost little more than a long one. What a scheme sees in a long step it sees in any part
+/// of it: one look serves as many steps as it can.
 class DriveControl {
  public:
   DriveControl(const MotionOptions& options, const Scheme& scheme, Mechanics& mechanics);
 
-  /// A motion begins at t; or one goes on that began there.
-  void begin(double t) { begin_ = t; }
-  double begin_time() const { return begin_; }
+  /// A motion begins at t.
+  void begin(double t);
+  /// What the next step depends on beside the state, to a snapshot at t and back.
+  std::vector<double> memory() const { return {begin_, seen_until_, length_, pieces_}; }
+  void restore(double t, std::span<const double> memory);
   /// An advance begins at t.
   void advance(double t, double t_end);
 
@@ -25,21 +30,30 @@ class DriveControl {
   /// tolerance. One that is shorter than `shortest` is not asked for.
   double shorten(const State& from, double h, double shortest);
   /// A fixed step is as long as it was told to be.
-  void look(const State& from, double h);
-  /// Of the step that was looked at last: pieces in each of which forces go nearly straight.
-  int pieces() const { return report_.pieces; }
+  void watch(const State& from, double h);
+  /// Of the step that was asked for last: pieces in each of which forces go nearly straight.
+  int pieces() const { return step_pieces_; }
 
-  /// A fixed step of length h that was looked at was accepted.
+  /// A fixed step of length h from there was accepted.
   void note(const State& from, double h);
-  /// What fixed steps passed over so far, m/s, and where most of it was; empty: nothing to speak of.
+  /// What fixed steps passed over so far, m/s; and in words where most of it was.
   double missed() const { return missed_; }
   std::string describe() const;
 
  private:
+  void look(const State& from, double h);
+  bool has_seen(const State& from, double h);
+  template <class Sees>
+  double look_ahead(const State& from, double h, const Sees& sees);
+  void set_pieces(double h);
+
   MotionOptions options_;
   Mechanics& mechanics_;
   int degree_;
-  double begin_ = 0.0, spacing_ = std::numeric_limits<double>::infinity();
+  double begin_ = 0.0, end_ = 0.0, spacing_ = std::numeric_limits<double>::infinity();
+  // All is seen from the last look until then; how long that look was; its pieces.
+  double seen_until_ = 0.0, length_ = 0.0, pieces_ = 1.0;
+  int step_pieces_ = 1;
   DriveReport report_;  // of the last look
   double missed_ = 0.0, most_ = 0.0, worst_begin_ = 0.0, worst_length_ = 0.0;
   std::size_t worst_drive_ = 0;

@@ -46,7 +46,7 @@ void Integration::write(Snapshot* snapshot) const {
   snapshot->last_error = control_.last_error();
   snapshot->advance_begin = advance_begin_;
   snapshot->advance_end = advance_end_;
-  snapshot->begin_time = drives_.begin_time();
+  snapshot->drive_memory = drives_.memory();
   snapshot->discrete_state = mechanics_.discrete_state();
   snapshot->event_slopes = events_.slopes();
   snapshot->solver_memory = mechanics_.solver_memory();
@@ -72,7 +72,7 @@ void Integration::restore(const Snapshot& snapshot) {
   control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, !before.empty() && before[0] != 0.0);
   advance_begin_ = snapshot.advance_begin;
   advance_end_ = snapshot.advance_end;
-  drives_.begin(snapshot.begin_time);
+  drives_.restore(snapshot.time, snapshot.drive_memory);
   scheme_ = make_scheme(method_, options_, mechanics_);  // which remembers no other motion
   events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
   trial_is_before_ = !before.empty();
@@ -216,7 +216,7 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
     const double h = t - state.t;
     const bool coasts = trial_is_before_ && places_.disturb(state.t, h);
     if (Outcome found = coasts ? Outcome{} : events_.start(state); !found.ok()) return found;
-    if (!coasts) drives_.look(state, h);
+    if (!coasts) drives_.watch(state, h);
     const Attempt attempt = coasts ? try_coasting(t) : try_step(t, splits_left == most_splits);
     if (attempt.is_good()) {
       if (trial_.t == t) drives_.note(state, h);

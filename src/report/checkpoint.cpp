@@ -45,7 +45,6 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("last_error", snapshot.last_error);
   visit("advance_begin", snapshot.advance_begin);
   visit("advance_end", snapshot.advance_end);
-  visit("begin_time", snapshot.begin_time);
   visit("steps", report.steps);
   visit("rejected", report.rejected);
   visit("last_step", report.last_step);
@@ -140,7 +139,7 @@ auto as_number(const Number& number) {
 
 /// Plain numbers of any count, in the order in which they are written.
 auto memories_of(auto& snapshot) {
-  return std::array{&snapshot.solver_memory, &snapshot.singular_memory, &snapshot.state_before};
+  return std::array{&snapshot.solver_memory, &snapshot.drive_memory, &snapshot.singular_memory, &snapshot.state_before};
 }
 
 std::vector<double> read_points(const std::string& name, std::string_view* bytes, std::size_t num_points) {
