@@ -12,20 +12,21 @@ DriveControl::DriveControl(const MotionOptions& options, const Scheme& scheme, M
 
 void DriveControl::begin(double t) {
   begin_ = seen_until_ = t;
-  length_ = 0.0;
+  longest_seen_ = length_ = 0.0;
   pieces_ = 1.0;
 }
 
 void DriveControl::restore(double t, std::span<const double> memory) {
   begin(t);
   if (memory.empty()) return;
-  if (memory.size() != 4) {
-    throw InputError("/snapshot/drive_memory", "holds " + std::to_string(memory.size()) + " numbers, not 4");
+  if (memory.size() != 5) {
+    throw InputError("/snapshot/drive_memory", "holds " + std::to_string(memory.size()) + " numbers, not 5");
   }
   begin_ = memory[0];
   seen_until_ = memory[1];
-  length_ = memory[2];
-  pieces_ = memory[3];
+  longest_seen_ = memory[2];
+  length_ = memory[3];
+  pieces_ = memory[4];
 }
 
 void DriveControl::advance(double t, double t_end) {
@@ -34,57 +35,66 @@ void DriveControl::advance(double t, double t_end) {
   end_ = t_end;
 }
 
-void DriveControl::look(const State& from, double h) {
+void DriveControl::look(const State& from, double h, int degree) {
   report_ = mechanics_.look_at_drives(
-      {from.t, h, spacing_, degree_, options_.atol, options_.rtol, from.x.data(), from.v.data()});
+      {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
 }
 
-/// No function acts, or a look of before reached as far.
+/// No function acts, or a look of before serves.
 bool DriveControl::has_seen(const State& from, double h) {
   report_ = {};
-  const bool has_seen = !mechanics_.has_drives() || from.t + h <= seen_until_;
+  const bool has_seen = !mechanics_.has_drives() || (from.t + h <= seen_until_ && h <= longest_seen_);
   if (has_seen) set_pieces(h);
   return has_seen;
+}
+
+void DriveControl::remember(const State& from, double length, double longest_step) {
+  seen_until_ = from.t + length;
+  longest_seen_ = longest_step;
+  length_ = length;
+  pieces_ = report_.pieces;
 }
 
 void DriveControl::set_pieces(double h) {
   step_pieces_ = length_ > 0.0 ? static_cast<int>(std::ceil(pieces_ * std::min(1.0, h / length_))) : 1;
 }
 
-/// Twice as far as the last time, or half as far, …, at least h; returns how far sees() is true, 0: not even there.
+/// Twice as far as the last time, or half as far, …, while that serves steps of length h. Functions of the state, too,
+/// are looked at in every step.
 template <class Sees>
-double DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
-  double length = std::max(h, std::min(2.0 * length_, end_ - from.t));
-  look(from, length);
-  // Where functions depend on the state, too, a look is good for the state at hand.
-  if (!report_.is_of_time_alone && length > h) look(from, length = h);
-  while (!sees() && length > h) look(from, length = std::max(h, 0.5 * length));
-  return sees() ? length : 0.0;
+bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
+  constexpr int high_degree = 20;
+  const double part = std::min(1.0, static_cast<double>(degree_) / high_degree);
+  const double least = h / part, most = end_ - from.t;
+  for (double length = std::min(most, std::max(least, 2.0 * length_)); length >= least; length *= 0.5) {
+    look(from, length, std::max(degree_, high_degree));
+    if (!report_.is_of_time_alone) return false;
+    if (!sees()) continue;
+    remember(from, length, part * length);
+    return true;
+  }
+  return false;
 }
 
 /// Where the error falls with its power of h it says how much shorter; where something is hidden, half of the step is
 /// looked at.
 double DriveControl::shorten(const State& from, double h, double shortest) {
   if (has_seen(from, h)) return h;
-  double length = look_ahead(from, h, [this] { return report_.error <= 1.0; });
-  while (length == 0.0 && h > shortest) {
-    h *= std::clamp(0.9 * std::pow(report_.error, -1.0 / (degree_ + 2)), 0.5, 0.9);
-    look(from, h);
-    if (report_.error <= 1.0) length = h;
+  if (!look_ahead(from, h, [this] { return report_.error <= 1.0; })) {
+    for (look(from, h, degree_); report_.error > 1.0 && h > shortest; look(from, h, degree_))
+      h *= std::clamp(0.9 * std::pow(report_.error, -1.0 / (degree_ + 2)), 0.5, 0.9);
+    remember(from, h, report_.is_of_time_alone ? h : 0.0);
   }
-  length_ = std::max(length, h);
-  pieces_ = report_.pieces;
-  seen_until_ = report_.is_of_time_alone ? from.t + length : from.t;
   set_pieces(h);
   return h;
 }
 
 void DriveControl::watch(const State& from, double h) {
   if (has_seen(from, h)) return;
-  const double length = look_ahead(from, h, [this] { return report_.velocity == 0.0; });
-  length_ = std::max(length, h);
-  pieces_ = report_.pieces;
-  seen_until_ = report_.is_of_time_alone ? from.t + length : from.t;
+  if (!look_ahead(from, h, [this] { return report_.velocity == 0.0; })) {
+    look(from, h, degree_);
+    remember(from, h, 0.0);
+  }
   set_pieces(h);
 }
 

@@ -12,8 +12,8 @@ namespace tanor {
 /// Keeps steps from passing over what functions of time do inside them, and tells what fixed steps passed over.
 ///
 /// Functions are looked at with a spacing of 1/4096 of the advance, or of the time since the motion began where that is
-/// longer: many short advances cost little more than a long one. What a scheme sees in a long step it sees in any part
-/// of it: one look serves as many steps as it can.
+/// longer: many short advances cost little more than a long one. A stretch of time in which they go as one polynomial
+/// of degree 20 hides nothing from steps of order p that are shorter than p/20 of it: one look serves many steps.
 class DriveControl {
  public:
   DriveControl(const MotionOptions& options, const Scheme& scheme, Mechanics& mechanics);
@@ -21,7 +21,7 @@ class DriveControl {
   /// A motion begins at t.
   void begin(double t);
   /// What the next step depends on beside the state, to a snapshot at t and back.
-  std::vector<double> memory() const { return {begin_, seen_until_, length_, pieces_}; }
+  std::vector<double> memory() const { return {begin_, seen_until_, longest_seen_, length_, pieces_}; }
   void restore(double t, std::span<const double> memory);
   /// An advance begins at t.
   void advance(double t, double t_end);
@@ -41,18 +41,19 @@ class DriveControl {
   std::string describe() const;
 
  private:
-  void look(const State& from, double h);
+  void look(const State& from, double h, int degree);
   bool has_seen(const State& from, double h);
   template <class Sees>
-  double look_ahead(const State& from, double h, const Sees& sees);
+  bool look_ahead(const State& from, double h, const Sees& sees);
+  void remember(const State& from, double length, double longest_step);
   void set_pieces(double h);
 
   MotionOptions options_;
   Mechanics& mechanics_;
   int degree_;
   double begin_ = 0.0, end_ = 0.0, spacing_ = std::numeric_limits<double>::infinity();
-  // All is seen from the last look until then; how long that look was; its pieces.
-  double seen_until_ = 0.0, length_ = 0.0, pieces_ = 1.0;
+  // Of the last look: where it ends, the longest step that it serves, how long it was, its pieces.
+  double seen_until_ = 0.0, longest_seen_ = 0.0, length_ = 0.0, pieces_ = 1.0;
   int step_pieces_ = 1;
   DriveReport report_;  // of the last look
   double missed_ = 0.0, most_ = 0.0, worst_begin_ = 0.0, worst_length_ = 0.0;
