@@ -14,7 +14,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::size_t most_members = 16;      // of an entry that are looked at
+constexpr std::size_t most_members = 16;       // of an entry that are looked at
 constexpr std::size_t most_samples = 1 << 14;  // of a step, beside the knots of tables
 
 template <class... Visitors>
@@ -54,18 +54,17 @@ double length_of(const VectorFunction& a, double t) {
 }
 
 std::size_t num_coordinates(const Coordinates& coordinates) {
-  return std::visit(
-      Overloaded{[](const FreeCoordinates& c) { return 3 * c.points.size(); },
-                 [](const LineCoordinates& c) { return c.points.size(); },
-                 [](const PlaneCoordinates& c) { return 2 * c.points.size(); },
-                 [](const CircleCoordinates& c) { return c.points.size(); },
-                 [](const SphereCoordinates& c) { return 2 * c.points.size(); },
-                 [](const ChainAngles& c) { return (c.normal == Vector3{} ? 2 : 1) * c.points.size(); },
-                 [](const RigidBody&) { return std::size_t{6}; },
-                 [](const UserCoordinates& c) {
-                   return static_cast<std::size_t>(c.kernel.num_coordinates) * c.tuples.size();
-                 }},
-      coordinates);
+  return std::visit(Overloaded{[](const FreeCoordinates& c) { return 3 * c.points.size(); },
+                               [](const LineCoordinates& c) { return c.points.size(); },
+                               [](const PlaneCoordinates& c) { return 2 * c.points.size(); },
+                               [](const CircleCoordinates& c) { return c.points.size(); },
+                               [](const SphereCoordinates& c) { return 2 * c.points.size(); },
+                               [](const ChainAngles& c) { return (c.normal == Vector3{} ? 2 : 1) * c.points.size(); },
+                               [](const RigidBody&) { return std::size_t{6}; },
+                               [](const UserCoordinates& c) {
+                                 return static_cast<std::size_t>(c.kernel.num_coordinates) * c.tuples.size();
+                               }},
+                    coordinates);
 }
 
 }  // namespace
@@ -138,8 +137,13 @@ void Drives::add(const Parameter& parameter, double scale, const Group& group) {
 
 void Drives::add(const Expression& expression, Program::As as, double scale, std::size_t first_coordinate,
                  std::span<const Index> users_points) {
-  Program added{as, SeriesProgram(expression, as == Program::As::AConstraint), {}, first_coordinate, scale,
-                !depends_on_state(expression), names_.size() - 1};
+  Program added{as,
+                SeriesProgram(expression, as == Program::As::AConstraint),
+                {},
+                first_coordinate,
+                scale,
+                !depends_on_state(expression),
+                names_.size() - 1};
   for (const Index point : users_points)
     added.points.push_back(numbering_.inner_point[static_cast<std::size_t>(point)]);
   programs_.push_back(std::move(added));
@@ -170,74 +174,72 @@ void Drives::add_force(const Force& force, std::span<const double> inverse_mass)
 
 void Drives::add_constraint(const Constraint& constraint, double t) {
   const Level position = Level::Position;
-  std::visit(
-      Overloaded{[&](const Rods& rods) { add(rods.length, 1.0, rods); },
-                 [&](const Planes& planes) {
-                   add(planes.normal, position, lever(planes.normal, t), planes.points);
-                   add(planes.offset, 1.0 / length_of(planes.normal, t), planes);
-                 },
-                 [&](const Spheres& spheres) {
-                   add(spheres.center, position, 1.0, spheres.points);
-                   add(spheres.radius, 1.0, spheres);
-                 },
-                 [&](const Lines& lines) {
-                   add(lines.origin, position, 1.0, lines.points);
-                   add(lines.direction, position, lever(lines.direction, t), lines.points);
-                 },
-                 [&](const Circles& circles) {
-                   add(circles.center, position, 1.0, circles.points);
-                   add(circles.normal, position, lever(circles.normal, t), circles.points);
-                   add(circles.radius, 1.0, circles);
-                 },
-                 [&](const Angles& angles) { add(angles.cosine, scene_size_, angles); },
-                 [&](const Pulleys& pulleys) {
-                   add(pulleys.length, std::max(1.0, 1.0 / std::abs(pulleys.ratio)), pulleys);
-                 },
-                 [&](const Linears& linears) {
-                   double largest = 0.0;
-                   for (const Vector3& c : linears.coefficients) largest = std::max(largest, norm(make_vec3(c)));
-                   if (largest > 0.0) add(linears.value, 1.0 / largest, linears);
-                 },
-                 [&](const UserConstraints& group) {
-                   if (group.kernel.expression == nullptr || !group.kernel.depends_on_time) return;
-                   for_some(group.tuples.size(), [&](std::size_t k) {
-                     add(*group.kernel.expression, Program::As::AConstraint, 1.0, 0, group.tuples[k]);
-                   });
-                 }},
-      constraint);
+  std::visit(Overloaded{[&](const Rods& rods) { add(rods.length, 1.0, rods); },
+                        [&](const Planes& planes) {
+                          add(planes.normal, position, lever(planes.normal, t), planes.points);
+                          add(planes.offset, 1.0 / length_of(planes.normal, t), planes);
+                        },
+                        [&](const Spheres& spheres) {
+                          add(spheres.center, position, 1.0, spheres.points);
+                          add(spheres.radius, 1.0, spheres);
+                        },
+                        [&](const Lines& lines) {
+                          add(lines.origin, position, 1.0, lines.points);
+                          add(lines.direction, position, lever(lines.direction, t), lines.points);
+                        },
+                        [&](const Circles& circles) {
+                          add(circles.center, position, 1.0, circles.points);
+                          add(circles.normal, position, lever(circles.normal, t), circles.points);
+                          add(circles.radius, 1.0, circles);
+                        },
+                        [&](const Angles& angles) { add(angles.cosine, scene_size_, angles); },
+                        [&](const Pulleys& pulleys) {
+                          add(pulleys.length, std::max(1.0, 1.0 / std::abs(pulleys.ratio)), pulleys);
+                        },
+                        [&](const Linears& linears) {
+                          double largest = 0.0;
+                          for (const Vector3& c : linears.coefficients) largest = std::max(largest, norm(make_vec3(c)));
+                          if (largest > 0.0) add(linears.value, 1.0 / largest, linears);
+                        },
+                        [&](const UserConstraints& group) {
+                          if (group.kernel.expression == nullptr || !group.kernel.depends_on_time) return;
+                          for_some(group.tuples.size(), [&](std::size_t k) {
+                            add(*group.kernel.expression, Program::As::AConstraint, 1.0, 0, group.tuples[k]);
+                          });
+                        }},
+             constraint);
 }
 
 void Drives::add_coordinates(const Coordinates& coordinates, double t, std::size_t first_coordinate) {
   const Level position = Level::Position;
-  std::visit(
-      Overloaded{[](const FreeCoordinates&) {}, [](const RigidBody&) {},
-                 [&](const LineCoordinates& lines) {
-                   add(lines.origin, position, 1.0, lines.points);
-                   add(lines.direction, position, lever(lines.direction, t), lines.points);
-                 },
-                 [&](const PlaneCoordinates& planes) {
-                   add(planes.normal, position, lever(planes.normal, t), planes.points);
-                   add(planes.offset, 1.0 / length_of(planes.normal, t), planes);
-                 },
-                 [&](const CircleCoordinates& circles) {
-                   add(circles.center, position, 1.0, circles.points);
-                   add(circles.normal, position, lever(circles.normal, t), circles.points);
-                   add(circles.radius, 1.0, circles);
-                 },
-                 [&](const SphereCoordinates& spheres) {
-                   add(spheres.center, position, 1.0, spheres.points);
-                   add(spheres.radius, 1.0, spheres);
-                 },
-                 [&](const ChainAngles& chain) { add(chain.length, 1.0, chain); },
-                 [&](const UserCoordinates& group) {
-                   if (group.kernel.expression == nullptr || !group.kernel.depends_on_time) return;
-                   for_some(group.tuples.size(), [&](std::size_t k) {
-                     add(*group.kernel.expression, Program::As::SomeCoordinates, 1.0,
-                         first_coordinate + k * static_cast<std::size_t>(group.kernel.num_coordinates),
-                         group.tuples[k]);
-                   });
-                 }},
-      coordinates);
+  std::visit(Overloaded{[](const FreeCoordinates&) {}, [](const RigidBody&) {},
+                        [&](const LineCoordinates& lines) {
+                          add(lines.origin, position, 1.0, lines.points);
+                          add(lines.direction, position, lever(lines.direction, t), lines.points);
+                        },
+                        [&](const PlaneCoordinates& planes) {
+                          add(planes.normal, position, lever(planes.normal, t), planes.points);
+                          add(planes.offset, 1.0 / length_of(planes.normal, t), planes);
+                        },
+                        [&](const CircleCoordinates& circles) {
+                          add(circles.center, position, 1.0, circles.points);
+                          add(circles.normal, position, lever(circles.normal, t), circles.points);
+                          add(circles.radius, 1.0, circles);
+                        },
+                        [&](const SphereCoordinates& spheres) {
+                          add(spheres.center, position, 1.0, spheres.points);
+                          add(spheres.radius, 1.0, spheres);
+                        },
+                        [&](const ChainAngles& chain) { add(chain.length, 1.0, chain); },
+                        [&](const UserCoordinates& group) {
+                          if (group.kernel.expression == nullptr || !group.kernel.depends_on_time) return;
+                          for_some(group.tuples.size(), [&](std::size_t k) {
+                            add(*group.kernel.expression, Program::As::SomeCoordinates, 1.0,
+                                first_coordinate + k * static_cast<std::size_t>(group.kernel.num_coordinates),
+                                group.tuples[k]);
+                          });
+                        }},
+             coordinates);
 }
 
 // ---- one look ----
@@ -392,8 +394,8 @@ void Drives::silence_rounding(const DrivenStep& step, const double* samples, dou
   for (double& missed : missed_) missed = std::abs(missed) > noise ? missed : 0.0;
 }
 
-void Drives::judge(const DrivenStep& step, const Place& place, std::span<const Index> points, Level level,
-                   double scale, const double* values, std::size_t name, DriveReport* report) {
+void Drives::judge(const DrivenStep& step, const Place& place, std::span<const Index> points, Level level, double scale,
+                   const double* values, std::size_t name, DriveReport* report) {
   deviate(values);
   const double* const samples = values + num_nodes_;
   const auto [least, most] = std::minmax_element(values, values + num_nodes_ + num_samples_);
@@ -452,13 +454,15 @@ void Drives::judge(const DrivenStep& step, const Place& place, std::span<const I
   for (std::size_t i = 1; i + 1 < num_samples_; ++i) {
     const double before = s[i] - s[i - 1], after = s[i + 1] - s[i];
     if (!(before > 0.0 && after > 0.0)) continue;
-    const double slope_before = (samples[i] - samples[i - 1]) / before, slope_after = (samples[i + 1] - samples[i]) / after;
+    const double slope_before = (samples[i] - samples[i - 1]) / before,
+                 slope_after = (samples[i + 1] - samples[i]) / after;
     bend = std::max(bend, std::abs(slope_after - slope_before) * 2.0 / (before + after));
   }
   // What holds a contact on something that moves goes by the second derivative, which bends faster.
   const double factor = level == Level::Acceleration ? 1.0 : 2.0;
   const double pieces = factor * std::sqrt(bend / 8.0 / (straight * (range + straight * largest)));
-  report->pieces = std::max(report->pieces, static_cast<int>(std::min<double>(std::ceil(pieces), DriveReport::most_pieces)));
+  report->pieces =
+      std::max(report->pieces, static_cast<int>(std::min<double>(std::ceil(pieces), DriveReport::most_pieces)));
 }
 
 }  // namespace tanor

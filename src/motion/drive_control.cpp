@@ -19,14 +19,15 @@ void DriveControl::begin(double t) {
 void DriveControl::restore(double t, std::span<const double> memory) {
   begin(t);
   if (memory.empty()) return;
-  if (memory.size() != 5) {
-    throw InputError("/snapshot/drive_memory", "holds " + std::to_string(memory.size()) + " numbers, not 5");
+  if (memory.size() != 6) {
+    throw InputError("/snapshot/drive_memory", "holds " + std::to_string(memory.size()) + " numbers, not 6");
   }
   begin_ = memory[0];
   seen_until_ = memory[1];
   longest_seen_ = memory[2];
   length_ = memory[3];
   pieces_ = memory[4];
+  is_of_time_alone_ = memory[5] != 0.0;
 }
 
 void DriveControl::advance(double t, double t_end) {
@@ -38,6 +39,7 @@ void DriveControl::advance(double t, double t_end) {
 void DriveControl::look(const State& from, double h, int degree) {
   report_ = mechanics_.look_at_drives(
       {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
+  is_of_time_alone_ = report_.is_of_time_alone;
 }
 
 /// No function acts, or a look of before serves.
@@ -60,15 +62,15 @@ void DriveControl::set_pieces(double h) {
 }
 
 /// Twice as far as the last time, or half as far, …, while that serves steps of length h. Functions of the state, too,
-/// are looked at in every step.
+/// are looked at no further ahead than needed.
 template <class Sees>
 bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
   constexpr int high_degree = 20;
   const double part = std::min(1.0, static_cast<double>(degree_) / high_degree);
   const double least = h / part, most = end_ - from.t;
-  for (double length = std::min(most, std::max(least, 2.0 * length_)); length >= least; length *= 0.5) {
+  for (double length = std::min(most, std::max(least, is_of_time_alone_ ? 2.0 * length_ : 0.0)); length >= least;
+       length *= 0.5) {
     look(from, length, std::max(degree_, high_degree));
-    if (!report_.is_of_time_alone) return false;
     if (!sees()) continue;
     remember(from, length, part * length);
     return true;
@@ -83,7 +85,7 @@ double DriveControl::shorten(const State& from, double h, double shortest) {
   if (!look_ahead(from, h, [this] { return report_.error <= 1.0; })) {
     for (look(from, h, degree_); report_.error > 1.0 && h > shortest; look(from, h, degree_))
       h *= std::clamp(0.9 * std::pow(report_.error, -1.0 / (degree_ + 2)), 0.5, 0.9);
-    remember(from, h, report_.is_of_time_alone ? h : 0.0);
+    remember(from, h, h);
   }
   set_pieces(h);
   return h;
@@ -109,8 +111,8 @@ void DriveControl::note(const State& from, double h) {
 }
 
 std::string DriveControl::describe() const {
-  return "steps may be too long: what " + mechanics_.name_drive(worst_drive_) + " does between t = " +
-         text(worst_begin_) + " and " + text(worst_begin_ + worst_length_) + " is passed over";
+  return "steps may be too long: what " + mechanics_.name_drive(worst_drive_) +
+         " does between t = " + text(worst_begin_) + " and " + text(worst_begin_ + worst_length_) + " is passed over";
 }
 
 }  // namespace tanor

@@ -19,7 +19,7 @@ constexpr double vanishing = 1e-10;  // what is below where another function van
 constexpr double dense_tolerance = 1e-7;  // of the step: the secants of the steps made again do the rest
 constexpr int most_passes = 60;  // steps made again: 2 to 4 where functions are smooth, bisection where they jump
 constexpr int most_probes = 12;  // down to 1/8^12 of the step
-constexpr int most_dips = 3;  // and one for every two pieces of a step
+constexpr int most_dips = 3;     // and one for every two pieces of a step
 constexpr std::size_t usual_samples = 8;
 constexpr std::size_t most_switches = 50;  // without progress of time
 

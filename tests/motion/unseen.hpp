@@ -159,7 +159,7 @@ class RoughBlock {
   void advance(double end, double finest) {
     double t = 0.0;
     int mode = slide_of(0.0);
-    double begin = 0.0, x0 = x, v0 = v;  // of the present mode
+    double begin = 0.0, x0 = x, v0 = v;   // of the present mode
     const auto leaves = [&](double at) {  // > 0: goes on
       if (mode == 0) return limit_ - std::abs(pull(at));
       const double speed = v0 + work(begin, at) - mode * limit_ * (at - begin);
@@ -172,8 +172,7 @@ class RoughBlock {
       } else {
         const double h = at - begin;
         x = x0 + v0 * h - 0.5 * mode * limit_ * h * h;
-        if (f_ != nullptr)
-          x += f_->second_integral(at) - f_->second_integral(begin) - h * f_->integral(begin);
+        if (f_ != nullptr) x += f_->second_integral(at) - f_->second_integral(begin) - h * f_->integral(begin);
         v = v0 + work(begin, at) - mode * limit_ * h;
       }
     };
@@ -210,9 +209,7 @@ class RoughBlock {
  private:
   double belt(double t) const { return u_ != nullptr ? u_->value(t) : 0.0; }
   /// What friction has to hold.
-  double pull(double t) const {
-    return (f_ != nullptr ? f_->value(t) : 0.0) - (u_ != nullptr ? u_->slope(t) : 0.0);
-  }
+  double pull(double t) const { return (f_ != nullptr ? f_->value(t) : 0.0) - (u_ != nullptr ? u_->slope(t) : 0.0); }
   double work(double a, double b) const { return f_ != nullptr ? f_->integral(b) - f_->integral(a) : 0.0; }
   int slide_of(double t) const {
     const double relative = v - belt(t);

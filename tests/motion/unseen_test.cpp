@@ -337,13 +337,14 @@ Result draw_one(unsigned seed) {
     system.constraints = {UserConstraints{
         .tuples = {{1}}, .kernel = formula_constraint("x1^2 + y1^2 + z1^2 - (1 + " + g.text() + ")^2", 1)}};
   Simulation simulation(system, options);
-  const double angle = integrate(
-      [&](double t) { return at_start * rate / ((1.0 + g.value(t)) * (1.0 + g.value(t))); }, end, g);
+  const double angle =
+      integrate([&](double t) { return at_start * rate / ((1.0 + g.value(t)) * (1.0 + g.value(t))); }, end, g);
   const double at_end = 1.0 + g.value(end), turn = at_start * rate / (at_end * at_end);
   const double x = at_end * std::cos(angle);
   const double v = g.slope(end) * std::cos(angle) - at_end * turn * std::sin(angle);
   const double size = std::max(1.0, angle);
-  return compare(&simulation, end, x, v, size, size * std::max(rate, height / width), describe("a rod as long as 1 +", g), periods);
+  return compare(&simulation, end, x, v, size, size * std::max(rate, height / width),
+                 describe("a rod as long as 1 +", g), periods);
 }
 
 /// All of 1,000 with TANOR_DRAWS=1000.
