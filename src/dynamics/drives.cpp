@@ -274,8 +274,8 @@ DriveReport Drives::look(const DrivenStep& step, const Place& place) {
 /// Chebyshev points (1 - cos(pi j/N))/2, then the middles of pieces: equal ones, cut at the knots of tables.
 void Drives::place_samples(const DrivenStep& step, Level level, const ScalarFunction* function) {
   const std::size_t num_nodes = static_cast<std::size_t>(step.degree) + 1 + static_cast<std::size_t>(level);
-  const double wanted = std::clamp(std::ceil(step.h / step.spacing), 2.0 * static_cast<double>(num_nodes),
-                                   static_cast<double>(most_samples));
+  const double wanted =
+      std::clamp(std::ceil(step.h / step.spacing), static_cast<double>(num_nodes), static_cast<double>(most_samples));
   const auto num_equal = static_cast<std::size_t>(wanted);
   knots_.clear();
   if (function != nullptr) function->append_knots(step.t, step.t + step.h, &knots_);

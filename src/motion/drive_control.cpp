@@ -7,12 +7,23 @@
 
 namespace tanor {
 
+namespace {
+
+constexpr int high_degree = 20;
+
+/// How much longer a stretch of time may be for an error of 1, where the error falls with its power of length.
+double scale_for(double error, int degree) {
+  return 0.9 * std::pow(std::max(error, 1e-30), -1.0 / (degree + 2));
+}
+
+}  // namespace
+
 DriveControl::DriveControl(const MotionOptions& options, const Scheme& scheme, Mechanics& mechanics)
     : options_(options), mechanics_(mechanics), degree_(std::max(2, scheme.order())) {}
 
 void DriveControl::begin(double t) {
   begin_ = seen_until_ = t;
-  longest_seen_ = length_ = 0.0;
+  longest_seen_ = length_ = next_length_ = 0.0;
   pieces_ = 1.0;
 }
 
@@ -26,8 +37,8 @@ void DriveControl::restore(double t, std::span<const double> memory) {
   seen_until_ = memory[1];
   longest_seen_ = memory[2];
   length_ = memory[3];
-  pieces_ = memory[4];
-  is_of_time_alone_ = memory[5] != 0.0;
+  next_length_ = memory[4];
+  pieces_ = memory[5];
 }
 
 void DriveControl::advance(double t, double t_end) {
@@ -39,7 +50,6 @@ void DriveControl::advance(double t, double t_end) {
 void DriveControl::look(const State& from, double h, int degree) {
   report_ = mechanics_.look_at_drives(
       {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
-  is_of_time_alone_ = report_.is_of_time_alone;
 }
 
 /// No function acts, or a look of before serves.
@@ -54,6 +64,8 @@ void DriveControl::remember(const State& from, double length, double longest_ste
   seen_until_ = from.t + length;
   longest_seen_ = longest_step;
   length_ = length;
+  // Functions of the state, too, are looked at no further ahead than needed.
+  next_length_ = report_.is_of_time_alone ? length * std::clamp(scale_for(report_.error, high_degree), 1.0, 4.0) : 0.0;
   pieces_ = report_.pieces;
 }
 
@@ -61,15 +73,12 @@ void DriveControl::set_pieces(double h) {
   step_pieces_ = length_ > 0.0 ? static_cast<int>(std::ceil(pieces_ * std::min(1.0, h / length_))) : 1;
 }
 
-/// Twice as far as the last time, or half as far, …, while that serves steps of length h. Functions of the state, too,
-/// are looked at no further ahead than needed.
+/// As far as the last look advises, or half as far, …, while that serves steps of length h.
 template <class Sees>
 bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
-  constexpr int high_degree = 20;
   const double part = std::min(1.0, static_cast<double>(degree_) / high_degree);
   const double least = h / part, most = end_ - from.t;
-  for (double length = std::min(most, std::max(least, is_of_time_alone_ ? 2.0 * length_ : 0.0)); length >= least;
-       length *= 0.5) {
+  for (double length = std::min(most, std::max(least, next_length_)); length >= least; length *= 0.5) {
     look(from, length, std::max(degree_, high_degree));
     if (!sees()) continue;
     remember(from, length, part * length);
@@ -84,7 +93,7 @@ double DriveControl::shorten(const State& from, double h, double shortest) {
   if (has_seen(from, h)) return h;
   if (!look_ahead(from, h, [this] { return report_.error <= 1.0; })) {
     for (look(from, h, degree_); report_.error > 1.0 && h > shortest; look(from, h, degree_))
-      h *= std::clamp(0.9 * std::pow(report_.error, -1.0 / (degree_ + 2)), 0.5, 0.9);
+      h *= std::clamp(scale_for(report_.error, degree_), 0.5, 0.9);
     remember(from, h, h);
   }
   set_pieces(h);

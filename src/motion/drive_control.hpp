@@ -21,9 +21,7 @@ class DriveControl {
   /// A motion begins at t.
   void begin(double t);
   /// What the next step depends on beside the state, to a snapshot at t and back.
-  std::vector<double> memory() const {
-    return {begin_, seen_until_, longest_seen_, length_, pieces_, is_of_time_alone_ ? 1.0 : 0.0};
-  }
+  std::vector<double> memory() const { return {begin_, seen_until_, longest_seen_, length_, next_length_, pieces_}; }
   void restore(double t, std::span<const double> memory);
   /// An advance begins at t.
   void advance(double t, double t_end);
@@ -54,9 +52,9 @@ class DriveControl {
   Mechanics& mechanics_;
   int degree_;
   double begin_ = 0.0, end_ = 0.0, spacing_ = std::numeric_limits<double>::infinity();
-  // Of the last look: where it ends, the longest step that it serves, how long it was, its pieces.
-  double seen_until_ = 0.0, longest_seen_ = 0.0, length_ = 0.0, pieces_ = 1.0;
-  bool is_of_time_alone_ = true;
+  // Of the last look: where it ends, the longest step that it serves, how long it was, the next one shall be; its
+  // pieces.
+  double seen_until_ = 0.0, longest_seen_ = 0.0, length_ = 0.0, next_length_ = 0.0, pieces_ = 1.0;
   int step_pieces_ = 1;
   DriveReport report_;  // of the last look
   double missed_ = 0.0, most_ = 0.0, worst_begin_ = 0.0, worst_length_ = 0.0;
