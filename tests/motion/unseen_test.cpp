@@ -353,7 +353,7 @@ TEST(Unseen, RandomPulsesAreSeenByEveryMethod) {
   const int count = asked != nullptr ? std::atoi(asked) : 150;
   double worst = 0.0;
   int told = 0, missed = 0;
-  for (int k = std::getenv("TANOR_FIRST") ? std::atoi(std::getenv("TANOR_FIRST")) : 0; k < count; ++k) {
+  for (int k = 0; k < count; ++k) {
     const Result result = draw_one(static_cast<unsigned>(k));
     if (result.is_told) ++told;
     if (result.is_told) std::printf("told: %s\n", result.scene.c_str());
