@@ -62,6 +62,8 @@ struct CoordinateKernel {
   std::shared_ptr<const void> context{};
   void (*evaluate)(const void* context, const CoordinateBatch& batch) = nullptr;
   bool depends_on_time = true;  ///< false: r_t = 0
+  /// The same 3p functions of the s coordinates and t; null: only `evaluate` knows them.
+  std::shared_ptr<const Expression> expression{};
 };
 
 /// A force f(r, v, t) on single points, at one time.

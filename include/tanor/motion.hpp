@@ -26,6 +26,7 @@ enum class Stabilisation { Projection, None };
 struct MotionOptions {
   Method method = Method::Auto;  ///< auto: see choose_method
   double step = 0.0;             ///< s; fixed, or the first one to try where a tolerance rules; 0: none
+  double max_step = 0.0;         ///< s; no step is longer, whatever the method; 0: none
   double rtol = 1e-8;            ///< relative to |r| and |v| of each point
   /// m and m/s; 0: 1e-10 of the length around each point, and of the speed there. Around it lies what constraints and
   /// springs join to it; the speed is the largest of those at the start and of a fall through that length.
@@ -132,6 +133,7 @@ struct Snapshot {
   std::vector<int> discrete_state;    ///< which contacts slip and which way, …
   std::vector<double> event_slopes;   ///< 1/s, how what decides on them fell in the last step; empty: not known
   std::vector<double> memory;         ///< what the method and the solvers keep from step to step
+  std::vector<double> drive_memory;   ///< how far functions of time were looked at; empty: a motion begins here
   std::vector<double> singular_memory;  ///< what was seen of places where K loses rank; empty: it keeps it
   std::vector<double> state_before;     ///< where one may come next: of the last step's beginning; else empty
 };

@@ -53,6 +53,11 @@ class TANOR_API ScalarFunction {
   /// Where the next piece of a table begins, s, after t: the series at t says nothing beyond it. Infinite: nowhere.
   double smooth_until(double t) const;
 
+  /// Values at many times at once; beyond the ends of a table the value there.
+  void sample(std::span<const double> times, double* values) const;
+  /// Appends the times between begin and end at which pieces of a table meet, s, ascending.
+  void append_knots(double begin, double end, std::vector<double>* knots) const;
+
   /// Where the numbers come from when they are not constant.
   class TANOR_LOCAL Source;
 

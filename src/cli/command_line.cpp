@@ -61,6 +61,7 @@ void add_run(CLI::App* app, RunOptions* options) {
   CLI::Option* rtol = command->add_option("--rtol", over->rtol, "relative tolerance")->check(require_positive);
   CLI::Option* atol = command->add_option("--atol", over->atol, "absolute tolerance, m; default: 1e-10 of the size")->check(require_positive);
   step->check(require_positive)->excludes(rtol, atol);
+  command->add_option("--max-step", over->max_step, "no step is longer, s")->check(require_positive);
   add_motion(command, over);
   command->add_flag("--resume", options->resume, "go on from the checkpoint of an interrupted run");
   command->add_flag("--quiet", options->quiet, "no progress on stderr");

@@ -48,6 +48,26 @@ struct ErrorRatios {
   double largest() const { return larger(x, v); }
 };
 
+/// A step of length h from (t, x, v) that follows functions of time as a polynomial of some degree does; between the
+/// places where that polynomial is taken they are looked at every `spacing`, s.
+struct DrivenStep {
+  double t, h, spacing;
+  int degree;
+  double atol, rtol;
+  const double *x, *v;
+};
+
+/// What such a step would not see of the functions of time.
+struct DriveReport {
+  double error = 0.0;     ///< that this makes in x and v, over atol + rtol |.|
+  double velocity = 0.0;  ///< m/s: what the step does not follow at all, not even roughly
+  int pieces = 1;         ///< of the step, in each of which the functions are nearly linear; at most `most_pieces`
+  std::size_t drive = 0;  ///< number of the function that is seen least
+  bool is_of_time_alone = true;  ///< else another look is due where the state is another one
+
+  static constexpr int most_pieces = 64;
+};
+
 /// What multiplies M, -df/dv and -df/dx in Newton's matrix of an implicit step.
 template <class T>
 struct NewtonWeights {
@@ -185,6 +205,13 @@ class Mechanics {
   }
   /// Power at a state that moves with the acceleration a, which is not solved for.
   virtual Power power_along(double /*t*/, const double* /*x*/, const double* /*v*/, const double* /*a*/) { return {}; }
+
+  // ---- functions of time: forces, supports, parameters of constraints, coordinates and friction ----
+
+  /// Some function of time acts.
+  virtual bool has_drives() const = 0;
+  virtual DriveReport look_at_drives(const DrivenStep& step) = 0;
+  virtual std::string name_drive(std::size_t drive) const = 0;
 
   // ---- events: instants where the equations themselves change (a contact begins or ceases to slip) ----
 

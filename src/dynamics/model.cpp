@@ -186,6 +186,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       scales(find_neighbourhoods(system, t), numbering, incidences, scene_size),
       may_lose_rank(closes_loops(system, numbering)),
       mass_ratio(find_mass_ratio(incidences, inverse_mass)),
+      drives(system, numbering, inverse_mass, scene_size, t),
       rank(numbering.first_idle_row()),
       uniform_free_(forces.uniform_acceleration()),
       num_constrained_(count_constrained(incidences, numbering)),

@@ -9,6 +9,7 @@
 
 #include "assembly/reactions.hpp"
 #include "base/parallel.hpp"
+#include "dynamics/drives.hpp"
 #include "dynamics/mechanics.hpp"
 #include "dynamics/scales.hpp"
 #include "evaluate/constraints.hpp"
@@ -50,6 +51,7 @@ class Model {
   /// Constraints close loops, or hold one island in two places: trees of rods on one support never lose rank.
   const bool may_lose_rank;
   const double mass_ratio;  ///< largest over smallest of moving points under constraints
+  Drives drives;
   PhaseTimes times;
   Counters counters;
   std::size_t rank = 0;  ///< of K, as it was decided last; every row with moving points where nothing was suspected

@@ -90,6 +90,12 @@ class NormalForm final : public EquationsOfMotion {
                  double* smooth_until) override;
   Power power_along(double t, const double* r, const double* v, const double* w) override;
 
+  bool has_drives() const override { return !model_.drives.empty(); }
+  DriveReport look_at_drives(const DrivenStep& step) override {
+    return model_.drives.look(step, {step.x, step.v, nullptr, model_.scales});
+  }
+  std::string name_drive(std::size_t drive) const override { return model_.drives.name(drive); }
+
   // Contacts that slide or stick, in contacts.cpp.
   std::size_t num_events() const override { return num_switches_; }
   void evaluate_events(double t, const double* r, const double* v, double* values) override;

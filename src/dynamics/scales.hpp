@@ -42,6 +42,13 @@ class Scales {
   /// points, supports last.
   std::span<const double> position_tolerances() const { return position_tolerance_; }
   std::span<const double> velocity_tolerances() const { return velocity_tolerance_; }
+  /// One of them, or `atol` where it is given.
+  double position_tolerance(double atol, std::size_t point) const {
+    return atol > 0.0 ? atol : position_tolerance_[point];
+  }
+  double velocity_tolerance(double atol, std::size_t point) const {
+    return atol > 0.0 ? atol : velocity_tolerance_[point];
+  }
 
  private:
   std::size_t num_points_;

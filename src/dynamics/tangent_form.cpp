@@ -274,6 +274,17 @@ ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double
                              rtol);
 }
 
+DriveReport TangentForm::look_at_drives(const DrivenStep& step) {
+  users_q_.resize(size());
+  model_.coordinates.scatter(step.x, users_q_.data());
+  const double t_now = model_.time();
+  model_.set_time(step.t);
+  model_.prescribe_all(step.t, r_from_.data(), v_from_.data());
+  model_.coordinates.evaluate(model_.parallel, step.x, step.v, r_from_.data(), v_from_.data(), nullptr, nullptr);
+  model_.set_time(t_now);
+  return model_.drives.look(step, {r_from_.data(), v_from_.data(), users_q_.data(), model_.scales});
+}
+
 Power TangentForm::power(const double*, const double*) const {
   complete();
   // M^-1 eta = w - w0

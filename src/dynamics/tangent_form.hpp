@@ -34,6 +34,9 @@ class TangentForm final : public EquationsOfMotion {
   ProjectionReport project_step(double, double, double*, double*) override { return {}; }
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
+  bool has_drives() const override { return !model_.drives.empty(); }
+  DriveReport look_at_drives(const DrivenStep& step) override;
+  std::string name_drive(std::size_t drive) const override { return model_.drives.name(drive); }
   Power power(const double* q, const double* q_dot) const override;
   Energy energy(double t, const double* q, const double* q_dot) override;
   std::size_t rank() const override { return model_.rank; }
@@ -132,6 +135,7 @@ class TangentForm final : public EquationsOfMotion {
   std::vector<double> right_side_, rates_;             // [s]
   std::vector<double> last_q_, last_q_dot_;            // [s] of the last accelerations
   mutable std::vector<double> last_q_ddot_;            // likewise
+  std::vector<double> users_q_;                        // [s] scratch
   std::vector<double> q_;                              // where the last (r, v) was found: the next search starts there
 };
 

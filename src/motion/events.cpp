@@ -19,7 +19,8 @@ constexpr double vanishing = 1e-10;  // what is below where another function van
 constexpr double dense_tolerance = 1e-7;  // of the step: the secants of the steps made again do the rest
 constexpr int most_passes = 60;  // steps made again: 2 to 4 where functions are smooth, bisection where they jump
 constexpr int most_probes = 12;  // down to 1/8^12 of the step
-constexpr int most_dips = 3;
+constexpr int most_dips = 3;     // and one for every two pieces of a step
+constexpr std::size_t usual_samples = 8;
 constexpr std::size_t most_switches = 50;  // without progress of time
 
 /// Instants that are no further apart are one.
@@ -66,6 +67,7 @@ Outcome Events::evaluate(double t, const double* x, const double* v, double* val
 void Events::resize() {
   num_ = mechanics_.num_events();
   for (std::vector<double>* array : {&start_, &scales_, &values_}) array->resize(num_);
+  samples_.resize(std::max(samples_.size(), usual_samples));
   for (Sample& sample : samples_) sample.values.resize(num_);
   is_watched_.resize(num_);
   which_.reserve(num_);
@@ -100,6 +102,7 @@ Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* val
 
 /// In its place among the others.
 Outcome Events::add_sample(DenseOutput* dense, double fraction) {
+  if (num_samples_ == samples_.size()) samples_.push_back({0.0, std::vector<double>(num_)});
   Sample& sample = samples_[num_samples_++];
   sample.fraction = fraction;
   Outcome found = evaluate_inside(dense, fraction, sample.values.data());
@@ -122,28 +125,26 @@ bool Events::may_dip(double h) const {
   return false;
 }
 
-/// Where a parabola through the lowest inner sample of a function and its neighbours is lowest, of those that fall
-/// below 0 there; 0: none does.
-double Events::find_dip() const {
-  double lowest = 0.0, place = 0.0;
+/// Where a parabola through an inner sample of a function and its neighbours is lowest, of those that fall below
+/// `margin` there, over the scale; 0: none does.
+double Events::find_dip(double margin) const {
+  double lowest = margin, place = 0.0;
   for (std::size_t k = 0; k < num_; ++k) {
-    std::size_t i = 1;
-    for (std::size_t j = 2; j + 1 < num_samples_; ++j) {
-      if (samples_[j].values[k] < samples_[i].values[k]) i = j;
-    }
-    // f(s) = f + m s + c s^2, s from the middle one
-    const double f = samples_[i].values[k];
-    const double left = samples_[i - 1].fraction - samples_[i].fraction;
-    const double right = samples_[i + 1].fraction - samples_[i].fraction;
-    const double from_left = (samples_[i - 1].values[k] - f) / left;
-    const double from_right = (samples_[i + 1].values[k] - f) / right;
-    const double curvature = (from_right - from_left) / (right - left);
-    const double slope = from_right - curvature * right;
-    if (!(curvature > 0.0)) continue;
-    const double s = -0.5 * slope / curvature, value = f + 0.5 * slope * s;
-    if (value / scales_[k] < lowest && s > left && s < right && s != 0.0) {
-      lowest = value / scales_[k];
-      place = samples_[i].fraction + s;
+    for (std::size_t i = 1; i + 1 < num_samples_; ++i) {
+      // f(s) = f + m s + c s^2, s from the middle one
+      const double f = samples_[i].values[k];
+      const double left = samples_[i - 1].fraction - samples_[i].fraction;
+      const double right = samples_[i + 1].fraction - samples_[i].fraction;
+      const double from_left = (samples_[i - 1].values[k] - f) / left;
+      const double from_right = (samples_[i + 1].values[k] - f) / right;
+      const double curvature = (from_right - from_left) / (right - left);
+      const double slope = from_right - curvature * right;
+      if (!(curvature > 0.0)) continue;
+      const double s = -0.5 * slope / curvature, value = f + 0.5 * slope * s;
+      if (value / scales_[k] < lowest && s > left && s < right && s != 0.0) {
+        lowest = value / scales_[k];
+        place = samples_[i].fraction + s;
+      }
     }
   }
   return place;
@@ -157,14 +158,18 @@ std::size_t Events::first_not_positive() const {
 }
 
 /// Inside the step, where a function may dip; the values of both ends are there.
-Outcome Events::take_samples(DenseOutput* dense, double h) {
-  if (!may_dip(h)) return {};
-  for (const double fraction : {0.25, 0.5, 0.75}) {
-    if (Outcome found = add_sample(dense, fraction); !found.ok()) return found;
+Outcome Events::take_samples(DenseOutput* dense, int pieces, double h) {
+  if (pieces < 2 && !may_dip(h)) return {};
+  const int places = std::max(pieces, 4);
+  for (int i = 1; i < places; ++i) {
+    if (Outcome found = add_sample(dense, static_cast<double>(i) / places); !found.ok()) return found;
   }
-  for (int dip = 0; dip < most_dips && first_not_positive() == num_samples_; ++dip) {
+  // Between many places what just touches 0 is looked at, too.
+  constexpr double touching = 1e-3;
+  const double margin = pieces < 2 ? 0.0 : touching;
+  for (int dip = 0; dip < most_dips + pieces / 2 && first_not_positive() == num_samples_; ++dip) {
     measure_scales();
-    const double fraction = find_dip();
+    const double fraction = find_dip(margin);
     if (fraction == 0.0) break;
     if (Outcome found = add_sample(dense, fraction); !found.ok()) return found;
   }
@@ -273,8 +278,8 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
     h -= now / slope;
     if (high - low <= finest)
       h = high;
-    else if (!(h > low && h < high))
-      h = 0.5 * (low + high);
+    else if (!(h > low && h < high) || std::abs(h - last_h) < 0.5 * finest)
+      h = 0.5 * (low + high);  // where a function jumps the secant stands still
   }
   return {Status::NotConverged, "the instant of an event near t = " + text(to->t) + " is not found"};
 }
@@ -318,7 +323,7 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   return {};
 }
 
-Events::Meeting Events::meet(Scheme& scheme, const State& from, State* to, StepResult* step) {
+Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, State* to, StepResult* step) {
   if (num_ == 0) return {};
   DenseOutput dense(scheme, from, *to);
   num_samples_ = 2;
@@ -328,7 +333,7 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, State* to, StepR
   Meeting meeting;
   Outcome& found = meeting.outcome;
   if (found = evaluate(to->t, to->x.data(), to->v.data(), samples_[1].values.data()); !found.ok()) return meeting;
-  if (found = take_samples(&dense, to->t - from.t); !found.ok()) return meeting;
+  if (found = take_samples(&dense, pieces, to->t - from.t); !found.ok()) return meeting;
   measure_scales();
   const bool looked_inside = num_samples_ > 2;
   Root root = Root::None;

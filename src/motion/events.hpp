@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -37,7 +36,8 @@ class Events {
   /// After a step from `from` to `to` that was accepted: where a function vanishes on the way, the step is made again
   /// so that it ends at the first such instant, and asks for a switch there; `to` and `step` are then those of the
   /// shorter step, whose length is 0 where a function falls from 0 at once. On a failed outcome `to` is meaningless.
-  Meeting meet(Scheme& scheme, const State& from, State* to, StepResult* step);
+  /// `pieces`: of the step, at whose ends functions are evaluated; 1: where something hints at a dip.
+  Meeting meet(Scheme& scheme, const State& from, int pieces, State* to, StepResult* step);
   /// Where `meet` asked for it. The next step has to start from `to`; where it fails, no other step helps.
   Outcome switch_equations(Scheme& scheme, const State& from, State* to);
 
@@ -55,7 +55,6 @@ class Events {
     double fraction = 0.0;
     std::vector<double> values;
   };
-  static constexpr std::size_t most_samples = 8;
   enum class Root { None, AtStart, Inside };
 
   void resize();
@@ -65,8 +64,8 @@ class Events {
   Outcome add_sample(DenseOutput* dense, double fraction);
   std::size_t first_not_positive() const;
   bool may_dip(double h) const;
-  double find_dip() const;
-  Outcome take_samples(DenseOutput* dense, double h);
+  double find_dip(double margin) const;
+  Outcome take_samples(DenseOutput* dense, int pieces, double h);
   void measure_scales();
   Outcome bracket(DenseOutput* dense, Root* root);
   bool is_at_zero(std::size_t k) const;
@@ -78,8 +77,8 @@ class Events {
   Mechanics& mechanics_;
   std::size_t num_ = 0;
   bool knows_start_ = false;
-  std::vector<double> start_, slopes_;        // at the start of the step; over the step before
-  std::array<Sample, most_samples> samples_;  // of this step, in order
+  std::vector<double> start_, slopes_;  // at the start of the step; over the step before
+  std::vector<Sample> samples_;         // of this step, in order
   std::size_t num_samples_ = 0;
   std::vector<double> scales_;                 // largest magnitude of each function over the samples
   std::vector<char> is_watched_;               // not one that has just left 0 upwards

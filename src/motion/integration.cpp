@@ -34,6 +34,7 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       report_(*report),
       scheme_(make_scheme(method, options, mechanics)),
       control_(scheme_->estimate_order()),
+      drives_(options, *scheme_, mechanics),
       events_(mechanics),
       places_(options, mechanics, scheme_->is_adaptive(), report),
       watch_(mechanics) {
@@ -45,6 +46,7 @@ void Integration::write(Snapshot* snapshot) {
   snapshot->last_error = control_.last_error();
   snapshot->advance_begin = advance_begin_;
   snapshot->advance_end = advance_end_;
+  snapshot->drive_memory = drives_.memory();
   snapshot->discrete_state = mechanics_.discrete_state();
   snapshot->event_slopes = events_.slopes();
   snapshot->memory.clear();
@@ -85,6 +87,7 @@ void Integration::restore(const Snapshot& snapshot) {
   control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, !before.empty() && before[0] != 0.0);
   advance_begin_ = snapshot.advance_begin;
   advance_end_ = snapshot.advance_end;
+  drives_.restore(snapshot.time, snapshot.drive_memory);
   scheme_ = make_scheme(method_, options_, mechanics_);  // which remembers no other motion
   events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
   trial_is_before_ = !before.empty();
@@ -98,6 +101,7 @@ void Integration::begin() {
   trial_ = state;  // what does not move stands in both
   trial_is_before_ = false;
   watch_.forget();
+  drives_.begin(state.t);
   places_.begin(state.t);
 }
 
@@ -131,6 +135,7 @@ void Integration::resume(const Snapshot& snapshot) {
 
 Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {
   has_stopped_ = false;
+  drives_.advance(state.t, t_end);
   return scheme_->is_adaptive() ? advance_adaptively(t_end, taken, observer)
                                 : advance_in_equal_steps(t_end, taken, observer);
 }
@@ -145,7 +150,7 @@ Integration::Attempt Integration::try_step(double t, bool may_surprise) {
   attempt.error = step.error;
   attempt.has_surprised = may_surprise && attempt.is_good() && places_.have_surprised();
   if (!attempt.is_good()) return attempt;
-  const Events::Meeting meeting = events_.meet(*scheme_, state, &trial_, &step);
+  const Events::Meeting meeting = events_.meet(*scheme_, state, drives_.pieces(), &trial_, &step);
   step.outcome = meeting.outcome;
   if (step.outcome.ok()) look_out(&attempt);
   if (step.outcome.ok() && meeting.asks_for_switch && !attempt.has_stopped) {
@@ -239,8 +244,10 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
     const double h = t - state.t;
     const bool coasts = trial_is_before_ && places_.disturb(state.t, h);
     if (Outcome found = coasts ? Outcome{} : events_.start(state); !found.ok()) return found;
+    if (!coasts) drives_.watch(state, h);
     const Attempt attempt = coasts ? try_coasting(t) : try_step(t, splits_left == most_splits);
     if (attempt.is_good()) {
+      if (trial_.t == t) drives_.note(state, h);
       take_trial(attempt, taken);
       continue;
     }
@@ -253,6 +260,15 @@ Outcome Integration::step_or_split(double t, int splits_left, const Taken& taken
   return {};
 }
 
+double Integration::longest_step() const {
+  return options_.max_step > 0.0 ? options_.max_step : std::numeric_limits<double>::infinity();
+}
+
+std::string Integration::explain_missed() const {
+  constexpr double small = 1e-2;  // of the largest speed
+  return drives_.missed() > small * fastest_ ? drives_.describe() : "";
+}
+
 Outcome Integration::step_too_small(double resolution, const Outcome& reason) const {
   return {Status::StepTooSmall, "the step falls below " + text(resolution) + " s at t = " + text(state.t) +
                                     (reason.ok() ? "" : ": " + reason.what)};
@@ -261,10 +277,11 @@ Outcome Integration::step_too_small(double resolution, const Outcome& reason) co
 /// Steps of at most `options.step` that end exactly at t_end. An advance that was stopped on its way there goes on
 /// with its own steps.
 Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer) {
-  EqualSteps steps(advance_begin_, t_end, options_.step);
+  const double length = std::min(options_.step, longest_step());
+  EqualSteps steps(advance_begin_, t_end, length);
   double k = steps.nearest(state.t);
   if (advance_end_ != t_end || steps.time(k) != state.t) {
-    steps = EqualSteps(state.t, t_end, options_.step);
+    steps = EqualSteps(state.t, t_end, length);
     k = 0.0;
   }
   advance_begin_ = steps.begin();
@@ -301,7 +318,7 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
 /// Tries a step past a singular place; where that fails, `next_step` is the length to try instead.
 Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
   const auto end_of = [&](double h) { return h >= 0.99 * (t_end - state.t) ? t_end : state.t + h; };
-  const double wanted = places_.coasting_length(trial_.t, state.t);
+  const double wanted = std::min(places_.coasting_length(trial_.t, state.t), longest_step());
   Attempt attempt = try_coasting(end_of(wanted));
   if (!attempt.is_good()) {
     ++report_.rejected;
@@ -314,7 +331,7 @@ Outcome Integration::coast_adaptively(double t_end, const Taken& taken) {
     if (!places_.is_coasting() && !places_.lies_near_end(state.t, end_of(wanted)))
       attempt = try_passing(end_of(wanted));
     if (attempt.has_switched && !attempt.is_good()) return attempt.step.outcome;
-    if (!attempt.is_good()) attempt = try_coasting(end_of(places_.longer(wanted)), true);
+    if (!attempt.is_good()) attempt = try_coasting(end_of(std::min(places_.longer(wanted), longest_step())), true);
   }
   if (attempt.is_good()) {
     take_trial(attempt, taken);
@@ -355,18 +372,21 @@ Integration::Attempt Integration::try_step_and_remember(double t, bool may_surpr
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = events_.start(state); !found.ok()) return found;
   if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = std::min(proposed, limit_);
+  next_step = std::min(next_step, longest_step());
   // End exactly at t_end, without a tiny last step.
   const double left = t_end - state.t;
-  const bool last = next_step >= 0.99 * left;
-  const double h = last ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
   const double resolution = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), left);
+  const bool reaches = next_step >= 0.99 * left && left <= longest_step();
+  const double fitting = reaches ? left : std::min(next_step, 0.51 * left > next_step ? next_step : 0.5 * left);
+  const double h = drives_.shorten(state, fitting, resolution);
+  const bool last = reaches && h == fitting;
   if (!last && !(h >= resolution)) return step_too_small(resolution, {});
   const Attempt attempt = try_step_and_remember(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
     // A step cut short by t_end says little about the next one, one cut short by an event nothing: the whole one does,
-    // but not that the next one may be longer.
-    next_step = last ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
+    // but not that the next one may be longer. So does one that functions of time cut short.
+    next_step = last || h < fitting ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
     if (attempt.has_switched) next_step = std::min(next_step, h);
     take_trial(attempt, taken);
     return {};

@@ -6,6 +6,7 @@
 
 #include <tanor/motion.hpp>
 
+#include "motion/drive_control.hpp"
 #include "motion/events.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_places.hpp"
@@ -49,6 +50,9 @@ class Integration {
   /// to tell. Of fixed steps.
   double turn() const;
 
+  /// What fixed steps passed over, as a warning; empty: nothing to speak of.
+  std::string explain_missed() const;
+
   /// What the next step depends on beside the state, to and from a snapshot. After `restore` the owner completes the
   /// state from its points, where the mechanics solves once; `resume` then puts back what that solve may have changed
   /// in its last bits.
@@ -81,6 +85,7 @@ class Integration {
   Outcome advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer);
   Outcome step_or_split(double t, int splits_left, const Taken& taken);
   Outcome step_too_small(double resolution, const Outcome& reason) const;
+  double longest_step() const;
   Attempt try_step(double t, bool may_surprise);
   Attempt try_coasting(double t, bool takes_least_error = false);
   Attempt try_passing(double t);
@@ -94,6 +99,7 @@ class Integration {
   MotionReport& report_;
   std::unique_ptr<Scheme> scheme_;
   StepControl control_;
+  DriveControl drives_;
   Events events_;
   SingularPlaces places_;
   Watch watch_;

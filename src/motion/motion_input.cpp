@@ -22,6 +22,7 @@ void check_options(const MotionOptions& options) {
   check_enum(options.stabilisation, Stabilisation::None, "/motion/stabilisation");
   check_enum(options.start, StartMode::Project, "/motion/start");
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");
+  if (options.max_step != 0.0) positive("/motion/max_step", options.max_step, "a positive longest step, s");
   positive("/motion/rtol", options.rtol, "a positive tolerance");
   if (options.atol != 0.0) positive("/motion/atol", options.atol, "a positive tolerance, m and m/s");
   if (options.order != 0 && !(options.order >= 4 && options.order <= ScalarFunction::largest_order)) {
@@ -116,6 +117,7 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   check_points("/snapshot/velocities", snapshot.velocities);
   const EnergyReport& energy = snapshot.report.energy;
   check_finite("/snapshot/time", std::array{snapshot.time});
+  check_finite("/snapshot/drive_memory", snapshot.drive_memory);
   check_finite("/snapshot/report/energy",
                std::array{energy.start, energy.work_of_supports, energy.work_of_forces, energy.work_of_friction});
   const auto check_size = [](const char* where, double value) {

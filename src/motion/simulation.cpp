@@ -346,6 +346,7 @@ struct Simulation::Implementation {
       integration.next_step = first_step(t_end - state.t);
     outcome = integration.advance(
         t_end, [this](const StepResult& step) { take(step); }, observer);
+    if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
     const bool rejected_last = !outcome.ok();
     if (rejected_last || !integration.knows_acceleration()) {
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);

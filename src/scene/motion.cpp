@@ -22,6 +22,7 @@ void apply(const Overrides& overrides, Scene* scene) {
   const bool has_tolerance = overrides.rtol || overrides.atol;
   if (has_tolerance && options.method == Method::Auto) options.step = 0.0;
   options.step = overrides.step.value_or(options.step);
+  options.max_step = overrides.max_step.value_or(options.max_step);
   options.rtol = overrides.rtol.value_or(options.rtol);
   options.atol = overrides.atol.value_or(options.atol);
   scene->t_end = overrides.t_end.value_or(scene->t_end);
@@ -39,6 +40,11 @@ void check_counts(const Cursor& motion, const Overrides& overrides, const Scene&
     const std::string wanted = describe_limit(t_end, most_steps, "steps");
     if (overrides.step) throw InputError("--step", fmt::format("found number {}, wanted {}", step, wanted));
     motion["step"].fail(wanted);
+  }
+  if (const double longest = scene.motion.max_step; longest > 0.0 && t_end / longest > most_steps) {
+    const std::string wanted = describe_limit(t_end, most_steps, "steps");
+    if (overrides.max_step) throw InputError("--max-step", fmt::format("found number {}, wanted {}", longest, wanted));
+    motion["max_step"].fail(wanted);
   }
   if (scene.output_every > 0.0 && t_end / scene.output_every > most_frames) {
     motion["output_every"].fail(describe_limit(t_end, most_frames, "frames"));
@@ -58,7 +64,7 @@ CertificatePolicy read_certificate(const Cursor& certificate) {
 }  // namespace
 
 void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
-  motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "t_end", "output_every", "output_points",
+  motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_end", "output_every", "output_points",
                  "stabilisation", "start"});
   MotionOptions& options = scene->motion;
   if (const Cursor method = motion["method"]) {
@@ -66,6 +72,7 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
     options.method = method.locate([&] { return method_from_name(name); });
   }
   if (!motion["step"].is_null()) options.step = motion["step"].positive(0.0);
+  if (!motion["max_step"].is_null()) options.max_step = motion["max_step"].positive(0.0);
   options.rtol = motion["rtol"].positive(options.rtol);
   options.atol = motion["atol"].positive(options.atol);
   options.order = static_cast<int>(motion["order"].integer(0, 24, options.order));

@@ -267,6 +267,11 @@ CoordinateKernel formula_coordinates(std::span<const std::string> names, std::sp
     const bool has_time = formulas.components.back().depends_on(kernel.num_coordinates);
     kernel.depends_on_time = kernel.depends_on_time || has_time;
   }
+  kernel.expression = record_expression(static_cast<int>(variables.size()), [&](const std::vector<Traced>& x) {
+    std::vector<Traced> r;
+    for (const Formula& formula : formulas.components) r.push_back(formula.evaluate(std::span(x)));
+    return r;
+  });
   kernel.context = std::make_shared<const CoordinateFormulas>(std::move(formulas));
   return kernel;
 }

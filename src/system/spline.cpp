@@ -179,4 +179,11 @@ double Spline::next_knot(double t) const {
   return next == pieces_.data() + pieces_.size() ? std::numeric_limits<double>::infinity() : next->start;
 }
 
+void Spline::append_knots(double begin, double end, std::vector<double>* knots) const {
+  const auto starts_later = [](double time, const Piece& piece) { return time < piece.start; };
+  for (auto piece = std::upper_bound(pieces_.begin(), pieces_.end(), begin, starts_later);
+       piece != pieces_.end() && piece->start < end; ++piece)
+    knots->push_back(piece->start);
+}
+
 }  // namespace tanor

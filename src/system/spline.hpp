@@ -24,6 +24,10 @@ class Spline {
   void expand(double t, std::span<double> coefficients) const;
   /// Where the piece at t ends; infinite for the last one.
   double next_knot(double t) const;
+  /// Appends the times between begin and end at which two pieces meet.
+  void append_knots(double begin, double end, std::vector<double>* knots) const;
+  double first_time() const { return first_time_; }
+  double last_time() const { return last_time_; }
 
  private:
   /// Value = sum of coefficients[k] (t - start)^k.

@@ -7,6 +7,7 @@
 #include <tanor/error.hpp>
 
 #include "system/formula.hpp"
+#include "system/lanes.hpp"
 #include "system/spline.hpp"
 
 namespace tanor {
@@ -17,6 +18,10 @@ class ScalarFunction::Source {
   virtual Jet<2> evaluate(double t) const = 0;
   virtual bool expand(double t, std::span<double> coefficients) const = 0;
   virtual double smooth_until(double) const { return std::numeric_limits<double>::infinity(); }
+  virtual void append_knots(double, double, std::vector<double>*) const {}
+  virtual void sample(std::span<const double> times, double* values) const {
+    for (std::size_t i = 0; i < times.size(); ++i) values[i] = evaluate(times[i]).value();
+  }
 };
 
 namespace {
@@ -34,6 +39,18 @@ class FormulaSource final : public ScalarFunction::Source {
     std::copy_n(series.c.begin(), coefficients.size(), coefficients.begin());
     return true;
   }
+  /// An instruction is read once for many times.
+  void sample(std::span<const double> times, double* values) const override {
+    constexpr std::size_t width = Lanes<double>::width;
+    for (std::size_t first = 0; first < times.size(); first += width) {
+      const std::size_t count = std::min(width, times.size() - first);
+      const auto f = formula_.evaluate_loading<Lanes<double>>([&](int, Lanes<double>* t) {
+        t->fill(times[first]);
+        std::copy_n(times.data() + first, count, t->c[0]);
+      });
+      std::copy_n(f.c[0], count, values + first);
+    }
+  }
 
  private:
   static constexpr int largest_order = ScalarFunction::largest_order;
@@ -44,11 +61,18 @@ class TableSource final : public ScalarFunction::Source {
  public:
   explicit TableSource(Spline spline) : spline_(std::move(spline)) {}
   Jet<2> evaluate(double t) const override { return spline_.evaluate(t); }
+  void sample(std::span<const double> times, double* values) const override {
+    for (std::size_t i = 0; i < times.size(); ++i)
+      values[i] = spline_.evaluate(std::clamp(times[i], spline_.first_time(), spline_.last_time())).value();
+  }
   bool expand(double t, std::span<double> coefficients) const override {
     spline_.expand(t, coefficients);
     return true;
   }
   double smooth_until(double t) const override { return spline_.next_knot(t); }
+  void append_knots(double begin, double end, std::vector<double>* knots) const override {
+    spline_.append_knots(begin, end, knots);
+  }
 
  private:
   Spline spline_;
@@ -107,6 +131,15 @@ bool ScalarFunction::expand(double t, std::span<double> coefficients) const {
 
 double ScalarFunction::smooth_until(double t) const {
   return source_ ? source_->smooth_until(t) : std::numeric_limits<double>::infinity();
+}
+
+void ScalarFunction::sample(std::span<const double> times, double* values) const {
+  if (source_) return source_->sample(times, values);
+  std::fill_n(values, times.size(), constant_);
+}
+
+void ScalarFunction::append_knots(double begin, double end, std::vector<double>* knots) const {
+  if (source_) source_->append_knots(begin, end, knots);
 }
 
 VectorFunction::VectorFunction(const Vector3& constant) : components{constant[0], constant[1], constant[2]} {}

@@ -46,6 +46,9 @@ class Toy : public Mechanics {
     }
     return result;
   }
+  bool has_drives() const override { return false; }
+  DriveReport look_at_drives(const DrivenStep&) override { return {}; }
+  std::string name_drive(std::size_t) const override { return {}; }
   Power power(const double*, const double*) const override { return {}; }
   void exchange_memory(Memory&) override {}
   Energy energy(double, const double*, const double*) override { return {}; }

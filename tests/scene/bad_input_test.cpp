@@ -277,6 +277,8 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /motion/rtol: found number -1e-08, wanted a number > 0)"},
     {"EndIsNegative", three_points(R"("motion": {"t_end": -1})"),
      R"(scene.json: /motion/t_end: found number -1, wanted a number > 0)"},
+    {"LongestStepIsZero", three_points(R"("motion": {"max_step": 0})"),
+     R"(scene.json: /motion/max_step: found number 0, wanted a number > 0)"},
     {"OutputIntervalIsZero", three_points(R"("motion": {"output_every": 0})"),
      R"(scene.json: /motion/output_every: found number 0, wanted a number > 0)"},
     {"OutputPointIsOutOfRange", three_points(R"("motion": {"output_points": [5]})"),

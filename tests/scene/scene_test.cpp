@@ -62,7 +62,7 @@ TEST(Scene, HasTheDefaultsOfTheContract) {
 
 TEST(Scene, ReadsMotionAndSolver) {
   const Scene scene = parse(three_points(R"(
-    "motion": {"method": "rk4", "step": 1e-3, "rtol": 1e-6, "atol": 1e-7, "t_end": 2, "output_every": 0.5,
+    "motion": {"method": "rk4", "step": 1e-3, "max_step": 0.25, "rtol": 1e-6, "atol": 1e-7, "t_end": 2, "output_every": 0.5,
                "output_points": {"first": 1}, "stabilisation": "none", "start": "project"},
     "solver": {"form": "normal", "way": "general", "ordering": "metis", "reuse": false, "threads": 2,
                "certificate": {"every": 10}})"));
@@ -72,6 +72,7 @@ TEST(Scene, ReadsMotionAndSolver) {
   EXPECT_EQ(scene.motion.rtol, 1e-6);
   EXPECT_EQ(scene.motion.atol, 1e-7);
   EXPECT_EQ(scene.t_end, 2.0);
+  EXPECT_EQ(scene.motion.max_step, 0.25);
   EXPECT_EQ(scene.output_every, 0.5);
   EXPECT_EQ(scene.output_points, (std::vector<Index>{1, 2}));
   EXPECT_EQ(scene.motion.stabilisation, Stabilisation::None);

@@ -1,0 +1,470 @@
+#include "dynamics/drives.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <variant>
+
+#include "base/vec3.hpp"
+#include "system/contacts.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr std::size_t most_members = 16;       // of an entry that are looked at
+constexpr std::size_t most_samples = 1 << 14;  // of a step, beside the knots of tables
+
+template <class... Visitors>
+struct Overloaded : Visitors... {
+  using Visitors::operator()...;
+};
+
+/// visit(k) for at most `most_members` of `count`, evenly spread.
+template <class Visit>
+void for_some(std::size_t count, const Visit& visit) {
+  const std::size_t some = std::min(count, most_members);
+  for (std::size_t i = 0; i < some; ++i) visit(i * count / some);
+}
+
+/// Variable i of an expression takes part; of the first one that is said of constants, too.
+bool depends_on(const Expression& expression, std::size_t variable) {
+  const int number = expression.variables[variable];
+  if (std::ranges::count(expression.results, number) > 0) return true;
+  return std::ranges::any_of(expression.instructions, [number](const Expression::Instruction& i) {
+    return i.operation != Expression::Operation::Variable && (i.a == number || i.b == number || i.c == number);
+  });
+}
+/// Time is the last one.
+bool depends_on_time(const Expression& expression) {
+  return depends_on(expression, expression.variables.size() - 1);
+}
+bool depends_on_state(const Expression& expression) {
+  for (std::size_t i = 0; i + 1 < expression.variables.size(); ++i) {
+    if (depends_on(expression, i)) return true;
+  }
+  return false;
+}
+
+double length_of(const VectorFunction& a, double t) {
+  const std::array<Jet<2>, 3> at = a(t);
+  return std::hypot(at[0].value(), at[1].value(), at[2].value());
+}
+
+std::size_t num_coordinates(const Coordinates& coordinates) {
+  return std::visit(Overloaded{[](const FreeCoordinates& c) { return 3 * c.points.size(); },
+                               [](const LineCoordinates& c) { return c.points.size(); },
+                               [](const PlaneCoordinates& c) { return 2 * c.points.size(); },
+                               [](const CircleCoordinates& c) { return c.points.size(); },
+                               [](const SphereCoordinates& c) { return 2 * c.points.size(); },
+                               [](const ChainAngles& c) { return (c.normal == Vector3{} ? 2 : 1) * c.points.size(); },
+                               [](const RigidBody&) { return std::size_t{6}; },
+                               [](const UserCoordinates& c) {
+                                 return static_cast<std::size_t>(c.kernel.num_coordinates) * c.tuples.size();
+                               }},
+                    coordinates);
+}
+
+}  // namespace
+
+Drives::Drives(const System& system, const Numbering& numbering, std::span<const double> inverse_mass,
+               double scene_size, double t)
+    : numbering_(numbering), scene_size_(scene_size) {
+  for (std::size_t i = 0; i < system.num_points(); ++i)
+    reach_ = std::max(reach_, norm(load(system.positions.data(), i)));
+  reach_ = std::max(reach_, scene_size);
+  // Each entry appends what it has under its name.
+  const auto enter = [&](std::string name) { names_.push_back(std::move(name)); };
+  for (std::size_t k = 0; k < system.supports.size(); ++k) {
+    const Support& support = system.supports[k];
+    enter("the motion of " + (support.name.empty() ? "supports[" + std::to_string(k) + "]" : support.name));
+    add(support.displacement, Level::Position, 1.0, support.points);
+  }
+  for (std::size_t k = 0; k < system.constraints.size(); ++k) {
+    enter(constraint_name(system, k));
+    add_constraint(system.constraints[k], t);
+  }
+  std::size_t first_coordinate = 0;
+  for (std::size_t k = 0; k < system.coordinates.size(); ++k) {
+    enter(coordinates_name(system, k));
+    add_coordinates(system.coordinates[k], t, first_coordinate);
+    first_coordinate += num_coordinates(system.coordinates[k]);
+  }
+  for (std::size_t k = 0; k < system.forces.size(); ++k) {
+    enter(force_name(system, k));
+    add_force(system.forces[k], inverse_mass);
+  }
+  const std::vector<Contact> contacts = system.friction.empty() ? std::vector<Contact>{} : list_contacts(system);
+  for (std::size_t k = 0; k < system.friction.size(); ++k) {
+    enter(friction_name(system, k));
+    std::vector<Index> points;
+    for (const Contact& contact : contacts) {
+      if (contact.friction == static_cast<Index>(k)) points.push_back(contact.point);
+    }
+    std::visit([&](const auto& law) { add(law.velocity, Level::Velocity, 1.0, points); }, system.friction[k]);
+  }
+}
+
+// ---- what there is ----
+
+void Drives::add(const ScalarFunction& function, Level level, double scale, std::span<const Index> users_points) {
+  if (function.is_constant() || users_points.empty()) return;
+  Function added{function, level, scale, {}, names_.size() - 1};
+  for_some(users_points.size(), [&](std::size_t k) {
+    added.points.push_back(numbering_.inner_point[static_cast<std::size_t>(users_points[k])]);
+  });
+  functions_.push_back(std::move(added));
+}
+
+void Drives::add(const VectorFunction& function, Level level, double scale, std::span<const Index> users_points) {
+  for (const ScalarFunction& component : function.components) add(component, level, scale, users_points);
+}
+
+/// One function for all members, or one each.
+template <class Group>
+void Drives::add(const Parameter& parameter, double scale, const Group& group) {
+  if (parameter.functions.empty() || num_members(group) == 0) return;
+  if (parameter.functions.size() == 1) {
+    std::vector<Index> points;
+    for_some(num_members(group), [&](std::size_t k) { points.push_back(member_points(group, k).back()); });
+    return add(parameter.functions[0], Level::Position, scale, points);
+  }
+  for (std::size_t k = 0; k < parameter.functions.size(); ++k)
+    add(parameter.functions[k], Level::Position, scale, member_points(group, k));
+}
+
+void Drives::add(const Expression& expression, Program::As as, double scale, std::size_t first_coordinate,
+                 std::span<const Index> users_points) {
+  Program added{as,
+                SeriesProgram(expression, as == Program::As::AConstraint),
+                {},
+                first_coordinate,
+                scale,
+                !depends_on_state(expression),
+                names_.size() - 1};
+  for (const Index point : users_points)
+    added.points.push_back(numbering_.inner_point[static_cast<std::size_t>(point)]);
+  programs_.push_back(std::move(added));
+}
+
+double Drives::lever(const VectorFunction& direction, double t) const {
+  return direction.is_constant() ? 0.0 : reach_ / length_of(direction, t);
+}
+
+void Drives::add_force(const Force& force, std::span<const double> inverse_mass) {
+  const auto lightness = [&](Index point) {
+    return inverse_mass[static_cast<std::size_t>(numbering_.inner_point[static_cast<std::size_t>(point)])];
+  };
+  if (const auto* given = std::get_if<ConstantForce>(&force)) {
+    double largest = 0.0;
+    for (const Index point : given->points) largest = std::max(largest, lightness(point));
+    if (largest > 0.0) add(given->force, Level::Acceleration, largest, given->points);
+  } else if (const auto* formula = std::get_if<FormulaForce>(&force)) {
+    // A black box tells nothing of its functions of time.
+    if (formula->kernel.expression == nullptr || !depends_on_time(*formula->kernel.expression)) return;
+    for_some(formula->points.size(), [&](std::size_t k) {
+      const Index point = formula->points[k];
+      if (lightness(point) > 0.0)
+        add(*formula->kernel.expression, Program::As::AForce, lightness(point), 0, std::span(&point, 1));
+    });
+  }
+}
+
+void Drives::add_constraint(const Constraint& constraint, double t) {
+  const Level position = Level::Position;
+  std::visit(Overloaded{[&](const Rods& rods) { add(rods.length, 1.0, rods); },
+                        [&](const Planes& planes) {
+                          add(planes.normal, position, lever(planes.normal, t), planes.points);
+                          add(planes.offset, 1.0 / length_of(planes.normal, t), planes);
+                        },
+                        [&](const Spheres& spheres) {
+                          add(spheres.center, position, 1.0, spheres.points);
+                          add(spheres.radius, 1.0, spheres);
+                        },
+                        [&](const Lines& lines) {
+                          add(lines.origin, position, 1.0, lines.points);
+                          add(lines.direction, position, lever(lines.direction, t), lines.points);
+                        },
+                        [&](const Circles& circles) {
+                          add(circles.center, position, 1.0, circles.points);
+                          add(circles.normal, position, lever(circles.normal, t), circles.points);
+                          add(circles.radius, 1.0, circles);
+                        },
+                        [&](const Angles& angles) { add(angles.cosine, scene_size_, angles); },
+                        [&](const Pulleys& pulleys) {
+                          add(pulleys.length, std::max(1.0, 1.0 / std::abs(pulleys.ratio)), pulleys);
+                        },
+                        [&](const Linears& linears) {
+                          double largest = 0.0;
+                          for (const Vector3& c : linears.coefficients) largest = std::max(largest, norm(make_vec3(c)));
+                          if (largest > 0.0) add(linears.value, 1.0 / largest, linears);
+                        },
+                        [&](const UserConstraints& group) {
+                          if (group.kernel.expression == nullptr || !group.kernel.depends_on_time) return;
+                          for_some(group.tuples.size(), [&](std::size_t k) {
+                            add(*group.kernel.expression, Program::As::AConstraint, 1.0, 0, group.tuples[k]);
+                          });
+                        }},
+             constraint);
+}
+
+void Drives::add_coordinates(const Coordinates& coordinates, double t, std::size_t first_coordinate) {
+  const Level position = Level::Position;
+  std::visit(Overloaded{[](const FreeCoordinates&) {}, [](const RigidBody&) {},
+                        [&](const LineCoordinates& lines) {
+                          add(lines.origin, position, 1.0, lines.points);
+                          add(lines.direction, position, lever(lines.direction, t), lines.points);
+                        },
+                        [&](const PlaneCoordinates& planes) {
+                          add(planes.normal, position, lever(planes.normal, t), planes.points);
+                          add(planes.offset, 1.0 / length_of(planes.normal, t), planes);
+                        },
+                        [&](const CircleCoordinates& circles) {
+                          add(circles.center, position, 1.0, circles.points);
+                          add(circles.normal, position, lever(circles.normal, t), circles.points);
+                          add(circles.radius, 1.0, circles);
+                        },
+                        [&](const SphereCoordinates& spheres) {
+                          add(spheres.center, position, 1.0, spheres.points);
+                          add(spheres.radius, 1.0, spheres);
+                        },
+                        [&](const ChainAngles& chain) { add(chain.length, 1.0, chain); },
+                        [&](const UserCoordinates& group) {
+                          if (group.kernel.expression == nullptr || !group.kernel.depends_on_time) return;
+                          for_some(group.tuples.size(), [&](std::size_t k) {
+                            add(*group.kernel.expression, Program::As::SomeCoordinates, 1.0,
+                                first_coordinate + k * static_cast<std::size_t>(group.kernel.num_coordinates),
+                                group.tuples[k]);
+                          });
+                        }},
+             coordinates);
+}
+
+// ---- one look ----
+
+DriveReport Drives::look(const DrivenStep& step, const Place& place) {
+  DriveReport report;
+  const auto make_times = [&] {
+    times_.resize(fractions_.size());
+    for (std::size_t i = 0; i < times_.size(); ++i) times_[i] = step.t + fractions_[i] * step.h;
+  };
+  for (const Function& each : functions_) {
+    place_samples(step, each.level, &each.function);
+    make_times();
+    values_.resize(times_.size());
+    each.function.sample(times_, values_.data());
+    judge(step, place, each.points, each.level, each.scale, values_.data(), each.name, &report);
+  }
+  for (const Program& each : programs_) {
+    report.is_of_time_alone = report.is_of_time_alone && each.is_of_time_alone;
+    const bool is_force = each.as == Program::As::AForce;
+    if (each.as == Program::As::SomeCoordinates && place.q == nullptr) continue;
+    const Level level = is_force ? Level::Acceleration : Level::Position;
+    place_samples(step, level, nullptr);
+    make_times();
+    const double scale = each.scale / run(each, place);
+    for (std::size_t m = 0; m < each.program.num_results(); ++m)
+      judge(step, place, each.points, level, scale, values_.data() + m * times_.size(), each.name, &report);
+  }
+  return report;
+}
+
+/// Chebyshev points (1 - cos(pi j/N))/2, then the middles of pieces: equal ones, cut at the knots of tables.
+void Drives::place_samples(const DrivenStep& step, Level level, const ScalarFunction* function) {
+  const std::size_t num_nodes = static_cast<std::size_t>(step.degree) + 1 + static_cast<std::size_t>(level);
+  const double wanted =
+      std::clamp(std::ceil(step.h / step.spacing), static_cast<double>(num_nodes), static_cast<double>(most_samples));
+  const auto num_equal = static_cast<std::size_t>(wanted);
+  knots_.clear();
+  if (function != nullptr) function->append_knots(step.t, step.t + step.h, &knots_);
+  if (has_equal_pieces_ && knots_.empty() && num_nodes == num_nodes_ && num_equal == num_samples_) return;
+
+  if (num_nodes != num_nodes_) {
+    cosines_.resize(2 * (num_nodes - 1));
+    for (std::size_t j = 0; j < cosines_.size(); ++j)
+      cosines_[j] = std::cos(std::numbers::pi * static_cast<double>(j) / static_cast<double>(num_nodes - 1));
+  }
+  num_nodes_ = num_nodes;
+  has_equal_pieces_ = knots_.empty();
+  num_samples_ = num_equal + knots_.size();
+  fractions_.resize(num_nodes_);
+  for (std::size_t j = 0; j < num_nodes_; ++j) fractions_[j] = 0.5 * (1.0 - cosines_[j]);
+  widths_.clear();
+  std::size_t knot = 0;
+  double begin = 0.0;
+  for (std::size_t i = 1; i <= num_equal; ++i) {
+    const double end = static_cast<double>(i) / wanted;
+    const auto close_piece = [&](double at) {
+      fractions_.push_back(0.5 * (begin + at));
+      widths_.push_back(at - begin);
+      begin = at;
+    };
+    for (; knot < knots_.size(); ++knot) {
+      const double at = (knots_[knot] - step.t) / step.h;
+      if (!(at < end)) break;
+      close_piece(std::max(at, begin));
+    }
+    close_piece(end);
+  }
+  num_samples_ = widths_.size();
+}
+
+/// Writes values_ [result][time]; returns |gradient| of constraints where the step begins, else 1.
+double Drives::run(const Program& each, const Place& place) {
+  const SeriesProgram& program = each.program;
+  const std::size_t num_times = times_.size(), num_results = program.num_results();
+  lanes_.resize(program.num_lanes(0) * series_width);
+  auto* const lanes = reinterpret_cast<SeriesLane*>(lanes_.data());
+  const std::size_t time = program.num_variables() - 1;
+  for (std::size_t i = 0; i < time; ++i) {
+    double value = 0.0;
+    if (each.as == Program::As::SomeCoordinates) {
+      value = place.q[each.first_coordinate + i];
+    } else {
+      const double* const from = each.as == Program::As::AForce && i >= 3 ? place.v : place.r;
+      const std::size_t member = each.as == Program::As::AForce ? 0 : i / 3;
+      value = from[3 * static_cast<std::size_t>(each.points[member]) + i % 3];
+    }
+    *program.variable(lanes, 0, i) = SeriesLane{} + value;
+  }
+  values_.resize(num_results * num_times);
+  double steepness = 1.0;
+  for (std::size_t first = 0; first < num_times; first += series_width) {
+    const std::size_t count = std::min(series_width, num_times - first);
+    SeriesLane& t = *program.variable(lanes, 0, time);
+    for (std::size_t lane = 0; lane < series_width; ++lane) t[lane] = times_[first + std::min(lane, count - 1)];
+    program.evaluate(lanes, 0, 0);
+    for (std::size_t m = 0; m < num_results; ++m) {
+      for (std::size_t lane = 0; lane < count; ++lane)
+        values_[m * num_times + first + lane] = (*program.result(lanes, 0, m))[lane];
+    }
+    if (first > 0 || each.as != Program::As::AConstraint) continue;
+    const SeriesLane one = SeriesLane{} + 1.0;
+    program.differentiate(lanes, 0, 0, &one);
+    double square = 0.0;
+    for (std::size_t i = 0; i < time; ++i) {
+      const double slope = (*program.adjoint(lanes, 0, i))[0];
+      square += slope * slope;
+    }
+    if (square > 0.0) steepness = std::sqrt(square);
+  }
+  return steepness;
+}
+
+/// e at the samples, by Clenshaw's scheme for all of them side by side:
+///
+///   p(x) = sum c_k T_k(x),   b_k = c_k + 2 x b_{k+1} - b_{k+2},   p = c_0 + x b_1 - b_2,   x = 1 - 2 s
+void Drives::deviate(const double* values) {
+  const std::size_t degree = num_nodes_ - 1;
+  chebyshev_.assign(num_nodes_, 0.0);
+  for (std::size_t k = 0; k < num_nodes_; ++k) {
+    // c_k = 2/N sum'' f_j cos(pi j k/N), the first and the last ones halved
+    double sum = 0.0;
+    for (std::size_t j = 0; j < num_nodes_; ++j) {
+      const double weight = j == 0 || j == degree ? 0.5 : 1.0;
+      sum += weight * values[j] * cosines_[j * k % (2 * degree)];
+    }
+    chebyshev_[k] = (k == 0 || k == degree ? 1.0 : 2.0) / static_cast<double>(degree) * sum;
+  }
+  next_.assign(num_samples_, 0.0);
+  after_next_.assign(num_samples_, 0.0);
+  missed_.resize(num_samples_);
+  const double* const s = fractions_.data() + num_nodes_;
+  for (std::size_t k = degree; k >= 1; --k) {
+    for (std::size_t i = 0; i < num_samples_; ++i) {
+      const double b = chebyshev_[k] + 2.0 * (1.0 - 2.0 * s[i]) * next_[i] - after_next_[i];
+      after_next_[i] = next_[i];
+      next_[i] = b;
+    }
+  }
+  for (std::size_t i = 0; i < num_samples_; ++i)
+    missed_[i] = values[num_nodes_ + i] - (chebyshev_[0] + (1.0 - 2.0 * s[i]) * next_[i] - after_next_[i]);
+}
+
+/// Values are known to the rounding of their times.
+void Drives::silence_rounding(const DrivenStep& step, const double* samples, double largest) {
+  double slope = 0.0;
+  for (std::size_t i = 1; i < num_samples_; ++i) {
+    const double distance = 0.5 * (widths_[i - 1] + widths_[i]) * step.h;
+    if (distance > 0.0) slope = std::max(slope, std::abs(samples[i] - samples[i - 1]) / distance);
+  }
+  const double noise = 64.0 * std::numeric_limits<double>::epsilon() * (largest + slope * std::abs(step.t));
+  for (double& missed : missed_) missed = std::abs(missed) > noise ? missed : 0.0;
+}
+
+void Drives::judge(const DrivenStep& step, const Place& place, std::span<const Index> points, Level level, double scale,
+                   const double* values, std::size_t name, DriveReport* report) {
+  deviate(values);
+  const double* const samples = values + num_nodes_;
+  const auto [least, most] = std::minmax_element(values, values + num_nodes_ + num_samples_);
+  const double range = *most - *least, largest = std::max(std::abs(*most), std::abs(*least));
+  if (!(range > 0.0) || !std::isfinite(range)) return;
+  silence_rounding(step, samples, largest);
+
+  // What the step misses of x and v, and what the function does in it.
+  double x_missed = 0.0, v_missed = 0.0, x_done = 0.0, v_done = 0.0;
+  double once = 0.0, twice = 0.0;  // integrals of e from the step's beginning
+  for (std::size_t i = 0; i < num_samples_; ++i) {
+    const double width = widths_[i] * step.h;
+    once += width * missed_[i];
+    twice += width * once;
+    if (level == Level::Acceleration) {
+      v_missed = std::max(v_missed, std::abs(once));
+      x_missed = std::max(x_missed, std::abs(twice));
+      v_done += width * std::abs(samples[i]);
+    } else if (level == Level::Velocity) {
+      x_missed = std::max(x_missed, std::abs(once));
+    } else {
+      x_missed = std::max(x_missed, std::abs(missed_[i]));
+    }
+  }
+  if (level == Level::Acceleration) x_done = v_done * step.h;
+  if (level == Level::Velocity) x_done = range * step.h;
+  if (level == Level::Position) x_done = range;
+
+  // Of the point that may miss least.
+  double v_allowed = std::numeric_limits<double>::infinity(), x_allowed = v_allowed;
+  for (const Index point : points) {
+    const auto p = static_cast<std::size_t>(point);
+    v_allowed = std::min(v_allowed, place.scales.velocity_tolerance(step.atol, p) + step.rtol * norm(load(place.v, p)));
+    x_allowed = std::min(x_allowed, place.scales.position_tolerance(step.atol, p) + step.rtol * norm(load(place.r, p)));
+  }
+  v_allowed += step.rtol * scale * v_done;
+  x_allowed += step.rtol * scale * x_done;
+  const double error = scale * std::max(v_missed / v_allowed, x_missed / x_allowed);
+  if (error > report->error) {
+    report->error = error;
+    report->drive = name;
+  }
+
+  // Of what is a matter of velocities, a fifth and more.
+  constexpr double unseen = 0.2;
+  if (level == Level::Acceleration ? v_missed > unseen * v_done : x_missed > unseen * x_done) {
+    const double velocity = scale * (level == Level::Acceleration ? v_missed : x_missed / step.h);
+    report->velocity = std::max(report->velocity, velocity);
+  }
+
+  // Between p + 1 places a straight line errs by |g''| (h/p)^2/8: by a hundredth of what varies, at most.
+  if (!(scale * (level == Level::Acceleration ? v_done : x_done) >
+        (level == Level::Acceleration ? v_allowed : x_allowed)))
+    return;
+  constexpr double straight = 0.01;
+  const double* const s = fractions_.data() + num_nodes_;
+  double bend = 0.0;
+  for (std::size_t i = 1; i + 1 < num_samples_; ++i) {
+    const double before = s[i] - s[i - 1], after = s[i + 1] - s[i];
+    if (!(before > 0.0 && after > 0.0)) continue;
+    const double slope_before = (samples[i] - samples[i - 1]) / before,
+                 slope_after = (samples[i + 1] - samples[i]) / after;
+    bend = std::max(bend, std::abs(slope_after - slope_before) * 2.0 / (before + after));
+  }
+  // What holds a contact on something that moves goes by the second derivative, which bends faster.
+  const double factor = level == Level::Acceleration ? 1.0 : 2.0;
+  const double pieces = factor * std::sqrt(bend / 8.0 / (straight * (range + straight * largest)));
+  report->pieces =
+      std::max(report->pieces, static_cast<int>(std::min<double>(std::ceil(pieces), DriveReport::most_pieces)));
+}
+
+}  // namespace tanor

@@ -1,0 +1,127 @@
+#include "motion/drive_control.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr int high_degree = 20;
+
+/// How much longer a stretch of time may be for an error of 1, where the error falls with its power of length.
+double scale_for(double error, int degree) {
+  return 0.9 * std::pow(std::max(error, 1e-30), -1.0 / (degree + 2));
+}
+
+}  // namespace
+
+DriveControl::DriveControl(const MotionOptions& options, const Scheme& scheme, Mechanics& mechanics)
+    : options_(options), mechanics_(mechanics), degree_(std::max(2, scheme.order())) {}
+
+void DriveControl::begin(double t) {
+  begin_ = seen_until_ = t;
+  longest_seen_ = length_ = next_length_ = 0.0;
+  pieces_ = 1.0;
+}
+
+void DriveControl::restore(double t, std::span<const double> memory) {
+  begin(t);
+  if (memory.empty()) return;
+  if (memory.size() != 6) {
+    throw InputError("/snapshot/drive_memory", "holds " + std::to_string(memory.size()) + " numbers, not 6");
+  }
+  begin_ = memory[0];
+  seen_until_ = memory[1];
+  longest_seen_ = memory[2];
+  length_ = memory[3];
+  next_length_ = memory[4];
+  pieces_ = memory[5];
+}
+
+void DriveControl::advance(double t, double t_end) {
+  constexpr double samples = 4096.0;
+  spacing_ = std::max(t_end - t, t - begin_) / samples;
+  end_ = t_end;
+}
+
+void DriveControl::look(const State& from, double h, int degree) {
+  report_ = mechanics_.look_at_drives(
+      {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
+}
+
+/// No function acts, or a look of before serves.
+bool DriveControl::has_seen(const State& from, double h) {
+  report_ = {};
+  const bool has_seen = !mechanics_.has_drives() || (from.t + h <= seen_until_ && h <= longest_seen_);
+  if (has_seen) set_pieces(h);
+  return has_seen;
+}
+
+void DriveControl::remember(const State& from, double length, double longest_step) {
+  seen_until_ = from.t + length;
+  longest_seen_ = longest_step;
+  length_ = length;
+  // Functions of the state, too, are looked at no further ahead than needed.
+  next_length_ = report_.is_of_time_alone ? length * std::clamp(scale_for(report_.error, high_degree), 1.0, 4.0) : 0.0;
+  pieces_ = report_.pieces;
+}
+
+void DriveControl::set_pieces(double h) {
+  step_pieces_ = length_ > 0.0 ? static_cast<int>(std::ceil(pieces_ * std::min(1.0, h / length_))) : 1;
+}
+
+/// As far as the last look advises, or half as far, …, while that serves steps of length h.
+template <class Sees>
+bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
+  const double part = std::min(1.0, static_cast<double>(degree_) / high_degree);
+  const double least = h / part, most = end_ - from.t;
+  for (double length = std::min(most, std::max(least, next_length_)); length >= least; length *= 0.5) {
+    look(from, length, std::max(degree_, high_degree));
+    if (!sees()) continue;
+    remember(from, length, part * length);
+    return true;
+  }
+  return false;
+}
+
+/// Where the error falls with its power of h it says how much shorter; where something is hidden, half of the step is
+/// looked at.
+double DriveControl::shorten(const State& from, double h, double shortest) {
+  if (has_seen(from, h)) return h;
+  if (!look_ahead(from, h, [this] { return report_.error <= 1.0; })) {
+    for (look(from, h, degree_); report_.error > 1.0 && h > shortest; look(from, h, degree_))
+      h *= std::clamp(scale_for(report_.error, degree_), 0.5, 0.9);
+    remember(from, h, h);
+  }
+  set_pieces(h);
+  return h;
+}
+
+void DriveControl::watch(const State& from, double h) {
+  if (has_seen(from, h)) return;
+  if (!look_ahead(from, h, [this] { return report_.velocity == 0.0; })) {
+    look(from, h, degree_);
+    remember(from, h, 0.0);
+  }
+  set_pieces(h);
+}
+
+void DriveControl::note(const State& from, double h) {
+  if (report_.velocity == 0.0) return;
+  missed_ += report_.velocity;
+  if (report_.velocity <= most_) return;
+  most_ = report_.velocity;
+  worst_drive_ = report_.drive;
+  worst_begin_ = from.t;
+  worst_length_ = h;
+}
+
+std::string DriveControl::describe() const {
+  return "steps may be too long: what " + mechanics_.name_drive(worst_drive_) +
+         " does between t = " + text(worst_begin_) + " and " + text(worst_begin_ + worst_length_) + " is passed over";
+}
+
+}  // namespace tanor

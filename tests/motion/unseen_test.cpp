@@ -1,0 +1,371 @@
+/// \file Nothing that acts goes unlooked-at between the ends of a step.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+#include <tanor/tanor.hpp>
+
+#include "unseen.hpp"
+
+namespace tanor {
+namespace {
+
+using Shape = Unseen::Shape;
+
+System make_free_point() {
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.masses = {1.0};
+  return system;
+}
+
+ScalarFunction formula_of(const Unseen& g) {
+  return ScalarFunction::formula(g.text());
+}
+
+VectorFunction along_x(ScalarFunction g) {
+  return {std::move(g), 0.0, 0.0};
+}
+
+/// 1 kg on a rail along x under g = 10.
+System make_block(double mu, VectorFunction belt) {
+  System system = make_free_point();
+  system.constraints = {Lines{.name = "rail", .points = {0}, .origin = Vector3{}, .direction = Vector3{1.0, 0.0, 0.0}}};
+  system.forces = {Gravity{.acceleration = {0.0, 0.0, -10.0}}};
+  system.friction = {Coulomb{.at = {"rail"}, .coefficient = mu, .velocity = std::move(belt)}};
+  return system;
+}
+
+// ---- the examples, with published digits ----
+
+TEST(Unseen, AForceThatTakesABlockAlongAndLetsItGo) {
+  for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853}) {
+    System system = make_block(0.2, {});
+    system.forces.push_back(ConstantForce{.points = {0}, .force = along_x(ScalarFunction::formula("3*sin(10*t)"))});
+    Simulation simulation(system, {.method = method});
+
+    ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+
+    EXPECT_NEAR(simulation.positions()[0], 0.0103858, 1e-7) << method_name(method);
+    EXPECT_EQ(simulation.report().events, 127u) << method_name(method);
+  }
+}
+
+TEST(Unseen, APulseThatMovesABlockAtRest) {
+  for (const Method method : {Method::Auto, Method::Dopri5}) {
+    System system = make_block(0.2, {});
+    const ForceKernel pulse = formula_force({"4*exp(-((t-5)/0.5)^2)", "0", "0"});
+    system.forces.push_back(FormulaForce{.points = {0}, .kernel = pulse});
+    Simulation simulation(system, {.method = method});
+
+    ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+
+    EXPECT_NEAR(simulation.positions()[0], 0.886431, 1e-6) << method_name(method);
+  }
+}
+
+TEST(Unseen, ABeltThatOvertakesABlock) {
+  for (const Method method : {Method::Auto, Method::Dopri5}) {
+    System system = make_block(0.1, along_x(ScalarFunction::formula("6*exp(-((t-1.3)/0.2)^2)")));
+    system.velocities = {5.0, 0.0, 0.0};
+    Simulation simulation(system, {.method = method});
+
+    ASSERT_TRUE(simulation.advance(3.0).ok()) << simulation.outcome().what;
+
+    EXPECT_NEAR(simulation.velocities()[0], 2.5152, 1e-4) << method_name(method);
+  }
+}
+
+TEST(Unseen, APulseOnAFreePoint) {
+  const Unseen pulse(Shape::Pulse, 100.0, 5.3, 0.5);
+  for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Radau5}) {
+    System system = make_free_point();
+    system.forces = {ConstantForce{.points = {0}, .force = along_x(formula_of(pulse))}};
+    Simulation simulation(system, {.method = method});
+
+    ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+
+    EXPECT_NEAR(simulation.velocities()[0], pulse.integral(10.0), 1e-6) << method_name(method);
+    EXPECT_NEAR(simulation.positions()[0], pulse.second_integral(10.0), 1e-5) << method_name(method);
+  }
+}
+
+/// A pendulum whose support is pushed, beside steps that are far shorter than the push, of another method.
+TEST(Unseen, ASupportThatIsPushed) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, -1.0};
+  system.masses = {1.0, 1.0};
+  const Unseen push(Shape::Pulse, 0.2, 5.0, 0.4);
+  system.supports = {{.points = {0}, .displacement = along_x(formula_of(push))}};
+  system.constraints = {Rods{.pairs = {{0, 1}}}};
+  system.forces = {Gravity{.acceleration = {0.0, 0.0, -9.81}}};
+  Simulation fine(system, {.method = Method::Dop853, .max_step = 0.02, .rtol = 1e-12, .atol = 1e-13});
+  ASSERT_TRUE(fine.advance(10.0).ok());
+
+  for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Radau5}) {
+    Simulation simulation(system, {.method = method});
+
+    ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+
+    EXPECT_GT(std::abs(simulation.positions()[3]), 0.01);
+    EXPECT_NEAR(simulation.positions()[3], fine.positions()[3], 1e-6) << method_name(method);
+  }
+}
+
+// ---- max_step ----
+
+TEST(Unseen, NoStepIsLongerThanMaxStep) {
+  for (const Method method : {Method::Auto, Method::Dop853, Method::Radau5, Method::Rk4, Method::Rattle}) {
+    MotionOptions options{.method = method, .max_step = 0.0625};
+    if (has_fixed_steps(method)) options.step = 1.0;
+    Simulation simulation(make_free_point(), options);
+    double longest = 0.0;
+
+    ASSERT_TRUE(simulation
+                    .advance(2.0,
+                             [&](const MotionReport& report) {
+                               longest = std::max(longest, report.last_step);
+                               return true;
+                             })
+                    .ok());
+
+    EXPECT_LE(longest, 0.0625 * (1.0 + 1e-12)) << method_name(method);
+    EXPECT_NEAR(static_cast<double>(simulation.report().steps), 32.0, 1.0) << method_name(method);
+  }
+}
+
+TEST(Unseen, AMaxStepThatIsNoLengthOfTimeIsRefused) {
+  for (const double wrong : {-1.0, std::nan(""), HUGE_VAL}) {
+    try {
+      Simulation simulation(make_free_point(), {.max_step = wrong});
+      ADD_FAILURE() << wrong << " was taken";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.where(), "/motion/max_step");
+    }
+  }
+}
+
+/// Of a black box of state and time nobody knows a bound: the user says one.
+TEST(Unseen, MaxStepFindsWhatABlackBoxDoes) {
+  const Unseen pulse(Shape::Pulse, 10.0, 5.3, 0.1);
+  System system = make_free_point();
+  const ForceKernel black_box = make_force_kernel([pulse](const auto& r, const auto&, double t) {
+    auto f = r;
+    for (auto& component : f) component = pulse.value(t);
+    return f;
+  });
+  system.forces = {FormulaForce{.points = {0}, .kernel = black_box}};
+  Simulation simulation(system, {.max_step = 0.1});
+
+  ASSERT_TRUE(simulation.advance(10.0).ok());
+
+  EXPECT_NEAR(simulation.velocities()[0], pulse.integral(10.0), 1e-7);
+}
+
+// ---- fixed steps ----
+
+TEST(Unseen, FixedStepsTellWhatTheyPassedOver) {
+  for (const Method method : {Method::Rk4, Method::Rattle, Method::GeneralizedAlpha}) {
+    for (const double width : {0.001, 2.0}) {
+      System system = make_free_point();
+      const Unseen pulse(Shape::Pulse, 10.0, 5.37, width);
+      system.forces = {ConstantForce{.name = "wind", .points = {0}, .force = along_x(formula_of(pulse))}};
+      Simulation simulation(system, {.method = method, .step = 0.1});
+
+      ASSERT_TRUE(simulation.advance(10.0).ok());
+
+      const bool is_warned = simulation.report().accuracy_warning.find("wind") != std::string::npos;
+      EXPECT_EQ(is_warned, width < 0.1) << method_name(method) << " " << simulation.report().accuracy_warning;
+    }
+  }
+}
+
+// ---- snapshots ----
+
+TEST(Unseen, ARestoredRunGoesOnBitByBit) {
+  for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
+    System system = make_free_point();
+    const ScalarFunction f = ScalarFunction::formula("4*exp(-((t-5)/0.05)^2) + sin(t)");
+    system.forces = {ConstantForce{.points = {0}, .force = along_x(f)}};
+    Simulation all(system, {.method = method}), first(system, {.method = method});
+    ASSERT_TRUE(all.advance(3.0).ok());
+    ASSERT_TRUE(all.advance(10.0).ok());
+    ASSERT_TRUE(first.advance(3.0).ok());
+    Simulation second(system, {.method = method}, {}, 1.0);
+
+    second.restore(first.snapshot());
+    ASSERT_TRUE(second.advance(10.0).ok());
+
+    EXPECT_EQ(second.positions()[0], all.positions()[0]) << method_name(method);
+    EXPECT_EQ(second.velocities()[0], all.velocities()[0]) << method_name(method);
+    EXPECT_EQ(second.report().steps, all.report().steps) << method_name(method);
+  }
+}
+
+// ---- random draws ----
+
+/// Numbers that do not depend on the library's distributions.
+class Draw {
+ public:
+  explicit Draw(unsigned seed) : engine_(seed) {}
+  double uniform(double a, double b) { return a + (b - a) * static_cast<double>(engine_()) / 4294967296.0; }
+  double log_uniform(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
+  template <class T, std::size_t n>
+  T choose(const std::array<T, n>& from) {
+    return from[engine_() % n];
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+/// What a draw came to: how far off, over the tolerance.
+struct Result {
+  std::string scene;
+  double miss = 0.0;       // over atol + rtol of the largest of the motion
+  double allowed = 100.0;  // of waves more: ordinary errors of thousands of steps add up
+  bool is_told = false;    // exit 3, or a warning
+};
+
+constexpr double rtol = 1e-8, atol = 1e-10;
+
+Result compare(Simulation* simulation, double end, double x, double v, double x_size, double v_size,
+               const std::string& scene, double periods) {
+  const Outcome outcome = simulation->advance(end);
+  Result result{scene, 0.0, std::max(100.0, 10.0 * periods), !outcome.ok() || !simulation->report().accuracy_warning.empty()};
+  if (!outcome.ok()) result.scene += ": " + outcome.what;
+  const double of_x = std::abs(simulation->positions().end()[-3] - x) / (atol + rtol * x_size);
+  const double of_v = std::abs(simulation->velocities().end()[-3] - v) / (atol + rtol * v_size);
+  result.miss = std::max(of_x, of_v);
+  return result;
+}
+
+/// One random scene; some shapes, heights and widths, of which nobody warns the method.
+Result draw_one(unsigned seed) {
+  Draw draw(seed);
+  const double end = draw.log_uniform(1.0, 100.0), width = end * draw.log_uniform(1e-3, 1.0);
+  const double center = draw.uniform(0.05, 0.95) * end;
+  const Shape shape = draw.choose(std::array{Shape::Pulse, Shape::Triangle, Shape::Window, Shape::Wave});
+  const auto kind = draw.choose(std::array{0, 1, 2, 3, 4, 5, 6, 7});
+  const bool is_rough = kind == 3 || kind == 4;
+  const Method method =
+      is_rough ? draw.choose(std::array{Method::Auto, Method::Dop853, Method::Dopri5})
+               : draw.choose(std::array{Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5});
+  MotionOptions options{.method = method, .rtol = rtol, .atol = atol};
+  std::ostringstream scene;
+  scene.precision(17);
+  const double periods = shape == Shape::Wave ? end / width : 0.0;
+  const auto describe = [&](const char* what, const Unseen& g) {
+    scene << "draw " << seed << ": " << what << " " << g.text() << " to t = " << end << " by " << method_name(method);
+    return scene.str();
+  };
+
+  if (kind <= 2) {  // a force on a free point: formula of time, formula of state and time, table or callable
+    const Unseen g(shape, draw.log_uniform(0.1, 100.0), center, width);
+    System system = make_free_point();
+    if (kind == 0) {
+      system.forces = {ConstantForce{.points = {0}, .force = along_x(formula_of(g))}};
+    } else if (kind == 1) {
+      system.forces = {FormulaForce{.points = {0}, .kernel = formula_force({g.text(), "0", "0"})}};
+    } else {
+      const ScalarFunction f = formula_of(g);
+      auto callable = [f](const Jet<2>& t) { return f(t.value()); };
+      system.forces = {ConstantForce{.points = {0}, .force = along_x(ScalarFunction::custom(callable))}};
+      if (method == Method::Taylor) options.method = Method::Auto;
+    }
+    Simulation simulation(system, options);
+    const double v = g.integral(end), x = g.second_integral(end);
+    double speed = 0.0;
+    for (int k = 1; k <= 100; ++k) speed = std::max(speed, std::abs(g.integral(end * k / 100)));
+    return compare(&simulation, end, x, v, std::max(std::abs(x), speed * end), speed, describe("a force", g), periods);
+  }
+  if (kind == 3) {  // a force on a block that sticks
+    const Unseen g(shape, draw.uniform(0.5, 3.0) * 2.0, center, width);
+    System system = make_block(0.2, {});
+    system.forces.push_back(ConstantForce{.points = {0}, .force = along_x(formula_of(g))});
+    Simulation simulation(system, options);
+    RoughBlock truth(&g, nullptr, 2.0);
+    truth.advance(end, width / 4000.0);
+    const double size = std::max(1e-3 * width * width, std::abs(truth.x));
+    return compare(&simulation, end, truth.x, truth.v, size, width, describe("a block, pulled by", g), periods);
+  }
+  if (kind == 4) {  // a belt under a block that slides
+    const Unseen u(shape == Shape::Window ? Shape::Pulse : shape, draw.uniform(0.5, 3.0), center, width);
+    System system = make_block(0.1, along_x(formula_of(u)));
+    const double speed = draw.uniform(0.0, 2.0) * end;
+    system.velocities = {speed, 0.0, 0.0};
+    scene << "v = " << speed << ", ";
+    Simulation simulation(system, options);
+    RoughBlock truth(nullptr, &u, 1.0);
+    truth.v = speed;
+    truth.advance(end, width / 4000.0);
+    return compare(&simulation, end, truth.x, truth.v, std::max(std::abs(truth.x), end), std::max(speed, 3.0),
+                   describe("a block on a belt", u), periods);
+  }
+  const double rate = draw.uniform(2.0, 20.0) / end;
+  const bool has_corners = shape == Shape::Triangle || shape == Shape::Window;
+  if (kind == 5) {  // a support that draws a point by a spring: x'' = -rate^2 (x - d)
+    const Unseen d(has_corners ? Shape::Pulse : shape, 1.0, center, width);
+    System system;
+    system.positions = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    system.masses = {1.0, 1.0};
+    system.supports = {{.points = {0}, .displacement = along_x(formula_of(d))}};
+    system.forces = {Springs{.pairs = {{0, 1}}, .stiffness = rate * rate, .rest_length = 0.0}};
+    Simulation simulation(system, options);
+    const double x = integrate([&](double t) { return rate * std::sin(rate * (end - t)) * d.value(t); }, end, d);
+    const double v = integrate([&](double t) { return rate * rate * std::cos(rate * (end - t)) * d.value(t); }, end, d);
+    return compare(&simulation, end, x, v, 1.0, std::max(1.0, rate), describe("a support, moved by", d), periods);
+  }
+  // A point goes round on a rod, or a sphere, whose length is 1 + g: length^2 angle' is constant.
+  const double height = shape == Shape::Wave ? 0.3 * width / end : 0.3;  // else it runs, in and out, too fast to turn
+  const Unseen g(has_corners ? Shape::Pulse : shape, height, center, width);
+  const double at_start = 1.0 + g.value(0.0);
+  System system;
+  system.positions = {0.0, 0.0, 0.0, at_start, 0.0, 0.0};
+  system.velocities = {0.0, 0.0, 0.0, g.slope(0.0), rate, 0.0};
+  system.masses = {1.0, 1.0};
+  system.supports = {{.points = {0}, .displacement = {}}};
+  const ScalarFunction length = ScalarFunction::formula("1 + " + g.text());
+  if (kind == 6)
+    system.constraints = {Rods{.pairs = {{0, 1}}, .length = length}};
+  else
+    system.constraints = {UserConstraints{
+        .tuples = {{1}}, .kernel = formula_constraint("x1^2 + y1^2 + z1^2 - (1 + " + g.text() + ")^2", 1)}};
+  Simulation simulation(system, options);
+  const double angle =
+      integrate([&](double t) { return at_start * rate / ((1.0 + g.value(t)) * (1.0 + g.value(t))); }, end, g);
+  const double at_end = 1.0 + g.value(end), turn = at_start * rate / (at_end * at_end);
+  const double x = at_end * std::cos(angle);
+  const double v = g.slope(end) * std::cos(angle) - at_end * turn * std::sin(angle);
+  const double size = std::max(1.0, angle);
+  return compare(&simulation, end, x, v, size, size * std::max(rate, height / width),
+                 describe("a rod as long as 1 +", g), periods);
+}
+
+/// All of 1,000 with TANOR_DRAWS=1000.
+TEST(Unseen, RandomPulsesAreSeenByEveryMethod) {
+  const char* const asked = std::getenv("TANOR_DRAWS");
+  const int count = asked != nullptr ? std::atoi(asked) : 150;
+  double worst = 0.0;
+  int told = 0, missed = 0;
+  for (int k = 0; k < count; ++k) {
+    const Result result = draw_one(static_cast<unsigned>(k));
+    if (result.is_told) ++told;
+    if (result.is_told) std::printf("told: %s\n", result.scene.c_str());
+    if (!result.is_told) worst = std::max(worst, result.miss * 100.0 / result.allowed);
+    if (result.is_told || result.miss <= result.allowed) continue;
+    ++missed;
+    ADD_FAILURE() << result.scene << ": off by " << result.miss << " tolerances";
+  }
+  EXPECT_EQ(missed, 0);
+  EXPECT_LE(told, count / 100);
+  std::printf("%d draws, %d told, worst miss %.3g tolerances\n", count, told, worst);
+}
+
+}  // namespace
+}  // namespace tanor
