@@ -260,6 +260,15 @@ ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double
                              rtol);
 }
 
+Mechanics::Points TangentForm::find_points(double t, const double* q, const double* q_dot, double* r, double* v) {
+  const double t_before = model_.time();
+  model_.set_time(t);
+  model_.prescribe_all(t, r, v);
+  model_.coordinates.evaluate(model_.parallel, q, q_dot, r, v, nullptr, nullptr);
+  model_.set_time(t_before);
+  return {r, v};
+}
+
 Power TangentForm::power(const double*, const double*) const {
   complete();
   // M^-1 eta = w - w0

@@ -34,6 +34,10 @@ class TangentForm final : public EquationsOfMotion {
   ProjectionReport project_step(double, double, double*, double*) override { return {}; }
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
+  bool may_pass_forces() const override { return model_.forces.may_be_passed(); }
+  std::size_t num_points() const override { return model_.num_points(); }
+  Points find_points(double t, const double* q, const double* q_dot, double* r, double* v) override;
+  double find_passage(PointPath* path) override { return model_.forces.find_passage(model_.parallel, path); }
   Power power(const double* q, const double* q_dot) const override;
   Energy energy(double t, const double* q, const double* q_dot) override;
   std::size_t rank() const override { return model_.rank; }

@@ -1,0 +1,178 @@
+#include "evaluate/formula_passages.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+namespace tanor {
+
+namespace {
+
+// How often a formula changes its course in a step that schemes of high order resolve: three radians of a sine, or a
+// factor of e^3, need some twenty terms of a series for ten digits. Intervals say up to twice as much.
+constexpr double resolved = 6.0;
+constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
+constexpr int most_halvings = 11;         // of a step
+
+constexpr std::size_t num_nodes = 9;
+
+/// Chebyshev's extreme points on [0, 1], where polynomials interpolate best.
+std::array<double, num_nodes> make_nodes() {
+  std::array<double, num_nodes> nodes;
+  for (std::size_t j = 0; j < num_nodes; ++j)
+    nodes[j] = 0.5 - 0.5 * std::cos(M_PI * static_cast<double>(j) / static_cast<double>(num_nodes - 1));
+  return nodes;
+}
+
+/// p(s) = sum w_j g_j/(s - s_j) / sum w_j/(s - s_j),   w_j = (-1)^j, half of it at both ends
+Vec3 interpolate(const std::array<double, num_nodes>& nodes, const std::array<Vec3, num_nodes>& values, double s) {
+  Vec3 above{};
+  double below = 0.0;
+  for (std::size_t j = 0; j < num_nodes; ++j) {
+    if (s == nodes[j]) return values[j];
+    const double end = j == 0 || j + 1 == num_nodes ? 0.5 : 1.0;
+    const double weight = (j % 2 == 0 ? end : -end) / (s - nodes[j]);
+    above = above + weight * values[j];
+    below += weight;
+  }
+  return (1.0 / below) * above;
+}
+
+}  // namespace
+
+FormulaPassages::FormulaPassages(const ForceKernel& kernel, std::vector<Index> points)
+    : narrowness_(*kernel.expression), points_(std::move(points)), is_doubtful_(points_.size()) {}
+
+double FormulaPassages::find(const Parallel& parallel, PointPath* path, std::span<const double> masses) {
+  constexpr std::size_t grain = 64;
+  const double doubtful = parallel.max_over_ranges(
+      points_.size(),
+      [&](std::size_t begin, std::size_t end) {
+        bool any = false;
+        for (std::size_t k = begin; k < end; ++k) {
+          is_doubtful_[k] = !(count_pieces(*path, points_[k]) <= resolved);
+          any = any || is_doubtful_[k];
+        }
+        return any ? 1.0 : 0.0;
+      },
+      grain);
+  if (doubtful == 0.0) return 1.0;
+  path->refine(1e-7);
+  std::atomic<double> part = 1.0;
+  parallel.for_ranges(
+      points_.size(),
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+          if (!is_doubtful_[k]) continue;
+          const double found = examine(*path, points_[k], masses[static_cast<std::size_t>(points_[k])]);
+          for (double known = part; found < known && !part.compare_exchange_weak(known, found);) {
+          }
+        }
+      },
+      grain);
+  return part;
+}
+
+/// Between two fractions of one piece of the path. Number by number the cubic leaves its chord by at most
+/// 4/27 (|H v_a - e| + |H v_b - e|), and its rate the line between both rates by 3/2 |e/H - (v_a + v_b)/2|.
+double FormulaPassages::count(const PointPath& path, Index point, double begin, double end) const {
+  const PointPath::Place a = path.at(point, begin), b = path.at(point, end);
+  const double length = (end - begin) * path.h;
+  const auto enclose = [](double x, double y, double leaves) {
+    return Interval(std::min(x, y) - leaves, std::max(x, y) + leaves);
+  };
+  const auto place = [&](double x, double y, double u, double v) {
+    return enclose(x, y, 4.0 / 27.0 * (std::abs(length * u - (y - x)) + std::abs(length * v - (y - x))));
+  };
+  const auto rate = [&](double x, double y, double u, double v) {
+    return enclose(u, v, 1.5 * std::abs((y - x) / length - 0.5 * (u + v)));
+  };
+  const std::array<Interval, 7> variables{
+      place(a.r.x, b.r.x, a.v.x, b.v.x), place(a.r.y, b.r.y, a.v.y, b.v.y), place(a.r.z, b.r.z, a.v.z, b.v.z),
+      rate(a.r.x, b.r.x, a.v.x, b.v.x),  rate(a.r.y, b.r.y, a.v.y, b.v.y),  rate(a.r.z, b.r.z, a.v.z, b.v.z),
+      Interval(path.t + begin * path.h, path.t + end * path.h)};
+  return narrowness_.count(variables.data());
+}
+
+/// The whole step; where intervals say too much of pieces, of their halves.
+double FormulaPassages::count_pieces(const PointPath& path, Index point) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < path.num_pieces() && sum <= resolved; ++k)
+    sum += count(path, point, path.knot(k), path.knot(k + 1));
+  for (std::size_t parts = 2; !(sum <= resolved) && sum < 4.0 * resolved && parts <= 4; parts *= 2) {
+    sum = 0.0;
+    for (std::size_t k = 0; k < parts * path.num_pieces() && sum <= resolved; ++k) {
+      const auto all = static_cast<double>(parts * path.num_pieces());
+      sum += count(path, point, static_cast<double>(k) / all, static_cast<double>(k + 1) / all);
+    }
+  }
+  return sum;
+}
+
+/// Returns the sum of what the parts may change.
+double FormulaPassages::divide(const PointPath& path, Index point, double begin, double end, int depth,
+                               std::vector<Part>* parts) const {
+  const double found = count(path, point, begin, end);
+  if (found <= resolved_by_part || depth == 0) {
+    parts->push_back({begin, end});
+    return std::min(found, resolved_by_part);
+  }
+  const double middle = 0.5 * (begin + end);
+  return divide(path, point, begin, middle, depth - 1, parts) + divide(path, point, middle, end, depth - 1, parts);
+}
+
+Vec3 FormulaPassages::acceleration(const PointPath& path, Index point, double s, double mass) const {
+  const auto [r, v] = path.at(point, s);
+  const std::array<double, 7> variables{r.x, r.y, r.z, v.x, v.y, v.z, path.t + s * path.h};
+  std::array<double, 3> force;
+  narrowness_.evaluate(variables.data(), force.data());
+  return (1.0 / mass) * make_vec3(force);
+}
+
+/// What the polynomial p leaves of the acceleration a changes the end of the step by
+///
+///   dv = h integral (a - p) ds,   dx = h integral |dv(s)| ds
+double FormulaPassages::examine(const PointPath& path, Index point, double mass) const {
+  constexpr double tolerances = 4.0;
+  constexpr double path_error = 1e-7;  // of the path, and of the acceleration on it
+  thread_local std::vector<Part> parts;
+  parts.clear();
+  double changes = 0.0;
+  int depth = most_halvings;
+  for (std::size_t pieces = path.num_pieces(); pieces > 1; pieces /= 2) --depth;
+  for (std::size_t k = 0; k < path.num_pieces(); ++k)
+    changes += divide(path, point, path.knot(k), path.knot(k + 1), depth, &parts);
+  if (changes <= resolved) return 1.0;
+
+  static const std::array<double, num_nodes> nodes = make_nodes();
+  std::array<Vec3, num_nodes> values;
+  double largest = 0.0;
+  for (std::size_t j = 0; j < num_nodes; ++j) {
+    values[j] = acceleration(path, point, nodes[j], mass);
+    largest = std::max(largest, norm(values[j]));
+  }
+  const PointPath::Place from = path.at(point, 0.0), to = path.at(point, 1.0);
+  const double of_v = tolerances * (path.atol + path.rtol * std::max(norm(from.v), norm(to.v)));
+  const double of_r = tolerances * (path.atol + path.rtol * std::max(norm(from.r), norm(to.r)));
+  Vec3 dv{};
+  double dx = 0.0, first_bad = 2.0;
+  for (const auto& [begin, end] : parts) {
+    const double length = (end - begin) * path.h;
+    for (const double place : {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)}) {  // Gauss
+      const double s = begin + place * (end - begin);
+      const Vec3 a = acceleration(path, point, s, mass);
+      largest = std::max(largest, norm(a));
+      dv = dv + 0.5 * length * (a - interpolate(nodes, values, s));
+      dx += 0.5 * length * norm(dv);
+    }
+    const double noise = path_error * largest * path.h;
+    const bool is_bad = !(dx <= of_r + noise * path.h) || !(norm(dv) <= of_v + noise);
+    if (is_bad) first_bad = std::min(first_bad, begin);
+  }
+  const double noise = path_error * largest * path.h;
+  if (dx <= of_r + noise * path.h && norm(dv) <= of_v + noise) return 1.0;
+  return std::clamp(first_bad, 0.125, 0.9);
+}
+
+}  // namespace tanor

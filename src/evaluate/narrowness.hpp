@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <tanor/expression.hpp>
+
+#include "system/interval.hpp"
+
+namespace tanor {
+
+/// How often an expression may change its course while its variables run through intervals.
+///
+/// Sums and products of smooth numbers are smooth. What can be narrow is a function whose argument runs through more
+/// than the function's own scale: exp, sin and cosh change over an argument of 1, quotients and logarithms while the
+/// argument changes by a factor e, tanh and arctan only near 0, and abs, min, max and sqrt where their argument passes
+/// 0. The largest of these counts is told. An expression without such functions is never narrow.
+class Narrowness {
+ public:
+  explicit Narrowness(const Expression& expression);
+
+  /// False: sums and products alone.
+  bool is_possible() const { return num_to_count_ > 0; }
+  std::size_t num_variables() const { return variables_.size(); }
+  std::size_t num_results() const { return results_.size(); }
+
+  /// Infinite where a kink or a pole may lie among the numbers.
+  double count(const Interval* variables) const;
+  /// The expression itself.
+  void evaluate(const double* variables, double* results) const;
+
+ private:
+  int argument_of_tanh(const Expression::Instruction& quotient) const;
+
+  std::vector<Expression::Instruction> instructions_;  // equal ones once
+  std::vector<int> variables_, results_;
+  std::vector<char> counts_;      // [instruction] what `count` needs
+  std::size_t num_to_count_ = 0;  // of these, the functions
+};
+
+}  // namespace tanor
