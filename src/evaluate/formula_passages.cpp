@@ -13,6 +13,7 @@ namespace {
 // factor of e^3, need some twenty terms of a series for ten digits. Intervals say up to twice as much.
 constexpr double resolved = 6.0;
 constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
+constexpr double of_a_kink = 7.0;         // more than is resolved: error estimates may miss one between two looks
 constexpr int most_halvings = 11;         // of a step
 
 constexpr std::size_t num_nodes = 9;
@@ -116,7 +117,7 @@ double FormulaPassages::divide(const PointPath& path, Index point, double begin,
   const double found = count(path, point, begin, end);
   if (found <= resolved_by_part || depth == 0) {
     parts->push_back({begin, end});
-    return std::min(found, resolved_by_part);
+    return std::min(found, of_a_kink);
   }
   const double middle = 0.5 * (begin + end);
   return divide(path, point, begin, middle, depth - 1, parts) + divide(path, point, middle, end, depth - 1, parts);
@@ -134,7 +135,7 @@ Vec3 FormulaPassages::acceleration(const PointPath& path, Index point, double s,
 ///
 ///   dv = h integral (a - p) ds,   dx = h integral |dv(s)| ds
 double FormulaPassages::examine(const PointPath& path, Index point, double mass) const {
-  constexpr double tolerances = 4.0;
+  constexpr double tolerances = 1.0;
   constexpr double path_error = 1e-7;  // of the path, and of the acceleration on it
   thread_local std::vector<Part> parts;
   parts.clear();
