@@ -56,14 +56,14 @@ bool is_smooth(Operation operation) {
 double run_within(Interval x, double a, double b) {
   return std::max(std::min(x.high, b) - std::max(x.low, a), 0.0);
 }
-/// How many times it changes by a factor e.
+/// How many times it changes by a factor sqrt(e): 1/(1 + x^2) comes and goes within two of each.
 double count_factors(Interval x) {
   if (x.low == x.high) return 0.0;
   // Beyond a quotient by it is nothing beside any other number.
   constexpr double nothing_beyond = 1e45;
   const Interval size = abs(x);
   if (!(size.low > 0.0)) return infinity;
-  return std::log(std::min(size.high, nothing_beyond) / std::min(size.low, nothing_beyond));
+  return 2.0 * std::log(std::min(size.high, nothing_beyond) / std::min(size.low, nothing_beyond));
 }
 double count_at_kink(Interval x) {
   return x.low < 0.0 && x.high > 0.0 ? infinity : 0.0;
@@ -163,7 +163,7 @@ double Narrowness::count(const Interval* variables) const {
       }
       case Operation::Sqrt:
         result = sqrt(a);
-        passes = 0.5 * count_factors(a);
+        passes = count_factors(a);
         break;
       case Operation::Exp:
         result = exp(a);

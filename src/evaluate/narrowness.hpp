@@ -12,8 +12,8 @@ namespace tanor {
 /// How often an expression may change its course while its variables run through intervals.
 ///
 /// Sums and products of smooth numbers are smooth. What can be narrow is a function whose argument runs through more
-/// than the function's own scale: exp, sin and cosh change over an argument of 1, quotients and logarithms while the
-/// argument changes by a factor e, tanh and arctan only near 0, and abs, min, max and sqrt where their argument passes
+/// than the function's own scale: exp, sin and cosh change over an argument of 1, quotients, roots and logarithms
+/// while it changes by a factor sqrt(e), tanh and arctan only near 0, and abs, min, max and sqrt where their argument passes
 /// 0. The largest of these counts is told. An expression without such functions is never narrow.
 class Narrowness {
  public:
