@@ -49,12 +49,12 @@ class PairField {
     Vec3 shift;
   };
   struct Encounter;
-  Reach measure_reach(const Parallel& parallel, const PointPath& path) const;
-  const NeighbourLists* find_near(const Parallel& parallel, const double* r, double move);
+  class Nearness;
+  Reach measure_reach(const Parallel& parallel, const PointPath& path);
+  const NeighbourLists* find_near(const Parallel& parallel, double move);
   bool are_too_many(double radius) const;
-  double find_passage_of_pair(const PointPath& path, const Reach& reach, std::size_t i, std::size_t j,
+  double find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
                               std::span<const double> masses) const;
-  bool may_pass(const PointPath& path, const Approach& approach, double sagitta) const;
   double examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const;
   Encounter find_nearest(const PointPath& path, const Approach& approach, double a, double b) const;
   void narrow(const PointPath& path, const Approach& approach, double a, double b, int depth,
@@ -84,7 +84,8 @@ class PairField {
 
   // Of `find_passage`.
   std::optional<NeighbourLists> far_;  // of steps that lead beyond the skin of the others
-  std::vector<Vec3> begins_;           // [point] where a step begins
+  std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
+  std::vector<double> bends2_;         // [point]
 };
 
 }  // namespace tanor

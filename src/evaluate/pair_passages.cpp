@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/instruction_sets.hpp"
 #include "evaluate/pair_field.hpp"
 
 namespace tanor {
@@ -27,12 +28,101 @@ double nearest_fraction(Vec3 d, Vec3 e) {
   return length2 > 0.0 ? std::clamp(-dot(d, e) / length2, 0.0, 1.0) : 0.0;
 }
 
+/// What sorts pairs out, see PairField::Nearness.
+struct Bounds {
+  double cutoff2 = 0.0;  ///< m^2
+  double outer2 = 0.0;   ///< m^2: as near as this chord come pairs whose path may come within the cutoff
+  double slack = 0.0;    ///< m^2: by so much more than on its chord may z grow on a path
+
+  /// With z = r_cutoff^2 - r^2 forces grow no faster than z where z is small, and like a power of r elsewhere: less than
+  /// twofold if z grows by no more than this.
+  double allowed_growth(double seen2) const {
+    const double seen = std::max(cutoff2 - seen2, 0.0);
+    return std::max(0.2 * seen, std::min(0.5 * seen, 0.025 * cutoff2));
+  }
+};
+
+/// Whether one of these pairs may pass, by its chord d + u e, 0 <= u <= 1: in lanes, without branches.
+TANOR_EACH_INSTRUCTION_SET
+bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vector<Vec3>& begins,
+                  const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others) {
+  constexpr std::size_t block = 32;
+  constexpr double tiny = 1e-300;
+  std::array<double, block> dx, dy, dz, ex, ey, ez;  // NOLINT: filled before use
+  const Vec3 begin_i = begins[i], move_i = moves[i];
+  bool result = false;
+  for (std::size_t first = 0; first < others.size(); first += block) {
+    const std::size_t count = std::min(block, others.size() - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto j = static_cast<std::size_t>(others[first + k]);
+      const Vec3 d = begins[j] - begin_i, e = moves[j] - move_i;
+      dx[k] = d.x;
+      dy[k] = d.y;
+      dz[k] = d.z;
+      ex[k] = e.x;
+      ey[k] = e.y;
+      ez[k] = e.z;
+    }
+    double passes = 0.0;
+#pragma omp simd reduction(max : passes)
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vec3 d = box.nearest_image({dx[k], dy[k], dz[k]}), e{ex[k], ey[k], ez[k]};
+      const double begin2 = dot(d, d), along = dot(d, e), length2 = dot(e, e);
+      const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
+      const double ahead = along < 0.0 ? -along : 0.0;
+      const double part = ahead < length2 ? ahead : length2;  // of the chord, times its squared length
+      const double near2 = begin2 + part / (length2 + tiny) * (2.0 * along + part);
+      const double seen = bounds.cutoff2 > seen2 ? bounds.cutoff2 - seen2 : 0.0, small = 0.025 * bounds.cutoff2;
+      const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
+      const double excess = seen2 - near2 + bounds.slack - allowed;  // in range: what passes
+      const double found = near2 < bounds.outer2 ? excess : 0.0;
+      passes = passes > found ? passes : found;
+    }
+    result = result || passes > 0.0;
+  }
+  return result;
+}
+
 }  // namespace
 
 /// Where two points are nearest, or the origin in the motion of one relative to the other.
 struct PairField::Encounter {
   double r = infinity, s = 0.0;  // m, and the fraction of the step
   double speed = 0.0;            // m/s there
+};
+
+/// Sorts out, at the cost of a force, what nearly all pairs are: too far to meet, or along their chord as near at an end
+/// as anywhere.
+class PairField::Nearness {
+ public:
+  Nearness(const PairField& field, const PointPath& path, const Reach& reach)
+      : field_(field), path_(path), all_(bounds(2.0 * reach.sagitta)), far_(field.cutoff_ + 2.0 * reach.move) {
+    // Along pieces, without a cutoff, and where several images may come near, each pair is asked for.
+    by_chords_ = path.num_pieces() == 1 && field.neighbours_;
+    for (const double edge : {field.box_.edges().x, field.box_.edges().y, field.box_.edges().z})
+      by_chords_ = by_chords_ && !(edge > 0.0 && edge < 2.0 * far_);
+  }
+
+  /// Of point i with one of the others.
+  bool may_any_pass(std::size_t i, std::span<const Index> others) const {
+    return !by_chords_ || tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others);
+  }
+  bool may_pass(const Approach& approach) const;
+
+  /// Points farther from each other do not meet.
+  double far() const { return far_; }
+
+ private:
+  Bounds bounds(double sagitta) const {
+    const double cutoff = field_.cutoff_;
+    return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff};
+  }
+
+  const PairField& field_;
+  const PointPath& path_;
+  Bounds all_;
+  double far_;
+  bool by_chords_ = false;
 };
 
 double PairField::find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses) {
@@ -45,14 +135,16 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   for (const double edge : {edges.x, edges.y, edges.z}) {
     if (edge > 0.0 && reach.move > edge) return 0.5 * edge / reach.move;
   }
-  const NeighbourLists* const near = find_near(parallel, path.positions[0], reach.move);
+  const NeighbourLists* const near = find_near(parallel, reach.move);
   if (near == nullptr) return 0.5;
 
   std::atomic<double> part = 1.0;
+  const Nearness nearness(*this, path, reach);
   near->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
     const auto others = std::upper_bound(neighbours.begin(), neighbours.end(), static_cast<Index>(i));
+    if (!nearness.may_any_pass(i, {others, neighbours.end()})) return;
     for (auto j = others; j != neighbours.end(); ++j) {
-      const double found = find_passage_of_pair(path, reach, i, static_cast<std::size_t>(*j), masses);
+      const double found = find_passage_of_pair(path, nearness, i, static_cast<std::size_t>(*j), masses);
       for (double known = part; found < known && !part.compare_exchange_weak(known, found);) {
       }
     }
@@ -60,29 +152,40 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   return part;
 }
 
-PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointPath& path) const {
-  const double length = path.h / static_cast<double>(path.num_pieces());
-  const auto measure = [&](auto&& value_of) {
-    return parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-      double most = 0.0;
-      for (std::size_t k = begin; k < end; ++k) {
-        for (std::size_t piece = 0; piece < path.num_pieces(); ++piece)
-          most = larger(most, value_of(points_[k], piece));
-      }
-      return most;
-    });
-  };
+/// With where points begin and how far they go, side by side.
+PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointPath& path) {
+  const std::size_t pieces = path.num_pieces();
+  const double length = path.h / static_cast<double>(pieces);
+  begins_.resize(points_.size());
+  moves_.resize(points_.size());
+  bends2_.resize(points_.size());
   // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
-  const double bend2 = measure([&](Index i, std::size_t piece) {
-    const Vec3 e = load(path.positions[piece + 1], i) - load(path.positions[piece], i);
-    return std::max(squared(length * load(path.velocities[piece], i) - e),
-                    squared(length * load(path.velocities[piece + 1], i) - e));
+  const double move2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
+    double most = 0.0;
+    for (std::size_t k = begin; k < end; ++k) {
+      const Index i = points_[k];
+      const Vec3 start = load(path.positions[0], i);
+      Vec3 from = start;
+      double bend2 = 0.0;
+      for (std::size_t piece = 0; piece < pieces; ++piece) {
+        const Vec3 to = load(path.positions[piece + 1], i), e = to - from;
+        bend2 = larger(bend2, larger(squared(length * load(path.velocities[piece], i) - e),
+                                     squared(length * load(path.velocities[piece + 1], i) - e)));
+        most = larger(most, squared(to - start));
+        from = to;
+      }
+      begins_[k] = start;
+      moves_[k] = from - start;
+      bends2_[k] = bend2;
+    }
+    return most;
   });
-  const double move2 = measure([&](Index i, std::size_t piece) {
-    return squared(load(path.positions[piece + 1], i) - load(path.positions[0], i));
+  const double bend2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
+    return *std::max_element(bends2_.begin() + static_cast<std::ptrdiff_t>(begin),
+                             bends2_.begin() + static_cast<std::ptrdiff_t>(end));
   });
-  const double bend = 8.0 / 27.0 * std::sqrt(bend2);
-  return {std::sqrt(move2) + bend, bend};
+  const double sagitta = 8.0 / 27.0 * std::sqrt(bend2);
+  return {std::sqrt(move2) + sagitta, sagitta};
 }
 
 /// More than some hundred partners a point in long lists; then points would be spread evenly.
@@ -105,13 +208,9 @@ bool PairField::are_too_many(double radius) const {
   return radius > most_spacings * spacing;
 }
 
-/// Lists of all pairs that may count while no point goes farther than `move` from r: without a cutoff those that may
+/// Lists of all pairs that may count while no point goes farther than `move`: without a cutoff those that may
 /// halve their distance. Null: there would be too many.
-const NeighbourLists* PairField::find_near(const Parallel& parallel, const double* r, double move) {
-  begins_.resize(points_.size());
-  parallel.for_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) begins_[i] = load(r, points_[i]);
-  });
+const NeighbourLists* PairField::find_near(const Parallel& parallel, double move) {
   if (neighbours_) {
     if (neighbours_->cover(parallel, begins_, move)) return &*neighbours_;
     if (4.0 * move < neighbours_->skin()) {
@@ -145,57 +244,46 @@ double PairField::largest_force(double nearest, double farthest) const {
 }
 
 /// Each image of j that comes near, where the box is not large beside the step.
-double PairField::find_passage_of_pair(const PointPath& path, const Reach& reach, std::size_t i, std::size_t j,
+double PairField::find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
                                        std::span<const double> masses) const {
   const Vec3 d = begins_[j] - begins_[i], nearest = box_.nearest_image(d);
-  const double far = cutoff_ + 2.0 * reach.move;
   std::array<int, 3> images{};
   const std::array<double, 3> edges{box_.edges().x, box_.edges().y, box_.edges().z};
   for (std::size_t k = 0; k < 3; ++k)
-    images[k] = edges[k] > 0.0 ? static_cast<int>(std::floor(far / edges[k] + 0.5)) : 0;
+    images[k] = edges[k] > 0.0 ? static_cast<int>(std::floor(nearness.far() / edges[k] + 0.5)) : 0;
   double part = 1.0;
   for (int a = -images[0]; a <= images[0]; ++a) {
     for (int b = -images[1]; b <= images[1]; ++b) {
       for (int c = -images[2]; c <= images[2]; ++c) {
         const Approach approach{i, j, nearest + Vec3{a * edges[0], b * edges[1], c * edges[2]} - d};
-        if (may_pass(path, approach, 2.0 * reach.sagitta)) part = std::min(part, examine(path, approach, masses));
+        if (nearness.may_pass(approach)) part = std::min(part, examine(path, approach, masses));
       }
     }
   }
   return part;
 }
 
-/// By chords, and how far paths may leave them at most; first of all points, then of these two.
-bool PairField::may_pass(const PointPath& path, const Approach& approach, double sagitta_of_all) const {
-  const Index i = points_[approach.i], j = points_[approach.j];
+/// The same of two points alone: along the chords of all pieces, and as far from them as these two may be.
+bool PairField::Nearness::may_pass(const Approach& approach) const {
   const auto place = [&](std::size_t k) {
-    return load(path.positions[k], j) - load(path.positions[k], i) + approach.shift;
+    const auto knot = static_cast<double>(k) / static_cast<double>(path_.num_pieces());
+    return field_.relative(path_, approach, knot);
   };
-  const std::size_t pieces = path.num_pieces();
-  const Vec3 begin = place(0);
-  Vec3 from = begin, to = begin;
-  double near2 = infinity;
-  for (std::size_t k = 0; k < pieces; ++k, from = to) {
-    to = place(k + 1);
-    const Vec3 e = to - from;
-    near2 = std::min(near2, squared(from + nearest_fraction(from, e) * e));
+  const double length = path_.h / static_cast<double>(path_.num_pieces());
+  PointPath::Place from = place(0);
+  const double begin2 = squared(from.r);
+  double near2 = begin2, bend = 0.0;
+  for (std::size_t k = 0; k < path_.num_pieces(); ++k) {
+    const PointPath::Place to = place(k + 1);
+    const Vec3 e = to.r - from.r;
+    near2 = std::min(near2, squared(from.r + nearest_fraction(from.r, e) * e));
+    bend = std::max(bend, tanor::sagitta(from, to, length));
+    from = to;
   }
-  const double seen2 = std::min(squared(begin), squared(to)), cutoff2 = cutoff_ * cutoff_;
-  // With z = r_cutoff^2 - r^2 forces grow no faster than z where z is small, and like a power of r elsewhere: less than
-  // twofold.
-  const auto may = [&](double sagitta) {
-    if (!neighbours_) return std::sqrt(near2) - sagitta < std::sqrt(seen2) / seen_enough;
-    if (near2 >= (cutoff_ + sagitta) * (cutoff_ + sagitta)) return false;
-    const double seen = std::max(cutoff2 - seen2, 0.0);
-    const double growth = seen < 0.05 * cutoff2 ? 0.5 : 0.2;
-    return !(seen2 - near2 + 2.0 * sagitta * cutoff_ <= growth * seen);
-  };
-  if (!may(sagitta_of_all)) return false;
-  if (pieces > 1) return true;
-  const Vec3 e = to - begin;
-  const Vec3 first = path.h * (load(path.velocities[0], j) - load(path.velocities[0], i)) - e;
-  const Vec3 last = path.h * (load(path.velocities[1], j) - load(path.velocities[1], i)) - e;
-  return may(4.0 / 27.0 * (norm(first) + norm(last)));
+  const double seen2 = std::min(begin2, squared(from.r));
+  if (!field_.neighbours_) return std::sqrt(near2) - bend < std::sqrt(seen2) / seen_enough;
+  const Bounds own = bounds(bend);
+  return near2 < own.outer2 && seen2 - near2 + own.slack > own.allowed_growth(seen2);
 }
 
 PointPath::Place PairField::relative(const PointPath& path, const Approach& approach, double s) const {

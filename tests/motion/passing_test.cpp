@@ -1,0 +1,249 @@
+/// Steps must not jump what lies between two evaluations: beads that meet and part, wells that are narrow. Random ones,
+/// against closed forms and against runs that cannot jump. TANOR_DRAWS: how many are drawn of each kind.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "motion/scenes.hpp"
+
+namespace tanor {
+namespace {
+
+using scenes::add_point;
+
+int num_draws(int usual) {
+  const char* const wanted = std::getenv("TANOR_DRAWS");
+  return wanted != nullptr ? std::max(std::atoi(wanted), 1) : usual;
+}
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : generator_(seed) {}
+  double uniform(double a, double b) { return a + (b - a) * std::generate_canonical<double, 53>(generator_); }
+  double log_uniform(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
+  int below(int count) { return static_cast<int>(uniform(0.0, count)); }
+  Vector3 direction() {
+    for (;;) {
+      const Vector3 d{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
+      const double length = std::hypot(d[0], d[1], d[2]);
+      if (length > 0.1 && length < 1.0) return {d[0] / length, d[1] / length, d[2] / length};
+    }
+  }
+
+ private:
+  std::mt19937_64 generator_;
+};
+
+std::string number(double x) {
+  std::array<char, 40> buffer;
+  std::snprintf(buffer.data(), buffer.size(), "(%.17g)", x);
+  return buffer.data();
+}
+
+/// What one run says; the worst error over what the tolerance allows, in positions and velocities.
+struct Verdict {
+  std::string told{};  // an outcome that is not ok, or a warning
+  double error = 0.0;
+};
+
+constexpr double rtol = 1e-8, atol = 1e-10;
+
+double over_tolerance(std::span<const double> found, std::span<const double> right) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < found.size(); i += 3) {
+    const double size = std::hypot(right[i], right[i + 1], right[i + 2]);
+    for (std::size_t k = i; k < i + 3; ++k)
+      worst = std::max(worst, std::abs(found[k] - right[k]) / (atol + rtol * size));
+  }
+  return worst;
+}
+
+struct State {
+  std::vector<double> r, v;
+};
+
+State state_of(const Simulation& simulation) {
+  return {{simulation.positions().begin(), simulation.positions().end()},
+          {simulation.velocities().begin(), simulation.velocities().end()}};
+}
+
+Verdict compare(const System& system, Method method, double t_end, const State& right) {
+  Simulation simulation(system, {.method = method, .rtol = rtol, .atol = atol}, {.threads = 1});
+  const Outcome outcome = simulation.advance(t_end);
+  return {outcome.what + simulation.report().doubt,
+          std::max(over_tolerance(simulation.positions(), right.r), over_tolerance(simulation.velocities(), right.v))};
+}
+
+/// How many of the runs were wrong and silent, or told that they were.
+struct Tally {
+  int runs = 0, wrong = 0, told = 0;
+
+  void add(const Verdict& verdict, double allowed, const std::string& what) {
+    ++runs;
+    if (!verdict.told.empty()) {
+      ++told;
+      std::printf("told: %s: %s\n", what.c_str(), verdict.told.c_str());
+    } else if (!(verdict.error <= allowed)) {
+      ++wrong;
+      ADD_FAILURE() << what << ": off by " << verdict.error << " tolerances, " << allowed << " are allowed";
+    }
+  }
+  void expect_good() const {
+    EXPECT_EQ(wrong, 0) << "of " << runs;
+    EXPECT_LE(told, runs / 100) << "of " << runs;
+  }
+};
+
+// ---- wells -----------------------------------------------------------------------------------------------------------
+
+/// t = integral of slowness ds from 0: the inverse, by Gauss's quadrature on cells that are fine around `centre`.
+double distance_after(double time, const std::function<double(double)>& slowness, double far, double centre,
+                      double width) {
+  static constexpr std::array<std::array<double, 2>, 4> gauss{{{0.1834346424956498, 0.3626837833783620},
+                                                               {0.5255324099163290, 0.3137066458778873},
+                                                               {0.7966664774136267, 0.2223810344533745},
+                                                               {0.9602898564975363, 0.1012285362903763}}};
+  const auto integral = [&](double a, double b) {
+    double sum = 0.0;
+    for (const auto& [node, weight] : gauss)
+      for (const double sign : {-1.0, 1.0}) sum += weight * slowness(0.5 * (a + b) + 0.5 * sign * (b - a) * node);
+    return 0.5 * (b - a) * sum;
+  };
+  std::vector<double> cells;
+  for (int i = 0; i <= 1000; ++i) cells.push_back(far * i / 1000.0);
+  for (int i = -1500; i <= 1500; ++i) {
+    const double s = centre + width * std::sinh(i / 250.0);
+    if (s > 0.0 && s < far) cells.push_back(s);
+  }
+  std::sort(cells.begin(), cells.end());
+  double passed = 0.0, from = 0.0;
+  for (const double to : cells) {
+    const double more = integral(from, to);
+    if (passed + more >= time) break;
+    passed += more;
+    from = to;
+  }
+  double s = from;
+  for (int iteration = 0; iteration < 50; ++iteration)
+    s += (time - passed - integral(from, s)) / slowness(s);
+  return s;
+}
+
+/// A potential -depth g(s/width) with its force, as text in a name for s/width.
+struct Shape {
+  const char* name;
+  double (*value)(double u);
+  const char* slope;  ///< g'(u)
+};
+const std::array<Shape, 5> shapes{{
+    {"gauss", [](double u) { return std::exp(-u * u); }, "-2*U*exp(-(U)^2)"},
+    {"lorentz", [](double u) { return 1 / (1 + u * u); }, "-2*U/(1 + (U)^2)^2"},
+    {"sech", [](double u) { return std::abs(u) > 300 ? 0.0 : 1 / (std::cosh(u) * std::cosh(u)); },
+     "-2*tanh(U)/cosh(U)^2"},
+    {"hat", [](double u) { return std::abs(u) < 1 ? (1 - u * u) * (1 - u * u) : 0.0; }, "-4*U*max(0, 1 - (U)^2)"},
+    {"plummer", [](double u) { return 1 / std::sqrt(1 + u * u); }, "-U/(1 + (U)^2)^1.5"},
+}};
+
+std::string with(const std::string& text, const std::string& u) {
+  std::string result;
+  for (const char c : text) result += c == 'U' ? u : std::string(1, c);
+  return result;
+}
+
+enum class Way { Free, Line, LineCoordinates, Circle };
+
+struct Well {
+  System system;
+  double t_end = 0.0;
+  State right;
+  std::string what;
+};
+
+/// A bead of 0.1 kg with speed v0 on a straight line or a circle meets a well (or a hill) on its way.
+Well draw_well(Random& random) {
+  Well well;
+  const double v0 = random.log_uniform(0.3, 3.0), energy = 0.5 * scenes::mass * v0 * v0;
+  well.t_end = random.log_uniform(0.3, 10.0);
+  const double length = v0 * well.t_end, width = length * random.log_uniform(1e-3, 1.0);
+  const double centre = length * random.uniform(0.15, 0.85);
+  const bool is_hill = random.below(3) == 0;
+  const double depth = energy * (is_hill ? -random.log_uniform(1e-3, 0.6) : random.log_uniform(1e-3, 3.0));
+  const Shape& shape = shapes[static_cast<std::size_t>(random.below(shapes.size()))];
+  const auto way = static_cast<Way>(random.below(4));
+  const double radius = length / random.uniform(0.5, 5.0);  // of the circle: so many radians
+  const Vector3 d = random.direction();
+  well.what = std::string(shape.name) + ", way " + std::to_string(static_cast<int>(way)) + ", width " +
+              std::to_string(width / length) + ", centre " + std::to_string(centre / length) + " of the length, depth " +
+              std::to_string(depth / energy);
+
+  // u(s): s itself, or the straight distance from the well's centre on the circle.
+  const auto u = [=](double s) {
+    return way == Way::Circle ? 2.0 * radius * std::sin(0.5 * (s - centre) / radius) / width : (s - centre) / width;
+  };
+  const auto speed = [=](double s) {
+    return std::sqrt(2.0 * (energy + depth * (shape.value(u(s)) - shape.value(u(0.0)))) / scenes::mass);
+  };
+  const double s =
+      distance_after(well.t_end, [&](double x) { return 1.0 / speed(x); }, 2.5 * length, centre, width);
+
+  System& system = well.system;
+  if (way == Way::Circle) {
+    // Force towards the centre of the well: depth g'(u) grad u, u = |r - p|/width.
+    const double angle = centre / radius;
+    add_point({radius, 0, 0}, &system);
+    system.velocities = {0, v0, 0};
+    system.constraints = {Circles{"wire", {0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, radius}};
+    const std::array p{number(radius * std::cos(angle)), number(radius * std::sin(angle))};
+    const std::string distance = "sqrt((x - " + p[0] + ")^2 + (y - " + p[1] + ")^2 + 1e-300)";
+    const std::string slope = number(depth / width) + "*(" + with(shape.slope, "(" + distance + "/" + number(width) + ")") +
+                              ")/" + distance;
+    system.forces = {FormulaForce{
+        "well", {0}, formula_force({slope + "*(x - " + p[0] + ")", slope + "*(y - " + p[1] + ")", "0"})}};
+    const double at = s / radius, v = speed(s);
+    well.right = {{radius * std::cos(at), radius * std::sin(at), 0}, {-v * std::sin(at), v * std::cos(at), 0}};
+    return well;
+  }
+  add_point({0, 0, 0}, &system);
+  system.velocities = {v0 * d[0], v0 * d[1], v0 * d[2]};
+  if (way == Way::Line) system.constraints = {Lines{"wire", {0}, {0.0, 0.0, 0.0}, {d[0], d[1], d[2]}}};
+  if (way == Way::LineCoordinates) system.coordinates = {LineCoordinates{"wire", {0}, {0.0, 0.0, 0.0}, {d[0], d[1], d[2]}}};
+  const std::string place = "((x*" + number(d[0]) + " + y*" + number(d[1]) + " + z*" + number(d[2]) + " - " +
+                            number(centre) + ")/" + number(width) + ")";
+  std::array<std::string, 3> force;
+  for (std::size_t k = 0; k < 3; ++k)
+    force[k] = number(depth / width * d[k]) + "*(" + with(shape.slope, place) + ")";
+  system.forces = {FormulaForce{"well", {0}, formula_force(force)}};
+  const double v = speed(s);
+  well.right = {{s * d[0], s * d[1], s * d[2]}, {v * d[0], v * d[1], v * d[2]}};
+  return well;
+}
+
+class PassingByMethod : public testing::TestWithParam<Method> {};
+INSTANTIATE_TEST_SUITE_P(, PassingByMethod,
+                         testing::Values(Method::Auto, Method::Dop853, Method::Dopri5, Method::Radau5),
+                         [](const auto& info) { return std::string(method_name(info.param)); });
+
+TEST_P(PassingByMethod, NarrowWellsAreNotJumped) {
+  Random random(7);
+  Tally tally;
+  for (int draw = num_draws(100); draw-- > 0;) {
+    const Well well = draw_well(random);
+    if (GetParam() == Method::Radau5 && !well.system.coordinates.empty()) continue;  // it steps on constraints alone
+
+    tally.add(compare(well.system, GetParam(), well.t_end, well.right), 100.0,
+              std::to_string(draw) + ": " + well.what);
+  }
+  tally.expect_good();
+}
+
+}  // namespace
+}  // namespace tanor
