@@ -343,9 +343,21 @@ bool PairField::misses(const PointPath& path, std::size_t i, double impulse, std
 }
 
 double PairField::examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const {
-  double seen = 0.0;
-  for (const double s : path.looks) seen = std::max(seen, force_at(norm(relative(path, approach, s).r)));
-  if (largest_force(find_nearest(path, approach, 0.0, 1.0).r, infinity) <= seen_enough * seen) return 1.0;
+  const Encounter nearest_of_all = find_nearest(path, approach, 0.0, 1.0);
+  const double most = largest_force(nearest_of_all.r, infinity);
+  const auto force_seen = [&](double s) { return force_at(norm(relative(path, approach, s).r)); };
+  double seen = std::max(force_seen(0.0), force_seen(1.0));
+  if (most <= seen_enough * seen) return 1.0;
+  // Stages in between have seen it too, unless a force of this size throws them off the path that the ends tell.
+  constexpr double thrown_off = 0.05;  // of how deep the pair is in its range
+  double inverse_mass = 0.0;
+  for (const std::size_t i : {approach.i, approach.j})
+    if (i < num_moving_) inverse_mass += 1.0 / masses[static_cast<std::size_t>(points_[i])];
+  const double depth = std::min(cutoff_ - nearest_of_all.r, nearest_of_all.r);
+  if (most * inverse_mass * path.h * path.h <= thrown_off * depth) {
+    for (const double s : path.looks) seen = std::max(seen, force_seen(s));
+    if (most <= seen_enough * seen) return 1.0;
+  }
   for (std::size_t look = 0; look + 1 < path.looks.size(); ++look) {
     const double a = path.looks[look], b = path.looks[look + 1];
     const Encounter nearest = find_nearest(path, approach, a, b);
