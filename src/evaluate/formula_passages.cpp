@@ -14,7 +14,7 @@ namespace {
 constexpr double resolved = 6.0;
 constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
 constexpr double of_a_kink = 7.0;         // more than is resolved: error estimates may miss one between two looks
-constexpr int most_halvings = 11;         // of a step
+constexpr int most_divisions = 4;         // of a step, into eight parts each
 
 constexpr std::size_t num_nodes = 9;
 
@@ -40,6 +40,26 @@ Vec3 interpolate(const std::array<double, num_nodes>& nodes, const std::array<Ve
   return (1.0 / below) * above;
 }
 
+/// Numbers of one lane between two places that are `length` apart in time. Number by number a cubic leaves its chord by
+/// at most 4/27 (|H v_a - e| + |H v_b - e|), and its rate the line between both rates by 3/2 |e/H - (v_a + v_b)/2|.
+void enclose(const PointPath::Place& a, const PointPath::Place& b, double t, double length, std::size_t lane,
+             Intervals* variables) {
+  const auto set = [&](std::size_t variable, double x, double y, double leaves) {
+    variables[variable].low[lane] = std::min(x, y) - leaves;
+    variables[variable].high[lane] = std::max(x, y) + leaves;
+  };
+  const double inverse = 1.0 / length;
+  const auto set_both = [&](std::size_t axis, double x, double y, double u, double v) {
+    const double e = y - x;
+    set(axis, x, y, 4.0 / 27.0 * (std::abs(length * u - e) + std::abs(length * v - e)));
+    set(3 + axis, u, v, 1.5 * std::abs(e * inverse - 0.5 * (u + v)));
+  };
+  set_both(0, a.r.x, b.r.x, a.v.x, b.v.x);
+  set_both(1, a.r.y, b.r.y, a.v.y, b.v.y);
+  set_both(2, a.r.z, b.r.z, a.v.z, b.v.z);
+  set(6, t, t + length, 0.0);
+}
+
 }  // namespace
 
 FormulaPassages::FormulaPassages(const ForceKernel& kernel, std::vector<Index> points)
@@ -47,13 +67,18 @@ FormulaPassages::FormulaPassages(const ForceKernel& kernel, std::vector<Index> p
 
 double FormulaPassages::find(const Parallel& parallel, PointPath* path, std::span<const double> masses) {
   constexpr std::size_t grain = 64;
+  const std::size_t groups = (points_.size() + num_lanes - 1) / num_lanes;
   const double doubtful = parallel.max_over_ranges(
-      points_.size(),
+      groups,
       [&](std::size_t begin, std::size_t end) {
         bool any = false;
-        for (std::size_t k = begin; k < end; ++k) {
-          is_doubtful_[k] = !(count_pieces(*path, points_[k]) <= resolved);
-          any = any || is_doubtful_[k];
+        for (std::size_t group = begin; group < end; ++group) {
+          const std::size_t first = num_lanes * group, count = std::min(num_lanes, points_.size() - first);
+          const Counts counts = count_along(*path, std::span(points_).subspan(first, count));
+          for (std::size_t k = 0; k < count; ++k) {
+            is_doubtful_[first + k] = !(counts[k] <= resolved) && is_doubtful(*path, points_[first + k]);
+            any = any || is_doubtful_[first + k];
+          }
         }
         return any ? 1.0 : 0.0;
       },
@@ -75,52 +100,65 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path, std::spa
   return part;
 }
 
-/// Between two fractions of one piece of the path. Number by number the cubic leaves its chord by at most
-/// 4/27 (|H v_a - e| + |H v_b - e|), and its rate the line between both rates by 3/2 |e/H - (v_a + v_b)/2|.
-double FormulaPassages::count(const PointPath& path, Index point, double begin, double end) const {
-  const PointPath::Place a = path.at(point, begin), b = path.at(point, end);
-  const double length = (end - begin) * path.h;
-  const auto enclose = [](double x, double y, double leaves) {
-    return Interval(std::min(x, y) - leaves, std::max(x, y) + leaves);
-  };
-  const auto place = [&](double x, double y, double u, double v) {
-    return enclose(x, y, 4.0 / 27.0 * (std::abs(length * u - (y - x)) + std::abs(length * v - (y - x))));
-  };
-  const auto rate = [&](double x, double y, double u, double v) {
-    return enclose(u, v, 1.5 * std::abs((y - x) / length - 0.5 * (u + v)));
-  };
-  const std::array<Interval, 7> variables{
-      place(a.r.x, b.r.x, a.v.x, b.v.x), place(a.r.y, b.r.y, a.v.y, b.v.y), place(a.r.z, b.r.z, a.v.z, b.v.z),
-      rate(a.r.x, b.r.x, a.v.x, b.v.x),  rate(a.r.y, b.r.y, a.v.y, b.v.y),  rate(a.r.z, b.r.z, a.v.z, b.v.z),
-      Interval(path.t + begin * path.h, path.t + end * path.h)};
+/// Of the whole step, for a point in each lane.
+FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std::span<const Index> points) const {
+  const double length = path.h / static_cast<double>(path.num_pieces());
+  Counts sums{};
+  for (std::size_t k = 0; k < path.num_pieces(); ++k) {
+    std::array<Intervals, 7> variables{};
+    for (std::size_t lane = 0; lane < points.size(); ++lane) {
+      const Index i = points[lane];
+      enclose({load(path.positions[k], i), load(path.velocities[k], i)},
+              {load(path.positions[k + 1], i), load(path.velocities[k + 1], i)}, path.t + path.knot(k) * path.h, length,
+              lane, variables.data());
+    }
+    const Counts counts = narrowness_.count(variables.data());
+    for (std::size_t lane = 0; lane < points.size(); ++lane) sums[lane] += counts[lane];
+  }
+  return sums;
+}
+
+/// Of equal parts, one in each lane.
+FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, Index point, double begin,
+                                                     double end) const {
+  const double part = (end - begin) / static_cast<double>(num_lanes);
+  std::array<Intervals, 7> variables{};
+  PointPath::Place from = path.at(point, begin);
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double s = begin + static_cast<double>(lane) * part;
+    const PointPath::Place to = path.at(point, s + part);
+    enclose(from, to, path.t + s * path.h, part * path.h, lane, variables.data());
+    from = to;
+  }
   return narrowness_.count(variables.data());
 }
 
-/// The whole step; where intervals say too much of pieces, of their halves.
-double FormulaPassages::count_pieces(const PointPath& path, Index point) const {
+/// Intervals say too much of long paths: they are asked once more for eighths.
+bool FormulaPassages::is_doubtful(const PointPath& path, Index point) const {
   double sum = 0.0;
-  for (std::size_t k = 0; k < path.num_pieces() && sum <= resolved; ++k)
-    sum += count(path, point, path.knot(k), path.knot(k + 1));
-  for (std::size_t parts = 2; !(sum <= resolved) && sum < 4.0 * resolved && parts <= 4; parts *= 2) {
-    sum = 0.0;
-    for (std::size_t k = 0; k < parts * path.num_pieces() && sum <= resolved; ++k) {
-      const auto all = static_cast<double>(parts * path.num_pieces());
-      sum += count(path, point, static_cast<double>(k) / all, static_cast<double>(k + 1) / all);
-    }
+  for (std::size_t k = 0; k < path.num_pieces(); ++k) {
+    for (const double count : count_parts(path, point, path.knot(k), path.knot(k + 1))) sum += count;
+    if (!(sum <= resolved)) return true;
   }
-  return sum;
+  return false;
 }
 
 /// Returns the sum of what the parts may change.
 double FormulaPassages::divide(const PointPath& path, Index point, double begin, double end, int depth,
                                std::vector<Part>* parts) const {
-  const double found = count(path, point, begin, end);
-  if (found <= resolved_by_part || depth == 0) {
-    parts->push_back({begin, end});
-    return std::min(found, of_a_kink);
+  const double length = (end - begin) / static_cast<double>(num_lanes);
+  const Counts counts = count_parts(path, point, begin, end);
+  double sum = 0.0;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double from = begin + static_cast<double>(lane) * length;
+    if (counts[lane] <= resolved_by_part || depth == 1) {
+      parts->push_back({from, from + length});
+      sum += std::min(counts[lane], of_a_kink);
+    } else {
+      sum += divide(path, point, from, from + length, depth - 1, parts);
+    }
   }
-  const double middle = 0.5 * (begin + end);
-  return divide(path, point, begin, middle, depth - 1, parts) + divide(path, point, middle, end, depth - 1, parts);
+  return sum;
 }
 
 Vec3 FormulaPassages::acceleration(const PointPath& path, Index point, double s, double mass) const {
@@ -140,8 +178,7 @@ double FormulaPassages::examine(const PointPath& path, Index point, double mass)
   thread_local std::vector<Part> parts;
   parts.clear();
   double changes = 0.0;
-  int depth = most_halvings;
-  for (std::size_t pieces = path.num_pieces(); pieces > 1; pieces /= 2) --depth;
+  const int depth = path.num_pieces() > num_lanes ? most_divisions - 1 : most_divisions;
   for (std::size_t k = 0; k < path.num_pieces(); ++k)
     changes += divide(path, point, path.knot(k), path.knot(k + 1), depth, &parts);
   if (changes <= resolved) return 1.0;

@@ -35,8 +35,10 @@ class FormulaPassages {
   struct Part {
     double begin, end;  // fractions of the step
   };
-  double count(const PointPath& path, Index point, double begin, double end) const;
-  double count_pieces(const PointPath& path, Index point) const;
+  using Counts = std::array<double, num_lanes>;
+  bool is_doubtful(const PointPath& path, Index point) const;
+  Counts count_along(const PointPath& path, std::span<const Index> points) const;
+  Counts count_parts(const PointPath& path, Index point, double begin, double end) const;
   double divide(const PointPath& path, Index point, double begin, double end, int depth,
                 std::vector<Part>* parts) const;
   double examine(const PointPath& path, Index point, double mass) const;

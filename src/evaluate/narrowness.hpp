@@ -1,19 +1,26 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
 #include <tanor/expression.hpp>
 
-#include "system/interval.hpp"
+#include "base/eight.hpp"
 
 namespace tanor {
+
+/// All numbers from `low` to `high`, in eight lanes. What is computed with them holds every result that numbers from
+/// the operands have, up to rounding, which is not directed.
+struct Intervals {
+  Eight low, high;
+};
 
 /// How often an expression may change its course while its variables run through intervals.
 ///
 /// Sums and products of smooth numbers are smooth. What can be narrow is a function whose argument runs through more
-/// than the function's own scale: exp, sin and cosh change over an argument of 1, quotients, roots and logarithms
-/// while it changes by a factor sqrt(e), tanh and arctan only near 0, and abs, min, max and sqrt where their argument passes
+/// than the function's own scale: exp, sin and cosh change over an argument of 1, quotients, roots and logarithms while
+/// it changes by a factor sqrt(e), tanh and arctan only near 0, and abs, min, max and sqrt where their argument passes
 /// 0. The largest of these counts is told. An expression without such functions is never narrow.
 class Narrowness {
  public:
@@ -24,18 +31,17 @@ class Narrowness {
   std::size_t num_variables() const { return variables_.size(); }
   std::size_t num_results() const { return results_.size(); }
 
-  /// Infinite where a kink or a pole may lie among the numbers.
-  double count(const Interval* variables) const;
+  /// In each lane; infinite where a kink or a pole may lie among the numbers.
+  std::array<double, num_lanes> count(const Intervals* variables) const;
   /// The expression itself.
   void evaluate(const double* variables, double* results) const;
 
  private:
-  int argument_of_tanh(const Expression::Instruction& quotient) const;
-
-  std::vector<Expression::Instruction> instructions_;  // equal ones once
+  std::vector<Expression::Instruction> instructions_;  // equal ones once; c of sinh/cosh: 1 + its argument, else 0
   std::vector<int> variables_, results_;
-  std::vector<char> counts_;      // [instruction] what `count` needs
-  std::size_t num_to_count_ = 0;  // of these, the functions
+  std::vector<char> counts_;    // [instruction] what `count` needs, …
+  std::vector<char> is_asked_;  // … and whose value it needs
+  std::size_t num_to_count_ = 0;  // functions among them
 };
 
 }  // namespace tanor
