@@ -18,10 +18,10 @@ class PointPath {
     Vec3 r, v;  // m, m/s
   };
 
-  double t = 0.0, h = 0.0;                       ///< s: the step leads from t to t + h
-  double atol = 0.0, rtol = 0.0;                 ///< what a point's position and velocity may miss at its end
-  bool follows_tolerance = true;                 ///< false: its length is fixed
-  std::span<const double> looks;                 ///< fractions of h where forces were evaluated, from 0 up to 1
+  double t = 0.0, h = 0.0;                           ///< s: the step leads from t to t + h
+  double atol = 0.0, rtol = 0.0;                     ///< what a point's position and velocity may miss at its end
+  bool follows_tolerance = true;                     ///< false: its length is fixed
+  std::span<const double> looks;                     ///< fractions of h where forces were evaluated, from 0 up to 1
   std::vector<const double*> positions, velocities;  ///< [knot], arrays [3n] each; two knots at least
 
   /// More knots, until the cubics miss the motion by no more than this part of what each number moves.

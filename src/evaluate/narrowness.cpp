@@ -54,8 +54,9 @@ bool is_smooth(Operation operation) {
   }
 }
 
-constexpr double faint = 60.0;      // e^-60 is nothing beside any other number
-constexpr double saturated = 20.0;  // tanh is 1 to rounding
+constexpr double faint = 60.0;           // e^-60 is nothing beside any other number
+constexpr double saturated = 20.0;       // tanh is 1 to rounding
+constexpr double most_exponent = 104.0;  // e^104 = 1e45
 
 // Lanes: whole loops are made for each instruction set.
 #define TANOR_LANES [[gnu::always_inline]] inline
@@ -185,6 +186,11 @@ void count_all(const std::vector<Instruction>& instructions, const char* counts,
           if (asked) value = rising(values[instruction.c - 1], [](double x) { return std::tanh(x); });
           break;
         }
+        if (const Instruction& under = instructions[static_cast<std::size_t>(instruction.b)];
+            under.operation == Operation::Exp && !asked) {
+          passes = 2.0 * run_within(values[under.a], -most_exponent, most_exponent);
+          break;
+        }
         passes = count_factors(b);
         if (asked) {
           const auto has_pole = (b.low <= 0.0) & (b.high >= 0.0);
@@ -269,8 +275,10 @@ Narrowness::Narrowness(const Expression& expression) {
     const Operands operands = operands_of(instruction.operation);
     instruction.a = operands.a ? place[static_cast<std::size_t>(instruction.a)] : 0;
     instruction.b = operands.b ? place[static_cast<std::size_t>(instruction.b)] : 0;
-    const Instruction& over = instructions_.empty() ? instruction : instructions_[static_cast<std::size_t>(instruction.a)];
-    const Instruction& under = instructions_.empty() ? instruction : instructions_[static_cast<std::size_t>(instruction.b)];
+    const Instruction& over =
+        instructions_.empty() ? instruction : instructions_[static_cast<std::size_t>(instruction.a)];
+    const Instruction& under =
+        instructions_.empty() ? instruction : instructions_[static_cast<std::size_t>(instruction.b)];
     const bool is_tanh = instruction.operation == Operation::Divide && over.operation == Operation::Sinh &&
                          under.operation == Operation::Cosh && over.a == under.a;
     instruction.c = is_tanh ? 1 + over.a : 0;
@@ -302,6 +310,12 @@ Narrowness::Narrowness(const Expression& expression) {
       if (!is_there) continue;
       is_needed[static_cast<std::size_t>(operand)] |= is_needed[i];
       counts_[static_cast<std::size_t>(operand)] |= counts_[i];
+      const bool by_argument =
+          instruction.operation == Operation::Divide &&
+          (instruction.c > 0 ||
+           (operand == instruction.b && instructions_[static_cast<std::size_t>(operand)].operation == Operation::Exp &&
+            !is_asked_[i]));
+      if (by_argument) continue;
       is_asked_[static_cast<std::size_t>(operand)] |= counts_[i];
     }
   }

@@ -39,8 +39,8 @@ class Narrowness {
  private:
   std::vector<Expression::Instruction> instructions_;  // equal ones once; c of sinh/cosh: 1 + its argument, else 0
   std::vector<int> variables_, results_;
-  std::vector<char> counts_;    // [instruction] what `count` needs, …
-  std::vector<char> is_asked_;  // … and whose value it needs
+  std::vector<char> counts_;      // [instruction] what `count` needs, …
+  std::vector<char> is_asked_;    // … and whose value it needs
   std::size_t num_to_count_ = 0;  // functions among them
 };
 

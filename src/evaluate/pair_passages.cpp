@@ -34,8 +34,8 @@ struct Bounds {
   double outer2 = 0.0;   ///< m^2: as near as this chord come pairs whose path may come within the cutoff
   double slack = 0.0;    ///< m^2: by so much more than on its chord may z grow on a path
 
-  /// With z = r_cutoff^2 - r^2 forces grow no faster than z where z is small, and like a power of r elsewhere: less than
-  /// twofold if z grows by no more than this.
+  /// With z = r_cutoff^2 - r^2 forces grow no faster than z where z is small, and like a power of r elsewhere: less
+  /// than twofold if z grows by no more than this.
   double allowed_growth(double seen2) const {
     const double seen = std::max(cutoff2 - seen2, 0.0);
     return std::max(0.2 * seen, std::min(0.5 * seen, 0.025 * cutoff2));
@@ -91,8 +91,8 @@ struct PairField::Encounter {
   double speed = 0.0;            // m/s there
 };
 
-/// Sorts out, at the cost of a force, what nearly all pairs are: too far to meet, or along their chord as near at an end
-/// as anywhere.
+/// Sorts out, at the cost of a force, what nearly all pairs are: too far to meet, or along their chord as near at an
+/// end as anywhere.
 class PairField::Nearness {
  public:
   Nearness(const PairField& field, const PointPath& path, const Reach& reach)
@@ -361,8 +361,7 @@ double PairField::examine(const PointPath& path, const Approach& approach, std::
   for (std::size_t look = 0; look + 1 < path.looks.size(); ++look) {
     const double a = path.looks[look], b = path.looks[look + 1];
     const Encounter nearest = find_nearest(path, approach, a, b);
-    const double farthest =
-        std::max(norm(relative(path, approach, a).r), norm(relative(path, approach, b).r));
+    const double farthest = std::max(norm(relative(path, approach, a).r), norm(relative(path, approach, b).r));
     const double force = largest_force(nearest.r, farthest);
     if (!(force > seen_enough * seen)) continue;
     // It lasts while they pass each other within the range; without a cutoff, where the force is a third of this.

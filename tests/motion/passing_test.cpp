@@ -103,7 +103,8 @@ struct Tally {
   }
 };
 
-// ---- wells -----------------------------------------------------------------------------------------------------------
+// ---- wells
+// -----------------------------------------------------------------------------------------------------------
 
 /// t = integral of slowness ds from 0: the inverse, by Gauss's quadrature on cells that are fine around `centre`.
 double distance_after(double time, const std::function<double(double)>& slowness, double far, double centre,
@@ -133,8 +134,7 @@ double distance_after(double time, const std::function<double(double)>& slowness
     from = to;
   }
   double s = from;
-  for (int iteration = 0; iteration < 50; ++iteration)
-    s += (time - passed - integral(from, s)) / slowness(s);
+  for (int iteration = 0; iteration < 50; ++iteration) s += (time - passed - integral(from, s)) / slowness(s);
   return s;
 }
 
@@ -182,8 +182,8 @@ Well draw_well(Random& random) {
   const double radius = length / random.uniform(0.5, 5.0);  // of the circle: so many radians
   const Vector3 d = random.direction();
   well.what = std::string(shape.name) + ", way " + std::to_string(static_cast<int>(way)) + ", width " +
-              std::to_string(width / length) + ", centre " + std::to_string(centre / length) + " of the length, depth " +
-              std::to_string(depth / energy);
+              std::to_string(width / length) + ", centre " + std::to_string(centre / length) +
+              " of the length, depth " + std::to_string(depth / energy);
 
   // u(s): s itself, or the straight distance from the well's centre on the circle.
   const auto u = [=](double s) {
@@ -192,8 +192,8 @@ Well draw_well(Random& random) {
   const auto speed = [=](double s) {
     return std::sqrt(2.0 * (energy + depth * (shape.value(u(s)) - shape.value(u(0.0)))) / scenes::mass);
   };
-  const double s =
-      distance_after(well.t_end, [&](double x) { return 1.0 / speed(x); }, 2.5 * length, centre, width);
+  const double s = distance_after(
+      well.t_end, [&](double x) { return 1.0 / speed(x); }, 2.5 * length, centre, width);
 
   System& system = well.system;
   if (way == Way::Circle) {
@@ -204,10 +204,10 @@ Well draw_well(Random& random) {
     system.constraints = {Circles{"wire", {0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, radius}};
     const std::array p{number(radius * std::cos(angle)), number(radius * std::sin(angle))};
     const std::string distance = "sqrt((x - " + p[0] + ")^2 + (y - " + p[1] + ")^2 + 1e-300)";
-    const std::string slope = number(depth / width) + "*(" + with(shape.slope, "(" + distance + "/" + number(width) + ")") +
-                              ")/" + distance;
-    system.forces = {FormulaForce{
-        "well", {0}, formula_force({slope + "*(x - " + p[0] + ")", slope + "*(y - " + p[1] + ")", "0"})}};
+    const std::string slope =
+        number(depth / width) + "*(" + with(shape.slope, "(" + distance + "/" + number(width) + ")") + ")/" + distance;
+    system.forces = {
+        FormulaForce{"well", {0}, formula_force({slope + "*(x - " + p[0] + ")", slope + "*(y - " + p[1] + ")", "0"})}};
     const double at = s / radius, v = speed(s);
     well.right = {{radius * std::cos(at), radius * std::sin(at), 0}, {-v * std::sin(at), v * std::cos(at), 0}};
     return well;
@@ -215,12 +215,12 @@ Well draw_well(Random& random) {
   add_point({0, 0, 0}, &system);
   system.velocities = {v0 * d[0], v0 * d[1], v0 * d[2]};
   if (way == Way::Line) system.constraints = {Lines{"wire", {0}, {0.0, 0.0, 0.0}, {d[0], d[1], d[2]}}};
-  if (way == Way::LineCoordinates) system.coordinates = {LineCoordinates{"wire", {0}, {0.0, 0.0, 0.0}, {d[0], d[1], d[2]}}};
+  if (way == Way::LineCoordinates)
+    system.coordinates = {LineCoordinates{"wire", {0}, {0.0, 0.0, 0.0}, {d[0], d[1], d[2]}}};
   const std::string place = "((x*" + number(d[0]) + " + y*" + number(d[1]) + " + z*" + number(d[2]) + " - " +
                             number(centre) + ")/" + number(width) + ")";
   std::array<std::string, 3> force;
-  for (std::size_t k = 0; k < 3; ++k)
-    force[k] = number(depth / width * d[k]) + "*(" + with(shape.slope, place) + ")";
+  for (std::size_t k = 0; k < 3; ++k) force[k] = number(depth / width * d[k]) + "*(" + with(shape.slope, place) + ")";
   system.forces = {FormulaForce{"well", {0}, formula_force(force)}};
   const double v = speed(s);
   well.right = {{s * d[0], s * d[1], s * d[2]}, {v * d[0], v * d[1], v * d[2]}};
@@ -239,13 +239,13 @@ TEST_P(PassingByMethod, NarrowWellsAreNotJumped) {
     const Well well = draw_well(random);
     if (GetParam() == Method::Radau5 && !well.system.coordinates.empty()) continue;  // it steps on constraints alone
 
-    tally.add(compare(well.system, GetParam(), well.t_end, well.right), 100.0,
-              std::to_string(draw) + ": " + well.what);
+    tally.add(compare(well.system, GetParam(), well.t_end, well.right), 100.0, std::to_string(draw) + ": " + well.what);
   }
   tally.expect_good();
 }
 
-// ---- pairs -----------------------------------------------------------------------------------------------------------
+// ---- pairs
+// -----------------------------------------------------------------------------------------------------------
 
 System make_two_beads(double gap) {
   System system;
@@ -313,8 +313,8 @@ Gas draw_gas(Random& random) {
   if (pairs.law == PairLaw::Lj) pairs.cutoff = random.uniform(1.2, 3.0);
   if (pairs.law == PairLaw::Lj) pairs.epsilon = 0.1;
   if (pairs.law == PairLaw::Log) pairs.strength = 0.02 * speed * speed;
-  gas.what = std::string(kind_name(Force{pairs})) + " law " + std::to_string(static_cast<int>(pairs.law)) + ", length " +
-             std::to_string(length);
+  gas.what = std::string(kind_name(Force{pairs})) + " law " + std::to_string(static_cast<int>(pairs.law)) +
+             ", length " + std::to_string(length);
   const bool has_box = pairs.law != PairLaw::Log && random.below(4) == 0;
   if (has_box) pairs.box = {std::max(8.0, 0.3 * length), std::max(8.0, 0.3 * length), 0.0};
   if (has_box) gas.what += ", box";
@@ -336,10 +336,11 @@ Gas draw_gas(Random& random) {
     if (kind == 1) system.supports.push_back({"", {target}, {}});
     if (kind == 2) {
       const std::string back = number(-0.5 * speed) + "*t*";
-      system.supports.push_back({"",
-                                 {target},
-                                 {ScalarFunction::formula(back + number(d[0])), ScalarFunction::formula(back + number(d[1])),
-                                  ScalarFunction::formula(back + number(d[2]))}});
+      system.supports.push_back(
+          {"",
+           {target},
+           {ScalarFunction::formula(back + number(d[0])), ScalarFunction::formula(back + number(d[1])),
+            ScalarFunction::formula(back + number(d[2]))}});
     }
     if (kind == 3) {
       const Index other = add_point({0.0, 1.0, away}, &system);
@@ -367,8 +368,8 @@ TEST_P(PassingByMethod, BeadsOfAThinGasMeet) {
     MotionOptions options{.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14, .start = StartMode::Project};
     Simulation other(moved, options, {.threads = 1});
     for (int k = 1; k <= 1000; ++k) ASSERT_TRUE(other.advance(gas.t_end * k / 1000).ok());
-    const double growth = 0.1 * std::max(over_tolerance(other.positions(), right.r),
-                                         over_tolerance(other.velocities(), right.v));
+    const double growth =
+        0.1 * std::max(over_tolerance(other.positions(), right.r), over_tolerance(other.velocities(), right.v));
 
     tally.add(compare(gas.system, GetParam(), gas.t_end, right), 100.0 * std::max(growth, 1.0),
               std::to_string(draw) + ": " + gas.what);
