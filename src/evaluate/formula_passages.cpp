@@ -10,13 +10,14 @@ namespace tanor {
 namespace {
 
 // How often a formula changes its course in a step that schemes of high order resolve: three radians of a sine, or a
-// factor of e^3, need some twenty terms of a series for ten digits. Intervals say up to twice as much.
-constexpr double resolved = 6.0;
+// factor of e^3 of an exponential, need some twenty terms of a series for ten digits. Intervals say more than twice as
+// much of sums of squares.
+constexpr double resolved = 8.0;
 constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
-constexpr double of_a_kink = 7.0;         // more than is resolved: error estimates may miss one between two looks
+constexpr double of_a_kink = 9.0;         // more than is resolved: error estimates may miss one between two looks
 constexpr int most_divisions = 4;         // of a step, into eight parts each
 
-constexpr std::size_t num_nodes = 9;
+constexpr std::size_t num_nodes = 13;
 
 /// Chebyshev's extreme points on [0, 1], where polynomials interpolate best.
 std::array<double, num_nodes> make_nodes() {
@@ -42,8 +43,8 @@ Vec3 interpolate(const std::array<double, num_nodes>& nodes, const std::array<Ve
 
 /// Numbers of one lane between two places that are `length` apart in time. Number by number a cubic leaves its chord by
 /// at most 4/27 (|H v_a - e| + |H v_b - e|), and its rate the line between both rates by 3/2 |e/H - (v_a + v_b)/2|.
-void enclose(const PointPath::Place& a, const PointPath::Place& b, double t, double length, std::size_t lane,
-             Intervals* variables) {
+void enclose(const PointPath::Place& a, const PointPath::Place& b, double t, double length, bool with_rates,
+             std::size_t lane, Intervals* variables) {
   const auto set = [&](std::size_t variable, double x, double y, double leaves) {
     variables[variable].low[lane] = std::min(x, y) - leaves;
     variables[variable].high[lane] = std::max(x, y) + leaves;
@@ -52,7 +53,7 @@ void enclose(const PointPath::Place& a, const PointPath::Place& b, double t, dou
   const auto set_both = [&](std::size_t axis, double x, double y, double u, double v) {
     const double e = y - x;
     set(axis, x, y, 4.0 / 27.0 * (std::abs(length * u - e) + std::abs(length * v - e)));
-    set(3 + axis, u, v, 1.5 * std::abs(e * inverse - 0.5 * (u + v)));
+    if (with_rates) set(3 + axis, u, v, 1.5 * std::abs(e * inverse - 0.5 * (u + v)));
   };
   set_both(0, a.r.x, b.r.x, a.v.x, b.v.x);
   set_both(1, a.r.y, b.r.y, a.v.y, b.v.y);
@@ -63,7 +64,10 @@ void enclose(const PointPath::Place& a, const PointPath::Place& b, double t, dou
 }  // namespace
 
 FormulaPassages::FormulaPassages(const ForceKernel& kernel, std::vector<Index> points)
-    : narrowness_(*kernel.expression), points_(std::move(points)), is_doubtful_(points_.size()) {}
+    : narrowness_(*kernel.expression),
+      asks_for_rates_(narrowness_.asks_for(3) || narrowness_.asks_for(4) || narrowness_.asks_for(5)),
+      points_(std::move(points)),
+      is_doubtful_(points_.size()) {}
 
 double FormulaPassages::find(const Parallel& parallel, PointPath* path, std::span<const double> masses) {
   constexpr std::size_t grain = 64;
@@ -110,7 +114,7 @@ FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std:
       const Index i = points[lane];
       enclose({load(path.positions[k], i), load(path.velocities[k], i)},
               {load(path.positions[k + 1], i), load(path.velocities[k + 1], i)}, path.t + path.knot(k) * path.h, length,
-              lane, variables.data());
+              asks_for_rates_, lane, variables.data());
     }
     const Counts counts = narrowness_.count(variables.data());
     for (std::size_t lane = 0; lane < points.size(); ++lane) sums[lane] += counts[lane];
@@ -127,7 +131,7 @@ FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, Inde
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const double s = begin + static_cast<double>(lane) * part;
     const PointPath::Place to = path.at(point, s + part);
-    enclose(from, to, path.t + s * path.h, part * path.h, lane, variables.data());
+    enclose(from, to, path.t + s * path.h, part * path.h, asks_for_rates_, lane, variables.data());
     from = to;
   }
   return narrowness_.count(variables.data());

@@ -45,6 +45,7 @@ class FormulaPassages {
   Vec3 acceleration(const PointPath& path, Index point, double s, double mass) const;
 
   Narrowness narrowness_;
+  bool asks_for_rates_;
   std::vector<Index> points_;      // inner ones that move
   std::vector<char> is_doubtful_;  // [point]
 };

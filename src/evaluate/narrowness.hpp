@@ -30,6 +30,8 @@ class Narrowness {
   bool is_possible() const { return num_to_count_ > 0; }
   std::size_t num_variables() const { return variables_.size(); }
   std::size_t num_results() const { return results_.size(); }
+  /// Else `count` does not read variable i.
+  bool asks_for(std::size_t i) const { return counts_[static_cast<std::size_t>(variables_[i])] != 0; }
 
   /// In each lane; infinite where a kink or a pole may lie among the numbers.
   std::array<double, num_lanes> count(const Intervals* variables) const;

@@ -377,5 +377,119 @@ TEST_P(PassingByMethod, BeadsOfAThinGasMeet) {
   tally.expect_good();
 }
 
+/// Beads at random places of a wide grid with random velocities.
+System make_gas_of_sixty() {
+  Random random(5);
+  System system;
+  for (int i = 0; i < 60; ++i) {
+    const double x = i % 4, y = i / 4 % 4, z = i / 16;
+    add_point({12 * x + random.uniform(0, 10), 12 * y + random.uniform(0, 10), 12 * z + random.uniform(0, 10)},
+              &system);
+  }
+  for (double& v : system.velocities) v = random.uniform(-1, 1);
+  std::fill(system.masses.begin(), system.masses.end(), 1.0);
+  system.forces = {PairForces{.box = {48, 48, 48}}};
+  return system;
+}
+
+State run(const System& system, double tolerance, double t_end) {
+  Simulation simulation(system, {.method = Method::Dop853, .rtol = tolerance, .atol = tolerance}, {.threads = 1});
+  EXPECT_TRUE(simulation.advance(t_end).ok());
+  return state_of(simulation);
+}
+
+TEST(PassingTest, AGasOfSixtyBeadsIsTheSameAtEachTolerance) {
+  constexpr double t_end = 60.0, move = 1e-10;
+  const System gas = make_gas_of_sixty();
+  System moved = gas;
+  for (std::size_t i = 0; i < moved.positions.size(); ++i) moved.positions[i] += i % 2 == 0 ? move : -move;
+  const State right = run(gas, 1e-12, t_end);
+  const double growth = scenes::largest_difference(run(moved, 1e-12, t_end).r, right.r) / move;
+  ASSERT_LT(growth, 1e6) << "the motion is known";
+
+  for (const double tolerance : {1e-9, 1e-10, 1e-11}) {
+    const double size = 48.0;  // to which relative tolerances belong
+    EXPECT_LT(scenes::largest_difference(run(gas, tolerance, t_end).r, right.r), 100 * tolerance * size * growth)
+        << tolerance;
+  }
+}
+
+/// What is looked for between the looks depends on nothing that a snapshot does not hold.
+TEST(PassingTest, ARunThatGoesOnFromASnapshotMeetsTheSameBeads) {
+  const System gas = make_gas_of_sixty();
+  const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-7, .atol = 1e-9};
+  Simulation whole(gas, options, {.threads = 1}), again(gas, options, {.threads = 1});
+  ASSERT_TRUE(whole.advance(2.0).ok());
+  const Snapshot snapshot = whole.snapshot();
+  ASSERT_TRUE(whole.advance(4.0).ok());
+
+  again.restore(snapshot);
+  ASSERT_TRUE(again.advance(4.0).ok());
+
+  EXPECT_EQ(state_of(again).r, state_of(whole).r);
+  EXPECT_EQ(again.report().rejected, whole.report().rejected);
+}
+
+/// Fixed steps are taken as they were told; the report says where they jump.
+TEST(PassingTest, FixedStepsThatJumpAreWarnedOf) {
+  Random random(3);
+  System well;
+  add_point({0, 0, 0}, &well);
+  well.velocities = {1, 0, 0};
+  well.forces = {FormulaForce{"well", {0}, formula_force({"-2000*(x - 5.3)*exp(-100*(x - 5.3)^2)", "0", "0"})}};
+  for (const Method method : {Method::Rk4, Method::Rattle, Method::Rattle4, Method::GeneralizedAlpha}) {
+    for (const System& system : {make_two_beads(7.3), well}) {
+      Simulation jumps(system, {.method = method, .step = 4.0}, {.threads = 1});
+      Simulation sees(system, {.method = method, .step = 0.002}, {.threads = 1});
+      ASSERT_TRUE(jumps.advance(12.0).ok());
+      ASSERT_TRUE(sees.advance(12.0).ok());
+
+      EXPECT_FALSE(jumps.report().doubt.empty()) << method_name(method);
+      EXPECT_EQ(sees.report().doubt, "") << method_name(method);
+    }
+  }
+}
+
+/// Under 1 N a bead of 0.1 kg gains speed, but for a window of velocities where next to nothing is left of the force:
+/// t = integral m dv/f(v).
+TEST_P(PassingByMethod, NarrowWindowsOfVelocityAreNotJumped) {
+  Random random(17);
+  Tally tally;
+  for (int draw = num_draws(30); draw-- > 0;) {
+    const double depth = random.uniform(0.1, 0.95), width = 20.0 * random.log_uniform(1e-3, 0.3);
+    const double middle = random.uniform(4.0, 16.0), t_end = 2.0;
+    const auto force = [=](double v) { return 1.0 - depth * std::exp(-std::pow((v - middle) / width, 2)); };
+    System system;
+    add_point({0, 0, 0}, &system);
+    const std::string u = "((vx - " + number(middle) + ")/" + number(width) + ")";
+    system.forces = {
+        FormulaForce{"window", {0}, formula_force({"1 - " + number(depth) + "*exp(-" + u + "^2)", "0", "0"})}};
+    const double v = distance_after(
+        t_end, [=](double at) { return scenes::mass / force(at); }, 25.0, middle, width);
+    Simulation simulation(system, {.method = GetParam(), .rtol = rtol, .atol = atol}, {.threads = 1});
+    const Outcome outcome = simulation.advance(t_end);
+
+    tally.add({outcome.what, std::abs(simulation.velocities()[0] - v) / (atol + rtol * v)}, 100.0,
+              std::to_string(draw) + ": width " + std::to_string(width) + " at " + std::to_string(middle));
+  }
+  tally.expect_good();
+}
+
+/// Wide wells cost no step: the looks of every scheme resolve them.
+TEST_P(PassingByMethod, SmoothForcesRejectNothing) {
+  System planet;
+  add_point({1, 0, 0}, &planet);
+  planet.velocities = {0, 1, 0};
+  planet.masses = {1};
+  const std::string cube = "/(x^2 + y^2 + z^2)^1.5";
+  planet.forces = {FormulaForce{"sun", {0}, formula_force({"-x" + cube, "-y" + cube, "-z" + cube})}};
+  Simulation simulation(planet, {.method = GetParam(), .rtol = rtol, .atol = atol}, {.threads = 1});
+
+  ASSERT_TRUE(simulation.advance(20.0).ok());
+
+  EXPECT_LE(simulation.report().rejected, 3u);
+  EXPECT_TRUE(simulation.report().doubt.empty());
+}
+
 }  // namespace
 }  // namespace tanor
