@@ -17,7 +17,7 @@ Passages::Passages(const MotionOptions& options, Mechanics& mechanics, bool adap
 ///
 ///   h (v0 - v1)/32 + h^2 (a0 + a1)/64
 double Passages::measure_bend() const {
-  if (!scheme_->knows_acceleration()) return 0.0;
+  if (!follows_tolerance || !scheme_->knows_acceleration()) return 0.0;  // one cubic serves for a warning
   const double moves_nothing = 1e-3 * atol;
   return mechanics_.parallel().max_over_ranges(from_->x.size(), [&](std::size_t begin, std::size_t end) {
     double most = 0.0;
