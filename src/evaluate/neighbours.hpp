@@ -30,7 +30,12 @@ class NeighbourLists {
  public:
   /// Points from `num_moving` on are supports; two of them are no pair, nor are those that `excluded` [point] names.
   NeighbourLists(double cutoff, double skin, const PeriodicBox& box, std::size_t num_moving, IndexLists excluded)
-      : cutoff_(cutoff), skin_(skin), radius_(cutoff + skin), box_(box), num_moving_(num_moving), excluded_(std::move(excluded)) {}
+      : cutoff_(cutoff),
+        skin_(skin),
+        radius_(cutoff + skin),
+        box_(box),
+        num_moving_(num_moving),
+        excluded_(std::move(excluded)) {}
 
   /// Makes the lists good for these places; false where one is not finite or too far away for its square to be.
   bool follow(const Parallel& parallel, const std::vector<Vec3>& places);

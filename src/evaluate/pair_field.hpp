@@ -57,8 +57,7 @@ class PairField {
                               std::span<const double> masses) const;
   double examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const;
   Encounter find_nearest(const PointPath& path, const Approach& approach, double a, double b) const;
-  void narrow(const PointPath& path, const Approach& approach, double a, double b, int depth,
-              Encounter* nearest) const;
+  void narrow(const PointPath& path, const Approach& approach, double a, double b, int depth, Encounter* nearest) const;
   PointPath::Place relative(const PointPath& path, const Approach& approach, double s) const;
   double force_at(double r) const;
   double largest_force(double nearest, double farthest) const;
