@@ -11,6 +11,7 @@
 
 #include "base/memory.hpp"
 #include "base/parallel.hpp"
+#include "base/point_path.hpp"
 
 namespace tanor {
 
@@ -191,6 +192,27 @@ class Mechanics {
   virtual double compare_gradients() { return 1.0; }
   /// x means the same before and after a step that was accepted.
   virtual bool keeps_variables() const { return true; }
+
+  // ---- what a step may pass between the places that its scheme looks at ----
+
+  /// Some force may act there alone.
+  virtual bool may_pass_forces() const { return false; }
+  /// What a step may miss at each point where no absolute tolerance is given, m and m/s [num_points()].
+  struct PointTolerances {
+    std::span<const double> positions, velocities;
+  };
+  virtual PointTolerances point_tolerances() const { return {}; }
+  virtual std::size_t num_points() const { return size() / 3; }
+  /// Positions and velocities [3n] of all points at (t, x, v): in r_room and v_room, or where they are already.
+  /// Changes nothing that later calls depend on.
+  struct Points {
+    const double *r, *v;
+  };
+  virtual Points find_points(double /*t*/, const double* x, const double* v, double* /*r_room*/, double* /*v_room*/) {
+    return {x, v};
+  }
+  /// The part of the step along `path` to make instead of one that passes forces unseen; 1: it passes none.
+  virtual double find_passage(PointPath* /*path*/) { return 1.0; }
 
   // ---- the motion as a power series in time ----
 

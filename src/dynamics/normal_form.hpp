@@ -85,6 +85,12 @@ class NormalForm final : public EquationsOfMotion {
   void evaluate_friction(const double* lambda, double* tau);
   void judge_friction(bool judges, bool refuses_several);
 
+  bool may_pass_forces() const override { return model_.forces.may_be_passed(); }
+  PointTolerances point_tolerances() const override {
+    return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances()};
+  }
+  double find_passage(PointPath* path) override { return model_.forces.find_passage(model_.parallel, path); }
+
   std::string series_obstacle() const override;
   Outcome expand(double t, const double* r, const double* v, const double* w, std::span<double* const> coefficients,
                  double* smooth_until) override;

@@ -285,6 +285,15 @@ DriveReport TangentForm::look_at_drives(const DrivenStep& step) {
   return model_.drives.look(step, {r_from_.data(), v_from_.data(), users_q_.data(), model_.scales});
 }
 
+Mechanics::Points TangentForm::find_points(double t, const double* q, const double* q_dot, double* r, double* v) {
+  const double t_before = model_.time();
+  model_.set_time(t);
+  model_.prescribe_all(t, r, v);
+  model_.coordinates.evaluate(model_.parallel, q, q_dot, r, v, nullptr, nullptr);
+  model_.set_time(t_before);
+  return {r, v};
+}
+
 Power TangentForm::power(const double*, const double*) const {
   complete();
   // M^-1 eta = w - w0

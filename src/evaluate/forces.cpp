@@ -1,5 +1,8 @@
 #include "evaluate/forces.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 namespace tanor {
 
 namespace {
@@ -63,6 +66,10 @@ Forces::Forces(const System& system, const Numbering& numbering)
                        formula_forces.push_back({group.points.back(), static_cast<Index>(formula_forces.size())});
                      }
                      formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
+                     if (group.kernel.expression) {
+                       FormulaPassages passages(group.kernel, list_moving(group.points));
+                       if (passages.is_needed()) formula_passages_.push_back(std::move(passages));
+                     }
                      if (!group.points.empty()) formulas_.push_back(std::move(group));
                    },
                    [&](const PairForces& pairs) {
@@ -79,6 +86,12 @@ Forces::Forces(const System& system, const Numbering& numbering)
   drags_ = {num_points_, drags};
   formula_force_.resize(3 * formula_forces.size());
   formula_forces_ = {num_points_, formula_forces};
+}
+
+std::vector<Index> Forces::list_moving(std::span<const Index> points) const {
+  std::vector<Index> moving;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(moving), [this](Index point) { return moves(point); });
+  return moving;
 }
 
 /// On point j: -(k (L - rest) + c dL/dt) u, u from i to j.
@@ -141,6 +154,13 @@ void Forces::evaluate_formulas(const Parallel& parallel, double t, const double*
       }
     });
   }
+}
+
+double Forces::find_passage(const Parallel& parallel, PointPath* path) {
+  double part = 1.0;
+  for (PairField& pairs : pairs_) part = std::min(part, pairs.find_passage(parallel, *path, mass_));
+  for (FormulaPassages& formula : formula_passages_) part = std::min(part, formula.find(parallel, path, mass_));
+  return part;
 }
 
 double Forces::potential(const Parallel& parallel, const double* r) const {

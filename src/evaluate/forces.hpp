@@ -8,6 +8,7 @@
 
 #include "base/block3.hpp"
 #include "base/parallel.hpp"
+#include "evaluate/formula_passages.hpp"
 #include "evaluate/pair_field.hpp"
 #include "evaluate/tables.hpp"
 #include "system/numbering.hpp"
@@ -65,6 +66,11 @@ class Forces {
   void evaluate(const Parallel& parallel, double t, const double* r, const double* v, double* f,
                 Which which = Which::All);
 
+  /// Forces that may act between the looks of a step alone: pairs, and formulas with narrow places.
+  bool may_be_passed() const { return has_pairs() || !formula_passages_.empty(); }
+  /// The part of a step to make instead of one that passes such forces unseen; 1: it passes none.
+  double find_passage(const Parallel& parallel, PointPath* path);
+
   // What implicit methods see. A spring with a rest length is compliant: a rod that gives way, with a multiplier tau of
   // its own, tau + k (L - rest) + c dL/dt = 0, so that Newton's iteration converges as it does with rods, however
   // stiff.
@@ -118,6 +124,7 @@ class Forces {
   void evaluate_formulas(const Parallel& parallel, double t, const double* r, const double* v);
   void evaluate_formula_derivatives(const Parallel& parallel, double t, const double* r, const double* v,
                                     const Derivatives& to) const;
+  std::vector<Index> list_moving(std::span<const Index> points) const;
   bool moves(Index point) const { return static_cast<std::size_t>(point) < num_moving_; }
   Vec3 spring_force(const Spring& spring, const double* r, const double* v, bool elastic, bool viscous) const;
 
@@ -136,6 +143,7 @@ class Forces {
   std::vector<PairField> pairs_of_supports_;  // of both ends; on supports that stand it is found once
   bool has_damping_ = false, forces_depend_on_time_ = false;
   std::vector<FormulaGroup> formulas_;
+  std::vector<FormulaPassages> formula_passages_;
   std::vector<double> formula_force_;  // group by group, 3 numbers a point
   ByPoint<Index> formula_forces_;      // slots in formula_force_
   bool formulas_depend_on_velocity_ = false;

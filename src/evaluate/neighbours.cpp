@@ -30,11 +30,27 @@ bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& p
   });
   if (!std::isfinite(move2)) return false;
   if (!is_first && move2 <= 0.2499 * skin_ * skin_) return true;  // a hair below a quarter, for rounding
+  make(parallel, places, skin_);
+  return true;
+}
+
+bool NeighbourLists::cover(const Parallel& parallel, const std::vector<Vec3>& places, double reach) const {
+  if (places_.size() != places.size()) return false;
+  const double move2 = parallel.max_over_ranges(places.size(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) worst = larger(worst, squared(places[i] - places_[i]));
+    return worst;
+  });
+  return std::sqrt(move2) + reach < 0.4999 * skin_;
+}
+
+void NeighbourLists::make(const Parallel& parallel, const std::vector<Vec3>& places, double skin) {
+  skin_ = skin;
+  radius_ = cutoff_ + skin;
   places_ = places;
   lay_out_cells(places);
   sort_into_cells(places);
   make_lists(parallel, places);
-  return true;
 }
 
 Index NeighbourLists::Axis::cell(double x) const {

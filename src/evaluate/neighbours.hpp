@@ -30,10 +30,21 @@ class NeighbourLists {
  public:
   /// Points from `num_moving` on are supports; two of them are no pair, nor are those that `excluded` [point] names.
   NeighbourLists(double cutoff, double skin, const PeriodicBox& box, std::size_t num_moving, IndexLists excluded)
-      : radius_(cutoff + skin), skin_(skin), box_(box), num_moving_(num_moving), excluded_(std::move(excluded)) {}
+      : cutoff_(cutoff),
+        skin_(skin),
+        radius_(cutoff + skin),
+        box_(box),
+        num_moving_(num_moving),
+        excluded_(std::move(excluded)) {}
 
   /// Makes the lists good for these places; false where one is not finite or too far away for its square to be.
   bool follow(const Parallel& parallel, const std::vector<Vec3>& places);
+
+  double skin() const { return skin_; }
+  /// The lists hold all pairs that come nearer than the cutoff while no point goes farther than `reach` from its place.
+  bool cover(const Parallel& parallel, const std::vector<Vec3>& places, double reach) const;
+  /// Makes them anew at these places, with another skin.
+  void make(const Parallel& parallel, const std::vector<Vec3>& places, double skin);
 
   /// body(point, its neighbours by number) for every point.
   template <class Body>
@@ -80,7 +91,7 @@ class NeighbourLists {
   /// Chunks that are worth a thread.
   std::size_t chunk_grain() const { return 1 + 256 * chunks_.size() / (places_.size() + 1); }
 
-  double radius_, skin_;
+  double cutoff_, skin_, radius_;  // m; the last one is the sum of the others
   PeriodicBox box_;
   std::size_t num_moving_;
   IndexLists excluded_;

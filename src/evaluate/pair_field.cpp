@@ -45,6 +45,7 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
       sigma2_(pairs.sigma * pairs.sigma),
       cutoff2_(cutoff_of(pairs) * cutoff_of(pairs)),
       strength_(pairs.strength),
+      cutoff_(cutoff_of(pairs)),
       box_(pairs.box) {
   std::vector<Index> number_of(numbering.num_points(), -1);  // [inner point]
   for (const Index point : pairs.points) number_of[numbering.inner_point[point]] = 0;
@@ -96,10 +97,13 @@ PairField::PairField(const System& system, const PairForces& pairs, const Number
   if (pairs.law == PairLaw::Log) {
     for (std::size_t i = 0; i < n; ++i) excluded.push_back({static_cast<Index>(i), static_cast<Index>(i)});
     skipped_ = make_lists(n, std::move(excluded));
+    far_.emplace(0.0, 0.0, box_, num_moving_, skipped_);
     for (std::vector<double>* coordinate : {&x_, &y_, &z_}) coordinate->resize(n);
   } else {
     constexpr double skin = 0.3;  // of sigma: lists of a melt last some ten steps and are twice as long as needed
-    neighbours_.emplace(cutoff_of(pairs), skin * pairs.sigma, box_, num_moving_, make_lists(n, std::move(excluded)));
+    const IndexLists skipped = make_lists(n, std::move(excluded));
+    neighbours_.emplace(cutoff_, skin * pairs.sigma, box_, num_moving_, skipped);
+    far_.emplace(cutoff_, 0.0, box_, num_moving_, skipped);
     const double s6 = std::pow(sigma2_ / cutoff2_, 3);
     shift_ = 4.0 * epsilon_ * (s6 * s6 - s6);
   }

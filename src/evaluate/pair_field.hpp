@@ -6,6 +6,7 @@
 #include <tanor/system.hpp>
 
 #include "base/parallel.hpp"
+#include "base/point_path.hpp"
 #include "evaluate/neighbours.hpp"
 #include "system/numbering.hpp"
 
@@ -30,12 +31,42 @@ class PairField {
   /// That supports put in by their velocities, W.
   double power_of_supports(const Parallel& parallel, const double* r, const double* v);
 
+  /// The part of a step to make instead, where on its way a pair comes so near between two looks that the looks tell
+  /// nothing of it; 1: there is none. `masses` [moving point], kg. In pair_passages.cpp.
+  double find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses);
+
  private:
   /// What one point feels.
   struct Feeling {
     Vec3 force;              // N
     double potential = 0.0;  // J, half of that of its pairs
   };
+
+  // What `find_passage` needs, in pair_passages.cpp.
+
+  /// How far points go in a step: from where they begin, and from the chords of its pieces.
+  struct Reach {
+    double move, sagitta;  // m
+  };
+  /// Points i and j on their way, j seen at `shift` from where it is (an image).
+  struct Approach {
+    std::size_t i, j;
+    Vec3 shift;
+  };
+  struct Encounter;
+  class Nearness;
+  Reach measure_reach(const Parallel& parallel, const PointPath& path);
+  const NeighbourLists* find_near(const Parallel& parallel, double move);
+  bool are_too_many(double radius) const;
+  double find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
+                              std::span<const double> masses) const;
+  double examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const;
+  Encounter find_nearest(const PointPath& path, const Approach& approach, double a, double b) const;
+  void narrow(const PointPath& path, const Approach& approach, double a, double b, int depth, Encounter* nearest) const;
+  PointPath::Place relative(const PointPath& path, const Approach& approach, double s) const;
+  double force_at(double r) const;
+  double largest_force(double nearest, double farthest) const;
+  bool misses(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const;
 
   void follow(const Parallel& parallel, const double* r);
   Feeling feel(std::size_t i, std::span<const Index> neighbours) const;
@@ -45,6 +76,7 @@ class PairField {
   std::size_t num_moving_ = 0;  // the others feel these alone; of supports: all of them
   double epsilon_, sigma2_, cutoff2_, shift_ = 0.0;  // J, m^2, m^2, J
   double strength_;                                  // N m
+  double cutoff_;                                    // m; of log infinite
   PeriodicBox box_;
   std::optional<NeighbourLists> neighbours_;  // of laws with a cutoff
   IndexLists skipped_;                        // log: the point itself and excluded ones, by number
@@ -53,6 +85,11 @@ class PairField {
   std::vector<Vec3> places_;       // [point] of the last evaluation
   std::vector<double> x_, y_, z_;  // the same, log
   std::vector<Feeling> felt_;      // [point]
+
+  // Of `find_passage`.
+  std::optional<NeighbourLists> far_;  // of steps that lead beyond the skin of the others
+  std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
+  std::vector<double> bends2_;         // [point]
 };
 
 }  // namespace tanor

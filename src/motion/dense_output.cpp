@@ -2,6 +2,11 @@
 
 namespace tanor {
 
+std::span<const double> Scheme::looks() const {
+  static constexpr double both_ends[] = {0.0, 1.0};
+  return both_ends;
+}
+
 ///   x(s) = x0 + F0 (x1 - x0) + h (F1 v0 + F2 v1) + h^2 (F3 a0 + F4 a1),   v(s) = x'(s)/h
 void Scheme::interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                          double* v) const {

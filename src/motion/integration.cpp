@@ -37,7 +37,8 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       drives_(options, *scheme_, mechanics),
       events_(mechanics),
       places_(options, mechanics, scheme_->is_adaptive(), report),
-      watch_(mechanics) {
+      watch_(mechanics),
+      passages_(options, mechanics, scheme_->is_adaptive()) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
 }
 
@@ -148,6 +149,7 @@ Integration::Attempt Integration::try_step(double t, bool may_surprise) {
   trial_is_before_ = false;
   step = scheme_->step(state, t - state.t, &trial_);
   attempt.error = step.error;
+  if (attempt.is_good()) look_between(&attempt);
   attempt.has_surprised = may_surprise && attempt.is_good() && places_.have_surprised();
   if (!attempt.is_good()) return attempt;
   const Events::Meeting meeting = events_.meet(*scheme_, state, drives_.pieces(), &trial_, &step);
@@ -158,6 +160,15 @@ Integration::Attempt Integration::try_step(double t, bool may_surprise) {
     step.outcome = events_.switch_equations(*scheme_, state, &trial_);
   }
   return attempt;
+}
+
+/// For forces between the places that the scheme looked at. A step that is fixed stays as it was told, with a warning.
+void Integration::look_between(Attempt* attempt) {
+  if (scheme_->is_adaptive()) {
+    attempt->part = passages_.look(*scheme_, state, trial_);
+  } else if (report_.accuracy_warning.empty() && passages_.look(*scheme_, state, trial_) < 1.0) {
+    report_.accuracy_warning = "steps are too long: one passes a force between two evaluations at t = " + text(state.t);
+  }
 }
 
 /// For the user's events on the way of a good attempt; ends it at one that stops.
@@ -398,6 +409,10 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (attempt.has_surprised) {
     places_.approach();
     limit_ = next_step = 0.5 * h;
+    return {};
+  }
+  if (attempt.part < 1.0) {
+    limit_ = next_step = attempt.part * h;
     return {};
   }
   const bool has_error = step.outcome.ok() && std::isfinite(attempt.error);

@@ -8,6 +8,7 @@
 
 #include "motion/drive_control.hpp"
 #include "motion/events.hpp"
+#include "motion/passages.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_places.hpp"
 #include "motion/step_control.hpp"
@@ -71,12 +72,13 @@ class Integration {
   struct Attempt {
     StepResult step;
     double error = 0.0;          // of the whole step, also where an event cut it short
+    double part = 1.0;           // below 1: to make instead, since it passes forces unseen
     bool has_surprised = false;  // a singular place that was not foreseen
     bool has_coasted = false;
     bool has_stopped = false;   // at an event of the user's
     bool has_switched = false;  // equations at its end; on a failed outcome no other step helps
 
-    bool is_good() const { return step.outcome.ok() && error <= 1.0 && !has_surprised; }
+    bool is_good() const { return step.outcome.ok() && error <= 1.0 && part >= 1.0 && !has_surprised; }
   };
 
   Outcome advance_adaptively(double t_end, const Taken& taken, const Observer& observer);
@@ -90,6 +92,7 @@ class Integration {
   Attempt try_coasting(double t, bool takes_least_error = false);
   Attempt try_passing(double t);
   Attempt try_step_and_remember(double t, bool may_surprise);
+  void look_between(Attempt* attempt);
   void look_out(Attempt* attempt);
   void take_trial(const Attempt& attempt, const Taken& taken);
 
@@ -103,6 +106,7 @@ class Integration {
   Events events_;
   SingularPlaces places_;
   Watch watch_;
+  Passages passages_;
   bool has_stopped_ = false;                                // the advance, before its end
   double fastest_ = 0.0;                                    // of all numbers of v so far
   State trial_;                                             // after a step: the one before, if …

@@ -24,6 +24,7 @@ class Radau5 final : public Scheme {
   bool is_adaptive() const override { return true; }
   double choose_step(double last, double wanted) const override;
   StepResult step(const State& from, double h, State* to) override;
+  std::span<const double> looks() const override { return looks_; }
   void forget() override { knows_stages_ = false; }
   void exchange_memory(Memory& memory) override {
     memory.exchange(knows_stages_, begin_, end_, moved_, lambda_);
@@ -45,6 +46,7 @@ class Radau5 final : public Scheme {
   Outcome add_work(const State& from, double h, State* to);
 
   const RadauCoefficients radau_ = radau_coefficients();
+  const std::array<double, 4> looks_{0.0, radau_.c[0], radau_.c[1], 1.0};
   MotionOptions options_;
   ImplicitStep implicit_;
   Mechanics& mechanics_;

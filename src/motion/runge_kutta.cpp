@@ -73,6 +73,13 @@ RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mec
   stage_x_.resize(n);
   stage_v_.resize(n);
   zero_.resize(is_adaptive() ? n : 0, 0.0);
+  for (std::size_t i = 0; i < tableau_.b.size(); ++i) {
+    const bool counts = tableau_.b[i] != 0.0 || (i < tableau_.e.size() && tableau_.e[i] != 0.0);
+    if (counts) looks_.push_back(tableau_.c[i]);
+  }
+  looks_.insert(looks_.end(), {0.0, 1.0});
+  std::sort(looks_.begin(), looks_.end());
+  looks_.erase(std::unique(looks_.begin(), looks_.end()), looks_.end());
   share_out();
 }
 

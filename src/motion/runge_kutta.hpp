@@ -38,6 +38,8 @@ class RungeKutta final : public Scheme {
   Outcome prepare_inside(const State& from, const State& to) override;
   void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                    double* v) const override;
+  std::span<const double> looks() const override { return looks_; }
+  bool interpolates_at_once() const override { return tableau_.dense.c.empty(); }
 
  private:
   static constexpr std::size_t most_stages = 16;
@@ -66,6 +68,7 @@ class RungeKutta final : public Scheme {
   std::vector<std::vector<double>> accelerations_;  // of the stages but the first; then of the dense output's
   std::vector<double> stage_x_, stage_v_;
   std::vector<double> zero_;
+  std::vector<double> looks_;
   std::vector<double> shares_;  // of a step's error that each stage's may make
 };
 

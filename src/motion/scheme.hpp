@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <tanor/motion.hpp>
@@ -62,6 +63,12 @@ class Scheme {
   /// leaves no a: cubic, O(h^4) and O(h^3).
   virtual void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                            double* v) const;
+
+  /// Fractions of a step at which forces count in it and in the estimate of its error, in rising order, 0 and 1 among
+  /// them.
+  virtual std::span<const double> looks() const;
+  /// `interpolate` needs no `prepare_inside`.
+  virtual bool interpolates_at_once() const { return true; }
 
   /// The equations have changed: nothing of the last step holds for the next one.
   virtual void forget() {}

@@ -24,6 +24,7 @@ class Taylor final : public Scheme {
   Outcome prepare_inside(const State& from, const State& to) override;
   void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                    double* v) const override;
+  bool interpolates_at_once() const override { return exists_ || other_->interpolates_at_once(); }
   void forget() override { has_series_ = knows_acceleration_ = false; }
 
  private:

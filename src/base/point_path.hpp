@@ -1,0 +1,73 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/vec3.hpp"
+
+namespace tanor {
+
+/// Where all points are during one step: known at knots that lie evenly in time, and between them on cubics in time.
+class PointPath {
+ public:
+  virtual ~PointPath() = default;
+
+  struct Place {
+    Vec3 r, v;  // m, m/s
+  };
+
+  double t = 0.0, h = 0.0;                           ///< s: the step leads from t to t + h
+  double atol = 0.0, rtol = 0.0;                     ///< what a point's position and velocity may miss at its end; where
+  std::span<const double> own_atol_r, own_atol_v;    ///< atol is 0, each point's own: [point], m and m/s
+  bool follows_tolerance = true;                     ///< false: its length is fixed
+  std::span<const double> looks;                     ///< fractions of h where forces were evaluated, from 0 up to 1
+  std::vector<const double*> positions, velocities;  ///< [knot], arrays [3n] each; two knots at least
+
+  /// More knots, until the cubics miss the motion by no more than this part of what each number moves.
+  virtual void refine(double error) = 0;
+
+  template <class Integer>
+  double atol_r(Integer i) const {
+    return atol > 0.0 || own_atol_r.empty() ? atol : own_atol_r[static_cast<std::size_t>(i)];
+  }
+  template <class Integer>
+  double atol_v(Integer i) const {
+    return atol > 0.0 || own_atol_v.empty() ? atol : own_atol_v[static_cast<std::size_t>(i)];
+  }
+
+  std::size_t num_pieces() const { return positions.size() - 1; }
+  double knot(std::size_t k) const { return static_cast<double>(k) / static_cast<double>(num_pieces()); }
+
+  /// Point i at the fraction s of the step.
+  template <class Integer>
+  Place at(Integer i, double s) const {
+    const std::size_t pieces = num_pieces();
+    const double scaled = s * static_cast<double>(pieces);
+    const std::size_t k = std::min(static_cast<std::size_t>(scaled), pieces - 1);
+    return cubic(i, k, scaled - static_cast<double>(k));
+  }
+
+  /// Point i in piece k, at its fraction u; with the piece's length H and its chord e = r1 - r0
+  ///
+  ///   r = r0 + u e + u (1 - u) ((1 - u) (H v0 - e) - u (H v1 - e)),   v = r'/H
+  template <class Integer>
+  Place cubic(Integer i, std::size_t k, double u) const {
+    const double piece = h / static_cast<double>(num_pieces()), w = 1.0 - u;
+    const Vec3 r0 = load(positions[k], i), e = load(positions[k + 1], i) - r0;
+    const Vec3 first = piece * load(velocities[k], i) - e, last = piece * load(velocities[k + 1], i) - e;
+    const Vec3 rate = e + (w * (1.0 - 3.0 * u)) * first + (u * (1.0 - 3.0 * w)) * last;
+    return {r0 + u * e + (u * w) * (w * first - u * last), (1.0 / piece) * rate};
+  }
+};
+
+/// How far a cubic with the ends a and b, passed in the time H, leaves its chord at most:
+///
+///   4/27 (|H v_a - e| + |H v_b - e|),   e = r_b - r_a
+inline double sagitta(const PointPath::Place& a, const PointPath::Place& b, double length) {
+  const Vec3 e = b.r - a.r;
+  return 4.0 / 27.0 * (norm(length * a.v - e) + norm(length * b.v - e));
+}
+
+}  // namespace tanor

@@ -1,0 +1,377 @@
+#include "evaluate/narrowness.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "base/instruction_sets.hpp"
+
+namespace tanor {
+
+namespace {
+
+using Operation = Expression::Operation;
+using Instruction = Expression::Instruction;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+struct Operands {
+  bool a = false, b = false;
+};
+Operands operands_of(Operation operation) {
+  switch (operation) {
+    case Operation::Variable:
+    case Operation::Constant:
+      return {};
+    case Operation::Add:
+    case Operation::Subtract:
+    case Operation::Multiply:
+    case Operation::Divide:
+    case Operation::Atan2:
+    case Operation::Min:
+    case Operation::Max:
+      return {true, true};
+    default:  // what else stands at b is there for series alone
+      return {true, false};
+  }
+}
+
+bool is_smooth(Operation operation) {
+  switch (operation) {
+    case Operation::Variable:
+    case Operation::Constant:
+    case Operation::Scale:
+    case Operation::Shift:
+    case Operation::Add:
+    case Operation::Subtract:
+    case Operation::Multiply:
+      return true;
+    default:
+      return false;
+  }
+}
+
+constexpr double faint = 60.0;           // e^-60 is nothing beside any other number
+constexpr double saturated = 20.0;       // tanh is 1 to rounding
+constexpr double most_exponent = 104.0;  // e^104 = 1e45
+
+// Lanes: whole loops are made for each instruction set.
+#define TANOR_LANES [[gnu::always_inline]] inline
+
+TANOR_LANES Eight smaller_of(Eight a, Eight b) {
+  return a < b ? a : b;
+}
+TANOR_LANES Eight larger_of(Eight a, Eight b) {
+  return a > b ? a : b;
+}
+TANOR_LANES Intervals product(const Intervals& a, const Intervals& b) {
+  const Eight p = a.low * b.low, q = a.low * b.high, r = a.high * b.low, s = a.high * b.high;
+  return {smaller_of(smaller_of(p, q), smaller_of(r, s)), larger_of(larger_of(p, q), larger_of(r, s))};
+}
+TANOR_LANES Intervals absolute(const Intervals& a) {
+  const Eight p = larger_of(a.low, -a.low), q = larger_of(a.high, -a.high);
+  const Eight least = smaller_of(p, q), zero{};
+  return {(a.low <= 0.0) & (a.high >= 0.0) ? zero : least, larger_of(p, q)};
+}
+template <class Function>
+TANOR_LANES Eight map(const Eight& a, const Function& function) {
+  Eight result{};
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = function(a[lane]);
+  return result;
+}
+/// Of functions that rise.
+template <class Function>
+TANOR_LANES Intervals rising(const Intervals& a, const Function& function) {
+  return {map(a.low, function), map(a.high, function)};
+}
+
+/// How far an argument runs between a and b, where it counts.
+TANOR_LANES Eight run_within(const Intervals& x, double a, double b) {
+  const Eight zero{}, from = x.low > a ? x.low : zero + a, to = x.high < b ? x.high : zero + b;
+  return larger_of(to - from, zero);
+}
+/// How many times it changes by a factor sqrt(e): 1/(1 + x^2) comes and goes within two of each.
+TANOR_LANES Eight count_factors(const Intervals& x) {
+  constexpr double nothing_beyond = 1e45;  // a quotient by it is nothing beside any other number
+  const Intervals size = absolute(x);
+  const Eight zero{}, most = zero + nothing_beyond;
+  const Eight ratio = smaller_of(size.high, most) / smaller_of(size.low, most);
+  Eight result = 2.0 * (ratio - 1.0);  // >= 2 log(ratio)
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    if (!(result[lane] < 0.5)) result[lane] = 2.0 * std::log(ratio[lane]);
+  }
+  const Eight bound = size.low > 0.0 ? result : zero + infinity;
+  return x.low == x.high ? zero : bound;
+}
+TANOR_LANES Eight count_at_kink(const Intervals& x) {
+  const Eight zero{};
+  return (x.low < 0.0) & (x.high > 0.0) ? zero + infinity : zero;
+}
+
+Intervals cosine(const Intervals& a) {
+  Intervals result{};
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double low = a.low[lane], high = a.high[lane];
+    const double p = std::cos(low), q = std::cos(high);
+    // Whole turns, where cos is 1, and half ones, where it is -1.
+    const double begin = low / (2.0 * M_PI), end = high / (2.0 * M_PI);
+    const bool has_top = !(end - begin < 1.0) || std::floor(end) >= std::ceil(begin);
+    const bool has_bottom = !(end - begin < 1.0) || std::floor(end - 0.5) >= std::ceil(begin - 0.5);
+    result.low[lane] = has_bottom ? -1.0 : std::min(p, q);
+    result.high[lane] = has_top ? 1.0 : std::max(p, q);
+  }
+  return result;
+}
+
+/// The angle's range, as far as corners tell; all of it where the branch cut or the origin may be met.
+Intervals angle(const Intervals& y, const Intervals& x) {
+  Intervals result{};
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const bool may_turn = y.low[lane] <= 0.0 && y.high[lane] >= 0.0 && x.low[lane] <= 0.0;
+    const std::array corners{std::atan2(y.low[lane], x.low[lane]), std::atan2(y.low[lane], x.high[lane]),
+                             std::atan2(y.high[lane], x.low[lane]), std::atan2(y.high[lane], x.high[lane])};
+    const auto [least, largest] = std::minmax_element(corners.begin(), corners.end());
+    result.low[lane] = may_turn ? -M_PI : *least;
+    result.high[lane] = may_turn ? M_PI : *largest;
+  }
+  return result;
+}
+
+/// values [instruction] of what is asked for, those of variables being there; returns the largest count.
+TANOR_EACH_INSTRUCTION_SET
+void count_all(const std::vector<Instruction>& instructions, const char* counts, const char* is_asked,
+               Intervals* values, Eight* result) {
+  const Eight zero{}, none = zero + infinity;
+  Eight most = zero;
+  for (std::size_t i = 0; i < instructions.size(); ++i) {
+    if (!counts[i]) continue;
+    const Instruction& instruction = instructions[i];
+    const Intervals& a = values[instruction.a];
+    const Intervals& b = values[instruction.b];
+    const bool asked = is_asked[i] != 0;
+    Intervals value{-none, none};
+    Eight passes = zero;
+    switch (instruction.operation) {
+      case Operation::Variable:
+        continue;
+      case Operation::Constant:
+        value = {zero + instruction.constant, zero + instruction.constant};
+        break;
+      case Operation::Scale:
+        value = instruction.constant >= 0.0 ? Intervals{instruction.constant * a.low, instruction.constant * a.high}
+                                            : Intervals{instruction.constant * a.high, instruction.constant * a.low};
+        break;
+      case Operation::Shift:
+        value = {a.low + instruction.constant, a.high + instruction.constant};
+        break;
+      case Operation::Add:
+        value = {a.low + b.low, a.high + b.high};
+        break;
+      case Operation::Subtract:
+        value = {a.low - b.high, a.high - b.low};
+        break;
+      case Operation::Multiply:
+        if (instruction.a == instruction.b) {
+          const Intervals size = absolute(a);
+          value = {size.low * size.low, size.high * size.high};
+        } else {
+          value = product(a, b);
+        }
+        break;
+      case Operation::Divide:
+        if (instruction.c > 0) {
+          if (asked) value = rising(values[instruction.c - 1], [](double x) { return std::tanh(x); });
+          break;
+        }
+        if (const Instruction& under = instructions[static_cast<std::size_t>(instruction.b)];
+            under.operation == Operation::Exp && !asked) {
+          passes = 2.0 * run_within(values[under.a], -most_exponent, most_exponent);
+          break;
+        }
+        passes = count_factors(b);
+        if (asked) {
+          const auto has_pole = (b.low <= 0.0) & (b.high >= 0.0);
+          const Intervals quotient = product(a, {1.0 / b.high, 1.0 / b.low});
+          value = {has_pole ? -none : quotient.low, has_pole ? none : quotient.high};
+        }
+        break;
+      case Operation::Sqrt:
+        passes = count_factors(a);
+        if (asked) value = rising(a, [](double x) { return std::sqrt(std::max(x, 0.0)); });
+        break;
+      case Operation::Exp:
+        passes = run_within(a, -faint, infinity);
+        if (asked) value = rising(a, [](double x) { return std::exp(x); });
+        break;
+      case Operation::Log:
+        passes = a.low > 0.0 ? count_factors(a) : none;
+        if (asked) value = rising(a, [](double x) { return std::log(std::max(x, 0.0)); });
+        break;
+      case Operation::Sin:
+        passes = a.high - a.low;
+        if (asked) value = cosine({a.low - 0.5 * M_PI, a.high - 0.5 * M_PI});
+        break;
+      case Operation::Cos:
+        passes = a.high - a.low;
+        if (asked) value = cosine(a);
+        break;
+      case Operation::Sinh:
+        passes = run_within(a, -saturated, saturated);
+        if (asked) value = rising(a, [](double x) { return std::sinh(x); });
+        break;
+      case Operation::Cosh:
+        passes = run_within(a, -saturated, saturated);
+        if (asked) value = rising(absolute(a), [](double x) { return std::cosh(x); });
+        break;
+      case Operation::Asin:
+        passes = (a.low > -1.0) & (a.high < 1.0) ? zero : none;
+        if (asked) value = rising(a, [](double x) { return std::asin(std::clamp(x, -1.0, 1.0)); });
+        break;
+      case Operation::Atan: {
+        const Intervals scaled = rising(a, [](double x) { return std::asinh(x); });
+        passes = scaled.high - scaled.low;
+        if (asked) value = rising(a, [](double x) { return std::atan(x); });
+        break;
+      }
+      case Operation::Atan2:
+        value = angle(a, b);
+        passes = value.high - value.low;
+        passes = passes > 6.0 ? none : passes;
+        break;
+      case Operation::Abs:
+        value = absolute(a);
+        passes = count_at_kink(a);
+        break;
+      case Operation::Min:
+        value = {smaller_of(a.low, b.low), smaller_of(a.high, b.high)};
+        passes = count_at_kink({a.low - b.high, a.high - b.low});
+        break;
+      case Operation::Max:
+        value = {larger_of(a.low, b.low), larger_of(a.high, b.high)};
+        passes = count_at_kink({a.low - b.high, a.high - b.low});
+        break;
+    }
+    const auto is_known = value.low <= value.high;
+    values[i] = {is_known ? value.low : -none, is_known ? value.high : none};
+    const Eight bound = passes < infinity ? passes : none;  // what is no number is no bound
+    most = larger_of(most, bound);
+  }
+  *result = most;
+}
+
+#undef TANOR_LANES
+
+}  // namespace
+
+Narrowness::Narrowness(const Expression& expression) {
+  // Equal instructions are one.
+  std::map<std::tuple<Operation, int, int, double>, int> known;
+  std::vector<int> place(expression.instructions.size());
+  for (std::size_t i = 0; i < expression.instructions.size(); ++i) {
+    Instruction instruction = expression.instructions[i];
+    const Operands operands = operands_of(instruction.operation);
+    instruction.a = operands.a ? place[static_cast<std::size_t>(instruction.a)] : 0;
+    instruction.b = operands.b ? place[static_cast<std::size_t>(instruction.b)] : 0;
+    const Instruction& over =
+        instructions_.empty() ? instruction : instructions_[static_cast<std::size_t>(instruction.a)];
+    const Instruction& under =
+        instructions_.empty() ? instruction : instructions_[static_cast<std::size_t>(instruction.b)];
+    const bool is_tanh = instruction.operation == Operation::Divide && over.operation == Operation::Sinh &&
+                         under.operation == Operation::Cosh && over.a == under.a;
+    instruction.c = is_tanh ? 1 + over.a : 0;
+    const std::tuple key{instruction.operation, instruction.a, instruction.b, instruction.constant};
+    const auto found = known.find(key);
+    if (instruction.operation != Operation::Variable && found != known.end()) {
+      place[i] = found->second;
+      continue;
+    }
+    place[i] = static_cast<int>(instructions_.size());
+    known[key] = place[i];
+    instructions_.push_back(instruction);
+  }
+  for (const int variable : expression.variables) variables_.push_back(place[static_cast<std::size_t>(variable)]);
+  for (const int result : expression.results) results_.push_back(place[static_cast<std::size_t>(result)]);
+
+  // Backwards: the functions that results need, and all that these need.
+  std::vector<char> is_needed(instructions_.size(), 0);
+  for (const int result : results_) is_needed[static_cast<std::size_t>(result)] = 1;
+  counts_.assign(instructions_.size(), 0);
+  is_asked_.assign(instructions_.size(), 0);
+  for (std::size_t i = instructions_.size(); i-- > 0;) {
+    const Instruction& instruction = instructions_[i];
+    const bool counts = is_needed[i] && !is_smooth(instruction.operation);
+    if (counts) ++num_to_count_;
+    if (counts) counts_[i] = 1;
+    const Operands operands = operands_of(instruction.operation);
+    for (const auto& [is_there, operand] : {std::pair{operands.a, instruction.a}, {operands.b, instruction.b}}) {
+      if (!is_there) continue;
+      is_needed[static_cast<std::size_t>(operand)] |= is_needed[i];
+      counts_[static_cast<std::size_t>(operand)] |= counts_[i];
+      const bool by_argument =
+          instruction.operation == Operation::Divide &&
+          (instruction.c > 0 ||
+           (operand == instruction.b && instructions_[static_cast<std::size_t>(operand)].operation == Operation::Exp &&
+            !is_asked_[i]));
+      if (by_argument) continue;
+      is_asked_[static_cast<std::size_t>(operand)] |= counts_[i];
+    }
+  }
+}
+
+std::array<double, num_lanes> Narrowness::count(const Intervals* variables) const {
+  thread_local std::vector<Intervals> values;
+  values.resize(instructions_.size());
+  for (std::size_t i = 0; i < variables_.size(); ++i) values[static_cast<std::size_t>(variables_[i])] = variables[i];
+  Eight most;
+  count_all(instructions_, counts_.data(), is_asked_.data(), values.data(), &most);
+  std::array<double, num_lanes> result;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) result[lane] = most[lane];
+  return result;
+}
+
+void Narrowness::evaluate(const double* variables, double* results) const {
+  thread_local std::vector<double> values;
+  values.resize(instructions_.size());
+  for (std::size_t i = 0; i < variables_.size(); ++i) values[static_cast<std::size_t>(variables_[i])] = variables[i];
+  for (std::size_t i = 0; i < instructions_.size(); ++i) {
+    const Instruction& instruction = instructions_[i];
+    const double a = values[static_cast<std::size_t>(instruction.a)];
+    const double b = values[static_cast<std::size_t>(instruction.b)];
+    double& result = values[i];
+    // clang-format off
+    switch (instruction.operation) {
+      case Operation::Variable: break;
+      case Operation::Constant: result = instruction.constant; break;
+      case Operation::Scale: result = instruction.constant * a; break;
+      case Operation::Shift: result = a + instruction.constant; break;
+      case Operation::Add: result = a + b; break;
+      case Operation::Subtract: result = a - b; break;
+      case Operation::Multiply: result = a * b; break;
+      case Operation::Divide: {
+        // Of sinh/cosh, which large arguments would make a quotient of infinities.
+        result = instruction.c > 0 ? std::tanh(values[static_cast<std::size_t>(instruction.c) - 1]) : a / b;
+        break;
+      }
+      case Operation::Sqrt: result = std::sqrt(a); break;
+      case Operation::Exp: result = std::exp(a); break;
+      case Operation::Log: result = std::log(a); break;
+      case Operation::Sin: result = std::sin(a); break;
+      case Operation::Cos: result = std::cos(a); break;
+      case Operation::Sinh: result = std::sinh(a); break;
+      case Operation::Cosh: result = std::cosh(a); break;
+      case Operation::Asin: result = std::asin(a); break;
+      case Operation::Atan: result = std::atan(a); break;
+      case Operation::Atan2: result = std::atan2(a, b); break;
+      case Operation::Abs: result = std::abs(a); break;
+      case Operation::Min: result = std::min(a, b); break;
+      case Operation::Max: result = std::max(a, b); break;
+    }
+    // clang-format on
+  }
+  for (std::size_t m = 0; m < results_.size(); ++m) results[m] = values[static_cast<std::size_t>(results_[m])];
+}
+
+}  // namespace tanor

@@ -1,0 +1,382 @@
+/// \file What a step may pass unseen: two points that meet and part between the looks of its scheme, or come much
+/// nearer there than at any of them. Forces that the looks have seen at half their size or more are the business of
+/// the scheme's own error estimate.
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "base/instruction_sets.hpp"
+#include "evaluate/pair_field.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double seen_enough = 2.0;  // a force over the largest one at the looks
+
+double squared(Vec3 a) {
+  return dot(a, a);
+}
+
+/// Where on the chord from d to d + e the origin is nearest, as a fraction.
+double nearest_fraction(Vec3 d, Vec3 e) {
+  const double length2 = squared(e);
+  return length2 > 0.0 ? std::clamp(-dot(d, e) / length2, 0.0, 1.0) : 0.0;
+}
+
+/// What sorts pairs out, see PairField::Nearness.
+struct Bounds {
+  double cutoff2 = 0.0;  ///< m^2
+  double outer2 = 0.0;   ///< m^2: as near as this chord come pairs whose path may come within the cutoff
+  double slack = 0.0;    ///< m^2: by so much more than on its chord may z grow on a path
+
+  /// With z = r_cutoff^2 - r^2 forces grow no faster than z where z is small, and like a power of r elsewhere: less
+  /// than twofold if z grows by no more than this.
+  double allowed_growth(double seen2) const {
+    const double seen = std::max(cutoff2 - seen2, 0.0);
+    return std::max(0.2 * seen, std::min(0.5 * seen, 0.025 * cutoff2));
+  }
+};
+
+/// Whether one of these pairs may pass, by its chord d + u e, 0 <= u <= 1: in lanes, without branches.
+TANOR_EACH_INSTRUCTION_SET
+bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vector<Vec3>& begins,
+                  const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others) {
+  constexpr std::size_t block = 32;
+  constexpr double tiny = 1e-300;
+  std::array<double, block> dx, dy, dz, ex, ey, ez;  // NOLINT: filled before use
+  const Vec3 begin_i = begins[i], move_i = moves[i];
+  bool result = false;
+  for (std::size_t first = 0; first < others.size(); first += block) {
+    const std::size_t count = std::min(block, others.size() - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto j = static_cast<std::size_t>(others[first + k]);
+      const Vec3 d = begins[j] - begin_i, e = moves[j] - move_i;
+      dx[k] = d.x;
+      dy[k] = d.y;
+      dz[k] = d.z;
+      ex[k] = e.x;
+      ey[k] = e.y;
+      ez[k] = e.z;
+    }
+    double passes = 0.0;
+#pragma omp simd reduction(max : passes)
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vec3 d = box.nearest_image({dx[k], dy[k], dz[k]}), e{ex[k], ey[k], ez[k]};
+      const double begin2 = dot(d, d), along = dot(d, e), length2 = dot(e, e);
+      const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
+      const double ahead = along < 0.0 ? -along : 0.0;
+      const double part = ahead < length2 ? ahead : length2;  // of the chord, times its squared length
+      const double near2 = begin2 + part / (length2 + tiny) * (2.0 * along + part);
+      const double seen = bounds.cutoff2 > seen2 ? bounds.cutoff2 - seen2 : 0.0, small = 0.025 * bounds.cutoff2;
+      const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
+      const double excess = seen2 - near2 + bounds.slack - allowed;  // in range: what passes
+      const double found = near2 < bounds.outer2 ? excess : 0.0;
+      passes = passes > found ? passes : found;
+    }
+    result = result || passes > 0.0;
+  }
+  return result;
+}
+
+}  // namespace
+
+/// Where two points are nearest, or the origin in the motion of one relative to the other.
+struct PairField::Encounter {
+  double r = infinity, s = 0.0;  // m, and the fraction of the step
+  double speed = 0.0;            // m/s there
+};
+
+/// Sorts out, at the cost of a force, what nearly all pairs are: too far to meet, or along their chord as near at an
+/// end as anywhere.
+class PairField::Nearness {
+ public:
+  Nearness(const PairField& field, const PointPath& path, const Reach& reach)
+      : field_(field), path_(path), all_(bounds(2.0 * reach.sagitta)), far_(field.cutoff_ + 2.0 * reach.move) {
+    // Along pieces, without a cutoff, and where several images may come near, each pair is asked for.
+    by_chords_ = path.num_pieces() == 1 && field.neighbours_;
+    for (const double edge : {field.box_.edges().x, field.box_.edges().y, field.box_.edges().z})
+      by_chords_ = by_chords_ && !(edge > 0.0 && edge < 2.0 * far_);
+  }
+
+  /// Of point i with one of the others.
+  bool may_any_pass(std::size_t i, std::span<const Index> others) const {
+    return !by_chords_ || tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others);
+  }
+  bool may_pass(const Approach& approach) const;
+
+  /// Points farther from each other do not meet.
+  double far() const { return far_; }
+
+ private:
+  Bounds bounds(double sagitta) const {
+    const double cutoff = field_.cutoff_;
+    return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff};
+  }
+
+  const PairField& field_;
+  const PointPath& path_;
+  Bounds all_;
+  double far_;
+  bool by_chords_ = false;
+};
+
+double PairField::find_passage(const Parallel& parallel, const PointPath& path, std::span<const double> masses) {
+  const Reach reach = measure_reach(parallel, path);
+  if (!(reach.move > 0.0)) return 1.0;
+  // Fixed steps are looked at only where they are long, and so few.
+  constexpr double short_move = 0.05;
+  if (!path.follows_tolerance && reach.move < short_move * std::min(cutoff_, std::sqrt(sigma2_))) return 1.0;
+  const Vec3 edges = box_.edges();
+  for (const double edge : {edges.x, edges.y, edges.z}) {
+    if (edge > 0.0 && reach.move > edge) return 0.5 * edge / reach.move;
+  }
+  const NeighbourLists* const near = find_near(parallel, reach.move);
+  if (near == nullptr) return 0.5;
+
+  std::atomic<double> part = 1.0;
+  const Nearness nearness(*this, path, reach);
+  near->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
+    const auto others = std::upper_bound(neighbours.begin(), neighbours.end(), static_cast<Index>(i));
+    if (!nearness.may_any_pass(i, {others, neighbours.end()})) return;
+    for (auto j = others; j != neighbours.end(); ++j) {
+      const double found = find_passage_of_pair(path, nearness, i, static_cast<std::size_t>(*j), masses);
+      for (double known = part; found < known && !part.compare_exchange_weak(known, found);) {
+      }
+    }
+  });
+  return part;
+}
+
+/// With where points begin and how far they go, side by side.
+PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointPath& path) {
+  const std::size_t pieces = path.num_pieces();
+  const double length = path.h / static_cast<double>(pieces);
+  begins_.resize(points_.size());
+  moves_.resize(points_.size());
+  bends2_.resize(points_.size());
+  // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
+  const double move2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
+    double most = 0.0;
+    for (std::size_t k = begin; k < end; ++k) {
+      const Index i = points_[k];
+      const Vec3 start = load(path.positions[0], i);
+      Vec3 from = start;
+      double bend2 = 0.0;
+      for (std::size_t piece = 0; piece < pieces; ++piece) {
+        const Vec3 to = load(path.positions[piece + 1], i), e = to - from;
+        bend2 = larger(bend2, larger(squared(length * load(path.velocities[piece], i) - e),
+                                     squared(length * load(path.velocities[piece + 1], i) - e)));
+        most = larger(most, squared(to - start));
+        from = to;
+      }
+      begins_[k] = start;
+      moves_[k] = from - start;
+      bends2_[k] = bend2;
+    }
+    return most;
+  });
+  const double bend2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
+    return *std::max_element(bends2_.begin() + static_cast<std::ptrdiff_t>(begin),
+                             bends2_.begin() + static_cast<std::ptrdiff_t>(end));
+  });
+  const double sagitta = 8.0 / 27.0 * std::sqrt(bend2);
+  return {std::sqrt(move2) + sagitta, sagitta};
+}
+
+/// More than some hundred partners a point in long lists; then points would be spread evenly.
+bool PairField::are_too_many(double radius) const {
+  constexpr std::size_t few_points = 1000;
+  constexpr double most_spacings = 3.0;
+  if (begins_.size() <= few_points) return false;
+  Vec3 low = begins_[0], high = begins_[0];
+  for (const Vec3& r : begins_) {
+    low = {std::min(low.x, r.x), std::min(low.y, r.y), std::min(low.z, r.z)};
+    high = {std::max(high.x, r.x), std::max(high.y, r.y), std::max(high.z, r.z)};
+  }
+  double volume = 1.0, dimensions = 0.0;
+  for (const double extent : {high.x - low.x, high.y - low.y, high.z - low.z}) {
+    if (!(extent > 0.0)) continue;
+    volume *= extent;
+    dimensions += 1.0;
+  }
+  const double spacing = std::pow(volume / static_cast<double>(begins_.size()), 1.0 / std::max(dimensions, 1.0));
+  return radius > most_spacings * spacing;
+}
+
+/// Lists of all pairs that may count while no point goes farther than `move`: without a cutoff those that may
+/// halve their distance. Null: there would be too many.
+const NeighbourLists* PairField::find_near(const Parallel& parallel, double move) {
+  if (neighbours_) {
+    if (neighbours_->cover(parallel, begins_, move)) return &*neighbours_;
+    if (4.0 * move < neighbours_->skin()) {
+      neighbours_->make(parallel, begins_, neighbours_->skin());
+      return &*neighbours_;
+    }
+  }
+  // d > 2 x (2 move) to begin with: more than half of it is left.
+  const double reach = neighbours_ ? move : 2.0 * move, skin = 6.0 * reach;  // for some two steps
+  if (far_->cover(parallel, begins_, reach)) return &*far_;
+  if (are_too_many(skin)) return nullptr;
+  far_->make(parallel, begins_, skin);
+  return &*far_;
+}
+
+double PairField::force_at(double r) const {
+  if (r >= cutoff_) return 0.0;
+  if (!neighbours_) return std::abs(strength_) / r;
+  const double s2 = sigma2_ / (r * r), s6 = s2 * s2 * s2;
+  return 24.0 * epsilon_ * s6 * std::abs(2.0 * s6 - 1.0) / r;
+}
+
+/// At distances from the nearest to the farthest.
+double PairField::largest_force(double nearest, double farthest) const {
+  if (nearest >= cutoff_) return 0.0;
+  double force = std::max(force_at(nearest), force_at(std::min(farthest, std::nextafter(cutoff_, 0.0))));
+  const double most_attraction = std::pow(26.0 / 7.0, 1.0 / 6.0) * std::sqrt(sigma2_);
+  if (neighbours_ && nearest < most_attraction && most_attraction < farthest)
+    force = std::max(force, force_at(most_attraction));
+  return force;
+}
+
+/// Each image of j that comes near, where the box is not large beside the step.
+double PairField::find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
+                                       std::span<const double> masses) const {
+  const Vec3 d = begins_[j] - begins_[i], nearest = box_.nearest_image(d);
+  std::array<int, 3> images{};
+  const std::array<double, 3> edges{box_.edges().x, box_.edges().y, box_.edges().z};
+  for (std::size_t k = 0; k < 3; ++k)
+    images[k] = edges[k] > 0.0 ? static_cast<int>(std::floor(nearness.far() / edges[k] + 0.5)) : 0;
+  double part = 1.0;
+  for (int a = -images[0]; a <= images[0]; ++a) {
+    for (int b = -images[1]; b <= images[1]; ++b) {
+      for (int c = -images[2]; c <= images[2]; ++c) {
+        const Approach approach{i, j, nearest + Vec3{a * edges[0], b * edges[1], c * edges[2]} - d};
+        if (nearness.may_pass(approach)) part = std::min(part, examine(path, approach, masses));
+      }
+    }
+  }
+  return part;
+}
+
+/// The same of two points alone: along the chords of all pieces, and as far from them as these two may be.
+bool PairField::Nearness::may_pass(const Approach& approach) const {
+  const auto place = [&](std::size_t k) {
+    const auto knot = static_cast<double>(k) / static_cast<double>(path_.num_pieces());
+    return field_.relative(path_, approach, knot);
+  };
+  const double length = path_.h / static_cast<double>(path_.num_pieces());
+  PointPath::Place from = place(0);
+  const double begin2 = squared(from.r);
+  double near2 = begin2, bend = 0.0;
+  for (std::size_t k = 0; k < path_.num_pieces(); ++k) {
+    const PointPath::Place to = place(k + 1);
+    const Vec3 e = to.r - from.r;
+    near2 = std::min(near2, squared(from.r + nearest_fraction(from.r, e) * e));
+    bend = std::max(bend, tanor::sagitta(from, to, length));
+    from = to;
+  }
+  const double seen2 = std::min(begin2, squared(from.r));
+  if (!field_.neighbours_) return std::sqrt(near2) - bend < std::sqrt(seen2) / seen_enough;
+  const Bounds own = bounds(bend);
+  return near2 < own.outer2 && seen2 - near2 + own.slack > own.allowed_growth(seen2);
+}
+
+PointPath::Place PairField::relative(const PointPath& path, const Approach& approach, double s) const {
+  const PointPath::Place i = path.at(points_[approach.i], s), j = path.at(points_[approach.j], s);
+  return {j.r - i.r + approach.shift, j.v - i.v};
+}
+
+/// Halves [a, b] while the path may be near and bends; then Newton's method on d.d' = 0.
+void PairField::narrow(const PointPath& path, const Approach& approach, double a, double b, int depth,
+                       Encounter* nearest) const {
+  constexpr double straight = 0.02;  // |sagitta| over the chord
+  const PointPath::Place from = relative(path, approach, a), to = relative(path, approach, b);
+  const Vec3 e = to.r - from.r;
+  const double bend = sagitta(from, to, (b - a) * path.h), u = nearest_fraction(from.r, e);
+  if (norm(from.r + u * e) - bend >= std::min(nearest->r, cutoff_)) return;
+  if (depth > 0 && bend > straight * norm(e)) {
+    const double middle = 0.5 * (a + b);
+    narrow(path, approach, a, middle, depth - 1, nearest);
+    narrow(path, approach, middle, b, depth - 1, nearest);
+    return;
+  }
+  double s = a + u * (b - a);
+  for (int iteration = 0; iteration < 5; ++iteration) {
+    const auto [d, v] = relative(path, approach, s);
+    if (const double r = norm(d); r < nearest->r) *nearest = {r, s, norm(v)};
+    if (!(squared(v) > 0.0)) return;
+    s = std::clamp(s - dot(d, v) / (squared(v) * path.h), a, b);
+  }
+}
+
+PairField::Encounter PairField::find_nearest(const PointPath& path, const Approach& approach, double a,
+                                             double b) const {
+  constexpr int most_halvings = 12;
+  Encounter nearest;
+  for (const double s : {a, b}) {
+    const auto [d, v] = relative(path, approach, s);
+    if (const double r = norm(d); r < nearest.r) nearest = {r, s, norm(v)};
+  }
+  // In one piece of the path after the other.
+  const auto pieces = static_cast<double>(path.num_pieces());
+  for (double s = a; s < b;) {
+    const double end = std::min(b, (std::floor(s * pieces * (1.0 + 1e-12)) + 1.0) / pieces);
+    narrow(path, approach, s, end, most_halvings, &nearest);
+    s = end;
+  }
+  return nearest;
+}
+
+/// A push that nobody saw would move the point by more than the tolerance.
+bool PairField::misses(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const {
+  if (i >= num_moving_) return false;
+  const Index point = points_[i];
+  const double r = std::max(norm(load(path.positions.front(), point)), norm(load(path.positions.back(), point)));
+  const double v = std::max(norm(load(path.velocities.front(), point)), norm(load(path.velocities.back(), point)));
+  const double change = impulse / masses[static_cast<std::size_t>(point)];
+  return change > path.atol_v(point) + path.rtol * v || change * path.h > path.atol_r(point) + path.rtol * r;
+}
+
+double PairField::examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const {
+  const Encounter nearest_of_all = find_nearest(path, approach, 0.0, 1.0);
+  const double most = largest_force(nearest_of_all.r, infinity);
+  const auto force_seen = [&](double s) { return force_at(norm(relative(path, approach, s).r)); };
+  double seen = std::max(force_seen(0.0), force_seen(1.0));
+  if (most <= seen_enough * seen) return 1.0;
+  // Stages in between have seen it too, unless a force of this size throws them off the path that the ends tell.
+  constexpr double thrown_off = 0.05;  // of how deep the pair is in its range
+  double inverse_mass = 0.0;
+  for (const std::size_t i : {approach.i, approach.j})
+    if (i < num_moving_) inverse_mass += 1.0 / masses[static_cast<std::size_t>(points_[i])];
+  const double depth = std::min(cutoff_ - nearest_of_all.r, nearest_of_all.r);
+  if (most * inverse_mass * path.h * path.h <= thrown_off * depth) {
+    for (const double s : path.looks) seen = std::max(seen, force_seen(s));
+    if (most <= seen_enough * seen) return 1.0;
+  }
+  for (std::size_t look = 0; look + 1 < path.looks.size(); ++look) {
+    const double a = path.looks[look], b = path.looks[look + 1];
+    const Encounter nearest = find_nearest(path, approach, a, b);
+    const double farthest = std::max(norm(relative(path, approach, a).r), norm(relative(path, approach, b).r));
+    const double force = largest_force(nearest.r, farthest);
+    if (!(force > seen_enough * seen)) continue;
+    // It lasts while they pass each other within the range; without a cutoff, where the force is a third of this.
+    const auto passing = [&](double range) {
+      return 2.0 * std::sqrt(std::max(range * range - nearest.r * nearest.r, 0.0)) / (nearest.speed * path.h);
+    };
+    const double lasts = std::min(b - a, passing(std::min(cutoff_, 3.0 * nearest.r)));
+    const double impulse = force * lasts * path.h;
+    if (!misses(path, approach.i, impulse, masses) && !misses(path, approach.j, impulse, masses)) continue;
+    // The next step ends where the force begins, or, where it has begun, on the way to its largest value.
+    const double begins = std::max(nearest.s - 0.5 * passing(std::min(cutoff_, 2.0 * nearest.r)), 0.0);
+    const double rises = nearest.s - begins;
+    return begins > 4.0 * rises ? begins - 0.01 * rises : begins + 0.25 * rises;
+  }
+  return 1.0;
+}
+
+}  // namespace tanor

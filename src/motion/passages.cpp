@@ -1,0 +1,98 @@
+#include "motion/passages.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+Passages::Passages(const MotionOptions& options, Mechanics& mechanics, bool adapts) : mechanics_(mechanics) {
+  // Fixed steps have no tolerance: a percent of a velocity that nobody saw is worth a warning.
+  constexpr double worth_a_warning = 1e-2;
+  follows_tolerance = adapts;
+  atol = adapts ? options.atol : 0.0;
+  rtol = adapts ? options.rtol : worth_a_warning;
+}
+
+/// How much the cubic in the middle of the step misses the quintic there, over what each number moves:
+///
+///   h (v0 - v1)/32 + h^2 (a0 + a1)/64
+double Passages::measure_bend() const {
+  if (!follows_tolerance || !scheme_->knows_acceleration()) return 0.0;  // one cubic serves for a warning
+  const double least = own_atol_r.empty() ? 0.0 : *std::min_element(own_atol_r.begin(), own_atol_r.end());
+  const double moves_nothing = 1e-3 * (atol > 0.0 ? atol : least);
+  return mechanics_.parallel().max_over_ranges(from_->x.size(), [&](std::size_t begin, std::size_t end) {
+    double most = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double v0 = from_->v[i], v1 = to_->v[i];
+      const double missed = std::abs(h * (v0 - v1) / 32.0 + h * h * (from_->a[i] + to_->a[i]) / 64.0);
+      const double move = std::max({std::abs(to_->x[i] - from_->x[i]), h * std::abs(v0), h * std::abs(v1)});
+      if (missed > most * move && missed > moves_nothing) most = missed / move;
+    }
+    return most;
+  });
+}
+
+/// Of the mechanics' variables where the scheme puts them, and of the points there.
+void Passages::set_knots(std::size_t pieces) {
+  const std::size_t n = 3 * mechanics_.num_points();
+  if (positions_.size() < pieces + 1) {
+    positions_.resize(pieces + 1);
+    velocities_.resize(pieces + 1);
+  }
+  positions.resize(pieces + 1);
+  velocities.resize(pieces + 1);
+  for (std::vector<double>* array : {&x_, &v_}) array->resize(from_->x.size());
+  DenseOutput inside(*scheme_, *from_, *to_, !scheme_->interpolates_at_once());
+  for (std::size_t k = 0; k <= pieces; ++k) {
+    const double s = static_cast<double>(k) / static_cast<double>(pieces);
+    const State* const end = k == 0 ? from_ : k == pieces ? to_ : nullptr;
+    positions_[k].resize(n);
+    velocities_[k].resize(n);
+    Mechanics::Points found{};
+    if (end != nullptr) {
+      found = mechanics_.find_points(end->t, end->x.data(), end->v.data(), positions_[k].data(), velocities_[k].data());
+    } else {
+      (void)inside.evaluate(mechanics_.parallel(), s, x_.data(), v_.data());  // at once: nothing to fail
+      const double time = t + s * h;
+      mechanics_.prescribe(time, x_.data(), v_.data());
+      found = mechanics_.find_points(time, x_.data(), v_.data(), positions_[k].data(), velocities_[k].data());
+      if (found.r == x_.data()) {
+        positions_[k] = x_;
+        velocities_[k] = v_;
+        found = {positions_[k].data(), velocities_[k].data()};
+      }
+    }
+    positions[k] = found.r;
+    velocities[k] = found.v;
+  }
+}
+
+/// A cubic misses by the fourth power of its length.
+void Passages::refine(double error) {
+  constexpr double most_pieces = 64.0;
+  const double wanted = std::clamp(std::ceil(std::pow(bend_ / error, 0.25)), 1.0, most_pieces);
+  if (const auto pieces = static_cast<std::size_t>(wanted); positions.empty() || pieces > num_pieces())
+    set_knots(pieces);
+}
+
+double Passages::look(Scheme& scheme, const State& from, const State& to) {
+  if (!mechanics_.may_pass_forces()) return 1.0;
+  constexpr double error = 1e-5;
+  scheme_ = &scheme;
+  from_ = &from;
+  to_ = &to;
+  t = from.t;
+  h = to.t - from.t;
+  if (!(h > 0.0)) return 1.0;
+  looks = scheme.looks();
+  if (const auto [r, v] = mechanics_.point_tolerances(); follows_tolerance) {
+    own_atol_r = r;
+    own_atol_v = v;
+  }
+  bend_ = measure_bend();
+  positions.clear();
+  refine(error);
+  return mechanics_.find_passage(this);
+}
+
+}  // namespace tanor
