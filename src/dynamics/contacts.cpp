@@ -13,7 +13,8 @@
 namespace tanor {
 
 Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
-  return num_switches_ == 0 ? accelerations(t, r, v, Gradients::Evaluate, w) : settle_contacts(t, r, v, w);
+  const bool depends_on_reactions = friction_ != nullptr && friction_->laws().depend_on_reactions();
+  return depends_on_reactions ? settle_contacts(t, r, v, w) : accelerations(t, r, v, Gradients::Evaluate, w);
 }
 
 /// Held this much above the limit, relative, is held at it: the rounding of multipliers.
@@ -80,65 +81,121 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
     friction_->laws().set_sense(c, {});
   }
   friction_->laws().keep_senses(v);
-  return choose_modes(t, r, v, std::move(at_rest), {}, w);
+  verdict_ = Uniqueness::NotAsked;
+  std::fill(lambda_.begin(), lambda_.end(), 0.0);
+  const std::vector<char> all_islands(friction_->islands().size(), 1);
+  return choose_modes(t, r, v, at_rest, {}, all_islands, w);
 }
 
 Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                                      double* w) {
   Tangents& tangents = model_.constraints.tangents();
-  std::vector<char> at_rest(tangents.size(), 0), is_met(num_switches_, 0);
+  std::vector<char> at_rest(tangents.size(), 0), is_met(num_switches_, 0), has_changed(friction_->islands().size(), 0);
   for (const std::size_t event : which) is_met[event] = 1;
   std::vector<std::size_t> releases;
   std::size_t event = 0;
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     if (tangents[c].first_row < 0) continue;
     const bool is_now = is_met[event++] != 0;
+    if (is_now) has_changed[friction_->island_of(c)] = 1;
     if (tangents.sticks(c)) {
       at_rest[c] = 1;
       if (is_now) releases.push_back(c);
     } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold()) {
       at_rest[c] = 1;
       tangents.set_stick(c, true);
+      has_changed[friction_->island_of(c)] = 1;
     }
   }
-  return choose_modes(t, r, v, std::move(at_rest), releases, w);
+  return choose_modes(t, r, v, at_rest, releases, has_changed, w);
 }
 
-/// The modes of all contacts at rest together: they stick, but for `releases`; the ones that cannot are released
-/// against what held them, and what does not slide off then is held again.
-Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                                 std::span<const std::size_t> releases, double* w) {
+/// The modes of all contacts at rest together. Islands of few contacts are counted as a whole; what they choose, or, of
+/// more contacts, that all stick but `releases`, is where the search begins. Where it leads nowhere, islands of many
+/// contacts are solved as a whole, too. `has_changed` [island]: where something is to be chosen.
+Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
+                                 const std::vector<std::size_t>& releases, const std::vector<char>& has_changed,
+                                 double* w) {
+  Tangents& tangents = model_.constraints.tangents();
+  const bool judges = judges_friction_, is_start = refuses_several_;
+  const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
+  // All at rest are at rest exactly, whatever they do next.
+  forget_compliance();
+  if (num_at_rest > 0) {
+    if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
+    const ProjectionReport still = project_velocities(t, r, v);
+    if (!still.outcome.ok()) return still.outcome;
+  }
+
+  constexpr std::size_t most_at_start = 64, unlimited = std::numeric_limits<std::size_t>::max();
+  judges_friction_ = false;
+  std::vector<ContactChoice> choices;
+  Outcome found;
+  if (num_at_rest > 0 || is_start) {
+    found = count_choices(t, r, v, at_rest, releases, has_changed, is_start ? most_at_start : most_contacts_counted,
+                          &choices);
+  }
+  const auto is_counted = [&](std::size_t island) {
+    return std::any_of(choices.begin(), choices.end(), [&](const auto& choice) { return choice.island == island; });
+  };
+  std::vector<char> are_counted(has_changed.size(), 0);
+  if (found.ok()) {
+    for (const ContactChoice& choice : choices) are_counted[choice.island] = 1;
+    for (const std::size_t c : releases) {
+      if (!is_counted(friction_->island_of(c))) release(c);
+    }
+    found = settle_modes(t, r, v, at_rest, choices, w);
+  }
+  if (!found.ok() && found.status != Status::NotUnique && num_at_rest > most_contacts_counted) {
+    for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);
+    std::vector<ContactChoice> many;
+    std::vector<char> wanted = has_changed;
+    for (std::size_t island = 0; island < wanted.size(); ++island) wanted[island] = has_changed[island] && !are_counted[island];
+    Outcome outcome = count_choices(t, r, v, at_rest, releases, wanted, unlimited, &many);
+    if (outcome.ok() && !many.empty()) {
+      choices.insert(choices.end(), std::make_move_iterator(many.begin()), std::make_move_iterator(many.end()));
+      found = settle_modes(t, r, v, at_rest, choices, w);
+    }
+  }
+  judges_friction_ = judges;
+  if (!found.ok()) return found;
+  for (std::size_t c = 0; c < at_rest.size(); ++c) {
+    if (at_rest[c] != 0 && are_counted[friction_->island_of(c)] == 0)
+      note_verdict(Uniqueness::Unproven, "modes of more than ten contacts are too many to try");
+  }
+  tangents.hold(r, !model_.is_rheonomic());
+  friction_->set_counted(are_counted);
+  found = accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
+  friction_->set_counted({});
+  if (verdict_ == Uniqueness::Several) {
+    verdict_ = Uniqueness::Unproven;
+    verdict_reason_ = "several accelerations obeyed the law at t = " + text(t);
+  }
+  return found;
+}
+
+/// Against what held it.
+void NormalForm::release(std::size_t c) {
+  Tangents& tangents = model_.constraints.tangents();
+  const Vec3 held = friction_->held(c, lambda_.data());
+  const double size = norm(held);
+  friction_->laws().set_sense(c, size > 0.0 ? (-1.0 / size) * held : tangents.directions(c)[0]);
+  tangents.set_stick(c, false);
+}
+
+/// Contacts that stick and cannot are released against what held them, and what does not slide off then is held again,
+/// until all obey the law (block pivoting). `choices`: islands that were solved as a whole.
+Outcome NormalForm::settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                                 const std::vector<ContactChoice>& choices, double* w) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
-  const auto release = [&](std::size_t c) {
-    const Vec3 held = friction_->held(c, lambda_.data());
-    const double size = norm(held);
-    laws.set_sense(c, size > 0.0 ? (-1.0 / size) * held : tangents.directions(c)[0]);
-    tangents.set_stick(c, false);
-    for (std::size_t other = 0; other < at_rest.size(); ++other) laws.set_at_limit(other, false);
-  };
-  forget_compliance();
-  // All at rest are at rest exactly, whatever they do next.
-  std::vector<char> released(tangents.size(), 0);
-  for (const std::size_t c : releases) {
-    released[c] = 1;
-    release(c);
-    tangents.set_stick(c, true);
-  }
-  if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
-  const ProjectionReport still = project_velocities(t, r, v);
-  if (!still.outcome.ok()) return still.outcome;
-  for (const std::size_t c : releases) tangents.set_stick(c, false);
-
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   const std::size_t most_passes = 20 + 4 * num_at_rest;
   constexpr double rounding_of_accelerations = 1e-9;
+  std::vector<char> released(tangents.size(), 0);
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
     if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
-    if (num_at_rest == 0) {
-      tangents.hold(r, false);
-      return {};
-    }
+    if (num_at_rest == 0) return {};
     const double scale = std::max(acceleration_scale_, std::numeric_limits<double>::min());
     model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
     bool has_changed = false, has_reached_limit = false;
@@ -178,6 +235,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
         has_changed = has_changed || along < (1.0 - 1e-12) * size;
       }
     }
+    if (pass == 0 && !too_much.empty() && set_limits(choices)) continue;
     // Many at once while that goes well, then one by one.
     constexpr std::size_t passes_at_once = 10;
     double worst = 0.0;
@@ -186,12 +244,10 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
       if (has_reached_limit || excess < (pass < passes_at_once ? 0.5 : 1.0) * worst) continue;
       ++released[contact];
       release(contact);
+      for (std::size_t other = 0; other < at_rest.size(); ++other) laws.set_at_limit(other, false);
       has_changed = true;
     }
-    if (!has_changed) {
-      tangents.hold(r, !model_.is_rheonomic());
-      return accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
-    }
+    if (!has_changed) return {};
   }
   return {Status::NotConverged, "friction at t = " + text(t) +
                                     ": no choice of which contacts stick and which slide obeys the law for all of " +

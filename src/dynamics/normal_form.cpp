@@ -215,6 +215,7 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
                                                              : Judgement::None;
   if (Outcome outcome = find_friction(t, r, v, judgement, w); !outcome.ok()) return last_.outcome = outcome;
   double residual = find_multipliers_and_friction(scale, w);
+  if (friction_ != nullptr && judgement != Judgement::None) add_verdict();
   if (residual > doubtful_above) {
     if (Outcome outcome = reconsider_rank(t, r, scale); !outcome.ok()) return last_.outcome = outcome;
     residual = last_.residual;
@@ -398,6 +399,7 @@ void NormalForm::evaluate_friction(const double* lambda, double* tau) {
 
 void NormalForm::judge_friction(bool judges, bool refuses_several) {
   judges_friction_ = judges;
+  refuses_several_ = refuses_several;
   if (friction_ != nullptr) friction_->refuse_several(refuses_several);
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/contact_choice.hpp"
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/friction_stage.hpp"
 #include "dynamics/model.hpp"
@@ -144,8 +145,25 @@ class NormalForm final : public EquationsOfMotion {
   Outcome find_friction(double t, const double* r, const double* v, Judgement judgement, double* w);
   void restore_senses(const double* r, const double* v);
   double find_multipliers_and_friction(double scale, double* w);
-  Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                       std::span<const std::size_t> releases, double* w);
+  Outcome choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
+                       const std::vector<std::size_t>& releases, const std::vector<char>& has_changed, double* w);
+  Outcome settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                       const std::vector<ContactChoice>& choices, double* w);
+  void release(std::size_t contact);
+  void add_verdict();
+  // What contacts at rest choose, in contact_choice.cpp.
+  std::vector<ContactChoice> list_choices(const std::vector<char>& at_rest, const std::vector<char>& wanted,
+                                          std::size_t most_contacts) const;
+  void reduce(double t, const double* r, const double* v, std::vector<ContactChoice>* choices);
+  void solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const;
+  void guess_multipliers(double t, const double* r, const double* v, const std::vector<ContactChoice>& choices);
+  Outcome explain_choice(double t, const ContactChoice& choice) const;
+  Outcome count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                        std::span<const std::size_t> releases, const std::vector<char>& wanted,
+                        std::size_t most_contacts, std::vector<ContactChoice>* choices);
+  bool set_limits(const std::vector<ContactChoice>& choices);
+  void note_verdict(Uniqueness uniqueness, const std::string& reason);
+  std::string find_undetermined_reaction() const;
   double sliding_threshold() const;
   void set_sliding_speeds();
   void forget_compliance();
@@ -194,7 +212,9 @@ class NormalForm final : public EquationsOfMotion {
   Model& model_;
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
   std::size_t num_switches_ = 0;             // contacts that may stick
-  bool judges_friction_ = false;
+  bool judges_friction_ = false, refuses_several_ = false;
+  Uniqueness verdict_ = Uniqueness::NotAsked;  // of all modes, since they were counted last
+  std::string verdict_reason_;
   bool is_compliant_ = false;           // contacts that stick depend on constraints, or on each other
   double acceleration_scale_ = 0.0;     // m/s^2, of what cancels in the last accelerations
   std::vector<int> restored_;           // discrete state whose senses are still to be found

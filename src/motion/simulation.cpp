@@ -112,7 +112,7 @@ struct Simulation::Implementation {
   Outcome complete_state(Since since) {
     Outcome found = form.adopt(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
     if (forms.normal != nullptr) forms.normal->judge_friction(true, since == Since::Start);
-    if (found.ok() && since == Since::Start && form.num_events() > 0) {
+    if (found.ok() && since == Since::Start && (form.num_events() > 0 || model.has_friction())) {
       found = form.begin(state.t, state.x.data(), state.v.data(), state.a.data());
     } else if (found.ok() && integration.is_coasting()) {
       found = integration.return_to_constraints();
