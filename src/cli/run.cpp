@@ -10,6 +10,7 @@
 #include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
 #include "cli/run_folder.hpp"
+#include "report/friction_parts.hpp"
 #include "report/progress.hpp"
 #include "report/shared_parts.hpp"
 #include "scene/scene.hpp"
@@ -143,6 +144,8 @@ ExitCode execute(const RunOptions& options) {
   if (simulation.outcome().ok() && !options.quiet) tell_redundancy(options, simulation);
   const std::string page = finish(ending, simulation, &folder);
 
+  if (const std::string several = report::describe_several(simulation.report().friction); !several.empty())
+    print_message(options.scene.string() + ": " + several);
   if (!options.quiet) fmt::print("{}", page);
   if (ending.code != ExitCode::Done || !options.quiet) {
     print_message(describe_end(ending, simulation, scene.t_end, plan.directory));

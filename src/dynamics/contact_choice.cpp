@@ -16,10 +16,11 @@ namespace {
 /// Accelerations over their scale: less is rest.
 constexpr double rounding_of_accelerations = 1e-9;
 
-std::string text(const Vec3& a) {
-  const auto digits = [](double x) {
+/// All digits but those of rounding; `scale`: the size of what cancels in it.
+std::string text(const Vec3& a, double scale) {
+  const auto digits = [scale](double x) {
     char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.13g", x);
+    std::snprintf(buffer, sizeof buffer, "%.13g", std::abs(x) > 1e-13 * scale ? x : 0.0);
     return std::string(buffer);
   };
   return "(" + digits(a.x) + ", " + digits(a.y) + ", " + digits(a.z) + ")";
@@ -231,7 +232,7 @@ Outcome NormalForm::explain_choice(double t, const ContactChoice& choice) const 
   }
   std::string what = name(worst) + ": " + std::to_string(found.size()) + " accelerations obey the law: ";
   for (std::size_t k = 0; k < found.size(); ++k)
-    what += (k == 0 ? "" : k + 1 == found.size() ? " and " : ", ") + text(choice.acceleration(worst, found[k]));
+    what += (k == 0 ? "" : k + 1 == found.size() ? " and " : ", ") + text(choice.acceleration(worst, found[k]), acceleration_scale_);
   return {Status::NotUnique, what + " m/s^2; at a start nothing says which"};
 }
 
@@ -242,6 +243,7 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
                                   std::size_t most_contacts, std::vector<ContactChoice>* choices) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
+  friction_->set_place(t, r, v);
   *choices = list_choices(at_rest, wanted, most_contacts);
   if (choices->empty()) return {};
   std::vector<char> stuck(tangents.size(), 0);

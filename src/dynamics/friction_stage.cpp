@@ -174,7 +174,6 @@ void FrictionStage::find_change(const double* x, double* lambda) {
 
 // ---- one instant ----
 
-/// Directions at a place, with K there.
 void FrictionStage::set_place(double t, const double* r, const double* v) {
   laws_.set_state(model_.parallel, t, r, v, blocks_.data());
   for (std::size_t k = 0; k < touches_.size(); ++k) {

@@ -60,6 +60,8 @@ class FrictionStage final : private Response {
   /// Contacts of each island that has some.
   const std::vector<std::vector<std::size_t>>& islands() const { return islands_; }
   std::size_t island_of(std::size_t contact) const { return island_of_contact_[contact]; }
+  /// Directions of sliding at a place, with K there.
+  void set_place(double t, const double* r, const double* v);
   /// tau of what does not follow Coulomb's law alone: given forces, and a user's laws at lambda.
   void set_given(double t, const double* r, const double* v, const double* lambda);
   /// b += K'M^-1 of a force along T at a contact [rows].
@@ -79,7 +81,6 @@ class FrictionStage final : private Response {
   Vec3 held(std::size_t contact, const double* lambda) const;
 
  private:
-  void set_place(double t, const double* r, const double* v);
   bool feels(const Incidence& incidence, std::size_t contact) const;
   void set_right_side(const double* b);
   void find_multipliers(const double* x, double* lambda) override;

@@ -86,6 +86,8 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("friction_contraction_max", report.friction.contraction_max);
   visit("friction_error_bound", report.friction.error_bound);
   visit("friction_residual_max", report.friction.residual_max);
+  visit("friction_several", report.friction.several);
+  visit("friction_first_several", report.friction.first_several);
   visit("friction_uniqueness", report.friction.uniqueness);
   visit("friction_method_used", report.friction.method_used);
 }
@@ -187,6 +189,7 @@ void write_checkpoint(const fs::path& directory, const Checkpoint& checkpoint) {
     head.end_array();
     head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
     head.key("doubt").value(checkpoint.snapshot.report.doubt);
+    head.key("friction_uniqueness_reason").value(checkpoint.snapshot.report.friction.uniqueness_reason);
     write_lists(&head, checkpoint.snapshot.report);
     head.end_object();
     head.finish();
@@ -214,6 +217,7 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& directory, const std::
     checkpoint.snapshot.discrete_state = head.at("discrete_state").get<std::vector<int>>();
     checkpoint.snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
     checkpoint.snapshot.report.doubt = head.at("doubt").get<std::string>();
+    checkpoint.snapshot.report.friction.uniqueness_reason = head.at("friction_uniqueness_reason").get<std::string>();
     read_lists(head, &checkpoint.snapshot.report);
   } catch (const json::exception&) {
     throw InputError(name, "is damaged; run without --resume");
