@@ -41,8 +41,36 @@ bool NormalForm::make_compliant() {
   if (friction_ == nullptr || is_compliant_ || friction_->num_sticking() == 0) return false;
   constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
   is_compliant_ = true;
-  general().set_compliance(compliance);
+  std::vector<double> weights(num_rows() - model_.numbering.num_user_rows, 1.0);
+  const Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const Tangents::Place& place = tangents[c];
+    for (int k = 0; place.first_row >= 0 && !softness_.empty() && k < place.num_tangents(); ++k) {
+      const auto row = static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(place.first_row + k)]);
+      weights[row - model_.numbering.num_user_rows] = std::exp2(-static_cast<double>(softness_[c]) / softness_steps);
+    }
+  }
+  general().set_compliance(compliance, std::move(weights));
   return true;
+}
+
+/// Contacts that share a load: each gives way the more, the nearer it is to its limit (Lawson's algorithm for the share
+/// in which the most loaded contact has most to spare). `loads` [contact]: of those that stick, held over limit; else
+/// negative.
+void NormalForm::share_again(const std::vector<double>& loads) {
+  softness_.resize(loads.size(), 0);
+  constexpr double least_load = 0.05;
+  constexpr int hardest = 12 * softness_steps;
+  int softest = hardest;
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    if (loads[c] < 0.0) continue;
+    const double load = std::max(least_load, std::min(loads[c], 1.0 / least_load));
+    softness_[c] -= static_cast<int>(std::lround(2.0 * softness_steps * std::log2(load)));
+    softest = std::min(softest, softness_[c]);
+  }
+  for (std::size_t c = 0; c < loads.size(); ++c)
+    softness_[c] = loads[c] < 0.0 ? 0 : std::clamp(softness_[c] - softest, 0, hardest);
+  forget_compliance();
 }
 
 /// K as far as its rank is a question: contacts take no part.
@@ -82,6 +110,7 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
   }
   friction_->laws().keep_senses(v);
   verdict_ = Uniqueness::NotAsked;
+  softness_.clear();
   std::fill(lambda_.begin(), lambda_.end(), 0.0);
   const std::vector<char> all_islands(friction_->islands().size(), 1);
   return choose_modes(t, r, v, at_rest, {}, all_islands, w);
@@ -120,6 +149,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
   const bool judges = judges_friction_, is_start = refuses_several_;
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   // All at rest are at rest exactly, whatever they do next.
+  const bool shares_a_load = is_compliant_;
   forget_compliance();
   if (num_at_rest > 0) {
     if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
@@ -142,9 +172,9 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
   if (found.ok()) {
     for (const ContactChoice& choice : choices) are_counted[choice.island] = 1;
     for (const std::size_t c : releases) {
-      if (!is_counted(friction_->island_of(c))) release(c);
+      if (!is_counted(friction_->island_of(c)) && !shares_a_load) release(c);
     }
-    found = settle_modes(t, r, v, at_rest, choices, w);
+    found = settle_modes(t, r, v, at_rest, releases, choices, w);
   }
   if (!found.ok() && found.status != Status::NotUnique && num_at_rest > most_contacts_counted) {
     for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);
@@ -154,7 +184,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     Outcome outcome = count_choices(t, r, v, at_rest, releases, wanted, unlimited, &many);
     if (outcome.ok() && !many.empty()) {
       choices.insert(choices.end(), std::make_move_iterator(many.begin()), std::make_move_iterator(many.end()));
-      found = settle_modes(t, r, v, at_rest, choices, w);
+      found = settle_modes(t, r, v, at_rest, releases, choices, w);
     }
   }
   judges_friction_ = judges;
@@ -186,13 +216,25 @@ void NormalForm::release(std::size_t c) {
 /// Contacts that stick and cannot are released against what held them, and what does not slide off then is held again,
 /// until all obey the law (block pivoting). `choices`: islands that were solved as a whole.
 Outcome NormalForm::settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                                 const std::vector<ContactChoice>& choices, double* w) {
+                                 const std::vector<std::size_t>& releases, const std::vector<ContactChoice>& choices,
+                                 double* w) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
-  const std::size_t most_passes = 20 + 4 * num_at_rest;
+  constexpr std::size_t most_passes = 40;
   constexpr double rounding_of_accelerations = 1e-9;
   std::vector<char> released(tangents.size(), 0);
+  // Directions that were solved for: where accelerations are small, to follow them would lead away.
+  std::vector<char> is_solved(tangents.size(), 0);
+  for (const ContactChoice& choice : choices) {
+    for (const std::size_t c : choice.members) is_solved[c] = choice.x.size() > 0;
+  }
+  constexpr int most_shares = 20;
+  constexpr double enough_to_spare = 0.9;
+  std::vector<double> loads(tangents.size(), -1.0);
+  double last_load = std::numeric_limits<double>::infinity();
+  int num_shares = 0;
+  bool has_given_way = false, set_limits_once = false;
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
     if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
     if (num_at_rest == 0) return {};
@@ -230,12 +272,38 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
         laws.set_at_limit(c, is_held);
         has_changed = has_reached_limit = true;
       }
-      if (tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
+      if (is_solved[c] == 0 && tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
         laws.set_sense(c, (1.0 / size) * a);  // on a surface the direction is a part of the answer
         has_changed = has_changed || along < (1.0 - 1e-12) * size;
       }
     }
-    if (pass == 0 && !too_much.empty() && set_limits(choices)) continue;
+    if (std::getenv("TDBG") && std::getenv("TDBG")[0]=='2') { std::fprintf(stderr,"pass %zu scale %g changed %d:",pass,scale,int(has_changed)); for (auto&[e,c]:too_much) std::fprintf(stderr," %zu(%g)",c,e); std::fprintf(stderr," slides:"); for (std::size_t c=0;c<tangents.size();++c) if (at_rest[c]&&!tangents.sticks(c)) std::fprintf(stderr," %zu",c); std::fprintf(stderr,"\n"); }
+    // Those that share a load may share it otherwise.
+    double worst_load = -1.0;
+    for (std::size_t c = 0; is_compliant_ && c < tangents.size(); ++c) {
+      const bool counts = at_rest[c] != 0 && tangents.sticks(c);
+      const double limit = counts ? friction_->static_limit(c, lambda_.data()) : 0.0;
+      loads[c] = !counts ? -1.0 : limit > 0.0 ? norm(friction_->held(c, lambda_.data())) / limit : 1.0;
+      if (limit > 0.0) worst_load = std::max(worst_load, loads[c]);
+    }
+    const bool is_asked = !too_much.empty() || num_shares > 0 || (pass == 0 && !releases.empty());
+    if (is_asked && worst_load > enough_to_spare && num_shares < most_shares && worst_load < 0.99 * last_load) {
+      ++num_shares;
+      last_load = worst_load;
+      share_again(loads);
+      continue;
+    }
+    last_load = 0.0;
+    for (const std::size_t c : releases) {
+      if (!is_compliant_ || has_given_way || !tangents.sticks(c) || loads[c] < 1.0 - 1e-9) continue;
+      release(c);
+      has_changed = true;
+    }
+    has_given_way = true;
+    if (!set_limits_once && !too_much.empty()) {
+      set_limits_once = true;
+      if (set_limits(choices)) continue;
+    }
     // Many at once while that goes well, then one by one.
     constexpr std::size_t passes_at_once = 10;
     double worst = 0.0;
@@ -248,6 +316,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
       has_changed = true;
     }
     if (!has_changed) return {};
+    std::fill(is_solved.begin(), is_solved.end(), 0);
   }
   return {Status::NotConverged, "friction at t = " + text(t) +
                                     ": no choice of which contacts stick and which slide obeys the law for all of " +
@@ -258,11 +327,12 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
 
 namespace {
 
-enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2 };  // 4, 5: both
+enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2, num_modes = 6 };  // 4, 5: both
 
 }  // namespace
 
-/// On a curve the sense of sliding is kept too, as its sign along T: at rest the velocity does not tell it.
+/// On a curve the sense of sliding is kept too, as its sign along T: at rest the velocity does not tell it. And how a
+/// load is shared, in multiples of the number of modes.
 std::vector<int> NormalForm::discrete_state() const {
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<int> state;
@@ -273,6 +343,7 @@ std::vector<int> NormalForm::discrete_state() const {
                     : along > 0.0                                 ? slides_forward
                                                                   : slides_backward);
     if (state.back() > sticks && friction_->laws().is_at_limit(c)) state.back() += at_limit;
+    if (!softness_.empty()) state.back() += num_modes * softness_[c];
   }
   return state;
 }
@@ -284,8 +355,13 @@ void NormalForm::restore_discrete_state(std::span<const int> state) {
     throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for " + std::to_string(wanted) +
                                                      " contacts that may stick");
   }
-  for (std::size_t c = 0; c < state.size(); ++c) tangents.set_stick(c, state[c] == sticks);
   restored_.assign(state.begin(), state.end());
+  softness_.assign(state.size(), 0);
+  for (std::size_t c = 0; c < state.size(); ++c) {
+    softness_[c] = std::max(0, state[c] / num_modes);
+    restored_[c] -= num_modes * softness_[c];
+    tangents.set_stick(c, restored_[c] == sticks);
+  }
 }
 
 /// Where T stands again.

@@ -148,7 +148,8 @@ class NormalForm final : public EquationsOfMotion {
   Outcome choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
                        const std::vector<std::size_t>& releases, const std::vector<char>& has_changed, double* w);
   Outcome settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                       const std::vector<ContactChoice>& choices, double* w);
+                       const std::vector<std::size_t>& releases, const std::vector<ContactChoice>& choices, double* w);
+  void share_again(const std::vector<double>& loads);
   void release(std::size_t contact);
   void add_verdict();
   // What contacts at rest choose, in contact_choice.cpp.
@@ -215,6 +216,8 @@ class NormalForm final : public EquationsOfMotion {
   bool judges_friction_ = false, refuses_several_ = false;
   Uniqueness verdict_ = Uniqueness::NotAsked;  // of all modes, since they were counted last
   std::string verdict_reason_;
+  static constexpr int softness_steps = 4;  // an octave
+  std::vector<int> softness_;               // [contact] 0: softest; empty: all are alike
   bool is_compliant_ = false;           // contacts that stick depend on constraints, or on each other
   double acceleration_scale_ = 0.0;     // m/s^2, of what cancels in the last accelerations
   std::vector<int> restored_;           // discrete state whose senses are still to be found

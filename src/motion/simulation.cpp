@@ -201,7 +201,7 @@ struct Simulation::Implementation {
       all.error_bound = last.error_bound;
     if (last.uniqueness > all.uniqueness) all.uniqueness_reason = last.uniqueness_reason;
     all.uniqueness = std::max(all.uniqueness, last.uniqueness);
-    if (last.uniqueness == Uniqueness::Several && all.several++ == 0) all.first_several = state.t;
+    if (outcome.ok() && last.uniqueness == Uniqueness::Several && all.several++ == 0) all.first_several = state.t;
   }
 
   /// Points that do not move though K alone would let them.
