@@ -281,10 +281,6 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
                             (choice.solutions.uniqueness == Uniqueness::Several && is_start);
     if (is_refused && failed.ok()) failed = explain_choice(t, choice);
   }
-  if (std::getenv("TDBG")) for (const ContactChoice& choice : *choices) {
-    std::fprintf(stderr, "t=%.17g island %zu size %zu uniq %d found %zu monotone %d res %g W %g x %td\n", t, choice.island, choice.size(), int(choice.solutions.uniqueness), choice.solutions.found.size(), int(is_monotone(choice.problem)), choice.x.size()?choice.problem.residual(choice.x):-1.0, choice.problem.W.cwiseAbs().maxCoeff(), choice.x.size());
-    if (choice.x.size() && std::getenv("TDBG")[0]=='2') { Eigen::VectorXd a=choice.problem.accelerations(choice.x); for (std::size_t c=0;c<choice.size();++c) { auto&[f,d,m,mu]=choice.problem.contacts[c]; std::fprintf(stderr,"  c%zu a %g %g x %g %g lim %g a0 %g %g moves %d\n",choice.members[c],a(f),d>1?a(f+1):0,choice.x(f),d>1?choice.x(f+1):0,mu*choice.problem.normal_force(c,choice.x).norm(),choice.problem.a0(f),d>1?choice.problem.a0(f+1):0,int(m)); } }
-  }
   guess_multipliers(t, r, v, *choices);
   back();
   if (!failed.ok()) {

@@ -277,7 +277,6 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
         has_changed = has_changed || along < (1.0 - 1e-12) * size;
       }
     }
-    if (std::getenv("TDBG") && std::getenv("TDBG")[0]=='2') { std::fprintf(stderr,"pass %zu scale %g changed %d:",pass,scale,int(has_changed)); for (auto&[e,c]:too_much) std::fprintf(stderr," %zu(%g)",c,e); std::fprintf(stderr," slides:"); for (std::size_t c=0;c<tangents.size();++c) if (at_rest[c]&&!tangents.sticks(c)) std::fprintf(stderr," %zu",c); std::fprintf(stderr,"\n"); }
     // Those that share a load may share it otherwise.
     double worst_load = -1.0;
     for (std::size_t c = 0; is_compliant_ && c < tangents.size(); ++c) {

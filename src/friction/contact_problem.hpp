@@ -66,9 +66,8 @@ constexpr std::size_t most_contacts_counted = 10;
 /// on curves. `most_modes`: more of them are not tried. `guess`: where to look first.
 ContactSolutions find_all(const ContactProblem& problem, std::size_t most_modes, const Eigen::VectorXd& guess);
 
-/// Some motion that obeys the law, near `guess`; empty: none was found. A few steps of a semismooth Newton method, then
-/// limits that stand by turns with the convex problem that they leave, then Lemke's method (contacts on curves).
-/// Certified by its residual.
+/// Some motion that obeys the law, near `guess`; empty: none was found. A semismooth Newton method, then limits mu |N|
+/// that stand by turns with the convex problem that they leave. Certified by its residual.
 Eigen::VectorXd find_one(const ContactProblem& problem, const Eigen::VectorXd& guess);
 
 constexpr double obeys_below = 1e-9;  ///< residuals of what counts as a solution

@@ -215,13 +215,29 @@ TEST(FrictionModes, AStartWithSeveralAccelerationsIsRefusedWithAllOfThem) {
   EXPECT_EQ(none.outcome().status, Status::NoSolution) << none.outcome().what;
 }
 
-TEST(FrictionModes, ARunGoesThroughSeveralAndEndsAtNone) {
-  // mu (T s + m g) joins the pull: for mu = 0.6 two accelerations for f2 < 0 and small f2, none for large f2. Starting
-  // where the criterion fails has no unique side, so the run starts at a mass ratio that has one and the law is left.
-  System system = make_rails(0.6, 0.0);
-  system.friction = {Coulomb{.name = "rust", .at = {"rough"}, .coefficient = 0.6, .regularisation = 1e-9}};
+TEST(FrictionModes, ARegularisedLawMayHaveSeveralToo) {
+  System system = make_rails(0.6, 1.0);
+  std::get<Coulomb>(system.friction[0]).regularisation = 1e-9;
   const Simulation simulation(system);
-  EXPECT_EQ(simulation.outcome().status, Status::NotUnique) << "a smooth law may have several, too";
+  EXPECT_EQ(simulation.outcome().status, Status::NotUnique) << simulation.outcome().what;
+}
+
+TEST(FrictionModes, ARunThatEntersSeveralGoesOnAndCountsThem) {
+  // mu = 0.6: f2 < 0 has two accelerations, and so has f2 > 0 as long as it is small; at f2 = 30 none. Where the run
+  // starts, mu is small by its regularisation, v/sqrt(v^2 + v0^2) = 0.32; as v grows the law becomes that of case 10b.
+  System system = make_rails(0.6, 0.0);
+  std::get<Coulomb>(system.friction[0]).regularisation = 3.0;
+  system.forces.push_back(ConstantForce{"pull", {0}, Vector3{20.0, 0.0, 0.0}});
+  Simulation simulation(system, {.method = Method::Dopri5});
+  ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
+  EXPECT_EQ(simulation.report().friction.several, 0u);
+  const Outcome outcome = simulation.advance(20.0);
+  const FrictionSummary& friction = simulation.report().friction;
+  EXPECT_TRUE(friction.several > 0 || outcome.status == Status::NoSolution) << outcome.what;
+  if (friction.several > 0) {
+    EXPECT_EQ(friction.uniqueness, Uniqueness::Several);
+    EXPECT_GT(friction.first_several, 0.0);
+  }
 }
 
 }  // namespace
