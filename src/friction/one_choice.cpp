@@ -138,7 +138,8 @@ void relax(const ContactProblem& problem, const VectorXd& limits, int passes, Ve
 /// Limits stand: a convex problem, which always has a solution.
 void solve_convex(const ContactProblem& problem, const VectorXd& limits, VectorXd* x) {
   const Equations equations(problem, &limits);
-  for (int round = 0; round < 20; ++round) {
+  const int most_rounds = problem.size() > 100 ? 3 : 20;
+  for (int round = 0; round < most_rounds; ++round) {
     VectorXd trial = *x;
     if (solve_by_newton(equations, &trial)) {
       *x = trial;
@@ -159,7 +160,9 @@ VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
   };
   VectorXd x = guess.size() == problem.size() ? guess : VectorXd(VectorXd::Zero(problem.size()));
   if (const VectorXd found = polish(x); found.size() > 0) return found;
-  constexpr int most_rounds = 60;
+  // A round of many contacts takes seconds.
+  constexpr Eigen::Index many = 100;
+  const int most_rounds = problem.size() > many ? 2 : 60;
   VectorXd limits(static_cast<Eigen::Index>(problem.contacts.size()));
   for (int round = 0; round < most_rounds; ++round) {
     for (std::size_t c = 0; c < problem.contacts.size(); ++c)
