@@ -293,8 +293,9 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
       continue;
     }
     last_load = 0.0;
-    for (const std::size_t c : releases) {
-      if (!is_compliant_ || has_given_way || !tangents.sticks(c) || loads[c] < 1.0 - 1e-9) continue;
+    // No share leaves them anything to spare: they give way together.
+    for (std::size_t c = 0; c < tangents.size(); ++c) {
+      if (!is_compliant_ || has_given_way || releases.empty() || loads[c] < 1.0 - 1e-8) continue;
       release(c);
       has_changed = true;
     }
