@@ -53,9 +53,9 @@ struct PlanSummary {
 /// What is known about the friction (41) that belongs to a state.
 enum class Uniqueness {
   NotAsked,
-  Proven,    ///< one solution: rho(|S^-1 C|) < 1, or all signs of the normal forces were tried
+  Proven,    ///< one motion: rho(|S^-1 C|) < 1, or all modes of stick and slip were tried
   Unproven,  ///< one was found; nothing says that there is no other
-  Several,   ///< the one nearest to the step before is taken
+  Several,   ///< refused at a start; in a run the one nearest to the step before is taken
   None
 };
 
@@ -72,6 +72,7 @@ struct FrictionReport {
   /// On the friction, N: |F(x) - x|/(1 - L) where a contraction constant L < 1 is proven; else NaN.
   double error_bound = std::numeric_limits<double>::quiet_NaN();
   Uniqueness uniqueness = Uniqueness::NotAsked;
+  std::string uniqueness_reason{};  ///< why it is unproven; empty where nothing more is known
   /// Contacts that stick hold more than can move: the load could be shared otherwise. The least friction is taken;
   /// accelerations are unique all the same.
   bool sticking_is_indeterminate = false;

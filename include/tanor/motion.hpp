@@ -72,6 +72,11 @@ struct FrictionSummary {
   Uniqueness uniqueness = Uniqueness::NotAsked;       ///< the weakest that was found
   FrictionMethod method_used = FrictionMethod::Auto;  ///< the strongest that was needed
   double residual_max = 0.0;                          ///< |tau(lambda) - tau| over the largest friction
+  /// Instants, after steps and where contacts switched, at which several accelerations obeyed the law and the one
+  /// nearest to the step before was taken; and the first of them, s (NaN: there was none).
+  std::size_t several = 0;
+  double first_several = std::numeric_limits<double>::quiet_NaN();
+  std::string uniqueness_reason{};  ///< of the weakest that was found, where it is known
 };
 
 struct MotionReport {

@@ -13,6 +13,7 @@
 #include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
 #include "cli/run_folder.hpp"
+#include "report/friction_parts.hpp"
 #include "report/progress.hpp"
 #include "report/shared_parts.hpp"
 #include "scene/scene.hpp"
@@ -152,6 +153,8 @@ ExitCode execute(const RunOptions& options) {
   if (const std::string& warning = simulation.report().accuracy_warning; !warning.empty() && !options.quiet)
     print_message(options.scene.string() + ": warning: " + warning);
 
+  if (const std::string several = report::describe_several(simulation.report().friction); !several.empty())
+    print_message(options.scene.string() + ": " + several);
   if (!options.quiet) fmt::print("{}", page);
   if (ending.code != ExitCode::Done || !options.quiet) {
     print_message(describe_end(ending, simulation, scene.t_end, plan.directory));

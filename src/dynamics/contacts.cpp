@@ -13,7 +13,8 @@
 namespace tanor {
 
 Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
-  return num_switches_ == 0 ? accelerations(t, r, v, Gradients::Evaluate, w) : settle_contacts(t, r, v, w);
+  const bool depends_on_reactions = friction_ != nullptr && friction_->laws().depend_on_reactions();
+  return depends_on_reactions ? settle_contacts(t, r, v, w) : accelerations(t, r, v, Gradients::Evaluate, w);
 }
 
 /// Held this much above the limit, relative, is held at it: the rounding of multipliers.
@@ -49,8 +50,36 @@ void NormalForm::forget_compliance() {
 bool NormalForm::make_compliant() {
   if (friction_ == nullptr || is_compliant_ || friction_->num_sticking() == 0) return false;
   is_compliant_ = true;
-  general().set_compliance(compliance);
+  std::vector<double> weights(num_rows() - model_.numbering.num_user_rows, 1.0);
+  const Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const Tangents::Place& place = tangents[c];
+    for (int k = 0; place.first_row >= 0 && !softness_.empty() && k < place.num_tangents(); ++k) {
+      const auto row = static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(place.first_row + k)]);
+      weights[row - model_.numbering.num_user_rows] = std::exp2(-static_cast<double>(softness_[c]) / softness_steps);
+    }
+  }
+  general().set_compliance(compliance, std::move(weights));
   return true;
+}
+
+/// Contacts that share a load: each gives way the more, the nearer it is to its limit (Lawson's algorithm for the share
+/// in which the most loaded contact has most to spare). `loads` [contact]: of those that stick, held over limit; else
+/// negative.
+void NormalForm::share_again(const std::vector<double>& loads) {
+  softness_.resize(loads.size(), 0);
+  constexpr double least_load = 0.05;
+  constexpr int hardest = 12 * softness_steps;
+  int softest = hardest;
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    if (loads[c] < 0.0) continue;
+    const double load = std::max(least_load, std::min(loads[c], 1.0 / least_load));
+    softness_[c] -= static_cast<int>(std::lround(2.0 * softness_steps * std::log2(load)));
+    softest = std::min(softest, softness_[c]);
+  }
+  for (std::size_t c = 0; c < loads.size(); ++c)
+    softness_[c] = loads[c] < 0.0 ? 0 : std::clamp(softness_[c] - softest, 0, hardest);
+  forget_compliance();
 }
 
 /// K as far as its rank is a question: contacts take no part.
@@ -91,65 +120,135 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
     friction_->laws().set_sense(c, {});
   }
   friction_->laws().keep_senses(v);
-  return choose_modes(t, r, v, std::move(at_rest), {}, w);
+  verdict_ = Uniqueness::NotAsked;
+  softness_.clear();
+  std::fill(lambda_.begin(), lambda_.end(), 0.0);
+  const std::vector<char> all_islands(friction_->islands().size(), 1);
+  return choose_modes(t, r, v, at_rest, {}, all_islands, w);
 }
 
 Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                                      double* w) {
   Tangents& tangents = model_.constraints.tangents();
-  std::vector<char> at_rest(tangents.size(), 0), is_met(num_switches_, 0);
+  std::vector<char> at_rest(tangents.size(), 0), is_met(num_switches_, 0), has_changed(friction_->islands().size(), 0);
   for (const std::size_t event : which) is_met[event] = 1;
   std::vector<std::size_t> releases;
   std::size_t event = 0;
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     if (tangents[c].first_row < 0) continue;
     const bool is_now = is_met[event++] != 0;
+    if (is_now) has_changed[friction_->island_of(c)] = 1;
     if (tangents.sticks(c)) {
       at_rest[c] = 1;
       if (is_now) releases.push_back(c);
     } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c)) {
       at_rest[c] = 1;
       tangents.set_stick(c, true);
+      has_changed[friction_->island_of(c)] = 1;
     }
   }
-  return choose_modes(t, r, v, std::move(at_rest), releases, w);
+  return choose_modes(t, r, v, at_rest, releases, has_changed, w);
 }
 
-/// The modes of all contacts at rest together: they stick, but for `releases`; the ones that cannot are released
-/// against what held them, and what does not slide off then is held again.
-Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                                 std::span<const std::size_t> releases, double* w) {
+/// The modes of all contacts at rest together. Islands of few contacts are counted as a whole; what they choose, or, of
+/// more contacts, that all stick but `releases`, is where the search begins. Where it leads nowhere, islands of many
+/// contacts are solved as a whole, too. `has_changed` [island]: where something is to be chosen.
+Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
+                                 const std::vector<std::size_t>& releases, const std::vector<char>& has_changed,
+                                 double* w) {
+  Tangents& tangents = model_.constraints.tangents();
+  const bool judges = judges_friction_, is_start = refuses_several_;
+  const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
+  // All at rest are at rest exactly, whatever they do next.
+  const bool shares_a_load = is_compliant_;
+  forget_compliance();
+  if (num_at_rest > 0) {
+    if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
+    const ProjectionReport still = project_velocities(t, r, v);
+    if (!still.outcome.ok()) return still.outcome;
+  }
+
+  constexpr std::size_t most_at_start = 64, unlimited = std::numeric_limits<std::size_t>::max();
+  judges_friction_ = false;
+  std::vector<ContactChoice> choices;
+  Outcome found;
+  if (num_at_rest > 0 || is_start) {
+    found = count_choices(t, r, v, at_rest, releases, has_changed, is_start ? most_at_start : most_contacts_counted,
+                          &choices);
+  }
+  const auto is_counted = [&](std::size_t island) {
+    return std::any_of(choices.begin(), choices.end(), [&](const auto& choice) { return choice.island == island; });
+  };
+  std::vector<char> are_counted(has_changed.size(), 0);
+  if (found.ok()) {
+    for (const ContactChoice& choice : choices) are_counted[choice.island] = 1;
+    for (const std::size_t c : releases) {
+      if (!is_counted(friction_->island_of(c)) && !shares_a_load) release(c);
+    }
+    found = settle_modes(t, r, v, at_rest, releases, choices, w);
+  }
+  if (!found.ok() && found.status != Status::NotUnique && num_at_rest > most_contacts_counted) {
+    for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);
+    std::vector<ContactChoice> many;
+    std::vector<char> wanted = has_changed;
+    for (std::size_t island = 0; island < wanted.size(); ++island) wanted[island] = has_changed[island] && !are_counted[island];
+    Outcome outcome = count_choices(t, r, v, at_rest, releases, wanted, unlimited, &many);
+    if (outcome.ok() && !many.empty()) {
+      choices.insert(choices.end(), std::make_move_iterator(many.begin()), std::make_move_iterator(many.end()));
+      found = settle_modes(t, r, v, at_rest, releases, choices, w);
+    }
+  }
+  judges_friction_ = judges;
+  if (!found.ok()) return found;
+  for (std::size_t c = 0; c < at_rest.size(); ++c) {
+    if (at_rest[c] != 0 && are_counted[friction_->island_of(c)] == 0)
+      note_verdict(Uniqueness::Unproven, "modes of more than ten contacts are too many to try");
+  }
+  held_->hold(t, r);
+  friction_->set_counted(are_counted);
+  found = accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
+  friction_->set_counted({});
+  if (verdict_ == Uniqueness::Several) {
+    verdict_ = Uniqueness::Unproven;
+    verdict_reason_ = "several accelerations obeyed the law at t = " + text(t);
+  }
+  return found;
+}
+
+/// Against what held it.
+void NormalForm::release(std::size_t c) {
+  Tangents& tangents = model_.constraints.tangents();
+  const Vec3 held = friction_->held(c, lambda_.data());
+  const double size = norm(held);
+  friction_->laws().set_sense(c, size > 0.0 ? (-1.0 / size) * held : tangents.directions(c)[0]);
+  tangents.set_stick(c, false);
+}
+
+/// Contacts that stick and cannot are released against what held them, and what does not slide off then is held again,
+/// until all obey the law (block pivoting). `choices`: islands that were solved as a whole.
+Outcome NormalForm::settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                                 const std::vector<std::size_t>& releases, const std::vector<ContactChoice>& choices,
+                                 double* w) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
-  const auto release = [&](std::size_t c) {
-    const Vec3 held = friction_->held(c, lambda_.data());
-    const double size = norm(held);
-    laws.set_sense(c, size > 0.0 ? (-1.0 / size) * held : tangents.directions(c)[0]);
-    tangents.set_stick(c, false);
-    for (std::size_t other = 0; other < at_rest.size(); ++other) laws.set_at_limit(other, false);
-  };
-  forget_compliance();
-  // All at rest are at rest exactly, whatever they do next.
-  std::vector<char> released(tangents.size(), 0);
-  for (const std::size_t c : releases) {
-    released[c] = 1;
-    release(c);
-    tangents.set_stick(c, true);
-  }
-  if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
-  const ProjectionReport still = project_velocities(t, r, v);
-  if (!still.outcome.ok()) return still.outcome;
-  for (const std::size_t c : releases) tangents.set_stick(c, false);
-
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
-  const std::size_t most_passes = 20 + 4 * num_at_rest;
+  constexpr std::size_t most_passes = 40;
   constexpr double rounding_of_accelerations = 1e-9;
+  std::vector<char> released(tangents.size(), 0);
+  // Directions that were solved for: where accelerations are small, to follow them would lead away.
+  std::vector<char> is_solved(tangents.size(), 0);
+  for (const ContactChoice& choice : choices) {
+    for (const std::size_t c : choice.members) is_solved[c] = choice.x.size() > 0;
+  }
+  constexpr int most_shares = 20;
+  constexpr double enough_to_spare = 0.9;
+  std::vector<double> loads(tangents.size(), -1.0);
+  double last_load = std::numeric_limits<double>::infinity();
+  int num_shares = 0;
+  bool has_given_way = false, set_limits_once = false;
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
     if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
-    if (num_at_rest == 0) {
-      held_->hold(t, r);
-      return {};
-    }
+    if (num_at_rest == 0) return {};
     model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
     bool has_changed = false, has_reached_limit = false;
     std::vector<std::pair<double, std::size_t>> too_much;  // how far above the limit, relative
@@ -184,10 +283,37 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
         laws.set_at_limit(c, is_held);
         has_changed = has_reached_limit = true;
       }
-      if (tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
+      if (is_solved[c] == 0 && tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
         laws.set_sense(c, (1.0 / size) * a);  // on a surface the direction is a part of the answer
         has_changed = has_changed || along < (1.0 - 1e-12) * size;
       }
+    }
+    // Those that share a load may share it otherwise.
+    double worst_load = -1.0;
+    for (std::size_t c = 0; is_compliant_ && c < tangents.size(); ++c) {
+      const bool counts = at_rest[c] != 0 && tangents.sticks(c);
+      const double limit = counts ? friction_->static_limit(c, lambda_.data()) : 0.0;
+      loads[c] = !counts ? -1.0 : limit > 0.0 ? norm(friction_->held(c, lambda_.data())) / limit : 1.0;
+      if (limit > 0.0) worst_load = std::max(worst_load, loads[c]);
+    }
+    const bool is_asked = !too_much.empty() || num_shares > 0 || (pass == 0 && !releases.empty());
+    if (is_asked && worst_load > enough_to_spare && num_shares < most_shares && worst_load < 0.99 * last_load) {
+      ++num_shares;
+      last_load = worst_load;
+      share_again(loads);
+      continue;
+    }
+    last_load = 0.0;
+    // No share leaves them anything to spare: they give way together.
+    for (std::size_t c = 0; c < tangents.size(); ++c) {
+      if (!is_compliant_ || has_given_way || releases.empty() || loads[c] < 1.0 - 1e-8) continue;
+      release(c);
+      has_changed = true;
+    }
+    has_given_way = true;
+    if (!set_limits_once && !too_much.empty()) {
+      set_limits_once = true;
+      if (set_limits(choices)) continue;
     }
     // Many at once while that goes well, then one by one.
     constexpr std::size_t passes_at_once = 10;
@@ -197,12 +323,11 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
       if (has_reached_limit || excess < (pass < passes_at_once ? 0.5 : 1.0) * worst) continue;
       ++released[contact];
       release(contact);
+      for (std::size_t other = 0; other < at_rest.size(); ++other) laws.set_at_limit(other, false);
       has_changed = true;
     }
-    if (!has_changed) {
-      held_->hold(t, r);
-      return accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
-    }
+    if (!has_changed) return {};
+    std::fill(is_solved.begin(), is_solved.end(), 0);
   }
   return {Status::NotConverged, "friction at t = " + text(t) +
                                     ": no choice of which contacts stick and which slide obeys the law for all of " +
@@ -246,11 +371,12 @@ void NormalForm::accept_places(double t, const double* r) {
 
 namespace {
 
-enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2 };  // 4, 5: both
+enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2, num_modes = 6 };  // 4, 5: both
 
 }  // namespace
 
-/// On a curve the sense of sliding is kept too, as its sign along T: at rest the velocity does not tell it.
+/// On a curve the sense of sliding is kept too, as its sign along T: at rest the velocity does not tell it. And how a
+/// load is shared, in multiples of the number of modes.
 std::vector<int> NormalForm::discrete_state() const {
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<int> state;
@@ -261,6 +387,7 @@ std::vector<int> NormalForm::discrete_state() const {
                     : along > 0.0                                 ? slides_forward
                                                                   : slides_backward);
     if (state.back() > sticks && friction_->laws().is_at_limit(c)) state.back() += at_limit;
+    if (!softness_.empty()) state.back() += num_modes * softness_[c];
   }
   return state;
 }
@@ -272,8 +399,13 @@ void NormalForm::restore_discrete_state(std::span<const int> state) {
     throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for " + std::to_string(wanted) +
                                                      " contacts that may stick");
   }
-  for (std::size_t c = 0; c < state.size(); ++c) tangents.set_stick(c, state[c] == sticks);
   restored_.assign(state.begin(), state.end());
+  softness_.assign(state.size(), 0);
+  for (std::size_t c = 0; c < state.size(); ++c) {
+    softness_[c] = std::max(0, state[c] / num_modes);
+    restored_[c] -= num_modes * softness_[c];
+    tangents.set_stick(c, restored_[c] == sticks);
+  }
 }
 
 /// Where T stands again.

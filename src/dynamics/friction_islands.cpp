@@ -13,7 +13,8 @@ namespace tanor {
 std::vector<SlidingIsland> FrictionStage::list_sliding() const {
   std::vector<SlidingIsland> result;
   for (const auto& island : islands_) {
-    SlidingIsland sliding;
+    const std::size_t number = island_of_contact_[island.front()];
+    SlidingIsland sliding{.number = number, .members = {}, .contacts = {}};
     for (const std::size_t c : island) {
       if (!tangents_.sticks(c) && !laws_.is_given(c)) sliding.members.push_back(c);
     }
@@ -80,12 +81,25 @@ std::string FrictionStage::name_island(const SlidingIsland& island) const {
   return model_.name_contact(island.members.front()) + (island.members.size() > 1 ? " and others of its island" : "");
 }
 
-Outcome FrictionStage::refuse_several_of(const SlidingIsland& island, const SlidingSolutions& solutions, double t) {
+/// With these sizes of friction, contacts of the island that stick bear no more than they can.
+bool FrictionStage::holds_what_sticks(const SlidingIsland& island, const Eigen::VectorXd& sizes) {
+  const auto& all = islands_[island.number];
+  if (std::none_of(all.begin(), all.end(), [&](std::size_t c) { return tangents_.sticks(c); })) return true;
+  std::vector<double> force(x_.size()), lambda(lambda_.size(), 0.0);
+  laws_.evaluate(model_.parallel, lambda_.data(), force.data());
+  for (std::size_t c = 0; c < island.members.size(); ++c)
+    force[laws_.first_part(island.members[c])] = sizes(static_cast<Eigen::Index>(c));
+  find_multipliers(force.data(), lambda.data());
+  constexpr double slack = 1.0 + 1e-9;
+  return std::all_of(all.begin(), all.end(), [&](std::size_t c) {
+    return !tangents_.sticks(c) || norm(held(c, lambda.data())) <= slack * static_limit(c, lambda.data());
+  });
+}
+
+Outcome FrictionStage::refuse_several_of(const SlidingIsland& island, std::size_t count, double t) {
   report_.uniqueness = Uniqueness::Several;
   if (!several_are_refused_) return {};
-  return fail(Status::NotUnique, t,
-              name_island(island) + ": " + std::to_string(solutions.found.size()) +
-                  " accelerations obey the law (the determinant changes its sign, Painleve)");
+  return fail(Status::NotUnique, t, name_island(island) + ": " + std::to_string(count) + " accelerations obey the law");
 }
 
 /// A solution is there: is it the only one?
@@ -102,13 +116,20 @@ Outcome FrictionStage::judge(double t, std::size_t most_judged) {
   bool is_proven = true;
   amplification_ = 1.0;
   for (const SlidingIsland& island : islands) {
-    const SlidingSolutions solutions = find_sliding(island.contacts);
-    is_proven = is_proven && solutions.uniqueness == Uniqueness::Proven;
+    SlidingSolutions solutions = find_sliding(island.contacts);
     amplification_ = larger(amplification_, solutions.amplification);
+    if (is_counted(island)) continue;
+    // Two sizes of friction are no two motions where one of them is more than what sticks can bear.
+    if (solutions.uniqueness == Uniqueness::Several) {
+      std::erase_if(solutions.found, [&](const Eigen::VectorXd& s) { return !holds_what_sticks(island, s); });
+      if (solutions.found.size() < 2)
+        solutions.uniqueness = solutions.is_complete ? Uniqueness::Proven : Uniqueness::Unproven;
+    }
+    is_proven = is_proven && solutions.uniqueness == Uniqueness::Proven;
     if (solutions.uniqueness != Uniqueness::Several) continue;
-    if (Outcome outcome = refuse_several_of(island, solutions, t); !outcome.ok()) return outcome;
+    if (Outcome outcome = refuse_several_of(island, solutions.found.size(), t); !outcome.ok()) return outcome;
   }
-  if (is_proven) report_.uniqueness = Uniqueness::Proven;
+  if (is_proven && report_.uniqueness != Uniqueness::Several) report_.uniqueness = Uniqueness::Proven;
   return {};
 }
 
@@ -135,8 +156,8 @@ Outcome FrictionStage::enumerate(double t, double* lambda) {
               (solutions.determinant_changes ? "the determinant changes its sign, Painleve" : "all signs were tried") +
               "); the rods jam, and the velocity would have to jump");
     }
-    if (solutions.uniqueness == Uniqueness::Several) {
-      if (Outcome outcome = refuse_several_of(island, solutions, t); !outcome.ok()) return outcome;
+    if (solutions.uniqueness == Uniqueness::Several && !is_counted(island)) {
+      if (Outcome outcome = refuse_several_of(island, solutions.found.size(), t); !outcome.ok()) return outcome;
     }
     if (solutions.found.empty()) add_by_iteration(island.contacts, &solutions.found);
     if (solutions.found.empty()) return fail(Status::NotConverged, t, name_island(island) + ": no iteration converges");

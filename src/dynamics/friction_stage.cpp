@@ -87,23 +87,18 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
   std::vector<std::vector<Index>> contacts_of_point(model.num_points());
   for (std::size_t c = 0; c < tangents_.size(); ++c)
     contacts_of_point[static_cast<std::size_t>(tangents_[c].point)].push_back(static_cast<Index>(c));
-  // A user's law may push anywhere; others push along T, T'K_g = 0. What holds a contact stands only where tau is 0.
-  const auto feels = [&](const Incidence& i, std::size_t contact) {
-    const Tangents::Place& place = tangents_[contact];
-    const auto own = place.first_row < 0 ? 0 : place.num_tangents();
-    if (i.row >= place.first_row && i.row < place.first_row + own) return false;
-    const auto guides_end = place.guide_row.begin() + place.num_guides;
-    return laws_.is_user(contact) || std::find(place.guide_row.begin(), guides_end, i.row) == guides_end;
-  };
+  incidences_of_contact_.resize(tangents_.size());
   struct RowTouch {
     Index row, part;
     Touch touch;
   };
   std::vector<RowTouch> touches;
-  for (const Incidence& i : model.incidences) {
+  for (std::size_t k = 0; k < model.incidences.size(); ++k) {
+    const Incidence& i = model.incidences[k];
     const auto point = static_cast<std::size_t>(i.point);
     for (const Index contact : contacts_of_point[point]) {
       const auto c = static_cast<std::size_t>(contact);
+      if (feels(i, c)) incidences_of_contact_[c].push_back(k);
       for (std::size_t part = laws_.first_part(c); feels(i, c) && part < laws_.end_part(c); ++part)
         touches.push_back({i.row, static_cast<Index>(part), {i.block, i.sign * model.inverse_mass[point]}});
     }
@@ -127,6 +122,19 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
     islands_[static_cast<std::size_t>(after - start.begin() - 1)].push_back(c);
   }
   std::erase_if(islands_, [](const auto& island) { return island.empty(); });
+  island_of_contact_.resize(tangents_.size());
+  for (std::size_t island = 0; island < islands_.size(); ++island) {
+    for (const std::size_t c : islands_[island]) island_of_contact_[c] = island;
+  }
+}
+
+/// A user's law may push anywhere; others push along T, T'K_g = 0. What holds a contact stands only where tau is 0.
+bool FrictionStage::feels(const Incidence& i, std::size_t contact) const {
+  const Tangents::Place& place = tangents_[contact];
+  const auto own = place.first_row < 0 ? 0 : place.num_tangents();
+  if (i.row >= place.first_row && i.row < place.first_row + own) return false;
+  const auto guides_end = place.guide_row.begin() + place.num_guides;
+  return laws_.is_user(contact) || std::find(place.guide_row.begin(), guides_end, i.row) == guides_end;
 }
 
 /// What sizes of friction are told apart by: each neighbourhood's own.
@@ -204,14 +212,18 @@ void FrictionStage::find_change(const double* x, double* lambda) {
 
 // ---- one instant ----
 
-Outcome FrictionStage::find(double t, const double* r, const double* v, const double* b, Judgement judgement,
-                            const double* lambda) {
-  const Stopwatch watch(&model_.times.friction);
+void FrictionStage::set_place(double t, const double* r, const double* v) {
   laws_.set_state(model_.parallel, t, r, v, blocks_.data());
   for (std::size_t k = 0; k < touches_.size(); ++k) {
     const Vec3 e = laws_.part_direction(static_cast<std::size_t>(shares_[k].part));
     shares_[k].size = touches_[k].weight * dot(load(blocks_.data(), touches_[k].block), e);
   }
+}
+
+Outcome FrictionStage::find(double t, const double* r, const double* v, const double* b, Judgement judgement,
+                            const double* lambda) {
+  const Stopwatch watch(&model_.times.friction);
+  set_place(t, r, v);
   set_right_side(b);
   report_ = {.contacts = tangents_.size()};
   amplification_ = std::numeric_limits<double>::quiet_NaN();
@@ -231,6 +243,27 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
   }
   set_forces(lambda_.data());
   return std::isfinite(largest_of(x_)) ? Outcome{} : model_.not_finite(t);
+}
+
+void FrictionStage::set_given(double t, const double* r, const double* v, const double* lambda) {
+  set_place(t, r, v);
+  laws_.evaluate(model_.parallel, lambda, x_.data());
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (laws_.is_coulomb(c)) std::fill_n(x_.data() + laws_.first_part(c), laws_.end_part(c) - laws_.first_part(c), 0.0);
+  }
+  laws_.write_forces(x_.data(), tau_.data());
+}
+
+void FrictionStage::add_force(std::size_t contact, Vec3 force, double* b) const {
+  for (const std::size_t k : incidences_of_contact_[contact]) {
+    const Incidence& i = model_.incidences[k];
+    const double weight = i.sign * model_.inverse_mass[static_cast<std::size_t>(i.point)];
+    b[i.row] += weight * dot(load(blocks_.data(), i.block), force);
+  }
+}
+
+Vec3 FrictionStage::force(std::size_t contact, const double* lambda) const {
+  return tangents_.sticks(contact) ? held(contact, lambda) : load(tau_.data(), contact);
 }
 
 Outcome FrictionStage::iterate(double t, const double* guess, double* lambda) {

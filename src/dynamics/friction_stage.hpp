@@ -13,6 +13,7 @@ namespace tanor {
 
 /// Contacts of one island that slide, and their friction as a small problem of its own.
 struct SlidingIsland {
+  std::size_t number = 0;
   std::vector<std::size_t> members;
   SlidingContacts contacts;
 };
@@ -59,6 +60,20 @@ class FrictionStage final : private Response {
   double power(const double* lambda, const double* v) const;
   double held_power(const double* lambda, const double* v) const;
 
+  /// Contacts of each island that has some.
+  const std::vector<std::vector<std::size_t>>& islands() const { return islands_; }
+  std::size_t island_of(std::size_t contact) const { return island_of_contact_[contact]; }
+  /// Directions of sliding at a place, with K there.
+  void set_place(double t, const double* r, const double* v);
+  /// tau of what does not follow Coulomb's law alone: given forces, and a user's laws at lambda.
+  void set_given(double t, const double* r, const double* v, const double* lambda);
+  /// b += K'M^-1 of a force along T at a contact [rows].
+  void add_force(std::size_t contact, Vec3 force, double* b) const;
+  /// Friction of a contact now, whether it sticks or slides, N.
+  Vec3 force(std::size_t contact, const double* lambda) const;
+  /// Islands [of `islands`] whose motions were counted already, all modes tried: they are not judged.
+  void set_counted(std::vector<char> is_counted) { is_counted_ = std::move(is_counted); }
+
   std::size_t num_sticking() const { return tangents_.num_sticking(); }
   const FrictionReport& report() const { return report_; }
   /// Several solutions are a failure (else: the one nearest to the guess is taken, and the report says so).
@@ -74,6 +89,7 @@ class FrictionStage final : private Response {
   Vec3 held(std::size_t contact, const double* lambda) const;
 
  private:
+  bool feels(const Incidence& incidence, std::size_t contact) const;
   void set_right_side(const double* b);
   void find_multipliers(const double* x, double* lambda) override;
   void find_change(const double* x, double* lambda) override;
@@ -88,7 +104,11 @@ class FrictionStage final : private Response {
   bool are_small(const std::vector<SlidingIsland>& islands, std::size_t most) const;
   double amplification_of_full_reactions(const std::vector<SlidingIsland>& islands) const;
   std::string name_island(const SlidingIsland& island) const;
-  Outcome refuse_several_of(const SlidingIsland& island, const SlidingSolutions& solutions, double t);
+  bool is_counted(const SlidingIsland& island) const {
+    return !is_counted_.empty() && is_counted_[island.number] != 0;
+  }
+  bool holds_what_sticks(const SlidingIsland& island, const Eigen::VectorXd& sizes);
+  Outcome refuse_several_of(const SlidingIsland& island, std::size_t count, double t);
   Outcome judge(double t, std::size_t most_judged);
   Outcome enumerate(double t, double* lambda);
 
@@ -117,6 +137,9 @@ class FrictionStage final : private Response {
   std::vector<Share> shares_;                      // [touch]
   std::vector<Index> touched_rows_, touch_start_;  // [touched row], [touched row + 1]
   std::vector<std::vector<std::size_t>> islands_;  // contacts of each island that has some
+  std::vector<std::vector<std::size_t>> incidences_of_contact_;  // that feel its friction, of the model's
+  std::vector<std::size_t> island_of_contact_;
+  std::vector<char> is_counted_;                                 // [island]; empty: none is
   double amplification_ = 0.0;                     // 1/(1 - L), L proven; else NaN
   bool several_are_refused_ = true;
   std::vector<double> right_side_;  // [rows] b where nothing is touched

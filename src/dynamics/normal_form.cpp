@@ -221,6 +221,7 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
                                                              : Judgement::None;
   if (Outcome outcome = find_friction(t, r, v, judgement, w); !outcome.ok()) return last_.outcome = outcome;
   double residual = find_multipliers_and_friction(scale, w);
+  if (friction_ != nullptr && judgement != Judgement::None) add_verdict();
   if (residual > doubtful_above) {
     if (Outcome outcome = reconsider_rank(t, r, scale); !outcome.ok()) return last_.outcome = outcome;
     residual = last_.residual;
@@ -413,6 +414,7 @@ void NormalForm::evaluate_friction(const double* lambda, double* tau) {
 
 void NormalForm::judge_friction(bool judges, bool refuses_several) {
   judges_friction_ = judges;
+  refuses_several_ = refuses_several;
   if (friction_ != nullptr) friction_->refuse_several(refuses_several);
 }
 
@@ -430,8 +432,12 @@ void NormalForm::exchange_memory(Memory& memory) {
   memory.exchange(lambda_, step_multipliers_.last, step_multipliers_.before, suspect_below_);
   if (reuse_ != nullptr) reuse_->exchange_memory(memory);
   if (friction_ == nullptr) return;
-  memory.exchange(is_compliant_);
-  if (memory.reads()) general().set_compliance(is_compliant_ ? compliance : 0.0);
+  bool is_compliant = is_compliant_;
+  memory.exchange(is_compliant, verdict_);
+  if (memory.reads()) {
+    forget_compliance();
+    if (is_compliant) (void)make_compliant();
+  }
   held_->exchange_memory(memory);
   friction_->exchange_memory(memory);
 }

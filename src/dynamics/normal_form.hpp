@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/contact_choice.hpp"
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/friction_stage.hpp"
 #include "dynamics/held_places.hpp"
@@ -159,11 +160,29 @@ class NormalForm final : public EquationsOfMotion {
   Outcome find_friction(double t, const double* r, const double* v, Judgement judgement, double* w);
   void restore_senses(const double* r, const double* v);
   double find_multipliers_and_friction(double scale, double* w);
-  Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                       std::span<const std::size_t> releases, double* w);
   double sliding_threshold(std::size_t contact) const;
   double speed_at(std::size_t contact) const;
   double acceleration_at(std::size_t contact) const;
+  Outcome choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
+                       const std::vector<std::size_t>& releases, const std::vector<char>& has_changed, double* w);
+  Outcome settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                       const std::vector<std::size_t>& releases, const std::vector<ContactChoice>& choices, double* w);
+  void share_again(const std::vector<double>& loads);
+  void release(std::size_t contact);
+  void add_verdict();
+  // What contacts at rest choose, in contact_choice.cpp.
+  std::vector<ContactChoice> list_choices(const std::vector<char>& at_rest, const std::vector<char>& wanted,
+                                          std::size_t most_contacts) const;
+  void reduce(double t, const double* r, const double* v, std::vector<ContactChoice>* choices);
+  void solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const;
+  void guess_multipliers(double t, const double* r, const double* v, const std::vector<ContactChoice>& choices);
+  Outcome explain_choice(double t, const ContactChoice& choice) const;
+  Outcome count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                        std::span<const std::size_t> releases, const std::vector<char>& wanted,
+                        std::size_t most_contacts, std::vector<ContactChoice>* choices);
+  bool set_limits(const std::vector<ContactChoice>& choices);
+  void note_verdict(Uniqueness uniqueness, const std::string& reason);
+  std::string find_undetermined_reaction() const;
   void set_sliding_speeds();
   double held_violation() const;
   void accept_places(double t, const double* r);
@@ -223,7 +242,11 @@ class NormalForm final : public EquationsOfMotion {
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
   std::unique_ptr<HeldPlaces> held_;         // likewise
   std::size_t num_switches_ = 0;             // contacts that may stick
-  bool judges_friction_ = false;
+  bool judges_friction_ = false, refuses_several_ = false;
+  Uniqueness verdict_ = Uniqueness::NotAsked;  // of all modes, since they were counted last
+  std::string verdict_reason_;
+  static constexpr int softness_steps = 4;  // an octave
+  std::vector<int> softness_;               // [contact] 0: softest; empty: all are alike
   bool is_compliant_ = false;           // contacts that stick depend on constraints, or on each other
   std::vector<double> accelerations_;   // [neighbourhood] m/s^2, of what cancels in the last accelerations, where …
   bool knows_accelerations_ = false;    // … somebody has asked

@@ -128,7 +128,7 @@ void decide(SlidingSolutions* result) {
 
 }  // namespace
 
-SlidingSolutions find_sliding(const SlidingContacts& contacts) {
+SlidingSolutions find_sliding(const SlidingContacts& contacts, std::size_t most_boxes) {
   SlidingSolutions result;
   const auto m = static_cast<Eigen::Index>(contacts.size());
   result.amplification = find_amplification(bounds(contacts));
@@ -143,7 +143,11 @@ SlidingSolutions find_sliding(const SlidingContacts& contacts) {
   std::size_t num_choices = 1;
   for (Eigen::Index c = 0; c < m; ++c) {
     const Directions directions = find_directions(contacts, c);
-    if (directions.dimension == 3) return result;
+    if (directions.dimension == 3) {
+      result.is_complete = find_sizes_by_boxes(contacts, most_boxes, &result.found);
+      decide(&result);
+      return result;
+    }
     all_on_lines = all_on_lines && directions.dimension == 1;
     std::vector<Vector3d>& own = corners.emplace_back();
     if (directions.dimension == 1) {
@@ -165,7 +169,11 @@ SlidingSolutions find_sliding(const SlidingContacts& contacts) {
     return result;
   }
   constexpr std::size_t most_choices = 4096;
-  if (num_choices > most_choices) return result;
+  if (num_choices > most_choices) {
+    result.is_complete = find_sizes_by_boxes(contacts, most_boxes, &result.found);
+    decide(&result);
+    return result;
+  }
 
   VectorXd b(m);
   MatrixXd J(m, m);
@@ -194,11 +202,14 @@ SlidingSolutions find_sliding(const SlidingContacts& contacts) {
   });
   result.determinant_changes = is_positive && is_negative;
   result.is_complete = all_on_lines;
-  if (!result.determinant_changes && (is_positive || is_negative)) {
-    result.uniqueness = Uniqueness::Proven;
-  } else {
-    decide(&result);
+  const bool has_one_sign = !result.determinant_changes && (is_positive || is_negative);
+  if (has_one_sign) result.uniqueness = Uniqueness::Proven;
+  if (!all_on_lines && (!has_one_sign || result.found.empty())) {
+    std::vector<VectorXd> by_boxes;
+    result.is_complete = find_sizes_by_boxes(contacts, most_boxes, &by_boxes);
+    for (const VectorXd& s : by_boxes) add_new(s, &result.found);
   }
+  if (!has_one_sign) decide(&result);
   return result;
 }
 

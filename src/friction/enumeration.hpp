@@ -31,11 +31,15 @@ struct SlidingSolutions {
 };
 
 constexpr std::size_t most_enumerated = 10;
+constexpr std::size_t few_boxes = 300, many_boxes = 20000;
 
 /// Theorem B of the theory: rho < 1; else, for up to `most_enumerated` contacts, all signs where each normal force
 /// keeps to one line, a quadratic equation for one contact on a wire, corners of polygons around the circles of normal
-/// directions otherwise (which may prove uniqueness, or find several, or neither).
-SlidingSolutions find_sliding(const SlidingContacts& contacts);
+/// directions otherwise (which may prove uniqueness), and boxes where these change the sign.
+SlidingSolutions find_sliding(const SlidingContacts& contacts, std::size_t most_boxes = few_boxes);
+
+/// Adds all solutions, by boxes; false: boxes became too many, or a solution is too nearly a double one.
+bool find_sizes_by_boxes(const SlidingContacts& contacts, std::size_t most_boxes, std::vector<Eigen::VectorXd>* found);
 
 /// Adds what (43) itself converges to, if it does: certain where rho < 1.
 void add_by_iteration(const SlidingContacts& contacts, std::vector<Eigen::VectorXd>* found);

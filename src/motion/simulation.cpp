@@ -129,7 +129,7 @@ struct Simulation::Implementation {
     Outcome found = form.adopt(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
     if (!begins) integration.restore_memory(*snapshot);
     if (forms.normal != nullptr) forms.normal->judge_friction(true, begins);
-    if (found.ok() && begins && form.num_events() > 0) {
+    if (found.ok() && begins && (form.num_events() > 0 || model.has_friction())) {
       found = form.begin(state.t, state.x.data(), state.v.data(), state.a.data());
     } else if (found.ok() && integration.is_coasting()) {
       found = integration.return_to_constraints();
@@ -255,7 +255,9 @@ struct Simulation::Implementation {
     const bool is_first = all.uniqueness == Uniqueness::NotAsked;
     if (is_first || std::isnan(last.error_bound) || last.error_bound > all.error_bound)
       all.error_bound = last.error_bound;
+    if (last.uniqueness > all.uniqueness) all.uniqueness_reason = last.uniqueness_reason;
     all.uniqueness = std::max(all.uniqueness, last.uniqueness);
+    if (outcome.ok() && last.uniqueness == Uniqueness::Several && all.several++ == 0) all.first_several = state.t;
   }
 
   /// Points that do not move though K alone would let them.

@@ -91,6 +91,8 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("friction_contraction_max", report.friction.contraction_max);
   visit("friction_error_bound", report.friction.error_bound);
   visit("friction_residual_max", report.friction.residual_max);
+  visit("friction_several", report.friction.several);
+  visit("friction_first_several", report.friction.first_several);
   visit("friction_uniqueness", report.friction.uniqueness);
   visit("friction_method_used", report.friction.method_used);
 }
@@ -244,6 +246,7 @@ void write_content(OutputFile* file, const Checkpoint& checkpoint) {
   head.end_array();
   head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
   head.key("accuracy_warning").value(checkpoint.snapshot.report.accuracy_warning);
+  head.key("friction_uniqueness_reason").value(checkpoint.snapshot.report.friction.uniqueness_reason);
   write_lists(&head, checkpoint.snapshot.report);
   head.end_object();
   head.finish();
@@ -268,6 +271,7 @@ Checkpoint read_content(std::string_view content, const std::string& fingerprint
     }
     snapshot.event_slopes = head.at("event_slopes").get<std::vector<double>>();
     snapshot.report.accuracy_warning = head.at("accuracy_warning").get<std::string>();
+    snapshot.report.friction.uniqueness_reason = head.at("friction_uniqueness_reason").get<std::string>();
     read_lists(head, &snapshot.report);
   } catch (const json::exception& error) {
     throw InputError("", fmt::format("cannot be read: {}", error.what()));

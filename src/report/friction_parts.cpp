@@ -36,9 +36,15 @@ void write_method(JsonWriter* json, FrictionMethod method) {
   method == FrictionMethod::Auto ? json->null() : json->value(friction_method_name(method));
 }
 
-void write_uniqueness(JsonWriter* json, Uniqueness uniqueness) {
+void write_uniqueness(JsonWriter* json, Uniqueness uniqueness, const std::string& reason) {
   json->key("uniqueness");
   uniqueness == Uniqueness::NotAsked ? json->null() : json->value(uniqueness_name(uniqueness));
+  json->key("uniqueness_reason");
+  reason.empty() ? json->null() : json->value(reason);
+}
+
+std::string describe_uniqueness(Uniqueness uniqueness, const std::string& reason) {
+  return std::string(uniqueness_name(uniqueness)) + (reason.empty() ? "" : " (" + reason + ")");
 }
 
 }  // namespace
@@ -62,7 +68,7 @@ void write_friction_report(JsonWriter* json, const std::optional<FrictionReport>
   json->key("residual");
   figure(found.residual);
   json->key("error_bound").value(found.error_bound);
-  write_uniqueness(json, found.uniqueness);
+  write_uniqueness(json, found.uniqueness, found.uniqueness_reason);
   write_method(json, found.method_used);
   json->end_object();
 }
@@ -82,7 +88,9 @@ void write_friction_summary(JsonWriter* json, const System& system, const Fricti
   json->key("residual_max");
   figure(summary.residual_max);
   json->key("error_bound").value(summary.error_bound);
-  write_uniqueness(json, summary.uniqueness);
+  write_uniqueness(json, summary.uniqueness, summary.uniqueness_reason);
+  json->key("several").value(summary.several);
+  json->key("first_several").value(summary.first_several);
   write_method(json, summary.method_used);
   json->end_object();
 }
@@ -100,14 +108,22 @@ std::string describe_friction(const FrictionReport& report) {
   std::string text = fmt::format("{}, {} stick", name_contacts(report.contacts), report.sticking);
   if (report.method_used != FrictionMethod::Auto)
     text += fmt::format(", {} iterations ({})", report.iterations, friction_method_name(report.method_used));
-  return text + fmt::format(", uniqueness {}", uniqueness_name(report.uniqueness));
+  return text + fmt::format(", uniqueness {}", describe_uniqueness(report.uniqueness, report.uniqueness_reason));
 }
 
 std::string describe_friction(const FrictionSummary& summary) {
   if (summary.solves == 0) return "no iterations";
   return fmt::format("{:.3g} iterations an instant, {} at most ({}), contraction {}, uniqueness {}",
                      summary.iterations_mean, summary.iterations_max, friction_method_name(summary.method_used),
-                     in_words(summary.contraction_max, "{:.2g}"), uniqueness_name(summary.uniqueness));
+                     in_words(summary.contraction_max, "{:.2g}"), describe_uniqueness(summary.uniqueness, summary.uniqueness_reason));
+}
+
+std::string describe_several(const FrictionSummary& summary) {
+  if (summary.several == 0) return "";
+  return fmt::format(
+      "friction: several accelerations obeyed the law at {} instants, at t = {} s first; the motion goes on with those "
+      "nearest to the step before",
+      summary.several, summary.first_several);
 }
 
 }  // namespace tanor::report

@@ -143,7 +143,10 @@ void GramSolver::allow_zero_rows(std::span<const Index> user_row, std::size_t fi
       const Index row = user_row[static_cast<std::size_t>(part.first_row) + place];
       if (static_cast<std::size_t>(row) < first) continue;
       for (int slot = start[column]; slot < start[column + 1]; ++slot) {
-        if (rows[static_cast<std::size_t>(slot)] == static_cast<int>(column)) part.may_be_zero.push_back(slot);
+        if (rows[static_cast<std::size_t>(slot)] == static_cast<int>(column)) {
+          part.may_be_zero.push_back(slot);
+          part.row_that_may_be_zero.push_back(static_cast<std::size_t>(row) - first);
+        }
       }
     }
   }
@@ -163,8 +166,10 @@ void GramSolver::assemble(const Parallel& parallel, const double* blocks) {
     Part& part = parts_[p];
     double* const values = part.values();
     part.plan.assemble(blocks, values);
-    for (const int slot : part.may_be_zero) {
-      values[slot] = values[slot] == 0.0 ? 1.0 : values[slot] + compliance_;
+    for (std::size_t k = 0; k < part.may_be_zero.size(); ++k) {
+      double& value = values[part.may_be_zero[k]];
+      const double weight = compliance_weights_.empty() ? 1.0 : compliance_weights_[part.row_that_may_be_zero[k]];
+      value = value == 0.0 ? 1.0 : value + weight * compliance_;
     }
     for (const int slot : part.zero_slots) values[slot] = 0.0;
     for (const int slot : part.unit_slots) values[slot] = 1.0;

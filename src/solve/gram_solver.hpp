@@ -54,7 +54,11 @@ class GramSolver {
 
   /// From the next `assemble` on: 1 + compliance on the scaled diagonal of those rows where they take part. They may
   /// then depend on others: refined solutions of what is consistent still satisfy S x = b, with the least x there.
-  void set_compliance(double compliance) { compliance_ = compliance; }
+  /// `weights` [row from `first` on] of each; empty: 1.
+  void set_compliance(double compliance, std::vector<double> weights = {}) {
+    compliance_ = compliance;
+    compliance_weights_ = std::move(weights);
+  }
 
   void assemble(const Parallel& parallel, const double* blocks);
   [[nodiscard]] Quality factorize(const Parallel& parallel);
@@ -93,7 +97,8 @@ class GramSolver {
       std::visit([&](auto& any) { any.solve(b); }, factor);
     }
     std::vector<int> zero_slots, unit_slots, inactive_places;  // of rows that take no part
-    std::vector<int> may_be_zero;                              // diagonal slots
+    std::vector<int> may_be_zero;                              // diagonal slots …
+    std::vector<std::size_t> row_that_may_be_zero;             // … and their rows, from the first such one on
   };
 
   void add_part(std::span<const Product> products, Index first_row, Index end_row, Ordering wanted,
@@ -102,6 +107,7 @@ class GramSolver {
   std::vector<Part> parts_;
   std::size_t first_idle_row_, num_rows_;
   double compliance_ = 0.0;
+  std::vector<double> compliance_weights_;
   Summary summary_;
 };
 

@@ -1,0 +1,177 @@
+#include <algorithm>
+#include <cmath>
+
+#include "friction/contact_problem.hpp"
+
+/// \file Some motion of a ContactProblem with many contacts.
+namespace tanor {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The law as equations: of a contact at rest x - P(x - rho a) for P the projection onto |x| <= h, rho = 1/A_cc; of one
+/// that moves x - h (Alart and Curnier 1991).
+class Equations {
+ public:
+  /// `limits`: h [contacts] that stand; null: h = mu |N(x)|.
+  Equations(const ContactProblem& problem, const VectorXd* limits) : problem_(problem), limits_(limits) {
+    const double largest = problem.A.diagonal().lpNorm<Eigen::Infinity>();
+    for (const auto& contact : problem.contacts) {
+      const double own = problem.A.diagonal().segment(contact.first, contact.dimension).maxCoeff();
+      rho_.push_back(largest > 0.0 ? 1.0 / std::max(own, 1e-9 * largest) : 0.0);
+    }
+  }
+
+  /// The defect at x, and its derivative unless null.
+  VectorXd evaluate(const VectorXd& x, MatrixXd* J) const;
+  double limit(std::size_t c, const VectorXd& x) const {
+    return limits_ != nullptr ? (*limits_)(static_cast<Eigen::Index>(c)) : problem_.contacts[c].mu * problem_.normal_force(c, x).norm();
+  }
+  double rho(std::size_t c) const { return rho_[c]; }
+
+ private:
+  const ContactProblem& problem_;
+  const VectorXd* limits_;
+  std::vector<double> rho_;
+};
+
+VectorXd Equations::evaluate(const VectorXd& x, MatrixXd* J) const {
+  // Where contacts share a load, the nearest share: a little of x itself stands in the derivative.
+  constexpr double share = 1e-7;
+  const VectorXd a = problem_.accelerations(x);
+  VectorXd F(x.size());
+  if (J != nullptr) J->setZero(x.size(), x.size());
+  for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
+    const auto [first, dimension, moves, mu] = problem_.contacts[c];
+    const auto at = 3 * static_cast<Eigen::Index>(c);
+    const double h = limit(c, x), size = problem_.normal_force(c, x).norm();
+    Eigen::RowVectorXd dh = Eigen::RowVectorXd::Zero(x.size());
+    if (J != nullptr && limits_ == nullptr && size > 0.0)
+      dh = mu / size * problem_.normal_force(c, x).transpose() * problem_.W.middleRows<3>(at);
+    if (moves) {
+      F(first) = x(first) - h;
+      if (J != nullptr) {
+        J->row(first) = -dh;
+        (*J)(first, first) += 1.0;
+      }
+      continue;
+    }
+    const VectorXd own = x.segment(first, dimension), z = own - rho_[c] * a.segment(first, dimension);
+    const double length = z.norm();
+    const bool sticks = length <= h;
+    F.segment(first, dimension) = sticks ? VectorXd(own - z) : VectorXd(own - h / length * z);
+    if (J == nullptr) continue;
+    auto rows = J->middleRows(first, dimension);
+    const MatrixXd unit = MatrixXd::Identity(dimension, dimension);
+    const MatrixXd A_rows = rho_[c] * problem_.A.middleRows(first, dimension);
+    if (sticks) {
+      rows = A_rows;
+      rows.middleCols(first, dimension) += share * unit;
+      continue;
+    }
+    const VectorXd e = z / length;
+    const MatrixXd turn = h / length * (unit - e * e.transpose());
+    rows = turn * A_rows - e * dh;
+    rows.middleCols(first, dimension) += unit - turn;
+  }
+  return F;
+}
+
+/// Newton's method with shorter steps where a whole one leads away. Returns whether it converged.
+bool solve_by_newton(const Equations& equations, VectorXd* x) {
+  constexpr int most_steps = 40, patience = 8;
+  MatrixXd J;
+  VectorXd F = equations.evaluate(*x, &J);
+  double size = F.norm(), best = size;
+  int since_best = 0;
+  for (int step = 0; step < most_steps; ++step) {
+    if (size <= 1e-14 * x->norm()) return true;
+    const VectorXd dx = J.partialPivLu().solve(F);
+    if (!dx.allFinite()) return false;
+    VectorXd trial;
+    double factor = 1.0, trial_size = 0.0;
+    for (int cut = 0; cut < 6; ++cut, factor *= 0.5) {
+      trial = *x - factor * dx;
+      trial_size = equations.evaluate(trial, nullptr).norm();
+      if (trial_size < (1.0 - 0.1 * factor) * size) break;
+    }
+    if (!std::isfinite(trial_size)) return false;
+    *x = trial;
+    F = equations.evaluate(*x, &J);
+    size = F.norm();
+    since_best = size < 0.9 * best ? 0 : since_best + 1;
+    best = std::min(best, size);
+    if (since_best >= patience) return size <= 1e-10 * x->norm();
+  }
+  return size <= 1e-10 * x->norm();
+}
+
+/// Contact by contact (Gauss and Seidel): each pass lowers x'A x/2 + a0'x on |x_c| <= h_c.
+void relax(const ContactProblem& problem, const VectorXd& limits, int passes, VectorXd* x) {
+  VectorXd a = problem.accelerations(*x);
+  const double largest = problem.A.diagonal().lpNorm<Eigen::Infinity>();
+  for (int pass = 0; pass < passes; ++pass) {
+    double moved = 0.0;
+    for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
+      const auto& [first, dimension, moves, mu] = problem.contacts[c];
+      const double h = limits(static_cast<Eigen::Index>(c));
+      VectorXd now = x->segment(first, dimension);
+      if (moves) {
+        now(0) = h;
+      } else {
+        const double own = problem.A.block(first, first, dimension, dimension).operatorNorm();
+        now -= a.segment(first, dimension) / std::max(own, 1e-9 * largest);
+        if (now.norm() > h) now *= h / now.norm();
+      }
+      const VectorXd change = now - x->segment(first, dimension);
+      if (change.isZero(0.0)) continue;
+      moved = std::max(moved, change.norm());
+      a += problem.A.middleCols(first, dimension) * change;
+      x->segment(first, dimension) = now;
+    }
+    if (moved <= 1e-15 * x->norm()) return;
+  }
+}
+
+/// Limits stand: a convex problem, which always has a solution.
+void solve_convex(const ContactProblem& problem, const VectorXd& limits, VectorXd* x) {
+  const Equations equations(problem, &limits);
+  const int most_rounds = problem.size() > 100 ? 3 : 20;
+  for (int round = 0; round < most_rounds; ++round) {
+    VectorXd trial = *x;
+    if (solve_by_newton(equations, &trial)) {
+      *x = trial;
+      return;
+    }
+    relax(problem, limits, 10 << std::min(round, 6), x);
+  }
+}
+
+}  // namespace
+
+VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
+  const auto obeys = [&](const VectorXd& x) { return problem.residual(x) <= obeys_below; };
+  const Equations equations(problem, nullptr);
+  const auto polish = [&](const VectorXd& from) {
+    VectorXd x = from;
+    return solve_by_newton(equations, &x) && obeys(x) ? x : VectorXd();
+  };
+  VectorXd x = guess.size() == problem.size() ? guess : VectorXd(VectorXd::Zero(problem.size()));
+  if (const VectorXd found = polish(x); found.size() > 0) return found;
+  // A round of many contacts takes seconds.
+  constexpr Eigen::Index many = 100;
+  const int most_rounds = problem.size() > many ? 2 : 60;
+  VectorXd limits(static_cast<Eigen::Index>(problem.contacts.size()));
+  for (int round = 0; round < most_rounds; ++round) {
+    for (std::size_t c = 0; c < problem.contacts.size(); ++c)
+      limits(static_cast<Eigen::Index>(c)) = problem.contacts[c].mu * problem.normal_force(c, x).norm();
+    solve_convex(problem, limits, &x);
+    if (obeys(x)) return x;
+    if (const VectorXd found = polish(x); found.size() > 0) return found;
+  }
+  return {};
+}
+
+}  // namespace tanor
