@@ -44,7 +44,8 @@ struct ChosenMethod {
 };
 /// What `auto` means for a system: generalized_alpha or radau5 where springs are too stiff for explicit steps (and
 /// there is neither friction nor a step in coordinates), else rattle (in coordinates rk4) where a step is given, else
-/// taylor where everything has a series in time, else dop853.
+/// taylor where everything has a series in time, else dop853. A simulation goes over from these two to radau5 where it
+/// finds that stability alone holds their steps short (MotionReport::method and method_reason say so).
 TANOR_API ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics);
 
 /// Kinetic and potential energy, J, and the work done since the start.
@@ -85,9 +86,10 @@ struct MotionReport {
   double time = 0.0;             ///< reached, s
   std::size_t steps = 0, rejected = 0;
   double last_step = 0.0;
-  /// Why the motion may be wrong though nothing failed, and when first: the absolute tolerance is coarse, one fixed
-  /// step turns the motion by more than 0.4 rad, or the energy drifts by more of its scale than the method should let
-  /// it (fixed steps: 1e-2; a tolerance: 1e4 rtol, between 1e-4 and 1e-2). Empty: nothing speaks against it.
+  /// Why the motion may be less exact than asked for though nothing failed, and when first: the absolute tolerance is
+  /// coarse, one fixed step turns the motion by more than 0.4 rad, steps pass something over, the energy drifts by more
+  /// of its scale than the method should let it (fixed steps: 1e-2; a tolerance: 1e4 rtol, between 1e-4 and 1e-2), or the
+  /// tolerance lies below the rounding of the forces. Empty: nothing speaks against it.
   std::string accuracy_warning{};
   std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
   double last_event = 0.0;  ///< s, the last of them
@@ -140,6 +142,8 @@ struct Snapshot {
   std::vector<double> memory;         ///< what the method and the solvers keep from step to step
   std::vector<double> drive_memory;   ///< how far functions of time were looked at; empty: a motion begins here
   std::vector<double> singular_memory;  ///< what was seen of places where K loses rank; empty: it keeps it
+  std::vector<double> rounding_memory;  ///< how well accelerations are known, see motion/rounding.hpp; empty: not asked
+  std::vector<double> stiff_memory;     ///< whether explicit steps turned out stiff; empty: auto did not choose
   std::vector<double> state_before;     ///< where one may come next: of the last step's beginning; else empty
 };
 

@@ -41,6 +41,19 @@ struct StepTarget {
   const double *x, *v;
 };
 
+/// How well accelerations are known, m/s^2, for each group of points that forces join.
+struct RoundingLevels {
+  std::span<const double> whole;  ///< of all their parts
+  std::span<const double> along;  ///< of the part that constraints leave, which stays where a step ends
+};
+
+/// By rounding of accelerations a scheme errs in the velocity at the end of a step of length h, and in its estimate of
+/// that error, by up to `factor` h times as much.
+struct RoundingGain {
+  double factor = 1.0;
+  bool is_damped = false;  ///< what swings or decays faster than the step does not add it up over the step
+};
+
 /// Largest over the points of |error|/(atol + rtol |.|).
 struct ErrorRatios {
   double x, v;  // of positions, of velocities
@@ -175,6 +188,21 @@ class Mechanics {
   /// Which neighbourhood each three numbers belong to: what is small is small beside its own. Empty: all to one.
   virtual std::span<const Index> neighbourhoods() const { return {}; }
 
+  // ---- rounding, see motion/rounding.hpp ----
+
+  /// Groups of points that forces join, whose rounding is their own; 0: rounding is not asked for.
+  virtual std::size_t num_groups() const { return 0; }
+  /// Largest |a - b| over the points of each group; a and b have `size()` numbers, `largest` num_groups().
+  virtual void largest_differences(const double* /*a*/, const double* /*b*/, std::span<double> /*largest*/) const {}
+  /// From here on, where gain h whole is no small part of some tolerance, `error_ratios` looks at the parts of errors
+  /// that constraints leave, adds gain h along to the tolerances of velocities in each group, and gain h^2 along to
+  /// those of positions; with the time in which what is fastest in the group answers to it instead of a longer h, where
+  /// the scheme does. Returns the largest of these over the tolerance of its group.
+  virtual double allow_rounding(const RoundingLevels& /*levels*/, const RoundingGain& /*gain*/,
+                                const StepTarget& /*target*/) {
+    return 0.0;
+  }
+
   /// How many accelerations were found so far.
   virtual std::size_t num_accelerations() const { return 0; }
 
@@ -253,6 +281,7 @@ class Mechanics {
   virtual std::vector<int> discrete_state() const { return {}; }
   virtual void restore_discrete_state(std::span<const int> /*state*/) {}
 
+  virtual bool has_implicit_equations() const { return false; }
   /// For implicit schemes; null where the mechanics has none.
   virtual std::unique_ptr<ImplicitEquations> make_implicit_equations() { return nullptr; }
 

@@ -179,6 +179,7 @@ Model::Model(System given, const SolverOptions& options, double t)
       inverse_mass(inverses(mass)),
       incidences(constraints.list_incidences()),
       gather(incidences, numbering.num_points()),
+      joints(incidences, forces.list_couplings(), numbering.num_moving),
       f(3 * numbering.num_points(), 0.0),
       support_accelerations(3 * (numbering.num_points() - numbering.num_moving), 0.0),
       scene_size(tanor::scene_size(system)),
@@ -351,6 +352,7 @@ double Model::velocity_violation(double t, const double* r, const double* v) {
 
 ErrorRatios Model::error_ratios(const StepErrors& errors, double atol, double rtol) const {
   constexpr std::size_t few = 8;
+  if (joints.allows_rounding()) return joints.error_ratios(errors, atol, rtol, scales);
   const auto largest = [&](const double* error, const double* from, const double* to, std::span<const double> all) {
     const double* const own = atol > 0.0 ? nullptr : all.data();
     if (num_points() < few) return largest_ratio_of_few(error, from, to, num_points(), own, atol, rtol);

@@ -10,6 +10,7 @@
 #include "assembly/reactions.hpp"
 #include "base/parallel.hpp"
 #include "dynamics/drives.hpp"
+#include "dynamics/joints.hpp"
 #include "dynamics/mechanics.hpp"
 #include "dynamics/scales.hpp"
 #include "evaluate/constraints.hpp"
@@ -43,6 +44,7 @@ class Model {
   const std::vector<double> mass, inverse_mass;  ///< [point]; supports: 0 and 0
   const std::vector<Incidence> incidences;       ///< of K
   const ReactionGather gather;                   ///< K lambda
+  Joints joints;                                 ///< which points forces join, and how well these are known
   std::vector<double> f;                         ///< [3n] active forces of the last `evaluate_free`
   std::vector<double> support_accelerations;     ///< [3 * supports]
   const double scene_size, smallest_length;      ///< m

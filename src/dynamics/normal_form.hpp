@@ -50,6 +50,15 @@ class NormalForm final : public EquationsOfMotion {
   void exchange_memory(Memory& memory) override;
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   std::span<const Index> neighbourhoods() const override { return model_.scales.of_points(); }
+  /// Friction remembers what it was asked last: there nobody asks for more.
+  std::size_t num_groups() const override { return friction_ == nullptr ? model_.joints.num_groups() : 0; }
+  void largest_differences(const double* a, const double* b, std::span<double> largest) const override {
+    model_.joints.largest_differences(a, b, largest);
+  }
+  double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) override {
+    return model_.joints.allow_rounding(levels, gain, target, model_.scales);
+  }
+  bool has_implicit_equations() const override { return friction_ == nullptr; }
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
@@ -239,6 +248,7 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_rows() const { return model_.num_rows(); }
 
   Model& model_;
+  std::vector<double> error_x_, error_v_;    // [3n] of a step, the parts that constraints leave; empty: not asked for
   std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
   std::unique_ptr<HeldPlaces> held_;         // likewise
   std::size_t num_switches_ = 0;             // contacts that may stick

@@ -91,7 +91,9 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
           } else {
             const std::optional<RecordedDefinition> recorded = definitions.record(g);
             if (!recorded) {
-              obstacle_ = "constraints[" + text(g) + "] cannot be expanded in time: it is known as a function alone";
+              obstacle_ = "constraints[" + text(g) + "] cannot be expanded in time: " +
+                          (std::is_same_v<G, Lines> ? "the two unit vectors of a line that turns may jump"
+                                                    : "it is known as a function alone");
               return;
             }
             const int p = static_cast<int>(member_points(given, 0).size());

@@ -19,7 +19,14 @@ double scale_for(double error, int degree) {
 }  // namespace
 
 DriveControl::DriveControl(const MotionOptions& options, const Scheme& scheme, Mechanics& mechanics)
-    : options_(options), mechanics_(mechanics), degree_(std::max(2, scheme.order())) {}
+    : options_(options), mechanics_(mechanics) {
+  follow(scheme);
+}
+
+void DriveControl::follow(const Scheme& scheme) {
+  degree_ = std::max(2, scheme.order());
+  seen_until_ = begin_;
+}
 
 void DriveControl::begin(double t) {
   begin_ = seen_until_ = t;

@@ -18,6 +18,8 @@ class DriveControl {
  public:
   DriveControl(const MotionOptions& options, const Scheme& scheme, Mechanics& mechanics);
 
+  /// Steps are another scheme's from now on.
+  void follow(const Scheme& scheme);
   /// A motion begins at t.
   void begin(double t);
   /// What the next step depends on beside the state, to a snapshot at t and back.
@@ -50,7 +52,7 @@ class DriveControl {
 
   MotionOptions options_;
   Mechanics& mechanics_;
-  int degree_;
+  int degree_ = 2;
   double begin_ = 0.0, end_ = 0.0, spacing_ = std::numeric_limits<double>::infinity();
   // Of the last look: where it ends, the longest step that it serves, how long it was, the next one shall be; its
   // pieces.

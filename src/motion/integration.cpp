@@ -37,6 +37,8 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       drives_(options, *scheme_, mechanics),
       events_(mechanics),
       places_(options, mechanics, scheme_->is_adaptive(), report),
+      rounding_(options, mechanics),
+      stiff_steps_(options, mechanics, method),
       watch_(mechanics),
       passages_(options, mechanics, scheme_->is_adaptive()) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
@@ -55,6 +57,10 @@ void Integration::write(Snapshot* snapshot) {
   exchange_memory(memory);
   scheme_->exchange_memory(memory);
   places_.write(&snapshot->singular_memory);
+  if (scheme_->is_adaptive()) {
+    snapshot->rounding_memory = rounding_.memory();
+    snapshot->stiff_memory = stiff_steps_.memory();
+  }
   std::vector<double>& before = snapshot->state_before;
   before.clear();
   if (!trial_is_before_ || !places_.may_coast()) return;
@@ -77,19 +83,25 @@ void Integration::restore(const Snapshot& snapshot) {
     throw InputError("/snapshot/state_before",
                      "holds " + std::to_string(before.size()) + " numbers, not " + std::to_string(expected));
   }
+  stiff_steps_.restore(snapshot.stiff_memory);  // which says what steps
+  std::unique_ptr<Scheme> scheme = make_scheme(is_stiff() ? Method::Radau5 : method_, options_, mechanics_);
   if (!snapshot.memory.empty()) {
-    Snapshot own;
-    write(&own);
-    if (own.memory.size() != snapshot.memory.size()) Memory::refuse();
+    std::vector<double> own;
+    Memory memory(&own);
+    exchange_memory(memory);
+    scheme->exchange_memory(memory);
+    if (own.size() != snapshot.memory.size()) Memory::refuse();
   }
   places_.restore(snapshot.singular_memory);
+  rounding_.restore(snapshot.rounding_memory);
   mechanics_.restore_discrete_state(snapshot.discrete_state);
   next_step = snapshot.next_step;
+  scheme_ = std::move(scheme);  // which remembers no other motion
+  drives_.follow(*scheme_);
   control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, !before.empty() && before[0] != 0.0);
   advance_begin_ = snapshot.advance_begin;
   advance_end_ = snapshot.advance_end;
   drives_.restore(snapshot.time, snapshot.drive_memory);
-  scheme_ = make_scheme(method_, options_, mechanics_);  // which remembers no other motion
   events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
   trial_is_before_ = !before.empty();
   if (!trial_is_before_) return;
@@ -137,8 +149,10 @@ void Integration::resume(const Snapshot& snapshot) {
 Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {
   has_stopped_ = false;
   drives_.advance(state.t, t_end);
-  return scheme_->is_adaptive() ? advance_adaptively(t_end, taken, observer)
-                                : advance_in_equal_steps(t_end, taken, observer);
+  if (!scheme_->is_adaptive()) return advance_in_equal_steps(t_end, taken, observer);
+  Outcome found = advance_adaptively(t_end, taken, observer);
+  if (report_.accuracy_warning.empty()) report_.accuracy_warning = rounding_.explain();
+  return found;
 }
 
 /// With the scheme, to t or to the first event on the way.
@@ -307,6 +321,35 @@ Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, co
   return {};
 }
 
+void Integration::take_scheme(Method method, double first_step) {
+  scheme_ = make_scheme(method, options_, mechanics_);
+  drives_.follow(*scheme_);
+  control_ = StepControl(scheme_->estimate_order());
+  next_step = first_step;
+  limit_ = std::numeric_limits<double>::infinity();
+  report_.method = method;
+}
+
+/// From steps that stability holds short to implicit ones, and back where these get shorter.
+Outcome Integration::look_for_stiffness(double t_end) {
+  if (stiff_steps_.gives_up(next_step)) {
+    take_scheme(method_, next_step);
+    report_.method_reason = "implicit steps got shorter than explicit ones at t = " + text(state.t);
+    return {};
+  }
+  const double h = report_.last_step;
+  if (places_.is_coasting() || !stiff_steps_.is_due(h, t_end - state.t)) return {};
+  if (stiff_steps_.look(state, h, &rounding_)) {
+    take_scheme(Method::Radau5, stiff_steps_.implicit_step());
+    report_.method_reason = stiff_steps_.explain();
+  }
+  // As if nobody had looked.
+  Outcome found = mechanics_.linearise(state.t, state.x.data());
+  if (found.ok())
+    found = mechanics_.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
+  return found;
+}
+
 Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const Observer& observer) {
   // Of what is left: at such a pace nobody would see the end.
   constexpr double tiny = 1e-8;
@@ -318,6 +361,7 @@ Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const 
     if (is_disturbed && !coasts && places_.approach()) limit_ = next_step = std::min(next_step, places_.half_way(t));
     if (Outcome found = coasts ? coast_adaptively(t_end, taken) : step_adaptively(t_end, taken); !found.ok())
       return found;
+    if (Outcome found = look_for_stiffness(t_end); !found.ok()) return found;
     if (state.t == t) continue;
     tiny_steps = state.t - t < tiny * (t_end - t) ? tiny_steps + 1 : 0;
     if (tiny_steps == most_tiny_steps) return step_too_small(tiny * (t_end - t), {});
@@ -382,6 +426,8 @@ Integration::Attempt Integration::try_step_and_remember(double t, bool may_surpr
 /// Tries a step once; `next_step` is then the length to try next.
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = events_.start(state); !found.ok()) return found;
+  if (Outcome found = rounding_.measure(state); !found.ok()) return found;
+  rounding_.allow(state, std::min(next_step, t_end - state.t), scheme_->rounding_gain());
   if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = std::min(proposed, limit_);
   next_step = std::min(next_step, longest_step());
   // End exactly at t_end, without a tiny last step.
@@ -392,6 +438,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const double h = drives_.shorten(state, fitting, resolution);
   const bool last = reaches && h == fitting;
   if (!last && !(h >= resolution)) return step_too_small(resolution, {});
+  rounding_.allow(state, h, scheme_->rounding_gain());
   const Attempt attempt = try_step_and_remember(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
@@ -399,6 +446,8 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
     // but not that the next one may be longer. So does one that functions of time cut short.
     next_step = last || h < fitting ? std::max(wanted, std::min(next_step, 5.0 * wanted)) : wanted;
     if (attempt.has_switched) next_step = std::min(next_step, h);
+    rounding_.note_step(state);
+    stiff_steps_.note_step();
     take_trial(attempt, taken);
     return {};
   }
@@ -406,6 +455,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (attempt.has_switched) return step.outcome;
   ++report_.rejected;
   places_.note_rejection();
+  if (step.outcome.ok()) rounding_.note_rejection(h, attempt.error, scheme_->estimate_order());
   if (attempt.has_surprised) {
     places_.approach();
     limit_ = next_step = 0.5 * h;

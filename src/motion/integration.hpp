@@ -9,9 +9,11 @@
 #include "motion/drive_control.hpp"
 #include "motion/events.hpp"
 #include "motion/passages.hpp"
+#include "motion/rounding.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_places.hpp"
 #include "motion/step_control.hpp"
+#include "motion/stiff_steps.hpp"
 #include "motion/watch.hpp"
 
 namespace tanor {
@@ -29,6 +31,9 @@ class Integration {
   using Observer = std::function<bool(const MotionReport&)>;
 
   const Scheme& scheme() const { return *scheme_; }
+  /// Steps turned out stiff on the way, and another method took over; says why.
+  bool is_stiff() const { return stiff_steps_.is_stiff(); }
+  std::string explain_stiffness() const { return stiff_steps_.explain(); }
   /// `state` has its acceleration: it comes from a scheme that leaves one, or follows earlier ones.
   bool knows_acceleration() const { return scheme_->knows_acceleration() || places_.is_coasting(); }
 
@@ -84,6 +89,8 @@ class Integration {
   Outcome advance_adaptively(double t_end, const Taken& taken, const Observer& observer);
   Outcome coast_adaptively(double t_end, const Taken& taken);
   Outcome step_adaptively(double t_end, const Taken& taken);
+  void take_scheme(Method method, double first_step);
+  Outcome look_for_stiffness(double t_end);
   Outcome advance_in_equal_steps(double t_end, const Taken& taken, const Observer& observer);
   Outcome step_or_split(double t, int splits_left, const Taken& taken);
   Outcome step_too_small(double resolution, const Outcome& reason) const;
@@ -105,6 +112,8 @@ class Integration {
   DriveControl drives_;
   Events events_;
   SingularPlaces places_;
+  Rounding rounding_;
+  StiffSteps stiff_steps_;
   Watch watch_;
   Passages passages_;
   bool has_stopped_ = false;                                // the advance, before its end

@@ -128,6 +128,9 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   check_size("/snapshot/last_error", snapshot.last_error);
   check_finite("/snapshot/event_slopes", snapshot.event_slopes);
   check_finite("/snapshot/memory", snapshot.memory);
+  check_finite("/snapshot/drive_memory", snapshot.drive_memory);
+  check_finite("/snapshot/rounding_memory", snapshot.rounding_memory);
+  check_finite("/snapshot/stiff_memory", snapshot.stiff_memory);
 }
 
 }  // namespace tanor

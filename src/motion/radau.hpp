@@ -22,6 +22,8 @@ class Radau5 final : public Scheme {
   int order() const override { return 5; }
   int estimate_order() const override { return 4; }
   bool is_adaptive() const override { return true; }
+  /// The estimate weighs the stages by up to 10, its filter by 0.27, and they round apart from each other.
+  RoundingGain rounding_gain() const override { return {.factor = 4.0, .is_damped = true}; }
   double choose_step(double last, double wanted) const override;
   StepResult step(const State& from, double h, State* to) override;
   std::span<const double> looks() const override { return looks_; }

@@ -34,6 +34,7 @@ class RungeKutta final : public Scheme {
 
   int order() const override { return tableau_.order; }
   bool is_adaptive() const override { return !tableau_.e.empty(); }
+  RoundingGain rounding_gain() const override { return {.factor = rounding_gain_}; }
   StepResult step(const State& from, double h, State* to) override;
   Outcome prepare_inside(const State& from, const State& to) override;
   void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
@@ -60,6 +61,7 @@ class RungeKutta final : public Scheme {
   double measure(const State& from, double h, const State& to, const Weights& estimate);
 
   Tableau tableau_;
+  double rounding_gain_ = 0.0;
   MotionOptions options_;
   Mechanics& mechanics_;
   std::vector<Weights> rows_;     // of A: the stages, the new point (b), the stages of the dense output

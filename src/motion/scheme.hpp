@@ -45,6 +45,9 @@ class Scheme {
   /// A step leaves State::a at the new place (else it is computed where somebody asks).
   virtual bool knows_acceleration() const { return true; }
 
+  /// Of adaptive schemes.
+  virtual RoundingGain rounding_gain() const { return {}; }
+
   /// The step that its own tolerances allow from this state, s; 0: it has no opinion.
   virtual double propose_step(const State& /*from*/) { return 0.0; }
 

@@ -35,7 +35,10 @@ StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* stat
       double fastest = 0.0;
       for (const double each : state->v) fastest = std::max(fastest, std::abs(each));
       const StepErrors errors{moved.data(), moved.data(), x, v, x, v};
-      result.error = mechanics.error_ratios(t, errors, tolerance->atol + rounding * fastest, tolerance->rtol).v;
+      double atol = tolerance->atol;
+      if (const auto own = mechanics.point_tolerances().velocities; !(atol > 0.0) && !own.empty())
+        atol = *std::min_element(own.begin(), own.end());
+      result.error = mechanics.error_ratios(t, errors, atol + rounding * fastest, tolerance->rtol).v;
     }
   }
   result.outcome = mechanics.accelerations(t, x, v, Gradients::Keep, state->a.data());

@@ -86,6 +86,9 @@ struct Simulation::Implementation {
   void note_method() {
     report.method = chosen.method;
     report.method_reason = chosen.reason;
+    if (!integration.is_stiff()) return;
+    report.method = Method::Radau5;
+    report.method_reason = integration.explain_stiffness();
   }
 
   Snapshot snapshot() {

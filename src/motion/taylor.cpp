@@ -156,7 +156,8 @@ Taylor::Taylor(const MotionOptions& options, Mechanics& mechanics)
       mechanics_(mechanics),
       order_(options.order > 0 ? options.order : choose_order(options.rtol, mechanics.size())) {
   const std::string obstacle = mechanics.series_obstacle();
-  if (!obstacle.empty()) throw InputError("/motion/method", "taylor: " + obstacle);
+  if (!obstacle.empty())
+    throw InputError("/motion/method", "taylor: " + obstacle + "; take dop853, which needs no series, or auto");
   const std::size_t n = mechanics.size();
   log_of_limits_.resize(static_cast<std::size_t>(order_) + 1);
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));

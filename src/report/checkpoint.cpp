@@ -198,7 +198,8 @@ auto as_number(const Number& number) {
 
 /// Plain numbers of any count, in the order in which they are written.
 auto memories_of(auto& snapshot) {
-  return std::array{&snapshot.memory, &snapshot.drive_memory, &snapshot.singular_memory, &snapshot.state_before};
+  return std::array{&snapshot.memory,          &snapshot.drive_memory, &snapshot.singular_memory,
+                    &snapshot.rounding_memory, &snapshot.stiff_memory, &snapshot.state_before};
 }
 
 std::vector<double> read_points(std::string_view* bytes, std::size_t num_points) {

@@ -47,15 +47,18 @@ TEST(Taylor, PendulumOfTwoThousandSeconds) {
 
 TEST(Taylor, OneFactorizationAStepAndASolveAnOrder) {
   MotionReport report;
+  // How accelerations round is measured at the start and after every 64 steps, with a factor beside the state and one
+  // at it.
+  const auto of_rounding = [&] { return 2 * (1 + report.steps / 64); };
   error_of_pendulum(10.0, 1e-10, &report);
-  EXPECT_LE(report.counters.factorizations, report.steps + 4);
+  EXPECT_LE(report.counters.factorizations, report.steps + 4 + of_rounding());
   EXPECT_LE(report.counters.solves, report.steps * (20 + 3));  // the order at this tolerance; projections
   EXPECT_EQ(report.rejected, 0u);
   EXPECT_LT(report.steps, 150u);  // dopri5 takes about 3000
 
   // Long steps turn rods far: a second factor, while it is cheap, leads back onto them.
   error_of_pendulum(10.0, 1e-4, &report);
-  EXPECT_LE(report.counters.factorizations, 2 * report.steps + 4);
+  EXPECT_LE(report.counters.factorizations, 2 * report.steps + 4 + of_rounding());
   EXPECT_LE(report.counters.solves, report.steps * (10 + 3));
 }
 
@@ -248,7 +251,8 @@ TEST(Taylor, IsWhatAutoTakesWhereEverythingHasASeries) {
     FAIL() << "taylor took a force without a series";
   } catch (const InputError& error) {
     EXPECT_EQ(error.where(), "/motion/method");
-    EXPECT_EQ(std::string(error.what()), "taylor: forces[1] cannot be expanded in time");
+    EXPECT_EQ(std::string(error.what()),
+              "taylor: forces[1] cannot be expanded in time; take dop853, which needs no series, or auto");
   }
 }
 

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "assembly/newton_plan.hpp"
+#include "dynamics/mechanics.hpp"
+#include "dynamics/scales.hpp"
+#include "evaluate/family.hpp"
+
+namespace tanor {
+
+/// Groups of moving points that constraints and springs join (supports join nothing): what rounding does to the forces
+/// on one of their points it does to the others, too. With it, tolerances that allow for rounding; see
+/// motion/rounding.hpp.
+class Joints {
+ public:
+  Joints(std::span<const Incidence> incidences, std::span<const Coupling> couplings, std::size_t num_moving);
+
+  std::size_t num_groups() const { return num_groups_; }
+  /// See Mechanics.
+  void largest_differences(const double* a, const double* b, std::span<double> largest) const;
+  double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target,
+                        const Scales& scales);
+  /// The last `allow_rounding` found some that matters: `error_ratios` allows for it.
+  bool allows_rounding() const { return allows_rounding_; }
+  ErrorRatios error_ratios(const StepErrors& errors, double atol, double rtol, const Scales& scales) const;
+
+ private:
+  std::size_t num_groups_ = 0;
+  std::vector<Index> group_;  // [moving point]
+  bool allows_rounding_ = false;
+  std::vector<double> allowed_x_, allowed_v_;  // m, m/s, of each group
+  std::vector<double> speed_, size_;           // largest |v| and |x| of each group; scratch
+  std::vector<double> atol_;                   // m/s, of each group; scratch
+};
+
+}  // namespace tanor

@@ -1,0 +1,156 @@
+#include "motion/rounding.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include "system/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+/// -1 or 1, the same for the same i: no pattern of the system agrees with it.
+double sign_of(std::size_t i) {
+  // The finalizer of splitmix64 (Steele, Lea & Flood 2014)
+  std::uint64_t z = (static_cast<std::uint64_t>(i) + 1) * 0x9e3779b97f4a7c15u;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return (z >> 63) != 0 ? 1.0 : -1.0;
+}
+
+}  // namespace
+
+/// visit(number) for all that is remembered but the levels.
+template <class R, class Visit>
+void Rounding::for_each_number(R& rounding, const Visit& visit) {
+  visit(rounding.is_due_);
+  visit(rounding.num_samples_);
+  visit(rounding.num_steps_);
+  visit(rounding.measured_at_);
+  visit(rounding.caution_);
+  visit(rounding.rejected_.h);
+  visit(rounding.rejected_.error);
+  visit(rounding.num_exceeding_);
+  visit(rounding.sum_of_excesses_);
+  visit(rounding.since_);
+}
+
+Rounding::Rounding(const MotionOptions& options, Mechanics& mechanics)
+    : options_(options),
+      mechanics_(mechanics),
+      num_groups_(options.stabilisation == Stabilisation::Projection ? mechanics.num_groups() : 0),
+      whole_(num_groups_, 0.0),
+      along_(num_groups_, 0.0),
+      is_due_(num_groups_ > 0 ? 1.0 : 0.0),
+      now_(num_groups_) {
+  if (num_groups_ == 0) return;
+  for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(mechanics.size());
+}
+
+void Rounding::note_step(const State& from) {
+  constexpr double steps_between = 64.0, clearly = 10.0;
+  if (excess_ > clearly) {
+    if (num_exceeding_++ == 0.0) since_ = from.t;
+    sum_of_excesses_ += excess_;
+  }
+  ++num_steps_;
+  rejected_ = {};
+  caution_ = std::max(1.0, 0.99 * caution_);
+  if (num_groups_ > 0 && num_steps_ - measured_at_ >= steps_between) is_due_ = 1.0;
+}
+
+/// Where rounding is a good part of the error, a shorter step whose error did not fall with its order says that it is
+/// more than was measured.
+void Rounding::note_rejection(double h, double error, int order) {
+  is_due_ = num_groups_ > 0 ? 1.0 : 0.0;
+  constexpr double good_part = 0.1;
+  const bool has_fallen = error < rejected_.error * std::pow(h / rejected_.h, 0.5 * order);
+  if (excess_ > good_part && rejected_.h > h && !has_fallen) caution_ = std::min(2.0 * caution_, most_caution);
+  rejected_ = {h, error};
+}
+
+/// da = a(x + dx, v + dv) - a(x, v) with |dx| = eps |x|, |dv| = eps |v|.
+Outcome Rounding::measure(const State& from) {
+  if (is_due_ == 0.0) return {};
+  is_due_ = 0.0;
+  measured_at_ = num_steps_;
+  const std::size_t n = from.x.size(), first = 2 * n * static_cast<std::size_t>(num_samples_++);
+  for (std::size_t i = 0; i < n; ++i) {
+    x_[i] = from.x[i] + eps * sign_of(first + 2 * i) * std::abs(from.x[i]);
+    v_[i] = from.v[i] + eps * sign_of(first + 2 * i + 1) * std::abs(from.v[i]);
+  }
+  mechanics_.prescribe(from.t, x_.data(), v_.data());
+  // Where there are no accelerations a step will say so.
+  const bool is_known = mechanics_.accelerations(from.t, x_.data(), v_.data(), Gradients::Evaluate, a_.data()).ok();
+  if (Outcome found = mechanics_.linearise(from.t, from.x.data()); !found.ok()) return found;
+  if (is_known) take_sample(from);
+  // As if nobody had asked.
+  return mechanics_.accelerations(from.t, from.x.data(), from.v.data(), Gradients::Keep, a_.data());
+}
+
+/// Levels from da = a_ - a. What breaks constraints is projected away where a step ends: of v + s da - v the part along
+/// them is left, with an s that makes s da as large as v.
+void Rounding::take_sample(const State& from) {
+  const std::size_t n = from.x.size();
+  double largest = 0.0, fastest = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    largest = larger(largest, std::abs(a_[i] - from.a[i]));
+    fastest = std::max(fastest, std::abs(from.v[i]));
+  }
+  if (!(largest > 0.0 && std::isfinite(largest))) return;
+  const double s = (fastest > 0.0 ? fastest : 1.0) / largest;
+  for (std::size_t i = 0; i < n; ++i) v_[i] = from.v[i] + s * (a_[i] - from.a[i]);
+  if (!mechanics_.project_velocities(from.t, from.x.data(), v_.data()).outcome.ok()) return;
+  // One sample may be small by chance.
+  const auto note = [&](double unit, std::vector<double>* levels) {
+    for (std::size_t k = 0; k < num_groups_; ++k) (*levels)[k] = std::max(now_[k] / unit, 0.9 * (*levels)[k]);
+  };
+  mechanics_.largest_differences(a_.data(), from.a.data(), now_);
+  note(1.0, &whole_);
+  mechanics_.largest_differences(v_.data(), from.v.data(), now_);
+  note(s, &along_);
+}
+
+void Rounding::allow(const State& from, double h, const RoundingGain& gain) {
+  if (num_groups_ == 0) return;
+  excess_ = mechanics_.allow_rounding({whole_, along_}, {caution_ * gain.factor, gain.is_damped},
+                                      {h, options_.atol, options_.rtol, from.x.data(), from.v.data()});
+}
+
+std::string Rounding::explain() const {
+  constexpr double some = 0.05;  // of the steps
+  if (!(num_exceeding_ > some * num_steps_)) return {};
+  return "forces round to more than the tolerance from t = " + text(since_) + " on: steps meet rtol " +
+         text(options_.rtol * sum_of_excesses_ / num_exceeding_) + ", not " + text(options_.rtol);
+}
+
+std::vector<double> Rounding::memory() const {
+  if (num_groups_ == 0) return {};
+  std::vector<double> memory;
+  for_each_number(*this, [&](double number) { memory.push_back(number); });
+  for (const std::vector<double>* levels : {&whole_, &along_})
+    memory.insert(memory.end(), levels->begin(), levels->end());
+  return memory;
+}
+
+void Rounding::restore(std::span<const double> memory) {
+  if (memory.empty()) return;
+  std::size_t count = 2 * num_groups_;
+  for_each_number(*this, [&](double) { ++count; });
+  if (num_groups_ == 0 || memory.size() != count) {
+    throw InputError("/snapshot/rounding_memory",
+                     "holds " + std::to_string(memory.size()) + " numbers: of another system, or of other options");
+  }
+  std::size_t next = 0;
+  for_each_number(*this, [&](double& number) { number = memory[next++]; });
+  for (std::vector<double>* levels : {&whole_, &along_}) {
+    for (double& level : *levels) level = memory[next++];
+  }
+}
+
+}  // namespace tanor

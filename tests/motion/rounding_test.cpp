@@ -1,0 +1,177 @@
+/// Tolerances below the rounding of the forces: steps are held where it begins, and the report says what they meet.
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "motion/noise_scenes.hpp"
+#include "motion/scenes.hpp"
+
+namespace tanor {
+namespace {
+
+struct Result {
+  double error = 0.0;  // m, the largest of all points
+  double steps = 0.0;  // with those that were rejected
+  std::string warning;
+};
+
+/// At rtol 1e-5, 1e-6 … 1e-14.
+std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
+  const System system = noise::make_system(chain);
+  const std::vector<long double> right = noise::find_end(system, chain.t_end);
+  std::vector<Result> runs;
+  for (int digits = 5; digits <= 14; ++digits) {
+    const double rtol = std::pow(10.0, -digits);
+    Simulation simulation(system, {.method = method, .rtol = rtol, .atol = 1e-2 * rtol});
+    std::size_t steps = 0;
+    // What is chased never ends.
+    const Outcome outcome = simulation.advance(chain.t_end, [&](const MotionReport&) { return ++steps < 40'000; });
+    EXPECT_TRUE(outcome.ok()) << outcome.what;
+    EXPECT_EQ(simulation.time(), chain.t_end) << "rtol " << rtol;
+    Result run;
+    for (std::size_t i = 0; i < right.size(); ++i)
+      run.error = std::max(run.error, static_cast<double>(std::abs(right[i] - simulation.positions()[i])));
+    run.steps = static_cast<double>(simulation.report().steps + simulation.report().rejected);
+    run.warning = simulation.report().doubt;
+    runs.push_back(run);
+  }
+  return runs;
+}
+
+class HeldSteps : public testing::TestWithParam<Method> {};
+
+/// Chains whose points do not move apart by themselves: beside rounding there is nothing that errors grow by.
+TEST_P(HeldSteps, HoldsStepsWhereItBegins) {
+  std::vector<std::pair<noise::StiffChain, double>> chains{{noise::make_uneven_chain(), 0.0}};
+  for (const unsigned seed : {0U, 2U, 3U, 4U, 7U, 9U}) chains.emplace_back(noise::draw_chain(seed), 0.0);
+  for (const unsigned seed : {1U, 2U, 3U, 7U}) chains.emplace_back(noise::draw_chain(seed, 1e6), 1e6);
+  for (const auto& [chain, distance] : chains) {
+    SCOPED_TRACE(testing::Message() << chain.masses.size() << " points, " << chain.stiffness << " N/m, " << distance
+                                    << " m away");
+    const std::vector<Result> runs = run_all(chain, GetParam());
+
+    const auto best = std::ranges::min_element(runs, {}, &Result::error);
+    // The least of ten errors may be luck: positions round in every step, and these roundings add up as a random walk
+    // does.
+    const double size = scenes::largest(noise::make_system(chain).positions);
+    const double reachable = std::max(best->error, 4.0 * 2.2e-16 * size * std::sqrt(best->steps));
+    const auto pays = std::ranges::find_if(runs, [&](const Result& run) { return run.error <= reachable; });
+    for (auto run = pays; run != runs.end(); ++run) {
+      SCOPED_TRACE(testing::Message() << "rtol 1e-" << 5 + (run - runs.begin()));
+      EXPECT_LE(run->error, 10.0 * reachable);
+      // radau5, whose estimate is of order 4, needs the most steps for what it still gains in velocities.
+      const double most = GetParam() == Method::Radau5 ? 4.0 : 3.0;
+      EXPECT_LE(run->steps, most * std::max(best->steps, pays->steps) + 20.0);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AdaptiveMethods, HeldSteps,
+                         testing::Values(Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5));
+
+TEST(Warning, SaysWhichToleranceStepsMeet) {
+  const noise::StiffChain chain = noise::make_uneven_chain();
+  const auto warning_at = [&](double rtol) {
+    Simulation simulation(noise::make_system(chain), {.method = Method::Dop853, .rtol = rtol, .atol = 1e-2 * rtol});
+    EXPECT_TRUE(simulation.advance(chain.t_end).ok());
+    return simulation.report().doubt;
+  };
+
+  EXPECT_EQ(warning_at(1e-8), "");
+  const std::string warning = warning_at(1e-14);
+  ASSERT_TRUE(warning.starts_with("forces round to more than the tolerance from t = ")) << warning;
+  ASSERT_TRUE(warning.ends_with(", not 1e-14")) << warning;
+  const double met = std::stod(warning.substr(warning.find("rtol ") + 5));
+  EXPECT_GT(met, 1e-12);
+  EXPECT_LT(met, 1e-8);
+}
+
+/// Smooth motions are not warned of, however small the tolerance.
+TEST(Warning, IsNotSaidOfAPlainChain) {
+  for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
+    Simulation simulation(scenes::make_chain(5), {.method = method, .rtol = 1e-13, .atol = 1e-13});
+    ASSERT_TRUE(simulation.advance(0.2).ok());
+    EXPECT_EQ(simulation.report().doubt, "") << method_name(method);
+  }
+}
+
+/// A neighbour that rounds by much does not loosen the tolerance of others: a pendulum ends with the same bits.
+TEST(Rounding, IsEachGroupsOwn) {
+  const auto end_of_pendulum = [](const System& system) {
+    Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-11, .atol = 1e-13});
+    EXPECT_TRUE(simulation.advance(0.3).ok());
+    return std::array{simulation.positions()[3], simulation.positions()[5]};
+  };
+  const System pendulum = scenes::make_pendulum();
+  System both = pendulum;
+  // Two points a million metres away on a spring of 1e4 N/m, at rest: they round by 1e-6 m/s^2 and more.
+  const Index a = scenes::add_point({1e6, 0, 0}, &both), b = scenes::add_point({1e6, 1.0, 0}, &both);
+  both.forces.push_back(Springs{"far", {{a, b}}, 1e4, 0.0, 1.0});
+
+  const auto alone = end_of_pendulum(pendulum), beside = end_of_pendulum(both);
+
+  EXPECT_NEAR(alone[0], beside[0], 1e-11);
+  EXPECT_NEAR(alone[1], beside[1], 1e-11);
+}
+
+/// 1e-13 kg on rods from three points of 1e-2 kg, pulled by 20 N: a rigid body whose force cancels to 1e-11 of it in
+/// the light point. All of it moves as the heavy points do: its center by F t^2/(2 m).
+TEST(NextToNoMass, IsPulledWithWhatItIsFixedTo) {
+  System system;
+  const auto add = [&](const Vector3& place, double mass) {
+    const Index i = scenes::add_point(place, &system);
+    system.masses.back() = mass;
+    return i;
+  };
+  add({0, 0, 0}, 1e-2);
+  add({1, 0, 0}, 1e-2);
+  add({0, 1, 0}, 1e-2);
+  const Index light = add({0.3, 0.4, 0.3}, 1e-13);
+  system.constraints = {Rods{"rods", {{0, 1}, {1, 2}, {0, 2}, {0, light}, {1, light}, {2, light}}, {}, {}}};
+  system.forces = {ConstantForce{"pull", {light}, Vector3{20, 5, 3}}};
+  for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5}) {
+    Simulation simulation(system, {.method = method});
+
+    ASSERT_TRUE(simulation.advance(1.0).ok()) << method_name(method) << ": " << simulation.outcome().what;
+
+    EXPECT_LT(simulation.report().steps + simulation.report().rejected, 3000U) << method_name(method);
+    const auto r = simulation.positions();
+    const std::array force{20.0, 5.0, 3.0}, begin{1.0 / 3.0, 1.0 / 3.0, 0.0};
+    for (std::size_t q = 0; q < 3; ++q) {
+      const double center = (r[q] + r[3 + q] + r[6 + q]) / 3.0;
+      EXPECT_NEAR(center, begin[q] + 0.5 * force[q] / 3e-2, 3e-8 * 333.0) << method_name(method);
+    }
+  }
+}
+
+/// What was seen of rounding is in the snapshot.
+TEST(Rounding, ARestoredRunGoesOnBitByBit) {
+  const noise::StiffChain chain = noise::make_uneven_chain();
+  const System system = noise::make_system(chain);
+  for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
+    const MotionOptions options{.method = method, .rtol = 1e-13, .atol = 1e-15};
+    Simulation straight(system, options), restored(system, options);
+    Snapshot snapshot;
+    int steps = 0;
+    ASSERT_TRUE(straight
+                    .advance(chain.t_end,
+                             [&](const MotionReport&) {
+                               if (++steps == 20) snapshot = straight.snapshot();
+                               return true;
+                             })
+                    .ok());
+
+    restored.restore(snapshot);
+    ASSERT_TRUE(restored.advance(chain.t_end).ok());
+
+    EXPECT_TRUE(std::ranges::equal(straight.positions(), restored.positions())) << method_name(method);
+    EXPECT_EQ(straight.report().doubt, restored.report().doubt);
+    EXPECT_EQ(straight.report().steps, restored.report().steps);
+  }
+}
+
+}  // namespace
+}  // namespace tanor

@@ -1,0 +1,157 @@
+/// What `auto` makes of systems that turn out stiff on the way: drag, springs without gravity, formulas, light points.
+
+#include <cmath>
+#include <functional>
+
+#include <gtest/gtest.h>
+#include <tanor/kernel.hpp>
+
+#include "motion/extreme_scenes.hpp"
+#include "motion/scenes.hpp"
+
+namespace tanor {
+namespace {
+
+struct StiffScene {
+  const char* name;
+  System system;
+  double t_end;                                      // s
+  std::function<double(const Simulation&)> error{};  // m, of a closed form
+};
+
+/// 1 kg falls in a drag of 1e6 kg/s: v' = g - k v with k = 1e6/s, after the first microseconds at g/k.
+StiffScene fall_in_honey() {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  system.masses = {1.0};
+  system.forces = {scenes::gravity, Drag{"honey", {0}, 1e6, 0.0}};
+  const auto error = [](const Simulation& simulation) {
+    const double k = 1e6, fallen = 9.81 / k * (1.0 - 1.0 / k);
+    return std::abs(simulation.positions()[2] + fallen);
+  };
+  return {"drag", system, 1.0, error};
+}
+
+/// A point in a well of 1e8 N/m and 1e5 kg/s along x, which carries it along y as a swing of 1 rad/s.
+StiffScene slide_in_a_formula() {
+  System system;
+  scenes::add_point({1e-3, 0, 0}, &system);
+  system.masses = {1.0};
+  system.velocities = {0, 1, 0};
+  system.forces = {FormulaForce{"well", {0}, formula_force({"-1e8*x - 1e5*vx", "-y", "0"})}};
+  const auto error = [](const Simulation& simulation) {
+    return std::max(std::abs(simulation.positions()[0]), std::abs(simulation.positions()[1] - std::sin(1.0)));
+  };
+  return {"formula", system, 1.0, error};
+}
+
+/// Two points 1 m apart on a spring of 1e8 N/m with its damper, without gravity, pushed slowly: an oscillator that
+/// creeps. The middle moves by F t^2/(2 m).
+StiffScene push_a_spring() {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  scenes::add_point({1, 0, 0}, &system);
+  system.masses = {1.0, 1.0};
+  system.forces = {Springs{"spring", {{0, 1}}, 1e8, 1e5, 1.0}, ConstantForce{"push", {0}, Vector3{0.5, 0, 0}}};
+  const auto error = [](const Simulation& simulation) {
+    return std::abs(0.5 * (simulation.positions()[0] + simulation.positions()[3]) - (0.5 + 0.5 * 0.25 * 25.0));
+  };
+  return {"spring", system, 5.0, error};
+}
+
+/// 1e-13 kg ahead of 1e-2 kg on a rod that a force of 20 N pulls straight: it would swing 2e7 rad/s about the rod.
+StiffScene pull_a_light_tip() {
+  System system;
+  scenes::add_point({0, 0, 0}, &system);
+  scenes::add_point({0.3, 0.4, 0}, &system);
+  system.masses = {1e-2, 1e-13};
+  system.constraints = {Rods{"rod", {{0, 1}}, {}, {}}};
+  system.forces = {ConstantForce{"pull", {1}, Vector3{12, 16, 0}}};
+  const auto error = [](const Simulation& simulation) {
+    return std::hypot(simulation.positions()[0] - 600.0, simulation.positions()[1] - 800.0);
+  };
+  return {"light tip", system, 1.0, error};
+}
+
+TEST(StiffSteps, AutoGoesOverToRadau5) {
+  for (const StiffScene& scene : {fall_in_honey(), slide_in_a_formula(), push_a_spring(), pull_a_light_tip()}) {
+    SCOPED_TRACE(scene.name);
+    Simulation chosen(scene.system), asked(scene.system, {.method = Method::Radau5});
+    std::size_t steps = 0;
+
+    ASSERT_TRUE(chosen.advance(scene.t_end, [&](const MotionReport&) { return ++steps < 20'000; }).ok());
+    ASSERT_TRUE(asked.advance(scene.t_end).ok());
+
+    EXPECT_EQ(chosen.time(), scene.t_end);
+    EXPECT_EQ(chosen.report().method, Method::Radau5);
+    EXPECT_TRUE(chosen.report().method_reason.starts_with("stiff: ")) << chosen.report().method_reason;
+    EXPECT_LE(chosen.report().steps, 2 * asked.report().steps + 600);
+    EXPECT_LE(scene.error(chosen), 1e-6);
+  }
+}
+
+/// Where accuracy itself asks for the steps they stay explicit: in a chain, and beside a spring that swings.
+TEST(StiffSteps, AreNotSeenWhereAccuracyAsksForThem) {
+  System swinging;
+  scenes::add_point({0, 0, 0}, &swinging);
+  scenes::add_point({1.01, 0, 0}, &swinging);
+  swinging.supports = {{"wall", {0}, {}}};
+  swinging.forces = {Springs{"spring", {{0, 1}}, 1e4, 0.0, 1.0}};
+  for (const System& system : {swinging, scenes::make_chain(5)}) {
+    Simulation simulation(system);
+
+    ASSERT_TRUE(simulation.advance(10.0).ok());
+
+    EXPECT_GT(simulation.report().steps, 500U);
+    EXPECT_EQ(simulation.report().method, Method::Taylor);
+    EXPECT_EQ(simulation.report().method_reason, "all constraints and forces have series in time");
+  }
+}
+
+TEST(StiffSteps, AreKnownToARestoredRun) {
+  const StiffScene scene = slide_in_a_formula();
+  Simulation straight(scene.system), restored(scene.system);
+  ASSERT_TRUE(straight.advance(0.5).ok());
+  ASSERT_EQ(straight.report().method, Method::Radau5);
+
+  restored.restore(straight.snapshot());
+  EXPECT_EQ(restored.report().method, Method::Radau5);
+  EXPECT_EQ(restored.report().method_reason, straight.report().method_reason);
+  ASSERT_TRUE(restored.advance(1.0).ok());
+  ASSERT_TRUE(straight.advance(1.0).ok());
+
+  EXPECT_NEAR(restored.positions()[1], straight.positions()[1], 1e-9);
+}
+
+/// Light points hum with the root of the mass ratio, and these motions are such hums: steps follow them. At 1e12 there
+/// are 7e5 and 3e6 (docs/methods.md).
+TEST(MassRatios, OfABillionArrive) {
+  for (const auto& [scene, most_steps] :
+       {std::pair{extreme::drop_heavy_tip(1e9), 40'000U}, std::pair{extreme::drop_alternating(1e9), 150'000U}}) {
+    SCOPED_TRACE(scene.name);
+    Simulation simulation(scene.system, {.method = Method::Taylor, .rtol = 1e-8, .atol = 1e-10});
+
+    ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+
+    EXPECT_LT(simulation.report().steps, most_steps);
+    EXPECT_LE(simulation.report().position_violation, 1e-12);
+    EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-11);
+  }
+}
+
+/// In solves, a factor of a path of rods being two of them: a second one a step costs less than the iterations that it
+/// saves, and fewer orders more than both.
+TEST(LooseTolerances, CostNoMoreThanTightOnes) {
+  double before = 0.0;
+  for (const double rtol : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10}) {
+    Simulation simulation(scenes::make_chain(20), {.method = Method::Taylor, .rtol = rtol, .atol = 1e-2 * rtol});
+    ASSERT_TRUE(simulation.advance(2.0).ok());
+    const Counters& counters = simulation.report().counters;
+    const auto cost = static_cast<double>(counters.solves + 2 * counters.factorizations);
+    EXPECT_GT(cost, 0.97 * before) << rtol;
+    before = cost;
+  }
+}
+
+}  // namespace
+}  // namespace tanor
