@@ -58,7 +58,8 @@ class NormalForm final : public EquationsOfMotion {
   double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) override {
     return model_.joints.allow_rounding(levels, gain, target, model_.scales);
   }
-  bool has_implicit_equations() const override { return friction_ == nullptr; }
+  /// Pair forces are no part of their matrix.
+  bool has_implicit_equations() const override { return friction_ == nullptr && !model_.forces.has_pairs(); }
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }

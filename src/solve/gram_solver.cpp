@@ -112,6 +112,7 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
                     {},
                     {},
                     {},
+                    {},
                     {}});
 }
 

@@ -326,7 +326,7 @@ TEST_P(ConstraintKind, SecondDefinitionOfTheHouseSaysTheSame) {
 }
 
 /// The gradient is taken point by point: the length of its largest block. Bars of the contract: rod length, radius,
-/// else the scene's size.
+/// else the length of the neighbourhood.
 double length_of(const Scene& scene, Eigen::Index row) {
   const Constraint& constraint = scene.system.constraints[0];
   const reference::Configuration now = reference::standing(scene.r, t);
@@ -342,12 +342,13 @@ double length_of(const Scene& scene, Eigen::Index row) {
   if (const auto* rods = std::get_if<Rods>(&constraint)) return parameter(*rods, &Rods::length, k);
   if (const auto* spheres = std::get_if<Spheres>(&constraint)) return parameter(*spheres, &Spheres::radius, k);
   if (const auto* circles = std::get_if<Circles>(&constraint)) return parameter(*circles, &Circles::radius, k / 2);
-  Eigen::Array3d low = reference::point(scene.system.positions, 0).array(), high = low;
-  for (Index i = 1; i < 6; ++i) {
-    low = low.min(reference::point(scene.system.positions, i).array());
-    high = high.max(reference::point(scene.system.positions, i).array());
+  // Else the length of the neighbourhood of the row's first moving point.
+  const Neighbourhoods around = find_neighbourhoods(scene.system, 0.0);
+  for (const Index point : points_of(constraint, k)) {
+    const Index own = around.of_point[static_cast<std::size_t>(point)];
+    if (own >= 0) return around.length[static_cast<std::size_t>(own)];
   }
-  return (high - low).matrix().norm();
+  return scene_size(scene.system);
 }
 
 double largest_block(const Eigen::MatrixXd& K, Eigen::Index row) {

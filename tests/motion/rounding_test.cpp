@@ -35,7 +35,7 @@ std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
     for (std::size_t i = 0; i < right.size(); ++i)
       run.error = std::max(run.error, static_cast<double>(std::abs(right[i] - simulation.positions()[i])));
     run.steps = static_cast<double>(simulation.report().steps + simulation.report().rejected);
-    run.warning = simulation.report().doubt;
+    run.warning = simulation.report().accuracy_warning;
     runs.push_back(run);
   }
   return runs;
@@ -77,7 +77,7 @@ TEST(Warning, SaysWhichToleranceStepsMeet) {
   const auto warning_at = [&](double rtol) {
     Simulation simulation(noise::make_system(chain), {.method = Method::Dop853, .rtol = rtol, .atol = 1e-2 * rtol});
     EXPECT_TRUE(simulation.advance(chain.t_end).ok());
-    return simulation.report().doubt;
+    return simulation.report().accuracy_warning;
   };
 
   EXPECT_EQ(warning_at(1e-8), "");
@@ -94,7 +94,7 @@ TEST(Warning, IsNotSaidOfAPlainChain) {
   for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
     Simulation simulation(scenes::make_chain(5), {.method = method, .rtol = 1e-13, .atol = 1e-13});
     ASSERT_TRUE(simulation.advance(0.2).ok());
-    EXPECT_EQ(simulation.report().doubt, "") << method_name(method);
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method);
   }
 }
 
@@ -168,7 +168,7 @@ TEST(Rounding, ARestoredRunGoesOnBitByBit) {
     ASSERT_TRUE(restored.advance(chain.t_end).ok());
 
     EXPECT_TRUE(std::ranges::equal(straight.positions(), restored.positions())) << method_name(method);
-    EXPECT_EQ(straight.report().doubt, restored.report().doubt);
+    EXPECT_EQ(straight.report().accuracy_warning, restored.report().accuracy_warning);
     EXPECT_EQ(straight.report().steps, restored.report().steps);
   }
 }

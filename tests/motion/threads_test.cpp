@@ -78,8 +78,8 @@ const BigScene big_scenes[]{
     {"beads_of_6000", [] { return scenes::make_beads(1'500); }, "closed form", all_explicit},
     {"damped_chain_of_2500", [] { return scenes::make_damped_chain(2'500); }, "paths", all_implicit, 5},
     {"implicit_beads", [] { return scenes::make_beads(800); }, "closed form", all_implicit, 5},
-    {"rough_beads", make_rough_beads, "closed form", without_series},
-    {"beads_in_coordinates", make_beads_in_coordinates, "closed form", in_coordinates, 20, Form::Tangent},
+    {"rough_beads", make_rough_beads, "simplicial", without_series},
+    {"beads_in_coordinates", make_beads_in_coordinates, "closed form+simplicial", in_coordinates, 20, Form::Tangent},
 };
 
 struct BigRun {

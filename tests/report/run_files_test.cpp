@@ -395,8 +395,8 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
                   "orthogonality", "power_balance", "reciprocal_condition", "residual", "second_factorization",
                   "tangent_identity", "verdict"}));
   EXPECT_EQ(list_keys(summary["friction"]),
-            (Keys{"contacts", "contraction_max", "error_bound", "iterations_max", "iterations_mean", "method_used",
-                  "residual_max", "solves", "uniqueness"}));
+            (Keys{"contacts", "contraction_max", "error_bound", "first_several", "iterations_max", "iterations_mean",
+                  "method_used", "residual_max", "several", "solves", "uniqueness", "uniqueness_reason"}));
 }
 
 TEST(SummaryTest, TellsWhatTheSimulationKnows) {
@@ -473,6 +473,9 @@ TEST(SummaryTest, TellsHowFrictionWasFound) {
                   {"residual_max", 1e-13},
                   {"error_bound", 1e-9},
                   {"uniqueness", "proven"},
+                  {"uniqueness_reason", nullptr},
+                  {"several", 0},
+                  {"first_several", nullptr},
                   {"method_used", "anderson"}}));
 }
 

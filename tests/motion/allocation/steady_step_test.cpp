@@ -97,7 +97,6 @@ System make_rough_beads() {
   system.friction = {Coulomb{"rust", {"circles"}, 0.1, 0.2}, Coulomb{"felt", {"planes"}, 0.1, 0.2},
                      Coulomb{"ball", {"spheres"}, 0.1, 0.2}, Coulomb{"wire", {"lines"}, 0.1, 0.2}};
   for (std::size_t i = 0; i < system.num_points(); ++i) {
-    const auto [x, y, z] = scenes::place_of(system, i);
     if (i % 4 != 3) continue;  // beads on lines move along them, the others stick where they can
     system.velocities[3 * i] = 1.0;
   }
