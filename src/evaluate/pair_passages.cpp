@@ -16,7 +16,18 @@ namespace tanor {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double seen_enough = 2.0;  // a force over the largest one at the looks
+constexpr double seen_enough = 2.0;   // a force over the largest one at the looks
+constexpr double allowed_kink = 5.0;  // tolerances that the kink of one pair may cost in a step
+
+/// Gauss's nodes and weights on [0, 1].
+constexpr std::array<std::array<double, 2>, 8> gauss{{{0.0198550717512319, 0.0506142681451882},
+                                                      {0.1016667612931866, 0.1111905172266872},
+                                                      {0.2372337950418355, 0.1568533229389437},
+                                                      {0.4082826787521751, 0.1813418916891809},
+                                                      {0.5917173212478249, 0.1813418916891809},
+                                                      {0.7627662049581645, 0.1568533229389437},
+                                                      {0.8983332387068134, 0.1111905172266872},
+                                                      {0.9801449282487681, 0.0506142681451882}}};
 
 double squared(Vec3 a) {
   return dot(a, a);
@@ -33,6 +44,7 @@ struct Bounds {
   double cutoff2 = 0.0;  ///< m^2
   double outer2 = 0.0;   ///< m^2: as near as this chord come pairs whose path may come within the cutoff
   double slack = 0.0;    ///< m^2: by so much more than on its chord may z grow on a path
+  double fast2 = 0.0;    ///< m^2: the kink of a pair that crosses its cutoff counts if its chord is longer than this
 
   /// With z = r_cutoff^2 - r^2 forces grow no faster than z where z is small, and like a power of r elsewhere: less
   /// than twofold if z grows by no more than this.
@@ -76,7 +88,11 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
       const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
       const double excess = seen2 - near2 + bounds.slack - allowed;  // in range: what passes
       const double found = near2 < bounds.outer2 ? excess : 0.0;
-      passes = passes > found ? passes : found;
+      const double outer_end2 = begin2 < end2 ? end2 : begin2;
+      const double crosses = outer_end2 > bounds.cutoff2 ? length2 - bounds.fast2 : 0.0;
+      const double counts = near2 < bounds.cutoff2 ? crosses : 0.0;
+      const double larger = found > counts ? found : counts;
+      passes = passes > larger ? passes : larger;
     }
     result = result || passes > 0.0;
   }
@@ -95,8 +111,12 @@ struct PairField::Encounter {
 /// end as anywhere.
 class PairField::Nearness {
  public:
-  Nearness(const PairField& field, const PointPath& path, const Reach& reach)
-      : field_(field), path_(path), all_(bounds(2.0 * reach.sagitta)), far_(field.cutoff_ + 2.0 * reach.move) {
+  Nearness(const PairField& field, const PointPath& path, const Reach& reach, double fast)
+      : field_(field),
+        path_(path),
+        fast2_(fast * fast),
+        all_(bounds(2.0 * reach.sagitta)),
+        far_(field.cutoff_ + 2.0 * reach.move) {
     // Along pieces, without a cutoff, and where several images may come near, each pair is asked for.
     by_chords_ = path.num_pieces() == 1 && field.neighbours_;
     for (const double edge : {field.box_.edges().x, field.box_.edges().y, field.box_.edges().z})
@@ -115,11 +135,12 @@ class PairField::Nearness {
  private:
   Bounds bounds(double sagitta) const {
     const double cutoff = field_.cutoff_;
-    return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff};
+    return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff, fast2_};
   }
 
   const PairField& field_;
   const PointPath& path_;
+  double fast2_;  // m^2
   Bounds all_;
   double far_;
   bool by_chords_ = false;
@@ -139,7 +160,7 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   if (near == nullptr) return 0.5;
 
   std::atomic<double> part = 1.0;
-  const Nearness nearness(*this, path, reach);
+  const Nearness nearness(*this, path, reach, find_fast(path, masses));
   near->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
     const auto others = std::upper_bound(neighbours.begin(), neighbours.end(), static_cast<Index>(i));
     if (!nearness.may_any_pass(i, {others, neighbours.end()})) return;
@@ -226,11 +247,15 @@ const NeighbourLists* PairField::find_near(const Parallel& parallel, double move
   return &*far_;
 }
 
-double PairField::force_at(double r) const {
+double PairField::signed_force_at(double r) const {
   if (r >= cutoff_) return 0.0;
-  if (!neighbours_) return std::abs(strength_) / r;
+  if (!neighbours_) return strength_ / r;
   const double s2 = sigma2_ / (r * r), s6 = s2 * s2 * s2;
-  return 24.0 * epsilon_ * s6 * std::abs(2.0 * s6 - 1.0) / r;
+  return 24.0 * epsilon_ * s6 * (2.0 * s6 - 1.0) / r;
+}
+
+double PairField::force_at(double r) const {
+  return std::abs(signed_force_at(r));
 }
 
 /// At distances from the nearest to the farthest.
@@ -283,6 +308,7 @@ bool PairField::Nearness::may_pass(const Approach& approach) const {
   const double seen2 = std::min(begin2, squared(from.r));
   if (!field_.neighbours_) return std::sqrt(near2) - bend < std::sqrt(seen2) / seen_enough;
   const Bounds own = bounds(bend);
+  if (near2 < own.cutoff2 && std::max(begin2, squared(from.r)) > own.cutoff2) return true;
   return near2 < own.outer2 && seen2 - near2 + own.slack > own.allowed_growth(seen2);
 }
 
@@ -332,18 +358,29 @@ PairField::Encounter PairField::find_nearest(const PointPath& path, const Approa
   return nearest;
 }
 
-/// A push that nobody saw would move the point by more than the tolerance.
-bool PairField::misses(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const {
-  if (i >= num_moving_) return false;
+/// How far a push that nobody saw would move the point, over the tolerance.
+double PairField::measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const {
+  if (i >= num_moving_) return 0.0;
   const Index point = points_[i];
   const double r = std::max(norm(load(path.positions.front(), point)), norm(load(path.positions.back(), point)));
   const double v = std::max(norm(load(path.velocities.front(), point)), norm(load(path.velocities.back(), point)));
   const double change = impulse / masses[static_cast<std::size_t>(point)];
-  return change > path.atol + path.rtol * v || change * path.h > path.atol + path.rtol * r;
+  return std::max(change / (path.atol + path.rtol * v), change * path.h / (path.atol + path.rtol * r));
+}
+
+double PairField::measure(const PointPath& path, const Approach& approach, double impulse,
+                          std::span<const double> masses) const {
+  return std::max(measure(path, approach.i, impulse, masses), measure(path, approach.j, impulse, masses));
 }
 
 double PairField::examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const {
-  const Encounter nearest_of_all = find_nearest(path, approach, 0.0, 1.0);
+  const Encounter nearest = find_nearest(path, approach, 0.0, 1.0);
+  return std::min(find_unseen(path, approach, nearest, masses), resolve_kinks(path, approach, nearest, masses));
+}
+
+/// A meeting that no look has seen.
+double PairField::find_unseen(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
+                              std::span<const double> masses) const {
   const double most = largest_force(nearest_of_all.r, infinity);
   const auto force_seen = [&](double s) { return force_at(norm(relative(path, approach, s).r)); };
   double seen = std::max(force_seen(0.0), force_seen(1.0));
@@ -370,13 +407,114 @@ double PairField::examine(const PointPath& path, const Approach& approach, std::
     };
     const double lasts = std::min(b - a, passing(std::min(cutoff_, 3.0 * nearest.r)));
     const double impulse = force * lasts * path.h;
-    if (!misses(path, approach.i, impulse, masses) && !misses(path, approach.j, impulse, masses)) continue;
+    if (!(measure(path, approach, impulse, masses) > 1.0)) continue;
     // The next step ends where the force begins, or, where it has begun, on the way to its largest value.
     const double begins = std::max(nearest.s - 0.5 * passing(std::min(cutoff_, 2.0 * nearest.r)), 0.0);
     const double rises = nearest.s - begins;
     return begins > 4.0 * rises ? begins - 0.01 * rises : begins + 0.25 * rises;
   }
   return 1.0;
+}
+
+/// How a scheme integrates what depends on time alone is told by its looks: none has more of them than its order, so
+/// that its weights are those of the interpolating polynomial, w_i = integral of l_i(s) ds.
+void PairField::weigh_looks(std::span<const double> looks) {
+  if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
+  looks_.assign(looks.begin(), looks.end());
+  weights_.assign(looks.size(), 0.0);
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    for (const auto& [s, weight] : gauss) {
+      double value = weight;
+      for (std::size_t j = 0; j < looks.size(); ++j)
+        if (j != i) value *= (s - looks[j]) / (looks[i] - looks[j]);
+      weights_[i] += value;
+    }
+  }
+  // K(c) = integral (s - c)_+ ds - sum_i w_i (s_i - c)_+  (Peano)
+  constexpr int num_places = 64;
+  worst_kink_ = 0.0;
+  for (int k = 1; k < num_places; ++k) {
+    const double c = static_cast<double>(k) / num_places;
+    double sum = 0.5 * (1.0 - c) * (1.0 - c);
+    for (std::size_t i = 0; i < looks.size(); ++i) sum -= weights_[i] * std::max(looks[i] - c, 0.0);
+    worst_kink_ = std::max(worst_kink_, std::abs(sum));
+  }
+}
+
+/// How far two points have to go in a step until the kink at their cutoff may count, m: the slope k of the force there
+/// misses an impulse of
+///
+///   h k |r_1 - r_0| max |K|
+///
+/// Forces that jump count always, and where steps are fixed none does.
+double PairField::find_fast(const PointPath& path, std::span<const double> masses) {
+  if (!path.follows_tolerance || !neighbours_) return infinity;
+  weigh_looks(path.looks);
+  const double inside = std::nextafter(cutoff_, 0.0), depth = 0.01 * cutoff_;
+  if (force_at(inside) * depth > 1e-9 * force_at(cutoff_ - depth) * cutoff_) return 0.0;
+  constexpr double steeper = 2.0;  // than at the cutoff is the force farther inside
+  const double slope = steeper * force_at(cutoff_ - depth) / depth;
+  double allowed = infinity;  // kg m/s
+  for (std::size_t k = 0; k < num_moving_; ++k) {
+    const auto point = static_cast<std::size_t>(points_[k]);
+    allowed = std::min(allowed, masses[point] * (path.atol + path.rtol * norm(moves_[k]) / path.h));
+  }
+  return allowed_kink * allowed / (path.h * slope * worst_kink_);
+}
+
+Vec3 PairField::force_along(const PointPath& path, const Approach& approach, double s) const {
+  const Vec3 d = relative(path, approach, s).r;
+  const double r = norm(d);
+  return r < cutoff_ ? (signed_force_at(r) / r) * d : Vec3{};
+}
+
+/// Where the distance crosses the cutoff between a and b, of which one is inside.
+double PairField::find_crossing(const PointPath& path, const Approach& approach, double a, double b) const {
+  const auto excess = [&](double s) { return squared(relative(path, approach, s).r) - cutoff_ * cutoff_; };
+  double at_a = excess(a), at_b = excess(b);
+  constexpr double near = 1e-10;
+  for (int iteration = 0; iteration < 40 && std::abs(b - a) > near; ++iteration) {
+    const double s = std::clamp(a - at_a * (b - a) / (at_b - at_a), std::min(a, b), std::max(a, b));
+    const double found = excess(s);
+    if (std::abs(found) < near * cutoff_ * cutoff_) return s;
+    if ((found > 0.0) == (at_b > 0.0)) {
+      at_a *= 0.5;  // the Illinois rule
+    } else {
+      a = b;
+      at_a = at_b;
+    }
+    b = s;
+    at_b = found;
+  }
+  return b;
+}
+
+/// A contact that begins or ends inside the step: what the pair's force does on the path is compared with what the
+/// scheme makes of it by its looks,
+///
+///   h (integral F(s) ds - sum_i w_i F(s_i))
+///
+/// and where they differ, the next attempt ends at the kink, with a smooth force on either side.
+double PairField::resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
+                                std::span<const double> masses) const {
+  if (!path.follows_tolerance || !neighbours_ || !(nearest.r < cutoff_)) return 1.0;
+  const auto is_outside = [&](double s) { return norm(relative(path, approach, s).r) >= cutoff_; };
+  const bool begins = is_outside(0.0), ends = is_outside(1.0);
+  if (!begins && !ends) return 1.0;
+  const double a = begins ? find_crossing(path, approach, 0.0, nearest.s) : 0.0;
+  const double b = ends ? find_crossing(path, approach, nearest.s, 1.0) : 1.0;
+  Vec3 missed{};
+  for (const auto& [s, weight] : gauss)
+    missed = missed + ((b - a) * weight) * force_along(path, approach, a + s * (b - a));
+  for (std::size_t k = 0; k < looks_.size(); ++k)
+    missed = missed - weights_[k] * force_along(path, approach, looks_[k]);
+  const double error = measure(path, approach, norm(missed) * path.h, masses) / allowed_kink;
+  if (!(error > 1.0)) return 1.0;
+  constexpr double least = 0.02, most = 0.98;
+  for (const double kink : {a, b}) {
+    if (kink > least && kink < most) return kink;
+  }
+  return std::clamp(0.9 / std::sqrt(error), 0.1, 0.9);
 }
 
 }  // namespace tanor
