@@ -17,6 +17,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double seen_enough = 2.0;   // a force over the largest one at the looks
+constexpr double far_apart2 = 1.25;   // squares of the largest and the least distance, where one step should not lead
 constexpr double allowed_kink = 5.0;  // tolerances that the kink of one pair may cost in a step
 
 /// Gauss's nodes and weights on [0, 1].
@@ -88,9 +89,9 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
       const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
       const double excess = seen2 - near2 + bounds.slack - allowed;  // in range: what passes
       const double found = near2 < bounds.outer2 ? excess : 0.0;
-      const double outer_end2 = begin2 < end2 ? end2 : begin2;
-      const double crosses = outer_end2 > bounds.cutoff2 ? length2 - bounds.fast2 : 0.0;
-      const double counts = near2 < bounds.cutoff2 ? crosses : 0.0;
+      const double outer_end2 = begin2 < end2 ? end2 : begin2, edge2 = far_apart2 * near2;
+      const double changes = outer_end2 > (edge2 < bounds.cutoff2 ? edge2 : bounds.cutoff2) ? 1.0 : 0.0;
+      const double counts = near2 < bounds.cutoff2 ? changes * (length2 - bounds.fast2) : 0.0;
       const double larger = found > counts ? found : counts;
       passes = passes > larger ? passes : larger;
     }
@@ -308,7 +309,7 @@ bool PairField::Nearness::may_pass(const Approach& approach) const {
   const double seen2 = std::min(begin2, squared(from.r));
   if (!field_.neighbours_) return std::sqrt(near2) - bend < std::sqrt(seen2) / seen_enough;
   const Bounds own = bounds(bend);
-  if (near2 < own.cutoff2 && std::max(begin2, squared(from.r)) > own.cutoff2) return true;
+  if (near2 < own.cutoff2 && std::max(begin2, squared(from.r)) > std::min(own.cutoff2, far_apart2 * near2)) return true;
   return near2 < own.outer2 && seen2 - near2 + own.slack > own.allowed_growth(seen2);
 }
 
@@ -489,8 +490,8 @@ double PairField::find_crossing(const PointPath& path, const Approach& approach,
   return b;
 }
 
-/// A contact that begins or ends inside the step: what the pair's force does on the path is compared with what the
-/// scheme makes of it by its looks,
+/// A contact that begins or ends inside the step, or of which the step goes through a large part: what the pair's force
+/// does on the path is compared with what the scheme makes of it by its looks,
 ///
 ///   h (integral F(s) ds - sum_i w_i F(s_i))
 ///
@@ -498,9 +499,9 @@ double PairField::find_crossing(const PointPath& path, const Approach& approach,
 double PairField::resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
                                 std::span<const double> masses) const {
   if (!path.follows_tolerance || !neighbours_ || !(nearest.r < cutoff_)) return 1.0;
-  const auto is_outside = [&](double s) { return norm(relative(path, approach, s).r) >= cutoff_; };
-  const bool begins = is_outside(0.0), ends = is_outside(1.0);
-  if (!begins && !ends) return 1.0;
+  const double r0 = norm(relative(path, approach, 0.0).r), r1 = norm(relative(path, approach, 1.0).r);
+  const bool begins = r0 >= cutoff_, ends = r1 >= cutoff_;
+  if (!begins && !ends && std::max(r0, r1) <= std::sqrt(far_apart2) * nearest.r) return 1.0;
   const double a = begins ? find_crossing(path, approach, 0.0, nearest.s) : 0.0;
   const double b = ends ? find_crossing(path, approach, nearest.s, 1.0) : 1.0;
   Vec3 missed{};
