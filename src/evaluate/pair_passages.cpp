@@ -18,7 +18,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double seen_enough = 2.0;   // a force over the largest one at the looks
 constexpr double far_apart2 = 1.25;   // squares of the largest and the least distance, where one step should not lead
-constexpr double allowed_kink = 5.0;  // tolerances that the kink of one pair may cost in a step
+constexpr double allowed_kink = 25.0;  // tolerances that the kink of one pair may cost in a step
 
 /// Gauss's nodes and weights on [0, 1].
 constexpr std::array<std::array<double, 2>, 8> gauss{{{0.0198550717512319, 0.0506142681451882},
