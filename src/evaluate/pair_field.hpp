@@ -92,9 +92,15 @@ class PairField {
   std::vector<Feeling> felt_;      // [point]
 
   // Of `find_passage`.
-  std::optional<NeighbourLists> far_;    // of steps that lead beyond the skin of the others
-  std::vector<Vec3> begins_, moves_;     // [point] where a step begins, and how far it leads
-  std::vector<double> bends2_;           // [point]
+  std::optional<NeighbourLists> far_;  // of steps that lead beyond the skin of the others
+  std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
+  std::vector<double> bends2_;         // [point]
+  std::vector<double> travels2_;       // [point] m^2, from where the step before began
+  // No pair of a point, in lists of this version, comes to its cutoff until points have travelled so far.
+  std::vector<double> quiet_until_;  // [point]
+  double travelled_ = 0.0;           // m, since the beginning
+  bool quiet_in_far_ = false;
+  std::size_t quiet_version_ = 0;
   std::vector<double> looks_, weights_;  // of the scheme, as fractions of a step
   double worst_kink_ = 0.0;              // what it makes of a kink at its worst place, see `weigh_looks`
 };

@@ -16,8 +16,8 @@ namespace tanor {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double seen_enough = 2.0;   // a force over the largest one at the looks
-constexpr double far_apart2 = 1.25;   // squares of the largest and the least distance, where one step should not lead
+constexpr double seen_enough = 2.0;    // a force over the largest one at the looks
+constexpr double far_apart2 = 1.25;    // squares of the largest and the least distance, where one step should not lead
 constexpr double allowed_kink = 25.0;  // tolerances that the kink of one pair may cost in a step
 
 /// Gauss's nodes and weights on [0, 1].
@@ -55,15 +55,17 @@ struct Bounds {
   }
 };
 
-/// Whether one of these pairs may pass, by its chord d + u e, 0 <= u <= 1: in lanes, without branches.
+/// Whether one of these pairs may pass, by its chord d + u e, 0 <= u <= 1; and the least of |d^2 - r_cutoff^2|, m^2: in
+/// lanes, without branches.
 TANOR_EACH_INSTRUCTION_SET
 bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vector<Vec3>& begins,
-                  const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others) {
+                  const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others, double* apart) {
   constexpr std::size_t block = 32;
   constexpr double tiny = 1e-300;
   std::array<double, block> dx, dy, dz, ex, ey, ez;  // NOLINT: filled before use
   const Vec3 begin_i = begins[i], move_i = moves[i];
   bool result = false;
+  double least = infinity;
   for (std::size_t first = 0; first < others.size(); first += block) {
     const std::size_t count = std::min(block, others.size() - first);
     for (std::size_t k = 0; k < count; ++k) {
@@ -77,10 +79,12 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
       ez[k] = e.z;
     }
     double passes = 0.0;
-#pragma omp simd reduction(max : passes)
+#pragma omp simd reduction(max : passes) reduction(min : least)
     for (std::size_t k = 0; k < count; ++k) {
       const Vec3 d = box.nearest_image({dx[k], dy[k], dz[k]}), e{ex[k], ey[k], ez[k]};
       const double begin2 = dot(d, d), along = dot(d, e), length2 = dot(e, e);
+      const double from_cutoff = begin2 < bounds.cutoff2 ? bounds.cutoff2 - begin2 : begin2 - bounds.cutoff2;
+      least = from_cutoff < least ? from_cutoff : least;
       const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
       const double ahead = along < 0.0 ? -along : 0.0;
       const double part = ahead < length2 ? ahead : length2;  // of the chord, times its squared length
@@ -97,6 +101,7 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
     }
     result = result || passes > 0.0;
   }
+  *apart = least;
   return result;
 }
 
@@ -112,12 +117,13 @@ struct PairField::Encounter {
 /// end as anywhere.
 class PairField::Nearness {
  public:
-  Nearness(const PairField& field, const PointPath& path, const Reach& reach, double fast)
+  Nearness(PairField& field, const PointPath& path, const Reach& reach, double fast)
       : field_(field),
         path_(path),
         fast2_(fast * fast),
         all_(bounds(2.0 * reach.sagitta)),
-        far_(field.cutoff_ + 2.0 * reach.move) {
+        far_(field.cutoff_ + 2.0 * reach.move),
+        travels_(reach.move + 20.0 * reach.sagitta) {
     // Along pieces, without a cutoff, and where several images may come near, each pair is asked for.
     by_chords_ = path.num_pieces() == 1 && field.neighbours_;
     for (const double edge : {field.box_.edges().x, field.box_.edges().y, field.box_.edges().z})
@@ -126,7 +132,16 @@ class PairField::Nearness {
 
   /// Of point i with one of the others.
   bool may_any_pass(std::size_t i, std::span<const Index> others) const {
-    return !by_chords_ || tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others);
+    if (!by_chords_) return true;
+    double& quiet_until = field_.quiet_until_[i];
+    if (field_.travelled_ + travels_ < quiet_until) return false;
+    double apart = 0.0;
+    if (tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others, &apart)) return true;
+    // Both points of a pair may go a quarter of the way to the cutoff.
+    constexpr double most_way = 0.05;
+    const double way = std::sqrt(all_.cutoff2 + apart) - field_.cutoff_;
+    quiet_until = field_.travelled_ + 0.25 * std::min(way, most_way * field_.cutoff_);
+    return false;
   }
   bool may_pass(const Approach& approach) const;
 
@@ -139,11 +154,12 @@ class PairField::Nearness {
     return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff, fast2_};
   }
 
-  const PairField& field_;
+  PairField& field_;
   const PointPath& path_;
   double fast2_;  // m^2
   Bounds all_;
-  double far_;
+  double far_;      // m
+  double travels_;  // m: so far that chords, too, stay on one side of the cutoff
   bool by_chords_ = false;
 };
 
@@ -159,6 +175,11 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   }
   const NeighbourLists* const near = find_near(parallel, reach.move);
   if (near == nullptr) return 0.5;
+  if ((near == &*far_) != quiet_in_far_ || near->version() != quiet_version_) {
+    quiet_in_far_ = near == &*far_;
+    quiet_version_ = near->version();
+    quiet_until_.assign(points_.size(), 0.0);
+  }
 
   std::atomic<double> part = 1.0;
   const Nearness nearness(*this, path, reach, find_fast(path, masses));
@@ -181,6 +202,7 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
   begins_.resize(points_.size());
   moves_.resize(points_.size());
   bends2_.resize(points_.size());
+  travels2_.resize(points_.size());
   // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
   const double move2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
     double most = 0.0;
@@ -196,16 +218,21 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
         most = larger(most, squared(to - start));
         from = to;
       }
+      travels2_[k] = squared(start - begins_[k]);
       begins_[k] = start;
       moves_[k] = from - start;
       bends2_[k] = bend2;
     }
     return most;
   });
-  const double bend2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-    return *std::max_element(bends2_.begin() + static_cast<std::ptrdiff_t>(begin),
-                             bends2_.begin() + static_cast<std::ptrdiff_t>(end));
-  });
+  const auto largest = [&](const std::vector<double>& of) {
+    return parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
+      return *std::max_element(of.begin() + static_cast<std::ptrdiff_t>(begin),
+                               of.begin() + static_cast<std::ptrdiff_t>(end));
+    });
+  };
+  const double bend2 = largest(bends2_);
+  travelled_ += std::sqrt(largest(travels2_));
   const double sagitta = 8.0 / 27.0 * std::sqrt(bend2);
   return {std::sqrt(move2) + sagitta, sagitta};
 }
