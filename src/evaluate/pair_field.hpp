@@ -67,7 +67,6 @@ class PairField {
   double measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const;
   double measure(const PointPath& path, const Approach& approach, double impulse, std::span<const double> masses) const;
   void weigh_looks(std::span<const double> looks);
-  double find_fast(const PointPath& path, std::span<const double> masses);
   Vec3 force_along(const PointPath& path, const Approach& approach, double s) const;
   double find_crossing(const PointPath& path, const Approach& approach, double a, double b) const;
   double resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
@@ -94,15 +93,12 @@ class PairField {
   // Of `find_passage`.
   std::optional<NeighbourLists> far_;  // of steps that lead beyond the skin of the others
   std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
-  std::vector<double> bends2_;         // [point]
-  std::vector<double> travels2_;       // [point] m^2, from where the step before began
   // No pair of a point, in lists of this version, comes to its cutoff until points have travelled so far.
   std::vector<double> quiet_until_;  // [point]
   double travelled_ = 0.0;           // m, since the beginning
   bool quiet_in_far_ = false;
   std::size_t quiet_version_ = 0;
   std::vector<double> looks_, weights_;  // of the scheme, as fractions of a step
-  double worst_kink_ = 0.0;              // what it makes of a kink at its worst place, see `weigh_looks`
 };
 
 }  // namespace tanor

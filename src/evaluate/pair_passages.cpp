@@ -45,7 +45,6 @@ struct Bounds {
   double cutoff2 = 0.0;  ///< m^2
   double outer2 = 0.0;   ///< m^2: as near as this chord come pairs whose path may come within the cutoff
   double slack = 0.0;    ///< m^2: by so much more than on its chord may z grow on a path
-  double fast2 = 0.0;    ///< m^2: the kink of a pair that crosses its cutoff counts if its chord is longer than this
 
   /// With z = r_cutoff^2 - r^2 forces grow no faster than z where z is small, and like a power of r elsewhere: less
   /// than twofold if z grows by no more than this.
@@ -95,7 +94,7 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
       const double found = near2 < bounds.outer2 ? excess : 0.0;
       const double outer_end2 = begin2 < end2 ? end2 : begin2, edge2 = far_apart2 * near2;
       const double changes = outer_end2 > (edge2 < bounds.cutoff2 ? edge2 : bounds.cutoff2) ? 1.0 : 0.0;
-      const double counts = near2 < bounds.cutoff2 ? changes * (length2 - bounds.fast2) : 0.0;
+      const double counts = near2 < bounds.cutoff2 ? changes : 0.0;
       const double larger = found > counts ? found : counts;
       passes = passes > larger ? passes : larger;
     }
@@ -117,10 +116,9 @@ struct PairField::Encounter {
 /// end as anywhere.
 class PairField::Nearness {
  public:
-  Nearness(PairField& field, const PointPath& path, const Reach& reach, double fast)
+  Nearness(PairField& field, const PointPath& path, const Reach& reach)
       : field_(field),
         path_(path),
-        fast2_(fast * fast),
         all_(bounds(2.0 * reach.sagitta)),
         far_(field.cutoff_ + 2.0 * reach.move),
         travels_(reach.move + 20.0 * reach.sagitta) {
@@ -130,17 +128,17 @@ class PairField::Nearness {
       by_chords_ = by_chords_ && !(edge > 0.0 && edge < 2.0 * far_);
   }
 
+  /// No pair of point i comes to its cutoff.
+  bool is_quiet(std::size_t i) const { return by_chords_ && field_.travelled_ + travels_ < field_.quiet_until_[i]; }
   /// Of point i with one of the others.
   bool may_any_pass(std::size_t i, std::span<const Index> others) const {
     if (!by_chords_) return true;
-    double& quiet_until = field_.quiet_until_[i];
-    if (field_.travelled_ + travels_ < quiet_until) return false;
     double apart = 0.0;
     if (tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others, &apart)) return true;
-    // Both points of a pair may go a quarter of the way to the cutoff.
+    // Both points of a pair may go two fifths of the way to the cutoff.
     constexpr double most_way = 0.05;
     const double way = std::sqrt(all_.cutoff2 + apart) - field_.cutoff_;
-    quiet_until = field_.travelled_ + 0.25 * std::min(way, most_way * field_.cutoff_);
+    field_.quiet_until_[i] = field_.travelled_ + 0.4 * std::min(way, most_way * field_.cutoff_);
     return false;
   }
   bool may_pass(const Approach& approach) const;
@@ -151,12 +149,11 @@ class PairField::Nearness {
  private:
   Bounds bounds(double sagitta) const {
     const double cutoff = field_.cutoff_;
-    return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff, fast2_};
+    return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff};
   }
 
   PairField& field_;
   const PointPath& path_;
-  double fast2_;  // m^2
   Bounds all_;
   double far_;      // m
   double travels_;  // m: so far that chords, too, stay on one side of the cutoff
@@ -182,8 +179,10 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   }
 
   std::atomic<double> part = 1.0;
-  const Nearness nearness(*this, path, reach, find_fast(path, masses));
+  weigh_looks(path.looks);
+  const Nearness nearness(*this, path, reach);
   near->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
+    if (nearness.is_quiet(i)) return;
     const auto others = std::upper_bound(neighbours.begin(), neighbours.end(), static_cast<Index>(i));
     if (!nearness.may_any_pass(i, {others, neighbours.end()})) return;
     for (auto j = others; j != neighbours.end(); ++j) {
@@ -201,38 +200,34 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
   const double length = path.h / static_cast<double>(pieces);
   begins_.resize(points_.size());
   moves_.resize(points_.size());
-  bends2_.resize(points_.size());
-  travels2_.resize(points_.size());
-  // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
+  const auto raise = [](std::atomic<double>* largest, double to) {
+    for (double known = *largest; to > known && !largest->compare_exchange_weak(known, to);) {
+    }
+  };
+  std::atomic<double> bend2 = 0.0, travel2 = 0.0;
   const double move2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-    double most = 0.0;
+    double most = 0.0, most_bend2 = 0.0, most_travel2 = 0.0;
     for (std::size_t k = begin; k < end; ++k) {
       const Index i = points_[k];
       const Vec3 start = load(path.positions[0], i);
       Vec3 from = start;
-      double bend2 = 0.0;
       for (std::size_t piece = 0; piece < pieces; ++piece) {
         const Vec3 to = load(path.positions[piece + 1], i), e = to - from;
-        bend2 = larger(bend2, larger(squared(length * load(path.velocities[piece], i) - e),
-                                     squared(length * load(path.velocities[piece + 1], i) - e)));
+        most_bend2 = larger(most_bend2, larger(squared(length * load(path.velocities[piece], i) - e),
+                                               squared(length * load(path.velocities[piece + 1], i) - e)));
         most = larger(most, squared(to - start));
         from = to;
       }
-      travels2_[k] = squared(start - begins_[k]);
+      most_travel2 = larger(most_travel2, squared(start - begins_[k]));
       begins_[k] = start;
       moves_[k] = from - start;
-      bends2_[k] = bend2;
     }
+    raise(&bend2, most_bend2);
+    raise(&travel2, most_travel2);
     return most;
   });
-  const auto largest = [&](const std::vector<double>& of) {
-    return parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-      return *std::max_element(of.begin() + static_cast<std::ptrdiff_t>(begin),
-                               of.begin() + static_cast<std::ptrdiff_t>(end));
-    });
-  };
-  const double bend2 = largest(bends2_);
-  travelled_ += std::sqrt(largest(travels2_));
+  travelled_ += std::sqrt(travel2);
+  // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
   const double sagitta = 8.0 / 27.0 * std::sqrt(bend2);
   return {std::sqrt(move2) + sagitta, sagitta};
 }
@@ -458,36 +453,6 @@ void PairField::weigh_looks(std::span<const double> looks) {
       weights_[i] += value;
     }
   }
-  // K(c) = integral (s - c)_+ ds - sum_i w_i (s_i - c)_+  (Peano)
-  constexpr int num_places = 64;
-  worst_kink_ = 0.0;
-  for (int k = 1; k < num_places; ++k) {
-    const double c = static_cast<double>(k) / num_places;
-    double sum = 0.5 * (1.0 - c) * (1.0 - c);
-    for (std::size_t i = 0; i < looks.size(); ++i) sum -= weights_[i] * std::max(looks[i] - c, 0.0);
-    worst_kink_ = std::max(worst_kink_, std::abs(sum));
-  }
-}
-
-/// How far two points have to go in a step until the kink at their cutoff may count, m: the slope k of the force there
-/// misses an impulse of
-///
-///   h k |r_1 - r_0| max |K|
-///
-/// Forces that jump count always, and where steps are fixed none does.
-double PairField::find_fast(const PointPath& path, std::span<const double> masses) {
-  if (!path.follows_tolerance || !neighbours_) return infinity;
-  weigh_looks(path.looks);
-  const double inside = std::nextafter(cutoff_, 0.0), depth = 0.01 * cutoff_;
-  if (force_at(inside) * depth > 1e-9 * force_at(cutoff_ - depth) * cutoff_) return 0.0;
-  constexpr double steeper = 2.0;  // than at the cutoff is the force farther inside
-  const double slope = steeper * force_at(cutoff_ - depth) / depth;
-  double allowed = infinity;  // kg m/s
-  for (std::size_t k = 0; k < num_moving_; ++k) {
-    const auto point = static_cast<std::size_t>(points_[k]);
-    allowed = std::min(allowed, masses[point] * (path.atol + path.rtol * norm(moves_[k]) / path.h));
-  }
-  return allowed_kink * allowed / (path.h * slope * worst_kink_);
 }
 
 Vec3 PairField::force_along(const PointPath& path, const Approach& approach, double s) const {
