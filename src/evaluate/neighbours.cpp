@@ -47,6 +47,7 @@ bool NeighbourLists::cover(const Parallel& parallel, const std::vector<Vec3>& pl
 void NeighbourLists::make(const Parallel& parallel, const std::vector<Vec3>& places, double skin) {
   skin_ = skin;
   radius_ = cutoff_ + skin;
+  ++version_;
   places_ = places;
   lay_out_cells(places);
   sort_into_cells(places);

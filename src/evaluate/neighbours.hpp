@@ -41,6 +41,8 @@ class NeighbourLists {
   bool follow(const Parallel& parallel, const std::vector<Vec3>& places);
 
   double skin() const { return skin_; }
+  /// How often the lists were made.
+  std::size_t version() const { return version_; }
   /// The lists hold all pairs that come nearer than the cutoff while no point goes farther than `reach` from its place.
   bool cover(const Parallel& parallel, const std::vector<Vec3>& places, double reach) const;
   /// Makes them anew at these places, with another skin.
@@ -92,6 +94,7 @@ class NeighbourLists {
   std::size_t chunk_grain() const { return 1 + 256 * chunks_.size() / (places_.size() + 1); }
 
   double cutoff_, skin_, radius_;  // m; the last one is the sum of the others
+  std::size_t version_ = 0;
   PeriodicBox box_;
   std::size_t num_moving_;
   IndexLists excluded_;

@@ -61,12 +61,21 @@ class PairField {
   double find_passage_of_pair(const PointPath& path, const Nearness& nearness, std::size_t i, std::size_t j,
                               std::span<const double> masses) const;
   double examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const;
+  double find_unseen(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
+                     std::span<const double> masses) const;
   Encounter find_nearest(const PointPath& path, const Approach& approach, double a, double b) const;
   void narrow(const PointPath& path, const Approach& approach, double a, double b, int depth, Encounter* nearest) const;
   PointPath::Place relative(const PointPath& path, const Approach& approach, double s) const;
+  double signed_force_at(double r) const;  // N, positive where points push each other away
   double force_at(double r) const;
   double largest_force(double nearest, double farthest) const;
-  bool misses(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const;
+  double measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const;
+  double measure(const PointPath& path, const Approach& approach, double impulse, std::span<const double> masses) const;
+  void weigh_looks(std::span<const double> looks);
+  Vec3 force_along(const PointPath& path, const Approach& approach, double s) const;
+  double find_crossing(const PointPath& path, const Approach& approach, double a, double b) const;
+  double resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
+                       std::span<const double> masses) const;
 
   void follow(const Parallel& parallel, const double* r);
   Feeling feel(std::size_t i, std::span<const Index> neighbours) const;
@@ -89,7 +98,12 @@ class PairField {
   // Of `find_passage`.
   std::optional<NeighbourLists> far_;  // of steps that lead beyond the skin of the others
   std::vector<Vec3> begins_, moves_;   // [point] where a step begins, and how far it leads
-  std::vector<double> bends2_;         // [point]
+  // No pair of a point, in lists of this version, comes to its cutoff until points have travelled so far.
+  std::vector<double> quiet_until_;  // [point]
+  double travelled_ = 0.0;           // m, since the beginning
+  bool quiet_in_far_ = false;
+  std::size_t quiet_version_ = 0;
+  std::vector<double> looks_, weights_;  // of the scheme, as fractions of a step
 };
 
 }  // namespace tanor

@@ -16,7 +16,19 @@ namespace tanor {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double seen_enough = 2.0;  // a force over the largest one at the looks
+constexpr double seen_enough = 2.0;    // a force over the largest one at the looks
+constexpr double far_apart2 = 1.25;    // squares of the largest and the least distance, where one step should not lead
+constexpr double allowed_kink = 25.0;  // tolerances that the kink of one pair may cost in a step
+
+/// Gauss's nodes and weights on [0, 1].
+constexpr std::array<std::array<double, 2>, 8> gauss{{{0.0198550717512319, 0.0506142681451882},
+                                                      {0.1016667612931866, 0.1111905172266872},
+                                                      {0.2372337950418355, 0.1568533229389437},
+                                                      {0.4082826787521751, 0.1813418916891809},
+                                                      {0.5917173212478249, 0.1813418916891809},
+                                                      {0.7627662049581645, 0.1568533229389437},
+                                                      {0.8983332387068134, 0.1111905172266872},
+                                                      {0.9801449282487681, 0.0506142681451882}}};
 
 double squared(Vec3 a) {
   return dot(a, a);
@@ -42,15 +54,17 @@ struct Bounds {
   }
 };
 
-/// Whether one of these pairs may pass, by its chord d + u e, 0 <= u <= 1: in lanes, without branches.
+/// Whether one of these pairs may pass, by its chord d + u e, 0 <= u <= 1; and the least of |d^2 - r_cutoff^2|, m^2: in
+/// lanes, without branches.
 TANOR_EACH_INSTRUCTION_SET
 bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vector<Vec3>& begins,
-                  const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others) {
+                  const std::vector<Vec3>& moves, std::size_t i, std::span<const Index> others, double* apart) {
   constexpr std::size_t block = 32;
   constexpr double tiny = 1e-300;
   std::array<double, block> dx, dy, dz, ex, ey, ez;  // NOLINT: filled before use
   const Vec3 begin_i = begins[i], move_i = moves[i];
   bool result = false;
+  double least = infinity;
   for (std::size_t first = 0; first < others.size(); first += block) {
     const std::size_t count = std::min(block, others.size() - first);
     for (std::size_t k = 0; k < count; ++k) {
@@ -64,10 +78,12 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
       ez[k] = e.z;
     }
     double passes = 0.0;
-#pragma omp simd reduction(max : passes)
+#pragma omp simd reduction(max : passes) reduction(min : least)
     for (std::size_t k = 0; k < count; ++k) {
       const Vec3 d = box.nearest_image({dx[k], dy[k], dz[k]}), e{ex[k], ey[k], ez[k]};
       const double begin2 = dot(d, d), along = dot(d, e), length2 = dot(e, e);
+      const double from_cutoff = begin2 < bounds.cutoff2 ? bounds.cutoff2 - begin2 : begin2 - bounds.cutoff2;
+      least = from_cutoff < least ? from_cutoff : least;
       const double end2 = begin2 + 2.0 * along + length2, seen2 = begin2 < end2 ? begin2 : end2;
       const double ahead = along < 0.0 ? -along : 0.0;
       const double part = ahead < length2 ? ahead : length2;  // of the chord, times its squared length
@@ -76,10 +92,15 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
       const double most = 0.5 * seen < small ? 0.5 * seen : small, allowed = most > 0.2 * seen ? most : 0.2 * seen;
       const double excess = seen2 - near2 + bounds.slack - allowed;  // in range: what passes
       const double found = near2 < bounds.outer2 ? excess : 0.0;
-      passes = passes > found ? passes : found;
+      const double outer_end2 = begin2 < end2 ? end2 : begin2, edge2 = far_apart2 * near2;
+      const double changes = outer_end2 > (edge2 < bounds.cutoff2 ? edge2 : bounds.cutoff2) ? 1.0 : 0.0;
+      const double counts = near2 < bounds.cutoff2 ? changes : 0.0;
+      const double larger = found > counts ? found : counts;
+      passes = passes > larger ? passes : larger;
     }
     result = result || passes > 0.0;
   }
+  *apart = least;
   return result;
 }
 
@@ -95,17 +116,30 @@ struct PairField::Encounter {
 /// end as anywhere.
 class PairField::Nearness {
  public:
-  Nearness(const PairField& field, const PointPath& path, const Reach& reach)
-      : field_(field), path_(path), all_(bounds(2.0 * reach.sagitta)), far_(field.cutoff_ + 2.0 * reach.move) {
+  Nearness(PairField& field, const PointPath& path, const Reach& reach)
+      : field_(field),
+        path_(path),
+        all_(bounds(2.0 * reach.sagitta)),
+        far_(field.cutoff_ + 2.0 * reach.move),
+        travels_(reach.move + 20.0 * reach.sagitta) {
     // Along pieces, without a cutoff, and where several images may come near, each pair is asked for.
     by_chords_ = path.num_pieces() == 1 && field.neighbours_;
     for (const double edge : {field.box_.edges().x, field.box_.edges().y, field.box_.edges().z})
       by_chords_ = by_chords_ && !(edge > 0.0 && edge < 2.0 * far_);
   }
 
+  /// No pair of point i comes to its cutoff.
+  bool is_quiet(std::size_t i) const { return by_chords_ && field_.travelled_ + travels_ < field_.quiet_until_[i]; }
   /// Of point i with one of the others.
   bool may_any_pass(std::size_t i, std::span<const Index> others) const {
-    return !by_chords_ || tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others);
+    if (!by_chords_) return true;
+    double apart = 0.0;
+    if (tanor::may_any_pass(all_, field_.box_, field_.begins_, field_.moves_, i, others, &apart)) return true;
+    // Both points of a pair may go two fifths of the way to the cutoff.
+    constexpr double most_way = 0.05;
+    const double way = std::sqrt(all_.cutoff2 + apart) - field_.cutoff_;
+    field_.quiet_until_[i] = field_.travelled_ + 0.4 * std::min(way, most_way * field_.cutoff_);
+    return false;
   }
   bool may_pass(const Approach& approach) const;
 
@@ -118,10 +152,11 @@ class PairField::Nearness {
     return {cutoff * cutoff, (cutoff + sagitta) * (cutoff + sagitta), 2.0 * sagitta * cutoff};
   }
 
-  const PairField& field_;
+  PairField& field_;
   const PointPath& path_;
   Bounds all_;
-  double far_;
+  double far_;      // m
+  double travels_;  // m: so far that chords, too, stay on one side of the cutoff
   bool by_chords_ = false;
 };
 
@@ -137,10 +172,17 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   }
   const NeighbourLists* const near = find_near(parallel, reach.move);
   if (near == nullptr) return 0.5;
+  if ((near == &*far_) != quiet_in_far_ || near->version() != quiet_version_) {
+    quiet_in_far_ = near == &*far_;
+    quiet_version_ = near->version();
+    quiet_until_.assign(points_.size(), 0.0);
+  }
 
   std::atomic<double> part = 1.0;
+  weigh_looks(path.looks);
   const Nearness nearness(*this, path, reach);
   near->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
+    if (nearness.is_quiet(i)) return;
     const auto others = std::upper_bound(neighbours.begin(), neighbours.end(), static_cast<Index>(i));
     if (!nearness.may_any_pass(i, {others, neighbours.end()})) return;
     for (auto j = others; j != neighbours.end(); ++j) {
@@ -158,32 +200,34 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
   const double length = path.h / static_cast<double>(pieces);
   begins_.resize(points_.size());
   moves_.resize(points_.size());
-  bends2_.resize(points_.size());
-  // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
+  const auto raise = [](std::atomic<double>* largest, double to) {
+    for (double known = *largest; to > known && !largest->compare_exchange_weak(known, to);) {
+    }
+  };
+  std::atomic<double> bend2 = 0.0, travel2 = 0.0;
   const double move2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-    double most = 0.0;
+    double most = 0.0, most_bend2 = 0.0, most_travel2 = 0.0;
     for (std::size_t k = begin; k < end; ++k) {
       const Index i = points_[k];
       const Vec3 start = load(path.positions[0], i);
       Vec3 from = start;
-      double bend2 = 0.0;
       for (std::size_t piece = 0; piece < pieces; ++piece) {
         const Vec3 to = load(path.positions[piece + 1], i), e = to - from;
-        bend2 = larger(bend2, larger(squared(length * load(path.velocities[piece], i) - e),
-                                     squared(length * load(path.velocities[piece + 1], i) - e)));
+        most_bend2 = larger(most_bend2, larger(squared(length * load(path.velocities[piece], i) - e),
+                                               squared(length * load(path.velocities[piece + 1], i) - e)));
         most = larger(most, squared(to - start));
         from = to;
       }
+      most_travel2 = larger(most_travel2, squared(start - begins_[k]));
       begins_[k] = start;
       moves_[k] = from - start;
-      bends2_[k] = bend2;
     }
+    raise(&bend2, most_bend2);
+    raise(&travel2, most_travel2);
     return most;
   });
-  const double bend2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
-    return *std::max_element(bends2_.begin() + static_cast<std::ptrdiff_t>(begin),
-                             bends2_.begin() + static_cast<std::ptrdiff_t>(end));
-  });
+  travelled_ += std::sqrt(travel2);
+  // 4/27 (|a| + |b|) <= 8/27 max(|a|, |b|), whose root is taken once
   const double sagitta = 8.0 / 27.0 * std::sqrt(bend2);
   return {std::sqrt(move2) + sagitta, sagitta};
 }
@@ -226,11 +270,15 @@ const NeighbourLists* PairField::find_near(const Parallel& parallel, double move
   return &*far_;
 }
 
-double PairField::force_at(double r) const {
+double PairField::signed_force_at(double r) const {
   if (r >= cutoff_) return 0.0;
-  if (!neighbours_) return std::abs(strength_) / r;
+  if (!neighbours_) return strength_ / r;
   const double s2 = sigma2_ / (r * r), s6 = s2 * s2 * s2;
-  return 24.0 * epsilon_ * s6 * std::abs(2.0 * s6 - 1.0) / r;
+  return 24.0 * epsilon_ * s6 * (2.0 * s6 - 1.0) / r;
+}
+
+double PairField::force_at(double r) const {
+  return std::abs(signed_force_at(r));
 }
 
 /// At distances from the nearest to the farthest.
@@ -283,6 +331,7 @@ bool PairField::Nearness::may_pass(const Approach& approach) const {
   const double seen2 = std::min(begin2, squared(from.r));
   if (!field_.neighbours_) return std::sqrt(near2) - bend < std::sqrt(seen2) / seen_enough;
   const Bounds own = bounds(bend);
+  if (near2 < own.cutoff2 && std::max(begin2, squared(from.r)) > std::min(own.cutoff2, far_apart2 * near2)) return true;
   return near2 < own.outer2 && seen2 - near2 + own.slack > own.allowed_growth(seen2);
 }
 
@@ -332,18 +381,29 @@ PairField::Encounter PairField::find_nearest(const PointPath& path, const Approa
   return nearest;
 }
 
-/// A push that nobody saw would move the point by more than the tolerance.
-bool PairField::misses(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const {
-  if (i >= num_moving_) return false;
+/// How far a push that nobody saw would move the point, over the tolerance.
+double PairField::measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const {
+  if (i >= num_moving_) return 0.0;
   const Index point = points_[i];
   const double r = std::max(norm(load(path.positions.front(), point)), norm(load(path.positions.back(), point)));
   const double v = std::max(norm(load(path.velocities.front(), point)), norm(load(path.velocities.back(), point)));
   const double change = impulse / masses[static_cast<std::size_t>(point)];
-  return change > path.atol_v(point) + path.rtol * v || change * path.h > path.atol_r(point) + path.rtol * r;
+  return std::max(change / (path.atol_v(point) + path.rtol * v), change * path.h / (path.atol_r(point) + path.rtol * r));
+}
+
+double PairField::measure(const PointPath& path, const Approach& approach, double impulse,
+                          std::span<const double> masses) const {
+  return std::max(measure(path, approach.i, impulse, masses), measure(path, approach.j, impulse, masses));
 }
 
 double PairField::examine(const PointPath& path, const Approach& approach, std::span<const double> masses) const {
-  const Encounter nearest_of_all = find_nearest(path, approach, 0.0, 1.0);
+  const Encounter nearest = find_nearest(path, approach, 0.0, 1.0);
+  return std::min(find_unseen(path, approach, nearest, masses), resolve_kinks(path, approach, nearest, masses));
+}
+
+/// A meeting that no look has seen.
+double PairField::find_unseen(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
+                              std::span<const double> masses) const {
   const double most = largest_force(nearest_of_all.r, infinity);
   const auto force_seen = [&](double s) { return force_at(norm(relative(path, approach, s).r)); };
   double seen = std::max(force_seen(0.0), force_seen(1.0));
@@ -370,13 +430,84 @@ double PairField::examine(const PointPath& path, const Approach& approach, std::
     };
     const double lasts = std::min(b - a, passing(std::min(cutoff_, 3.0 * nearest.r)));
     const double impulse = force * lasts * path.h;
-    if (!misses(path, approach.i, impulse, masses) && !misses(path, approach.j, impulse, masses)) continue;
+    if (!(measure(path, approach, impulse, masses) > 1.0)) continue;
     // The next step ends where the force begins, or, where it has begun, on the way to its largest value.
     const double begins = std::max(nearest.s - 0.5 * passing(std::min(cutoff_, 2.0 * nearest.r)), 0.0);
     const double rises = nearest.s - begins;
     return begins > 4.0 * rises ? begins - 0.01 * rises : begins + 0.25 * rises;
   }
   return 1.0;
+}
+
+/// How a scheme integrates what depends on time alone is told by its looks: none has more of them than its order, so
+/// that its weights are those of the interpolating polynomial, w_i = integral of l_i(s) ds.
+void PairField::weigh_looks(std::span<const double> looks) {
+  if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
+  looks_.assign(looks.begin(), looks.end());
+  weights_.assign(looks.size(), 0.0);
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    for (const auto& [s, weight] : gauss) {
+      double value = weight;
+      for (std::size_t j = 0; j < looks.size(); ++j)
+        if (j != i) value *= (s - looks[j]) / (looks[i] - looks[j]);
+      weights_[i] += value;
+    }
+  }
+}
+
+Vec3 PairField::force_along(const PointPath& path, const Approach& approach, double s) const {
+  const Vec3 d = relative(path, approach, s).r;
+  const double r = norm(d);
+  return r < cutoff_ ? (signed_force_at(r) / r) * d : Vec3{};
+}
+
+/// Where the distance crosses the cutoff between a and b, of which one is inside.
+double PairField::find_crossing(const PointPath& path, const Approach& approach, double a, double b) const {
+  const auto excess = [&](double s) { return squared(relative(path, approach, s).r) - cutoff_ * cutoff_; };
+  double at_a = excess(a), at_b = excess(b);
+  constexpr double near = 1e-10;
+  for (int iteration = 0; iteration < 40 && std::abs(b - a) > near; ++iteration) {
+    const double s = std::clamp(a - at_a * (b - a) / (at_b - at_a), std::min(a, b), std::max(a, b));
+    const double found = excess(s);
+    if (std::abs(found) < near * cutoff_ * cutoff_) return s;
+    if ((found > 0.0) == (at_b > 0.0)) {
+      at_a *= 0.5;  // the Illinois rule
+    } else {
+      a = b;
+      at_a = at_b;
+    }
+    b = s;
+    at_b = found;
+  }
+  return b;
+}
+
+/// A contact that begins or ends inside the step, or of which the step goes through a large part: what the pair's force
+/// does on the path is compared with what the scheme makes of it by its looks,
+///
+///   h (integral F(s) ds - sum_i w_i F(s_i))
+///
+/// and where they differ, the next attempt ends at the kink, with a smooth force on either side.
+double PairField::resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
+                                std::span<const double> masses) const {
+  if (!path.follows_tolerance || !neighbours_ || !(nearest.r < cutoff_)) return 1.0;
+  const double r0 = norm(relative(path, approach, 0.0).r), r1 = norm(relative(path, approach, 1.0).r);
+  const bool begins = r0 >= cutoff_, ends = r1 >= cutoff_;
+  if (!begins && !ends && std::max(r0, r1) <= std::sqrt(far_apart2) * nearest.r) return 1.0;
+  const double a = begins ? find_crossing(path, approach, 0.0, nearest.s) : 0.0;
+  const double b = ends ? find_crossing(path, approach, nearest.s, 1.0) : 1.0;
+  Vec3 missed{};
+  for (const auto& [s, weight] : gauss)
+    missed = missed + ((b - a) * weight) * force_along(path, approach, a + s * (b - a));
+  for (std::size_t k = 0; k < looks_.size(); ++k)
+    missed = missed - weights_[k] * force_along(path, approach, looks_[k]);
+  const double error = measure(path, approach, norm(missed) * path.h, masses) / allowed_kink;
+  if (!(error > 1.0)) return 1.0;
+  constexpr double least = 0.02, most = 0.98;
+  for (const double kink : {a, b}) {
+    if (kink > least && kink < most) return kink;
+  }
+  return std::clamp(0.9 / std::sqrt(error), 0.1, 0.9);
 }
 
 }  // namespace tanor

@@ -358,7 +358,7 @@ Gas draw_gas(Random& random) {
 TEST_P(PassingByMethod, BeadsOfAThinGasMeet) {
   Random random(11), noise(12);
   Tally tally;
-  for (int draw = num_draws(16); draw-- > 0;) {
+  for (int draw = num_draws(120); draw-- > 0;) {
     const Gas gas = draw_gas(random);
     const State right = run_in_pieces(gas.system, gas.t_end, gas.piece);
     // What becomes of ten tolerances at the start.
