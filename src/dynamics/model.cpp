@@ -277,6 +277,12 @@ void Model::measure_velocity_scale(double t, const double* r, const double* v) {
   measure_local_speeds(r, v, w0.data());
 }
 
+void Model::exchange_memory(Memory& memory) {
+  std::vector<double> speeds = scales.speeds();
+  memory.exchange(velocity_scale, speeds);
+  if (memory.reads()) scales.set_speeds(speeds);
+}
+
 /// Each neighbourhood's own; `w0`: M^-1 f, prescribed accelerations at supports.
 void Model::measure_local_speeds(const double* r, const double* v, const double* w0) {
   const std::vector<double> zero(3 * num_points(), 0.0);

@@ -405,6 +405,7 @@ void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot) {
 /// Charts, w as it was found in those before, and what friction keeps.
 void TangentForm::exchange_memory(Memory& memory) {
   if (memory.reads()) complete();  // in the charts that the last accelerations belong to
+  model_.exchange_memory(memory);
   model_.coordinates.exchange_memory(memory);
   memory.exchange(w_);
   if (friction_ != nullptr) friction_->exchange_memory(memory);

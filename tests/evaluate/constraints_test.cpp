@@ -13,6 +13,8 @@
 
 #include "evaluate/definitions.hpp"
 #include "reference.hpp"
+#include "system/members.hpp"
+#include "system/neighbourhoods.hpp"
 
 namespace tanor {
 namespace {
@@ -344,11 +346,17 @@ double length_of(const Scene& scene, Eigen::Index row) {
   if (const auto* circles = std::get_if<Circles>(&constraint)) return parameter(*circles, &Circles::radius, k / 2);
   // Else the length of the neighbourhood of the row's first moving point.
   const Neighbourhoods around = find_neighbourhoods(scene.system, 0.0);
-  for (const Index point : points_of(constraint, k)) {
-    const Index own = around.of_point[static_cast<std::size_t>(point)];
-    if (own >= 0) return around.length[static_cast<std::size_t>(own)];
-  }
-  return scene_size(scene.system);
+  std::size_t next = 0;
+  double length = scene_size(scene.system);
+  for_each_member(scene.system, [&](std::span<const Index> points, int rows) {
+    for (int row = 0; row < rows; ++row, ++next) {
+      for (std::size_t p = points.size(); next == k && p-- > 0;) {
+        const Index own = around.of_point[static_cast<std::size_t>(points[p])];
+        if (own >= 0) length = around.length[static_cast<std::size_t>(own)];
+      }
+    }
+  });
+  return length;
 }
 
 double largest_block(const Eigen::MatrixXd& K, Eigen::Index row) {

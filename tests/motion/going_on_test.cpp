@@ -97,6 +97,12 @@ std::vector<double> bits(const Simulation& simulation) {
   return all;
 }
 
+void expect_same(const Simulation& found, const Simulation& expected, const std::string& where) {
+  const std::vector<double> a = bits(found), b = bits(expected);
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(a[k], b[k]) << "number " << k << " of " << a.size() << ", " << where;
+}
+
 class GoingOnTest : public testing::TestWithParam<Case> {};
 
 TEST_P(GoingOnTest, BitByBitFromASnapshot) {
@@ -108,10 +114,10 @@ TEST_P(GoingOnTest, BitByBitFromASnapshot) {
   second.restore(first.snapshot());
 
   ASSERT_TRUE(second.outcome().ok()) << second.outcome().what;
-  EXPECT_EQ(bits(second), bits(whole)) << "where it was restored";
+  expect_same(second, whole, "where it was restored");
   ASSERT_TRUE(whole.advance(end).ok()) << whole.outcome().what;
   ASSERT_TRUE(second.advance(end).ok()) << second.outcome().what;
-  EXPECT_EQ(bits(second), bits(whole)) << "at the end";
+  expect_same(second, whole, "at the end");
   EXPECT_GT(whole.report().steps, 2u);
 }
 
@@ -137,7 +143,7 @@ TEST_P(GoingOnTest, BitByBitFromASnapshotThatAnObserverTook) {
     second.restore(snapshot);
 
     ASSERT_TRUE(second.advance(end).ok()) << second.outcome().what;
-    EXPECT_EQ(bits(second), bits(whole)) << "from step " << step;
+    expect_same(second, whole, "from step " + std::to_string(step));
   }
 }
 
