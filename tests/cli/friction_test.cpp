@@ -93,6 +93,26 @@ TEST(FrictionTest, WhereTwoAccelerationsObeyTheLawTheProgramEndsWithThree) {
   }
 }
 
+TEST(FrictionTest, TwoParallelPlanesAreNoWire) {
+  const Folder folder;
+  for (const char* velocity : {"[0,0,0]", "[1,0,0]"}) {
+    write_text(folder / "s.json", R"({"tanor_scene": 1,
+      "points": {"positions": [[0,0,0]], "velocities": [)" + std::string(velocity) + R"(]},
+      "constraints": [{"name": "floor", "kind": "plane", "points": [0], "normal": [0,0,1], "offset": 0},
+                      {"name": "table", "kind": "plane", "points": [0], "normal": [0,0,-2], "offset": 0}],
+      "forces": [{"kind": "gravity", "acceleration": [1,0,-10]}],
+      "friction": [{"name": "rust", "kind": "coulomb", "at": ["floor", "table"], "coefficient": 0.2}],
+      "motion": {"t_end": 0.1}})");
+    for (const char* command : {"solve", "run"}) {
+      const Ended ended = run_program(folder, {command, "s.json"});
+
+      EXPECT_EQ(ended.code, 3) << command << ": " << ended.out;
+      EXPECT_NE(ended.err.find("rust at floor[0], point 0: its two surfaces are parallel"), std::string::npos) << ended.err;
+      EXPECT_EQ(ended.out.find("nan"), std::string::npos) << ended.out;
+    }
+  }
+}
+
 TEST(FrictionTest, InfoAndCheckTellContactsAndLaws) {
   const Folder folder;
   write_text(folder / "s.json", rails(0.5, 6.0));
