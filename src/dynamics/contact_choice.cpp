@@ -327,6 +327,71 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
   return {};
 }
 
+/// A contact of an island whose load is shared in many ways has reached its limit: while another share has something to
+/// spare, it is taken. Where none has, all accelerations are still 0, and nothing tells yet what will move: the island is
+/// held a little longer, until what it lacks rises above rounding (`overload`). Then the law is solved for it as a whole.
+/// `choices`: islands that were treated so.
+Outcome NormalForm::choose_share(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                                 std::span<const std::size_t> releases, const std::vector<char>& wanted,
+                                 std::vector<ContactChoice>* choices) {
+  constexpr double to_spare = 1e-9;
+  overloads_.resize(at_rest.size(), 0);
+  // On curves all that give way do so along their curves: nothing has to be waited for.
+  Tangents& tangents = model_.constraints.tangents();
+  std::vector<char> on_surfaces(wanted.size(), 0);
+  for (std::size_t c = 0; c < at_rest.size(); ++c) {
+    const std::size_t island = friction_->island_of(c);
+    if (at_rest[c] != 0 && tangents[c].num_tangents() == 2) on_surfaces[island] = wanted[island];
+  }
+  Outcome outcome =
+      count_choices(t, r, v, at_rest, releases, on_surfaces, std::numeric_limits<std::size_t>::max(), choices);
+  if (!outcome.ok() || choices->empty()) return outcome;
+  softness_.resize(at_rest.size(), 0);
+  std::vector<ContactChoice> treated;
+  for (ContactChoice& choice : *choices) {
+    if (choice.x.size() == 0) continue;
+    std::vector<char> sticks(choice.size());
+    bool is_overloaded = false;
+    const auto share = [&] {
+      Eigen::VectorXd x = choice.x, weights;
+      const double load = share_load(choice.problem, sticks, &x, &weights);
+      for (std::size_t c = 0; !std::isnan(load) && c < choice.size(); ++c) {
+        const double bits = -softness_steps * std::log2(weights(static_cast<Eigen::Index>(c)));
+        softness_[choice.members[c]] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 20.0 * softness_steps)));
+      }
+      return load;
+    };
+    for (std::size_t c = 0; c < choice.size(); ++c) {
+      sticks[c] = !choice.problem.contacts[c].moves;
+      is_overloaded = is_overloaded || overloads_[choice.members[c]] != 0;
+    }
+    if (!is_overloaded) {
+      const double load = share();
+      if (std::isnan(load)) continue;
+      for (std::size_t c = 0; c < choice.size(); ++c) {
+        overloads_[choice.members[c]] = load > 1.0 - to_spare && sticks[c] != 0;
+        tangents.set_stick(choice.members[c], sticks[c] != 0);
+      }
+    } else {
+      const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
+      const double least =
+          rounding_of_accelerations * std::max(acceleration_scale_, choice.problem.acceleration_scale(choice.x));
+      for (std::size_t c = 0; c < choice.size(); ++c) {
+        const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
+        overloads_[choice.members[c]] = 0;
+        sticks[c] = !moves && a.segment(first, dimension).norm() <= least;
+        tangents.set_stick(choice.members[c], sticks[c] != 0);
+      }
+      (void)share();
+    }
+    choice.has_shared = true;
+    treated.push_back(std::move(choice));
+  }
+  *choices = std::move(treated);
+  forget_compliance();
+  return linearise(t, r);
+}
+
 /// Contacts that bear all they can do so from now on: what they shared with others that stick is then determined.
 bool NormalForm::set_limits(const std::vector<ContactChoice>& choices) {
   Tangents& tangents = model_.constraints.tangents();

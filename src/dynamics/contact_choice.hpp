@@ -24,6 +24,8 @@ struct ContactChoice {
   ContactSolutions solutions;
   Eigen::VectorXd x;  ///< the one taken; empty: none
 
+  bool has_shared = false;  ///< the share of those that stick has most to spare already
+
   std::size_t size() const { return members.size(); }
   /// Acceleration of the point of a member, m/s^2.
   Vec3 acceleration(std::size_t member, const Eigen::VectorXd& at) const {

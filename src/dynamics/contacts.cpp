@@ -98,7 +98,8 @@ void NormalForm::evaluate_events(double, const double*, const double* v, double*
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     if (tangents[c].first_row < 0) continue;
     if (tangents.sticks(c)) {
-      const double limit = friction_->static_limit(c, lambda_.data()), held = norm(friction_->held(c, lambda_.data()));
+      const double limit = limit_factor(c) * friction_->static_limit(c, lambda_.data());
+      const double held = norm(friction_->held(c, lambda_.data()));
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
       const double forward = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c));
@@ -122,6 +123,7 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
   friction_->laws().keep_senses(v);
   verdict_ = Uniqueness::NotAsked;
   softness_.clear();
+  overloads_.clear();
   std::fill(lambda_.begin(), lambda_.end(), 0.0);
   const std::vector<char> all_islands(friction_->islands().size(), 1);
   return choose_modes(t, r, v, at_rest, {}, all_islands, w);
@@ -146,6 +148,14 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
       tangents.set_stick(c, true);
       has_changed[friction_->island_of(c)] = 1;
     }
+  }
+  // A chain that stops does so nearly at one instant: what is this slow beside one that stops has no time of its own.
+  const double nearly_at_rest = 100.0 * sliding_threshold();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const bool may_stop = tangents[c].first_row >= 0 && at_rest[c] == 0 && has_changed[friction_->island_of(c)] != 0;
+    if (!may_stop || !releases.empty() || norm(tangents.sliding_velocity(c, v)) > nearly_at_rest) continue;
+    at_rest[c] = 1;
+    tangents.set_stick(c, true);
   }
   return choose_modes(t, r, v, at_rest, releases, has_changed, w);
 }
@@ -172,7 +182,8 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
   judges_friction_ = false;
   std::vector<ContactChoice> choices;
   Outcome found;
-  if (num_at_rest > 0 || is_start) {
+  if (!releases.empty()) found = choose_share(t, r, v, at_rest, releases, has_changed, &choices);
+  if (found.ok() && choices.empty() && (num_at_rest > 0 || is_start)) {
     found = count_choices(t, r, v, at_rest, releases, has_changed, is_start ? most_at_start : most_contacts_counted,
                           &choices);
   }
@@ -236,10 +247,14 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
   constexpr double rounding_of_accelerations = 1e-9;
   std::vector<char> released(tangents.size(), 0);
   // Directions that were solved for: where accelerations are small, to follow them would lead away.
-  std::vector<char> is_solved(tangents.size(), 0);
+  std::vector<char> is_solved(tangents.size(), 0), is_known(tangents.size(), 0);
   for (const ContactChoice& choice : choices) {
-    for (const std::size_t c : choice.members) is_solved[c] = choice.x.size() > 0;
+    for (const std::size_t c : choice.members) {
+      is_solved[c] = choice.x.size() > 0;
+      is_known[c] = choice.has_shared;
+    }
   }
+  const bool has_shared = std::any_of(choices.begin(), choices.end(), [](const auto& each) { return each.has_shared; });
   constexpr int most_shares = 20;
   constexpr double enough_to_spare = 0.9;
   std::vector<double> loads(tangents.size(), -1.0);
@@ -256,7 +271,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
       if (at_rest[c] == 0) continue;
       const double scale = acceleration_at(c);
       if (tangents.sticks(c)) {
-        const double limit = friction_->static_limit(c, lambda_.data());
+        const double limit = limit_factor(c) * friction_->static_limit(c, lambda_.data());
         const double held = norm(friction_->held(c, lambda_.data()));
         const double rounding = 1e-13 * scale * model_.mass[static_cast<std::size_t>(tangents[c].point)];
         if (held - (1.0 + limit_slack) * limit > rounding) too_much.emplace_back((held - limit) / held, c);
@@ -297,7 +312,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
       if (limit > 0.0) worst_load = std::max(worst_load, loads[c]);
     }
     const bool is_asked = !too_much.empty() || num_shares > 0 || (pass == 0 && !releases.empty());
-    if (is_asked && worst_load > enough_to_spare && num_shares < most_shares && worst_load < 0.99 * last_load) {
+    if (is_asked && !has_shared && worst_load > enough_to_spare && num_shares < most_shares && worst_load < 0.99 * last_load) {
       ++num_shares;
       last_load = worst_load;
       share_again(loads);
@@ -307,6 +322,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
     // No share leaves them anything to spare: they give way together.
     for (std::size_t c = 0; c < tangents.size(); ++c) {
       if (!is_compliant_ || has_given_way || releases.empty() || loads[c] < 1.0 - 1e-8) continue;
+      if (is_known[c] != 0) continue;
       release(c);
       has_changed = true;
     }
@@ -371,7 +387,7 @@ void NormalForm::accept_places(double t, const double* r) {
 
 namespace {
 
-enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2, num_modes = 6 };  // 4, 5: both
+enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2, overloaded = 6, num_modes = 7 };  // 4, 5: both
 
 }  // namespace
 
@@ -387,6 +403,7 @@ std::vector<int> NormalForm::discrete_state() const {
                     : along > 0.0                                 ? slides_forward
                                                                   : slides_backward);
     if (state.back() > sticks && friction_->laws().is_at_limit(c)) state.back() += at_limit;
+    if (limit_factor(c) > 1.0) state.back() = overloaded;
     if (!softness_.empty()) state.back() += num_modes * softness_[c];
   }
   return state;
@@ -401,9 +418,14 @@ void NormalForm::restore_discrete_state(std::span<const int> state) {
   }
   restored_.assign(state.begin(), state.end());
   softness_.assign(state.size(), 0);
+  overloads_.assign(state.size(), 0);
   for (std::size_t c = 0; c < state.size(); ++c) {
     softness_[c] = std::max(0, state[c] / num_modes);
     restored_[c] -= num_modes * softness_[c];
+    if (restored_[c] == overloaded) {
+      overloads_[c] = 1;
+      restored_[c] = sticks;
+    }
     tangents.set_stick(c, restored_[c] == sticks);
   }
 }

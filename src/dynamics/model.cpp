@@ -441,6 +441,17 @@ std::string Model::name_contact(std::size_t contact) const {
          std::to_string(numbering.user_point[static_cast<std::size_t>(place.point)]);
 }
 
+Outcome Model::check_contacts(double t) const {
+  const Tangents& tangents = constraints.tangents();
+  const std::size_t c = tangents.find_undirected();
+  if (c == tangents.size()) return {};
+  return {Status::Singular, "friction at t = " + text(t) + ": " + name_contact(c) +
+                                (tangents[c].num_guides == 2
+                                     ? ": its two surfaces are parallel there, and where it may slide is not defined; "
+                                       "a list in \"at\" names the two surfaces that cross in a wire"
+                                     : ": its surface has no normal there")};
+}
+
 Outcome Model::not_finite(double t) const {
   return {Status::NotFinite, "state or forces are not finite at t = " + text(t)};
 }

@@ -124,6 +124,8 @@ class Model {
   std::vector<double> without_contacts(const std::vector<double>& blocks) const;
   /// "friction0 at wire[4], point 3"
   std::string name_contact(std::size_t contact) const;
+  /// Where T stands, each contact has directions to slide in.
+  Outcome check_contacts(double t) const;
   Outcome not_finite(double t) const;
 
  private:

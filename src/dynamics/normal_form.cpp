@@ -148,6 +148,7 @@ Outcome NormalForm::linearise(double t, const double* r) {
     const Stopwatch watch(&model_.times.evaluate);
     model_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   }
+  if (Outcome outcome = model_.check_contacts(t); !outcome.ok()) return outcome;
   return factorize(t, r, !by_sweep);
 }
 

@@ -187,6 +187,9 @@ class NormalForm final : public EquationsOfMotion {
   void solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const;
   void guess_multipliers(double t, const double* r, const double* v, const std::vector<ContactChoice>& choices);
   Outcome explain_choice(double t, const ContactChoice& choice) const;
+  Outcome choose_share(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                       std::span<const std::size_t> releases, const std::vector<char>& wanted,
+                       std::vector<ContactChoice>* choices);
   Outcome count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                         std::span<const std::size_t> releases, const std::vector<char>& wanted,
                         std::size_t most_contacts, std::vector<ContactChoice>* choices);
@@ -256,7 +259,12 @@ class NormalForm final : public EquationsOfMotion {
   bool judges_friction_ = false, refuses_several_ = false;
   Uniqueness verdict_ = Uniqueness::NotAsked;  // of all modes, since they were counted last
   std::string verdict_reason_;
-  static constexpr int softness_steps = 4;  // an octave
+  static constexpr int softness_steps = 1 << 20;  // an octave
+  static constexpr double overload = 1e-6;
+  std::vector<char> overloads_;  // [contact] held until `overload` above its limit
+  double limit_factor(std::size_t contact) const {
+    return !overloads_.empty() && overloads_[contact] != 0 ? 1.0 + overload : 1.0;
+  }
   std::vector<int> softness_;               // [contact] 0: softest; empty: all are alike
   bool is_compliant_ = false;           // contacts that stick depend on constraints, or on each other
   std::vector<double> accelerations_;   // [neighbourhood] m/s^2, of what cancels in the last accelerations, where …

@@ -85,6 +85,17 @@ void Tangents::write_gradients(const Parallel& parallel, double* blocks) {
   });
 }
 
+std::size_t Tangents::find_undirected() const {
+  constexpr double parallel = 1e-10;  // T has no more digits than the sine of the angle leaves
+  for (std::size_t c = 0; c < size(); ++c) {
+    const auto& [k, l] = normals_[c];
+    const double sizes = places_[c].num_guides == 2 ? norm(k) * norm(l) : norm(k);
+    const double across = places_[c].num_guides == 2 ? norm(cross(k, l)) : sizes;
+    if (!(across > parallel * sizes)) return c;
+  }
+  return size();
+}
+
 std::size_t Tangents::num_sticking() const {
   return static_cast<std::size_t>(std::count_if(sticks_.begin(), sticks_.end(), [](char each) { return each != 0; }));
 }

@@ -58,6 +58,9 @@ class Tangents {
 
   /// T at the place where K (in `blocks`) stands; writes the blocks of the contacts' own rows.
   void write_gradients(const Parallel& parallel, double* blocks);
+  /// A contact whose guides leave no directions at the place where T was written: a gradient is 0, or the two of a wire
+  /// are parallel. `size()`: there is none.
+  std::size_t find_undirected() const;
   /// T [contact], `num_tangents` of them.
   const std::array<Vec3, 2>& directions(std::size_t contact) const { return directions_[contact]; }
   /// K_g [contact], `num_guides` of them, 0 the other.

@@ -62,13 +62,20 @@ bool is_monotone(const ContactProblem& problem);
 
 constexpr std::size_t most_contacts_counted = 10;
 
-/// All motions that obey the law, all modes of stick and slip tried: complete for up to `most_contacts_counted` contacts
-/// on curves. `most_modes`: more of them are not tried. `guess`: where to look first.
+/// All motions that obey the law, all modes of stick and slip tried: complete for up to `most_contacts_counted`
+/// contacts on curves. `most_modes`: more of them are not tried. `guess`: where to look first.
 ContactSolutions find_all(const ContactProblem& problem, std::size_t most_modes, const Eigen::VectorXd& guess);
 
 /// Some motion that obeys the law, near `guess`; empty: none was found. A semismooth Newton method, then limits mu |N|
 /// that stand by turns with the convex problem that they leave. Certified by its residual.
 Eigen::VectorXd find_one(const ContactProblem& problem, const Eigen::VectorXd& guess);
+
+/// Contacts at rest that may share their load in many ways share it so that the most loaded one, |x_c|/h_c, has most to
+/// spare: the least weighted norm, with `weights` [contact] that Lawson's algorithm finds (largest 1). Changes x to
+/// that share; others than `shares_it` [contact] keep theirs. Returns the largest |x_c|/h_c; NaN: there is one share
+/// only.
+double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, Eigen::VectorXd* x,
+                  Eigen::VectorXd* weights);
 
 constexpr double obeys_below = 1e-9;  ///< residuals of what counts as a solution
 

@@ -93,6 +93,56 @@ TEST(FrictionTest, WhereTwoAccelerationsObeyTheLawTheProgramEndsWithThree) {
   }
 }
 
+TEST(FrictionTest, BeadsOfAChainOnARoughFloorGiveWayOneAfterAnother) {
+  // drawn by its first bead, a support: 0.05 t^2 exp(-t/10) backwards
+  constexpr int count = 20;
+  json positions = {{0.0, 0.0, 0.0}}, pairs = json::array();
+  for (int i = 1; i < count; ++i) {
+    const double angle = 0.6 * std::sin(0.7 * i) + 0.3 * std::sin(0.13 * i), x = positions.back()[0], y = positions.back()[1];
+    positions.push_back({x + 0.1 * std::cos(angle), y + 0.1 * std::sin(angle), 0.0});
+    pairs.push_back({i - 1, i});
+  }
+  json scene = json::parse(R"json({"tanor_scene": 1, "points": {"masses": 0.1},
+    "supports": [{"points": [0], "motion": {"formula": ["-0.05*t^2*exp(-0.1*t)", "0", "0"]}}],
+    "constraints": [{"name": "rods", "kind": "rod"},
+                    {"name": "floor", "kind": "plane", "normal": [0,0,1], "offset": 0}],
+    "forces": [{"kind": "gravity", "acceleration": [0,0,-9.81]}],
+    "friction": [{"kind": "coulomb", "at": "floor", "coefficient": 0.3}],
+    "motion": {"method": "dop853", "t_end": 5, "rtol": 1e-10, "atol": 1e-12}})json");
+  scene["points"]["positions"] = positions;
+  scene["constraints"][0]["pairs"] = pairs;
+  scene["constraints"][1]["points"] = {{"first", 1}, {"count", count - 1}, {"stride", 1}};
+  const Folder folder;
+  write_text(folder / "s.json", scene.dump());
+  const Ended ended = run_program(folder, {"run", "s.json", "--out", "out"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json summary = json::parse(read_text(folder / "out" / "summary.json"));
+  EXPECT_EQ(summary["t_reached"], 5.0);
+  EXPECT_LT(std::abs(summary["energy"]["drift_relative"].get<double>()), 1e-8);
+  EXPECT_GE(summary["events"], count - 1) << "each gives way for itself";
+}
+
+TEST(FrictionTest, TwoParallelPlanesAreNoWire) {
+  const Folder folder;
+  for (const char* velocity : {"[0,0,0]", "[1,0,0]"}) {
+    write_text(folder / "s.json", R"({"tanor_scene": 1,
+      "points": {"positions": [[0,0,0]], "velocities": [)" + std::string(velocity) + R"(]},
+      "constraints": [{"name": "floor", "kind": "plane", "points": [0], "normal": [0,0,1], "offset": 0},
+                      {"name": "table", "kind": "plane", "points": [0], "normal": [0,0,-2], "offset": 0}],
+      "forces": [{"kind": "gravity", "acceleration": [1,0,-10]}],
+      "friction": [{"name": "rust", "kind": "coulomb", "at": ["floor", "table"], "coefficient": 0.2}],
+      "motion": {"t_end": 0.1}})");
+    for (const char* command : {"solve", "run"}) {
+      const Ended ended = run_program(folder, {command, "s.json"});
+
+      EXPECT_EQ(ended.code, 3) << command << ": " << ended.out;
+      EXPECT_NE(ended.err.find("rust at floor[0], point 0: its two surfaces are parallel"), std::string::npos) << ended.err;
+      EXPECT_EQ(ended.out.find("nan"), std::string::npos) << ended.out;
+    }
+  }
+}
+
 TEST(FrictionTest, InfoAndCheckTellContactsAndLaws) {
   const Folder folder;
   write_text(folder / "s.json", rails(0.5, 6.0));
