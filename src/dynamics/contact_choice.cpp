@@ -375,7 +375,7 @@ Outcome NormalForm::choose_share(double t, const double* r, const double* v, con
     } else {
       const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
       const double least =
-          rounding_of_accelerations * std::max(acceleration_scale_, choice.problem.acceleration_scale(choice.x));
+          rounding_of_accelerations * std::max(choice.acceleration_scale, choice.problem.acceleration_scale(choice.x));
       for (std::size_t c = 0; c < choice.size(); ++c) {
         const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
         overloads_[choice.members[c]] = 0;

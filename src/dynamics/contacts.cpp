@@ -150,10 +150,11 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
     }
   }
   // A chain that stops does so nearly at one instant: what is this slow beside one that stops has no time of its own.
-  const double nearly_at_rest = 100.0 * sliding_threshold();
+  constexpr double nearly = 100.0;
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const bool may_stop = tangents[c].first_row >= 0 && at_rest[c] == 0 && has_changed[friction_->island_of(c)] != 0;
-    if (!may_stop || !releases.empty() || norm(tangents.sliding_velocity(c, v)) > nearly_at_rest) continue;
+    if (!may_stop || !releases.empty() || norm(tangents.sliding_velocity(c, v)) > nearly * sliding_threshold(c))
+      continue;
     at_rest[c] = 1;
     tangents.set_stick(c, true);
   }

@@ -33,6 +33,7 @@ struct Energy {
 struct StepErrors {
   const double *x, *v;
   const double *x_from, *v_from, *x_to, *v_to;
+  bool are_of_projections = false;  ///< moves along the constraints' gradients, which are errors as a whole
 };
 
 /// A step of length h from x and v that may miss v and x at its end by atol + rtol |.|.

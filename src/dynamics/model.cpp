@@ -358,7 +358,7 @@ double Model::velocity_violation(double t, const double* r, const double* v) {
 
 ErrorRatios Model::error_ratios(const StepErrors& errors, double atol, double rtol) const {
   constexpr std::size_t few = 8;
-  if (joints.allows_rounding()) return joints.error_ratios(errors, atol, rtol, scales);
+  if (joints.allows_rounding() && !errors.are_of_projections) return joints.error_ratios(errors, atol, rtol, scales);
   const auto largest = [&](const double* error, const double* from, const double* to, std::span<const double> all) {
     const double* const own = atol > 0.0 ? nullptr : all.data();
     if (num_points() < few) return largest_ratio_of_few(error, from, to, num_points(), own, atol, rtol);

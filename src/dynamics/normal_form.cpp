@@ -448,7 +448,7 @@ void NormalForm::exchange_memory(Memory& memory) {
 }
 
 ErrorRatios NormalForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
-  if (model_.joints.allows_rounding()) {
+  if (model_.joints.allows_rounding() && !errors.are_of_projections) {
     // e - M^-1 K S^-1 K'e: what constraints take is rounding most of all.
     const auto take = [&](const double* error, std::vector<double>* left) {
       left->assign(error, error + size());

@@ -34,7 +34,7 @@ StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* stat
       const double rounding = put_to / mechanics.last_solve().reciprocal_condition;
       double fastest = 0.0;
       for (const double each : state->v) fastest = std::max(fastest, std::abs(each));
-      const StepErrors errors{moved.data(), moved.data(), x, v, x, v};
+      const StepErrors errors{moved.data(), moved.data(), x, v, x, v, true};
       double atol = tolerance->atol;
       if (const auto own = mechanics.point_tolerances().velocities; !(atol > 0.0) && !own.empty())
         atol = *std::min_element(own.begin(), own.end());

@@ -238,7 +238,7 @@ Result compare(Simulation* simulation, double end, double x, double v, double x_
                const std::string& scene, double periods) {
   const Outcome outcome = simulation->advance(end);
   Result result{scene, 0.0, std::max(100.0, 10.0 * periods), !outcome.ok() || !simulation->report().accuracy_warning.empty()};
-  if (!outcome.ok()) result.scene += ": " + outcome.what;
+  result.scene += ": " + outcome.what + simulation->report().accuracy_warning;
   const double of_x = std::abs(simulation->positions().end()[-3] - x) / (atol + rtol * x_size);
   const double of_v = std::abs(simulation->velocities().end()[-3] - v) / (atol + rtol * v_size);
   result.miss = std::max(of_x, of_v);
