@@ -74,8 +74,11 @@ double NormalForm::beyond_rounding(const double* r, double violation, double all
   const Scales& scales = model_.scales;
   if (!(violation <= std::max(allowed, times * rounding_floor(r)))) return violation;
   if (scales.are_one()) return 0.0;
-  const std::vector<double> places = model_.largest_norms(r), at_rest(size(), 0.0);
-  std::vector<double> position(num_rows()), rates(num_rows()), lengths(num_rows(), 0.0);
+  auto& [places, at_rest, position, rates, lengths] = beyond_;
+  model_.largest_norms(r, &places);
+  at_rest.resize(size(), 0.0);
+  for (std::vector<double>* array : {&position, &rates}) array->resize(num_rows());
+  lengths.assign(num_rows(), 0.0);
   model_.constraints.measure(r, at_rest.data(), position.data(), rates.data());
   model_.constraints.write_lengths(lengths.data());
   double worst = 0.0;

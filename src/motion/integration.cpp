@@ -112,6 +112,7 @@ void Integration::restore(const Snapshot& snapshot) {
 
 void Integration::begin() {
   trial_ = state;  // what does not move stands in both
+  if (mechanics_.may_lose_rank()) beyond_ = state;
   trial_is_before_ = false;
   watch_.forget();
   drives_.begin(state.t);
