@@ -402,12 +402,12 @@ void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot) {
   model_.coordinates.recentre(t, q, q_dot, q_ddot);
 }
 
-/// Charts, w as it was found in those before, and what friction keeps.
+/// Charts, w and w0 as they were found in those before, and what friction keeps.
 void TangentForm::exchange_memory(Memory& memory) {
   if (memory.reads()) complete();  // in the charts that the last accelerations belong to
   model_.exchange_memory(memory);
   model_.coordinates.exchange_memory(memory);
-  memory.exchange(w_);
+  memory.exchange(w_, w0_);
   if (friction_ != nullptr) friction_->exchange_memory(memory);
 }
 

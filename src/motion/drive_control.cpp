@@ -37,8 +37,8 @@ void DriveControl::begin(double t) {
 void DriveControl::restore(double t, std::span<const double> memory) {
   begin(t);
   if (memory.empty()) return;
-  if (memory.size() != 6) {
-    throw InputError("/snapshot/drive_memory", "holds " + std::to_string(memory.size()) + " numbers, not 6");
+  if (memory.size() != 8) {
+    throw InputError("/snapshot/drive_memory", "holds " + std::to_string(memory.size()) + " numbers, not 8");
   }
   begin_ = memory[0];
   seen_until_ = memory[1];
@@ -46,10 +46,13 @@ void DriveControl::restore(double t, std::span<const double> memory) {
   length_ = memory[3];
   next_length_ = memory[4];
   pieces_ = memory[5];
+  spacing_ = memory[6];
+  end_ = memory[7];
 }
 
 void DriveControl::advance(double t, double t_end) {
   constexpr double samples = 4096.0;
+  if (t_end == end_ && spacing_ > 0.0) return;  // an advance that was stopped on its way goes on
   spacing_ = std::max(t_end - t, t - begin_) / samples;
   end_ = t_end;
 }

@@ -23,7 +23,7 @@ class DriveControl {
   /// A motion begins at t.
   void begin(double t);
   /// What the next step depends on beside the state, to a snapshot at t and back.
-  std::vector<double> memory() const { return {begin_, seen_until_, longest_seen_, length_, next_length_, pieces_}; }
+  std::vector<double> memory() const { return {begin_, seen_until_, longest_seen_, length_, next_length_, pieces_, spacing_, end_}; }
   void restore(double t, std::span<const double> memory);
   /// An advance begins at t.
   void advance(double t, double t_end);
@@ -53,7 +53,7 @@ class DriveControl {
   MotionOptions options_;
   Mechanics& mechanics_;
   int degree_ = 2;
-  double begin_ = 0.0, end_ = 0.0, spacing_ = std::numeric_limits<double>::infinity();
+  double begin_ = 0.0, end_ = 0.0, spacing_ = 0.0;
   // Of the last look: where it ends, the longest step that it serves, how long it was, the next one shall be; its
   // pieces.
   double seen_until_ = 0.0, longest_seen_ = 0.0, length_ = 0.0, next_length_ = 0.0, pieces_ = 1.0;

@@ -63,7 +63,7 @@ RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mec
   rows_.push_back(weigh(tableau_.b));
   for (const std::vector<double>& row : tableau_.dense.a) rows_.push_back(weigh(row));
   // Stages round apart from each other, each by a little less than a sample shows: 3/4 |b| in the Euclidean norm.
-  for (const double b : tableau_.b) rounding_gain_ = std::hypot(rounding_gain_, 0.65 * b);
+  for (const double b : tableau_.b) rounding_gain_ = std::hypot(rounding_gain_, 0.8 * b);
   estimate_ = weigh(tableau_.e);
   estimate3_ = weigh(tableau_.e3);
   for (const std::vector<double>& row : tableau_.dense.d) powers_.push_back(weigh(row));

@@ -91,26 +91,9 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SteadyStepTest,
                                                           Method::Rattle),
                                           testing::Values(1, 2)),
                          name_instance);
-/// Beads that slide on rough guides, and some that stick; none changes within these steps.
-System make_rough_beads() {
-  System system = scenes::make_beads(40);
-  system.friction = {Coulomb{"rust", {"circles"}, 0.1, 0.2}, Coulomb{"felt", {"planes"}, 0.1, 0.2},
-                     Coulomb{"ball", {"spheres"}, 0.1, 0.2}, Coulomb{"wire", {"lines"}, 0.1, 0.2}};
-  for (std::size_t i = 0; i < system.num_points(); ++i) {
-    if (i % 4 != 3) continue;  // beads on lines move along them, the others stick where they can
-    system.velocities[3 * i] = 1.0;
-  }
-  return system;
-}
-
-INSTANTIATE_TEST_SUITE_P(Friction, SteadyStepTest,
-                         testing::Combine(testing::Values(Scene{"rough_beads", make_rough_beads}),
-                                          testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Rattle),
-                                          testing::Values(1, 2)),
-                         name_instance);
 INSTANTIATE_TEST_SUITE_P(Compositions, SteadyStepTest,
                          testing::Combine(testing::Values(steady_scenes[0], steady_scenes[2], steady_scenes[5],
-                                                          steady_scenes[8], Scene{"rough_beads", make_rough_beads}),
+                                                          steady_scenes[8]),
                                           testing::Values(Method::Rattle4, Method::Rattle6), testing::Values(1, 2)),
                          name_instance);
 // Whose forces have no series
