@@ -34,6 +34,7 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   PlanSummary plan;
   describe_solver(&plan);
   linearises_cheaply_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
+  if (!model.scales.are_one()) norms_.reserve(num_rows());
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
                                               [this](const double* b, double* x, bool refines) {

@@ -278,7 +278,7 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
     h -= now / slope;
     if (high - low <= finest)
       h = high;
-    else if (!(h > low && h < high) || std::abs(h - last_h) < 0.5 * finest)
+    else if (!(h > low && h < high) || (std::abs(h - last_h) < 0.5 * finest && std::abs(now) > vanishing))
       h = 0.5 * (low + high);  // where a function jumps the secant stands still
   }
   return {Status::NotConverged, "the instant of an event near t = " + text(to->t) + " is not found"};
