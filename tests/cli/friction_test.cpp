@@ -47,7 +47,12 @@ TEST(FrictionTest, SolveTellsFrictionAndHowItWasFound) {
       const json& report = solution["friction_report"];
       EXPECT_EQ(report["contacts"], 1);
       EXPECT_EQ(report["sticking"], 0);
-      EXPECT_GE(report["iterations"], method == std::string("fixed_point") ? 1 : 0) << "modes were counted before";
+      // Newton's method begins at the counted solution, and has no step left to make.
+      if (method == std::string("newton")) {
+        EXPECT_EQ(report["iterations"], 0);
+      } else {
+        EXPECT_GT(report["iterations"], 0) << method;
+      }
       EXPECT_EQ(report["uniqueness"], "proven") << method;
       EXPECT_TRUE(report["method_used"].is_string());
     }
