@@ -40,18 +40,19 @@ Certificate Judge::judge() {
 
 // ---- words ----
 
-/// Accelerations are measured by the largest of w, M^-1 f, M^-1 tau and M^-1 eta.
+/// Accelerations are measured by the largest of w, M^-1 f, M^-1 tau and M^-1 eta in the neighbourhood.
 void Judge::measure_scale() {
   w0_.assign(n_, 0.0);
-  acceleration_ = model_.evaluate_free(answer_.t, answer_.r.data(), answer_.v.data(), w0_.data());
-  acceleration_ = std::max(acceleration_, model_.largest_norm(answer_.w.data()));
+  model_.evaluate_free(answer_.t, answer_.r.data(), answer_.v.data(), w0_.data());
+  acceleration_.assign(model_.scales.size(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-    const Vec3 tau = load(answer_.tau.data(), i);
-    store(w0_.data(), i, load(w0_.data(), i) + model_.inverse_mass[i] * tau);
-    acceleration_ = std::max(acceleration_, model_.inverse_mass[i] * norm(tau));
-    acceleration_ = std::max(acceleration_, model_.inverse_mass[i] * norm(load(answer_.eta.data(), i)));
+    const Vec3 w0 = load(w0_.data(), i), tau = load(answer_.tau.data(), i), eta = load(answer_.eta.data(), i);
+    store(w0_.data(), i, w0 + model_.inverse_mass[i] * tau);
+    double& own = acceleration_[model_.scales.of_point(i)];
+    own = std::max({own, norm(load(answer_.w.data(), i)), norm(w0), model_.inverse_mass[i] * norm(tau),
+                    model_.inverse_mass[i] * norm(eta)});
   }
-  if (!(acceleration_ > 0.0)) acceleration_ = 1.0;
+  for (double& own : acceleration_) own = own > 0.0 ? own : 1.0;
 }
 
 void Judge::add(double* figure, const std::string& identity, double error, double allowed, const std::string& where) {
@@ -73,6 +74,13 @@ void Judge::add_point(double* figure, const std::string& identity, const Worst& 
 Judge::Worst Judge::worst_point(const Vector& difference, double scale) const {
   Worst worst;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) worst.see(norm(load(difference.data(), i)) / scale, i);
+  return worst;
+}
+
+Judge::Worst Judge::worst_point(const Vector& difference, const Vector& scale) const {
+  Worst worst;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i)
+    worst.see(norm(load(difference.data(), i)) / at_point(scale, i), i);
   return worst;
 }
 

@@ -44,6 +44,10 @@ class Judge {
   void add_row(double* figure, const std::string& identity, const Worst& worst, double allowed);
   void add_point(double* figure, const std::string& identity, const Worst& worst, double allowed);
   Worst worst_point(const Vector& difference, double scale) const;
+  /// Each point beside the scale of its own neighbourhood: another one, however fast, hides nothing.
+  Worst worst_point(const Vector& difference, const Vector& scale) const;
+  double speed_at(std::size_t point) const { return model_.scales.speed(model_.scales.of_point(point)); }
+  double at_point(const Vector& scale, std::size_t point) const { return scale[model_.scales.of_point(point)]; }
   /// The same of M^1/2 times the difference.
   Worst worst_point_by_M(const Vector& difference, double scale) const;
   Vector to_user(const Vector& inner) const;
@@ -94,7 +98,7 @@ class Judge {
   void judge_equations(const Definitions& definitions, const Vector& user_v);
   void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const;
   Vector measure_rows(const Vector& weights) const;
-  double measure_curvature(const Definitions& definitions, const Vector& user_v);
+  Vector measure_curvature(const Definitions& definitions, const Vector& user_v);
   void judge_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta);
   Vector project_onto_tangent(const Vector& u);
   void judge_normal_projector(const Definitions& definitions);
@@ -145,7 +149,7 @@ class Judge {
   Vector gamma_scale_;             // [point] 1; 1/m where second_ serves; supports: 0
   bool has_both_ = false;
   double rcond_of_S_ = 1.0, rcond_of_H_ = 1.0, rcond_of_Gamma_ = 1.0;
-  double acceleration_ = 0.0, scale_ = 0.0;  // w, M^-1 f and M^-1 eta; with phi
+  Vector acceleration_, scale_;  // [neighbourhood], m/s^2: the largest of w, M^-1 f and M^-1 eta; with phi
   double inverse_sine_ = 1.0;                // of angles
 };
 

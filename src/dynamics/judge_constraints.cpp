@@ -17,7 +17,8 @@ void Judge::judge_constraints() {
   row_norms_ = measure_rows(Vector(model_.num_points(), 1.0));
   {
     const Vector user_v = to_user(answer_.v);
-    scale_ = std::max(acceleration_, measure_curvature(definitions, user_v));
+    scale_ = measure_curvature(definitions, user_v);
+    for (std::size_t k = 0; k < scale_.size(); ++k) scale_[k] = std::max(scale_[k], acceleration_[k]);
     judge_equations(definitions, user_v);
   }
   if (forms_.tangent == nullptr) {
@@ -36,7 +37,11 @@ void Judge::judge_equations(const Definitions& definitions, const Vector& user_v
   Vector xi(d_), rate(d_), second(d_);
   definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, to_user(answer_.w), xi, rate, second);
   Worst worst;
-  for (std::size_t a = 0; a < d_; ++a) worst.see(std::abs(second[a]) / (row_norms_[a] * scale_), a);
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    if (!is_users(a)) continue;
+    const std::size_t row = user_row(a);
+    worst.see(std::abs(second[row]) / (row_norms_[row] * scale_[model_.scales.of_row(a)]), row);
+  }
   add_row(&result_.residual, "K'w + phi = 0", worst, 1e-10 + rounding);
 
   // M w = f + tau + K lambda
@@ -56,7 +61,11 @@ void Judge::judge_equations(const Definitions& definitions, const Vector& user_v
     const auto user_row = static_cast<std::size_t>(model_.numbering.user_row[row]);
     if (user_row < d_) terms[point] += model_.inverse_mass[point] * std::abs(answer_.lambda[row]) * row_norms_[user_row];
   }
-  const double cancelled = std::max(scale_, *std::max_element(terms.begin(), terms.end()));
+  Vector cancelled = scale_;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    double& own = cancelled[model_.scales.of_point(i)];
+    own = std::max(own, terms[i]);
+  }
   add_point(&result_.residual, "M w = " + given_force() + " + K lambda", worst_point(rest, cancelled),
             1e-10 + rounding);
 
@@ -102,14 +111,18 @@ Judge::Vector Judge::measure_rows(const Vector& weights) const {
   return result;
 }
 
-/// max |phi|/|gradient|: phi along r + e v, with what is prescribed at supports.
-double Judge::measure_curvature(const Definitions& definitions, const Vector& user_v) {
+/// max |phi|/|gradient| of each neighbourhood: phi along r + e v, with what is prescribed at supports.
+Judge::Vector Judge::measure_curvature(const Definitions& definitions, const Vector& user_v) {
   Vector given(n_, 0.0), xi(d_), rate(d_);
   std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(), given.data() + moving_);
   phi_.resize(d_);
   definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, to_user(given), xi, rate, phi_);
-  double worst = 0.0;
-  for (std::size_t a = 0; a < d_; ++a) worst = std::max(worst, std::abs(phi_[a]) / row_norms_[a]);
+  Vector worst(model_.scales.size(), 0.0);
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    if (!is_users(a)) continue;
+    double& own = worst[model_.scales.of_row(a)];
+    own = std::max(own, std::abs(phi_[user_row(a)]) / row_norms_[user_row(a)]);
+  }
   return worst;
 }
 

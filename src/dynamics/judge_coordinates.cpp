@@ -45,11 +45,13 @@ void Judge::judge_coordinates() {
 
 /// w = d2 r(q(t), t)/dt2 by differences of places alone, which share no derivative with A and psi: a stencil of
 /// order 8, over a fiftieth of the time in which points cross a length of the scene, or a drive turns their velocity.
+/// All points go along together, so they are measured by the largest acceleration of the scene.
 void Judge::judge_curve() {
+  const double acceleration = *std::max_element(acceleration_.begin(), acceleration_.end());
   const double speed = std::max(model_.largest_norm(answer_.v.data()), 1e-3 * model_.velocity_scale);
-  const double length = model_.smallest_length, crossing = length / std::max(speed, std::sqrt(length * acceleration_));
+  const double length = model_.smallest_length, crossing = length / std::max(speed, std::sqrt(length * acceleration));
   const bool is_driven = model_.coordinates.depends_on_time();
-  const double h = 0.02 * (is_driven ? std::min(speed / acceleration_, crossing) : crossing);
+  const double h = 0.02 * (is_driven ? std::min(speed / acceleration, crossing) : crossing);
   constexpr double weights[] = {-205.0 / 72.0, 8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0};
   Vector sum(n_, 0.0), place(n_);
   try {
@@ -63,8 +65,8 @@ void Judge::judge_curve() {
   }
   model_.set_time(answer_.t);
   for (std::size_t i = 0; i < moving_; ++i) sum[i] = sum[i] / (h * h) - answer_.w[i];
-  const double far = eps * model_.largest_norm(answer_.r.data()) / (h * h * acceleration_);
-  add_point(&result_.residual, "w = d2/dt2 r(q(t), t)", worst_point(sum, acceleration_), 1e-6 + 1e2 * far);
+  const double far = eps * model_.largest_norm(answer_.r.data()) / (h * h * acceleration);
+  add_point(&result_.residual, "w = d2/dt2 r(q(t), t)", worst_point(sum, acceleration), 1e-6 + 1e2 * far);
 }
 
 /// (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u. Both projectors are orthogonal in |M^1/2 .|: measured there, whatever the

@@ -98,17 +98,18 @@ std::vector<Judge::Sliding> Judge::measure_sliding(const Definitions& definition
     turns = turns || contact.across != std::array{0.0, 0.0};
   }
 
-  // e_j'K_g_dot c from phi, quadratic in v: (phi(v + s e_j) - phi(v - s e_j))/(4 s)
+  // e_j'K_g_dot c from phi, quadratic in v: (phi(v + s e_j) - phi(v - s e_j))/(4 s), s the speed of the neighbourhood
   if (turns) {
-    const double s = model_.velocity_scale;
-    const Vector user_v = to_user(answer_.v), zero(n_, 0.0);
-    Vector shifted(user_v), xi(d_), rate(d_), forward(d_), backward(d_);
+    const Vector zero(n_, 0.0);
+    Vector shifted, xi(d_), rate(d_), forward(d_), backward(d_);
     for (std::size_t j = 0; j < 3; ++j) {
       for (const auto& [sign, phi] : {std::pair{1.0, &forward}, std::pair{-1.0, &backward}}) {
-        for (std::size_t i = 0; i < n_; ++i) shifted[i] = user_v[i] + (i % 3 == j ? sign * s : 0.0);
-        definitions.taylor(model_.parallel, answer_.t, user_r_, shifted, zero, xi, rate, *phi);
+        shifted = answer_.v;
+        for (std::size_t i = 0; i < model_.num_moving(); ++i) shifted[3 * i + j] += sign * speed_at(i);
+        definitions.taylor(model_.parallel, answer_.t, user_r_, to_user(shifted), zero, xi, rate, *phi);
       }
       for (Sliding& contact : contacts) {
+        const double s = speed_at(contact.place.point);
         double turn = 0.0;
         for (std::size_t g = 0; g < static_cast<std::size_t>(contact.place.num_guides); ++g) {
           const std::size_t row = user_row(static_cast<std::size_t>(contact.place.guide_row[g]));
@@ -125,8 +126,8 @@ std::vector<Judge::Sliding> Judge::measure_sliding(const Definitions& definition
 /// tau = tau(r, v, t, lambda) at each point. What sticks, or slides too slowly to have a direction of its own, takes
 /// the rest there: along the guide, and of the size that the law says, or below its limit.
 void Judge::judge_law(const std::vector<Sliding>& contacts) {
-  const double slow = 1e-6 * model_.velocity_scale;
   const auto has_direction = [&](const Sliding& contact) {
+    const double slow = 1e-6 * speed_at(contact.place.point);
     return contact.exact() == nullptr || (!contact.sticks && norm(contact.velocity) > slow);
   };
   Vector law(n_, 0.0), limit(n_ / 3, 0.0);
@@ -140,9 +141,11 @@ void Judge::judge_law(const std::vector<Sliding>& contacts) {
     else
       ++open[static_cast<std::size_t>(contact.place.point)];
   }
-  double largest = std::numeric_limits<double>::min();
-  for (std::size_t i = 0; i < n_ / 3; ++i)
-    largest = std::max({largest, norm(load(answer_.tau.data(), i)), norm(load(law.data(), i))});
+  Vector largest(model_.scales.size(), std::numeric_limits<double>::min());
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    double& own = largest[model_.scales.of_point(i)];
+    own = std::max({own, norm(load(answer_.tau.data(), i)), norm(load(law.data(), i))});
+  }
 
   Worst uphill, above;
   const Vector given = law;
@@ -168,10 +171,11 @@ void Judge::judge_law(const std::vector<Sliding>& contacts) {
       add(contact, tau);
     }
     if (contact.sticks) {
-      const double size = model_.mass[point] * scale_;
+      const double size = model_.mass[point] * at_point(scale_, point);
       above.see((norm(rest) - limit[point]) / size, point);
     }
-    if (contact.takes_energy()) uphill.see(dot(tau, contact.velocity) / (largest * model_.velocity_scale), point);
+    if (contact.takes_energy())
+      uphill.see(dot(tau, contact.velocity) / (at_point(largest, point) * speed_at(contact.place.point)), point);
   }
   for (std::size_t i = 0; i < n_; ++i) law[i] -= answer_.tau[i];
   const double allowed = refined(rcond_of_S_) + rounding_of_places();
@@ -182,18 +186,17 @@ void Judge::judge_law(const std::vector<Sliding>& contacts) {
 
 /// At rest the law holds on the acceleration level: what sticks has none, and what begins to slide goes against tau.
 void Judge::judge_rest(const std::vector<Sliding>& contacts) {
-  const double rest = 1e-11 * model_.velocity_scale;
   Worst moves, stays, turns;
   bool starts = false;
   for (const Sliding& contact : contacts) {
     const auto point = static_cast<std::size_t>(contact.place.point);
     const Vec3 a = contact.acceleration;
     if (contact.sticks) {
-      moves.see(norm(contact.velocity) / model_.velocity_scale, point);
-      stays.see(norm(a) / scale_, point);
-    } else if (contact.exact() != nullptr && norm(contact.velocity) <= rest) {
+      moves.see(norm(contact.velocity) / speed_at(contact.place.point), point);
+      stays.see(norm(a) / at_point(scale_, point), point);
+    } else if (contact.exact() != nullptr && norm(contact.velocity) <= 1e-11 * speed_at(contact.place.point)) {
       starts = true;
-      turns.see((norm(a) + dot(a, to_unit(load(answer_.tau.data(), point)))) / scale_, point);
+      turns.see((norm(a) + dot(a, to_unit(load(answer_.tau.data(), point)))) / at_point(scale_, point), point);
     }
   }
   const double allowed = 1e-10 + rounding_of_places();

@@ -51,12 +51,16 @@ void Judge::compare_multipliers(const Vector& lambda) {
 
   const std::vector<bool> is_unique = forms_.normal->find_rank(answer_.r.data(), false).multipliers_unique;
   const Vector& lengths = second_->lengths();  // |M^-1/2 k|: lengths times lambda is an acceleration
-  double size = scale_;
-  for (std::size_t a = 0; a < num_rows_; ++a) size = std::max(size, lengths[a] * std::abs(lambda[a]));
+  Vector size = scale_;
+  for (std::size_t a = 0; a < num_rows_; ++a) {
+    double& own = size[model_.scales.of_row(a)];
+    own = std::max(own, lengths[a] * std::abs(lambda[a]));
+  }
   Worst worst;
   for (std::size_t a = 0; a < num_rows_; ++a) {
     const std::size_t row = user_row(a);
-    if (row < d_ && is_unique[row]) worst.see(lengths[a] * std::abs(difference[a]) / size, row);
+    if (row < d_ && is_unique[row])
+      worst.see(lengths[a] * std::abs(difference[a]) / size[model_.scales.of_row(a)], row);
   }
   add_row(&result_.second_factorization, std::string("lambda by ") + second_->name() + " = lambda", worst,
           (1e-12 + rounding) / rcond_of_S_);
@@ -149,14 +153,15 @@ void Judge::judge_both_euclidean(const Vector& u, const Vector& u_N) {
 
 /// Forces from the motion: K Gamma^-1 K'(M w - f - tau) is eta, and nothing is left of M w - f - tau for a control
 /// force.
-/// Measured by the largest force.
+/// Measured by the largest force of the neighbourhood.
 void Judge::judge_direct_problem(double allowed) {
   Vector force(n_, 0.0), left(n_, 0.0);
-  double largest = 0.0;
+  Vector largest(model_.scales.size(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const Vec3 w = load(answer_.w.data(), i), w0 = load(w0_.data(), i);
     store(force.data(), i, model_.mass[i] * (w - w0));
-    largest = std::max({largest, model_.mass[i] * norm(w), model_.mass[i] * norm(w0)});
+    double& own = largest[model_.scales.of_point(i)];
+    own = std::max({own, model_.mass[i] * norm(w), model_.mass[i] * norm(w0)});
   }
   left = force;
   repeat(2, [&] {
@@ -164,13 +169,13 @@ void Judge::judge_direct_problem(double allowed) {
     for (std::size_t i = 0; i < moving_; ++i) left[i] -= normal[i];
     return model_.largest_norm(normal.data());
   });
-  const double size = largest > 0.0 ? largest : 1.0;
+  for (double& own : largest) own = own > 0.0 ? own : 1.0;
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = force[i] - left[i] - answer_.eta[i];
-  add_point(&result_.residual, "(M w " + minus_given_force() + ")_T = 0, the direct problem", worst_point(left, size),
+  add_point(&result_.residual, "(M w " + minus_given_force() + ")_T = 0, the direct problem", worst_point(left, largest),
             allowed);
   add_point(&result_.residual, "K Gamma^-1 K'(M w " + minus_given_force() + ") = eta, the direct problem",
-            worst_point(rest, size), allowed);
+            worst_point(rest, largest), allowed);
 }
 
 }  // namespace tanor

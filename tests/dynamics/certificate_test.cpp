@@ -259,6 +259,21 @@ TEST(Certificate, FindsAWrongMultiplierWhoseAccelerationIsRight) {
   }
 }
 
+TEST(Certificate, AFastBystanderHidesNoWrongMultiplier) {
+  System system = make_driven_chain();
+  system.positions.insert(system.positions.end(), {5.0, 0.0, 0.0});
+  system.velocities.insert(system.velocities.end(), {0.0, 1e5, 0.0});
+  system.masses.push_back(1.0);
+  system.forces.emplace_back(ConstantForce{.name = "rocket", .points = {4}, .force = Vector3{1e10, 0.0, 0.0}});
+  ASSERT_TRUE(Case(system).certify().passed());
+  for (std::size_t a = 0; a < 4; ++a) {
+    Case solved(system);
+    solved.lambda[a] *= 1.0 + 1e-7;
+
+    EXPECT_EQ(failed(solved.certify()), "M w = f + K lambda");
+  }
+}
+
 TEST(Certificate, SecondFactorizationJudgesMultipliersByItself) {
   for (const SecondWay way : {SecondWay::Qr, SecondWay::Cholesky}) {
     for (std::size_t a = 0; a < 4; ++a) {
