@@ -35,6 +35,20 @@ double coarsest_step(const scene::Scene& scene) {
   return scene.motion.step > 0.0 ? scene.motion.step : scene.t_end / 100.0;
 }
 
+/// Diagonal of the box around the points, m, at most 1: absolute tolerances of small scenes are as small as they are.
+double small_size(const System& system) {
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double low = 0.0, high = 0.0;
+    for (std::size_t i = axis; i < system.positions.size(); i += 3) {
+      low = i == axis ? system.positions[i] : std::min(low, system.positions[i]);
+      high = i == axis ? system.positions[i] : std::max(high, system.positions[i]);
+    }
+    square += (high - low) * (high - low);
+  }
+  return square > 0.0 ? std::min(1.0, std::sqrt(square)) : 1.0;
+}
+
 /// Level 0 is the coarsest; each next one has half the step or a hundredth of the tolerance.
 MotionOptions options_of(const scene::Scene& scene, Method method, int level) {
   MotionOptions options = scene.motion;
@@ -44,7 +58,7 @@ MotionOptions options_of(const scene::Scene& scene, Method method, int level) {
   } else {
     options.step = 0.0;
     options.rtol = coarsest_tolerance * std::pow(0.01, level);
-    options.atol = 0.01 * options.rtol;
+    options.atol = 0.01 * options.rtol * small_size(scene.system);
   }
   return options;
 }

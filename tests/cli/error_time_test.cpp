@@ -1,5 +1,6 @@
 #include "cli/program.hpp"
 
+#include <cmath>
 #include <sstream>
 
 namespace tanor::cli {
@@ -51,6 +52,25 @@ TEST(ErrorTimeTest, JudgesAreBetterThanTheJudged) {
   const std::vector<double> steps = read_column(folder / "a_b.out/error_time.csv", "steps");
   const std::vector<double> factorizations = read_column(folder / "a_b.out/error_time.csv", "factorizations");
   EXPECT_GE(factorizations[0], 4.0 * steps[0]) << ended.out;
+}
+
+// Lengths by 1e-9 and times by their root: the same motion, as exact beside its own size.
+TEST(ErrorTimeTest, ToleranceIsThatOfAPendulumOfHalfANanometre) {
+  const Folder folder;
+  write_text(folder / "s.json", R"({"tanor_scene": 1, "name": "s", "points": {"positions": [[0,0,0], [5e-10,0,0]]},
+    "supports": [{"points": [0], "motion": "fixed"}], "constraints": [{"kind": "rod", "pairs": [[0, 1]]}],
+    "forces": [{"kind": "gravity", "acceleration": [0, 0, -9.81]}], "motion": {"t_end": 3e-5}})");
+
+  const Ended ended = run_program(folder, {"error-time", "s.json", "--methods", "dop853,radau5", "--quiet"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::vector<double> errors = read_column(folder / "s.out/error_time.csv", "error_m");
+  ASSERT_EQ(errors.size(), 8u);
+  for (std::size_t level = 0; level < 4; ++level) {
+    const double rtol = 1e-3 * std::pow(0.01, level);
+    EXPECT_LT(errors[level], 5e-10 * 10.0 * rtol) << "dop853 with rtol " << rtol;
+    EXPECT_LT(errors[4 + level], 5e-10 * 10.0 * rtol) << "radau5 with rtol " << rtol;
+  }
 }
 
 // A bead that falls 4.905 m, and a file that wants it 0.25 m beside.
