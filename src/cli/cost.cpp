@@ -38,7 +38,7 @@ bool is_general(const PlanSummary& plan) {
 
 /// Counted in runs of chains, trees, clusters, nets and lattices: stages, then what projections onto the constraints
 /// take, of which the ways that serve one structure do a part unseen.
-void count_solves(const RunPlan& run, Method method, RunCost* cost) {
+void count_solves(const PlannedRun& run, Method method, RunCost* cost) {
   const bool projects = run.plan.form == Form::Normal && run.plan.equations > 0;
   const double after = !projects ? 0.0 : is_general(run.plan) ? 6.0 : 1.0;
   const auto set = [&](double solves, double factorizations) {
@@ -70,7 +70,7 @@ void count_solves(const RunPlan& run, Method method, RunCost* cost) {
 }
 
 /// What a method keeps beside the state: stages, terms of series, Newton's matrix with its factor.
-double count_bytes(const RunPlan& run, Method method, double equations) {
+double count_bytes(const PlannedRun& run, Method method, double equations) {
   const auto points = static_cast<double>(run.num_points), nonzeros = static_cast<double>(run.plan.factor_nonzeros);
   switch (method) {
     case Method::Rk4:
@@ -95,7 +95,7 @@ double count_bytes(const RunPlan& run, Method method, double equations) {
 }
 
 /// The certificate: QR of M^-1/2 K, or another Cholesky where that is too large, and vectors.
-double count_certificate(const RunPlan& run, double equations) {
+double count_certificate(const PlannedRun& run, double equations) {
   constexpr double most_rows_of_qr = 200000;
   if (!run.is_certified || run.plan.equations == 0) return 0.0;
   const double nonzeros = is_general(run.plan) ? static_cast<double>(run.plan.factor_nonzeros) : 0.0;
@@ -104,7 +104,7 @@ double count_certificate(const RunPlan& run, double equations) {
 
 }  // namespace
 
-RunCost predict_run(const RunPlan& run, Method method) {
+RunCost predict_run(const PlannedRun& run, Method method) {
   const PlanSummary& plan = run.plan;
   const auto points = static_cast<double>(run.num_points);
   const auto equations = static_cast<double>(plan.form == Form::Tangent ? plan.coordinates : plan.equations);

@@ -7,7 +7,7 @@
 namespace tanor::cli {
 
 /// What is known about a run before any number was computed.
-struct RunPlan {
+struct PlannedRun {
   const PlanSummary& plan;
   std::size_t num_points;
   bool is_certified;  ///< at the end, by a second factorization
@@ -22,6 +22,6 @@ struct RunCost {
   double bytes = 0.0;           ///< largest resident memory of the program
 };
 
-RunCost predict_run(const RunPlan& run, Method method);
+RunCost predict_run(const PlannedRun& run, Method method);
 
 }  // namespace tanor::cli

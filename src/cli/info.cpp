@@ -84,7 +84,7 @@ ExitCode execute(const InfoOptions& options) {
   const std::size_t num_points = dynamics.num_points();
   const ChosenMethod chosen = choose_method(scene.motion, dynamics);
   const bool is_certified = scene.certificate.when != scene::CertificatePolicy::When::Off;
-  const RunPlan run{plan, num_points, is_certified, scene.motion};
+  const PlannedRun run{plan, num_points, is_certified, scene.motion};
   const RunCost cost = predict_run(run, chosen.method);
 
   print("scene", scene.name);

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <stdexcept>
 #include <utility>
 
 #include <tanor/motion.hpp>
 
 #include "cli/command_line.hpp"
+#include "cli/cost.hpp"
 #include "cli/folder_lock.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/machine.hpp"
@@ -16,6 +18,7 @@
 #include "report/friction_parts.hpp"
 #include "report/progress.hpp"
 #include "report/shared_parts.hpp"
+#include "scene/memory.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::cli {
@@ -48,6 +51,21 @@ Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
     naming_file(plan.directory / "checkpoint", [&] { simulation.restore(plan.before->snapshot); });
   }
   return simulation;
+}
+
+/// What surely does not fit is refused before its folder is touched, not when memory ends.
+void require_memory(const scene::Scene& scene, const Simulation& simulation) {
+  constexpr double most_overrated = 1.4;  // predictions over what was used, src/cli/cost.cpp
+  const bool is_certified = scene.certificate.when != scene::CertificatePolicy::When::Off;
+  const std::size_t num_points = simulation.positions().size() / 3;
+  const Method method = simulation.report().method;
+  const double needed = predict_run({simulation.plan(), num_points, is_certified, scene.motion}, method).bytes;
+  const double there = scene::measure_memory();
+  if (needed <= most_overrated * there) return;
+  throw std::length_error(
+      fmt::format("a run with {} needs about {:.3g} GB of memory; there are {:.3g} GB for this program (`tanor info` "
+                  "names other methods)",
+                  method_name(method), 1e-9 * needed, 1e-9 * there));
 }
 
 /// Why a run ended; no words when it reached its end.
@@ -140,6 +158,7 @@ ExitCode execute(const RunOptions& options) {
   require_threads(scene.solver.threads);
   const RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);
+  naming_file(options.scene, [&] { require_memory(scene, simulation); });
 
   // Nothing was written so far.
   RunFolder folder(plan, scene, simulation);

@@ -2,7 +2,7 @@
 
 #include <sys/resource.h>
 
-#include "cli/program.hpp"
+#include "cli/shell.hpp"
 
 namespace tanor::cli {
 namespace {
@@ -64,6 +64,19 @@ TEST(CostTest, PredictedMemoryIsThatOfTheRun) {
     EXPECT_LT(predicted, 2.0 * taken) << given.name;
     EXPECT_GT(predicted, 0.5 * taken) << given.name;
   }
+}
+
+TEST(CostTest, ARunThatSurelyDoesNotFitIsRefusedBeforeItsFolderIsMade) {
+  if (!limits_of_memory_work) GTEST_SKIP() << "a sanitizer reserves more addresses than there are";
+  const Folder folder;
+  const json motion = {{"t_end", 0.002}, {"method", "radau5"}};
+  write_text(folder / "s.json", make_scene({{"kind", "lattice"}, {"size", {20, 20, 20}}}, motion).dump());
+
+  const Ended ended = run_script(folder, "ulimit -v 1000000; tanor run s.json --out o");
+
+  EXPECT_EQ(ended.code, 4) << ended.err;
+  EXPECT_TRUE(contains(ended.err, "radau5 needs about")) << ended.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "o"));
 }
 
 TEST(CostTest, PredictedSolvesAreThoseOfTheRun) {
