@@ -1,0 +1,169 @@
+/// docs/scene-format.md beside the program: every key and choice that is read is on the page, and no other.
+
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "cli/program.hpp"
+
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+using Names = std::set<std::string>;
+
+std::vector<std::string> read_page() {
+  std::istringstream page(read_text(std::filesystem::path(TANOR_DOCS) / "scene-format.md"));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(page, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Words in backticks.
+Names find_quoted(const std::string& text) {
+  static const std::regex quoted("`([^`]+)`");
+  Names names;
+  for (std::sregex_iterator at(text.begin(), text.end(), quoted), end; at != end; ++at) names.insert((*at)[1]);
+  return names;
+}
+
+/// A table of keys: the JSON that leads to it, with "?" in the place of a key, and its rows.
+struct Table {
+  std::string probe;
+  std::map<std::string, Names> choices;  ///< of each key; empty where any value may stand
+};
+
+/// Tables that follow a comment "<!-- mark JSON -->".
+std::vector<Table> find_tables(const std::string& mark) {
+  const std::string begin = "<!-- " + mark;
+  std::vector<Table> tables;
+  bool is_inside = false;
+  for (const std::string& line : read_page()) {
+    if (line.starts_with(begin)) {
+      const std::string rest = line.substr(begin.size());
+      tables.push_back({rest.substr(0, rest.find("-->")), {}});
+      is_inside = true;
+    } else if (is_inside && !line.starts_with("|")) {
+      is_inside = false;
+    } else if (is_inside && line.starts_with("| `")) {
+      const std::size_t middle = line.find(" | ");
+      const std::string keys = line.substr(0, middle), what = line.substr(middle + 3);
+      const bool is_choice = what.starts_with("one of ");
+      const Names choices = is_choice ? find_quoted(what.substr(0, what.find_first_of(":|"))) : Names();
+      for (const std::string& key : find_quoted(keys)) tables.back().choices[key] = choices;
+    }
+  }
+  return tables;
+}
+
+/// The names behind "wanted one of", or behind "wanted" where there is but one.
+Names find_wanted(const std::string& complaint) {
+  std::size_t at = complaint.find("wanted one of ");
+  if (at == std::string::npos) at = complaint.find("wanted ");
+  if (at == std::string::npos) return {};
+  std::string list = complaint.substr(at);
+  list = list.substr(list.starts_with("wanted one of ") ? 14 : 7);
+  Names names;
+  std::istringstream words(list);
+  for (std::string word; std::getline(words, word, ',');) {
+    std::erase_if(word, [](char c) { return c == ' ' || c == '"' || c == '\n'; });
+    names.insert(word);
+  }
+  return names;
+}
+
+/// Puts a key in the place of "?".
+void replace_key(json* value, const std::string& key, const json& by) {
+  if (value->is_array()) {
+    for (json& each : *value) replace_key(&each, key, by);
+  } else if (value->is_object() && value->contains("?")) {
+    value->erase("?");
+    (*value)[key] = by;
+  } else if (value->is_object()) {
+    for (auto& [name, each] : value->items()) replace_key(&each, key, by);
+  }
+}
+
+/// What the program says to a scene with something that it does not know.
+std::string complain(const Folder& folder, const std::string& probe, const std::string& key, const json& value) {
+  json scene = json::parse(probe);
+  replace_key(&scene, key, value);
+  scene["tanor_scene"] = 1;
+  if (!scene.contains("points") && !scene.contains("generate") && !scene.contains("import"))
+    scene["points"] = {{"positions", {{0, 0, 0}, {1, 0, 0}}}};
+  write_text(folder / "s.json", scene.dump());
+  const Ended ended = run_program(folder, {"info", "s.json"});
+  EXPECT_EQ(ended.code, 2) << scene;
+  return ended.err;
+}
+
+TEST(SceneFormatPage, HasEveryKeyThatIsReadAndNoOther) {
+  const Folder folder;
+  const std::vector<Table> tables = find_tables("keys of ");
+  ASSERT_GT(tables.size(), 30u);
+  for (const Table& table : tables) {
+    Names keys;
+    for (const auto& [key, choices] : table.choices) keys.insert(key);
+    EXPECT_EQ(find_wanted(complain(folder, table.probe, "?", 0)), keys) << table.probe;
+  }
+}
+
+TEST(SceneFormatPage, HasEveryChoiceThatIsReadAndNoOther) {
+  const Folder folder;
+  std::size_t count = 0;
+  for (const Table& table : find_tables("keys of ")) {
+    for (const auto& [key, choices] : table.choices) {
+      if (choices.empty()) continue;
+      ++count;
+      EXPECT_EQ(find_wanted(complain(folder, table.probe, key, "?")), choices) << table.probe << " " << key;
+    }
+  }
+  EXPECT_GE(count, 10u);
+}
+
+TEST(SceneFormatPage, HasEveryKindThatIsReadAndNoOther) {
+  const Folder folder;
+  static const std::regex of_kind(R"re("(\w+)": \[?\{"kind": "(\w+)")re");
+  std::map<std::string, Names> kinds;  // of each list
+  for (const Table& table : find_tables("keys of ")) {
+    if (std::smatch found; std::regex_search(table.probe, found, of_kind)) kinds[found[1]].insert(found[2]);
+  }
+  ASSERT_EQ(kinds.size(), 5u);
+  for (const auto& [list, names] : kinds) {
+    const std::string probe = list == "generate" ? R"({"generate": {"?": 0}})" : "{\"" + list + R"(": [{"?": 0}]})";
+    EXPECT_EQ(find_wanted(complain(folder, probe, "kind", "?")), names) << list;
+  }
+}
+
+TEST(SceneFormatPage, HasEveryKeyOfTheSummary) {
+  const Folder folder;
+  std::string example;
+  bool is_inside = false;
+  for (const std::string& line : read_page()) {
+    if (line.starts_with("```")) {
+      if (is_inside) break;
+      is_inside = line == "```json";
+    } else if (is_inside) {
+      example += line + "\n";
+    }
+  }
+  write_text(folder / "s.json", example);
+  const Ended ended = run_program(folder, {"run", "s.json", "--quiet", "--out", "o"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  Names written, told;
+  const json summary = read_json(folder / "o/summary.json");
+  for (const auto& [key, value] : summary.items()) written.insert(key);
+  for (const Table& table : find_tables("summary")) {
+    for (const auto& [key, choices] : table.choices) told.insert(key);
+  }
+  for (const std::string& key : written) EXPECT_TRUE(told.contains(key)) << key << " is not on the page";
+  for (const std::string& key : told) {
+    // What speaks of friction alone is written where there is friction.
+    const bool is_always_there = key != "friction" && key != "method_reason";
+    EXPECT_TRUE(written.contains(key) || !is_always_there) << key << " is not written";
+  }
+}
+
+}  // namespace
+}  // namespace tanor::cli
