@@ -136,19 +136,41 @@ TEST(SceneFormatPage, HasEveryKindThatIsReadAndNoOther) {
   }
 }
 
-TEST(SceneFormatPage, HasEveryKeyOfTheSummary) {
-  const Folder folder;
-  std::string example;
+/// Blocks of JSON on a page.
+std::vector<std::string> find_scenes(const std::filesystem::path& file) {
+  std::istringstream page(read_text(file));
+  std::vector<std::string> scenes;
   bool is_inside = false;
-  for (const std::string& line : read_page()) {
+  for (std::string line; std::getline(page, line);) {
     if (line.starts_with("```")) {
-      if (is_inside) break;
       is_inside = line == "```json";
+      if (is_inside) scenes.emplace_back();
     } else if (is_inside) {
-      example += line + "\n";
+      scenes.back() += line + "\n";
     }
   }
-  write_text(folder / "s.json", example);
+  return scenes;
+}
+
+TEST(Pages, EveryExampleOfASceneIsOne) {
+  const Folder folder;
+  std::vector<std::filesystem::path> pages = {std::filesystem::path(TANOR_DOCS).parent_path() / "README.md"};
+  for (const auto& entry : std::filesystem::directory_iterator(TANOR_DOCS)) pages.push_back(entry.path());
+  std::size_t count = 0;
+  for (const std::filesystem::path& page : pages) {
+    for (const std::string& scene : find_scenes(page)) {
+      ++count;
+      write_text(folder / "s.json", scene);
+      const Ended ended = run_program(folder, {"run", "s.json", "--t-end", "1e-3", "--quiet", "--out", "o"});
+      EXPECT_EQ(ended.code, 0) << page << ": " << ended.err << scene;
+    }
+  }
+  EXPECT_GE(count, 3u);
+}
+
+TEST(SceneFormatPage, HasEveryKeyOfTheSummary) {
+  const Folder folder;
+  write_text(folder / "s.json", find_scenes(std::filesystem::path(TANOR_DOCS) / "scene-format.md").at(0));
   const Ended ended = run_program(folder, {"run", "s.json", "--quiet", "--out", "o"});
   ASSERT_EQ(ended.code, 0) << ended.err;
   Names written, told;

@@ -1,4 +1,4 @@
-/// The equations of the normal form, by their numbers in theory.md, on random systems of up to 30 points, and two
+/// The equations of the normal form, by their numbers in docs/theory.md, on random systems of up to 30 points, and two
 /// witnesses that know nothing of S: the KKT matrix and Gauss's principle.
 
 #include <algorithm>

@@ -60,7 +60,7 @@ TEST(UserFriction, LawOfAWireHasItsValueAndItsDerivatives) {
   }
 }
 
-/// The floor of the README, mu = 0.2 + 0.1 exp(-|v|/0.05): one multiplier, pushing or pulling.
+/// The floor of docs/modelling.md, mu = 0.2 + 0.1 exp(-|v|/0.05): one multiplier, pushing or pulling.
 TEST(UserFriction, LawOfASurfaceIsEvenInItsMultiplier) {
   const FrictionKernel kernel =
       make_friction_kernel<1>([](const Vector3&, const Vector3& v, double, const auto& lambda) {

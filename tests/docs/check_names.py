@@ -1,0 +1,50 @@
+#!/usr/bin/python3
+"""Fails where a page names a file, a test or a function that is not there.
+
+Paths (`src/…`, `tests/…`, `docs/…`), tests (`Suite.Name`, `Suite.Begin…`) and functions (`Class::function`) in backticks.
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def read(folders, endings):
+    return "\n".join(
+        path.read_text() for folder in folders for path in sorted((ROOT / folder).rglob("*")) if path.suffix in endings
+    )
+
+
+def main():
+    tests = {
+        (suite, name)
+        for suite, name in re.findall(
+            r"(?:TEST|TEST_F|TEST_P|TYPED_TEST|RC_GTEST_PROP|RC_GTEST_FIXTURE_PROP)\(\s*(\w+),\s*(\w+)",
+            read(["tests"], {".cpp", ".hpp"}),
+        )
+    }
+    code = read(["src", "include", "bench"], {".cpp", ".hpp"})
+    missing = []
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+        text = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
+        for word in re.findall(r"`([^`\n]+)`", text):
+            if re.fullmatch(r"(src|tests|docs|include|bench|scripts|examples|cmake)/[\w./-]*\w", word):
+                if not (ROOT / word).exists():
+                    missing.append((page.name, word))
+            elif found := re.fullmatch(r"([A-Z]\w+)\.((?:[A-Z]\w*)?)(…?)", word):
+                suite, name, is_begin = found.groups()
+                names = [n for s, n in tests if s == suite]
+                if not any(n.startswith(name) if is_begin else n == name for n in names):
+                    missing.append((page.name, word))
+            elif found := re.fullmatch(r"(\w+)::(\w+)", word):
+                owner, name = found.groups()
+                if owner != "std" and not (re.search(rf"\b{owner}\b", code) and re.search(rf"\b{name}\b", code)):
+                    missing.append((page.name, word))
+    for page, word in missing:
+        print(f"{page}: {word} is not there")
+    return 1 if missing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
