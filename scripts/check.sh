@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Before sharing: format, scripts, rooms, warnings as errors, tests (with package and exports), sanitizers, release tests.
+# Before sharing: format, scripts, rooms, reference, warnings as errors, tests (with package and exports), sanitizers, release tests.
 #
 #   scripts/check.sh            all of it
 #   scripts/check.sh --format   rewrites the sources in the house's format, nothing else
@@ -27,10 +27,13 @@ headline "format (scripts/check.sh --format mends it)"
 clang-format --dry-run -Werror "${sources[@]}"
 
 headline "scripts"
-shellcheck scripts/run scripts/test scripts/install_packages scripts/fetch_examples scripts/main_job scripts/extreme scripts/check.sh .ci/run
+shellcheck scripts/run scripts/test scripts/install_packages scripts/fetch_examples scripts/main_job scripts/extreme scripts/check.sh scripts/docs .ci/run
 
 headline "rooms"
 scripts/check_rooms.py
+
+headline "reference of the public headers, without warnings"
+scripts/docs
 
 headline "develop: warnings are errors, checked containers, every public header alone"
 build_and_test develop

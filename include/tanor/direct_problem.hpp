@@ -8,7 +8,8 @@
 
 #include <tanor/dynamics.hpp>
 
-/// \file The paper's direct problem: forces from a given motion (theory, section 4).
+/// \file
+/// The paper's direct problem: forces from a given motion (docs/theory.md).
 namespace tanor {
 
 /// Numbers of a motion at one instant: r, v, w (3n, in the user's order) or q, q_dot, q_ddot.

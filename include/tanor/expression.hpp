@@ -1,6 +1,7 @@
 #pragma once
 
-/// \file A function written once over a scalar type, taken down as a list of operations.
+/// \file
+/// A function written once over a scalar type, taken down as a list of operations.
 ///
 /// What was taken down is run coefficient by coefficient on series in time, forwards for values and backwards for
 /// gradients, many members side by side (method `taylor`). A callable that compares its arguments cannot be taken down:

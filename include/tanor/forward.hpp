@@ -1,6 +1,7 @@
 #pragma once
 
-/// \file Forward derivatives: a value with its partial derivatives in N variables.
+/// \file
+/// Forward derivatives: a value with its partial derivatives in N variables.
 ///
 /// A function written once over a scalar type yields its gradient: K from xi(r, t), A from r(q, t). It knows the same
 /// functions as the jet, with the same choices: where a function has no derivative the partials are infinite or NaN,

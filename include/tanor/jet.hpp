@@ -1,6 +1,7 @@
 #pragma once
 
-/// \file Truncated Taylor series in one variable: a function written once over a scalar type yields all its
+/// \file
+/// Truncated Taylor series in one variable: a function written once over a scalar type yields all its
 /// derivatives.
 ///
 /// xi(r + e v, t + e) on jets in e gives xi, its rate and phi at once; order P gives the coefficients of a Taylor

@@ -1,6 +1,7 @@
 #pragma once
 
-/// \file What a user's own constraint, coordinate map or force hands over: one plain function for a batch of members.
+/// \file
+/// What a user's own constraint, coordinate map or force hands over: one plain function for a batch of members.
 ///
 /// Made by the templates of user_kernel.hpp from a generic callable, or by the formula factories from text. A batch is
 /// evaluated in one call, so nothing is called through a pointer member by member. All arrays are row by row; the

@@ -1,6 +1,7 @@
 #pragma once
 
-/// \file tanor: motion and reactions of large systems of material points under constraints.
+/// \file
+/// tanor: motion and reactions of large systems of material points under constraints.
 
 #include <tanor/certificate.hpp>
 #include <tanor/direct_problem.hpp>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// \file A user's own constraint or coordinates, written once as a generic callable:
+/// \file
+/// A user's own constraint or coordinates, written once as a generic callable:
 ///
 ///     // a bead on a paraboloid that breathes
 ///     tanor::make_constraint_kernel<1>([](const auto& x, const auto& t) {
@@ -86,7 +87,7 @@ ConstraintKernel make_constraint_kernel(Callable&& callable, bool thread_safe = 
   return kernel;
 }
 
-/// callable(const std::array<T, s>& q, const T& t) -> std::array<T, 3p>, for T = Jet<2> and Forward<s>.
+/// `callable(const std::array<T, s>& q, const T& t) -> std::array<T, 3p>`, for `T = Jet<2>` and `Forward<s>`.
 template <int p, int s, class Callable>
 CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(p >= 1 && s >= 1);
