@@ -35,35 +35,33 @@ double Passages::measure_bend() const {
 /// Of the mechanics' variables where the scheme puts them, and of the points there.
 void Passages::set_knots(std::size_t pieces) {
   const std::size_t n = 3 * mechanics_.num_points();
-  if (positions_.size() < pieces + 1) {
-    positions_.resize(pieces + 1);
-    velocities_.resize(pieces + 1);
-  }
-  positions.resize(pieces + 1);
-  velocities.resize(pieces + 1);
-  for (std::vector<double>* array : {&x_, &v_}) array->resize(from_->x.size());
+  for (auto* arrays : {&positions_, &velocities_, &variables_, &rates_})
+    if (arrays->size() < pieces + 1) arrays->resize(pieces + 1);
+  for (auto* pointers : {&positions, &velocities, &variables, &rates}) pointers->resize(pieces + 1);
   DenseOutput inside(*scheme_, *from_, *to_, !scheme_->interpolates_at_once());
   for (std::size_t k = 0; k <= pieces; ++k) {
     const double s = static_cast<double>(k) / static_cast<double>(pieces);
     const State* const end = k == 0 ? from_ : k == pieces ? to_ : nullptr;
     positions_[k].resize(n);
     velocities_[k].resize(n);
-    Mechanics::Points found{};
+    double time = t + s * h;
     if (end != nullptr) {
-      found = mechanics_.find_points(end->t, end->x.data(), end->v.data(), positions_[k].data(), velocities_[k].data());
+      time = end->t;
+      variables[k] = end->x.data();
+      rates[k] = end->v.data();
     } else {
-      (void)inside.evaluate(mechanics_.parallel(), s, x_.data(), v_.data());  // at once: nothing to fail
-      const double time = t + s * h;
-      mechanics_.prescribe(time, x_.data(), v_.data());
-      found = mechanics_.find_points(time, x_.data(), v_.data(), positions_[k].data(), velocities_[k].data());
-      if (found.r == x_.data()) {
-        positions_[k] = x_;
-        velocities_[k] = v_;
-        found = {positions_[k].data(), velocities_[k].data()};
-      }
+      std::vector<double>&x = variables_[k], &v = rates_[k];
+      x.resize(from_->x.size());
+      v.resize(from_->x.size());
+      (void)inside.evaluate(mechanics_.parallel(), s, x.data(), v.data());  // at once: nothing to fail
+      mechanics_.prescribe(time, x.data(), v.data());
+      variables[k] = x.data();
+      rates[k] = v.data();
     }
-    positions[k] = found.r;
-    velocities[k] = found.v;
+    const auto [r, v] =
+        mechanics_.find_points(time, variables[k], rates[k], positions_[k].data(), velocities_[k].data());
+    positions[k] = r;
+    velocities[k] = v;
   }
 }
 
@@ -85,10 +83,12 @@ double Passages::look(Scheme& scheme, const State& from, const State& to) {
   h = to.t - from.t;
   if (!(h > 0.0)) return 1.0;
   looks = scheme.looks();
-  if (const auto [r, v] = mechanics_.point_tolerances(); follows_tolerance) {
-    own_atol_r = r;
-    own_atol_v = v;
+  const Mechanics::PointTolerances own = mechanics_.point_tolerances();
+  if (follows_tolerance) {
+    own_atol_r = own.positions;
+    own_atol_v = own.velocities;
   }
+  accelerations = own.accelerations;
   bend_ = measure_bend();
   positions.clear();
   refine(error);

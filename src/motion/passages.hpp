@@ -29,8 +29,7 @@ class Passages final : private PointPath {
   const State *from_ = nullptr, *to_ = nullptr;
   double bend_ = 0.0;
   // Workspaces, [knot].
-  std::vector<double> x_, v_;
-  std::vector<std::vector<double>> positions_, velocities_;
+  std::vector<std::vector<double>> positions_, velocities_, variables_, rates_;
 };
 
 }  // namespace tanor
