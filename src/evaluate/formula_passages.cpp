@@ -9,36 +9,42 @@ namespace tanor {
 
 namespace {
 
-// How often a formula changes its course in a step that schemes of high order resolve: three radians of a sine, or a
-// factor of e^3 of an exponential, need some twenty terms of a series for ten digits. Intervals say more than twice as
-// much of sums of squares.
-constexpr double resolved = 8.0;
+// How often a formula changes its course in a step that a scheme resolves: three radians of a sine, or a factor of e^3
+// of an exponential, need some twenty terms of a series for ten digits. Intervals say more than twice as much of sums
+// of squares. Where it is more, an error estimate may be small by chance.
+double resolved_by(int order) {
+  return std::clamp(0.4 * order, 2.0, 8.0);
+}
 constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
 constexpr double of_a_kink = 9.0;         // more than is resolved: error estimates may miss one between two looks
 constexpr int most_divisions = 4;         // of a step, into eight parts each
 
-constexpr std::size_t num_nodes = 13;
+constexpr std::size_t most_nodes = 13;
 
-/// Chebyshev's extreme points on [0, 1], where polynomials interpolate best.
-std::array<double, num_nodes> make_nodes() {
-  std::array<double, num_nodes> nodes;
-  for (std::size_t j = 0; j < num_nodes; ++j)
-    nodes[j] = 0.5 - 0.5 * std::cos(M_PI * static_cast<double>(j) / static_cast<double>(num_nodes - 1));
-  return nodes;
-}
+/// A polynomial as a scheme of this order follows it, by Chebyshev's extreme points on [0, 1], where polynomials
+/// interpolate best.
+struct Nodes {
+  std::array<double, most_nodes> at{};
+  std::size_t count;
+
+  explicit Nodes(int order) : count(std::clamp(static_cast<std::size_t>(order) + 1, std::size_t{6}, most_nodes)) {
+    for (std::size_t j = 0; j < count; ++j)
+      at[j] = 0.5 - 0.5 * std::cos(M_PI * static_cast<double>(j) / static_cast<double>(count - 1));
+  }
+};
 
 /// p(s) = sum w_j g_j/(s - s_j) / sum w_j/(s - s_j),   w_j = (-1)^j, half of it at both ends
-std::array<double, num_nodes> interpolation_weights(const std::array<double, num_nodes>& nodes, double s) {
-  std::array<double, num_nodes> weights{};
+std::array<double, most_nodes> interpolation_weights(const Nodes& nodes, double s) {
+  std::array<double, most_nodes> weights{};
   double below = 0.0;
-  for (std::size_t j = 0; j < num_nodes; ++j) {
-    if (s == nodes[j]) {
+  for (std::size_t j = 0; j < nodes.count; ++j) {
+    if (s == nodes.at[j]) {
       weights = {};
       weights[j] = 1.0;
       return weights;
     }
-    const double end = j == 0 || j + 1 == num_nodes ? 0.5 : 1.0;
-    weights[j] = (j % 2 == 0 ? end : -end) / (s - nodes[j]);
+    const double end = j == 0 || j + 1 == nodes.count ? 0.5 : 1.0;
+    weights[j] = (j % 2 == 0 ? end : -end) / (s - nodes.at[j]);
     below += weights[j];
   }
   for (double& weight : weights) weight /= below;
@@ -104,7 +110,7 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
           const std::size_t first = num_lanes * group, count = std::min(num_lanes, members - first);
           const Counts counts = count_along(*path, group);
           for (std::size_t k = 0; k < count; ++k) {
-            is_doubtful_[first + k] = !(counts[k] <= resolved) && is_doubtful(*path, first + k);
+            is_doubtful_[first + k] = !(counts[k] <= resolved_by(path->order)) && is_doubtful(*path, first + k);
             any = any || is_doubtful_[first + k];
           }
         }
@@ -170,6 +176,7 @@ FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std:
 
   Box& box = boxes_[group];
   Intervals* const sides = sides_.data() + group * width;
+  const double resolved = resolved_by(path.order);
   const auto serves = [&] {
     for (std::size_t lane = 0; lane < count; ++lane)
       if (!(pieces * box.counts[lane] <= resolved)) return false;
@@ -234,6 +241,7 @@ FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std:
 
 /// Intervals say too much of long paths: they are asked once more for eighths.
 bool FormulaPassages::is_doubtful(const PointPath& path, std::size_t member) const {
+  const double resolved = resolved_by(path.order);
   double sum = 0.0;
   for (std::size_t k = 0; k < path.num_pieces(); ++k) {
     for (const double count : count_parts(path, member, path.knot(k), path.knot(k + 1))) sum += count;
@@ -270,29 +278,35 @@ FormulaPassages::Allowed FormulaPassages::allow(const PointPath& path, std::span
   return least;
 }
 
-/// What the polynomial p leaves of the acceleration a changes the end of the step by
+/// What the polynomial p leaves of the acceleration a changes the step by
 ///
 ///   dv = h integral (a - p) ds,   dx = h integral |dv(s)| ds
+///
+/// on the way. At its end the scheme misses, whatever its error estimate says,
+///
+///   h (integral a ds - sum w_k a(s_k)),   h^2 (integral (1 - s) a ds - sum w_k (1 - s_k) a(s_k))
 double FormulaPassages::examine(const PointPath& path, std::size_t member) const {
+  constexpr double tolerances = 10.0;    // that an estimate may have missed
+  constexpr std::size_t least_looks = 4;  // else the scheme knows more of the step than what it sees in them
   constexpr double path_error = 1e-7;  // of the path, and of the acceleration on it
   thread_local std::vector<Part> parts;
-  thread_local std::vector<double> at_nodes, a, dv;
+  thread_local std::vector<double> at_nodes, a, dv, end_v, end_x;
   parts.clear();
   double changes = 0.0;
   const int depth = path.num_pieces() > num_lanes ? most_divisions - 1 : most_divisions;
   for (std::size_t k = 0; k < path.num_pieces(); ++k)
     changes += divide(path, member, path.knot(k), path.knot(k + 1), depth, &parts);
-  if (changes <= resolved) return 1.0;
+  if (changes <= resolved_by(path.order)) return 1.0;
 
-  static const std::array<double, num_nodes> nodes = make_nodes();
+  const Nodes nodes(path.order);
   const std::size_t count = num_accelerations();
-  at_nodes.resize(num_nodes * count);
+  at_nodes.resize(nodes.count * count);
   a.resize(count);
-  dv.assign(count, 0.0);
+  for (std::vector<double>* array : {&dv, &end_v, &end_x}) array->assign(count, 0.0);
   double largest = 0.0;
-  for (std::size_t j = 0; j < num_nodes; ++j) {
+  for (std::size_t j = 0; j < nodes.count; ++j) {
     const std::span values = std::span(at_nodes).subspan(j * count, count);
-    accelerate(path, member, nodes[j], values.data());
+    accelerate(path, member, nodes.at[j], values.data());
     largest = std::max(largest, norm_of(values));
   }
   const Allowed allowed = allow(path, member);
@@ -303,11 +317,13 @@ double FormulaPassages::examine(const PointPath& path, std::size_t member) const
       const double s = begin + place * (end - begin);
       accelerate(path, member, s, a.data());
       largest = std::max(largest, norm_of(a));
-      const std::array<double, num_nodes> weights = interpolation_weights(nodes, s);
+      const std::array<double, most_nodes> weights = interpolation_weights(nodes, s);
       for (std::size_t i = 0; i < count; ++i) {
         double p = 0.0;
-        for (std::size_t j = 0; j < num_nodes; ++j) p += weights[j] * at_nodes[j * count + i];
+        for (std::size_t j = 0; j < nodes.count; ++j) p += weights[j] * at_nodes[j * count + i];
         dv[i] += 0.5 * length * (a[i] - p);
+        end_v[i] += 0.5 * length * a[i];
+        end_x[i] += 0.5 * length * path.h * (1.0 - s) * a[i];
       }
       dx += 0.5 * length * norm_of(dv);
     }
@@ -316,8 +332,19 @@ double FormulaPassages::examine(const PointPath& path, std::size_t member) const
     if (is_bad) first_bad = std::min(first_bad, begin);
   }
   const double noise = path_error * largest * path.h;
-  if (dx <= allowed.r + noise * path.h && norm_of(dv) <= allowed.v + noise) return 1.0;
-  return std::clamp(first_bad, 0.125, 0.9);
+  if (!(dx <= allowed.r + noise * path.h && norm_of(dv) <= allowed.v + noise)) return std::clamp(first_bad, 0.125, 0.9);
+  if (path.looks.size() < least_looks) return 1.0;
+  for (std::size_t k = 0; k < path.looks.size(); ++k) {
+    const double s = path.looks[k], weight = path.weights[k] * path.h;
+    accelerate(path, member, s, a.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      end_v[i] -= weight * a[i];
+      end_x[i] -= weight * path.h * (1.0 - s) * a[i];
+    }
+  }
+  const double error = std::max(norm_of(end_v) / (tolerances * allowed.v + noise),
+                                norm_of(end_x) / (tolerances * allowed.r + noise * path.h));
+  return error > 1.0 ? std::clamp(0.9 * std::pow(error, -1.0 / (path.order + 1)), 0.1, 0.9) : 1.0;
 }
 
 // ---- what formulas do ----

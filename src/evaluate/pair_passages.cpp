@@ -179,7 +179,6 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   }
 
   std::atomic<double> part = 1.0;
-  weigh_looks(path.looks);
   const Nearness nearness(*this, path, reach);
   near->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
     if (nearness.is_quiet(i)) return;
@@ -439,22 +438,6 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
   return 1.0;
 }
 
-/// How a scheme integrates what depends on time alone is told by its looks: none has more of them than its order, so
-/// that its weights are those of the interpolating polynomial, w_i = integral of l_i(s) ds.
-void PairField::weigh_looks(std::span<const double> looks) {
-  if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
-  looks_.assign(looks.begin(), looks.end());
-  weights_.assign(looks.size(), 0.0);
-  for (std::size_t i = 0; i < looks.size(); ++i) {
-    for (const auto& [s, weight] : gauss) {
-      double value = weight;
-      for (std::size_t j = 0; j < looks.size(); ++j)
-        if (j != i) value *= (s - looks[j]) / (looks[i] - looks[j]);
-      weights_[i] += value;
-    }
-  }
-}
-
 Vec3 PairField::force_along(const PointPath& path, const Approach& approach, double s) const {
   const Vec3 d = relative(path, approach, s).r;
   const double r = norm(d);
@@ -499,8 +482,8 @@ double PairField::resolve_kinks(const PointPath& path, const Approach& approach,
   Vec3 missed{};
   for (const auto& [s, weight] : gauss)
     missed = missed + ((b - a) * weight) * force_along(path, approach, a + s * (b - a));
-  for (std::size_t k = 0; k < looks_.size(); ++k)
-    missed = missed - weights_[k] * force_along(path, approach, looks_[k]);
+  for (std::size_t k = 0; k < path.looks.size(); ++k)
+    missed = missed - path.weights[k] * force_along(path, approach, path.looks[k]);
   const double error = measure(path, approach, norm(missed) * path.h, masses) / allowed_kink;
   if (!(error > 1.0)) return 1.0;
   constexpr double least = 0.02, most = 0.98;

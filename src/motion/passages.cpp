@@ -1,9 +1,24 @@
 #include "motion/passages.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tanor {
+
+namespace {
+
+/// Gauss's nodes and weights on [0, 1].
+constexpr std::array<std::array<double, 2>, 8> gauss{{{0.0198550717512319, 0.0506142681451882},
+                                                      {0.1016667612931866, 0.1111905172266872},
+                                                      {0.2372337950418355, 0.1568533229389437},
+                                                      {0.4082826787521751, 0.1813418916891809},
+                                                      {0.5917173212478249, 0.1813418916891809},
+                                                      {0.7627662049581645, 0.1568533229389437},
+                                                      {0.8983332387068134, 0.1111905172266872},
+                                                      {0.9801449282487681, 0.0506142681451882}}};
+
+}  // namespace
 
 Passages::Passages(const MotionOptions& options, Mechanics& mechanics, bool adapts) : mechanics_(mechanics) {
   // Fixed steps have no tolerance: a percent of a velocity that nobody saw is worth a warning.
@@ -11,6 +26,23 @@ Passages::Passages(const MotionOptions& options, Mechanics& mechanics, bool adap
   follows_tolerance = adapts;
   atol = adapts ? options.atol : 0.0;
   rtol = adapts ? options.rtol : worth_a_warning;
+}
+
+/// How a scheme integrates what depends on time alone is told by its looks: none has more of them than its order, so
+/// that its weights are those of the interpolating polynomial, w_i = integral of l_i(s) ds.
+void Passages::weigh_looks() {
+  if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
+  looks_.assign(looks.begin(), looks.end());
+  weights_.assign(looks.size(), 0.0);
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    for (const auto& [s, weight] : gauss) {
+      double value = weight;
+      for (std::size_t j = 0; j < looks.size(); ++j)
+        if (j != i) value *= (s - looks[j]) / (looks[i] - looks[j]);
+      weights_[i] += value;
+    }
+  }
+  weights = weights_;
 }
 
 /// How much the cubic in the middle of the step misses the quintic there, over what each number moves:
@@ -83,6 +115,8 @@ double Passages::look(Scheme& scheme, const State& from, const State& to) {
   h = to.t - from.t;
   if (!(h > 0.0)) return 1.0;
   looks = scheme.looks();
+  weigh_looks();
+  order = scheme.order();
   const Mechanics::PointTolerances own = mechanics_.point_tolerances();
   if (follows_tolerance) {
     own_atol_r = own.positions;

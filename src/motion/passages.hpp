@@ -20,6 +20,7 @@ class Passages final : private PointPath {
 
  private:
   void refine(double error) override;
+  void weigh_looks();
   void set_knots(std::size_t pieces);
   double measure_bend() const;
 
@@ -28,6 +29,7 @@ class Passages final : private PointPath {
   Scheme* scheme_ = nullptr;
   const State *from_ = nullptr, *to_ = nullptr;
   double bend_ = 0.0;
+  std::vector<double> looks_, weights_;
   // Workspaces, [knot].
   std::vector<std::vector<double>> positions_, velocities_, variables_, rates_;
 };
