@@ -18,12 +18,16 @@ class PointPath {
     Vec3 r, v;  // m, m/s
   };
 
+  int order = 5;                                     ///< of the scheme whose step it is
   double t = 0.0, h = 0.0;                           ///< s: the step leads from t to t + h
   double atol = 0.0, rtol = 0.0;                     ///< what a point's position and velocity may miss at its end; where
   std::span<const double> own_atol_r, own_atol_v;    ///< atol is 0, each point's own: [point], m and m/s
   bool follows_tolerance = true;                     ///< false: its length is fixed
-  std::span<const double> looks;                     ///< fractions of h where forces were evaluated, from 0 up to 1
+  std::span<const double> looks;                     ///< fractions of h where forces were evaluated, from 0 up to 1;
+  std::span<const double> weights;                   ///< [look] what the scheme makes of them: h sum w_k a(s_k)
   std::vector<const double*> positions, velocities;  ///< [knot], arrays [3n] each; two knots at least
+  std::vector<const double*> variables, rates;       ///< [knot] the mechanics' own numbers; those of points, or others
+  std::span<const double> accelerations;             ///< [point] m/s^2: as much as may act; empty: nothing is known
 
   /// More knots, until the cubics miss the motion by no more than this part of what each number moves.
   virtual void refine(double error) = 0;
@@ -37,6 +41,11 @@ class PointPath {
     return atol > 0.0 || own_atol_v.empty() ? atol : own_atol_v[static_cast<std::size_t>(i)];
   }
 
+  template <class Integer>
+  double largest_acceleration(Integer i) const {
+    return accelerations.empty() ? 0.0 : accelerations[static_cast<std::size_t>(i)];
+  }
+
   std::size_t num_pieces() const { return positions.size() - 1; }
   double knot(std::size_t k) const { return static_cast<double>(k) / static_cast<double>(num_pieces()); }
 
@@ -47,6 +56,23 @@ class PointPath {
     const double scaled = s * static_cast<double>(pieces);
     const std::size_t k = std::min(static_cast<std::size_t>(scaled), pieces - 1);
     return cubic(i, k, scaled - static_cast<double>(k));
+  }
+
+  struct Number {
+    double x, rate;
+  };
+  /// One of all positions, or of the mechanics' own numbers, at the fraction s: as `cubic`.
+  template <class Integer>
+  Number number(Integer i, double s, bool of_mechanics) const {
+    const std::size_t pieces = num_pieces(), at = static_cast<std::size_t>(i);
+    const double scaled = s * static_cast<double>(pieces), piece = h / static_cast<double>(pieces);
+    const std::size_t k = std::min(static_cast<std::size_t>(scaled), pieces - 1);
+    const double u = scaled - static_cast<double>(k), w = 1.0 - u;
+    const auto& x = of_mechanics ? variables : positions;
+    const auto& v = of_mechanics ? rates : velocities;
+    const double e = x[k + 1][at] - x[k][at], first = piece * v[k][at] - e, last = piece * v[k + 1][at] - e;
+    const double rate = e + w * (1.0 - 3.0 * u) * first + u * (1.0 - 3.0 * w) * last;
+    return {x[k][at] + u * e + u * w * (w * first - u * last), rate / piece};
   }
 
   /// Point i in piece k, at its fraction u; with the piece's length H and its chord e = r1 - r0

@@ -315,6 +315,7 @@ void Drives::place_samples(const DrivenStep& step, Level level, const ScalarFunc
     close_piece(end);
   }
   num_samples_ = widths_.size();
+  choose_weights();
 }
 
 /// Writes values_ [result][time]; returns |gradient| of constraints where the step begins, else 1.
@@ -363,6 +364,7 @@ double Drives::run(const Program& each, const Place& place) {
 ///
 ///   p(x) = sum c_k T_k(x),   b_k = c_k + 2 x b_{k+1} - b_{k+2},   p = c_0 + x b_1 - b_2,   x = 1 - 2 s
 void Drives::deviate(const double* values) {
+  if (weights_ != nullptr) return deviate_by_weights(values);
   const std::size_t degree = num_nodes_ - 1;
   chebyshev_.assign(num_nodes_, 0.0);
   for (std::size_t k = 0; k < num_nodes_; ++k) {
@@ -387,6 +389,38 @@ void Drives::deviate(const double* values) {
   }
   for (std::size_t i = 0; i < num_samples_; ++i)
     missed_[i] = values[num_nodes_ + i] - (chebyshev_[0] + (1.0 - 2.0 * s[i]) * next_[i] - after_next_[i]);
+}
+
+/// The same for the samples of most looks, which are the same ones:
+///
+///   p(s) = sum_j w_j(s) f_j
+void Drives::deviate_by_weights(const double* values) {
+  missed_.resize(num_samples_);
+  const double* weight = weights_->data();
+  for (std::size_t i = 0; i < num_samples_; ++i) {
+    double p = 0.0;
+    for (std::size_t j = 0; j < num_nodes_; ++j) p += *weight++ * values[j];
+    missed_[i] = values[num_nodes_ + i] - p;
+  }
+}
+
+void Drives::choose_weights() {
+  weights_ = nullptr;
+  if (!has_equal_pieces_ || num_samples_ != num_nodes_) return;
+  if (all_weights_.size() <= num_nodes_) all_weights_.resize(num_nodes_ + 1);
+  std::vector<double>& weights = all_weights_[num_nodes_];
+  if (weights.empty()) {
+    // Of each node what it adds to p at the samples: there it is all that deviates.
+    std::vector<double> values(2 * num_nodes_, 0.0);
+    weights.resize(num_nodes_ * num_nodes_);
+    for (std::size_t j = 0; j < num_nodes_; ++j) {
+      values[j] = 1.0;
+      deviate(values.data());
+      values[j] = 0.0;
+      for (std::size_t i = 0; i < num_nodes_; ++i) weights[i * num_nodes_ + j] = -missed_[i];
+    }
+  }
+  weights_ = &weights;
 }
 
 /// Values are known to the rounding of their times.

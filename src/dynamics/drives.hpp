@@ -78,6 +78,8 @@ class Drives {
   void judge(const DrivenStep& step, const Place& place, std::span<const Index> points, Level level, double scale,
              const double* values, std::size_t name, DriveReport* report);
   void deviate(const double* values);
+  void deviate_by_weights(const double* values);
+  void choose_weights();
 
   const Numbering& numbering_;
   const double scene_size_;
@@ -93,6 +95,10 @@ class Drives {
   std::vector<double> fractions_, widths_, times_, values_, lanes_, knots_;
   std::vector<double> cosines_, chebyshev_, next_, after_next_;  // for polynomials at all samples
   std::vector<double> missed_;                                   // e at the samples
+  // Where as many samples as nodes lie evenly, p at each sample from the values at the nodes: of each number of nodes
+  // [sample][node]; and those of this look, or null.
+  std::vector<std::vector<double>> all_weights_;
+  const std::vector<double>* weights_ = nullptr;
 };
 
 }  // namespace tanor

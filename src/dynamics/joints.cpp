@@ -37,6 +37,8 @@ Joints::Joints(std::span<const Incidence> incidences, std::span<const Coupling> 
     const auto root = static_cast<std::size_t>(group_[i]);
     group_[i] = root == i ? static_cast<Index>(num_groups_++) : group_[root];
   }
+  first_.resize(num_groups_);
+  for (std::size_t i = num_moving; i-- > 0;) first_[static_cast<std::size_t>(group_[i])] = i;
   for (std::vector<double>* array : {&allowed_x_, &allowed_v_, &speed_, &size_, &atol_}) array->resize(num_groups_, 0.0);
 }
 
@@ -52,6 +54,13 @@ double Joints::allow_rounding(const RoundingLevels& levels, const RoundingGain& 
                               const Scales& scales) {
   constexpr double matters = 0.1;  // of the tolerance
   constexpr double eps = std::numeric_limits<double>::epsilon();
+  // Without a look at all points: not even beside the absolute tolerance.
+  bool may_matter = false;
+  for (std::size_t k = 0; k < num_groups_ && !may_matter; ++k)
+    may_matter = gain.factor * target.h * std::max(levels.whole[k], levels.along[k]) >
+                 matters * scales.velocity_tolerance(target.atol, first_[k]);
+  allows_rounding_ = false;
+  if (!may_matter) return 0.0;
   std::fill(speed_.begin(), speed_.end(), 0.0);
   std::fill(size_.begin(), size_.end(), 0.0);
   for (std::size_t i = 0; i < group_.size(); ++i) {
@@ -61,7 +70,6 @@ double Joints::allow_rounding(const RoundingLevels& levels, const RoundingGain& 
     atol_[k] = scales.velocity_tolerance(target.atol, i);
   }
   double worst = 0.0;
-  allows_rounding_ = false;
   for (std::size_t k = 0; k < num_groups_; ++k) {
     const double tolerance = atol_[k] + target.rtol * speed_[k], level = levels.along[k];
     allows_rounding_ = allows_rounding_ || gain.factor * target.h * levels.whole[k] > matters * tolerance;

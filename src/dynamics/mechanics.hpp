@@ -229,6 +229,7 @@ class Mechanics {
   /// What a step may miss at each point where no absolute tolerance is given, m and m/s [num_points()].
   struct PointTolerances {
     std::span<const double> positions, velocities;
+    std::span<const double> accelerations;  ///< m/s^2, no tolerance: as much as may act there
   };
   virtual PointTolerances point_tolerances() const { return {}; }
   virtual std::size_t num_points() const { return size() / 3; }

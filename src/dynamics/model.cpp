@@ -73,6 +73,20 @@ std::size_t count_constrained(std::span<const Incidence> incidences, const Numbe
   return result;
 }
 
+/// Of constraints by formula.
+Model::Formulas list_passages(const System& system, const Numbering& numbering) {
+  Model::Formulas result;
+  for (const Constraint& constraint : system.constraints) {
+    const auto* const group = std::get_if<UserConstraints>(&constraint);
+    if (group == nullptr) continue;
+    std::vector<Index> points;
+    for (const auto& tuple : group->tuples)
+      for (const Index point : tuple) points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
+    if (auto passages = make_constraint_passages(group->kernel, points)) result.push_back(std::move(passages));
+  }
+  return result;
+}
+
 std::vector<double> inverses(std::vector<double> masses) {
   for (double& mass : masses) mass = mass > 0.0 ? 1.0 / mass : 0.0;
   return masses;
@@ -186,6 +200,8 @@ Model::Model(System given, const SolverOptions& options, double t)
       smallest_length(constraints.smallest_length(scene_size)),
       scales(find_neighbourhoods(system, t), numbering, incidences, scene_size),
       may_lose_rank(closes_loops(system, numbering)),
+      constraint_passages(list_passages(this->system, numbering)),
+      coordinate_passages(coordinates.list_passages()),
       mass_ratio(find_mass_ratio(incidences, inverse_mass)),
       drives(system, numbering, inverse_mass, scene_size, t),
       rank(numbering.first_idle_row()),
@@ -228,6 +244,12 @@ void Model::prescribe(const std::vector<PrescribedPoints>& supports, double t, d
 void Model::prescribe_all(double t, double* r, double* v) {
   prescribe(fixed_supports_, t, r, v);
   prescribe(moving_supports_, t, r, v);
+}
+
+double Model::find_passage(const Formulas& formulas, PointPath* path) {
+  double part = forces.find_passage(parallel, path);
+  for (const auto& formula : formulas) part = std::min(part, formula->find(parallel, path));
+  return part;
 }
 
 double Model::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {

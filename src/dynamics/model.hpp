@@ -52,6 +52,8 @@ class Model {
   Scales scales;                                 ///< what decides locally
   /// Constraints close loops, or hold one island in two places: trees of rods on one support never lose rank.
   const bool may_lose_rank;
+  /// What formulas as constraints and as coordinates do between the looks of a step.
+  const std::vector<std::unique_ptr<FormulaPassages>> constraint_passages, coordinate_passages;
   const double mass_ratio;  ///< largest over smallest of moving points under constraints
   Drives drives;
   PhaseTimes times;
@@ -116,6 +118,12 @@ class Model {
   void largest_norms(const double* x, std::vector<double>* result) const;
   /// Largest |x_i - y_i| over the moving points, each over the `scale` of its neighbourhood.
   double largest_move(const double* x, const double* y, const std::vector<double>& scale) const;
+
+  /// Some force, or some of `formulas`, may act between the looks of a step alone.
+  using Formulas = std::vector<std::unique_ptr<FormulaPassages>>;
+  bool may_be_passed(const Formulas& formulas) const { return forces.may_be_passed() || !formulas.empty(); }
+  /// The part of a step to make instead of one that passes them unseen; 1: it passes none.
+  double find_passage(const Formulas& formulas, PointPath* path);
 
   std::string name_row(std::size_t inner_row) const;
   /// Rows of contacts := 0 in K: what the system's constraints alone span, whatever sticks.

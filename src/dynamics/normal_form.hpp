@@ -96,11 +96,11 @@ class NormalForm final : public EquationsOfMotion {
   void evaluate_friction(const double* lambda, double* tau);
   void judge_friction(bool judges, bool refuses_several);
 
-  bool may_pass_forces() const override { return model_.forces.may_be_passed(); }
+  bool may_pass_forces() const override { return model_.may_be_passed(model_.constraint_passages); }
   PointTolerances point_tolerances() const override {
-    return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances()};
+    return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances(), model_.scales.accelerations()};
   }
-  double find_passage(PointPath* path) override { return model_.forces.find_passage(model_.parallel, path); }
+  double find_passage(PointPath* path) override { return model_.find_passage(model_.constraint_passages, path); }
 
   std::string series_obstacle() const override;
   Outcome expand(double t, const double* r, const double* v, const double* w, std::span<double* const> coefficients,

@@ -47,6 +47,9 @@ void Scales::set_speeds(std::span<const double> speeds) {
   };
   tolerances(length_, &position_tolerance_);
   tolerances(speed_, &velocity_tolerance_);
+  acceleration_.resize(num_points_);
+  for (std::size_t i = 0; i < num_points_; ++i)
+    acceleration_[i] = velocity_tolerance_[i] * velocity_tolerance_[i] / (part * position_tolerance_[i]);
 }
 
 }  // namespace tanor

@@ -42,6 +42,8 @@ class Scales {
   /// points, supports last.
   std::span<const double> position_tolerances() const { return position_tolerance_; }
   std::span<const double> velocity_tolerances() const { return velocity_tolerance_; }
+  /// V^2/L around each point, m/s^2: with V = sqrt(a L), no less than what acts there.
+  std::span<const double> accelerations() const { return acceleration_; }
   /// One of them, or `atol` where it is given.
   double position_tolerance(double atol, std::size_t point) const {
     return atol > 0.0 ? atol : position_tolerance_[point];
@@ -56,7 +58,7 @@ class Scales {
   std::vector<double> length_, speed_;
   std::vector<char> has_rows_;
   double least_speed_ = 1.0, least_acceleration_ = 1.0;
-  std::vector<double> position_tolerance_, velocity_tolerance_;
+  std::vector<double> position_tolerance_, velocity_tolerance_, acceleration_;
 };
 
 }  // namespace tanor

@@ -37,13 +37,13 @@ class TangentForm final : public EquationsOfMotion {
   bool has_drives() const override { return !model_.drives.empty(); }
   DriveReport look_at_drives(const DrivenStep& step) override;
   std::string name_drive(std::size_t drive) const override { return model_.drives.name(drive); }
-  bool may_pass_forces() const override { return model_.forces.may_be_passed(); }
+  bool may_pass_forces() const override { return model_.may_be_passed(model_.coordinate_passages); }
   std::size_t num_points() const override { return model_.num_points(); }
   Points find_points(double t, const double* q, const double* q_dot, double* r, double* v) override;
   PointTolerances point_tolerances() const override {
-    return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances()};
+    return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances(), model_.scales.accelerations()};
   }
-  double find_passage(PointPath* path) override { return model_.forces.find_passage(model_.parallel, path); }
+  double find_passage(PointPath* path) override { return model_.find_passage(model_.coordinate_passages, path); }
   Power power(const double* q, const double* q_dot) const override;
   Energy energy(double t, const double* q, const double* q_dot) override;
   std::size_t rank() const override { return model_.rank; }

@@ -66,10 +66,8 @@ Forces::Forces(const System& system, const Numbering& numbering)
                        formula_forces.push_back({group.points.back(), static_cast<Index>(formula_forces.size())});
                      }
                      formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
-                     if (group.kernel.expression) {
-                       FormulaPassages passages(group.kernel, list_moving(group.points));
-                       if (passages.is_needed()) formula_passages_.push_back(std::move(passages));
-                     }
+                     if (auto passages = make_force_passages(group.kernel, list_moving(group.points), mass_))
+                       formula_passages_.push_back(std::move(passages));
                      if (!group.points.empty()) formulas_.push_back(std::move(group));
                    },
                    [&](const PairForces& pairs) {
@@ -157,9 +155,11 @@ void Forces::evaluate_formulas(const Parallel& parallel, double t, const double*
 }
 
 double Forces::find_passage(const Parallel& parallel, PointPath* path) {
+  constexpr double path_error = 1e-5;
+  if (has_pairs()) path->refine(path_error);
   double part = 1.0;
   for (PairField& pairs : pairs_) part = std::min(part, pairs.find_passage(parallel, *path, mass_));
-  for (FormulaPassages& formula : formula_passages_) part = std::min(part, formula.find(parallel, path, mass_));
+  for (const auto& formula : formula_passages_) part = std::min(part, formula->find(parallel, path));
   return part;
 }
 

@@ -143,7 +143,7 @@ class Forces {
   std::vector<PairField> pairs_of_supports_;  // of both ends; on supports that stand it is found once
   bool has_damping_ = false, forces_depend_on_time_ = false;
   std::vector<FormulaGroup> formulas_;
-  std::vector<FormulaPassages> formula_passages_;
+  std::vector<std::unique_ptr<FormulaPassages>> formula_passages_;
   std::vector<double> formula_force_;  // group by group, 3 numbers a point
   ByPoint<Index> formula_forces_;      // slots in formula_force_
   bool formulas_depend_on_velocity_ = false;

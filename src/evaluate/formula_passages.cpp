@@ -5,82 +5,118 @@
 #include <cmath>
 #include <limits>
 
+#include "base/instruction_sets.hpp"
+
 namespace tanor {
 
 namespace {
 
-// How often a formula changes its course in a step that schemes of high order resolve: three radians of a sine, or a
-// factor of e^3 of an exponential, need some twenty terms of a series for ten digits. Intervals say more than twice as
-// much of sums of squares.
-constexpr double resolved = 8.0;
+// How often a formula changes its course in a step that a scheme resolves: three radians of a sine, or a factor of e^3
+// of an exponential, need some twenty terms of a series for ten digits. Intervals say more than twice as much of sums
+// of squares. Where it is more, an error estimate may be small by chance.
+double resolved_by(int order) {
+  return std::clamp(0.4 * order, 2.0, 8.0);
+}
 constexpr double resolved_by_part = 2.5;  // by the two places where each part is looked at
 constexpr double of_a_kink = 9.0;         // more than is resolved: error estimates may miss one between two looks
 constexpr int most_divisions = 4;         // of a step, into eight parts each
 
-constexpr std::size_t num_nodes = 13;
+constexpr std::size_t most_nodes = 13;
 
-/// Chebyshev's extreme points on [0, 1], where polynomials interpolate best.
-std::array<double, num_nodes> make_nodes() {
-  std::array<double, num_nodes> nodes;
-  for (std::size_t j = 0; j < num_nodes; ++j)
-    nodes[j] = 0.5 - 0.5 * std::cos(M_PI * static_cast<double>(j) / static_cast<double>(num_nodes - 1));
-  return nodes;
-}
+/// A polynomial as a scheme of this order follows it, by Chebyshev's extreme points on [0, 1], where polynomials
+/// interpolate best.
+struct Nodes {
+  std::array<double, most_nodes> at{};
+  std::size_t count;
+
+  explicit Nodes(int order) : count(std::clamp(static_cast<std::size_t>(order) + 1, std::size_t{6}, most_nodes)) {
+    for (std::size_t j = 0; j < count; ++j)
+      at[j] = 0.5 - 0.5 * std::cos(M_PI * static_cast<double>(j) / static_cast<double>(count - 1));
+  }
+};
 
 /// p(s) = sum w_j g_j/(s - s_j) / sum w_j/(s - s_j),   w_j = (-1)^j, half of it at both ends
-Vec3 interpolate(const std::array<double, num_nodes>& nodes, const std::array<Vec3, num_nodes>& values, double s) {
-  Vec3 above{};
+std::array<double, most_nodes> interpolation_weights(const Nodes& nodes, double s) {
+  std::array<double, most_nodes> weights{};
   double below = 0.0;
-  for (std::size_t j = 0; j < num_nodes; ++j) {
-    if (s == nodes[j]) return values[j];
-    const double end = j == 0 || j + 1 == num_nodes ? 0.5 : 1.0;
-    const double weight = (j % 2 == 0 ? end : -end) / (s - nodes[j]);
-    above = above + weight * values[j];
-    below += weight;
+  for (std::size_t j = 0; j < nodes.count; ++j) {
+    if (s == nodes.at[j]) {
+      weights = {};
+      weights[j] = 1.0;
+      return weights;
+    }
+    const double end = j == 0 || j + 1 == nodes.count ? 0.5 : 1.0;
+    weights[j] = (j % 2 == 0 ? end : -end) / (s - nodes.at[j]);
+    below += weights[j];
   }
-  return (1.0 / below) * above;
+  for (double& weight : weights) weight /= below;
+  return weights;
 }
 
-/// Numbers of one lane between two places that are `length` apart in time. Number by number a cubic leaves its chord by
-/// at most 4/27 (|H v_a - e| + |H v_b - e|), and its rate the line between both rates by 3/2 |e/H - (v_a + v_b)/2|.
-void enclose(const PointPath::Place& a, const PointPath::Place& b, double t, double length, bool with_rates,
-             std::size_t lane, Intervals* variables) {
-  const auto set = [&](std::size_t variable, double x, double y, double leaves) {
-    variables[variable].low[lane] = std::min(x, y) - leaves;
-    variables[variable].high[lane] = std::max(x, y) + leaves;
-  };
-  const double inverse = 1.0 / length;
-  const auto set_both = [&](std::size_t axis, double x, double y, double u, double v) {
-    const double e = y - x;
-    set(axis, x, y, 4.0 / 27.0 * (std::abs(length * u - e) + std::abs(length * v - e)));
-    if (with_rates) set(3 + axis, u, v, 1.5 * std::abs(e * inverse - 0.5 * (u + v)));
-  };
-  set_both(0, a.r.x, b.r.x, a.v.x, b.v.x);
-  set_both(1, a.r.y, b.r.y, a.v.y, b.v.y);
-  set_both(2, a.r.z, b.r.z, a.v.z, b.v.z);
-  set(6, t, t + length, 0.0);
+/// A number on its way between two places that are `length` apart in time: a cubic leaves its chord by at most
+/// 4/27 (|H u - e| + |H v - e|), and its rate the line between both rates by 3/2 |e/H - (u + v)/2|.
+struct Ways {
+  Eight from, to, rate_from, rate_to;
+};
+[[gnu::always_inline]] inline Eight size_of(const Eight& x) {
+  return x < 0.0 ? -x : x;
+}
+[[gnu::always_inline]] inline Intervals around(const Eight& x, const Eight& y, const Eight& leaves) {
+  return {(x < y ? x : y) - leaves, (x < y ? y : x) + leaves};
+}
+/// `rate` may be null.
+TANOR_EACH_INSTRUCTION_SET
+void enclose_ways(const Ways& way, double length, Intervals* place, Intervals* rate) {
+  const Eight e = way.to - way.from;
+  const Eight leaves = size_of(length * way.rate_from - e) + size_of(length * way.rate_to - e);
+  *place = around(way.from, way.to, 4.0 / 27.0 * leaves);
+  if (rate == nullptr) return;
+  const Eight missed = size_of((1.0 / length) * e - 0.5 * (way.rate_from + way.rate_to));
+  *rate = around(way.rate_from, way.rate_to, 1.5 * missed);
+}
+
+/// In all lanes.
+bool is_within(const Intervals& a, const Intervals& b) {
+  const auto is_outside = (a.low < b.low) | (a.high > b.high);
+  long any = 0;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) any |= is_outside[lane];
+  return any == 0;
+}
+
+double norm_of(std::span<const double> x) {
+  double square = 0.0;
+  for (const double number : x) square += number * number;
+  return std::sqrt(square);
 }
 
 }  // namespace
 
-FormulaPassages::FormulaPassages(const ForceKernel& kernel, std::vector<Index> points)
-    : narrowness_(*kernel.expression),
-      asks_for_rates_(narrowness_.asks_for(3) || narrowness_.asks_for(4) || narrowness_.asks_for(5)),
-      points_(std::move(points)),
-      is_doubtful_(points_.size()) {}
+FormulaPassages::FormulaPassages(const Expression& expression, Variables variables, bool thread_safe)
+    : narrowness_(expression),
+      variables_(variables),
+      num_numbers_(variables == Variables::OfPointsAndTheirRates ? 3 : narrowness_.num_variables() - 1),
+      thread_safe_(thread_safe) {
+  for (std::size_t i = num_numbers_; i + 1 < narrowness_.num_variables(); ++i)
+    asks_for_rates_ = asks_for_rates_ || narrowness_.asks_for(i);
+}
 
-double FormulaPassages::find(const Parallel& parallel, PointPath* path, std::span<const double> masses) {
+double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
   constexpr std::size_t grain = 64;
-  const std::size_t groups = (points_.size() + num_lanes - 1) / num_lanes;
+  const std::size_t members = num_members(), groups = (members + num_lanes - 1) / num_lanes;
+  if (boxes_.empty()) {
+    boxes_.resize(groups);
+    sides_.resize(groups * narrowness_.num_variables());
+    is_doubtful_.resize(members);
+  }
   const double doubtful = parallel.max_over_ranges(
       groups,
       [&](std::size_t begin, std::size_t end) {
         bool any = false;
         for (std::size_t group = begin; group < end; ++group) {
-          const std::size_t first = num_lanes * group, count = std::min(num_lanes, points_.size() - first);
-          const Counts counts = count_along(*path, std::span(points_).subspan(first, count));
+          const std::size_t first = num_lanes * group, count = std::min(num_lanes, members - first);
+          const Counts counts = count_along(*path, group);
           for (std::size_t k = 0; k < count; ++k) {
-            is_doubtful_[first + k] = !(counts[k] <= resolved) && is_doubtful(*path, points_[first + k]);
+            is_doubtful_[first + k] = !(counts[k] <= resolved_by(path->order)) && is_doubtful(*path, first + k);
             any = any || is_doubtful_[first + k];
           }
         }
@@ -90,12 +126,13 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path, std::spa
   if (doubtful == 0.0) return 1.0;
   path->refine(1e-7);
   std::atomic<double> part = 1.0;
-  parallel.for_ranges(
-      points_.size(),
+  const Parallel serial(1);
+  (thread_safe_ ? parallel : serial).for_ranges(
+      members,
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
           if (!is_doubtful_[k]) continue;
-          const double found = examine(*path, points_[k], masses[static_cast<std::size_t>(points_[k])]);
+          const double found = examine(*path, k);
           for (double known = part; found < known && !part.compare_exchange_weak(known, found);) {
           }
         }
@@ -104,54 +141,135 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path, std::spa
   return part;
 }
 
-/// Of the whole step, for a point in each lane.
-FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std::span<const Index> points) const {
-  const double length = path.h / static_cast<double>(path.num_pieces());
+/// In each lane a member of the group; the last one fills those that are left.
+void FormulaPassages::enclose(const PointPath& path, std::size_t group, std::size_t piece, Intervals* to) const {
+  const bool of_mechanics = variables_ == Variables::OfMechanics;
+  const auto& places = of_mechanics ? path.variables : path.positions;
+  const auto& rates = of_mechanics ? path.rates : path.velocities;
+  const double length = path.h / static_cast<double>(path.num_pieces()), t = path.t + path.knot(piece) * path.h;
+  const std::size_t first = num_lanes * group, last = num_members() - 1;
+  for (std::size_t i = 0; i < num_numbers_; ++i) {
+    Ways ways;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      const auto k = static_cast<std::size_t>(numbers_[std::min(first + lane, last) * num_numbers_ + i]);
+      ways.from[lane] = places[piece][k];
+      ways.to[lane] = places[piece + 1][k];
+      ways.rate_from[lane] = rates[piece][k];
+      ways.rate_to[lane] = rates[piece + 1][k];
+    }
+    enclose_ways(ways, length, to + i, asks_for_rates_ ? to + num_numbers_ + i : nullptr);
+  }
+  const Eight zero{};
+  to[narrowness_.num_variables() - 1] = {zero + t, zero + (t + length)};
+}
+
+/// Of the whole step, for a member in each lane. In a box around the whole path the formula changes its course at least
+/// as often as in any piece of it.
+FormulaPassages::Counts FormulaPassages::count_along(const PointPath& path, std::size_t group) {
+  thread_local std::vector<Intervals> piece, hull;
+  const std::size_t width = narrowness_.num_variables();
+  const std::size_t first = num_lanes * group, count = std::min(num_lanes, num_members() - first);
+  const auto pieces = static_cast<double>(path.num_pieces());
+  hull.assign(width, Intervals{});
+  for (std::size_t k = 0; k < path.num_pieces(); ++k) {
+    std::vector<Intervals>& to = k == 0 ? hull : piece;
+    if (k > 0) to.assign(width, Intervals{});
+    enclose(path, group, k, to.data());
+    for (std::size_t i = 0; k > 0 && i < width; ++i) {
+      hull[i].low = piece[i].low < hull[i].low ? piece[i].low : hull[i].low;
+      hull[i].high = piece[i].high > hull[i].high ? piece[i].high : hull[i].high;
+    }
+  }
+
+  Box& box = boxes_[group];
+  Intervals* const sides = sides_.data() + group * width;
+  const double resolved = resolved_by(path.order);
+  const auto serves = [&] {
+    for (std::size_t lane = 0; lane < count; ++lane)
+      if (!(pieces * box.counts[lane] <= resolved)) return false;
+    return true;
+  };
+  const auto has_room = [&] {
+    for (std::size_t lane = 0; lane < count; ++lane)
+      if (!(3.0 * pieces * box.counts[lane] <= resolved)) return false;
+    return true;
+  };
+  const auto holds_path = [&] {
+    for (std::size_t i = 0; i < width; ++i)
+      if (narrowness_.asks_for(i) && !is_within(hull[i], sides[i])) return false;
+    return true;
+  };
+  if (box.is_known && holds_path() && serves()) return {};
+  for (;;) {
+    for (std::size_t i = 0; i < width; ++i) {
+      const Eight more = box.margin * (hull[i].high - hull[i].low);
+      sides[i] = {hull[i].low - more, hull[i].high + more};
+    }
+    box.counts = narrowness_.count(sides);
+    box.is_known = serves();
+    if (box.is_known) {
+      if (box.margin < 16.0 && has_room()) box.margin = std::max(1.5 * box.margin, 1.0);
+      return {};
+    }
+    if (box.margin == 0.0) break;
+    box.margin = box.margin > 0.5 ? 0.5 * box.margin : 0.0;
+  }
+  if (path.num_pieces() == 1) return box.counts;
   Counts sums{};
   for (std::size_t k = 0; k < path.num_pieces(); ++k) {
-    std::array<Intervals, 7> variables{};
-    for (std::size_t lane = 0; lane < points.size(); ++lane) {
-      const Index i = points[lane];
-      enclose({load(path.positions[k], i), load(path.velocities[k], i)},
-              {load(path.positions[k + 1], i), load(path.velocities[k + 1], i)}, path.t + path.knot(k) * path.h, length,
-              asks_for_rates_, lane, variables.data());
-    }
-    const Counts counts = narrowness_.count(variables.data());
-    for (std::size_t lane = 0; lane < points.size(); ++lane) sums[lane] += counts[lane];
+    piece.assign(width, Intervals{});
+    enclose(path, group, k, piece.data());
+    const Counts counts = narrowness_.count(piece.data());
+    for (std::size_t lane = 0; lane < count; ++lane) sums[lane] += counts[lane];
   }
   return sums;
 }
 
 /// Of equal parts, one in each lane.
-FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, Index point, double begin,
+FormulaPassages::Counts FormulaPassages::count_parts(const PointPath& path, std::size_t member, double begin,
                                                      double end) const {
-  const double part = (end - begin) / static_cast<double>(num_lanes);
-  std::array<Intervals, 7> variables{};
-  PointPath::Place from = path.at(point, begin);
+  thread_local std::vector<Intervals> variables;
+  variables.assign(narrowness_.num_variables(), Intervals{});
+  const double part = (end - begin) / static_cast<double>(num_lanes), length = part * path.h;
+  const bool of_mechanics = variables_ == Variables::OfMechanics;
+  const std::span<const Index> own = numbers(member);
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    Ways ways;
+    PointPath::Number from = path.number(own[i], begin, of_mechanics);
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+      const PointPath::Number to = path.number(own[i], begin + static_cast<double>(lane + 1) * part, of_mechanics);
+      ways.from[lane] = from.x;
+      ways.to[lane] = to.x;
+      ways.rate_from[lane] = from.rate;
+      ways.rate_to[lane] = to.rate;
+      from = to;
+    }
+    enclose_ways(ways, length, &variables[i], asks_for_rates_ ? &variables[own.size() + i] : nullptr);
+  }
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    const double s = begin + static_cast<double>(lane) * part;
-    const PointPath::Place to = path.at(point, s + part);
-    enclose(from, to, path.t + s * path.h, part * path.h, asks_for_rates_, lane, variables.data());
-    from = to;
+    const double t = path.t + (begin + static_cast<double>(lane) * part) * path.h;
+    variables.back().low[lane] = t;
+    variables.back().high[lane] = t + length;
   }
   return narrowness_.count(variables.data());
 }
 
 /// Intervals say too much of long paths: they are asked once more for eighths.
-bool FormulaPassages::is_doubtful(const PointPath& path, Index point) const {
+bool FormulaPassages::is_doubtful(const PointPath& path, std::size_t member) const {
+  const double resolved = resolved_by(path.order);
   double sum = 0.0;
   for (std::size_t k = 0; k < path.num_pieces(); ++k) {
-    for (const double count : count_parts(path, point, path.knot(k), path.knot(k + 1))) sum += count;
+    for (const double count : count_parts(path, member, path.knot(k), path.knot(k + 1))) sum += count;
     if (!(sum <= resolved)) return true;
   }
   return false;
 }
 
 /// Returns the sum of what the parts may change.
-double FormulaPassages::divide(const PointPath& path, Index point, double begin, double end, int depth,
+double FormulaPassages::divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
                                std::vector<Part>* parts) const {
   const double length = (end - begin) / static_cast<double>(num_lanes);
-  const Counts counts = count_parts(path, point, begin, end);
+  const Counts counts = count_parts(path, member, begin, end);
   double sum = 0.0;
   for (std::size_t lane = 0; lane < num_lanes; ++lane) {
     const double from = begin + static_cast<double>(lane) * length;
@@ -159,62 +277,245 @@ double FormulaPassages::divide(const PointPath& path, Index point, double begin,
       parts->push_back({from, from + length});
       sum += std::min(counts[lane], of_a_kink);
     } else {
-      sum += divide(path, point, from, from + length, depth - 1, parts);
+      sum += divide(path, member, from, from + length, depth - 1, parts);
     }
   }
   return sum;
 }
 
-Vec3 FormulaPassages::acceleration(const PointPath& path, Index point, double s, double mass) const {
-  const auto [r, v] = path.at(point, s);
-  const std::array<double, 7> variables{r.x, r.y, r.z, v.x, v.y, v.z, path.t + s * path.h};
-  std::array<double, 3> force;
-  narrowness_.evaluate(variables.data(), force.data());
-  return (1.0 / mass) * make_vec3(force);
+FormulaPassages::Allowed FormulaPassages::allow(const PointPath& path, std::span<const Index> points) {
+  Allowed least{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  for (const Index point : points) {
+    const PointPath::Place from = path.at(point, 0.0), to = path.at(point, 1.0);
+    least.v = std::min(least.v, path.atol_v(point) + path.rtol * std::max(norm(from.v), norm(to.v)));
+    least.r = std::min(least.r, path.atol_r(point) + path.rtol * std::max(norm(from.r), norm(to.r)));
+  }
+  return least;
 }
 
-/// What the polynomial p leaves of the acceleration a changes the end of the step by
+/// What the polynomial p leaves of the acceleration a changes the step by
 ///
 ///   dv = h integral (a - p) ds,   dx = h integral |dv(s)| ds
-double FormulaPassages::examine(const PointPath& path, Index point, double mass) const {
-  constexpr double tolerances = 1.0;
+///
+/// on the way. At its end the scheme misses, whatever its error estimate says,
+///
+///   h (integral a ds - sum w_k a(s_k)),   h^2 (integral (1 - s) a ds - sum w_k (1 - s_k) a(s_k))
+double FormulaPassages::examine(const PointPath& path, std::size_t member) const {
+  constexpr double tolerances = 10.0;    // that an estimate may have missed
+  constexpr std::size_t least_looks = 4;  // else the scheme knows more of the step than what it sees in them
   constexpr double path_error = 1e-7;  // of the path, and of the acceleration on it
   thread_local std::vector<Part> parts;
+  thread_local std::vector<double> at_nodes, a, dv, end_v, end_x;
   parts.clear();
   double changes = 0.0;
   const int depth = path.num_pieces() > num_lanes ? most_divisions - 1 : most_divisions;
   for (std::size_t k = 0; k < path.num_pieces(); ++k)
-    changes += divide(path, point, path.knot(k), path.knot(k + 1), depth, &parts);
-  if (changes <= resolved) return 1.0;
+    changes += divide(path, member, path.knot(k), path.knot(k + 1), depth, &parts);
+  if (changes <= resolved_by(path.order)) return 1.0;
 
-  static const std::array<double, num_nodes> nodes = make_nodes();
-  std::array<Vec3, num_nodes> values;
+  const Nodes nodes(path.order);
+  const std::size_t count = num_accelerations();
+  at_nodes.resize(nodes.count * count);
+  a.resize(count);
+  for (std::vector<double>* array : {&dv, &end_v, &end_x}) array->assign(count, 0.0);
   double largest = 0.0;
-  for (std::size_t j = 0; j < num_nodes; ++j) {
-    values[j] = acceleration(path, point, nodes[j], mass);
-    largest = std::max(largest, norm(values[j]));
+  for (std::size_t j = 0; j < nodes.count; ++j) {
+    const std::span values = std::span(at_nodes).subspan(j * count, count);
+    accelerate(path, member, nodes.at[j], values.data());
+    largest = std::max(largest, norm_of(values));
   }
-  const PointPath::Place from = path.at(point, 0.0), to = path.at(point, 1.0);
-  const double of_v = tolerances * (path.atol_v(point) + path.rtol * std::max(norm(from.v), norm(to.v)));
-  const double of_r = tolerances * (path.atol_r(point) + path.rtol * std::max(norm(from.r), norm(to.r)));
-  Vec3 dv{};
+  const Allowed allowed = allow(path, member);
   double dx = 0.0, first_bad = 2.0;
   for (const auto& [begin, end] : parts) {
     const double length = (end - begin) * path.h;
     for (const double place : {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)}) {  // Gauss
       const double s = begin + place * (end - begin);
-      const Vec3 a = acceleration(path, point, s, mass);
-      largest = std::max(largest, norm(a));
-      dv = dv + 0.5 * length * (a - interpolate(nodes, values, s));
-      dx += 0.5 * length * norm(dv);
+      accelerate(path, member, s, a.data());
+      largest = std::max(largest, norm_of(a));
+      const std::array<double, most_nodes> weights = interpolation_weights(nodes, s);
+      for (std::size_t i = 0; i < count; ++i) {
+        double p = 0.0;
+        for (std::size_t j = 0; j < nodes.count; ++j) p += weights[j] * at_nodes[j * count + i];
+        dv[i] += 0.5 * length * (a[i] - p);
+        end_v[i] += 0.5 * length * a[i];
+        end_x[i] += 0.5 * length * path.h * (1.0 - s) * a[i];
+      }
+      dx += 0.5 * length * norm_of(dv);
     }
     const double noise = path_error * largest * path.h;
-    const bool is_bad = !(dx <= of_r + noise * path.h) || !(norm(dv) <= of_v + noise);
+    const bool is_bad = !(dx <= allowed.r + noise * path.h) || !(norm_of(dv) <= allowed.v + noise);
     if (is_bad) first_bad = std::min(first_bad, begin);
   }
   const double noise = path_error * largest * path.h;
-  if (dx <= of_r + noise * path.h && norm(dv) <= of_v + noise) return 1.0;
-  return std::clamp(first_bad, 0.125, 0.9);
+  if (!(dx <= allowed.r + noise * path.h && norm_of(dv) <= allowed.v + noise)) return std::clamp(first_bad, 0.125, 0.9);
+  if (path.looks.size() < least_looks) return 1.0;
+  for (std::size_t k = 0; k < path.looks.size(); ++k) {
+    const double s = path.looks[k], weight = path.weights[k] * path.h;
+    accelerate(path, member, s, a.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      end_v[i] -= weight * a[i];
+      end_x[i] -= weight * path.h * (1.0 - s) * a[i];
+    }
+  }
+  const double error = std::max(norm_of(end_v) / (tolerances * allowed.v + noise),
+                                norm_of(end_x) / (tolerances * allowed.r + noise * path.h));
+  return error > 1.0 ? std::clamp(0.9 * std::pow(error, -1.0 / (path.order + 1)), 0.1, 0.9) : 1.0;
+}
+
+// ---- what formulas do ----
+
+namespace {
+
+/// a = f/m
+class ForcePassages final : public FormulaPassages {
+ public:
+  ForcePassages(const ForceKernel& kernel, std::span<const Index> points, std::span<const double> masses)
+      : FormulaPassages(*kernel.expression, Variables::OfPointsAndTheirRates, true),
+        points_(points.begin(), points.end()),
+        masses_(masses) {
+    append_points(points);
+  }
+
+ private:
+  Allowed allow(const PointPath& path, std::size_t member) const override {
+    return FormulaPassages::allow(path, std::span(&points_[member], 1));
+  }
+  std::size_t num_accelerations() const override { return 3; }
+  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
+    const Index point = points_[member];
+    const auto [r, v] = path.at(point, s);
+    const std::array<double, 7> variables{r.x, r.y, r.z, v.x, v.y, v.z, path.t + s * path.h};
+    formula().evaluate(variables.data(), a);
+    for (std::size_t i = 0; i < 3; ++i) a[i] /= masses_[static_cast<std::size_t>(point)];
+  }
+
+  std::vector<Index> points_;
+  std::span<const double> masses_;
+};
+
+/// What holds its points on xi = 0 while they move, and what turns other forces: with the gradient g of xi and the
+/// acceleration G that may act there
+///
+///   -phi g/|g|^2   and   G g/|g|
+class ConstraintPassages final : public FormulaPassages {
+ public:
+  ConstraintPassages(const ConstraintKernel& kernel, std::span<const Index> points)
+      : FormulaPassages(*kernel.expression, Variables::OfPoints, kernel.thread_safe),
+        kernel_(kernel),
+        points_(points.begin(), points.end()) {
+    append_points(points);
+  }
+
+ private:
+  std::span<const Index> own(std::size_t member) const {
+    const auto p = static_cast<std::size_t>(kernel_.num_points);
+    return std::span(points_).subspan(member * p, p);
+  }
+  Allowed allow(const PointPath& path, std::size_t member) const override {
+    return FormulaPassages::allow(path, own(member));
+  }
+  std::size_t num_accelerations() const override { return 2 * num_numbers(); }
+  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
+    thread_local std::vector<double> r, v, gradient;
+    for (std::vector<double>* array : {&r, &v, &gradient}) array->resize(num_numbers());
+    double may_act = 0.0;
+    for (std::size_t i = 0; const Index point : own(member)) {
+      const auto place = path.at(point, s);
+      store(r.data(), i, place.r);
+      store(v.data(), i++, place.v);
+      may_act = std::max(may_act, path.largest_acceleration(point));
+    }
+    double xi = 0.0, rate = 0.0, phi = 0.0;
+    kernel_.evaluate(kernel_.context.get(),
+                     {1, path.t + s * path.h, r.data(), v.data(), &xi, &rate, &phi, gradient.data()});
+    const double length = norm_of(gradient), inverse = length > 0.0 ? 1.0 / length : 0.0;
+    for (std::size_t i = 0; i < num_numbers(); ++i) {
+      const double unit = inverse * gradient[i];
+      a[i] = -inverse * phi * unit;
+      a[num_numbers() + i] = may_act * unit;
+    }
+  }
+
+  ConstraintKernel kernel_;
+  std::vector<Index> points_;  // [member][p]
+};
+
+/// With each column A_j of A, and the acceleration G that may act there
+///
+///   -A_j'psi/|A_j|   and   G A_j/|A_j|
+class CoordinatePassages final : public FormulaPassages {
+ public:
+  CoordinatePassages(const CoordinateKernel& kernel, std::span<const Index> points, Index first_coordinate)
+      : FormulaPassages(*kernel.expression, Variables::OfMechanics, kernel.thread_safe),
+        kernel_(kernel),
+        points_(points.begin(), points.end()) {
+    const std::size_t members = points_.size() / num_points();
+    for (std::size_t i = 0; i < members * num_numbers(); ++i)
+      append_number(first_coordinate + static_cast<Index>(i));
+  }
+
+ private:
+  std::size_t num_points() const { return static_cast<std::size_t>(kernel_.num_points); }
+  std::span<const Index> own(std::size_t member) const {
+    return std::span(points_).subspan(member * num_points(), num_points());
+  }
+  Allowed allow(const PointPath& path, std::size_t member) const override {
+    return FormulaPassages::allow(path, own(member));
+  }
+  std::size_t num_accelerations() const override { return num_numbers() * (1 + 3 * num_points()); }
+  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
+    thread_local std::vector<double> q, q_dot, r, v, psi, tangents;
+    const std::size_t count = num_numbers(), width = 3 * num_points();
+    for (std::vector<double>* array : {&q, &q_dot}) array->resize(count);
+    for (std::vector<double>* array : {&r, &v, &psi}) array->resize(width);
+    tangents.resize(count * width);
+    for (std::size_t i = 0; const Index number : numbers(member)) {
+      const PointPath::Number at = path.number(number, s, true);
+      q[i] = at.x;
+      q_dot[i++] = at.rate;
+    }
+    double may_act = 0.0;
+    for (const Index point : own(member)) may_act = std::max(may_act, path.largest_acceleration(point));
+    kernel_.evaluate(kernel_.context.get(), {1, path.t + s * path.h, q.data(), q_dot.data(), r.data(), v.data(),
+                                             psi.data(), tangents.data()});
+    for (std::size_t j = 0; j < count; ++j) {
+      const std::span tangent = std::span(tangents).subspan(j * width, width);
+      const double length = norm_of(tangent), inverse = length > 0.0 ? 1.0 / length : 0.0;
+      double along = 0.0;
+      for (std::size_t i = 0; i < width; ++i) {
+        along += inverse * tangent[i] * psi[i];
+        a[count + j * width + i] = may_act * inverse * tangent[i];
+      }
+      a[j] = -along;
+    }
+  }
+
+  CoordinateKernel kernel_;
+  std::vector<Index> points_;  // [member][p]
+};
+
+std::unique_ptr<FormulaPassages> if_needed(std::unique_ptr<FormulaPassages> passages) {
+  return passages->is_needed() ? std::move(passages) : nullptr;
+}
+
+}  // namespace
+
+std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, std::span<const Index> inner_points,
+                                                     std::span<const double> masses) {
+  if (kernel.expression == nullptr) return nullptr;
+  return if_needed(std::make_unique<ForcePassages>(kernel, inner_points, masses));
+}
+
+std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,
+                                                          std::span<const Index> inner_points) {
+  if (kernel.expression == nullptr) return nullptr;
+  return if_needed(std::make_unique<ConstraintPassages>(kernel, inner_points));
+}
+
+std::unique_ptr<FormulaPassages> make_coordinate_passages(const CoordinateKernel& kernel,
+                                                          std::span<const Index> inner_points, Index first_coordinate) {
+  if (kernel.expression == nullptr) return nullptr;
+  return if_needed(std::make_unique<CoordinatePassages>(kernel, inner_points, first_coordinate));
 }
 
 }  // namespace tanor

@@ -1,7 +1,8 @@
 #pragma once
 
 #include <array>
-#include <optional>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include <tanor/kernel.hpp>
@@ -13,22 +14,55 @@
 
 namespace tanor {
 
-/// What one formula does to its points while a step passes: a well, a wall or a window that is narrow beside the step
-/// may lie between the looks of its scheme.
+/// What one formula does to its members while a step passes: a well, a bump or a window that is narrow beside the step
+/// may lie between the looks of its scheme. A member is a point with a force, points that a constraint joins, or points
+/// with coordinates of their own.
 ///
 /// Intervals that hold the path tell how often the formula may change its course on the way (`Narrowness`). A few times
 /// is what every scheme resolves, or its error estimate sees that it does not. Where it may be more, the path is halved
 /// until it is a few times in each part, the formula is evaluated in all of them, and what is found is compared with a
-/// polynomial over the whole step, which is how a scheme sees the force.
+/// polynomial over the whole step, which is how a scheme sees it.
+///
+/// Most members stay for many steps where their formula is smooth. A box around the path in which it is hardly changes
+/// its course is remembered, and asked about again where the path leaves the box. What is found does not depend on it.
 class FormulaPassages {
  public:
-  /// `kernel` has an expression of x, y, z, vx, vy, vz and t.
-  FormulaPassages(const ForceKernel& kernel, std::vector<Index> points);
+  virtual ~FormulaPassages() = default;
 
   /// False: sums and products alone.
-  bool is_needed() const { return narrowness_.is_possible(); }
-  /// The part of the step to make instead; 1: nothing is hidden in it. `masses` [moving point], kg.
-  double find(const Parallel& parallel, PointPath* path, std::span<const double> masses);
+  bool is_needed() const { return narrowness_.is_possible() && num_members() > 0; }
+  /// The part of the step to make instead; 1: nothing is hidden in it.
+  double find(const Parallel& parallel, PointPath* path);
+
+ protected:
+  /// Which numbers of a path the variables of the formula are; the last variable is the time.
+  enum class Variables { OfPoints, OfPointsAndTheirRates, OfMechanics };
+  FormulaPassages(const Expression& expression, Variables variables, bool thread_safe);
+
+  struct Allowed {
+    double r, v;  // m, m/s: what a member may miss
+  };
+  virtual Allowed allow(const PointPath& path, std::size_t member) const = 0;
+  /// Accelerations that the formula causes, m/s^2: so many numbers of a member, at the fraction s of the step. What
+  /// the step misses of them, it misses of the motion.
+  virtual std::size_t num_accelerations() const = 0;
+  virtual void accelerate(const PointPath& path, std::size_t member, double s, double* a) const = 0;
+
+  /// What points may miss of the path's tolerances: the least of some points.
+  static Allowed allow(const PointPath& path, std::span<const Index> points);
+
+  std::size_t num_numbers() const { return num_numbers_; }
+  std::size_t num_members() const { return num_numbers_ > 0 ? numbers_.size() / num_numbers_ : 0; }
+  /// Places in the arrays of a path.
+  std::span<const Index> numbers(std::size_t member) const {
+    return std::span(numbers_).subspan(member * num_numbers_, num_numbers_);
+  }
+  void append_number(Index number) { numbers_.push_back(number); }
+  void append_points(std::span<const Index> points) {
+    for (const Index point : points)
+      for (Index c = 0; c < 3; ++c) append_number(3 * point + c);
+  }
+  const Narrowness& formula() const { return narrowness_; }
 
  private:
   /// A part of a step in which the formula changes its course a few times at most, or that is as short as parts may be.
@@ -36,18 +70,38 @@ class FormulaPassages {
     double begin, end;  // fractions of the step
   };
   using Counts = std::array<double, num_lanes>;
-  bool is_doubtful(const PointPath& path, Index point) const;
-  Counts count_along(const PointPath& path, std::span<const Index> points) const;
-  Counts count_parts(const PointPath& path, Index point, double begin, double end) const;
-  double divide(const PointPath& path, Index point, double begin, double end, int depth,
+  bool is_doubtful(const PointPath& path, std::size_t member) const;
+  void enclose(const PointPath& path, std::size_t group, std::size_t piece, Intervals* to) const;
+  Counts count_along(const PointPath& path, std::size_t group);
+  Counts count_parts(const PointPath& path, std::size_t member, double begin, double end) const;
+  double divide(const PointPath& path, std::size_t member, double begin, double end, int depth,
                 std::vector<Part>* parts) const;
-  double examine(const PointPath& path, Index point, double mass) const;
-  Vec3 acceleration(const PointPath& path, Index point, double s, double mass) const;
+  double examine(const PointPath& path, std::size_t member) const;
 
   Narrowness narrowness_;
-  bool asks_for_rates_;
-  std::vector<Index> points_;      // inner ones that move
-  std::vector<char> is_doubtful_;  // [point]
+  Variables variables_;
+  std::size_t num_numbers_;
+  bool thread_safe_, asks_for_rates_ = false;
+  std::vector<Index> numbers_;     // [member][number]
+  std::vector<char> is_doubtful_;  // [member]
+  // Of each group of eight members: where counts were taken, and how far beyond the path.
+  struct Box {
+    Counts counts{};
+    double margin = 8.0;  // over the extent of the path; 0: none is remembered
+    bool is_known = false;
+  };
+  std::vector<Box> boxes_;
+  std::vector<Intervals> sides_;  // [group][variable]
 };
+
+/// Of forces on single points. `masses` [moving point], kg, outlives it.
+std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, std::span<const Index> inner_points,
+                                                     std::span<const double> masses);
+/// Of constraints, K'w = -phi: members of p points. Null: nothing is narrow, or nothing is known.
+std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,
+                                                          std::span<const Index> inner_points);
+/// Of coordinates, members side by side from `first_coordinate` on.
+std::unique_ptr<FormulaPassages> make_coordinate_passages(const CoordinateKernel& kernel,
+                                                          std::span<const Index> inner_points, Index first_coordinate);
 
 }  // namespace tanor

@@ -71,7 +71,6 @@ class PairField {
   double largest_force(double nearest, double farthest) const;
   double measure(const PointPath& path, std::size_t i, double impulse, std::span<const double> masses) const;
   double measure(const PointPath& path, const Approach& approach, double impulse, std::span<const double> masses) const;
-  void weigh_looks(std::span<const double> looks);
   Vec3 force_along(const PointPath& path, const Approach& approach, double s) const;
   double find_crossing(const PointPath& path, const Approach& approach, double a, double b) const;
   double resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
@@ -103,7 +102,6 @@ class PairField {
   double travelled_ = 0.0;           // m, since the beginning
   bool quiet_in_far_ = false;
   std::size_t quiet_version_ = 0;
-  std::vector<double> looks_, weights_;  // of the scheme, as fractions of a step
 };
 
 }  // namespace tanor

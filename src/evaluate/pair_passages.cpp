@@ -104,6 +104,35 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
   return result;
 }
 
+/// How far points go in one cubic piece of this length, and begins := where they begin, moves := the chords.
+struct Squares {
+  double move = 0.0, bend = 0.0, travel = 0.0;  // m^2: the largest chord, |H v - e|, and move since `begins`
+};
+TANOR_EACH_INSTRUCTION_SET
+Squares measure_chords(std::size_t first, std::size_t last, const Index* points, double length,
+                       const std::array<const double*, 4>& ends, Vec3* begins, Vec3* moves) {
+  const auto [r0, v0, r1, v1] = ends;
+  double move2 = 0.0, bend2 = 0.0, travel2 = 0.0;
+#pragma omp simd reduction(max : move2, bend2, travel2)
+  for (std::size_t k = first; k < last; ++k) {
+    const std::size_t i = 3 * static_cast<std::size_t>(points[k]);
+    const double x = r0[i], y = r0[i + 1], z = r0[i + 2];
+    const double ex = r1[i] - x, ey = r1[i + 1] - y, ez = r1[i + 2] - z;
+    const double ax = length * v0[i] - ex, ay = length * v0[i + 1] - ey, az = length * v0[i + 2] - ez;
+    const double bx = length * v1[i] - ex, by = length * v1[i + 1] - ey, bz = length * v1[i + 2] - ez;
+    const double tx = x - begins[k].x, ty = y - begins[k].y, tz = z - begins[k].z;
+    const double a2 = ax * ax + ay * ay + az * az, b2 = bx * bx + by * by + bz * bz;
+    const double e2 = ex * ex + ey * ey + ez * ez, t2 = tx * tx + ty * ty + tz * tz;
+    const double larger2 = a2 > b2 ? a2 : b2;
+    move2 = e2 > move2 ? e2 : move2;
+    bend2 = larger2 > bend2 ? larger2 : bend2;
+    travel2 = t2 > travel2 ? t2 : travel2;
+    begins[k] = {x, y, z};
+    moves[k] = {ex, ey, ez};
+  }
+  return {move2, bend2, travel2};
+}
+
 }  // namespace
 
 /// Where two points are nearest, or the origin in the motion of one relative to the other.
@@ -179,7 +208,6 @@ double PairField::find_passage(const Parallel& parallel, const PointPath& path, 
   }
 
   std::atomic<double> part = 1.0;
-  weigh_looks(path.looks);
   const Nearness nearness(*this, path, reach);
   near->for_each_point(parallel, [&](std::size_t i, std::span<const Index> neighbours) {
     if (nearness.is_quiet(i)) return;
@@ -206,6 +234,14 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
   };
   std::atomic<double> bend2 = 0.0, travel2 = 0.0;
   const double move2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
+    if (pieces == 1) {
+      const Squares found = measure_chords(
+          begin, end, points_.data(), length,
+          {path.positions[0], path.velocities[0], path.positions[1], path.velocities[1]}, begins_.data(), moves_.data());
+      raise(&bend2, found.bend);
+      raise(&travel2, found.travel);
+      return found.move;
+    }
     double most = 0.0, most_bend2 = 0.0, most_travel2 = 0.0;
     for (std::size_t k = begin; k < end; ++k) {
       const Index i = points_[k];
@@ -439,22 +475,6 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
   return 1.0;
 }
 
-/// How a scheme integrates what depends on time alone is told by its looks: none has more of them than its order, so
-/// that its weights are those of the interpolating polynomial, w_i = integral of l_i(s) ds.
-void PairField::weigh_looks(std::span<const double> looks) {
-  if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
-  looks_.assign(looks.begin(), looks.end());
-  weights_.assign(looks.size(), 0.0);
-  for (std::size_t i = 0; i < looks.size(); ++i) {
-    for (const auto& [s, weight] : gauss) {
-      double value = weight;
-      for (std::size_t j = 0; j < looks.size(); ++j)
-        if (j != i) value *= (s - looks[j]) / (looks[i] - looks[j]);
-      weights_[i] += value;
-    }
-  }
-}
-
 Vec3 PairField::force_along(const PointPath& path, const Approach& approach, double s) const {
   const Vec3 d = relative(path, approach, s).r;
   const double r = norm(d);
@@ -499,8 +519,8 @@ double PairField::resolve_kinks(const PointPath& path, const Approach& approach,
   Vec3 missed{};
   for (const auto& [s, weight] : gauss)
     missed = missed + ((b - a) * weight) * force_along(path, approach, a + s * (b - a));
-  for (std::size_t k = 0; k < looks_.size(); ++k)
-    missed = missed - weights_[k] * force_along(path, approach, looks_[k]);
+  for (std::size_t k = 0; k < path.looks.size(); ++k)
+    missed = missed - path.weights[k] * force_along(path, approach, path.looks[k]);
   const double error = measure(path, approach, norm(missed) * path.h, masses) / allowed_kink;
   if (!(error > 1.0)) return 1.0;
   constexpr double least = 0.02, most = 0.98;

@@ -242,6 +242,17 @@ bool Parametrisation::has_charts() const {
   return std::ranges::any_of(families_, [](const auto& family) { return family->has_charts(); });
 }
 
+std::vector<std::unique_ptr<FormulaPassages>> Parametrisation::list_passages() const {
+  std::vector<std::unique_ptr<FormulaPassages>> result;
+  for (const auto& family : families_) {
+    const auto* const users = dynamic_cast<const UserCoordinateFamily*>(family.get());
+    if (users == nullptr) continue;
+    auto passages = make_coordinate_passages(users->kernel, users->points, users->first_coordinate);
+    if (passages != nullptr) result.push_back(std::move(passages));
+  }
+  return result;
+}
+
 void Parametrisation::set_time(double t) {
   for (const auto& family : families_) family->set_time(t);
 }

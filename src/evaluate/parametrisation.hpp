@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "evaluate/coordinate_family.hpp"
+#include "evaluate/formula_passages.hpp"
 
 namespace tanor {
 
@@ -56,6 +57,9 @@ class Parametrisation {
   void write_start(double* q, double* q_dot) const;
   /// to := from at the points of such coordinates [3n].
   void copy_where_given(const double* from, double* to) const;
+  /// What steps may pass of coordinates by formula.
+  std::vector<std::unique_ptr<FormulaPassages>> list_passages() const;
+
   /// Charts centred at q; the motion goes along.
   void recentre(double t, double* q, double* q_dot, double* q_ddot);
   /// Where charts are centred.

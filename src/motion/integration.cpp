@@ -428,7 +428,8 @@ Integration::Attempt Integration::try_step_and_remember(double t, bool may_surpr
 Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (Outcome found = events_.start(state); !found.ok()) return found;
   if (Outcome found = rounding_.measure(state); !found.ok()) return found;
-  rounding_.allow(state, std::min(next_step, t_end - state.t), scheme_->rounding_gain());
+  const double expected = std::min(next_step, t_end - state.t);
+  rounding_.allow(state, expected, scheme_->rounding_gain());
   if (const double proposed = scheme_->propose_step(state); proposed > 0.0) next_step = std::min(proposed, limit_);
   next_step = std::min(next_step, longest_step());
   // End exactly at t_end, without a tiny last step.
@@ -439,7 +440,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   const double h = drives_.shorten(state, fitting, resolution);
   const bool last = reaches && h == fitting;
   if (!last && !(h >= resolution)) return step_too_small(resolution, {});
-  rounding_.allow(state, h, scheme_->rounding_gain());
+  if (h != expected) rounding_.allow(state, h, scheme_->rounding_gain());
   const Attempt attempt = try_step_and_remember(last ? t_end : state.t + h, true);
   if (attempt.is_good()) {
     const double wanted = scheme_->choose_step(h, h * control_.accept(attempt.error));
@@ -456,7 +457,7 @@ Outcome Integration::step_adaptively(double t_end, const Taken& taken) {
   if (attempt.has_switched) return step.outcome;
   ++report_.rejected;
   places_.note_rejection();
-  if (step.outcome.ok()) rounding_.note_rejection(h, attempt.error, scheme_->estimate_order());
+  if (step.outcome.ok() && attempt.error > 1.0) rounding_.note_rejection(h, attempt.error, scheme_->estimate_order());
   if (attempt.has_surprised) {
     places_.approach();
     limit_ = next_step = 0.5 * h;

@@ -1,9 +1,48 @@
 #include "motion/passages.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "base/instruction_sets.hpp"
+
 namespace tanor {
+
+namespace {
+
+/// Gauss's nodes and weights on [0, 1].
+constexpr std::array<std::array<double, 2>, 8> gauss{{{0.0198550717512319, 0.0506142681451882},
+                                                      {0.1016667612931866, 0.1111905172266872},
+                                                      {0.2372337950418355, 0.1568533229389437},
+                                                      {0.4082826787521751, 0.1813418916891809},
+                                                      {0.5917173212478249, 0.1813418916891809},
+                                                      {0.7627662049581645, 0.1568533229389437},
+                                                      {0.8983332387068134, 0.1111905172266872},
+                                                      {0.9801449282487681, 0.0506142681451882}}};
+
+/// Of the numbers [begin, end), in lanes.
+struct Numbers {
+  std::size_t begin, end;
+  double h, moves_nothing;
+};
+TANOR_EACH_INSTRUCTION_SET
+double measure_bend(const Numbers& of, const double* x0, const double* v0, const double* a0, const double* x1,
+                    const double* v1, const double* a1) {
+  constexpr double tiny = 1e-300;
+  const double h = of.h, by_v = h / 32.0, by_a = h * h / 64.0, moves_nothing = of.moves_nothing;
+  double most = 0.0;
+#pragma omp simd reduction(max : most)
+  for (std::size_t i = of.begin; i < of.end; ++i) {
+    const double missed = std::abs(by_v * (v0[i] - v1[i]) + by_a * (a0[i] + a1[i]));
+    const double chord = std::abs(x1[i] - x0[i]), fast = std::abs(v0[i]), faster = std::abs(v1[i]);
+    const double by_speed = h * (fast > faster ? fast : faster), move = (chord > by_speed ? chord : by_speed) + tiny;
+    const double part = missed / move, bend = missed > moves_nothing ? part : 0.0;
+    most = bend > most ? bend : most;
+  }
+  return most;
+}
+
+}  // namespace
 
 Passages::Passages(const MotionOptions& options, Mechanics& mechanics, bool adapts) : mechanics_(mechanics) {
   // Fixed steps have no tolerance: a percent of a velocity that nobody saw is worth a warning.
@@ -11,6 +50,23 @@ Passages::Passages(const MotionOptions& options, Mechanics& mechanics, bool adap
   follows_tolerance = adapts;
   atol = adapts ? options.atol : 0.0;
   rtol = adapts ? options.rtol : worth_a_warning;
+}
+
+/// How a scheme integrates what depends on time alone is told by its looks: none has more of them than its order, so
+/// that its weights are those of the interpolating polynomial, w_i = integral of l_i(s) ds.
+void Passages::weigh_looks() {
+  if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
+  looks_.assign(looks.begin(), looks.end());
+  weights_.assign(looks.size(), 0.0);
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    for (const auto& [s, weight] : gauss) {
+      double value = weight;
+      for (std::size_t j = 0; j < looks.size(); ++j)
+        if (j != i) value *= (s - looks[j]) / (looks[i] - looks[j]);
+      weights_[i] += value;
+    }
+  }
+  weights = weights_;
 }
 
 /// How much the cubic in the middle of the step misses the quintic there, over what each number moves:
@@ -21,49 +77,41 @@ double Passages::measure_bend() const {
   const double least = own_atol_r.empty() ? 0.0 : *std::min_element(own_atol_r.begin(), own_atol_r.end());
   const double moves_nothing = 1e-3 * (atol > 0.0 ? atol : least);
   return mechanics_.parallel().max_over_ranges(from_->x.size(), [&](std::size_t begin, std::size_t end) {
-    double most = 0.0;
-    for (std::size_t i = begin; i < end; ++i) {
-      const double v0 = from_->v[i], v1 = to_->v[i];
-      const double missed = std::abs(h * (v0 - v1) / 32.0 + h * h * (from_->a[i] + to_->a[i]) / 64.0);
-      const double move = std::max({std::abs(to_->x[i] - from_->x[i]), h * std::abs(v0), h * std::abs(v1)});
-      if (missed > most * move && missed > moves_nothing) most = missed / move;
-    }
-    return most;
+    return tanor::measure_bend({begin, end, h, moves_nothing}, from_->x.data(), from_->v.data(), from_->a.data(),
+                               to_->x.data(), to_->v.data(), to_->a.data());
   });
 }
 
 /// Of the mechanics' variables where the scheme puts them, and of the points there.
 void Passages::set_knots(std::size_t pieces) {
   const std::size_t n = 3 * mechanics_.num_points();
-  if (positions_.size() < pieces + 1) {
-    positions_.resize(pieces + 1);
-    velocities_.resize(pieces + 1);
-  }
-  positions.resize(pieces + 1);
-  velocities.resize(pieces + 1);
-  for (std::vector<double>* array : {&x_, &v_}) array->resize(from_->x.size());
+  for (auto* arrays : {&positions_, &velocities_, &variables_, &rates_})
+    if (arrays->size() < pieces + 1) arrays->resize(pieces + 1);
+  for (auto* pointers : {&positions, &velocities, &variables, &rates}) pointers->resize(pieces + 1);
   DenseOutput inside(*scheme_, *from_, *to_, !scheme_->interpolates_at_once());
   for (std::size_t k = 0; k <= pieces; ++k) {
     const double s = static_cast<double>(k) / static_cast<double>(pieces);
     const State* const end = k == 0 ? from_ : k == pieces ? to_ : nullptr;
     positions_[k].resize(n);
     velocities_[k].resize(n);
-    Mechanics::Points found{};
+    double time = t + s * h;
     if (end != nullptr) {
-      found = mechanics_.find_points(end->t, end->x.data(), end->v.data(), positions_[k].data(), velocities_[k].data());
+      time = end->t;
+      variables[k] = end->x.data();
+      rates[k] = end->v.data();
     } else {
-      (void)inside.evaluate(mechanics_.parallel(), s, x_.data(), v_.data());  // at once: nothing to fail
-      const double time = t + s * h;
-      mechanics_.prescribe(time, x_.data(), v_.data());
-      found = mechanics_.find_points(time, x_.data(), v_.data(), positions_[k].data(), velocities_[k].data());
-      if (found.r == x_.data()) {
-        positions_[k] = x_;
-        velocities_[k] = v_;
-        found = {positions_[k].data(), velocities_[k].data()};
-      }
+      std::vector<double>&x = variables_[k], &v = rates_[k];
+      x.resize(from_->x.size());
+      v.resize(from_->x.size());
+      (void)inside.evaluate(mechanics_.parallel(), s, x.data(), v.data());  // at once: nothing to fail
+      mechanics_.prescribe(time, x.data(), v.data());
+      variables[k] = x.data();
+      rates[k] = v.data();
     }
-    positions[k] = found.r;
-    velocities[k] = found.v;
+    const auto [r, v] =
+        mechanics_.find_points(time, variables[k], rates[k], positions_[k].data(), velocities_[k].data());
+    positions[k] = r;
+    velocities[k] = v;
   }
 }
 
@@ -77,7 +125,7 @@ void Passages::refine(double error) {
 
 double Passages::look(Scheme& scheme, const State& from, const State& to) {
   if (!mechanics_.may_pass_forces()) return 1.0;
-  constexpr double error = 1e-5;
+  constexpr double error = 1e-2;  // who needs a better path asks for it
   scheme_ = &scheme;
   from_ = &from;
   to_ = &to;
@@ -85,10 +133,14 @@ double Passages::look(Scheme& scheme, const State& from, const State& to) {
   h = to.t - from.t;
   if (!(h > 0.0)) return 1.0;
   looks = scheme.looks();
-  if (const auto [r, v] = mechanics_.point_tolerances(); follows_tolerance) {
-    own_atol_r = r;
-    own_atol_v = v;
+  weigh_looks();
+  order = scheme.order();
+  const Mechanics::PointTolerances own = mechanics_.point_tolerances();
+  if (follows_tolerance) {
+    own_atol_r = own.positions;
+    own_atol_v = own.velocities;
   }
+  accelerations = own.accelerations;
   bend_ = measure_bend();
   positions.clear();
   refine(error);

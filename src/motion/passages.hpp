@@ -20,6 +20,7 @@ class Passages final : private PointPath {
 
  private:
   void refine(double error) override;
+  void weigh_looks();
   void set_knots(std::size_t pieces);
   double measure_bend() const;
 
@@ -28,9 +29,9 @@ class Passages final : private PointPath {
   Scheme* scheme_ = nullptr;
   const State *from_ = nullptr, *to_ = nullptr;
   double bend_ = 0.0;
+  std::vector<double> looks_, weights_;
   // Workspaces, [knot].
-  std::vector<double> x_, v_;
-  std::vector<std::vector<double>> positions_, velocities_;
+  std::vector<std::vector<double>> positions_, velocities_, variables_, rates_;
 };
 
 }  // namespace tanor

@@ -65,9 +65,10 @@ void Rounding::note_step(const State& from) {
 }
 
 /// Where rounding is a good part of the error, a shorter step whose error did not fall with its order says that it is
-/// more than was measured.
+/// more than was measured. One rejection says nothing of rounding where there was little.
 void Rounding::note_rejection(double h, double error, int order) {
-  is_due_ = num_groups_ > 0 ? 1.0 : 0.0;
+  if (num_groups_ == 0) return;
+  if (excess_ > 0.0 || rejected_.h > 0.0) is_due_ = 1.0;
   constexpr double good_part = 0.1;
   const bool has_fallen = error < rejected_.error * std::pow(h / rejected_.h, 0.5 * order);
   if (excess_ > good_part && rejected_.h > h && !has_fallen) caution_ = std::min(2.0 * caution_, most_caution);
