@@ -383,7 +383,7 @@ Outcome NormalForm::choose_on_surfaces(double t, const double* r, const double* 
       for (Eigen::Index k = first; sticks[c] != 0 && k < first + dimension; ++k)
         reference = reference + x(k) * choice.directions[static_cast<std::size_t>(k)];
       friction_->laws().set_reference(contact, reference);
-      softness_[contact] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 20.0 * softness_steps)));
+      softness_[contact] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 10.0 * softness_steps)));
       const double limit = mu * choice.problem.normal_force(c, choice.x).norm();
       overloads_[contact] = sticks[c] != 0 && x.segment(first, dimension).norm() > (1.0 - to_spare) * limit;
       if (at_rest[contact] != 0) tangents.set_stick(contact, sticks[c] != 0);

@@ -169,6 +169,13 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     const ProjectionReport still = project_velocities(t, r, v);
     if (!still.outcome.ok()) return still.outcome;
   }
+  // Slow directions begin anew: others hold them now, or no longer.
+  for (std::size_t c = 0; c < at_rest.size(); ++c) {
+    const bool moves = at_rest[c] == 0 && has_changed[friction_->island_of(c)] != 0 && !tangents.sticks(c);
+    if (moves && tangents[c].num_guides == 1 && norm(tangents.sliding_velocity(c, v)) > sliding_threshold(c))
+      friction_->laws().set_sense(c, {});
+  }
+  friction_->laws().keep_senses(v);
 
   constexpr std::size_t most_at_start = 64, unlimited = std::numeric_limits<std::size_t>::max();
   judges_friction_ = false;

@@ -146,7 +146,11 @@ Vec3 FrictionLaws::sliding_direction(std::size_t c, const Vec3& velocity) const 
 void FrictionLaws::keep_senses(const double* v) {
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const Vec3 velocity = tangents_.sliding_velocity(c, v);
-    if (norm(velocity) <= contacts_[c].rest || tangents_.sticks(c)) continue;
+    const double speed = norm(velocity);
+    if (speed <= contacts_[c].rest || tangents_.sticks(c)) continue;
+    // On a surface a slow direction is a function of v and of one sense: another one would make it jump.
+    const bool has_sense = dot(contacts_[c].sense, contacts_[c].sense) > 0.0;
+    if (tangents_[c].num_guides == 1 && has_sense && speed < contacts_[c].slow) continue;
     contacts_[c].sense = sliding_direction(c, velocity);
     contacts_[c].is_at_limit = false;
   }

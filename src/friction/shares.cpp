@@ -61,7 +61,7 @@ void Shares::center(double price, double* level, VectorXd* x) const {
     }
     const VectorXd change = H.ldlt().solve(g);
     const double decrement = std::sqrt(std::max(0.0, g.dot(change)));
-    if (!std::isfinite(decrement)) return;
+    if (!change.allFinite()) return;
     // The function is self-concordant: such a step stays inside and lowers it.
     const double factor = decrement > 0.25 ? 1.0 / (1.0 + decrement) : 1.0;
     *x -= factor * (Z * change.head(n));
