@@ -33,6 +33,10 @@ double NormalForm::acceleration_at(std::size_t contact) const {
   return accelerations_[model_.scales.of_point(point)];
 }
 
+/// What moves on a surface faster than this, over the speed of its neighbourhood, where it moves no longer along the
+/// sense that it had, has turned.
+static constexpr double turning_threshold = 1e-10;
+
 /// Sliding slower than this is rest: the rounding of projected velocities.
 double NormalForm::sliding_threshold(std::size_t contact) const {
   return 1e-11 * speed_at(contact);
@@ -143,7 +147,11 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
     if (tangents.sticks(c)) {
       at_rest[c] = 1;
       if (is_now) releases.push_back(c);
-    } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c)) {
+    } else {
+      // On a surface, what still moves across the sense that it had has not stopped, but turned.
+      const double speed = norm(tangents.sliding_velocity(c, v));
+      const bool has_turned = tangents[c].num_guides == 1 && speed > turning_threshold * speed_at(c);
+      if (speed > sliding_threshold(c) && (!is_now || has_turned)) continue;
       at_rest[c] = 1;
       tangents.set_stick(c, true);
       has_changed[friction_->island_of(c)] = 1;
