@@ -327,62 +327,66 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
   return {};
 }
 
-/// A contact of an island whose load is shared in many ways has reached its limit: while another share has something to
-/// spare, it is taken. Where none has, all accelerations are still 0, and nothing tells yet what will move: the island is
-/// held a little longer, until what it lacks rises above rounding (`overload`). Then the law is solved for it as a whole.
+/// Islands with contacts at rest on surfaces, where something changes: the law is solved for each as a whole, and what
+/// has no acceleration sticks. Sticking contacts share their load so that the most loaded one has most to spare. Where
+/// one has nothing to spare, all accelerations are still 0, and nothing tells yet what will move: those are held a
+/// little longer, until what they lack rises above rounding (`overload`).
 /// `choices`: islands that were treated so.
-Outcome NormalForm::choose_share(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                                 std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                                 std::vector<ContactChoice>* choices) {
-  constexpr double to_spare = 1e-9;
-  overloads_.resize(at_rest.size(), 0);
-  // On curves all that give way do so along their curves: nothing has to be waited for.
+Outcome NormalForm::choose_on_surfaces(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                                       std::span<const std::size_t> releases, const std::vector<char>& wanted,
+                                       std::vector<ContactChoice>* choices) {
   Tangents& tangents = model_.constraints.tangents();
-  std::vector<char> on_surfaces(wanted.size(), 0);
+  overloads_.resize(at_rest.size(), 0);
+  softness_.resize(at_rest.size(), 0);
+  // On curves all that give way do so along their curves: nothing has to be waited for.
+  std::vector<char> on_surfaces(wanted.size(), 0), may_share(wanted.size(), 0);
+  for (const std::size_t c : releases) may_share[friction_->island_of(c)] = 1;
   for (std::size_t c = 0; c < at_rest.size(); ++c) {
     const std::size_t island = friction_->island_of(c);
-    if (at_rest[c] != 0 && tangents[c].num_tangents() == 2) on_surfaces[island] = wanted[island];
+    const bool is_many = friction_->islands()[island].size() > most_contacts_counted;
+    if (at_rest[c] != 0 && tangents[c].num_tangents() == 2 && (is_many || may_share[island] != 0))
+      on_surfaces[island] = wanted[island];
   }
   Outcome outcome =
       count_choices(t, r, v, at_rest, releases, on_surfaces, std::numeric_limits<std::size_t>::max(), choices);
   if (!outcome.ok() || choices->empty()) return outcome;
-  softness_.resize(at_rest.size(), 0);
   std::vector<ContactChoice> treated;
   for (ContactChoice& choice : *choices) {
     if (choice.x.size() == 0) continue;
+    const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
+    const double least =
+        rounding_of_accelerations * std::max(choice.acceleration_scale, choice.problem.acceleration_scale(choice.x));
     std::vector<char> sticks(choice.size());
     bool is_overloaded = false;
-    const auto share = [&] {
-      Eigen::VectorXd x = choice.x, weights;
-      const double load = share_load(choice.problem, sticks, &x, &weights);
-      for (std::size_t c = 0; !std::isnan(load) && c < choice.size(); ++c) {
-        const double bits = -softness_steps * std::log2(weights(static_cast<Eigen::Index>(c)));
-        softness_[choice.members[c]] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 20.0 * softness_steps)));
-      }
-      return load;
-    };
     for (std::size_t c = 0; c < choice.size(); ++c) {
-      sticks[c] = !choice.problem.contacts[c].moves;
+      const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
+      const Eigen::VectorXd own_a = a.segment(first, dimension), own_x = choice.x.segment(first, dimension);
+      const double limit = mu * choice.problem.normal_force(c, choice.x).norm(), size = own_x.norm();
+      // Small accelerations count where friction is at its limit, and against them.
+      const bool begins = own_a.norm() > 1e-3 * least && size > (1.0 - 1e-9) * limit &&
+                          -own_x.dot(own_a) > (1.0 - 1e-6) * size * own_a.norm();
+      sticks[c] = !moves && own_a.norm() <= least && !begins;
+      Vec3 along{};
+      for (Eigen::Index k = first; k < first + dimension; ++k)
+        along = along - choice.x(k) / size * choice.directions[static_cast<std::size_t>(k)];
+      if (!moves && !sticks[c] && size > 0.0) friction_->laws().set_sense(choice.members[c], along);
       is_overloaded = is_overloaded || overloads_[choice.members[c]] != 0;
     }
-    if (!is_overloaded) {
-      const double load = share();
-      if (std::isnan(load)) continue;
-      for (std::size_t c = 0; c < choice.size(); ++c) {
-        overloads_[choice.members[c]] = load > 1.0 - to_spare && sticks[c] != 0;
-        tangents.set_stick(choice.members[c], sticks[c] != 0);
-      }
-    } else {
-      const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
-      const double least =
-          rounding_of_accelerations * std::max(choice.acceleration_scale, choice.problem.acceleration_scale(choice.x));
-      for (std::size_t c = 0; c < choice.size(); ++c) {
-        const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
-        overloads_[choice.members[c]] = 0;
-        sticks[c] = !moves && a.segment(first, dimension).norm() <= least;
-        tangents.set_stick(choice.members[c], sticks[c] != 0);
-      }
-      (void)share();
+    Eigen::VectorXd x = choice.x, weights;
+    const double load = share_load(choice.problem, sticks, &x, &weights);
+    if (std::isnan(load) && !is_overloaded && choice.size() <= most_contacts_counted) continue;
+    for (std::size_t c = 0; c < choice.size(); ++c) {
+      const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
+      const std::size_t contact = choice.members[c];
+      const double bits = std::isnan(load) ? 0.0 : -softness_steps * std::log2(weights(static_cast<Eigen::Index>(c)));
+      Vec3 reference{};
+      for (Eigen::Index k = first; sticks[c] != 0 && k < first + dimension; ++k)
+        reference = reference + x(k) * choice.directions[static_cast<std::size_t>(k)];
+      friction_->laws().set_reference(contact, reference);
+      softness_[contact] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 10.0 * softness_steps)));
+      const double limit = mu * choice.problem.normal_force(c, choice.x).norm();
+      overloads_[contact] = sticks[c] != 0 && x.segment(first, dimension).norm() > (1.0 - to_spare) * limit;
+      if (at_rest[contact] != 0) tangents.set_stick(contact, sticks[c] != 0);
     }
     choice.has_shared = true;
     treated.push_back(std::move(choice));

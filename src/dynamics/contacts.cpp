@@ -33,6 +33,10 @@ double NormalForm::acceleration_at(std::size_t contact) const {
   return accelerations_[model_.scales.of_point(point)];
 }
 
+/// What moves on a surface faster than this, over the speed of its neighbourhood, where it moves no longer along the
+/// sense that it had, has turned.
+static constexpr double turning_threshold = 1e-10;
+
 /// Sliding slower than this is rest: the rounding of projected velocities.
 double NormalForm::sliding_threshold(std::size_t contact) const {
   return 1e-11 * speed_at(contact);
@@ -143,20 +147,15 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
     if (tangents.sticks(c)) {
       at_rest[c] = 1;
       if (is_now) releases.push_back(c);
-    } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c)) {
+    } else {
+      // On a surface, what still moves across the sense that it had has not stopped, but turned.
+      const double speed = norm(tangents.sliding_velocity(c, v));
+      const bool has_turned = tangents[c].num_guides == 1 && speed > turning_threshold * speed_at(c);
+      if (speed > sliding_threshold(c) && (!is_now || has_turned)) continue;
       at_rest[c] = 1;
       tangents.set_stick(c, true);
       has_changed[friction_->island_of(c)] = 1;
     }
-  }
-  // A chain that stops does so nearly at one instant: what is this slow beside one that stops has no time of its own.
-  constexpr double nearly = 100.0;
-  for (std::size_t c = 0; c < tangents.size(); ++c) {
-    const bool may_stop = tangents[c].first_row >= 0 && at_rest[c] == 0 && has_changed[friction_->island_of(c)] != 0;
-    if (!may_stop || !releases.empty() || norm(tangents.sliding_velocity(c, v)) > nearly * sliding_threshold(c))
-      continue;
-    at_rest[c] = 1;
-    tangents.set_stick(c, true);
   }
   return choose_modes(t, r, v, at_rest, releases, has_changed, w);
 }
@@ -178,15 +177,25 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     const ProjectionReport still = project_velocities(t, r, v);
     if (!still.outcome.ok()) return still.outcome;
   }
+  // Slow directions begin anew: others hold them now, or no longer.
+  for (std::size_t c = 0; c < at_rest.size(); ++c) {
+    const bool moves = at_rest[c] == 0 && has_changed[friction_->island_of(c)] != 0 && !tangents.sticks(c);
+    if (moves && tangents[c].num_guides == 1 && norm(tangents.sliding_velocity(c, v)) > sliding_threshold(c))
+      friction_->laws().set_sense(c, {});
+  }
+  friction_->laws().keep_senses(v);
 
   constexpr std::size_t most_at_start = 64, unlimited = std::numeric_limits<std::size_t>::max();
   judges_friction_ = false;
   std::vector<ContactChoice> choices;
   Outcome found;
-  if (!releases.empty()) found = choose_share(t, r, v, at_rest, releases, has_changed, &choices);
-  if (found.ok() && choices.empty() && (num_at_rest > 0 || is_start)) {
-    found = count_choices(t, r, v, at_rest, releases, has_changed, is_start ? most_at_start : most_contacts_counted,
-                          &choices);
+  if (num_at_rest > 0) found = choose_on_surfaces(t, r, v, at_rest, releases, has_changed, &choices);
+  if (found.ok() && (num_at_rest > 0 || is_start)) {
+    std::vector<char> others = has_changed;
+    for (const ContactChoice& choice : choices) others[choice.island] = 0;
+    std::vector<ContactChoice> counted;
+    found = count_choices(t, r, v, at_rest, releases, others, is_start ? most_at_start : most_contacts_counted, &counted);
+    choices.insert(choices.end(), std::make_move_iterator(counted.begin()), std::make_move_iterator(counted.end()));
   }
   const auto is_counted = [&](std::size_t island) {
     return std::any_of(choices.begin(), choices.end(), [&](const auto& choice) { return choice.island == island; });
@@ -269,7 +278,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
     bool has_changed = false, has_reached_limit = false;
     std::vector<std::pair<double, std::size_t>> too_much;  // how far above the limit, relative
     for (std::size_t c = 0; c < tangents.size(); ++c) {
-      if (at_rest[c] == 0) continue;
+      if (at_rest[c] == 0 || is_known[c] != 0) continue;
       const double scale = acceleration_at(c);
       if (tangents.sticks(c)) {
         const double limit = limit_factor(c) * friction_->static_limit(c, lambda_.data());

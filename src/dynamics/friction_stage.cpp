@@ -128,11 +128,9 @@ FrictionStage::FrictionStage(Model& model, FrictionMethod method, const std::vec
   }
 }
 
-/// A user's law may push anywhere; others push along T, T'K_g = 0. What holds a contact stands only where tau is 0.
+/// A user's law may push anywhere; others push along T, T'K_g = 0.
 bool FrictionStage::feels(const Incidence& i, std::size_t contact) const {
   const Tangents::Place& place = tangents_[contact];
-  const auto own = place.first_row < 0 ? 0 : place.num_tangents();
-  if (i.row >= place.first_row && i.row < place.first_row + own) return false;
   const auto guides_end = place.guide_row.begin() + place.num_guides;
   return laws_.is_user(contact) || std::find(place.guide_row.begin(), guides_end, i.row) == guides_end;
 }
@@ -355,7 +353,7 @@ Outcome FrictionStage::fail(Status status, double t, const std::string& why) con
 
 Vec3 FrictionStage::held(std::size_t contact, const double* lambda) const {
   const Tangents::Place& place = tangents_[contact];
-  Vec3 sum{};
+  Vec3 sum = laws_.reference(contact);
   for (int k = 0; place.first_row >= 0 && k < place.num_tangents(); ++k)
     sum = sum + lambda[place.first_row + k] * tangents_.directions(contact)[static_cast<std::size_t>(k)];
   return sum;
@@ -365,14 +363,12 @@ double FrictionStage::static_limit(std::size_t contact, const double* lambda) co
   return laws_.static_coefficient(contact) * norm(laws_.normal_force(contact, lambda));
 }
 
-void FrictionStage::add_to_points(const double* of_contacts, double* tau) const {
-  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, load(of_contacts, c));
+void FrictionStage::add_all(const double* lambda, double* tau) const {
+  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, force(c, lambda));
 }
 
-void FrictionStage::add_held(const double* lambda, double* tau) const {
-  for (std::size_t c = 0; c < tangents_.size(); ++c) {
-    if (tangents_.sticks(c)) add_to(tau, tangents_[c].point, held(c, lambda));
-  }
+void FrictionStage::add_to_points(const double* of_contacts, double* tau) const {
+  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, load(of_contacts, c));
 }
 
 void FrictionStage::add_at(const double* lambda, double* tau) const {

@@ -53,8 +53,9 @@ class FrictionStage final : private Response {
   double measure(const double* lambda);
 
   // Into tau [3n], N.
-  void add_sliding(double* tau) const { add_to_points(tau_.data(), tau); }
-  void add_held(const double* lambda, double* tau) const;
+  void add_all(const double* lambda, double* tau) const;
+  /// But what the rows of contacts that stick hold.
+  void add_given(double* tau) const { add_to_points(tau_.data(), tau); }
   void add_at(const double* lambda, double* tau) const;  ///< the law at lambda
   /// Of all friction, W; and of the contacts that stick alone.
   double power(const double* lambda, const double* v) const;

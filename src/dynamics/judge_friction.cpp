@@ -211,7 +211,10 @@ void Judge::judge_rest(const std::vector<Sliding>& contacts) {
 void Judge::judge_friction_by_blocks() {
   constexpr int most_iterations = 60;
   FrictionBlocks blocks{};
-  if (forms_.normal->last_solve().friction.contraction < 1.0) {
+  const FrictionReport& friction = forms_.normal->last_solve().friction;
+  if (friction.sticking_is_indeterminate) {
+    blocks.outcome = {Status::NotUnique, "contacts that stick share their load by convention"};
+  } else if (friction.contraction < 1.0) {
     blocks.outcome =
         iterate_friction_blocks(*forms_.normal, model_, {answer_.t, answer_.r, answer_.v}, most_iterations, &blocks);
   } else {

@@ -405,8 +405,10 @@ void NormalForm::reactions(double* eta) const {
 void NormalForm::friction_forces(double* tau, WhichFriction which) const {
   std::fill(tau, tau + size(), 0.0);
   if (friction_ == nullptr) return;
-  friction_->add_sliding(tau);
-  if (which == WhichFriction::All) friction_->add_held(lambda_.data(), tau);
+  if (which == WhichFriction::All)
+    friction_->add_all(lambda_.data(), tau);
+  else
+    friction_->add_given(tau);
 }
 
 void NormalForm::evaluate_friction(const double* lambda, double* tau) {

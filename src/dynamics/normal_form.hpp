@@ -89,8 +89,8 @@ class NormalForm final : public EquationsOfMotion {
   /// lambda [d] of the last accelerations.
   const std::vector<double>& multipliers() const { return lambda_; }
   void reactions(double* eta) const override;
-  /// tau [3n] of the last accelerations: of all contacts, or of those that slide.
-  enum class WhichFriction { All, Sliding };
+  /// tau [3n] of the last accelerations: of all contacts, or but what the rows of those that stick hold.
+  enum class WhichFriction { All, Given };
   void friction_forces(double* tau, WhichFriction which = WhichFriction::All) const;
   /// The law at lambda [3n], at the last accelerations; contacts that stick have none.
   void evaluate_friction(const double* lambda, double* tau);
@@ -187,9 +187,9 @@ class NormalForm final : public EquationsOfMotion {
   void solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const;
   void guess_multipliers(double t, const double* r, const double* v, const std::vector<ContactChoice>& choices);
   Outcome explain_choice(double t, const ContactChoice& choice) const;
-  Outcome choose_share(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                       std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                       std::vector<ContactChoice>* choices);
+  Outcome choose_on_surfaces(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                             std::span<const std::size_t> releases, const std::vector<char>& wanted,
+                             std::vector<ContactChoice>* choices);
   Outcome count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                         std::span<const std::size_t> releases, const std::vector<char>& wanted,
                         std::size_t most_contacts, std::vector<ContactChoice>* choices);
@@ -260,7 +260,8 @@ class NormalForm final : public EquationsOfMotion {
   Uniqueness verdict_ = Uniqueness::NotAsked;  // of all modes, since they were counted last
   std::string verdict_reason_;
   static constexpr int softness_steps = 1 << 20;  // an octave
-  static constexpr double overload = 1e-6;
+  // A share is set to 1e-7 of itself: nearer than this to its limit a contact is held until `overload` above it.
+  static constexpr double to_spare = 1e-6, overload = 4e-6;
   std::vector<char> overloads_;  // [contact] held until `overload` above its limit
   double limit_factor(std::size_t contact) const {
     return !overloads_.empty() && overloads_[contact] != 0 ? 1.0 + overload : 1.0;

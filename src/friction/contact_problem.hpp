@@ -70,10 +70,10 @@ ContactSolutions find_all(const ContactProblem& problem, std::size_t most_modes,
 /// that stand by turns with the convex problem that they leave. Certified by its residual.
 Eigen::VectorXd find_one(const ContactProblem& problem, const Eigen::VectorXd& guess);
 
-/// Contacts at rest that may share their load in many ways share it so that the most loaded one, |x_c|/h_c, has most to
-/// spare: the least weighted norm, with `weights` [contact] that Lawson's algorithm finds (largest 1). Changes x to
-/// that share; others than `shares_it` [contact] keep theirs. Returns the largest |x_c|/h_c; NaN: there is one share
-/// only.
+/// Contacts at rest that may share their load in many ways share it at the analytic centre of what obeys the law: the
+/// largest product of h_c^2 - |x_c|^2. Where nothing does, limits are raised until something does. Changes x to that
+/// share; others than `shares_it` [contact] keep theirs. Returns the largest |x_c|/h_c; NaN: there is one share only.
+/// While the load changes, the centre changes by the least norm with the `weights` [contact], largest 1.
 double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, Eigen::VectorXd* x,
                   Eigen::VectorXd* weights);
 

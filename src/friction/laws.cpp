@@ -89,6 +89,12 @@ void FrictionLaws::set_state(const Parallel& parallel, double t, const double* r
     }
     const double speed = norm(velocity);
     Vec3& e = directions_[first_part(c)];
+    if (has_reference(c)) {
+      const Vec3 force = reference(c);
+      factor_[c] = norm(force);
+      e = factor_[c] > 0.0 ? (1.0 / factor_[c]) * force : Vec3{};
+      return set_guides(c);
+    }
     e = speed > 0.0 ? (-1.0 / speed) * velocity : Vec3{};
     if (contact.law == Law::Viscous) {
       factor_[c] = contact.coefficient * speed;
@@ -140,10 +146,24 @@ Vec3 FrictionLaws::sliding_direction(std::size_t c, const Vec3& velocity) const 
 void FrictionLaws::keep_senses(const double* v) {
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const Vec3 velocity = tangents_.sliding_velocity(c, v);
-    if (norm(velocity) <= contacts_[c].rest || tangents_.sticks(c)) continue;
+    const double speed = norm(velocity);
+    if (speed <= contacts_[c].rest || tangents_.sticks(c)) continue;
+    // On a surface a slow direction is a function of v and of one sense: another one would make it jump.
+    const bool has_sense = dot(contacts_[c].sense, contacts_[c].sense) > 0.0;
+    if (tangents_[c].num_guides == 1 && has_sense && speed < contacts_[c].slow) continue;
     contacts_[c].sense = sliding_direction(c, velocity);
     contacts_[c].is_at_limit = false;
   }
+}
+
+Vec3 FrictionLaws::reference(std::size_t c) const {
+  if (!tangents_.sticks(c)) return {};
+  Vec3 sum{};
+  for (int k = 0; k < tangents_[c].num_tangents(); ++k) {
+    const Vec3 t = tangents_.directions(c)[static_cast<std::size_t>(k)];
+    sum = sum + dot(t, contacts_[c].reference) * t;
+  }
+  return sum;
 }
 
 Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const {
@@ -178,13 +198,16 @@ void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, doub
     const Index first_part = part_start_[begin];
     Eigen::Map<Eigen::ArrayXd> own(x + first_part, part_start_[end] - first_part);
     own = own.sqrt();
+    for (std::size_t c = begin; c < end; ++c) {
+      if (has_reference(c)) x[part_start_[c]] = factor_[c];
+    }
   });
   const auto evaluate_others = [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t c = others_[k];
       double* const own = x + first_part(c);
       if (tangents_.sticks(c))
-        std::fill(own, x + end_part(c), 0.0);
+        std::fill(own, x + end_part(c), has_reference(c) ? factor_[c] : 0.0);
       else if (is_coulomb(c))
         *own = factor_[c] * norm(normal_force(c, lambda));  // mu |N|
       else if (is_user(c))

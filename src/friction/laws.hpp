@@ -11,8 +11,8 @@
 
 namespace tanor {
 
-/// tau(r, v, t, lambda) of all contacts (17), (41). A contact that sticks has none: its friction is the multiplier of
-/// its own rows.
+/// tau(r, v, t, lambda) of all contacts (17), (41). A contact that sticks has none but its reference: its friction is
+/// the reference and the multipliers of its own rows.
 ///
 /// At one instant tau is a sum of parts along directions that stand, tau = sum of x_p e_p: one of Coulomb's,
 /// x = mu |N|, N = sum of lambda_a k_a, e against the sliding; one that does not change of a given force; three along
@@ -42,9 +42,14 @@ class FrictionLaws {
   /// A contact that gave way but does not move, since others hold it: its friction is the static limit.
   void set_at_limit(std::size_t contact, bool is_at_limit) { contacts_[contact].is_at_limit = is_at_limit; }
   bool is_at_limit(std::size_t contact) const { return contacts_[contact].is_at_limit; }
+  /// Friction of a contact while it sticks, N, to which its rows add. Contacts that hold more than can move share their
+  /// load by it; otherwise it changes nothing.
+  void set_reference(std::size_t contact, Vec3 force) { contacts_[contact].reference = force; }
+  /// Along T, where it sticks; else 0.
+  Vec3 reference(std::size_t contact) const;
 
   void exchange_memory(Memory& memory) {
-    for (Contact& contact : contacts_) memory.exchange(contact.sense, contact.is_at_limit);
+    for (Contact& contact : contacts_) memory.exchange(contact.sense, contact.is_at_limit, contact.reference);
   }
 
   std::size_t num_parts() const { return directions_.size(); }
@@ -87,6 +92,7 @@ class FrictionLaws {
     double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
     double rest = 0.0, slow = 0.0;  // m/s
     Vec3 sense{};                   // last direction of sliding that was kept
+    Vec3 reference{};               // N
   };
   struct User {
     Index kernel;
@@ -94,6 +100,9 @@ class FrictionLaws {
   };
   void set_guides(std::size_t contact);
   Vec3 sliding_direction(std::size_t contact, const Vec3& velocity) const;
+  bool has_reference(std::size_t contact) const {
+    return tangents_.sticks(contact) && dot(contacts_[contact].reference, contacts_[contact].reference) > 0.0;
+  }
   Vec3 user_friction(std::size_t contact, const double* lambda, double* derivative) const;
   std::span<const Term> terms(std::size_t contact) const {
     return {terms_.data() + term_start_[contact], terms_.data() + term_start_[contact + 1]};

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "friction/contact_problem.hpp"
+#include "friction/convex_law.hpp"
 
 /// \file Some motion of a ContactProblem with many contacts.
 namespace tanor {
@@ -108,45 +109,15 @@ bool solve_by_newton(const Equations& equations, VectorXd* x) {
   return size <= 1e-10 * x->norm();
 }
 
-/// Contact by contact (Gauss and Seidel): each pass lowers x'A x/2 + a0'x on |x_c| <= h_c.
-void relax(const ContactProblem& problem, const VectorXd& limits, int passes, VectorXd* x) {
-  VectorXd a = problem.accelerations(*x);
-  const double largest = problem.A.diagonal().lpNorm<Eigen::Infinity>();
-  for (int pass = 0; pass < passes; ++pass) {
-    double moved = 0.0;
-    for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
-      const auto& [first, dimension, moves, mu] = problem.contacts[c];
-      const double h = limits(static_cast<Eigen::Index>(c));
-      VectorXd now = x->segment(first, dimension);
-      if (moves) {
-        now(0) = h;
-      } else {
-        const double own = problem.A.block(first, first, dimension, dimension).operatorNorm();
-        now -= a.segment(first, dimension) / std::max(own, 1e-9 * largest);
-        if (now.norm() > h) now *= h / now.norm();
-      }
-      const VectorXd change = now - x->segment(first, dimension);
-      if (change.isZero(0.0)) continue;
-      moved = std::max(moved, change.norm());
-      a += problem.A.middleCols(first, dimension) * change;
-      x->segment(first, dimension) = now;
-    }
-    if (moved <= 1e-15 * x->norm()) return;
-  }
-}
-
 /// Limits stand: a convex problem, which always has a solution.
 void solve_convex(const ContactProblem& problem, const VectorXd& limits, VectorXd* x) {
   const Equations equations(problem, &limits);
-  const int most_rounds = problem.size() > 100 ? 3 : 20;
-  for (int round = 0; round < most_rounds; ++round) {
-    VectorXd trial = *x;
-    if (solve_by_newton(equations, &trial)) {
-      *x = trial;
-      return;
-    }
-    relax(problem, limits, 10 << std::min(round, 6), x);
+  VectorXd trial = *x;
+  if (!solve_by_newton(equations, &trial)) {
+    *x = trial = solve_convex_law(problem, limits);
+    if (!solve_by_newton(equations, &trial)) return;
   }
+  *x = trial;
 }
 
 }  // namespace
@@ -160,9 +131,7 @@ VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
   };
   VectorXd x = guess.size() == problem.size() ? guess : VectorXd(VectorXd::Zero(problem.size()));
   if (const VectorXd found = polish(x); found.size() > 0) return found;
-  // A round of many contacts takes seconds.
-  constexpr Eigen::Index many = 100;
-  const int most_rounds = problem.size() > many ? 2 : 60;
+  constexpr int most_rounds = 60;
   VectorXd limits(static_cast<Eigen::Index>(problem.contacts.size()));
   for (int round = 0; round < most_rounds; ++round) {
     for (std::size_t c = 0; c < problem.contacts.size(); ++c)

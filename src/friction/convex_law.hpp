@@ -1,0 +1,16 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "friction/contact_problem.hpp"
+
+namespace tanor {
+
+/// The motion for limits h [contacts] >= 0 that stand: contacts that move have x = h, those at rest obey
+///
+///   least x'A x/2 + a0'x  with  |x_c| <= h_c                     (Gauss and maximum dissipation, convex)
+///
+/// by a primal-dual interior point method, which needs no guess: to about 1e-12 of the largest limit.
+Eigen::VectorXd solve_convex_law(const ContactProblem& problem, const Eigen::VectorXd& limits);
+
+}  // namespace tanor
