@@ -206,7 +206,9 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     for (const std::size_t c : releases) {
       if (!is_counted(friction_->island_of(c)) && !shares_a_load) release(c);
     }
+    friction_->set_counted(are_counted);  // several sizes of friction are no several motions there
     found = settle_modes(t, r, v, at_rest, releases, choices, w);
+    friction_->set_counted({});
   }
   if (!found.ok() && found.status != Status::NotUnique && num_at_rest > most_contacts_counted) {
     for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+namespace tanor {
+
+/// Rows G u <= g of a small dense linear program. Its variables are bounded, |u_i| <= most.
+class LinearProgram {
+ public:
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  enum class Status { Optimal, Infeasible, Unfinished };
+  static constexpr double most = 1e5, rounding = 1e-10;
+
+  explicit LinearProgram(Eigen::Index num_variables) : G_(64, num_variables), g_(64) {}
+
+  /// row u <= bound, scaled to unit size. A row of rounding alone says yes or no: then the program is empty for good.
+  void add(const Eigen::Ref<const Eigen::RowVectorXd>& row, double bound);
+  /// The largest c'u, at u; by the dual simplex method, from a corner of the bounds.
+  Status maximize(const Eigen::VectorXd& c, Eigen::VectorXd* u) const;
+
+ private:
+  Rows G_;
+  Eigen::VectorXd g_;
+  Eigen::Index count_ = 0;
+  bool is_empty_ = false;
+};
+
+}  // namespace tanor

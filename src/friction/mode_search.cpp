@@ -1,0 +1,486 @@
+#include "friction/mode_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tanor {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+using std::numbers::pi;
+
+constexpr double rank_rounding = 1e-11, equal = 1e-9, smallest_sector = 1e-6;
+
+Vector2d unit_at(double angle) {
+  return {std::cos(angle), std::sin(angle)};
+}
+
+double cross(const Vector2d& a, const Vector2d& b) {
+  return a(0) * b(1) - a(1) * b(0);
+}
+
+/// Differences from a matrix J of no more than D, entry by entry, leave it regular: the spectral radius of |J^-1| D is
+/// below 1 exactly where y = |J^-1| D y + 1 has a positive solution.
+bool stays_regular(const MatrixXd& J, const MatrixXd& D) {
+  const Eigen::PartialPivLU<MatrixXd> lu(J);
+  const MatrixXd M = lu.inverse().cwiseAbs() * D;
+  if (!M.allFinite()) return false;
+  const VectorXd ones = VectorXd::Ones(M.rows());
+  const VectorXd y = (MatrixXd::Identity(M.rows(), M.cols()) - M).partialPivLu().solve(ones);
+  return y.allFinite() && y.minCoeff() >= 1.0 - 1e-9 && (y - M * y - ones).lpNorm<Eigen::Infinity>() < 1e-3;
+}
+
+}  // namespace
+
+bool ModeSearch::Sector::is_narrow() const {
+  return !is_any() && half <= 0.26 * pi;
+}
+
+bool ModeSearch::Sector::has(const Vector2d& direction) const {
+  if (is_any() || direction.norm() <= equal) return true;
+  return std::abs(std::remainder(std::atan2(direction(1), direction(0)) - middle, 2.0 * pi)) <= half + equal;
+}
+
+ModeSearch::ModeSearch(const ContactProblem& problem, std::size_t most_nodes)
+    : problem_(problem), most_nodes_(most_nodes) {
+  set_contacts();
+}
+
+void ModeSearch::set_contacts() {
+  const Eigen::Index k = problem_.size();
+  double unit = 0.0;
+  for (std::size_t c = 0; c < problem_.contacts.size(); ++c)
+    unit = std::max(unit, problem_.contacts[c].mu * problem_.N0.segment<3>(3 * static_cast<Eigen::Index>(c)).norm());
+  for (Eigen::Index i = 0; i < k; ++i) {
+    if (problem_.A(i, i) > 0.0) unit = std::max(unit, std::abs(problem_.a0(i)) / problem_.A(i, i));
+  }
+  unit_ = unit > 0.0 ? unit : 1.0;
+  const double largest = std::max(problem_.a0.lpNorm<Eigen::Infinity>(), unit_ * problem_.A.lpNorm<Eigen::Infinity>());
+  const double scale = largest > 0.0 ? largest : 1.0;
+  // What is rounding in A would move points where forces are large.
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(problem_.A * (unit_ / scale));
+  const Eigen::Index rank = (eigen.eigenvalues().array() > rank_rounding * eigen.eigenvalues().maxCoeff()).count();
+  const MatrixXd U = eigen.eigenvectors().rightCols(rank);
+  A_ = U * eigen.eigenvalues().tail(rank).asDiagonal() * U.transpose();
+  a0_ = problem_.a0 / scale;
+  for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
+    const auto& [first, dimension, moves, mu] = problem_.contacts[c];
+    const auto row = 3 * static_cast<Eigen::Index>(c);
+    MatrixXd all(3, k + 1);
+    all << problem_.N0.segment<3>(row) / unit_, problem_.W.middleRows<3>(row);
+    const Eigen::JacobiSVD<MatrixXd> svd(all, Eigen::ComputeFullU);
+    const auto& sigma = svd.singularValues();
+    const auto is_zero = [&](Eigen::Index i) {
+      return sigma.size() <= i || mu * sigma(i) <= rank_rounding * std::max(1.0, mu * sigma(0));
+    };
+    turns_in_space_ = turns_in_space_ || !is_zero(2);
+    Contact contact{first, dimension, moves, !is_zero(0), mu, is_zero(1) ? 1 : 2, Vector2d::Zero(), Eigen::Matrix2Xd::Zero(2, k)};
+    for (Eigen::Index i = 0; i < contact.num_normals; ++i) {
+      contact.nu0(i) = svd.matrixU().col(i).dot(all.col(0));
+      contact.V.row(i) = svd.matrixU().col(i).transpose() * all.rightCols(k);
+    }
+    contacts_.push_back(contact);
+  }
+}
+
+void ModeSearch::run() {
+  if (turns_in_space_) {
+    reason = "reactions that turn in space are not searched";
+    return;
+  }
+  for (std::size_t subset = 0; subset < (std::size_t{1} << contacts_.size()); ++subset) {
+    if (stick(subset)) search();
+    if (num_nodes >= most_nodes_) {
+      reason = "modes of stick and slip are too many to try";
+      return;
+    }
+  }
+}
+
+/// Eliminates what sticks. Returns false where others are then at rest, too, or nothing lets these rest.
+bool ModeSearch::stick(std::size_t subset) {
+  const Eigen::Index k = problem_.size();
+  stick_.clear();
+  slide_.clear();
+  free_.clear();
+  std::vector<Eigen::Index> held;
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    const bool sticks = (subset >> c) & 1;
+    if (sticks && (contacts_[c].moves || !contacts_[c].is_rough)) return false;
+    if (!contacts_[c].is_rough) continue;  // x_c = 0
+    (sticks ? stick_ : slide_).push_back(c);
+    for (Eigen::Index i = 0; i < contacts_[c].dimension; ++i) (sticks ? held : free_).push_back(contacts_[c].first + i);
+  }
+  const auto q = static_cast<Eigen::Index>(free_.size());
+  // A_SS x_S + A_SJ x_J + a0_S = 0
+  p_ = VectorXd::Zero(k);
+  E_ = MatrixXd::Zero(k, q);
+  for (Eigen::Index j = 0; j < q; ++j) E_(free_[static_cast<std::size_t>(j)], j) = 1.0;
+  Eigen::Index num_shares = 0;
+  if (!held.empty()) {
+    const MatrixXd A_SS = A_(held, held), A_SJ = A_(held, free_);
+    const VectorXd a0_S = a0_(held);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A_SS);
+    const Eigen::Index rank = (eigen.eigenvalues().array() > rank_rounding * A_.diagonal().maxCoeff()).count();
+    num_shares = A_SS.rows() - rank;
+    const MatrixXd U = eigen.eigenvectors().rightCols(rank);
+    const MatrixXd inverse = U * eigen.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * U.transpose();
+    p_(held) = -inverse * a0_S;
+    if ((a0_S - A_SS * (inverse * a0_S)).lpNorm<Eigen::Infinity>() > equal) return false;
+    E_.conservativeResize(Eigen::NoChange, q + num_shares);
+    E_.rightCols(num_shares).setZero();
+    E_(held, Eigen::seqN(0, q)) = -inverse * A_SJ;
+    E_(held, Eigen::seqN(q, num_shares)) = eigen.eigenvectors().leftCols(num_shares);
+  }
+  a_p_ = a0_ + A_ * p_;
+  A_E_ = A_ * E_;
+  A_E_.rightCols(num_shares).setZero();  // A F = 0
+  motion_needs_share_ = false;
+  for (const std::size_t c : slide_) {
+    const auto& [first, dimension, moves, is_rough, mu, num_normals, nu0, V] = contacts_[c];
+    motion_needs_share_ = motion_needs_share_ || mu * (V * E_.rightCols(num_shares)).norm() > equal;
+    if (moves) continue;
+    const double own = A_E_.middleRows(first, dimension).lpNorm<Eigen::Infinity>();
+    const bool is_locked = own <= 10.0 * rank_rounding * A_.diagonal().maxCoeff();
+    if (is_locked && a_p_.segment(first, dimension).lpNorm<Eigen::Infinity>() <= equal) return false;
+  }
+  return true;
+}
+
+/// x of u = (x_J, z).
+VectorXd ModeSearch::complete(const VectorXd& u) const {
+  return p_ + E_ * u.head(E_.cols());
+}
+
+void ModeSearch::search() {
+  is_finished_ = false;
+  open_.assign(1, Node(contacts_.size()));
+  while (!open_.empty() && !is_finished_ && num_nodes < most_nodes_) {
+    const Node node = std::move(open_.back());
+    open_.pop_back();
+    ++num_nodes;
+    visit(node);
+  }
+}
+
+void ModeSearch::visit(const Node& node) {
+  // Accelerations that slide, or else what rest has to spare, as large as possible: t, the last unknown.
+  const LinearProgram program = make_program(node);
+  VectorXd u;
+  const VectorXd objective = VectorXd::Unit(E_.cols() + 1, E_.cols());
+  if (program.maximize(objective, &u) == LinearProgram::Status::Infeasible) return;
+  const bool something_begins = std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return !contacts_[c].moves; });
+  const double t = u(E_.cols());
+  if ((something_begins && t < equal) || (slide_.empty() && t < -equal)) return;
+  // Senses first.
+  for (const std::size_t c : slide_) {
+    if (contacts_[c].moves || contacts_[c].dimension > 1 || node[c].sense != 0) continue;
+    for (const int sense : {1, -1}) {
+      Node child = node;
+      child[c].sense = sense;
+      open_.push_back(std::move(child));
+    }
+    return;
+  }
+  VectorXd x = complete(u);
+  if (slide_.empty()) {
+    // Any share will do. The least one, or what is nearest to it on the way from x.
+    if (judge(node, p_) == Verdict::Obeys) x = p_;
+    if (judge(node, x) == Verdict::Obeys) {
+      for (VectorXd half = 0.5 * (x + p_); (x - p_).norm() > 1.0 && judge(node, half) == Verdict::Obeys; half = 0.5 * (x + p_))
+        x = half;
+      found.push_back(unit_ * x);
+      is_finished_ = true;
+      return;
+    }
+  } else {
+    VectorXd root = x;
+    const bool is_regular_here = is_regular(node, program);
+    if (find_root(node, &root) && is_inside(node, root)) {
+      const Verdict verdict = judge(node, root);
+      if (verdict == Verdict::Obeys) {
+        found.push_back(unit_ * root);
+        if (motion_needs_share_) {
+          reason = "contacts that stick share their load in many ways, and the motion of others depends on the share";
+          is_finished_ = true;
+          return;
+        }
+      }
+      const bool may_share = E_.cols() > static_cast<Eigen::Index>(free_.size());
+      if (is_regular_here && !(verdict == Verdict::HoldsTooMuch && may_share)) return;
+    }
+  }
+  if (!branch(node, x)) reason = "two modes of stick and slip are too near to be told apart";
+}
+
+// ---- linear bounds ----
+
+void ModeSearch::add(LinearProgram* program, const RowVectorXd& row, double bound, double slack) const {
+  RowVectorXd all(E_.cols() + 1);
+  all << row * E_, slack;
+  program->add(all, bound - row.dot(p_));
+}
+
+/// mu |nu_c| lies around size, a linear function of x: n.mu nu <= size <= n.mu nu/cos(half).
+void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVectorXd& size, LinearProgram* program) const {
+  const Contact& contact = contacts_[c];
+  const Sector& sector = node[c].normal;
+  const auto below = [&](const Vector2d& n) {
+    add(program, contact.mu * n.transpose() * contact.V - size, -contact.mu * n.dot(contact.nu0));
+  };
+  if (sector.is_any()) {
+    const int directions = contact.num_normals == 1 ? 2 : 8;
+    for (int i = 0; i < directions; ++i) below(unit_at(2.0 * pi * i / directions));
+    return;
+  }
+  below(unit_at(sector.middle));
+  if (contact.num_normals == 2) {
+    below(unit_at(sector.middle - sector.half));
+    below(unit_at(sector.middle + sector.half));
+  }
+}
+
+LinearProgram ModeSearch::make_program(const Node& node) const {
+  const Eigen::Index k = problem_.size();
+  LinearProgram program(E_.cols() + 1);
+  RowVectorXd last = RowVectorXd::Zero(E_.cols() + 1);
+  last(E_.cols()) = 1.0;
+  program.add(last, 1.0);
+  const auto unit_row = [&](Eigen::Index i) -> RowVectorXd { return RowVectorXd::Unit(k, i); };
+  const auto add_acceleration = [&](const RowVectorXd& row, double slack) {  // row a + slack t <= 0
+    RowVectorXd all(E_.cols() + 1);
+    all << row * A_E_, slack;
+    program.add(all, -row.dot(a_p_));
+  };
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    const Contact& contact = contacts_[c];
+    const Sector& sector = node[c].normal;
+    // nu in its sector
+    if (!sector.is_any()) {
+      const auto keep = [&](const Vector2d& n) { add(&program, -n.transpose() * contact.V, n.dot(contact.nu0)); };
+      if (contact.num_normals == 1) {
+        keep(unit_at(sector.middle));
+      } else {
+        keep(unit_at(sector.middle - sector.half + 0.5 * pi));
+        keep(unit_at(sector.middle + sector.half - 0.5 * pi));
+      }
+    }
+    const Vector2d above = contact.mu / std::cos(sector.is_narrow() ? sector.half : 0.0) * unit_at(sector.middle);
+    const auto stay_below = [&](const RowVectorXd& row, double slack) {  // row x + slack t <= mu |nu|
+      add(&program, row - above.transpose() * contact.V, above.dot(contact.nu0), slack);
+    };
+    if (std::find(stick_.begin(), stick_.end(), c) != stick_.end()) {
+      if (!sector.is_narrow()) continue;
+      const int directions = contact.dimension == 1 ? 2 : 16;
+      for (int i = 0; i < directions; ++i) {
+        const Vector2d d = unit_at(2.0 * pi * i / directions);
+        RowVectorXd row = d(0) * unit_row(contact.first);
+        if (contact.dimension == 2) row += d(1) * unit_row(contact.first + 1);
+        stay_below(row, slide_.empty() ? 1.0 : 0.0);
+      }
+    } else if (contact.dimension == 1) {
+      if (!contact.moves && node[c].sense == 0) continue;
+      const RowVectorXd size = sign(node, c) * unit_row(contact.first);
+      add(&program, -size, 0.0);
+      if (!contact.moves) add_acceleration(-node[c].sense * unit_row(contact.first), 1.0);
+      bound_reaction(node, c, size, &program);
+      if (sector.is_narrow()) stay_below(size, 0.0);
+    } else {
+      // |x_c| >= -d.x_c for every d; in a sector |x_c| <= -d_middle.x_c/cos(half), and x_c and a_c keep to it.
+      const auto along = [&](const Vector2d& d) -> RowVectorXd {
+        return d(0) * unit_row(contact.first) + d(1) * unit_row(contact.first + 1);
+      };
+      const Sector& towards = node[c].direction;
+      if (sector.is_narrow()) {
+        constexpr int directions = 16;
+        for (int i = 0; i < directions; ++i) stay_below(along(unit_at(2.0 * pi * i / directions)), 0.0);
+      }
+      if (towards.is_any()) continue;
+      const Vector2d d = unit_at(towards.middle), left = unit_at(towards.middle - towards.half + 0.5 * pi),
+                     right = unit_at(towards.middle + towards.half - 0.5 * pi);
+      for (const Vector2d& n : {left, right}) {
+        add(&program, along(n), 0.0);
+        add_acceleration(-along(n), 0.0);
+      }
+      add_acceleration(-along(d), 1.0);
+      if (sector.is_narrow()) stay_below(-along(d), 0.0);
+      bound_reaction(node, c, -along(d) / std::cos(towards.half), &program);
+    }
+  }
+  return program;
+}
+
+// ---- the law itself ----
+
+/// Newton's method for |x_c| - mu |nu_c| = 0 and, on surfaces, x_c parallel to a_c; z stays.
+bool ModeSearch::find_root(const Node& node, VectorXd* x) const {
+  constexpr int most_steps = 30;
+  const auto q = static_cast<Eigen::Index>(free_.size());
+  const MatrixXd E = E_.leftCols(q), A = A_E_.leftCols(q);
+  VectorXd F(q);
+  MatrixXd J(q, q);
+  for (int pass = 0; pass < most_steps; ++pass) {
+    const VectorXd a = a0_ + A_ * *x;
+    Eigen::Index row = 0;
+    for (const std::size_t c : slide_) {
+      const Contact& contact = contacts_[c];
+      const Vector2d nu = reaction(c, *x);
+      const double size = nu.norm();
+      const RowVectorXd dh = contact.mu * (size > 0.0 ? (nu / size).eval() : Vector2d::Zero().eval()).transpose() * contact.V * E;
+      if (contact.dimension == 1) {
+        F(row) = sign(node, c) * (*x)(contact.first) - contact.mu * size;
+        J.row(row++) = sign(node, c) * E.row(contact.first) - dh;
+        continue;
+      }
+      const Vector2d own = x->segment<2>(contact.first), towards = a.segment<2>(contact.first);
+      const double length = own.norm();
+      if (length == 0.0) return false;
+      F(row) = length - contact.mu * size;
+      J.row(row++) = own.transpose() / length * E.middleRows<2>(contact.first) - dh;
+      F(row) = cross(own, towards);
+      J.row(row++) = towards(1) * E.row(contact.first) - towards(0) * E.row(contact.first + 1) +
+                     own(0) * A.row(contact.first + 1) - own(1) * A.row(contact.first);
+    }
+    const VectorXd step = J.partialPivLu().solve(F);
+    if (!step.allFinite()) return false;
+    *x -= E * step;
+    if (step.norm() <= 1e-14 * x->norm()) return true;
+    if (pass + 1 == most_steps) return step.norm() <= 1e-11 * x->norm();
+  }
+  return false;
+}
+
+/// The equations of sliding have one root in the node at most: between two of them J is one of a mean nu, d, x and a.
+bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) const {
+  if (motion_needs_share_) return false;
+  const auto q = static_cast<Eigen::Index>(free_.size());
+  const MatrixXd E = E_.leftCols(q), A = A_E_.leftCols(q);
+  MatrixXd J(q, q), D = MatrixXd::Zero(q, q);
+  // Bounds of x_J where surfaces need them.
+  const bool has_surfaces = std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return contacts_[c].dimension > 1; });
+  VectorXd middle = VectorXd::Zero(q), radius = VectorXd::Zero(q);
+  if (has_surfaces) {
+    for (const std::size_t c : slide_) {
+      const bool is_cut = contacts_[c].dimension == 1 || (node[c].direction.half >= 0.0 && node[c].direction.half < 0.2 * pi);
+      if (!is_cut || !node[c].normal.is_narrow()) return false;
+    }
+    for (Eigen::Index i = 0; i < q; ++i) {
+      VectorXd u;
+      double ends[2];
+      for (const int end : {0, 1}) {
+        const VectorXd objective = (end == 0 ? -1.0 : 1.0) * VectorXd::Unit(E_.cols() + 1, i);
+        if (program.maximize(objective, &u) != LinearProgram::Status::Optimal) return false;
+        ends[end] = u(i);
+      }
+      middle(i) = 0.5 * (ends[0] + ends[1]);
+      radius(i) = 0.5 * std::abs(ends[1] - ends[0]) * (1.0 + 1e-6) + 1e-12;
+    }
+  }
+  const VectorXd x = p_ + E * middle, a = a_p_ + A * middle, wide_a = A.cwiseAbs() * radius, wide_x = E.cwiseAbs() * radius;
+  Eigen::Index row = 0;
+  for (const std::size_t c : slide_) {
+    const Contact& contact = contacts_[c];
+    const Sector& sector = node[c].normal;
+    // Means of directions keep as near to the middle one as the ends do; of all directions, within 1 of 0.
+    const Vector2d n = sector.is_any() ? Vector2d(0.0, 0.0) : unit_at(sector.middle);
+    const double spread = sector.is_any() ? 1.0 : contact.num_normals == 1 ? 0.0 : 2.0 * std::sin(0.5 * sector.half);
+    const RowVectorXd dh = contact.mu * n.transpose() * contact.V * E;
+    const RowVectorXd wide_h = contact.mu * spread * (contact.V * E).colwise().norm();
+    const Eigen::Index first = contact.first;
+    if (contact.dimension == 1) {
+      J.row(row) = sign(node, c) * E.row(first) - dh;
+      D.row(row++) = wide_h;
+      continue;
+    }
+    const Sector& towards = node[c].direction;
+    J.row(row) = -unit_at(towards.middle).transpose() * E.middleRows<2>(first) - dh;
+    D.row(row++) = wide_h + 2.0 * std::sin(0.5 * towards.half) * E.middleRows<2>(first).colwise().norm();
+    J.row(row) = a(first + 1) * E.row(first) - a(first) * E.row(first + 1) + x(first) * A.row(first + 1) - x(first + 1) * A.row(first);
+    D.row(row++) = wide_a(first + 1) * E.row(first).cwiseAbs() + wide_a(first) * E.row(first + 1).cwiseAbs() +
+                   wide_x(first) * A.row(first + 1).cwiseAbs() + wide_x(first + 1) * A.row(first).cwiseAbs();
+  }
+  return stays_regular(J, D);
+}
+
+bool ModeSearch::is_inside(const Node& node, const VectorXd& x) const {
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    if (!node[c].normal.has(reaction(c, x))) return false;
+  }
+  return std::all_of(slide_.begin(), slide_.end(), [&](std::size_t c) {
+    if (contacts_[c].dimension == 1) return sign(node, c) * x(contacts_[c].first) >= -equal;
+    return node[c].direction.has(-x.segment<2>(contacts_[c].first));
+  });
+}
+
+ModeSearch::Verdict ModeSearch::judge(const Node& node, const VectorXd& x) const {
+  const VectorXd a = a0_ + A_ * x;
+  for (const std::size_t c : slide_) {
+    const Contact& contact = contacts_[c];
+    if (contact.moves) continue;
+    const VectorXd own = x.segment(contact.first, contact.dimension), towards = a.segment(contact.first, contact.dimension);
+    const bool is_wrong = contact.dimension == 1 ? node[c].sense * towards(0) <= 0.0 : own.dot(towards) >= 0.0;
+    if (is_wrong) return Verdict::SlidesWrongly;
+  }
+  for (const std::size_t c : stick_) {
+    const double limit = contacts_[c].mu * reaction(c, x).norm();
+    if (x.segment(contacts_[c].first, contacts_[c].dimension).norm() > limit + 0.1 * equal) return Verdict::HoldsTooMuch;
+  }
+  return Verdict::Obeys;
+}
+
+// ---- branching ----
+
+/// Cuts the sector in which x misses the law most, or the widest one. Returns false where all are too small.
+bool ModeSearch::branch(const Node& node, const VectorXd& x) {
+  const VectorXd a = a0_ + A_ * x;
+  struct Cut {
+    double badness = -1.0;
+    std::size_t contact = 0;
+    bool is_direction = false;
+  } worst;
+  const auto see = [&](double badness, std::size_t c, bool is_direction) {
+    const Sector& sector = is_direction ? node[c].direction : node[c].normal;
+    const bool is_whole = !is_direction && contacts_[c].num_normals == 1 && !sector.is_any();
+    if (is_whole || (!sector.is_any() && sector.half < smallest_sector) || badness <= worst.badness) return;
+    worst = {badness, c, is_direction};
+  };
+  const auto width = [](const Sector& sector) { return sector.is_any() ? pi : sector.half; };
+  constexpr double rounding = 1e-10;
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    const Contact& contact = contacts_[c];
+    const VectorXd own = x.segment(contact.first, contact.dimension);
+    const double size = own.norm(), limit = contact.mu * reaction(c, x).norm();
+    const bool sticks = std::find(stick_.begin(), stick_.end(), c) != stick_.end();
+    const double missed = (sticks ? std::max(0.0, size - limit) : std::abs(size - limit)) / (size + limit + 1e-3);
+    // Where the law is met, what slides may still have another root.
+    const double by_width = 1e-3 * rounding;
+    if (missed > rounding || !sticks) see(std::max(missed, by_width * width(node[c].normal)), c, false);
+    if (sticks || contact.dimension == 1) continue;
+    const VectorXd towards = a.segment(contact.first, contact.dimension);
+    const double turned = size > 0.0 && towards.norm() > 0.0 ? (own / size + towards.normalized()).norm() : 0.0;
+    see(node[c].direction.is_any() ? 10.0 : std::max(turned, by_width * width(node[c].direction)), c, true);
+  }
+  if (worst.badness < 0.0) return false;
+  const Sector& cut = worst.is_direction ? node[worst.contact].direction : node[worst.contact].normal;
+  std::vector<Sector> parts;
+  if (!cut.is_any()) {
+    for (const double side : {-0.5, 0.5}) parts.push_back({cut.middle + side * cut.half, 0.5 * cut.half});
+  } else if (!worst.is_direction && contacts_[worst.contact].num_normals == 1) {
+    parts = {{0.0, 0.0}, {pi, 0.0}};
+  } else {
+    for (int i = 0; i < 4; ++i) parts.push_back({(0.5 * i + 0.25) * pi, 0.25 * pi});
+  }
+  for (const Sector& part : parts) {
+    Node child = node;
+    (worst.is_direction ? child[worst.contact].direction : child[worst.contact].normal) = part;
+    open_.push_back(std::move(child));
+  }
+  return true;
+}
+
+}  // namespace tanor
