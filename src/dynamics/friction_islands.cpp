@@ -10,26 +10,27 @@
 namespace tanor {
 
 /// The contacts that slide under laws that read multipliers, island by island.
-std::vector<SlidingIsland> FrictionStage::list_sliding() const {
-  std::vector<SlidingIsland> result;
-  for (const auto& island : islands_) {
-    const std::size_t number = island_of_contact_[island.front()];
-    SlidingIsland sliding{.number = number, .members = {}, .contacts = {}};
-    for (const std::size_t c : island) {
-      if (!tangents_.sticks(c) && !laws_.is_given(c)) sliding.members.push_back(c);
+void FrictionStage::list_sliding() {
+  sliding_.resize(islands_.size());
+  for (std::size_t number = 0; number < islands_.size(); ++number) {
+    SlidingIsland& island = sliding_[number];
+    island.number = number;
+    island.members.clear();
+    for (const std::size_t c : islands_[number]) {
+      if (!tangents_.sticks(c) && !laws_.is_given(c)) island.members.push_back(c);
     }
-    if (!sliding.members.empty()) result.push_back(std::move(sliding));
   }
-  return result;
 }
 
 /// N0 and W of each island, from the multipliers without their friction and from those that one newton against the
 /// sliding of each contact adds: of the j-th contact of every island at once, since islands do not see each other.
-void FrictionStage::reduce(std::vector<SlidingIsland>* islands) {
+void FrictionStage::reduce() {
   std::size_t most = 0;
-  for (const SlidingIsland& island : *islands) most = std::max(most, island.members.size());
+  for (const SlidingIsland& island : sliding_) most = std::max(most, island.members.size());
   const auto as_eigen = [](Vec3 a) { return Eigen::Vector3d(a.x, a.y, a.z); };
-  std::vector<double> force(x_.size()), lambda(lambda_.size(), 0.0);
+  std::vector<double>&force = force_, &lambda = response_to_force_;
+  force.resize(x_.size());
+  lambda.assign(lambda_.size(), 0.0);
   const auto fill = [&](const SlidingIsland& island, Eigen::Matrix3Xd* N) {
     N->resize(3, static_cast<Eigen::Index>(island.members.size()));
     for (std::size_t c = 0; c < island.members.size(); ++c)
@@ -37,25 +38,27 @@ void FrictionStage::reduce(std::vector<SlidingIsland>* islands) {
   };
   laws_.evaluate(model_.parallel, lambda.data(), force.data());  // what reads no multiplier stays
   find_multipliers(force.data(), lambda.data());
-  for (SlidingIsland& island : *islands) {
+  for (SlidingIsland& island : sliding_) {
+    island.contacts.mu.clear();
     for (const std::size_t c : island.members) island.contacts.mu.push_back(laws_.coefficient(c));
     fill(island, &island.contacts.N0);
+    island.contacts.W.resize(island.members.size());
   }
   for (std::size_t j = 0; j < most; ++j) {
     std::fill(force.begin(), force.end(), 0.0);
-    for (const SlidingIsland& island : *islands) {
+    for (const SlidingIsland& island : sliding_) {
       if (j < island.members.size()) force[laws_.first_part(island.members[j])] = 1.0;
     }
     find_change(force.data(), lambda.data());
-    for (SlidingIsland& island : *islands) {
-      if (j < island.members.size()) fill(island, &island.contacts.W.emplace_back());
+    for (SlidingIsland& island : sliding_) {
+      if (j < island.members.size()) fill(island, &island.contacts.W[j]);
     }
   }
 }
 
 /// Coulomb friction alone, of at most `most` contacts each.
-bool FrictionStage::are_small(const std::vector<SlidingIsland>& islands, std::size_t most) const {
-  return std::all_of(islands.begin(), islands.end(), [&](const SlidingIsland& island) {
+bool FrictionStage::are_small(std::size_t most) const {
+  return std::all_of(sliding_.begin(), sliding_.end(), [&](const SlidingIsland& island) {
     return island.members.size() <= most && std::all_of(island.members.begin(), island.members.end(),
                                                         [&](std::size_t c) { return laws_.is_coulomb(c); });
   });
@@ -63,9 +66,9 @@ bool FrictionStage::are_small(const std::vector<SlidingIsland>& islands, std::si
 
 /// Theorem A: a law by full reactions is a contraction in the norm of M^-1, |tau(e1) - tau(e2)| <= mu |e1 - e2|,
 /// whatever S is. Returns 1/(1 - mu) with what the norm may hide; NaN where some law is another one.
-double FrictionStage::amplification_of_full_reactions(const std::vector<SlidingIsland>& islands) const {
+double FrictionStage::amplification_of_full_reactions() const {
   double mu = 0.0;
-  for (const SlidingIsland& island : islands) {
+  for (const SlidingIsland& island : sliding_) {
     for (const std::size_t c : island.members) {
       if (!laws_.is_coulomb(c) || !laws_.reads_full_reaction(c)) return std::numeric_limits<double>::quiet_NaN();
       mu = std::max(mu, laws_.coefficient(c));
@@ -105,19 +108,22 @@ Outcome FrictionStage::refuse_several_of(const SlidingIsland& island, std::size_
 /// A solution is there: is it the only one?
 Outcome FrictionStage::judge(double t, std::size_t most_judged) {
   report_.uniqueness = Uniqueness::Unproven;
-  std::vector<SlidingIsland> islands = list_sliding();
-  amplification_ = amplification_of_full_reactions(islands);
+  list_sliding();
+  amplification_ = amplification_of_full_reactions();
   if (!std::isnan(amplification_)) {
     report_.uniqueness = Uniqueness::Proven;
     return {};
   }
-  if (!are_small(islands, most_judged)) return {};
-  reduce(&islands);
+  if (!are_small(most_judged)) return {};
+  reduce();
   bool is_proven = true;
   amplification_ = 1.0;
-  for (const SlidingIsland& island : islands) {
+  for (const SlidingIsland& island : sliding_) {
+    if (island.members.empty()) continue;
+    const double amplification = contraction_.amplification(island.contacts);
+    amplification_ = larger(amplification_, amplification);
+    if (!std::isnan(amplification)) continue;  // one motion
     SlidingSolutions solutions = find_sliding(island.contacts);
-    amplification_ = larger(amplification_, solutions.amplification);
     if (is_counted(island)) continue;
     // Two sizes of friction are no two motions where one of them is more than what sticks can bear.
     if (solutions.uniqueness == Uniqueness::Several) {
@@ -135,18 +141,19 @@ Outcome FrictionStage::judge(double t, std::size_t most_judged) {
 
 /// By trying, where iterations fail: of several solutions the one nearest to `lambda`.
 Outcome FrictionStage::enumerate(double t, double* lambda) {
-  std::vector<SlidingIsland> islands = list_sliding();
-  if (!are_small(islands, most_enumerated)) {
+  list_sliding();
+  if (!are_small(most_enumerated)) {
     return fail(Status::NotConverged, t,
                 "its iterations do not converge, and contacts are too many to try all signs of their normal forces, or "
                 "their law is not Coulomb's");
   }
-  reduce(&islands);
+  reduce();
   report_.method_used = FrictionMethod::Enumeration;
   std::vector<double> force(x_.size());
   const std::vector<double> nothing(lambda_.size(), 0.0);
   laws_.evaluate(model_.parallel, nothing.data(), force.data());
-  for (const SlidingIsland& island : islands) {
+  for (const SlidingIsland& island : sliding_) {
+    if (island.members.empty()) continue;
     SlidingSolutions solutions = find_sliding(island.contacts);
     if (solutions.uniqueness == Uniqueness::None) {
       report_.uniqueness = Uniqueness::None;

@@ -160,16 +160,18 @@ void FrictionStage::set_accelerations(const std::vector<double>& accelerations) 
 }
 
 /// |x - x_at| over the largest friction, of the worst neighbourhood.
-double FrictionStage::relative_change() const {
+double FrictionStage::relative_change() {
   if (neighbourhoods_.size() <= 1) return largest_difference(x_, x_at_) / std::max(largest_of(x_), smallest_number);
-  std::vector<double> size = least_, change(least_.size(), 0.0);
+  largest_ = least_;
+  largest_change_.assign(least_.size(), 0.0);
   for (std::size_t p = 0; p < x_.size(); ++p) {
     const auto group = static_cast<std::size_t>(group_of_part_[p]);
-    size[group] = larger(size[group], std::abs(x_[p]));
-    change[group] = larger(change[group], std::abs(x_[p] - x_at_[p]));
+    largest_[group] = larger(largest_[group], std::abs(x_[p]));
+    largest_change_[group] = larger(largest_change_[group], std::abs(x_[p] - x_at_[p]));
   }
   double worst = 0.0;
-  for (std::size_t k = 0; k < size.size(); ++k) worst = larger(worst, change[k] / std::max(size[k], smallest_number));
+  for (std::size_t k = 0; k < largest_.size(); ++k)
+    worst = larger(worst, largest_change_[k] / std::max(largest_[k], smallest_number));
   return worst;
 }
 

@@ -5,13 +5,14 @@
 #include <vector>
 
 #include "dynamics/model.hpp"
+#include "friction/contraction.hpp"
 #include "friction/enumeration.hpp"
 #include "friction/fixed_point.hpp"
 #include "friction/laws.hpp"
 
 namespace tanor {
 
-/// Contacts of one island that slide, and their friction as a small problem of its own.
+/// Contacts of one island that slide, and their friction as a small problem of its own; `members` may be empty.
 struct SlidingIsland {
   std::size_t number = 0;
   std::vector<std::size_t> members;
@@ -100,10 +101,10 @@ class FrictionStage final : private Response {
   Outcome iterate(double t, const double* guess, double* lambda);
 
   // In friction_islands.cpp.
-  std::vector<SlidingIsland> list_sliding() const;
-  void reduce(std::vector<SlidingIsland>* islands);
-  bool are_small(const std::vector<SlidingIsland>& islands, std::size_t most) const;
-  double amplification_of_full_reactions(const std::vector<SlidingIsland>& islands) const;
+  void list_sliding();
+  void reduce();
+  bool are_small(std::size_t most) const;
+  double amplification_of_full_reactions() const;
   std::string name_island(const SlidingIsland& island) const;
   bool is_counted(const SlidingIsland& island) const {
     return !is_counted_.empty() && is_counted_[island.number] != 0;
@@ -114,7 +115,7 @@ class FrictionStage final : private Response {
   Outcome enumerate(double t, double* lambda);
 
   Outcome fail(Status status, double t, const std::string& why) const;
-  double relative_change() const;
+  double relative_change();
 
   Model& model_;
   const Tangents& tangents_;
@@ -141,6 +142,9 @@ class FrictionStage final : private Response {
   std::vector<std::vector<std::size_t>> incidences_of_contact_;  // that feel its friction, of the model's
   std::vector<std::size_t> island_of_contact_;
   std::vector<char> is_counted_;                                 // [island]; empty: none is
+  std::vector<SlidingIsland> sliding_;                           // [island]; kept from step to step
+  ContractionBound contraction_;
+  std::vector<double> force_, response_to_force_;  // [parts], [rows], scratch
   double amplification_ = 0.0;                     // 1/(1 - L), L proven; else NaN
   bool several_are_refused_ = true;
   std::vector<double> right_side_;  // [rows] b where nothing is touched
@@ -152,6 +156,7 @@ class FrictionStage final : private Response {
   std::vector<Index> group_of_part_;         // neighbourhoods that have contacts
   std::vector<std::size_t> neighbourhoods_;  // [group]
   std::vector<double> least_;                // [group] N
+  std::vector<double> largest_, largest_change_;  // [group] N, scratch
   FrictionReport report_;
 };
 

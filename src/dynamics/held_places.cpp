@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace tanor {
 
@@ -82,21 +83,23 @@ void HeldPlaces::carry(double t) {
   time_ = t;
   if (guides_rest_ || held_.empty()) return;
   constexpr int most_halvings = 6;  // a spline's knot needs them: then what is left is little
-  Places ways(held_.size()), places(held_.size());
+  Places& ways = ways_;
+  ways.assign(held_.size(), Vec3{});
   double reached = then_time_, h = t - reached;
   for (int halvings = 0; reached != t;) {
     const bool is_last = std::abs(h) >= std::abs(t - reached);
     if (is_last) h = t - reached;
-    Places next = ways;
-    if (!extrapolate(reached, h, &next) && halvings < most_halvings) {
+    if (!extrapolate(reached, h, ways, &next_) && halvings < most_halvings) {
       ++halvings;
       h *= 0.5;
       continue;
     }
-    ways = std::move(next);
+    std::swap(ways, next_);
     reached = is_last ? t : reached + h;
   }
   // Sums of many steps, compensated (Kahan).
+  Places& places = places_;
+  places.resize(held_.size());
   for (std::size_t k = 0; k < held_.size(); ++k) {
     const Vec3 then = then_[held_[k]], way = ways[k] - then_rest_[held_[k]];
     places[k] = then + way;
@@ -113,19 +116,16 @@ void HeldPlaces::carry(double t) {
 
 /// One step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of their
 /// length until nothing changes but by rounding, that of time as well. False: it does not come to that.
-bool HeldPlaces::extrapolate(double t, double h, Places* ways) {
-  constexpr int most_columns = 8;
+bool HeldPlaces::extrapolate(double t, double h, const Places& from, Places* ways) {
   constexpr double eps = std::numeric_limits<double>::epsilon();
-  std::array<Places, most_columns> table;  // the last row: T_{j,0} … T_{j,j}
-  const Places from = *ways;
-  for (int j = 0; j < most_columns; ++j) {
+  for (int j = 0; j < static_cast<int>(most_columns); ++j) {
     Places& next = *ways;
     advance_by_midpoints(t, h, 2 * (j + 1), from, &next);
     double worst = std::numeric_limits<double>::infinity();
     // T_{j,k} = T_{j,k-1} + (T_{j,k-1} - T_{j-1,k-1})/((n_j/n_{j-k})^2 - 1)
     for (int k = 1; k <= j; ++k) {
       const double ratio = static_cast<double>(j + 1) / (j + 1 - k), part = 1.0 / (ratio * ratio - 1.0);
-      Places& before = table[static_cast<std::size_t>(k - 1)];
+      Places& before = table_[static_cast<std::size_t>(k - 1)];
       worst = 0.0;
       for (std::size_t i = 0; i < next.size(); ++i) {
         const Vec3 change = part * (next[i] - before[i]), better = next[i] + change;
@@ -138,7 +138,7 @@ bool HeldPlaces::extrapolate(double t, double h, Places* ways) {
         next[i] = better;
       }
     }
-    table[static_cast<std::size_t>(j)] = next;
+    table_[static_cast<std::size_t>(j)] = next;
     if (worst <= 4.0 * eps) return true;
   }
   return false;
@@ -146,8 +146,9 @@ bool HeldPlaces::extrapolate(double t, double h, Places* ways) {
 
 void HeldPlaces::advance_by_midpoints(double t, double h, int count, const Places& from, Places* to) {
   const double step = h / count;
-  Places before = from, rates(from.size());
-  Places& now = *to;
+  Places &now = *to, &before = before_, &rates = rates_;
+  before = from;
+  rates.resize(from.size());
   now.resize(from.size());
   evaluate(t, from, &rates);
   for (std::size_t k = 0; k < from.size(); ++k) now[k] = from[k] + step * rates[k];
@@ -200,10 +201,10 @@ Vec3 HeldPlaces::across(std::size_t contact, const Vec3& u) const {
 
 /// p_dot of those that are held.
 void HeldPlaces::evaluate(double t, const Places& ways, Places* rates) {
-  Places places = ways;
-  for (std::size_t k = 0; k < places.size(); ++k) places[k] = then_[held_[k]] + ways[k];
-  evaluate_guides(t, places, true);
-  for (std::size_t k = 0; k < places.size(); ++k) {
+  places_.resize(ways.size());
+  for (std::size_t k = 0; k < ways.size(); ++k) places_[k] = then_[held_[k]] + ways[k];
+  evaluate_guides(t, places_, true);
+  for (std::size_t k = 0; k < ways.size(); ++k) {
     const Vec3 u = tangents_.own_velocity(held_[k]).value;
     (*rates)[k] = u - across(held_[k], u);
   }

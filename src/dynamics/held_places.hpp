@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -41,7 +42,7 @@ class HeldPlaces {
   void evaluate(double t, const Places& ways, Places* rates);
   void evaluate_guides(double t, const Places& places, bool wants_rates);
   Vec3 across(std::size_t contact, const Vec3& u) const;
-  bool extrapolate(double t, double h, Places* ways);
+  bool extrapolate(double t, double h, const Places& from, Places* ways);
   void advance_by_midpoints(double t, double h, int count, const Places& from, Places* to);
   void publish();
 
@@ -55,6 +56,9 @@ class HeldPlaces {
   std::vector<std::size_t> held_;                 // contacts
   std::optional<Constraints::Selection> guides_;  // of those
   std::vector<double> points_, at_rest_, rows_, blocks_;  // [3n], [3n], [d], [3 blocks] scratch
+  static constexpr std::size_t most_columns = 8;
+  Places ways_, next_, places_, before_, rates_;  // scratch
+  std::array<Places, most_columns> table_;        // of the extrapolation, the last row: T_{j,0} … T_{j,j}
 };
 
 }  // namespace tanor

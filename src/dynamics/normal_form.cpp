@@ -395,11 +395,12 @@ void NormalForm::respond(const double* b, double* lambda, double* dw) {
 void NormalForm::reactions(double* eta) const {
   if (num_switches_ == 0) return model_.gather.reactions(model_.parallel, blocks_.data(), lambda_.data(), eta);
   // What holds a contact that sticks is friction.
-  std::vector<double> lambda = lambda_;
+  of_constraints_ = lambda_;
   for (std::size_t a = 0; a < num_rows(); ++a) {
-    if (static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows) lambda[a] = 0.0;
+    if (static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows)
+      of_constraints_[a] = 0.0;
   }
-  model_.gather.reactions(model_.parallel, blocks_.data(), lambda.data(), eta);
+  model_.gather.reactions(model_.parallel, blocks_.data(), of_constraints_.data(), eta);
 }
 
 void NormalForm::friction_forces(double* tau, WhichFriction which) const {

@@ -272,6 +272,7 @@ class NormalForm final : public EquationsOfMotion {
   bool knows_accelerations_ = false;    // … somebody has asked
   const double* w0_ = nullptr;          // [3n] of the instant at hand
   mutable std::vector<double> norms_;   // [d] scratch
+  mutable std::vector<double> of_constraints_;  // [d] scratch of `reactions`: multipliers without friction
   struct { std::vector<double> places, at_rest, position, rates, lengths; } beyond_;  // scratch of `beyond_rounding`
   std::vector<int> restored_;           // discrete state whose senses are still to be found
   std::vector<double> contact_rows_;    // [d] scratch

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "friction/contraction.hpp"
+
 namespace tanor {
 
 namespace {
@@ -34,24 +36,6 @@ Directions find_directions(const SlidingContacts& contacts, Eigen::Index c) {
   constexpr double rounding = 1e-11;
   const auto is_zero = [&](Eigen::Index k) { return sigma.size() <= k || sigma(k) <= rounding * sigma(0); };
   return {is_zero(1) ? 1 : is_zero(2) ? 2 : 3, svd.matrixU().col(0), svd.matrixU().col(1)};
-}
-
-MatrixXd bounds(const SlidingContacts& contacts) {
-  const auto m = static_cast<Eigen::Index>(contacts.size());
-  MatrixXd R(m, m);
-  for (Eigen::Index j = 0; j < m; ++j) {
-    for (Eigen::Index c = 0; c < m; ++c)
-      R(c, j) = contacts.mu[static_cast<std::size_t>(c)] * contacts.W[static_cast<std::size_t>(j)].col(c).norm();
-  }
-  return R;
-}
-
-/// rho(R) < 1 for R >= 0 exactly where x = (I - R)^-1 1 exists and is positive; then |e| <= (I - R)^-1 |F(s) - s|.
-double find_amplification(const MatrixXd& R) {
-  const VectorXd x = (MatrixXd::Identity(R.rows(), R.cols()) - R).fullPivLu().solve(VectorXd::Ones(R.rows()));
-  const VectorXd rest = x - R * x - VectorXd::Ones(R.rows());
-  const bool is_proven = x.allFinite() && x.minCoeff() >= 1.0 - 1e-9 && rest.lpNorm<Eigen::Infinity>() < 1e-3;
-  return is_proven ? x.maxCoeff() : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Rows mu_c n_c.[N0, W] for given directions n [3][m].
@@ -131,7 +115,7 @@ void decide(SlidingSolutions* result) {
 SlidingSolutions find_sliding(const SlidingContacts& contacts, std::size_t most_boxes) {
   SlidingSolutions result;
   const auto m = static_cast<Eigen::Index>(contacts.size());
-  result.amplification = find_amplification(bounds(contacts));
+  result.amplification = ContractionBound().amplification(contacts);
   if (!std::isnan(result.amplification)) {
     result.uniqueness = Uniqueness::Proven;
     return result;

@@ -1,6 +1,7 @@
 #include "friction/fixed_point.hpp"
 
 #include <Eigen/Dense>
+#include <Eigen/Jacobi>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -156,8 +157,7 @@ void FixedPoint::History::advance(Parts* image, Parts* x) {
   std::swap(x_, *x);
   const auto count = static_cast<Eigen::Index>(count_);
   Column gamma;
-  if (count > 0)
-    gamma = Square(products_.topLeftCorner(count, count)).completeOrthogonalDecomposition().solve(along_.head(count));
+  if (count > 0) gamma = Square(products_.topLeftCorner(count, count)).colPivHouseholderQr().solve(along_.head(count));
   std::array<const float*, most_depth> df{};
   for (std::size_t j = 0; j < count_; ++j) df[j] = df_[j].data();
   subtract_scaled(image_.data(), count_, gamma.data(), df.data(), size_, x->data());
@@ -180,23 +180,23 @@ void FixedPoint::evaluate(const Parallel& parallel, const Parts& x, double* lamb
   for (std::size_t p = 0; p < x.size(); ++p) (*image)[p] *= inverse_unit_[p];
 }
 
-void FixedPoint::set_groups(std::vector<Index> group_of_part, std::vector<double> least) {
-  group_of_part_ = std::move(group_of_part);
-  least_ = std::move(least);
+void FixedPoint::set_groups(const std::vector<Index>& group_of_part, const std::vector<double>& least) {
+  group_of_part_ = group_of_part;
+  least_ = least;
   plain_.resize(group_of_part_.size());
 }
 
 /// From N to the friction of each group: then one number measures all of them.
 void FixedPoint::choose_units(Parts* x, Parts* image) {
   if (group_of_part_.empty()) return;
-  std::vector<double> units = least_;
+  units_ = least_;
   for (std::size_t p = 0; p < x->size(); ++p) {
-    double& unit = units[static_cast<std::size_t>(group_of_part_[p])];
+    double& unit = units_[static_cast<std::size_t>(group_of_part_[p])];
     unit = std::max({unit, std::abs((*x)[p]), std::abs((*image)[p])});
   }
   inverse_unit_.resize(x->size());
   for (std::size_t p = 0; p < x->size(); ++p) {
-    const double unit = units[static_cast<std::size_t>(group_of_part_[p])];
+    const double unit = units_[static_cast<std::size_t>(group_of_part_[p])];
     inverse_unit_[p] = unit > 0.0 && std::isfinite(unit) ? 1.0 / unit : 1.0;
     (*x)[p] *= inverse_unit_[p];
     (*image)[p] *= inverse_unit_[p];
@@ -252,21 +252,24 @@ FixedPoint::Result FixedPoint::iterate(const Parallel& parallel, int depth, doub
 struct FixedPoint::Krylov {
   static constexpr Eigen::Index most = 60;
 
-  explicit Krylov(std::size_t size) : image(size), H(most + 1, most) {}
+  explicit Krylov(std::size_t size) : image(size), H(most + 1, most), rotations(most), solution(most + 1) {}
 
   Vector defect, step, w;     // [parts]
   std::vector<Vector> basis;  // [parts] each, as many as were needed so far
   Parts image;
-  Eigen::MatrixXd H;
+  Eigen::MatrixXd H;                                     // Hessenberg, and R of its H = Q R from above
+  std::vector<Eigen::JacobiRotation<double>> rotations;  // Q'
+  Vector solution;                                       // Q' (beta, 0, …); then of R y = that
 };
 
 /// (I - F') step = defect by GMRES (Saad and Schultz 1986) at the last x: each F' = -dx/d lambda S^-1 K'M^-1 costs one
 /// solve. Returns what is left of the defect.
 double FixedPoint::find_newton_step(const Parallel& parallel, const double* lambda) {
-  Vector &defect = krylov_->defect, &step = krylov_->step, &w = krylov_->w;
+  Vector &defect = krylov_->defect, &step = krylov_->step, &w = krylov_->w, &y = krylov_->solution;
   std::vector<Vector>& basis = krylov_->basis;
   Parts& image = krylov_->image;
   Eigen::MatrixXd& H = krylov_->H;
+  auto& rotations = krylov_->rotations;
   const Eigen::Index most = std::min<Eigen::Index>(defect.size(), Krylov::most);
   const double beta = defect.norm();
   const auto direction = [&](Eigen::Index k) -> Vector& {
@@ -275,7 +278,8 @@ double FixedPoint::find_newton_step(const Parallel& parallel, const double* lamb
   };
   H.setZero();
   direction(0) = defect / beta;
-  Vector solution;
+  y.setZero();
+  y(0) = beta;
   double rest = 1.0;
   Eigen::Index k = 0;
   for (; k < most && rest > 1e-10; ++k) {
@@ -295,17 +299,30 @@ double FixedPoint::find_newton_step(const Parallel& parallel, const double* lamb
         w -= h * direction(j);
       }
     }
-    H(k + 1, k) = w.norm();
-    Vector right = Vector::Zero(k + 2);
-    right(0) = beta;
-    const auto hessenberg = H.topLeftCorner(k + 2, k + 1);
-    solution = hessenberg.colPivHouseholderQr().solve(right);
-    rest = (right - hessenberg * solution).norm() / beta;
-    if (H(k + 1, k) <= 1e-14) break;
-    direction(k + 1) = w / H(k + 1, k);
+    const double next = w.norm();
+    H(k + 1, k) = next;
+    auto column = H.col(k);
+    for (Eigen::Index j = 0; j < k; ++j)
+      column.applyOnTheLeft(j, j + 1, rotations[static_cast<std::size_t>(j)].adjoint());
+    auto& rotation = rotations[static_cast<std::size_t>(k)];
+    rotation.makeGivens(column(k), column(k + 1));
+    column.applyOnTheLeft(k, k + 1, rotation.adjoint());
+    y.applyOnTheLeft(k, k + 1, rotation.adjoint());
+    rest = std::abs(y(k + 1)) / beta;
+    if (next <= 1e-14) {
+      ++k;
+      break;
+    }
+    direction(k + 1) = w / next;
   }
+  // A direction that the derivative does not see takes no part.
   step.setZero(defect.size());
-  for (Eigen::Index j = 0; j < solution.size(); ++j) step += solution(j) * direction(j);
+  const double largest = H.topLeftCorner(k, k).diagonal().lpNorm<Eigen::Infinity>();
+  for (Eigen::Index j = k; j-- > 0;) {
+    y(j) = std::abs(H(j, j)) > 1e-14 * largest ? y(j) / H(j, j) : 0.0;
+    y.head(j) -= y(j) * H.col(j).head(j);
+    step += y(j) * direction(j);
+  }
   return rest;
 }
 

@@ -17,7 +17,7 @@ class FixedPoint {
   FixedPoint(const FrictionLaws& laws, Response& response, std::size_t num_rows);
   /// Parts of different groups [part] do not feel each other: each group is solved to the tolerance of its own
   /// friction, or of the force `least` [group], N, where that is more: rounding makes forces as well.
-  void set_groups(std::vector<Index> group_of_part, std::vector<double> least);
+  void set_groups(const std::vector<Index>& group_of_part, const std::vector<double>& least);
   ~FixedPoint();
 
   struct Result {
@@ -54,7 +54,7 @@ class FixedPoint {
   Parts x_, image_;                   // in units, …
   Parts inverse_unit_, plain_;        // … of each part; empty: N. And in N, scratch
   std::vector<Index> group_of_part_;
-  std::vector<double> least_;    // [group] N
+  std::vector<double> least_, units_;  // [group] N
   std::vector<double> dlambda_;  // [rows]
 };
 

@@ -349,7 +349,7 @@ double length_of(const Scene& scene, Eigen::Index row) {
   std::size_t next = 0;
   double length = scene_size(scene.system);
   for_each_member(scene.system, [&](std::span<const Index> points, int rows) {
-    for (int row = 0; row < rows; ++row, ++next) {
+    for (int own_row = 0; own_row < rows; ++own_row, ++next) {
       for (std::size_t p = points.size(); next == k && p-- > 0;) {
         const Index own = around.of_point[static_cast<std::size_t>(points[p])];
         if (own >= 0) length = around.length[static_cast<std::size_t>(own)];

@@ -119,7 +119,9 @@ TEST_P(ImplicitOrderTest, OfAPendulumWithARod) {
     Walk walk(scenes::make_pendulum(), exactly(method));
     walk.go(quarter, n);
     const double error = std::hypot(walk.velocities()[3] + std::sqrt(2.0 * g * l), walk.velocities()[5]);
-    if (n > steps) EXPECT_NEAR(std::log2(before / error), order, 0.15) << n;
+    if (n > steps) {
+      EXPECT_NEAR(std::log2(before / error), order, 0.15) << n;
+    }
     before = error;
   }
   EXPECT_LT(before, method == Method::Radau5 ? 3e-10 : 1e-3);
@@ -139,7 +141,9 @@ TEST_P(ImplicitOrderTest, OfAHarmonicOscillator) {
     Walk walk(system, exactly(method));
     walk.go(1.0, n);
     const double error = std::abs(walk.positions()[5] + 0.12 * std::cos(omega));
-    if (n > steps) EXPECT_NEAR(std::log2(before / error), order, 0.15) << n;
+    if (n > steps) {
+      EXPECT_NEAR(std::log2(before / error), order, 0.15) << n;
+    }
     before = error;
   }
 }
@@ -216,7 +220,9 @@ TEST(StiffSpringTest, GeneralizedAlphaDoesSoWithItsOwnOrder) {
     Walk walk(make_coupled_chain(stiffness), {.method = Method::GeneralizedAlpha, .rtol = 1e-9, .atol = 1e-11});
     walk.go(0.5, steps);
     const double error = scenes::largest_difference(walk.positions(), slow_motion());
-    if (steps > 80) EXPECT_NEAR(std::log2(before / error), 2.0, 0.15);
+    if (steps > 80) {
+      EXPECT_NEAR(std::log2(before / error), 2.0, 0.15);
+    }
     before = error;
   }
   EXPECT_LT(before, 5e-5);
@@ -237,7 +243,9 @@ TEST(StiffSpringTest, AdaptiveStepsDoNotSeeTheStiffness) {
     ASSERT_TRUE(simulation.advance(0.5).ok());
     const double error = scenes::largest_difference(simulation.positions(), slow_motion());
     EXPECT_NEAR(error * stiffness, 5.9, 0.1);
-    if (evaluations > 0) EXPECT_LT(simulation.report().counters.evaluations, 1.5 * static_cast<double>(evaluations));
+    if (evaluations > 0) {
+      EXPECT_LT(simulation.report().counters.evaluations, 1.5 * static_cast<double>(evaluations));
+    }
     evaluations = simulation.report().counters.evaluations;
     EXPECT_LT(simulation.report().position_violation, 1e-12);
     EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-8);

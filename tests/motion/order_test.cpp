@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <ostream>
 #include <vector>
 
@@ -136,27 +137,35 @@ struct Order {
 
 class OrderTest : public testing::TestWithParam<Order> {};
 
-TEST_P(OrderTest, IsThatOfTheTheory) {
-  const auto& [method, order, steps] = GetParam();
-  const std::array<std::pair<KnownMotion, double>, 4> motions{
-      {{make_pendulum(), 1.0}, {make_hoop(), 2.0}, {make_spherical_pendulum(), 5.0}, {make_damped_bead(), 20.0}}};
-  for (const auto& [motion, t_end] : motions) {
-    const double coarse = run(motion, method, t_end, steps), fine = run(motion, method, t_end, 2 * steps);
+void expect_order(const KnownMotion& motion, const Order& scheme, double t_end, int steps, double above) {
+  const double coarse = run(motion, scheme.method, t_end, steps), fine = run(motion, scheme.method, t_end, 2 * steps);
 
-    const double found = std::log2(coarse / fine);
-    EXPECT_GT(found, order - 0.15) << motion.name << ": " << coarse << ", " << fine;
-    // The leading term of dop853 is so small that where constraints turn the next one hides it down to rounding.
-    if (method != Method::Dop853 || motion.name == "damped bead")
-      EXPECT_LT(found, order + 0.15) << motion.name << ": " << coarse << ", " << fine;
-  }
+  const double found = std::log2(coarse / fine);
+  EXPECT_GT(found, scheme.order - 0.15) << motion.name << ": " << coarse << ", " << fine;
+  EXPECT_LT(found, scheme.order + above) << motion.name << ": " << coarse << ", " << fine;
+}
+
+TEST_P(OrderTest, IsThatOfTheTheory) {
+  for (const auto& [motion, t_end] : std::initializer_list<std::pair<KnownMotion, double>>{
+           {make_pendulum(), 1.0}, {make_hoop(), 2.0}, {make_spherical_pendulum(), 5.0}, {make_damped_bead(), 20.0}})
+    expect_order(motion, GetParam(), t_end, GetParam().steps, 0.15);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, OrderTest,
                          testing::Values(Order{Method::Rk4, 4, 800}, Order{Method::Dopri5, 5, 200},
-                                         Order{Method::Dop853, 8, 20}, Order{Method::Rattle, 2, 2000},
-                                         Order{Method::Rattle4, 4, 200}, Order{Method::Rattle6, 6, 80},
-                                         Order{Method::Taylor, 5, 100}),
+                                         Order{Method::Rattle, 2, 2000}, Order{Method::Rattle4, 4, 200},
+                                         Order{Method::Rattle6, 6, 80}, Order{Method::Taylor, 5, 100}),
                          [](const auto& instance) { return std::string(method_name(instance.param.method)); });
+
+/// The leading term of dop853 is small: the next one, of order 9 (its energy drifts with that order), hides it in long
+/// steps and in long motions, rounding hides it in short steps. Between them are steps that show it in each motion.
+TEST(OrderOfDop853, IsThatOfTheTheory) {
+  const Order dop853{Method::Dop853, 8, 0};
+  expect_order(make_damped_bead(), dop853, 20.0, 20, 0.15);
+  expect_order(make_hoop(), dop853, 1.5, 16, 0.15);
+  expect_order(make_pendulum(), dop853, 0.25, 10, 0.3);
+  expect_order(make_spherical_pendulum(), dop853, 5.0, 56, 0.3);
+}
 
 }  // namespace
 }  // namespace tanor
