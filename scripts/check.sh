@@ -13,9 +13,9 @@ headline() { printf '\n== %s\n' "$*"; }
 # As scripts/test: threads that wait soon give way, and random systems are the same in every run.
 export GOMP_SPINCOUNT=${GOMP_SPINCOUNT:-2000} RC_PARAMS=${RC_PARAMS:-seed=1}
 
-build_and_test() {  # preset [command before ctest …]
+build_and_test() {  # preset [command that runs programs …]
   cmake --preset "$1"
-  cmake --build --preset "$1" --parallel "$(nproc)"
+  "${@:2}" cmake --build --preset "$1" --parallel "$(nproc)"  # it asks the tests for their names
   "${@:2}" ctest --preset "$1" --parallel "$(nproc)"
 }
 
