@@ -1,18 +1,30 @@
 #!/usr/bin/env bash
 # Before sharing: format, scripts, rooms, reference, warnings as errors, tests (with package and exports), sanitizers, release tests.
 #
-#   scripts/check.sh            all of it
-#   scripts/check.sh --format   rewrites the sources in the house's format, nothing else
-#   scripts/check.sh --quick    without sanitizers and release
+#   scripts/check.sh               all of it
+#   scripts/check.sh --format      rewrites the sources in the house's format, nothing else
+#   scripts/check.sh --quick       without sanitizers and release
+#   scripts/check.sh --sanitizers  those alone: address and undefined behaviour, then threads
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 headline() { printf '\n== %s\n' "$*"; }
 
-build_and_test() {  # preset
+# As scripts/test: threads that wait soon give way, and random systems are the same in every run.
+export GOMP_SPINCOUNT=${GOMP_SPINCOUNT:-2000} RC_PARAMS=${RC_PARAMS:-seed=1}
+
+build_and_test() {  # preset [command that runs programs …]
   cmake --preset "$1"
-  cmake --build --preset "$1" --parallel "$(nproc)"
-  ctest --preset "$1" --parallel "$(nproc)"
+  "${@:2}" cmake --build --preset "$1" --parallel "$(nproc)"  # it asks the tests for their names
+  "${@:2}" ctest --preset "$1" --parallel "$(nproc)"
+}
+
+sanitize() {
+  headline "sanitizers: address, undefined behaviour"
+  build_and_test sanitize
+
+  headline "sanitizers: threads"
+  build_and_test threads setarch "$(uname -m)" -R  # it knows no random places of memory
 }
 
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard -- '*.hpp' '*.cpp' '*.h')
@@ -21,6 +33,11 @@ scripts/install_packages library program test check
 
 if [[ ${1:-} == --format ]]; then
   exec clang-format -i "${sources[@]}"
+fi
+
+if [[ ${1:-} == --sanitizers ]]; then
+  sanitize
+  exit
 fi
 
 headline "format (scripts/check.sh --format mends it)"
@@ -39,8 +56,7 @@ headline "develop: warnings are errors, checked containers, every public header 
 build_and_test develop
 
 if [[ ${1:-} != --quick ]]; then
-  headline "sanitizers: address, undefined behaviour"
-  build_and_test sanitize
+  sanitize
 
   headline "release"
   build_and_test release

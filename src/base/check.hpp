@@ -1,6 +1,5 @@
 #pragma once
 
-#include <source_location>
 #include <stdexcept>
 #include <string>
 
@@ -12,11 +11,12 @@ class InternalError : public std::logic_error {
   using std::logic_error::logic_error;
 };
 
-/// Stops on our own mistake. `thought` says why the condition must hold.
-inline void ensure(bool condition, const char* thought, std::source_location here = std::source_location::current()) {
+/// Stops on our own mistake. `thought` says why the condition must hold. (std::source_location is unknown to clang 14.)
+inline void ensure(bool condition, const char* thought, const char* file = __builtin_FILE(),
+                   int line = __builtin_LINE()) {
   if (condition) return;
-  const std::string path = here.file_name();  // whose folders are the builder's own matter
-  throw InternalError(path.substr(path.rfind('/') + 1) + ":" + std::to_string(here.line()) + ": " + thought);
+  const std::string path = file;  // whose folders are the builder's own matter
+  throw InternalError(path.substr(path.rfind('/') + 1) + ":" + std::to_string(line) + ": " + thought);
 }
 
 }  // namespace tanor

@@ -113,6 +113,9 @@ class Parallel {
 
  private:
   std::size_t num_ranges(std::size_t count, std::size_t grain) const {
+#ifdef TANOR_SMALLEST_RANGES  // for the thread sanitizer: small systems are divided as well
+    grain = std::min<std::size_t>(grain, 4);
+#endif
     return std::min<std::size_t>(static_cast<std::size_t>(threads_), count / grain);
   }
 

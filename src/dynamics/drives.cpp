@@ -21,6 +21,8 @@ template <class... Visitors>
 struct Overloaded : Visitors... {
   using Visitors::operator()...;
 };
+template <class... Visitors>
+Overloaded(Visitors...) -> Overloaded<Visitors...>;  // clang 14 wants to be told
 
 /// visit(k) for at most `most_members` of `count`, evenly spread.
 template <class Visit>

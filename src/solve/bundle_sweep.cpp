@@ -257,7 +257,7 @@ Projection BundleSweep::project_positions(const Parallel& parallel, const double
     read_blocks(batch, blocks, desk.u.data());
     call_for_points(batch, r);
     call_for_blocks(batch, blocks);
-    const auto move_along = [&](const Eight* rows) {
+    const auto move_along = [&, &topology = topology](const Eight* rows) {
       move(topology, batch.inverse_mass, desk.u.data(), rows, desk.r.data());
     };
     if (sum != nullptr) {
@@ -274,7 +274,7 @@ Projection BundleSweep::project_positions(const Parallel& parallel, const double
     }
     iterate(
         batch, target, &desk,
-        [&](Largest* largest) {
+        [&, &topology = topology](Largest* largest) {
           evaluate_values(topology, desk.r.data(), batch.offsets, lengths, desk.b.data(), largest);
         },
         [&] {
@@ -303,10 +303,10 @@ Projection BundleSweep::project_velocities(const Parallel& parallel, const doubl
     const Eight* const first_derivatives = moving_lengths(batch, &MovingScalar::first, &desk);
     iterate(
         batch, target, &desk,
-        [&](Largest* largest) {
+        [&, &topology = topology](Largest* largest) {
           evaluate_rates(topology, desk.directions.data(), desk.v.data(), first_derivatives, desk.b.data(), largest);
         },
-        [&] { move(topology, batch.inverse_mass, desk.u.data(), desk.x.data(), desk.v.data()); });
+        [&, &topology = topology] { move(topology, batch.inverse_mass, desk.u.data(), desk.x.data(), desk.v.data()); });
     write_points(batch, desk.v.data(), v);
   });
   return reached();

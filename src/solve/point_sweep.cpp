@@ -232,13 +232,14 @@ void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::siz
   Eight3* const gradients = chunk->gradients + row * chunk->count;
   Eight* const phi = chunk->b + row * chunk->count;
   /// vector(slot) of each point's guide
-  const auto gather = [&](const std::vector<Index>& slots, Eight3* to, const auto& vector) {
+  const auto gather = [&, one_slot = one_slot](const std::vector<Index>& slots, Eight3* to, const auto& vector) {
     if (run.has_one_guide[member]) return fill(to, chunk->count, vector(one_slot));
     for (std::size_t k = 0; k < chunk->count * num_lanes; ++k)
       set_lane(&to[k / num_lanes], k % num_lanes, vector(slots[static_cast<std::size_t>(numbers[k])]));
   };
   /// The same where one number serves all.
-  const auto places = [&](const std::vector<Index>& slots, Eight3* to, const auto& vector) -> OfGuides {
+  const auto places = [&, one_slot = one_slot](const std::vector<Index>& slots, Eight3* to,
+                                               const auto& vector) -> OfGuides {
     if (!run.has_one_guide[member]) {
       gather(slots, to, vector);
       return {to, 1};
@@ -246,7 +247,9 @@ void PointSweep::evaluate(const FreeMotion& motion, std::size_t member, std::siz
     fill(to, 1, vector(one_slot));
     return {to, 0};
   };
-  const auto straight = [&] { std::fill_n(phi, static_cast<std::size_t>(num_rows) * chunk->count, Eight{}); };
+  const auto straight = [&, num_rows = num_rows] {
+    std::fill_n(phi, static_cast<std::size_t>(num_rows) * chunk->count, Eight{});
+  };
   switch (guide) {
     case Guide::Plane: {
       const auto& planes = constraints_.family<PlaneKernel>();

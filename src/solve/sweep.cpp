@@ -45,7 +45,9 @@ const char* obstacle_to_all(const Constraints& constraints, const Numbering& num
 
 /// Each way takes the islands that it serves out of `islands`.
 std::vector<Part> take_short_islands(const Given& given, const SolverOptions& wanted, std::vector<Index>* islands) {
-  const auto& [constraints, gather, incidences, numbering, inverse_mass] = given;
+  const auto& constraints = given.constraints;
+  const auto& numbering = given.numbering;
+  const auto& inverse_mass = given.inverse_mass;
   std::vector<Part> parts;
   const auto take = [&](Way way, const auto& make) {
     if (wanted.way != Way::Auto && wanted.way != way) return;

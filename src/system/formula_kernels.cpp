@@ -91,7 +91,7 @@ void scatter_partials(const Formula& formula, const double* x, double t, const R
 
 void evaluate_constraint(const void* context, const ConstraintBatch& batch) {
   const auto& [formula, num_variables] = *static_cast<const std::pair<Formula, std::size_t>*>(context);
-  for_each_group(batch.count, [&](const Rows& rows) {
+  for_each_group(batch.count, [&, &formula = formula, num_variables = num_variables](const Rows& rows) {
     if (batch.rate != nullptr) {
       Lanes<Jet<2>> xi = evaluate_along(formula, batch.r, batch.v, batch.t, rows, num_variables);
       for (double& second : xi.c[2]) second *= 2.0;
@@ -117,7 +117,7 @@ struct CoordinateFormulas {
 void evaluate_coordinates(const void* context, const CoordinateBatch& batch) {
   const auto& [components, s] = *static_cast<const CoordinateFormulas*>(context);
   const std::size_t size = components.size();
-  for_each_group(batch.count, [&, s = s](const Rows& rows) {
+  for_each_group(batch.count, [&, &components = components, s = s](const Rows& rows) {
     for (std::size_t i = 0; i < size; ++i) {
       const Formula& formula = components[i];
       if (batch.v != nullptr) {

@@ -78,9 +78,9 @@ struct Lanes {
 namespace detail {
 
 template <class T>
-constexpr bool is_jet = false;
+inline constexpr bool is_jet = false;
 template <>
-constexpr bool is_jet<Jet<2>> = true;
+inline constexpr bool is_jet<Jet<2>> = true;
 
 }  // namespace detail
 

@@ -78,7 +78,9 @@ TEST(NewtonPlanTest, IsTheDenseMatrix) {
   exact.assemble(weights, values, exact_entries.data());
   for (int j = 0; j < 11; ++j) {
     for (int k = exact.column_start()[j]; k < exact.column_start()[j + 1]; ++k) {
-      if (exact.rows()[k] == 9 && j == 9) EXPECT_EQ(exact_entries[k], 0.0) << "no row depends on others";
+      if (exact.rows()[k] == 9 && j == 9) {
+        EXPECT_EQ(exact_entries[k], 0.0) << "no row depends on others";
+      }
       EXPECT_LT(std::abs(exact_entries[k] - wanted(exact.rows()[k], j)), 1e-14);
     }
   }

@@ -158,7 +158,8 @@ TEST(ChoiceTest, RigidBodyOfManyPointsIsSolvedInTangentForm) {
   EXPECT_EQ(dynamics.plan().form, Form::Tangent);
   EXPECT_EQ(dynamics.plan().coordinates, 6u);
   EXPECT_EQ(dynamics.plan().equations, 2994u);
-  EXPECT_GE(dynamics.plan().normal_flops, 20.0 * dynamics.plan().tangent_flops / 3.0);
+  // 576,193 and 60,107; what a clock says is in docs/solvers.md
+  EXPECT_GE(dynamics.plan().normal_flops, 9.0 * dynamics.plan().tangent_flops);
 }
 
 TEST(ChoiceTest, LongChainIsSolvedInNormalForm) {

@@ -26,7 +26,17 @@ struct Case {
   std::vector<Method> methods{};                     ///< empty: all
   StartMode start = StartMode::Check;
   double patience = 1.0;  ///< times the usual time limit
+  double rate = 0.0;      ///< rad/s, of the fastest that turns or swings; 0: nothing moves
+  double extra = 1e-12;   ///< error beside that of the steps, relative: rounding, and what a singular place costs
+  double extra_of_fixed_steps = 0.0;  ///< what singular places cost where there is no tolerance
 };
+
+/// The same scene with what bounds its error.
+inline Case bounded(double rate, double extra, Case scene) {
+  scene.rate = rate;
+  scene.extra = extra;
+  return scene;
+}
 
 /// Tolerances that take their toll, or the scene's step; then they only stop Newton's iterations.
 inline MotionOptions options_of(const Case& scene, Method method) {
@@ -39,6 +49,17 @@ inline MotionOptions options_of(const Case& scene, Method method) {
     default:
       return {.method = method, .step = scene.step, .rtol = 1e-8, .atol = 100.0 * scene.atol, .start = scene.start};
   }
+}
+
+/// What the error of a scene may be. A tolerance is met a hundredfold; a scheme of order p with fixed steps errs by
+/// less than (rate h)^p in each radian.
+inline double largest_error_of(const Case& scene, Method method) {
+  const MotionOptions options = options_of(scene, method);
+  if (scene.rate == 0.0) return scene.extra;
+  if (!has_fixed_steps(method)) return scene.extra + 100.0 * options.rtol;
+  const int order = method == Method::Rattle6 ? 6 : method == Method::Rk4 || method == Method::Rattle4 ? 4 : 2;
+  return scene.extra + scene.extra_of_fixed_steps +
+         std::pow(scene.rate * options.step, order) * scene.rate * scene.t_end;
 }
 
 /// What rods may be violated by, relative: max(1e-12, 8 eps |r|/L) with the shortest rod as L.
@@ -87,9 +108,10 @@ inline Case turn_heavy_tip(double ratio) {
   system.forces.clear();
   scenes::set_rigid_motion({}, {0, 0, 1}, &system);
   const double t = 0.5;
-  return {"masses", "tip " + power(ratio) + " turns",
-          system,   t,
-          1e-3,     miss(20, {2.0 * std::cos(t), 2.0 * std::sin(t), 0}, 2.0)};
+  // Rods round to 1e-13, and light beads hum with what that leaves them.
+  return bounded(1.0, 1e-11 * std::sqrt(ratio),
+                 {"masses", "tip " + power(ratio) + " turns", system, t, 1e-3,
+                  miss(20, {2.0 * std::cos(t), 2.0 * std::sin(t), 0}, 2.0)});
 }
 
 inline Case drop_heavy_tip(double ratio) {
@@ -115,10 +137,9 @@ inline Case swing_scaled(double length) {
   system.constraints = {Rods{"rod", {{0, 1}}, {}, {}}};
   system.forces = {scenes::gravity};
   const double t = 7.0 * std::sqrt(length / g), angle = elliptic::swing(0.5 * pi, std::sqrt(g / length), t).angle;
-  return {"lengths", "pendulum of " + power(length) + " m",
-          system,    t,
-          t / 1000,  miss(1, {length * std::sin(angle), 0, -length * std::cos(angle)}, length),
-          1e-2,      1e-12 * length};
+  return bounded(std::sqrt(g / length), 1e-12,
+                 {"lengths", "pendulum of " + power(length) + " m", system, t, t / 1000,
+                  miss(1, {length * std::sin(angle), 0, -length * std::cos(angle)}, length), 1e-2, 1e-12 * length});
 }
 
 inline Case drop_scaled_chain(double length) {
@@ -162,8 +183,9 @@ inline Case turn_fast(double angle) {
   system.forces.clear();
   const double omega = 1e3, h = angle / omega, t = 20 * h, turned = omega * t;
   scenes::set_rigid_motion({}, {0, -omega, 0}, &system);
-  return {"speeds", "rod turns by " + std::to_string(angle).substr(0, 3) + " rad a step", system, t,
-          h,        miss(1, {0.1 * std::cos(turned), 0, 0.1 * std::sin(turned)}, 0.1),    2e-2};
+  return bounded(omega, 1e-12,
+                 {"speeds", "rod turns by " + std::to_string(angle).substr(0, 3) + " rad a step", system, t, h,
+                  miss(1, {0.1 * std::cos(turned), 0, 0.1 * std::sin(turned)}, 0.1), 2e-2});
 }
 
 // ---- straight ------------------------------------------------------------------------------------------------------
@@ -193,18 +215,21 @@ inline Case swing_on_flat_triangle(double sag) {
   system.constraints = {Rods{"rods", {{0, 2}, {1, 2}}, {}, {}}};
   system.forces = {scenes::gravity};
   const double t = 7.0 * std::sqrt(sag / g), angle = elliptic::swing(0.5 * pi, std::sqrt(g / sag), t).angle;
-  return {"straight", "flat triangle, sag " + power(sag),
-          system,     t,
-          t / 1000,   miss(2, {0, sag * std::sin(angle), -sag * std::cos(angle)}, sag),
-          1e-2,       std::max(1e-12 * sag, 1e-14)};
+  // A length that is wrong by a part d turns 7 rad by 7 d/2 less.
+  return bounded(
+      std::sqrt(g / sag), 3.5e-13 / (sag * sag),
+      {"straight", "flat triangle, sag " + power(sag), system, t, t / 1000,
+       miss(2, {0, sag * std::sin(angle), -sag * std::cos(angle)}, sag), 1e-2, std::max(1e-12 * sag, 1e-14)});
 }
 
 // ---- singular and redundant ----------------------------------------------------------------------------------------
 
 /// Two cranks and a coupler of 1 m; flat at angle 0. Both cranks turn at the same constant rate.
 inline Case turn_four_bar(double angle, double t, const std::string& name) {
-  return {"singular", name, scenes::make_four_bar(angle, -1.0),
-          t,          1e-3, miss(3, {1 + std::cos(angle - t), std::sin(angle - t), 0}, 1.0)};
+  // Each flat place is passed by an extrapolation.
+  return bounded(1.0, 1e-11,
+                 {"singular", name, scenes::make_four_bar(angle, -1.0), t, 1e-3,
+                  miss(3, {1 + std::cos(angle - t), std::sin(angle - t), 0}, 1.0)});
 }
 
 inline Case pass_flat_place() {
@@ -242,8 +267,13 @@ inline Case turn_four_bars(Index loops) {
     angle += h * (rate + h * (k1 + k2 + k3) / 6.0);
     rate += h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
   }
-  return {"singular", std::to_string(loops) + " four-bars, 5 s",          system, t,
-          1e-3,       miss(1, {std::cos(angle), 0, std::sin(angle)}, 1.0)};
+  // The extrapolation past each of five flat places costs up to 100 tolerances, or about (rate h)^2 of a fixed step.
+  const double fastest = std::sqrt(1.0 + 2.0 * g);
+  Case result = bounded(fastest, 5e-8,
+                        {"singular", std::to_string(loops) + " four-bars, 5 s", system, t, 1e-3,
+                         miss(1, {std::cos(angle), 0, std::sin(angle)}, 1.0)});
+  result.extra_of_fixed_steps = 5e-6;
+  return result;
 }
 
 /// A net held at two adjacent corners: its edge is taut.
@@ -263,9 +293,9 @@ inline Case swing_parallelogram() {
   system.constraints = {Rods{"cranks", {{0, 3}, {1, 4}, {2, 5}}, 1.0, {}},
                         Rods{"couplers", {{3, 4}, {4, 5}, {3, 5}}, std::vector{1.0, 1.5, 2.5}, {}}};
   system.forces = {scenes::gravity};
-  return {"redundant", "parallelogram, a coupler too many",
-          system,      5.0,
-          1e-3,        miss(3, {-0.5703965679671275, 0, -0.8213694389562604}, 1.0)};
+  return bounded(std::sqrt(g), 1e-12,
+                 {"redundant", "parallelogram, a coupler too many", system, 5.0, 1e-3,
+                  miss(3, {-0.5703965679671275, 0, -0.8213694389562604}, 1.0)});
 }
 
 inline Case drop_duplicates() {
@@ -319,10 +349,9 @@ inline Case ring_spring() {
   scenes::add_point({1.001, 0, 0}, &system);
   system.forces = {Springs{"spring", {{0, 1}}, 1e8, 0.0, 1.0}};
   const double omega = std::sqrt(2e9), t = 2e-3;
-  return {"stiff", "two masses on a spring of 1e8 N/m",
-          system,  t,
-          1e-6,    miss(1, {0.5005 + 0.5 + 0.0005 * std::cos(omega * t), 0, 0}, 1e-3),
-          1.0};
+  return bounded(omega, 1e-12,
+                 {"stiff", "two masses on a spring of 1e8 N/m", system, t, 1e-6,
+                  miss(1, {0.5005 + 0.5 + 0.0005 * std::cos(omega * t), 0, 0}, 1e-3), 1.0});
 }
 
 /// A bead on a rod, and another one on a spring of 1e8 N/m below it, from horizontal, at rest.

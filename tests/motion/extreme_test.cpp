@@ -43,8 +43,9 @@ class ExtremeScene : public testing::TestWithParam<std::tuple<Named, Method>> {}
 
 TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
   const Case scene = std::get<0>(GetParam()).make();
+  const Method method = std::get<1>(GetParam());
   const double allowed = extreme::largest_violation(scene.system);
-  Simulation simulation(scene.system, extreme::options_of(scene, std::get<1>(GetParam())));
+  Simulation simulation(scene.system, extreme::options_of(scene, method));
 
   for (int k = 1; k <= 8; ++k) {
     ASSERT_TRUE(simulation.advance(scene.t_end * k / 8.0).ok()) << simulation.outcome().what;
@@ -55,9 +56,12 @@ TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
   if (!simulation.report().accuracy_warning.empty()) {
     EXPECT_TRUE(has_fixed_steps(simulation.report().method));
   } else if (scene.error) {
-    EXPECT_LE(scene.error(simulation), scene.largest_error);
+    EXPECT_LE(scene.error(simulation), extreme::largest_error_of(scene, method));
   } else {
-    EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-4);
+    // Fixed steps are long beside the hum of light beads, by their order more or less.
+    const bool is_of_order_2 = method == Method::Rattle || method == Method::GeneralizedAlpha;
+    const double largest_drift = !has_fixed_steps(method) ? 1e-9 : is_of_order_2 ? 2e-5 : 1e-6;
+    EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), largest_drift);
   }
 }
 
@@ -165,7 +169,7 @@ TEST_P(DoubtedSteps, AreThoseThatLoseTheMotion) {
 
     EXPECT_EQ(simulation.report().accuracy_warning.empty(), angle < 0.4) << simulation.report().accuracy_warning;
     if (angle < 0.4) {
-      EXPECT_LE(scene.error(simulation), scene.largest_error);
+      EXPECT_LE(scene.error(simulation), extreme::largest_error_of(scene, GetParam()));
     }
   }
 }

@@ -129,6 +129,23 @@ TEST(ReuseGainsTest, AFactorServesAWholeStepOfBigSystems) {
   }
 }
 
+struct CountedNet {
+  int size;
+  Method method;
+  std::size_t most;
+};
+
+/// Bounds are 2 % above what was counted.
+TEST(ReuseGainsTest, IterationsInKnownNetsStayAsFewAsTheyAre) {
+  for (const auto& [size, method, most] : {CountedNet{24, Method::Dop853, 102}, CountedNet{24, Method::Dopri5, 68},
+                                           CountedNet{24, Method::Rk4, 213}, CountedNet{70, Method::Rk4, 258}}) {
+    const Counters counters = run(make_waving_net(size), options_for(method), {}, 0.02).report().counters;
+
+    EXPECT_LE(counters.iterations, most) << size << " " << method_name(method);
+    EXPECT_GE(counters.iterations, most / 2) << "a net that is not solved by iterations proves nothing";
+  }
+}
+
 /// Rows that depend on others have no factor to go on with.
 TEST(ReuseLimitsTest, RedundantRodsHaveAFactorEachTime) {
   System system = make_waving_net();
