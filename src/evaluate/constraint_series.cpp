@@ -95,8 +95,7 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
             if constexpr (std::is_same_v<G, Lines>) {
               if (!given.direction.is_constant()) {
                 turning.emplace();
-                for (std::size_t c = 0; c < 3; ++c)
-                  turning->direction[c] = table_.add(given.direction.components[c]);
+                for (std::size_t c = 0; c < 3; ++c) turning->direction[c] = table_.add(given.direction.components[c]);
               }
             }
             for (LineAxis axis = 0; axis < (turning ? 3 : 1); ++axis) {

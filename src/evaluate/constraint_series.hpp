@@ -45,10 +45,10 @@ class ConstraintSeries {
   struct Group {
     ProgramFamily family;
     bool is_linear = false;
-    std::vector<Index> rows{};                // [member] its first inner row
-    std::vector<Index> blocks{};              // [member][point] of its first row
-    std::optional<Turning> turning{};         // of lines that turn
-    bool takes_part = true;                   // else its axis is another one's than the rule's
+    std::vector<Index> rows{};         // [member] its first inner row
+    std::vector<Index> blocks{};       // [member][point] of its first row
+    std::optional<Turning> turning{};  // of lines that turn
+    bool takes_part = true;            // else its axis is another one's than the rule's
   };
   void advance_chunk(Group& group, std::size_t chunk, int k, std::span<double* const> coefficients, const double* last,
                      double* blocks, double* rows);
