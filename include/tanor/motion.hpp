@@ -26,7 +26,8 @@ enum class Stabilisation { Projection, None };
 struct MotionOptions {
   Method method = Method::Auto;  ///< auto: see choose_method
   double step = 0.0;             ///< s; fixed, or the first one to try where a tolerance rules; 0: none
-  double max_step = 0.0;         ///< s; no step is longer, whatever the method; 0: none
+  double max_step = 0.0;         ///< s; no step is longer, whatever the method; 0: none. For callables of the state that
+                                 ///< act for a short time only: no bound of them is known
   double rtol = 1e-8;            ///< relative to |r| and |v| of each point
   /// m and m/s; 0: 1e-10 of the length around each point, and of the speed there. Around it lies what constraints and
   /// springs join to it; the speed is the largest of those at the start and of a fall through that length.

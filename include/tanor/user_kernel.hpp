@@ -50,7 +50,8 @@ std::array<Forward<static_cast<int>(size)>, size> load_variables(const double* x
 }  // namespace detail
 
 /// callable(const std::array<T, 3p>& x, const T& t) -> T with x = {x1, y1, z1, x2, …}, for T = Jet<2>, Forward<3p> and
-/// Traced.
+/// Traced. Without the last one (a callable that compares its arguments) steps may pass its narrow places unseen, as
+/// those of forces.
 template <int p, class Callable>
 ConstraintKernel make_constraint_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(1 <= p && p <= ConstraintKernel::most_points);
@@ -87,7 +88,8 @@ ConstraintKernel make_constraint_kernel(Callable&& callable, bool thread_safe = 
   return kernel;
 }
 
-/// `callable(const std::array<T, s>& q, const T& t) -> std::array<T, 3p>`, for `T = Jet<2>` and `Forward<s>`.
+/// `callable(const std::array<T, s>& q, const T& t) -> std::array<T, 3p>`, for `T = Jet<2>` and `Forward<s>`. Steps may
+/// pass its narrow places unseen, as those of forces.
 template <int p, int s, class Callable>
 CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(p >= 1 && s >= 1);
@@ -124,7 +126,8 @@ CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = 
 }
 
 /// callable(const std::array<T, 3>& r, const std::array<T, 3>& v, double t) -> std::array<T, 3>, N, for T = double and
-/// Forward<6>: a force on a point at r with velocity v.
+/// Forward<6>: a force on a point at r with velocity v. It is a black box: where it acts for a short time or in a narrow
+/// place only, adaptive steps may pass it unseen; give MotionOptions::max_step, the time in which that is passed.
 template <class Callable>
 ForceKernel make_force_kernel(Callable&& callable, bool thread_safe = true) {
   using Function = std::decay_t<Callable>;
@@ -158,7 +161,7 @@ ForceKernel make_force_kernel(Callable&& callable, bool thread_safe = true) {
 
 /// callable(const Vector3& r, const Vector3& v, double t, const std::array<T, p>& lambda) -> std::array<T, 3>, N, for
 /// T = double and Forward<p>: the friction on a point at r that slides with v along its guides, whose p equations have
-/// the multipliers lambda.
+/// the multipliers lambda. What it does for a short time only may be passed unseen, as with forces.
 template <int p, class Callable>
 FrictionKernel make_friction_kernel(Callable&& callable, bool thread_safe = true) {
   static_assert(p >= 1);

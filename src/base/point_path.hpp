@@ -18,13 +18,13 @@ class PointPath {
     Vec3 r, v;  // m, m/s
   };
 
-  int order = 5;                                     ///< of the scheme whose step it is
-  double t = 0.0, h = 0.0;                           ///< s: the step leads from t to t + h
-  double atol = 0.0, rtol = 0.0;                     ///< what a point's position and velocity may miss at its end; where
-  std::span<const double> own_atol_r, own_atol_v;    ///< atol is 0, each point's own: [point], m and m/s
-  bool follows_tolerance = true;                     ///< false: its length is fixed
-  std::span<const double> looks;                     ///< fractions of h where forces were evaluated, from 0 up to 1;
-  std::span<const double> weights;                   ///< [look] what the scheme makes of them: h sum w_k a(s_k)
+  int order = 5;                                   ///< of the scheme whose step it is
+  double t = 0.0, h = 0.0;                         ///< s: the step leads from t to t + h
+  double atol = 0.0, rtol = 0.0;                   ///< what a point's position and velocity may miss at its end; where
+  std::span<const double> own_atol_r, own_atol_v;  ///< atol is 0, each point's own: [point], m and m/s
+  bool follows_tolerance = true;                   ///< false: its length is fixed
+  std::span<const double> looks;                   ///< fractions of h where forces were evaluated, from 0 up to 1;
+  std::span<const double> weights;                 ///< [look] what the scheme makes of them: h sum w_k a(s_k)
   std::vector<const double*> positions, velocities;  ///< [knot], arrays [3n] each; two knots at least
   std::vector<const double*> variables, rates;       ///< [knot] the mechanics' own numbers; those of points, or others
   std::span<const double> accelerations;             ///< [point] m/s^2: as much as may act; empty: nothing is known

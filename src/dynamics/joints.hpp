@@ -28,8 +28,8 @@ class Joints {
 
  private:
   std::size_t num_groups_ = 0;
-  std::vector<Index> group_;         // [moving point]
-  std::vector<std::size_t> first_;   // [group] its first point
+  std::vector<Index> group_;        // [moving point]
+  std::vector<std::size_t> first_;  // [group] its first point
   bool allows_rounding_ = false;
   std::vector<double> allowed_x_, allowed_v_;  // m, m/s, of each group
   std::vector<double> speed_, size_;           // largest |v| and |x| of each group; scratch

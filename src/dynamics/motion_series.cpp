@@ -23,7 +23,7 @@ MotionSeries::MotionSeries(const Model& model)
       if (!component.expand(model.time(), {&value, 1})) obstacle_ = "a support moves by a function alone";
     }
   }
-  if (model.has_friction()) obstacle_ = "friction is found by iteration";
+  if (model.has_friction()) obstacle_ = "friction is found by iteration and has no series in time";
   if (!constraints_.obstacle().empty()) obstacle_ = constraints_.obstacle();
   if (!forces_.obstacle().empty()) obstacle_ = forces_.obstacle();
 }

@@ -89,38 +89,51 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
               distances_.append({.j = j, .row = row, .block = places.find(row, j)}, extra);
             }
           } else {
-            const std::optional<RecordedDefinition> recorded = definitions.record(g);
-            if (!recorded) {
-              obstacle_ = "constraints[" + text(g) + "] cannot be expanded in time: " +
-                          (std::is_same_v<G, Lines> ? "the two unit vectors of a line that turns may jump"
-                                                    : "it is known as a function alone");
-              return;
+            // The two unit vectors of a line that turns come from an axis that the instant decides: all three are
+            // ready.
+            std::optional<Turning> turning;
+            if constexpr (std::is_same_v<G, Lines>) {
+              if (!given.direction.is_constant()) {
+                turning.emplace();
+                for (std::size_t c = 0; c < 3; ++c) turning->direction[c] = table_.add(given.direction.components[c]);
+              }
             }
-            const int p = static_cast<int>(member_points(given, 0).size());
-            std::vector<SeriesVariable> variables;
-            for (int i = 0; i < 3 * p; ++i) variables.push_back({SeriesVariable::Source::Position, i / 3, i % 3, 0});
-            std::vector<char> is_position(variables.size(), 1);
-            const int num_functions = static_cast<int>(recorded->expression.variables.size()) - 3 * p;
-            for (int i = 0; i < num_functions; ++i) variables.push_back({SeriesVariable::Source::Time, 0, 0, i});
-            is_position.resize(variables.size(), 0);
-            SeriesProgram values(recorded->expression, false);
-            const bool is_linear = values.is_linear_in(is_position);
-            SeriesProgram program(recorded->expression, !is_linear);
-            Group group{ProgramFamily(std::move(program), std::move(variables), p, num_functions), is_linear, {}, {}};
-            std::vector<std::size_t> slots;
-            for (const ScalarFunction& function : recorded->functions) slots.push_back(table_.add(function));
-            const std::size_t num_shared = slots.size();
-            std::optional<std::size_t> shared;
-            for (std::size_t k = 0; k < count; ++k) {
-              slots.resize(num_shared);
-              if (recorded->has_parameter) slots.push_back(table_.add(definitions.parameter(g, k)));
-              std::vector<Index> points;
-              for (const Index point : member_points(given, k)) points.push_back(inner(point));
-              group.family.append_member(points, slots);
-              group.rows.push_back(row_of(k));
-              for (const Index point : points) group.blocks.push_back(places.find(row_of(k), point));
+            for (LineAxis axis = 0; axis < (turning ? 3 : 1); ++axis) {
+              const std::optional<RecordedDefinition> recorded =
+                  definitions.record(g, turning ? std::optional(axis) : std::nullopt);
+              if (!recorded) {
+                obstacle_ = "constraints[" + text(g) + "] cannot be expanded in time: it is known as a function alone";
+                return;
+              }
+              const int p = static_cast<int>(member_points(given, 0).size());
+              std::vector<SeriesVariable> variables;
+              for (int i = 0; i < 3 * p; ++i) variables.push_back({SeriesVariable::Source::Position, i / 3, i % 3, 0});
+              std::vector<char> is_position(variables.size(), 1);
+              const int num_functions = static_cast<int>(recorded->expression.variables.size()) - 3 * p;
+              for (int i = 0; i < num_functions; ++i) variables.push_back({SeriesVariable::Source::Time, 0, 0, i});
+              is_position.resize(variables.size(), 0);
+              SeriesProgram values(recorded->expression, false);
+              const bool is_linear = values.is_linear_in(is_position);
+              SeriesProgram program(recorded->expression, !is_linear);
+              Group group{.family = ProgramFamily(std::move(program), std::move(variables), p, num_functions),
+                          .is_linear = is_linear};
+              std::vector<std::size_t> slots;
+              for (const ScalarFunction& function : recorded->functions) slots.push_back(table_.add(function));
+              const std::size_t num_shared = slots.size();
+              std::optional<std::size_t> shared;
+              for (std::size_t k = 0; k < count; ++k) {
+                slots.resize(num_shared);
+                if (recorded->has_parameter) slots.push_back(table_.add(definitions.parameter(g, k)));
+                std::vector<Index> points;
+                for (const Index point : member_points(given, k)) points.push_back(inner(point));
+                group.family.append_member(points, slots);
+                group.rows.push_back(row_of(k));
+                for (const Index point : points) group.blocks.push_back(places.find(row_of(k), point));
+              }
+              if (turning) turning->axis = axis;
+              group.turning = turning;
+              groups_.push_back(std::move(group));
             }
-            groups_.push_back(std::move(group));
           }
         },
         system.constraints[g]);
@@ -131,7 +144,13 @@ ConstraintSeries::ConstraintSeries(const System& system, const Numbering& number
 void ConstraintSeries::begin(double t, int order) {
   table_.expand(t, order);
   distances_.resize(order);
-  for (Group& group : groups_) group.family.resize(order);
+  for (Group& group : groups_) {
+    group.family.resize(order);
+    if (!group.turning) continue;
+    std::array<double, 3> d;
+    for (std::size_t c = 0; c < 3; ++c) d[c] = table_[group.turning->direction[c]][0];
+    group.takes_part = line_axis(d) == group.turning->axis;
+  }
 }
 
 void ConstraintSeries::advance_chunk(Group& group, std::size_t chunk, int k, std::span<double* const> coefficients,
@@ -181,6 +200,7 @@ void ConstraintSeries::advance(const Parallel& parallel, int k, std::span<double
                                const double* last, double* blocks, double* rows) {
   if (distances_.size() > 0) distances_.advance(parallel, k, coefficients, table_, last, blocks, rows);
   for (Group& group : groups_) {
+    if (!group.takes_part) continue;
     parallel.for_ranges(
         group.family.num_chunks(),
         [&](std::size_t begin, std::size_t end) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,11 +37,18 @@ class ConstraintSeries {
                double* blocks, double* rows);
 
  private:
+  /// A line's direction, as functions in the table, and the axis that its two unit vectors come from.
+  struct Turning {
+    std::array<std::size_t, 3> direction;
+    LineAxis axis;
+  };
   struct Group {
     ProgramFamily family;
-    bool is_linear;
-    std::vector<Index> rows;    // [member] its first inner row
-    std::vector<Index> blocks;  // [member][point] of its first row
+    bool is_linear = false;
+    std::vector<Index> rows{};         // [member] its first inner row
+    std::vector<Index> blocks{};       // [member][point] of its first row
+    std::optional<Turning> turning{};  // of lines that turn
+    bool takes_part = true;            // else its axis is another one's than the rule's
   };
   void advance_chunk(Group& group, std::size_t chunk, int k, std::span<double* const> coefficients, const double* last,
                      double* blocks, double* rows);

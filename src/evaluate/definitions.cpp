@@ -188,10 +188,12 @@ struct Definition<Lines, T> {
   const Lines& lines;
   Place<T> origin, first, second;
 
-  Definition(const Lines& group, const Clock<T>& clock, std::span<const double>)
+  /// `axis` instead of the rule's one.
+  Definition(const Lines& group, const Clock<T>& clock, std::span<const double>, std::optional<LineAxis> axis = {})
       : lines(group), origin(clock(group.origin)) {
-    const Place<T> d = clock(group.direction);
-    const auto [e1, e2] = line_frame(std::array<T, 3>{d.x, d.y, d.z});
+    const Place<T> along = clock(group.direction);
+    const std::array<T, 3> d{along.x, along.y, along.z};
+    const auto [e1, e2] = line_frame(d, axis ? *axis : line_axis(d));
     first = {e1[0], e1[1], e1[2]};
     second = {e2[0], e2[1], e2[2]};
   }
@@ -384,7 +386,7 @@ Definitions::Definitions(const System& system, double t0) : system_(system), sta
   }
 }
 
-std::optional<RecordedDefinition> Definitions::record(std::size_t g) const {
+std::optional<RecordedDefinition> Definitions::record(std::size_t g, std::optional<LineAxis> axis) const {
   return std::visit(
       [&]<class Group>(const Group& group) -> std::optional<RecordedDefinition> {
         if (num_members(group) == 0) return std::nullopt;
@@ -405,7 +407,13 @@ std::optional<RecordedDefinition> Definitions::record(std::size_t g) const {
           };
           recording.parameter = Traced::variable(expression);
           try {
-            const Definition<Group, Traced> definition(group, Clock<Traced>{0.0, &recording}, starts_[g].values);
+            const Clock<Traced> clock{0.0, &recording};
+            const auto definition = [&] {
+              if constexpr (std::is_same_v<Group, Lines>)
+                return Definition<Lines, Traced>(group, clock, starts_[g].values, axis);
+              else
+                return Definition<Group, Traced>(group, clock, starts_[g].values);
+            }();
             for (const Traced& xi : definition.xi(0, at)) expression.results.push_back(xi.number_in(expression));
           } catch (const detail::NotTraceable&) {
             return std::nullopt;

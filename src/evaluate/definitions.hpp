@@ -9,6 +9,7 @@
 #include <tanor/system.hpp>
 
 #include "base/parallel.hpp"
+#include "evaluate/line_frame.hpp"
 
 namespace tanor {
 
@@ -41,8 +42,9 @@ class Definitions {
   /// eta = K lambda [3n].
   void reactions(double t, std::span<const double> r, std::span<const double> lambda, std::span<double> eta) const;
 
-  /// Group `group` as an expression; nothing where it cannot be taken down.
-  std::optional<RecordedDefinition> record(std::size_t group) const;
+  /// Group `group` as an expression; nothing where it cannot be taken down. `axis`: from which the two unit vectors of
+  /// lines that turn come, for as long as the rule says so.
+  std::optional<RecordedDefinition> record(std::size_t group, std::optional<LineAxis> axis = {}) const;
   /// What member k of a group has for its parameter.
   ScalarFunction parameter(std::size_t group, std::size_t k) const;
 

@@ -109,7 +109,9 @@ ForceSeries::ForceSeries(const System& system, const Numbering& numbering, doubl
       const std::size_t time = table_.add(ScalarFunction::formula("t"));
       for (const Index point : formula->points) add_member(group, {inner(point)}, std::span(&time, 1));
     } else {
-      obstacle_ = "forces[" + text(g) + "] cannot be expanded in time";
+      const bool is_pairs = std::holds_alternative<PairForces>(force);
+      obstacle_ = "forces[" + text(g) + "] cannot be expanded in time: " +
+                  (is_pairs ? "pair forces have no series" : "it is known as a function alone");
     }
   }
   if (obstacle_.empty() && table_.has_unknown(t0)) obstacle_ = "a force is known as a function of time alone";

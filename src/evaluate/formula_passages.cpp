@@ -127,17 +127,18 @@ double FormulaPassages::find(const Parallel& parallel, PointPath* path) {
   path->refine(1e-7);
   std::atomic<double> part = 1.0;
   const Parallel serial(1);
-  (thread_safe_ ? parallel : serial).for_ranges(
-      members,
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k) {
-          if (!is_doubtful_[k]) continue;
-          const double found = examine(*path, k);
-          for (double known = part; found < known && !part.compare_exchange_weak(known, found);) {
-          }
-        }
-      },
-      grain);
+  (thread_safe_ ? parallel : serial)
+      .for_ranges(
+          members,
+          [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) {
+              if (!is_doubtful_[k]) continue;
+              const double found = examine(*path, k);
+              for (double known = part; found < known && !part.compare_exchange_weak(known, found);) {
+              }
+            }
+          },
+          grain);
   return part;
 }
 
@@ -301,9 +302,9 @@ FormulaPassages::Allowed FormulaPassages::allow(const PointPath& path, std::span
 ///
 ///   h (integral a ds - sum w_k a(s_k)),   h^2 (integral (1 - s) a ds - sum w_k (1 - s_k) a(s_k))
 double FormulaPassages::examine(const PointPath& path, std::size_t member) const {
-  constexpr double tolerances = 10.0;    // that an estimate may have missed
+  constexpr double tolerances = 10.0;     // that an estimate may have missed
   constexpr std::size_t least_looks = 4;  // else the scheme knows more of the step than what it sees in them
-  constexpr double path_error = 1e-7;  // of the path, and of the acceleration on it
+  constexpr double path_error = 1e-7;     // of the path, and of the acceleration on it
   thread_local std::vector<Part> parts;
   thread_local std::vector<double> at_nodes, a, dv, end_v, end_x;
   parts.clear();
@@ -450,8 +451,7 @@ class CoordinatePassages final : public FormulaPassages {
         kernel_(kernel),
         points_(points.begin(), points.end()) {
     const std::size_t members = points_.size() / num_points();
-    for (std::size_t i = 0; i < members * num_numbers(); ++i)
-      append_number(first_coordinate + static_cast<Index>(i));
+    for (std::size_t i = 0; i < members * num_numbers(); ++i) append_number(first_coordinate + static_cast<Index>(i));
   }
 
  private:
@@ -476,8 +476,8 @@ class CoordinatePassages final : public FormulaPassages {
     }
     double may_act = 0.0;
     for (const Index point : own(member)) may_act = std::max(may_act, path.largest_acceleration(point));
-    kernel_.evaluate(kernel_.context.get(), {1, path.t + s * path.h, q.data(), q_dot.data(), r.data(), v.data(),
-                                             psi.data(), tangents.data()});
+    kernel_.evaluate(kernel_.context.get(),
+                     {1, path.t + s * path.h, q.data(), q_dot.data(), r.data(), v.data(), psi.data(), tangents.data()});
     for (std::size_t j = 0; j < count; ++j) {
       const std::span tangent = std::span(tangents).subspan(j * width, width);
       const double length = norm_of(tangent), inverse = length > 0.0 ? 1.0 / length : 0.0;

@@ -62,7 +62,7 @@ RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mec
   for (const std::vector<double>& row : tableau_.a) rows_.push_back(weigh(row));
   rows_.push_back(weigh(tableau_.b));
   for (const std::vector<double>& row : tableau_.dense.a) rows_.push_back(weigh(row));
-  // Stages round apart from each other, each by a little less than a sample shows: 3/4 |b| in the Euclidean norm.
+  // Stages round apart from each other, each by a little less than a sample shows: 4/5 |b| in the Euclidean norm.
   for (const double b : tableau_.b) rounding_gain_ = std::hypot(rounding_gain_, 0.8 * b);
   estimate_ = weigh(tableau_.e);
   estimate3_ = weigh(tableau_.e3);

@@ -153,5 +153,24 @@ TEST(LooseTolerances, CostNoMoreThanTightOnes) {
   }
 }
 
+/// Two points at the least of a stiff pair force, with a damper between them: Newton's matrix knows the damper alone,
+/// so that implicit steps win nothing.
+TEST(StiffStepsTest, PairForcesThatAreStiffKeepExplicitSteps) {
+  System system;
+  system.positions = {0, 0, 0, std::pow(2.0, 1.0 / 6.0) + 1e-3, 0, 0};
+  system.velocities = {1, 0, 0, 1, 0, 0};
+  system.masses = {1, 1};
+  system.forces = {PairForces{.name = "pair", .law = PairLaw::Lj, .epsilon = 1e6, .cutoff = 2.5},
+                   Springs{.name = "damper", .pairs = {{0, 1}}, .stiffness = 0.0, .damping = 1e3}};
+  Simulation by_auto(system), by_stages(system, {.method = Method::Dop853});
+
+  ASSERT_TRUE(by_auto.advance(1.0).ok());
+  ASSERT_TRUE(by_stages.advance(1.0).ok());
+
+  EXPECT_LE(by_auto.report().steps + by_auto.report().rejected,
+            1.2 * static_cast<double>(by_stages.report().steps + by_stages.report().rejected))
+      << method_name(by_auto.report().method);
+}
+
 }  // namespace
 }  // namespace tanor

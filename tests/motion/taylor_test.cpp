@@ -252,7 +252,8 @@ TEST(Taylor, IsWhatAutoTakesWhereEverythingHasASeries) {
   } catch (const InputError& error) {
     EXPECT_EQ(error.where(), "/motion/method");
     EXPECT_EQ(std::string(error.what()),
-              "taylor: forces[1] cannot be expanded in time; take dop853, which needs no series, or auto");
+              "taylor: forces[1] cannot be expanded in time: pair forces have no series; take dop853, which needs no "
+              "series, or auto");
   }
 }
 
