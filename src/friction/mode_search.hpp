@@ -24,14 +24,14 @@ namespace tanor {
 /// Newton's method finds it. Otherwise a sector is cut in two.
 class ModeSearch {
  public:
-  ModeSearch(const ContactProblem& problem, std::size_t most_nodes);
+  ModeSearch(const ContactProblem& problem, std::size_t most_work);
 
   /// Looks everywhere; afterwards `found` holds a solution x of each motion, and perhaps the same one again.
   void run();
 
   std::vector<Eigen::VectorXd> found;
   std::string reason;  ///< why there may be others; empty: there are none
-  std::size_t num_nodes = 0;
+  std::size_t work = 0;  ///< unknowns^2 of all linear programs
 
  private:
   /// Directions at most `half` from `middle`, rad; half < 0: any.
@@ -62,8 +62,10 @@ class ModeSearch {
   void visit(const Node& node);
   LinearProgram make_program(const Node& node) const;
   void bound_reaction(const Node& node, std::size_t c, const Eigen::RowVectorXd& size, LinearProgram* program) const;
+  void hold(const Node& node, std::size_t c, const Eigen::RowVectorXd& row, double slack, LinearProgram* program) const;
+  bool cut_discs(const Node& node, const Eigen::VectorXd& x, LinearProgram* program) const;
   bool find_root(const Node& node, Eigen::VectorXd* x) const;
-  bool is_regular(const Node& node, const LinearProgram& program) const;
+  bool is_regular(const Node& node, const LinearProgram& program);
   bool is_inside(const Node& node, const Eigen::VectorXd& x) const;
   Verdict judge(const Node& node, const Eigen::VectorXd& x) const;
   bool branch(const Node& node, const Eigen::VectorXd& x);
@@ -76,7 +78,7 @@ class ModeSearch {
   void add(LinearProgram* program, const Eigen::RowVectorXd& row, double bound, double slack = 0.0) const;
 
   const ContactProblem& problem_;
-  const std::size_t most_nodes_;
+  const std::size_t most_work_;
   double unit_ = 1.0;  // N
   Eigen::MatrixXd A_;  // scaled: accelerations over their scale, forces over the unit
   Eigen::VectorXd a0_;
