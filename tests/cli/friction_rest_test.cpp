@@ -90,15 +90,15 @@ TEST(FrictionAtRest, SolveAndRunRefuseExactlyTheScenesWithoutOneMotion) {
 /// A rod between two rails whose upper end runs D(t) = 0.4 + 0.2 cos t ahead of the lower one (friction_modes_test.cpp):
 /// several motions obey the law while D < 0.3, t from 2 pi/3 to 4 pi/3; none where moreover F > 2 g D.
 std::string telescope(const std::string& F, const std::string& motion) {
-  return R"({"tanor_scene": 1, "points": {"positions": [[0,0,0], [0.6,1,0]], "velocities": [[30,0,0], [30,0,0]]},
+  return R"json({"tanor_scene": 1, "points": {"positions": [[0,0,0], [0.6,1,0]], "velocities": [[30,0,0], [30,0,0]]},
     "constraints": [{"name": "lower", "kind": "line", "points": [0], "origin": [0,0,0], "direction": [1,0,0]},
                     {"name": "upper", "kind": "line", "points": [1], "origin": [0,1,0], "direction": [1,0,0]},
                     {"name": "rod", "kind": "rod", "pairs": [[0,1]],
                      "length": {"formula": "sqrt(1 + (0.4 + 0.2*cos(t))^2)"}}],
     "forces": [{"kind": "gravity", "acceleration": [0,-9.81,0]},
-               {"kind": "constant", "points": [1], "force": {"formula": [")" +
-         F + R"( - 0.2*cos(t)", "0", "0"]}}],
-    "friction": [{"name": "rust", "kind": "coulomb", "at": "lower", "coefficient": 0.6}], "motion": {)" + motion + "}}";
+               {"kind": "constant", "points": [1], "force": {"formula": [")json" +
+         F + R"json( - 0.2*cos(t)", "0", "0"]}}],
+    "friction": [{"name": "rust", "kind": "coulomb", "at": "lower", "coefficient": 0.6}], "motion": {)json" + motion + "}}";
 }
 
 TEST(FrictionInRuns, SeveralMotionsAreCountedAndSaidOnStderr) {
