@@ -79,7 +79,8 @@ void ModeSearch::set_contacts() {
       return sigma.size() <= i || mu * sigma(i) <= rank_rounding * std::max(1.0, mu * sigma(0));
     };
     turns_in_space_ = turns_in_space_ || !is_zero(2);
-    Contact contact{first, dimension, moves, !is_zero(0), mu, is_zero(1) ? 1 : 2, Vector2d::Zero(), Eigen::Matrix2Xd::Zero(2, k)};
+    Contact contact{
+        first, dimension, moves, !is_zero(0), mu, is_zero(1) ? 1 : 2, Vector2d::Zero(), Eigen::Matrix2Xd::Zero(2, k)};
     for (Eigen::Index i = 0; i < contact.num_normals; ++i) {
       contact.nu0(i) = svd.matrixU().col(i).dot(all.col(0));
       contact.V.row(i) = svd.matrixU().col(i).transpose() * all.rightCols(k);
@@ -179,7 +180,8 @@ void ModeSearch::visit(const Node& node) {
     if (program.maximize(objective, &u) == LinearProgram::Status::Infeasible) return;
     if (!cut_discs(node, complete(u), &program)) break;
   }
-  const bool something_begins = std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return !contacts_[c].moves; });
+  const bool something_begins =
+      std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return !contacts_[c].moves; });
   const double t = u(E_.cols());
   if ((something_begins && t < equal) || (slide_.empty() && t < -equal)) return;
   // Senses first.
@@ -197,7 +199,8 @@ void ModeSearch::visit(const Node& node) {
     // Any share will do. The least one, or what is nearest to it on the way from x.
     if (judge(node, p_) == Verdict::Obeys) x = p_;
     if (judge(node, x) == Verdict::Obeys) {
-      for (VectorXd half = 0.5 * (x + p_); (x - p_).norm() > 1.0 && judge(node, half) == Verdict::Obeys; half = 0.5 * (x + p_))
+      for (VectorXd half = 0.5 * (x + p_); (x - p_).norm() > 1.0 && judge(node, half) == Verdict::Obeys;
+           half = 0.5 * (x + p_))
         x = half;
       found.push_back(unit_ * x);
       is_finished_ = true;
@@ -232,7 +235,8 @@ void ModeSearch::add(LinearProgram* program, const RowVectorXd& row, double boun
 }
 
 /// mu |nu_c| lies around size, a linear function of x: n.mu nu <= size <= n.mu nu/cos(half).
-void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVectorXd& size, LinearProgram* program) const {
+void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVectorXd& size,
+                                LinearProgram* program) const {
   const Contact& contact = contacts_[c];
   const Sector& sector = node[c].normal;
   const auto below = [&](const Vector2d& n) {
@@ -251,7 +255,8 @@ void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVector
 }
 
 /// row x + slack t <= mu |nu_c|, in a narrow sector.
-void ModeSearch::hold(const Node& node, std::size_t c, const RowVectorXd& row, double slack, LinearProgram* program) const {
+void ModeSearch::hold(const Node& node, std::size_t c, const RowVectorXd& row, double slack,
+                      LinearProgram* program) const {
   const Sector& sector = node[c].normal;
   const Vector2d above = contacts_[c].mu / std::cos(sector.half) * unit_at(sector.middle);
   add(program, row - above.transpose() * contacts_[c].V, above.dot(contacts_[c].nu0), slack);
@@ -358,7 +363,8 @@ bool ModeSearch::find_root(const Node& node, VectorXd* x) const {
       const Contact& contact = contacts_[c];
       const Vector2d nu = reaction(c, *x);
       const double size = nu.norm();
-      const RowVectorXd dh = contact.mu * (size > 0.0 ? (nu / size).eval() : Vector2d::Zero().eval()).transpose() * contact.V * E;
+      const RowVectorXd dh =
+          contact.mu * (size > 0.0 ? (nu / size).eval() : Vector2d::Zero().eval()).transpose() * contact.V * E;
       if (contact.dimension == 1) {
         F(row) = sign(node, c) * (*x)(contact.first) - contact.mu * size;
         J.row(row++) = sign(node, c) * E.row(contact.first) - dh;
@@ -390,11 +396,13 @@ bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) {
   MatrixXd J(q, q), D = MatrixXd::Zero(q, q);
   const auto one_program = static_cast<std::size_t>((E_.cols() + 1) * (E_.cols() + 1));
   // Bounds of x_J where surfaces need them.
-  const bool has_surfaces = std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return contacts_[c].dimension > 1; });
+  const bool has_surfaces =
+      std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return contacts_[c].dimension > 1; });
   VectorXd middle = VectorXd::Zero(q), radius = VectorXd::Zero(q);
   if (has_surfaces) {
     for (const std::size_t c : slide_) {
-      const bool is_cut = contacts_[c].dimension == 1 || (node[c].direction.half >= 0.0 && node[c].direction.half < 0.2 * pi);
+      const bool is_cut =
+          contacts_[c].dimension == 1 || (node[c].direction.half >= 0.0 && node[c].direction.half < 0.2 * pi);
       if (!is_cut || !node[c].normal.is_narrow()) return false;
     }
     for (Eigen::Index i = 0; i < q; ++i) {
@@ -410,7 +418,8 @@ bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) {
       radius(i) = 0.5 * std::abs(ends[1] - ends[0]) * (1.0 + 1e-6) + 1e-12;
     }
   }
-  const VectorXd x = p_ + E * middle, a = a_p_ + A * middle, wide_a = A.cwiseAbs() * radius, wide_x = E.cwiseAbs() * radius;
+  const VectorXd x = p_ + E * middle, a = a_p_ + A * middle, wide_a = A.cwiseAbs() * radius,
+                 wide_x = E.cwiseAbs() * radius;
   Eigen::Index row = 0;
   for (const std::size_t c : slide_) {
     const Contact& contact = contacts_[c];
@@ -429,7 +438,8 @@ bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) {
     const Sector& towards = node[c].direction;
     J.row(row) = -unit_at(towards.middle).transpose() * E.middleRows<2>(first) - dh;
     D.row(row++) = wide_h + 2.0 * std::sin(0.5 * towards.half) * E.middleRows<2>(first).colwise().norm();
-    J.row(row) = a(first + 1) * E.row(first) - a(first) * E.row(first + 1) + x(first) * A.row(first + 1) - x(first + 1) * A.row(first);
+    J.row(row) = a(first + 1) * E.row(first) - a(first) * E.row(first + 1) + x(first) * A.row(first + 1) -
+                 x(first + 1) * A.row(first);
     D.row(row++) = wide_a(first + 1) * E.row(first).cwiseAbs() + wide_a(first) * E.row(first + 1).cwiseAbs() +
                    wide_x(first) * A.row(first + 1).cwiseAbs() + wide_x(first + 1) * A.row(first).cwiseAbs();
   }
@@ -451,13 +461,15 @@ ModeSearch::Verdict ModeSearch::judge(const Node& node, const VectorXd& x) const
   for (const std::size_t c : slide_) {
     const Contact& contact = contacts_[c];
     if (contact.moves) continue;
-    const VectorXd own = x.segment(contact.first, contact.dimension), towards = a.segment(contact.first, contact.dimension);
+    const VectorXd own = x.segment(contact.first, contact.dimension),
+                   towards = a.segment(contact.first, contact.dimension);
     const bool is_wrong = contact.dimension == 1 ? node[c].sense * towards(0) <= 0.0 : own.dot(towards) >= 0.0;
     if (is_wrong) return Verdict::SlidesWrongly;
   }
   for (const std::size_t c : stick_) {
     const double limit = contacts_[c].mu * reaction(c, x).norm();
-    if (x.segment(contacts_[c].first, contacts_[c].dimension).norm() > limit + 0.1 * equal) return Verdict::HoldsTooMuch;
+    if (x.segment(contacts_[c].first, contacts_[c].dimension).norm() > limit + 0.1 * equal)
+      return Verdict::HoldsTooMuch;
   }
   return Verdict::Obeys;
 }

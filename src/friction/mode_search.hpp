@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -13,15 +12,16 @@ namespace tanor {
 
 /// All motions of a ContactProblem by branch and bound.
 ///
-/// A subset S of the contacts sticks, a = 0, and the others slide. What sticks is eliminated, x = p + Q x_J + F z, where
-/// z tells how a load is shared. A node of the search leaves each contact a sector of directions that its reaction nu
-/// may have, and each one that slides a sense (on a curve) or a sector of directions (on a surface). In a node the law
+/// A subset S of the contacts sticks, a = 0, and the others slide. What sticks is eliminated, x = p + Q x_J + F z,
+/// where z tells how a load is shared. A node of the search leaves each contact a sector of directions that its
+/// reaction nu may have, and each one that slides a sense (on a curve) or a sector of directions (on a surface). In a
+/// node the law
 ///
 ///   slides: |x_c| = mu |nu_c|, a_c against x_c;     sticks: |x_c| <= mu |nu_c|
 ///
-/// lies between linear inequalities, for n.nu <= |nu| <= n_middle.nu/cos(half) in a sector. Where these have no solution,
-/// the law has none. Where the equations of sliding are regular in the whole sector, they have one solution at most, and
-/// Newton's method finds it. Otherwise a sector is cut in two.
+/// lies between linear inequalities, for n.nu <= |nu| <= n_middle.nu/cos(half) in a sector. Where these have no
+/// solution, the law has none. Where the equations of sliding are regular in the whole sector, they have one solution
+/// at most, and Newton's method finds it. Otherwise a sector is cut in two.
 class ModeSearch {
  public:
   ModeSearch(const ContactProblem& problem, std::size_t most_work);
@@ -30,7 +30,7 @@ class ModeSearch {
   void run();
 
   std::vector<Eigen::VectorXd> found;
-  std::string reason;  ///< why there may be others; empty: there are none
+  std::string reason;    ///< why there may be others; empty: there are none
   std::size_t work = 0;  ///< unknowns^2 of all linear programs
 
  private:
@@ -88,8 +88,8 @@ class ModeSearch {
   std::vector<std::size_t> stick_, slide_;
   std::vector<Eigen::Index> free_;  // components of those that slide
   Eigen::VectorXd p_;
-  Eigen::MatrixXd E_;        // [Q F]
-  Eigen::VectorXd a_p_;      // a = a_p + A_E u
+  Eigen::MatrixXd E_;    // [Q F]
+  Eigen::VectorXd a_p_;  // a = a_p + A_E u
   Eigen::MatrixXd A_E_;
   bool motion_needs_share_ = false, is_finished_ = false;
   std::vector<Node> open_;

@@ -24,7 +24,9 @@ System read_system(const json& scene) {
   for (const json& mass : scene.at("points").at("masses")) system.masses.push_back(mass);
   for (const json& entry : scene.at("constraints")) {
     if (entry.at("kind") == "line") {
-      system.constraints.push_back(Lines{entry.at("name"), {entry.at("points").at(0)}, vector_of(entry.at("origin")),
+      system.constraints.push_back(Lines{entry.at("name"),
+                                         {entry.at("points").at(0)},
+                                         vector_of(entry.at("origin")),
                                          vector_of(entry.at("direction"))});
       continue;
     }
@@ -67,13 +69,15 @@ TEST(FrictionAtRest, SolveAndRunRefuseExactlyTheScenesWithoutOneMotion) {
       EXPECT_EQ(read_json(folder / "o" / "summary.json")["friction"]["uniqueness"], "proven");
       for (std::size_t c = 0; c < twin.mu.size(); ++c) {
         const json& w = solution["accelerations"][static_cast<std::size_t>(twin.points[c])];
-        const double a = twin.lines[c].dot(Vector3d(w[0], w[1], w[2])), wanted = motions[0].a(static_cast<Eigen::Index>(c));
+        const double a = twin.lines[c].dot(Vector3d(w[0], w[1], w[2])),
+                     wanted = motions[0].a(static_cast<Eigen::Index>(c));
         EXPECT_NEAR(a, wanted, 1e-9 * (1.0 + std::abs(wanted)));
       }
       if (content.contains("accelerations")) {
         for (std::size_t i = 0; i < 2; ++i) {
           for (std::size_t k = 0; k < 3; ++k)
-            EXPECT_NEAR(solution["accelerations"][i][k].get<double>(), content["accelerations"][i][k].get<double>(), 1e-4);
+            EXPECT_NEAR(solution["accelerations"][i][k].get<double>(), content["accelerations"][i][k].get<double>(),
+                        1e-4);
         }
       }
     } else {
@@ -87,8 +91,9 @@ TEST(FrictionAtRest, SolveAndRunRefuseExactlyTheScenesWithoutOneMotion) {
   EXPECT_GE(several, 4);
 }
 
-/// A rod between two rails whose upper end runs D(t) = 0.4 + 0.2 cos t ahead of the lower one (friction_modes_test.cpp):
-/// several motions obey the law while D < 0.3, t from 2 pi/3 to 4 pi/3; none where moreover F > 2 g D.
+/// A rod between two rails whose upper end runs D(t) = 0.4 + 0.2 cos t ahead of the lower one
+/// (friction_modes_test.cpp): several motions obey the law while D < 0.3, t from 2 pi/3 to 4 pi/3; none where moreover
+/// F > 2 g D.
 std::string telescope(const std::string& F, const std::string& motion) {
   return R"json({"tanor_scene": 1, "points": {"positions": [[0,0,0], [0.6,1,0]], "velocities": [[30,0,0], [30,0,0]]},
     "constraints": [{"name": "lower", "kind": "line", "points": [0], "origin": [0,0,0], "direction": [1,0,0]},
@@ -98,7 +103,8 @@ std::string telescope(const std::string& F, const std::string& motion) {
     "forces": [{"kind": "gravity", "acceleration": [0,-9.81,0]},
                {"kind": "constant", "points": [1], "force": {"formula": [")json" +
          F + R"json( - 0.2*cos(t)", "0", "0"]}}],
-    "friction": [{"name": "rust", "kind": "coulomb", "at": "lower", "coefficient": 0.6}], "motion": {)json" + motion + "}}";
+    "friction": [{"name": "rust", "kind": "coulomb", "at": "lower", "coefficient": 0.6}], "motion": {)json" +
+         motion + "}}";
 }
 
 TEST(FrictionInRuns, SeveralMotionsAreCountedAndSaidOnStderr) {

@@ -49,8 +49,7 @@ struct Planar {
   VectorXd a0, nu0;
 
   explicit Planar(const System& system) {
-    const reference::Mechanics dense =
-        reference::make_mechanics(system, 0.0, system.positions, system.velocities);
+    const reference::Mechanics dense = reference::make_mechanics(system, 0.0, system.positions, system.velocities);
     const auto n = static_cast<Index>(system.masses.size());
     for (Index c = 0; c < n; ++c) {
       mu.push_back(std::get<Coulomb>(system.friction[static_cast<std::size_t>(c)]).coefficient);
@@ -98,8 +97,8 @@ struct Planar {
           if (!slides(c)) continue;
           const double angle = 6.283185307179586 * (rest % directions) / directions;
           rest /= directions;
-          x.segment<2>(2 * c) = std::exp(log_size(random)) * mu[static_cast<std::size_t>(c)] * (0.1 + std::abs(nu0(c))) *
-                                Vector2d(std::cos(angle), std::sin(angle));
+          x.segment<2>(2 * c) = std::exp(log_size(random)) * mu[static_cast<std::size_t>(c)] *
+                                (0.1 + std::abs(nu0(c))) * Vector2d(std::cos(angle), std::sin(angle));
         }
         if (!solve(slides, &x)) continue;
         const VectorXd a = a0 + A * x;
@@ -109,7 +108,8 @@ struct Planar {
         for (Index c = 0; c < n; ++c) {
           const Vector2d own = x.segment<2>(2 * c), towards = a.segment<2>(2 * c);
           const double limit = mu[static_cast<std::size_t>(c)] * std::abs(nu0(c) + V.row(c) * x);
-          const double slack = slides(c) ? -own.dot(towards) / (own.norm() * size) : (limit - own.norm()) / (limit + own.norm());
+          const double slack =
+              slides(c) ? -own.dot(towards) / (own.norm() * size) : (limit - own.norm()) / (limit + own.norm());
           obeys = obeys && slack >= 0.0;
           least = std::min(least, std::abs(slack));
         }
@@ -134,7 +134,8 @@ struct Planar {
     const auto slack = [&](const VectorXd& x) {
       double worst = 1.0;
       for (Index c = 0; c < n; ++c) {
-        const double limit = mu[static_cast<std::size_t>(c)] * std::abs(nu0(c) + V.row(c) * x), own = x.segment<2>(2 * c).norm();
+        const double limit = mu[static_cast<std::size_t>(c)] * std::abs(nu0(c) + V.row(c) * x),
+                     own = x.segment<2>(2 * c).norm();
         worst = std::min(worst, (limit - own) / (limit + own));
       }
       return worst;
@@ -152,16 +153,20 @@ struct Planar {
       std::vector<double> roots{0.0};
       for (Index c = 0; c < n; ++c) {
         // |x + s d|^2 = mu^2 (nu + s V d)^2
-        const double m = mu[static_cast<std::size_t>(c)] * mu[static_cast<std::size_t>(c)], nu = nu0(c) + V.row(c) * from, dnu = V.row(c) * along;
+        const double m = mu[static_cast<std::size_t>(c)] * mu[static_cast<std::size_t>(c)],
+                     nu = nu0(c) + V.row(c) * from, dnu = V.row(c) * along;
         const Vector2d x = from.segment<2>(2 * c), dx = along.segment<2>(2 * c);
-        const double a = dx.squaredNorm() - m * dnu * dnu, b = x.dot(dx) - m * nu * dnu, e = x.squaredNorm() - m * nu * nu;
+        const double a = dx.squaredNorm() - m * dnu * dnu, b = x.dot(dx) - m * nu * dnu,
+                     e = x.squaredNorm() - m * nu * nu;
         if (b * b < a * e) continue;
         for (const double sign : {1.0, -1.0}) roots.push_back((-b + sign * std::sqrt(b * b - a * e)) / a);
       }
       std::sort(roots.begin(), roots.end());
-      for (std::size_t i = 0; i + 1 < roots.size(); ++i) best = std::max(best, slack(from + 0.5 * (roots[i] + roots[i + 1]) * along));
+      for (std::size_t i = 0; i + 1 < roots.size(); ++i)
+        best = std::max(best, slack(from + 0.5 * (roots[i] + roots[i + 1]) * along));
       const double wide = 1.0 + roots.back() - roots.front();
-      best = std::max({best, slack(from + (roots.front() - wide) * along), slack(from + (roots.back() + wide) * along)});
+      best =
+          std::max({best, slack(from + (roots.front() - wide) * along), slack(from + (roots.back() + wide) * along)});
     }
     *margin = std::min(*margin, std::abs(best));
     return best >= 0.0;
@@ -184,12 +189,12 @@ struct Planar {
           continue;
         }
         const double m = mu[static_cast<std::size_t>(c)] * mu[static_cast<std::size_t>(c)], nu = nu0(c) + V.row(c) * *x;
-        F(i) = (*x)(i) * (*x)(i) + (*x)(j) * (*x)(j) - m * nu * nu;
+        F(i) = (*x)(i) * (*x)(i) + (*x)(j) * (*x)(j)-m * nu * nu;
         J.row(i) = -2.0 * m * nu * V.row(c);
         J(i, i) += 2.0 * (*x)(i);
         J(i, j) += 2.0 * (*x)(j);
-        F(j) = (*x)(i) * a(j) - (*x)(j) * a(i);
-        J.row(j) = (*x)(i) * A.row(j) - (*x)(j) * A.row(i);
+        F(j) = (*x)(i)*a(j) - (*x)(j)*a(i);
+        J.row(j) = (*x)(i)*A.row(j) - (*x)(j)*A.row(i);
         J(j, i) += a(j);
         J(j, j) -= a(i);
       }
