@@ -281,7 +281,7 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
   std::vector<char> released(tangents.size(), 0);
   for (const std::size_t c : releases) released[c] = 1;
   const bool is_start = refuses_several_;
-  constexpr std::size_t all_modes = 400000, modes_on_the_way = 4000;  // nodes of the search
+  constexpr std::size_t all_modes = 1000000, modes_on_the_way = 20000;  // work of the search: seconds, and some hundredths
   Outcome failed;
   for (ContactChoice& choice : *choices) {
     solve_choice(released, is_start ? all_modes : modes_on_the_way, &choice);

@@ -36,7 +36,7 @@ void try_starts(const ContactProblem& problem, const VectorXd& guess, int starts
 
 }  // namespace
 
-ContactSolutions find_all(const ContactProblem& problem, std::size_t most_nodes, const VectorXd& guess) {
+ContactSolutions find_all(const ContactProblem& problem, std::size_t most_work, const VectorXd& guess) {
   ContactSolutions result;
   if (is_monotone(problem)) {
     try_starts(problem, guess, 0, &result.found);
@@ -49,14 +49,14 @@ ContactSolutions find_all(const ContactProblem& problem, std::size_t most_nodes,
     result.reason = "modes of more than ten contacts are too many to try";
     return result;
   }
-  ModeSearch search(problem, most_nodes);
+  ModeSearch search(problem, most_work);
   search.run();
   for (const VectorXd& x : search.found) {
     if (!add_motion(problem, x, &result.found) && search.reason.empty())
       search.reason = "rounding hides whether one more motion obeys the law";
   }
   constexpr int other_starts = 16;
-  if (!search.reason.empty()) try_starts(problem, guess, result.found.empty() ? other_starts : 0, &result.found);
+  if (!search.reason.empty() && result.found.size() < 2) try_starts(problem, guess, other_starts, &result.found);
   result.uniqueness = result.found.size() > 1  ? Uniqueness::Several
                       : !search.reason.empty() ? Uniqueness::Unproven
                       : result.found.empty()   ? Uniqueness::None

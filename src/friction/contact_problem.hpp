@@ -63,9 +63,10 @@ bool is_monotone(const ContactProblem& problem);
 constexpr std::size_t most_contacts_counted = 10;
 
 /// All motions that obey the law, all modes of stick and slip tried by ModeSearch: complete for up to
-/// `most_contacts_counted` contacts, unless it takes more than `most_nodes`, or `reason` says otherwise. `guess`: where
+/// `most_contacts_counted` contacts, unless that takes more than `most_work`, the sum of
+/// unknowns^2 of linear programs. `guess`: where
 /// to look first.
-ContactSolutions find_all(const ContactProblem& problem, std::size_t most_nodes, const Eigen::VectorXd& guess);
+ContactSolutions find_all(const ContactProblem& problem, std::size_t most_work, const Eigen::VectorXd& guess);
 
 /// Some motion that obeys the law, near `guess`; empty: none was found. A semismooth Newton method, then limits mu |N|
 /// that stand by turns with the convex problem that they leave. Certified by its residual.

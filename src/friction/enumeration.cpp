@@ -199,12 +199,13 @@ SlidingSolutions find_sliding(const SlidingContacts& contacts, std::size_t most_
 
 void add_by_iteration(const SlidingContacts& contacts, std::vector<VectorXd>* found) {
   constexpr int most_iterations = 10000;
+  constexpr double rounding = 1e-14;  // closer, the last digits may go round in circles
   VectorXd s = VectorXd::Zero(static_cast<Eigen::Index>(contacts.size()));
   Matrix3Xd normal;
   for (int k = 0; k < most_iterations; ++k) {
     const VectorXd rest = defect(contacts, s, &normal);
     s += rest;
-    if (!(rest.lpNorm<Eigen::Infinity>() > 1e-15 * s.lpNorm<Eigen::Infinity>())) {
+    if (!(rest.lpNorm<Eigen::Infinity>() > rounding * s.lpNorm<Eigen::Infinity>())) {
       if (s.allFinite()) found->push_back(s);
       return;
     }

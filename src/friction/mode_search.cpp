@@ -46,8 +46,8 @@ bool ModeSearch::Sector::has(const Vector2d& direction) const {
   return std::abs(std::remainder(std::atan2(direction(1), direction(0)) - middle, 2.0 * pi)) <= half + equal;
 }
 
-ModeSearch::ModeSearch(const ContactProblem& problem, std::size_t most_nodes)
-    : problem_(problem), most_nodes_(most_nodes) {
+ModeSearch::ModeSearch(const ContactProblem& problem, std::size_t most_work)
+    : problem_(problem), most_work_(most_work) {
   set_contacts();
 }
 
@@ -79,7 +79,8 @@ void ModeSearch::set_contacts() {
       return sigma.size() <= i || mu * sigma(i) <= rank_rounding * std::max(1.0, mu * sigma(0));
     };
     turns_in_space_ = turns_in_space_ || !is_zero(2);
-    Contact contact{first, dimension, moves, !is_zero(0), mu, is_zero(1) ? 1 : 2, Vector2d::Zero(), Eigen::Matrix2Xd::Zero(2, k)};
+    Contact contact{
+        first, dimension, moves, !is_zero(0), mu, is_zero(1) ? 1 : 2, Vector2d::Zero(), Eigen::Matrix2Xd::Zero(2, k)};
     for (Eigen::Index i = 0; i < contact.num_normals; ++i) {
       contact.nu0(i) = svd.matrixU().col(i).dot(all.col(0));
       contact.V.row(i) = svd.matrixU().col(i).transpose() * all.rightCols(k);
@@ -95,7 +96,7 @@ void ModeSearch::run() {
   }
   for (std::size_t subset = 0; subset < (std::size_t{1} << contacts_.size()); ++subset) {
     if (stick(subset)) search();
-    if (num_nodes >= most_nodes_) {
+    if (work >= most_work_) {
       reason = "modes of stick and slip are too many to try";
       return;
     }
@@ -160,21 +161,27 @@ VectorXd ModeSearch::complete(const VectorXd& u) const {
 void ModeSearch::search() {
   is_finished_ = false;
   open_.assign(1, Node(contacts_.size()));
-  while (!open_.empty() && !is_finished_ && num_nodes < most_nodes_) {
+  while (!open_.empty() && !is_finished_ && work < most_work_) {
     const Node node = std::move(open_.back());
     open_.pop_back();
-    ++num_nodes;
     visit(node);
   }
 }
 
 void ModeSearch::visit(const Node& node) {
   // Accelerations that slide, or else what rest has to spare, as large as possible: t, the last unknown.
-  const LinearProgram program = make_program(node);
+  LinearProgram program = make_program(node);
   VectorXd u;
   const VectorXd objective = VectorXd::Unit(E_.cols() + 1, E_.cols());
-  if (program.maximize(objective, &u) == LinearProgram::Status::Infeasible) return;
-  const bool something_begins = std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return !contacts_[c].moves; });
+  const auto one_program = static_cast<std::size_t>(objective.size() * objective.size());
+  constexpr int most_cuts = 40;
+  for (int cut = 0; cut < most_cuts; ++cut) {
+    work += one_program;
+    if (program.maximize(objective, &u) == LinearProgram::Status::Infeasible) return;
+    if (!cut_discs(node, complete(u), &program)) break;
+  }
+  const bool something_begins =
+      std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return !contacts_[c].moves; });
   const double t = u(E_.cols());
   if ((something_begins && t < equal) || (slide_.empty() && t < -equal)) return;
   // Senses first.
@@ -192,7 +199,8 @@ void ModeSearch::visit(const Node& node) {
     // Any share will do. The least one, or what is nearest to it on the way from x.
     if (judge(node, p_) == Verdict::Obeys) x = p_;
     if (judge(node, x) == Verdict::Obeys) {
-      for (VectorXd half = 0.5 * (x + p_); (x - p_).norm() > 1.0 && judge(node, half) == Verdict::Obeys; half = 0.5 * (x + p_))
+      for (VectorXd half = 0.5 * (x + p_); (x - p_).norm() > 1.0 && judge(node, half) == Verdict::Obeys;
+           half = 0.5 * (x + p_))
         x = half;
       found.push_back(unit_ * x);
       is_finished_ = true;
@@ -227,7 +235,8 @@ void ModeSearch::add(LinearProgram* program, const RowVectorXd& row, double boun
 }
 
 /// mu |nu_c| lies around size, a linear function of x: n.mu nu <= size <= n.mu nu/cos(half).
-void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVectorXd& size, LinearProgram* program) const {
+void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVectorXd& size,
+                                LinearProgram* program) const {
   const Contact& contact = contacts_[c];
   const Sector& sector = node[c].normal;
   const auto below = [&](const Vector2d& n) {
@@ -243,6 +252,32 @@ void ModeSearch::bound_reaction(const Node& node, std::size_t c, const RowVector
     below(unit_at(sector.middle - sector.half));
     below(unit_at(sector.middle + sector.half));
   }
+}
+
+/// row x + slack t <= mu |nu_c|, in a narrow sector.
+void ModeSearch::hold(const Node& node, std::size_t c, const RowVectorXd& row, double slack,
+                      LinearProgram* program) const {
+  const Sector& sector = node[c].normal;
+  const Vector2d above = contacts_[c].mu / std::cos(sector.half) * unit_at(sector.middle);
+  add(program, row - above.transpose() * contacts_[c].V, above.dot(contacts_[c].nu0), slack);
+}
+
+/// |x_c| <= mu |nu_c| of surfaces begins as a polygon: where x is outside the circle, one more side. Returns whether
+/// there was one.
+bool ModeSearch::cut_discs(const Node& node, const VectorXd& x, LinearProgram* program) const {
+  bool has_cut = false;
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    const Contact& contact = contacts_[c];
+    if (contact.dimension == 1 || !node[c].normal.is_narrow()) continue;
+    const Vector2d own = x.segment<2>(contact.first);
+    const double size = own.norm(), limit = contact.mu * reaction(c, x).norm();
+    if (size <= limit + 0.1 * equal * (1.0 + limit)) continue;
+    RowVectorXd row = RowVectorXd::Zero(problem_.size());
+    row.segment<2>(contact.first) = own.transpose() / size;
+    hold(node, c, row, slide_.empty() ? 1.0 : 0.0, program);
+    has_cut = true;
+  }
+  return has_cut;
 }
 
 LinearProgram ModeSearch::make_program(const Node& node) const {
@@ -270,10 +305,7 @@ LinearProgram ModeSearch::make_program(const Node& node) const {
         keep(unit_at(sector.middle + sector.half - 0.5 * pi));
       }
     }
-    const Vector2d above = contact.mu / std::cos(sector.is_narrow() ? sector.half : 0.0) * unit_at(sector.middle);
-    const auto stay_below = [&](const RowVectorXd& row, double slack) {  // row x + slack t <= mu |nu|
-      add(&program, row - above.transpose() * contact.V, above.dot(contact.nu0), slack);
-    };
+    const auto stay_below = [&](const RowVectorXd& row, double slack) { hold(node, c, row, slack, &program); };
     if (std::find(stick_.begin(), stick_.end(), c) != stick_.end()) {
       if (!sector.is_narrow()) continue;
       const int directions = contact.dimension == 1 ? 2 : 16;
@@ -331,7 +363,8 @@ bool ModeSearch::find_root(const Node& node, VectorXd* x) const {
       const Contact& contact = contacts_[c];
       const Vector2d nu = reaction(c, *x);
       const double size = nu.norm();
-      const RowVectorXd dh = contact.mu * (size > 0.0 ? (nu / size).eval() : Vector2d::Zero().eval()).transpose() * contact.V * E;
+      const RowVectorXd dh =
+          contact.mu * (size > 0.0 ? (nu / size).eval() : Vector2d::Zero().eval()).transpose() * contact.V * E;
       if (contact.dimension == 1) {
         F(row) = sign(node, c) * (*x)(contact.first) - contact.mu * size;
         J.row(row++) = sign(node, c) * E.row(contact.first) - dh;
@@ -356,17 +389,20 @@ bool ModeSearch::find_root(const Node& node, VectorXd* x) const {
 }
 
 /// The equations of sliding have one root in the node at most: between two of them J is one of a mean nu, d, x and a.
-bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) const {
+bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) {
   if (motion_needs_share_) return false;
   const auto q = static_cast<Eigen::Index>(free_.size());
   const MatrixXd E = E_.leftCols(q), A = A_E_.leftCols(q);
   MatrixXd J(q, q), D = MatrixXd::Zero(q, q);
+  const auto one_program = static_cast<std::size_t>((E_.cols() + 1) * (E_.cols() + 1));
   // Bounds of x_J where surfaces need them.
-  const bool has_surfaces = std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return contacts_[c].dimension > 1; });
+  const bool has_surfaces =
+      std::any_of(slide_.begin(), slide_.end(), [&](std::size_t c) { return contacts_[c].dimension > 1; });
   VectorXd middle = VectorXd::Zero(q), radius = VectorXd::Zero(q);
   if (has_surfaces) {
     for (const std::size_t c : slide_) {
-      const bool is_cut = contacts_[c].dimension == 1 || (node[c].direction.half >= 0.0 && node[c].direction.half < 0.2 * pi);
+      const bool is_cut =
+          contacts_[c].dimension == 1 || (node[c].direction.half >= 0.0 && node[c].direction.half < 0.2 * pi);
       if (!is_cut || !node[c].normal.is_narrow()) return false;
     }
     for (Eigen::Index i = 0; i < q; ++i) {
@@ -374,6 +410,7 @@ bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) cons
       double ends[2];
       for (const int end : {0, 1}) {
         const VectorXd objective = (end == 0 ? -1.0 : 1.0) * VectorXd::Unit(E_.cols() + 1, i);
+        work += one_program;
         if (program.maximize(objective, &u) != LinearProgram::Status::Optimal) return false;
         ends[end] = u(i);
       }
@@ -381,7 +418,8 @@ bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) cons
       radius(i) = 0.5 * std::abs(ends[1] - ends[0]) * (1.0 + 1e-6) + 1e-12;
     }
   }
-  const VectorXd x = p_ + E * middle, a = a_p_ + A * middle, wide_a = A.cwiseAbs() * radius, wide_x = E.cwiseAbs() * radius;
+  const VectorXd x = p_ + E * middle, a = a_p_ + A * middle, wide_a = A.cwiseAbs() * radius,
+                 wide_x = E.cwiseAbs() * radius;
   Eigen::Index row = 0;
   for (const std::size_t c : slide_) {
     const Contact& contact = contacts_[c];
@@ -400,7 +438,8 @@ bool ModeSearch::is_regular(const Node& node, const LinearProgram& program) cons
     const Sector& towards = node[c].direction;
     J.row(row) = -unit_at(towards.middle).transpose() * E.middleRows<2>(first) - dh;
     D.row(row++) = wide_h + 2.0 * std::sin(0.5 * towards.half) * E.middleRows<2>(first).colwise().norm();
-    J.row(row) = a(first + 1) * E.row(first) - a(first) * E.row(first + 1) + x(first) * A.row(first + 1) - x(first + 1) * A.row(first);
+    J.row(row) = a(first + 1) * E.row(first) - a(first) * E.row(first + 1) + x(first) * A.row(first + 1) -
+                 x(first + 1) * A.row(first);
     D.row(row++) = wide_a(first + 1) * E.row(first).cwiseAbs() + wide_a(first) * E.row(first + 1).cwiseAbs() +
                    wide_x(first) * A.row(first + 1).cwiseAbs() + wide_x(first + 1) * A.row(first).cwiseAbs();
   }
@@ -422,13 +461,15 @@ ModeSearch::Verdict ModeSearch::judge(const Node& node, const VectorXd& x) const
   for (const std::size_t c : slide_) {
     const Contact& contact = contacts_[c];
     if (contact.moves) continue;
-    const VectorXd own = x.segment(contact.first, contact.dimension), towards = a.segment(contact.first, contact.dimension);
+    const VectorXd own = x.segment(contact.first, contact.dimension),
+                   towards = a.segment(contact.first, contact.dimension);
     const bool is_wrong = contact.dimension == 1 ? node[c].sense * towards(0) <= 0.0 : own.dot(towards) >= 0.0;
     if (is_wrong) return Verdict::SlidesWrongly;
   }
   for (const std::size_t c : stick_) {
     const double limit = contacts_[c].mu * reaction(c, x).norm();
-    if (x.segment(contacts_[c].first, contacts_[c].dimension).norm() > limit + 0.1 * equal) return Verdict::HoldsTooMuch;
+    if (x.segment(contacts_[c].first, contacts_[c].dimension).norm() > limit + 0.1 * equal)
+      return Verdict::HoldsTooMuch;
   }
   return Verdict::Obeys;
 }
@@ -463,6 +504,7 @@ bool ModeSearch::branch(const Node& node, const VectorXd& x) {
     if (sticks || contact.dimension == 1) continue;
     const VectorXd towards = a.segment(contact.first, contact.dimension);
     const double turned = size > 0.0 && towards.norm() > 0.0 ? (own / size + towards.normalized()).norm() : 0.0;
+    if (node[c].normal.is_any()) see(5.0, c, false);
     see(node[c].direction.is_any() ? 10.0 : std::max(turned, by_width * width(node[c].direction)), c, true);
   }
   if (worst.badness < 0.0) return false;

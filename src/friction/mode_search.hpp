@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -13,25 +12,26 @@ namespace tanor {
 
 /// All motions of a ContactProblem by branch and bound.
 ///
-/// A subset S of the contacts sticks, a = 0, and the others slide. What sticks is eliminated, x = p + Q x_J + F z, where
-/// z tells how a load is shared. A node of the search leaves each contact a sector of directions that its reaction nu
-/// may have, and each one that slides a sense (on a curve) or a sector of directions (on a surface). In a node the law
+/// A subset S of the contacts sticks, a = 0, and the others slide. What sticks is eliminated, x = p + Q x_J + F z,
+/// where z tells how a load is shared. A node of the search leaves each contact a sector of directions that its
+/// reaction nu may have, and each one that slides a sense (on a curve) or a sector of directions (on a surface). In a
+/// node the law
 ///
 ///   slides: |x_c| = mu |nu_c|, a_c against x_c;     sticks: |x_c| <= mu |nu_c|
 ///
-/// lies between linear inequalities, for n.nu <= |nu| <= n_middle.nu/cos(half) in a sector. Where these have no solution,
-/// the law has none. Where the equations of sliding are regular in the whole sector, they have one solution at most, and
-/// Newton's method finds it. Otherwise a sector is cut in two.
+/// lies between linear inequalities, for n.nu <= |nu| <= n_middle.nu/cos(half) in a sector. Where these have no
+/// solution, the law has none. Where the equations of sliding are regular in the whole sector, they have one solution
+/// at most, and Newton's method finds it. Otherwise a sector is cut in two.
 class ModeSearch {
  public:
-  ModeSearch(const ContactProblem& problem, std::size_t most_nodes);
+  ModeSearch(const ContactProblem& problem, std::size_t most_work);
 
   /// Looks everywhere; afterwards `found` holds a solution x of each motion, and perhaps the same one again.
   void run();
 
   std::vector<Eigen::VectorXd> found;
-  std::string reason;  ///< why there may be others; empty: there are none
-  std::size_t num_nodes = 0;
+  std::string reason;    ///< why there may be others; empty: there are none
+  std::size_t work = 0;  ///< unknowns^2 of all linear programs
 
  private:
   /// Directions at most `half` from `middle`, rad; half < 0: any.
@@ -62,8 +62,10 @@ class ModeSearch {
   void visit(const Node& node);
   LinearProgram make_program(const Node& node) const;
   void bound_reaction(const Node& node, std::size_t c, const Eigen::RowVectorXd& size, LinearProgram* program) const;
+  void hold(const Node& node, std::size_t c, const Eigen::RowVectorXd& row, double slack, LinearProgram* program) const;
+  bool cut_discs(const Node& node, const Eigen::VectorXd& x, LinearProgram* program) const;
   bool find_root(const Node& node, Eigen::VectorXd* x) const;
-  bool is_regular(const Node& node, const LinearProgram& program) const;
+  bool is_regular(const Node& node, const LinearProgram& program);
   bool is_inside(const Node& node, const Eigen::VectorXd& x) const;
   Verdict judge(const Node& node, const Eigen::VectorXd& x) const;
   bool branch(const Node& node, const Eigen::VectorXd& x);
@@ -76,7 +78,7 @@ class ModeSearch {
   void add(LinearProgram* program, const Eigen::RowVectorXd& row, double bound, double slack = 0.0) const;
 
   const ContactProblem& problem_;
-  const std::size_t most_nodes_;
+  const std::size_t most_work_;
   double unit_ = 1.0;  // N
   Eigen::MatrixXd A_;  // scaled: accelerations over their scale, forces over the unit
   Eigen::VectorXd a0_;
@@ -86,8 +88,8 @@ class ModeSearch {
   std::vector<std::size_t> stick_, slide_;
   std::vector<Eigen::Index> free_;  // components of those that slide
   Eigen::VectorXd p_;
-  Eigen::MatrixXd E_;        // [Q F]
-  Eigen::VectorXd a_p_;      // a = a_p + A_E u
+  Eigen::MatrixXd E_;    // [Q F]
+  Eigen::VectorXd a_p_;  // a = a_p + A_E u
   Eigen::MatrixXd A_E_;
   bool motion_needs_share_ = false, is_finished_ = false;
   std::vector<Node> open_;

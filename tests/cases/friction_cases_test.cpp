@@ -1,10 +1,12 @@
 /// \file The cases with friction: 04a and 04b in all forms, 10b by its instances.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 #include <tanor/dynamics.hpp>
+#include <tanor/motion.hpp>
 
 #include "cases/judge.hpp"
 
@@ -161,6 +163,24 @@ TEST(PainleveRailsTest, TheNumberOfSolutionsIsThatOfTheCase) {
                                      : count == 1 ? Status::Ok
                                                   : Status::NotUnique)
         << instance;
+    const Simulation run(system);
+    EXPECT_EQ(run.outcome().status, report.outcome.status) << run.outcome().what;
+    if (count == 2) {
+      // The message names contact, time and both accelerations.
+      for (const std::string& what : {report.outcome.what, run.outcome().what}) {
+        EXPECT_NE(what.find("t = 0"), std::string::npos) << what;
+        EXPECT_NE(what.find("rough at rough rail[0], point 0"), std::string::npos) << what;
+        std::vector<double> named;
+        for (std::size_t k = what.find('('); k != std::string::npos; k = what.find('(', k + 1))
+          named.push_back(std::strtod(what.c_str() + k + 1, nullptr));
+        ASSERT_EQ(named.size(), 2u) << what;
+        std::vector<double> wanted{number(instance.at("solutions").at(0).at("a")),
+                                   number(instance.at("solutions").at(1).at("a"))};
+        std::sort(named.begin(), named.end());
+        std::sort(wanted.begin(), wanted.end());
+        for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(named[k], wanted[k], 3e-12 * std::abs(wanted[k])) << what;
+      }
+    }
     if (count != 1) continue;
     const nlohmann::json& solution = instance.at("solutions").at(0);
     EXPECT_NEAR(w[0], number(solution.at("a")), 1e-13);

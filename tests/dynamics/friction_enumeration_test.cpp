@@ -71,8 +71,8 @@ std::vector<Vector3d> vectors_in(const std::string& text) {
 }
 
 TEST(FrictionEnumeration, FourHundredScenesHaveAsManyMotionsAsTheLaw) {
-  const Kind kinds[] = {{1, 100, 2, 2, false, false}, {1, 60, 3, 3, false, false}, {1, 40, 3, 2, false, false},
-                        {1, 60, 4, 4, false, false},  {1, 40, 4, 3, false, false}, {1, 30, 4, 2, false, false},
+  const Kind kinds[] = {{1, 100, 2, 2, false, false}, {1, 60, 3, 3, false, false},  {1, 40, 3, 2, false, false},
+                        {1, 60, 4, 4, false, false},  {1, 40, 4, 3, false, false},  {1, 30, 4, 2, false, false},
                         {201, 20, 2, 2, true, false}, {201, 20, 3, 3, true, false}, {201, 10, 3, 3, false, true},
                         {201, 20, 4, 3, false, true}};
   unsigned num_scenes = 0, several = 0, resting = 0, borderline = 0;
@@ -178,7 +178,8 @@ struct Row {
       F.push_back(values(std::get<ConstantForce>(system.forces[k]).force));
       const auto bead = static_cast<Index>(k);
       if (k + 1 < count)
-        e.push_back(plane(reference::point(system.positions, bead + 1) - reference::point(system.positions, bead)).normalized());
+        e.push_back(plane(reference::point(system.positions, bead + 1) - reference::point(system.positions, bead))
+                        .normalized());
       c.push_back(k == 0 ? 1.0 : c[k - 1] * e[k - 1].dot(l[k - 1]) / e[k - 1].dot(l[k]));
     }
   }
@@ -228,7 +229,8 @@ struct Row {
     constexpr double far = 1e9;
     std::vector<Interval> before{{0.0, 0.0}};
     for (std::size_t k = 0; k < mass.size(); ++k) {
-      const Vector2d to = k + 1 < mass.size() ? e[k] : Vector2d::Zero().eval(), from = k > 0 ? e[k - 1] : Vector2d::Zero().eval();
+      const Vector2d to = k + 1 < mass.size() ? e[k] : Vector2d::Zero().eval(),
+                     from = k > 0 ? e[k - 1] : Vector2d::Zero().eval();
       // |l.R| <= mu |n.R|: the product of f_+ and f_-, mu n.R +- l.R, is not negative.
       const Vector2d normals[2] = {mu[k] * n[k] + l[k], mu[k] * n[k] - l[k]};
       const auto product = [&](double T0, double T1) {

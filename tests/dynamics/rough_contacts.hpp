@@ -17,7 +17,8 @@
 namespace tanor::reference {
 
 /// All complex solutions x [q] of x_j^2 = mu_j^2 N_j.N_j, N_j = N0_j + W_j x (no conjugation): q quadrics, which have
-/// 2^q of them (Bezout). Paths lead there from x_j = +-1 (total-degree homotopy in projective coordinates; Morgan 1987).
+/// 2^q of them (Bezout). Paths lead there from x_j = +-1 (total-degree homotopy in projective coordinates; Morgan
+/// 1987).
 class Quadrics {
  public:
   using Complex = std::complex<double>;
@@ -25,7 +26,8 @@ class Quadrics {
   using Matrix = Eigen::MatrixXcd;
 
   /// N0, W: [q] 3, 3 x q.
-  Quadrics(std::vector<double> mu, std::vector<Eigen::Vector3d> N0, std::vector<Eigen::Matrix3Xd> W) : mu_(std::move(mu)) {
+  Quadrics(std::vector<double> mu, std::vector<Eigen::Vector3d> N0, std::vector<Eigen::Matrix3Xd> W)
+      : mu_(std::move(mu)) {
     const auto q = static_cast<Eigen::Index>(mu_.size());
     unit_ = 1e-300;
     for (std::size_t j = 0; j < mu_.size(); ++j) unit_ = std::max(unit_, mu_[j] * N0[j].norm());

@@ -1,0 +1,249 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <tanor/tanor.hpp>
+
+#include "reference.hpp"
+
+/// \file The motions of beads at rest on rough planes, which rods join: a direction of sliding is unknown there. They
+/// are looked for once more by Newton's method from a grid of directions, in each subset that sticks.
+namespace tanor {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+System make_planes(unsigned seed, std::size_t count) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> log_mass(-1.0, 1.0), coefficient(0.2, 0.9);
+  const auto any = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+  System system;
+  Rods rods{"rods", {}, {}, {}};
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vector3d r = 1.5 * any(), n = any().normalized(), force = 4.0 * any();
+    const auto bead = static_cast<tanor::Index>(k);
+    system.positions.insert(system.positions.end(), {r(0), r(1), r(2)});
+    system.masses.push_back(std::exp(log_mass(random)));
+    const std::string name = "p" + std::to_string(k);
+    system.constraints.push_back(Planes{name, {bead}, Vector3{n(0), n(1), n(2)}, n.dot(r)});
+    system.forces.push_back(ConstantForce{"", {bead}, Vector3{force(0), force(1), force(2)}});
+    system.friction.push_back(Coulomb{.name = "", .at = {name}, .coefficient = coefficient(random)});
+    if (k > 0) rods.pairs.push_back({bead - 1, bead});
+  }
+  system.velocities.assign(3 * count, 0.0);
+  system.constraints.push_back(rods);
+  return system;
+}
+
+/// Two components of friction a bead, x [2n]; a = a0 + A x along them, reactions nu = nu0 + V x.
+struct Planar {
+  std::vector<double> mu;
+  std::vector<Eigen::Matrix<double, 3, 2>> T;
+  MatrixXd A, V;
+  VectorXd a0, nu0;
+
+  explicit Planar(const System& system) {
+    const reference::Mechanics dense = reference::make_mechanics(system, 0.0, system.positions, system.velocities);
+    const auto n = static_cast<Index>(system.masses.size());
+    for (Index c = 0; c < n; ++c) {
+      mu.push_back(std::get<Coulomb>(system.friction[static_cast<std::size_t>(c)]).coefficient);
+      const Vector3d k = dense.K.col(c).segment<3>(3 * c).normalized(), e = k.unitOrthogonal();
+      T.emplace_back();
+      T.back() << e, k.cross(e);
+    }
+    const MatrixXd S = dense.S();
+    const auto answer = [&](const VectorXd& f, const VectorXd& phi, auto&& a, auto&& nu) {
+      const VectorXd lambda = -S.fullPivLu().solve(phi + dense.K.transpose() * f.cwiseQuotient(dense.M));
+      const VectorXd w = (f + dense.K * lambda).cwiseQuotient(dense.M);
+      for (Index c = 0; c < n; ++c) {
+        a.template segment<2>(2 * c) = T[static_cast<std::size_t>(c)].transpose() * w.segment<3>(3 * c);
+        nu(c) = lambda(c);
+      }
+    };
+    A.resize(2 * n, 2 * n);
+    V.resize(n, 2 * n);
+    a0.resize(2 * n);
+    nu0.resize(n);
+    answer(dense.f, dense.phi, a0, nu0);
+    for (Index j = 0; j < 2 * n; ++j) {
+      VectorXd f = VectorXd::Zero(dense.f.size());
+      f.segment<3>(3 * (j / 2)) = T[static_cast<std::size_t>(j / 2)].col(j % 2);
+      answer(f, VectorXd::Zero(dense.phi.size()), A.col(j), V.col(j));
+    }
+  }
+
+  /// Accelerations of all motions that were found. `margin`: see RoughContacts.
+  std::vector<VectorXd> find_all(double* margin) const {
+    const auto n = static_cast<Index>(mu.size());
+    std::vector<VectorXd> motions;
+    constexpr int directions = 12;
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> log_size(-1.5, 2.5);
+    if (can_rest(margin)) motions.push_back(VectorXd::Zero(2 * n));
+    for (unsigned subset = 1; subset < (1u << n); ++subset) {
+      const auto slides = [&](Index c) { return ((subset >> c) & 1) != 0; };
+      int starts = 1;
+      for (Index c = 0; c < n; ++c) starts *= slides(c) ? directions : 1;
+      for (int start = 0; start < 3 * starts; ++start) {
+        VectorXd x = VectorXd::Zero(2 * n);
+        int rest = start / 3;
+        for (Index c = 0; c < n; ++c) {
+          if (!slides(c)) continue;
+          const double angle = 6.283185307179586 * (rest % directions) / directions;
+          rest /= directions;
+          x.segment<2>(2 * c) = std::exp(log_size(random)) * mu[static_cast<std::size_t>(c)] *
+                                (0.1 + std::abs(nu0(c))) * Vector2d(std::cos(angle), std::sin(angle));
+        }
+        if (!solve(slides, &x)) continue;
+        const VectorXd a = a0 + A * x;
+        const double size = a0.norm();
+        bool obeys = true;
+        double least = 1.0;
+        for (Index c = 0; c < n; ++c) {
+          const Vector2d own = x.segment<2>(2 * c), towards = a.segment<2>(2 * c);
+          const double limit = mu[static_cast<std::size_t>(c)] * std::abs(nu0(c) + V.row(c) * x);
+          const double slack =
+              slides(c) ? -own.dot(towards) / (own.norm() * size) : (limit - own.norm()) / (limit + own.norm());
+          obeys = obeys && slack >= 0.0;
+          least = std::min(least, std::abs(slack));
+        }
+        if (!obeys) continue;
+        *margin = std::min(*margin, least);
+        const bool is_known = std::any_of(motions.begin(), motions.end(),
+                                          [&](const VectorXd& other) { return (other - a).norm() < 1e-7 * size; });
+        if (!is_known) motions.push_back(a);
+      }
+    }
+    return motions;
+  }
+
+ private:
+  /// The rods' pulls are statically undetermined: along lines in the space of friction that lets all rest.
+  bool can_rest(double* margin) const {
+    const auto n = static_cast<Index>(mu.size());
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
+    const Index rank = (eigen.eigenvalues().array() > 1e-10 * eigen.eigenvalues().maxCoeff()).count();
+    const MatrixXd F = eigen.eigenvectors().leftCols(2 * n - rank);
+    const VectorXd least = -A.completeOrthogonalDecomposition().solve(a0);
+    const auto slack = [&](const VectorXd& x) {
+      double worst = 1.0;
+      for (Index c = 0; c < n; ++c) {
+        const double limit = mu[static_cast<std::size_t>(c)] * std::abs(nu0(c) + V.row(c) * x),
+                     own = x.segment<2>(2 * c).norm();
+        worst = std::min(worst, (limit - own) / (limit + own));
+      }
+      return worst;
+    };
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    double best = slack(least);
+    for (int line = 0; line < (F.cols() == 1 ? 1 : 3000); ++line) {
+      VectorXd d(F.cols()), at = VectorXd::Zero(F.cols());
+      for (Index i = 0; i < d.size(); ++i) {
+        d(i) = F.cols() == 1 ? 1.0 : normal(random);
+        at(i) = F.cols() == 1 ? 0.0 : 3.0 * (least.norm() + nu0.norm()) * normal(random);
+      }
+      const VectorXd from = least + F * at, along = F * d;
+      std::vector<double> roots{0.0};
+      for (Index c = 0; c < n; ++c) {
+        // |x + s d|^2 = mu^2 (nu + s V d)^2
+        const double m = mu[static_cast<std::size_t>(c)] * mu[static_cast<std::size_t>(c)],
+                     nu = nu0(c) + V.row(c) * from, dnu = V.row(c) * along;
+        const Vector2d x = from.segment<2>(2 * c), dx = along.segment<2>(2 * c);
+        const double a = dx.squaredNorm() - m * dnu * dnu, b = x.dot(dx) - m * nu * dnu,
+                     e = x.squaredNorm() - m * nu * nu;
+        if (b * b < a * e) continue;
+        for (const double sign : {1.0, -1.0}) roots.push_back((-b + sign * std::sqrt(b * b - a * e)) / a);
+      }
+      std::sort(roots.begin(), roots.end());
+      for (std::size_t i = 0; i + 1 < roots.size(); ++i)
+        best = std::max(best, slack(from + 0.5 * (roots[i] + roots[i + 1]) * along));
+      const double wide = 1.0 + roots.back() - roots.front();
+      best =
+          std::max({best, slack(from + (roots.front() - wide) * along), slack(from + (roots.back() + wide) * along)});
+    }
+    *margin = std::min(*margin, std::abs(best));
+    return best >= 0.0;
+  }
+
+  /// a_c = 0; or |x_c|^2 = mu^2 nu_c^2 and x_c parallel to a_c.
+  template <class Slides>
+  bool solve(const Slides& slides, VectorXd* x) const {
+    const auto n = static_cast<Index>(mu.size());
+    MatrixXd J(2 * n, 2 * n);
+    VectorXd F(2 * n);
+    for (int pass = 0; pass < 40; ++pass) {
+      const VectorXd a = a0 + A * *x;
+      J.setZero();
+      for (Index c = 0; c < n; ++c) {
+        const Index i = 2 * c, j = i + 1;
+        if (!slides(c)) {
+          F.segment<2>(i) = a.segment<2>(i);
+          J.middleRows<2>(i) = A.middleRows<2>(i);
+          continue;
+        }
+        const double m = mu[static_cast<std::size_t>(c)] * mu[static_cast<std::size_t>(c)], nu = nu0(c) + V.row(c) * *x;
+        F(i) = (*x)(i) * (*x)(i) + (*x)(j) * (*x)(j)-m * nu * nu;
+        J.row(i) = -2.0 * m * nu * V.row(c);
+        J(i, i) += 2.0 * (*x)(i);
+        J(i, j) += 2.0 * (*x)(j);
+        F(j) = (*x)(i)*a(j) - (*x)(j)*a(i);
+        J.row(j) = (*x)(i)*A.row(j) - (*x)(j)*A.row(i);
+        J(j, i) += a(j);
+        J(j, j) -= a(i);
+      }
+      const VectorXd step = J.partialPivLu().solve(F);
+      if (!step.allFinite()) return false;
+      *x -= step;
+      if (step.norm() <= 1e-13 * x->norm()) return true;
+    }
+    return false;
+  }
+};
+
+TEST(FrictionOnPlanes, BeadsAtRestHaveAsManyMotionsAsTheLaw) {
+  int unique = 0, several = 0, none = 0, unproven = 0;
+  for (const std::size_t count : {2, 3}) {
+    for (unsigned seed = 1; seed <= (count == 2 ? 60u : 15u); ++seed) {
+      const System system = make_planes(seed, count);
+      double margin = 1.0;
+      const Planar twin(system);
+      const std::vector<VectorXd> all = twin.find_all(&margin);
+      if (margin < 1e-6) continue;
+      Dynamics dynamics(system);
+      std::vector<double> w(3 * count);
+      const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+      const Simulation run(system);
+      SCOPED_TRACE(std::to_string(count) + " beads, seed " + std::to_string(seed) + ": " + std::to_string(all.size()) +
+                   " motions; " + report.outcome.what + report.friction.uniqueness_reason);
+      const bool is_unproven = report.friction.uniqueness == Uniqueness::Unproven;
+      unproven += is_unproven ? 1 : 0;
+      (all.empty() ? none : all.size() == 1 ? unique : several) += 1;
+      if (is_unproven) {
+        EXPECT_NE(report.friction.uniqueness_reason.find("too many"), std::string::npos);
+        continue;
+      }
+      const Status status = all.empty() ? Status::NoSolution : all.size() == 1 ? Status::Ok : Status::NotUnique;
+      EXPECT_EQ(report.outcome.status, status);
+      EXPECT_EQ(run.outcome().status, status) << run.outcome().what;
+      if (all.size() != 1 || !report.outcome.ok()) continue;
+      EXPECT_EQ(report.friction.uniqueness, Uniqueness::Proven);
+      for (std::size_t c = 0; c < count; ++c) {
+        const Vector2d a = twin.T[c].transpose() * reference::point(w, static_cast<tanor::Index>(c));
+        EXPECT_LE((a - all[0].segment<2>(2 * static_cast<Index>(c))).norm(), 1e-9 * (1.0 + all[0].norm()));
+      }
+    }
+  }
+  EXPECT_LE(unproven, 3);
+  EXPECT_GT(unique, 40);
+  EXPECT_GT(several, 0);
+}
+
+}  // namespace
+}  // namespace tanor
