@@ -33,10 +33,6 @@ double NormalForm::acceleration_at(std::size_t contact) const {
   return accelerations_[model_.scales.of_point(point)];
 }
 
-/// What moves on a surface faster than this, over the speed of its neighbourhood, where it moves no longer along the
-/// sense that it had, has turned.
-static constexpr double turning_threshold = 1e-10;
-
 /// Sliding slower than this is rest: the rounding of projected velocities.
 double NormalForm::sliding_threshold(std::size_t contact) const {
   return 1e-11 * speed_at(contact);
@@ -92,7 +88,7 @@ std::vector<double> NormalForm::blocks_of_constraints() const {
 }
 
 void NormalForm::set_sliding_speeds() {
-  constexpr double slow = 1e-6;
+  constexpr double slow = 1e-7;
   for (std::size_t c = 0; c < model_.constraints.tangents().size(); ++c)
     friction_->laws().set_speeds(c, sliding_threshold(c), slow * speed_at(c));
 }
@@ -147,11 +143,7 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
     if (tangents.sticks(c)) {
       at_rest[c] = 1;
       if (is_now) releases.push_back(c);
-    } else {
-      // On a surface, what still moves across the sense that it had has not stopped, but turned.
-      const double speed = norm(tangents.sliding_velocity(c, v));
-      const bool has_turned = tangents[c].num_guides == 1 && speed > turning_threshold * speed_at(c);
-      if (speed > sliding_threshold(c) && (!is_now || has_turned)) continue;
+    } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c)) {
       at_rest[c] = 1;
       tangents.set_stick(c, true);
       has_changed[friction_->island_of(c)] = 1;
