@@ -331,10 +331,10 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
 /// has no acceleration sticks. Sticking contacts share their load so that the most loaded one has most to spare. Where
 /// one has nothing to spare, all accelerations are still 0, and nothing tells yet what will move: those are held a
 /// little longer, until what they lack rises above rounding (`overload`).
-/// `choices`: islands that were treated so.
+/// `choices`: islands that were treated so, of at least so many contacts, or where the load is shared.
 Outcome NormalForm::choose_on_surfaces(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                                        std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                                       std::vector<ContactChoice>* choices) {
+                                       std::size_t least_contacts, std::vector<ContactChoice>* choices) {
   Tangents& tangents = model_.constraints.tangents();
   overloads_.resize(at_rest.size(), 0);
   softness_.resize(at_rest.size(), 0);
@@ -343,7 +343,7 @@ Outcome NormalForm::choose_on_surfaces(double t, const double* r, const double* 
   for (const std::size_t c : releases) may_share[friction_->island_of(c)] = 1;
   for (std::size_t c = 0; c < at_rest.size(); ++c) {
     const std::size_t island = friction_->island_of(c);
-    const bool is_many = friction_->islands()[island].size() > most_contacts_counted;
+    const bool is_many = friction_->islands()[island].size() >= least_contacts;
     if (at_rest[c] != 0 && tangents[c].num_tangents() == 2 && (is_many || may_share[island] != 0))
       on_surfaces[island] = wanted[island];
   }
@@ -374,7 +374,7 @@ Outcome NormalForm::choose_on_surfaces(double t, const double* r, const double* 
     }
     Eigen::VectorXd x = choice.x, weights;
     const double load = share_load(choice.problem, sticks, &x, &weights);
-    if (std::isnan(load) && !is_overloaded && choice.size() <= most_contacts_counted) continue;
+    if (std::isnan(load) && !is_overloaded && choice.size() < least_contacts) continue;
     for (std::size_t c = 0; c < choice.size(); ++c) {
       const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
       const std::size_t contact = choice.members[c];

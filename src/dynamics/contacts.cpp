@@ -33,10 +33,6 @@ double NormalForm::acceleration_at(std::size_t contact) const {
   return accelerations_[model_.scales.of_point(point)];
 }
 
-/// What moves on a surface faster than this, over the speed of its neighbourhood, where it moves no longer along the
-/// sense that it had, has turned.
-static constexpr double turning_threshold = 1e-10;
-
 /// Sliding slower than this is rest: the rounding of projected velocities.
 double NormalForm::sliding_threshold(std::size_t contact) const {
   return 1e-11 * speed_at(contact);
@@ -92,7 +88,7 @@ std::vector<double> NormalForm::blocks_of_constraints() const {
 }
 
 void NormalForm::set_sliding_speeds() {
-  constexpr double slow = 1e-6;
+  constexpr double slow = 3e-7;
   for (std::size_t c = 0; c < model_.constraints.tangents().size(); ++c)
     friction_->laws().set_speeds(c, sliding_threshold(c), slow * speed_at(c));
 }
@@ -147,11 +143,7 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
     if (tangents.sticks(c)) {
       at_rest[c] = 1;
       if (is_now) releases.push_back(c);
-    } else {
-      // On a surface, what still moves across the sense that it had has not stopped, but turned.
-      const double speed = norm(tangents.sliding_velocity(c, v));
-      const bool has_turned = tangents[c].num_guides == 1 && speed > turning_threshold * speed_at(c);
-      if (speed > sliding_threshold(c) && (!is_now || has_turned)) continue;
+    } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c)) {
       at_rest[c] = 1;
       tangents.set_stick(c, true);
       has_changed[friction_->island_of(c)] = 1;
@@ -189,7 +181,8 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
   judges_friction_ = false;
   std::vector<ContactChoice> choices;
   Outcome found;
-  if (num_at_rest > 0) found = choose_on_surfaces(t, r, v, at_rest, releases, has_changed, &choices);
+  if (num_at_rest > 0)
+    found = choose_on_surfaces(t, r, v, at_rest, releases, has_changed, most_contacts_counted + 1, &choices);
   if (found.ok() && (num_at_rest > 0 || is_start)) {
     std::vector<char> others = has_changed;
     for (const ContactChoice& choice : choices) others[choice.island] = 0;
@@ -201,7 +194,9 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     return std::any_of(choices.begin(), choices.end(), [&](const auto& choice) { return choice.island == island; });
   };
   std::vector<char> are_counted(has_changed.size(), 0);
+  bool has_searched = false;
   if (found.ok()) {
+    has_searched = true;
     for (const ContactChoice& choice : choices) are_counted[choice.island] = 1;
     for (const std::size_t c : releases) {
       if (!is_counted(friction_->island_of(c)) && !shares_a_load) release(c);
@@ -209,6 +204,13 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     friction_->set_counted(are_counted);  // several sizes of friction are no several motions there
     found = settle_modes(t, r, v, at_rest, releases, choices, w);
     friction_->set_counted({});
+  }
+  // The law for few contacts on surfaces as a whole, too, where the search leads nowhere.
+  if (!found.ok() && has_searched && found.status != Status::NotUnique) {
+    for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);
+    std::vector<ContactChoice> whole;
+    Outcome outcome = choose_on_surfaces(t, r, v, at_rest, releases, has_changed, 1, &whole);
+    if (outcome.ok() && !whole.empty()) found = settle_modes(t, r, v, at_rest, releases, whole, w);
   }
   if (!found.ok() && found.status != Status::NotUnique && num_at_rest > most_contacts_counted) {
     for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);

@@ -189,7 +189,7 @@ class NormalForm final : public EquationsOfMotion {
   Outcome explain_choice(double t, const ContactChoice& choice) const;
   Outcome choose_on_surfaces(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                              std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                             std::vector<ContactChoice>* choices);
+                             std::size_t least_contacts, std::vector<ContactChoice>* choices);
   Outcome count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                         std::span<const std::size_t> releases, const std::vector<char>& wanted,
                         std::size_t most_contacts, std::vector<ContactChoice>* choices);

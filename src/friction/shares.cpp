@@ -23,7 +23,8 @@ struct Shares {
 
   double load(const VectorXd& x) const {
     double worst = 0.0;
-    for (const auto& [first, dimension, limit] : contacts) worst = std::max(worst, x.segment(first, dimension).norm() / limit);
+    for (const auto& [first, dimension, limit] : contacts)
+      worst = std::max(worst, x.segment(first, dimension).norm() / limit);
     return worst;
   }
   /// Least price level - sum of log(q_c), q_c = level^2 h_c^2 - |x_c|^2, from (x, level) inside, by damped Newton
