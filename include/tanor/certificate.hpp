@@ -13,7 +13,7 @@ struct CertificateCheck {
   std::string identity;  ///< in the paper's symbols, "K'w + phi = 0"
   double error = 0.0;
   double allowed = 0.0;  ///< at most `Certificate::fewest_digits`
-  std::string where;  ///< worst constraint or point; empty where there is none
+  std::string where;     ///< worst constraint or point; empty where there is none
 };
 
 /// The proof of an answer (w, lambda, eta): identities of the paper and second ways to the same numbers. Values are

@@ -26,9 +26,9 @@ enum class Stabilisation { Projection, None };
 struct MotionOptions {
   Method method = Method::Auto;  ///< auto: see choose_method
   double step = 0.0;             ///< s; fixed, or the first one to try where a tolerance rules; 0: none
-  double max_step = 0.0;         ///< s; no step is longer, whatever the method; 0: none. For callables of the state that
-                                 ///< act for a short time only: no bound of them is known
-  double rtol = 1e-8;            ///< relative to |r| and |v| of each point
+  double max_step = 0.0;  ///< s; no step is longer, whatever the method; 0: none. For callables of the state that
+                          ///< act for a short time only: no bound of them is known
+  double rtol = 1e-8;     ///< relative to |r| and |v| of each point
   /// m and m/s; 0: 1e-10 of the length around each point, and of the speed there. Around it lies what constraints and
   /// springs join to it; the speed is the largest of those at the start and of a fall through that length.
   double atol = 0.0;
@@ -89,8 +89,8 @@ struct MotionReport {
   double last_step = 0.0;
   /// Why the motion may be less exact than asked for though nothing failed, and when first: the absolute tolerance is
   /// coarse, one fixed step turns the motion by more than 0.4 rad, steps pass something over, the energy drifts by more
-  /// of its scale than the method should let it (fixed steps: 1e-2; a tolerance: 1e4 rtol, between 1e-4 and 1e-2), or the
-  /// tolerance lies below the rounding of the forces. Empty: nothing speaks against it.
+  /// of its scale than the method should let it (fixed steps: 1e-2; a tolerance: 1e4 rtol, between 1e-4 and 1e-2), or
+  /// the tolerance lies below the rounding of the forces. Empty: nothing speaks against it.
   std::string accuracy_warning{};
   std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
   double last_event = 0.0;  ///< s, the last of them
@@ -134,14 +134,14 @@ struct Snapshot {
   MotionReport report;             ///< its counts, times, works and extremes go on
 
   // What the next step depends on beside the state; the defaults are those of a start.
-  double next_step = 0.0;             ///< s, adaptive methods; 0: not known yet
-  double last_error = 1e-4;           ///< of the last step, over the tolerance
-  double advance_begin = 0.0;         ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
-  double advance_end = 0.0;           ///< the steps it had from `advance_begin` on
-  std::vector<int> discrete_state;    ///< which contacts slip and which way, …
-  std::vector<double> event_slopes;   ///< 1/s, how what decides on them fell in the last step; empty: not known
-  std::vector<double> memory;         ///< what the method and the solvers keep from step to step
-  std::vector<double> drive_memory;   ///< how far functions of time were looked at; empty: a motion begins here
+  double next_step = 0.0;            ///< s, adaptive methods; 0: not known yet
+  double last_error = 1e-4;          ///< of the last step, over the tolerance
+  double advance_begin = 0.0;        ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
+  double advance_end = 0.0;          ///< the steps it had from `advance_begin` on
+  std::vector<int> discrete_state;   ///< which contacts slip and which way, …
+  std::vector<double> event_slopes;  ///< 1/s, how what decides on them fell in the last step; empty: not known
+  std::vector<double> memory;        ///< what the method and the solvers keep from step to step
+  std::vector<double> drive_memory;  ///< how far functions of time were looked at; empty: a motion begins here
   std::vector<double> singular_memory;  ///< what was seen of places where K loses rank; empty: it keeps it
   std::vector<double> rounding_memory;  ///< how well accelerations are known, see motion/rounding.hpp; empty: not asked
   std::vector<double> stiff_memory;     ///< whether explicit steps turned out stiff; empty: auto did not choose

@@ -126,8 +126,9 @@ CoordinateKernel make_coordinate_kernel(Callable&& callable, bool thread_safe = 
 }
 
 /// callable(const std::array<T, 3>& r, const std::array<T, 3>& v, double t) -> std::array<T, 3>, N, for T = double and
-/// Forward<6>: a force on a point at r with velocity v. It is a black box: where it acts for a short time or in a narrow
-/// place only, adaptive steps may pass it unseen; give MotionOptions::max_step, the time in which that is passed.
+/// Forward<6>: a force on a point at r with velocity v. It is a black box: where it acts for a short time or in a
+/// narrow place only, adaptive steps may pass it unseen; give MotionOptions::max_step, the time in which that is
+/// passed.
 template <class Callable>
 ForceKernel make_force_kernel(Callable&& callable, bool thread_safe = true) {
   using Function = std::decay_t<Callable>;

@@ -55,10 +55,7 @@ class Memory {
     for (Number& number : array) exchange(number);
   }
   template <class... Members>
-  requires(sizeof...(Members) > 1)
-  void exchange(Members&... members) {
-    (exchange(members), ...);
-  }
+  requires(sizeof...(Members) > 1) void exchange(Members&... members) { (exchange(members), ...); }
 
   /// The numbers cannot be what a part wrote.
   [[noreturn]] static void refuse() {

@@ -59,7 +59,8 @@ void add_run(CLI::App* app, RunOptions* options) {
   CLI::Option* step =
       command->add_option("--step", over->step, "fixed step, or the first one to try with adaptive methods, s");
   CLI::Option* rtol = command->add_option("--rtol", over->rtol, "relative tolerance")->check(require_positive);
-  CLI::Option* atol = command->add_option("--atol", over->atol, "absolute tolerance, m; default: 1e-10 of the size")->check(require_positive);
+  CLI::Option* atol = command->add_option("--atol", over->atol, "absolute tolerance, m; default: 1e-10 of the size")
+                          ->check(require_positive);
   step->check(require_positive)->excludes(rtol, atol);
   command->add_option("--max-step", over->max_step, "no step is longer, s")->check(require_positive);
   add_motion(command, over);

@@ -48,7 +48,8 @@ std::vector<ContactChoice> NormalForm::list_choices(const std::vector<char>& at_
       choice.members.push_back(c);
       const Vec3 tau = friction_->force(c, lambda_.data());
       for (Eigen::Index k = 0; k < dimension; ++k) {
-        const Vec3 e = moves ? laws.part_direction(laws.first_part(c)) : tangents.directions(c)[static_cast<std::size_t>(k)];
+        const Vec3 e =
+            moves ? laws.part_direction(laws.first_part(c)) : tangents.directions(c)[static_cast<std::size_t>(k)];
         choice.directions.push_back(e);
         before.push_back(dot(tau, e));
       }
@@ -84,8 +85,8 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
 
   // Without Coulomb's friction.
   double scale = model_.evaluate_free(t, r, v, w.data());
-  scale = larger(scale, model_.constraints.evaluate_right_side(model_.parallel, r, v, w.data(), right_side_.data(),
-                                                               nullptr));
+  scale = larger(scale,
+                 model_.constraints.evaluate_right_side(model_.parallel, r, v, w.data(), right_side_.data(), nullptr));
   w0_ = w.data();
   knows_accelerations_ = false;
   measure_accelerations(scale);
@@ -102,7 +103,8 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
   model_.constraints.evaluate_contacts(model_.parallel, r, v, w.data(), Tangents::Which::All, contact_rows_.data());
   std::size_t most = 0;
   for (ContactChoice& choice : *choices) {
-    const auto m = 3 * static_cast<Eigen::Index>(choice.size()), k = static_cast<Eigen::Index>(choice.directions.size());
+    const auto m = 3 * static_cast<Eigen::Index>(choice.size()),
+               k = static_cast<Eigen::Index>(choice.directions.size());
     most = std::max(most, choice.directions.size());
     ContactProblem& problem = choice.problem;
     problem.A.setZero(k, k);
@@ -118,8 +120,9 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
       const Tangents::Place& place = tangents[choice.members[c]];
       for (Eigen::Index i = 0; i < contact.dimension; ++i) {
         const auto row = contact.first + i;
-        const double a = contact.moves ? dot(choice.directions[static_cast<std::size_t>(row)], load(w.data(), place.point))
-                                       : contact_rows_[static_cast<std::size_t>(place.first_row + i)];
+        const double a = contact.moves
+                             ? dot(choice.directions[static_cast<std::size_t>(row)], load(w.data(), place.point))
+                             : contact_rows_[static_cast<std::size_t>(place.first_row + i)];
         problem.a0(row) = std::abs(a) > 1e-12 * choice.acceleration_scale ? a : 0.0;
       }
     }
@@ -154,7 +157,8 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
       }
     }
   }
-  for (ContactChoice& choice : *choices) choice.problem.A = (0.5 * (choice.problem.A + choice.problem.A.transpose())).eval();
+  for (ContactChoice& choice : *choices)
+    choice.problem.A = (0.5 * (choice.problem.A + choice.problem.A.transpose())).eval();
 }
 
 /// Static friction until a contact gives way, then that of sliding, until no other one gives way: `released` [contact]
@@ -172,7 +176,8 @@ void NormalForm::solve_choice(std::vector<char> released, std::size_t most_modes
       problem.contacts[c].mu =
           released[contact] != 0 ? laws.coefficient_of_sliding(contact) : laws.static_coefficient(contact);
     }
-    ContactSolutions& solutions = choice->solutions = find_all(problem, most_modes, pass == 0 ? choice->before : choice->x);
+    ContactSolutions& solutions = choice->solutions =
+        find_all(problem, most_modes, pass == 0 ? choice->before : choice->x);
     if (solutions.uniqueness > worst) {
       worst = solutions.uniqueness;
       reason = solutions.reason;
@@ -186,7 +191,8 @@ void NormalForm::solve_choice(std::vector<char> released, std::size_t most_modes
     };
     choice->x = *std::min_element(solutions.found.begin(), solutions.found.end(), nearer);
     const Eigen::VectorXd a = problem.accelerations(choice->x);
-    const double least = rounding_of_accelerations * std::max(choice->acceleration_scale, problem.acceleration_scale(choice->x));
+    const double least =
+        rounding_of_accelerations * std::max(choice->acceleration_scale, problem.acceleration_scale(choice->x));
     for (std::size_t c = 0; c < choice->size(); ++c) {
       const auto& [first, dimension, moves, mu] = problem.contacts[c];
       const std::size_t contact = choice->members[c];
@@ -241,7 +247,10 @@ Outcome NormalForm::explain_choice(double t, const ContactChoice& choice) const 
   }
   std::string what = name(worst) + ": " + std::to_string(found.size()) + " accelerations obey the law: ";
   for (std::size_t k = 0; k < found.size(); ++k)
-    what += (k == 0 ? "" : k + 1 == found.size() ? " and " : ", ") + text(choice.acceleration(worst, found[k]), choice.acceleration_scale);
+    what += (k == 0                  ? ""
+             : k + 1 == found.size() ? " and "
+                                     : ", ") +
+            text(choice.acceleration(worst, found[k]), choice.acceleration_scale);
   return {Status::NotUnique, what + " m/s^2; at a start nothing says which"};
 }
 
@@ -281,7 +290,8 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
   std::vector<char> released(tangents.size(), 0);
   for (const std::size_t c : releases) released[c] = 1;
   const bool is_start = refuses_several_;
-  constexpr std::size_t all_modes = 1000000, modes_on_the_way = 20000;  // work of the search: seconds, and some hundredths
+  constexpr std::size_t all_modes = 1000000,
+                        modes_on_the_way = 20000;  // work of the search: seconds, and some hundredths
   Outcome failed;
   for (ContactChoice& choice : *choices) {
     solve_choice(released, is_start ? all_modes : modes_on_the_way, &choice);
@@ -430,7 +440,8 @@ void NormalForm::note_verdict(Uniqueness uniqueness, const std::string& reason) 
 void NormalForm::add_verdict() {
   FrictionReport& report = last_.friction;
   const auto add = [&](Uniqueness uniqueness, const std::string& reason) {
-    if (uniqueness < report.uniqueness || (uniqueness == report.uniqueness && !report.uniqueness_reason.empty())) return;
+    if (uniqueness < report.uniqueness || (uniqueness == report.uniqueness && !report.uniqueness_reason.empty()))
+      return;
     report.uniqueness = uniqueness;
     report.uniqueness_reason = reason;
   };

@@ -20,7 +20,7 @@ struct ContactChoice {
   Eigen::MatrixXd P;  ///< [3 contacts][k], P0 [3 contacts]: accelerations of the points, P0 + P x, m/s^2
   Eigen::VectorXd P0;
   double acceleration_scale = 1.0;  ///< m/s^2, of what cancels in the accelerations around them
-  Eigen::VectorXd before;  ///< friction before, where there was some
+  Eigen::VectorXd before;           ///< friction before, where there was some
   ContactSolutions solutions;
   Eigen::VectorXd x;  ///< the one taken; empty: none
 

@@ -55,7 +55,8 @@ bool NormalForm::make_compliant() {
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const Tangents::Place& place = tangents[c];
     for (int k = 0; place.first_row >= 0 && !softness_.empty() && k < place.num_tangents(); ++k) {
-      const auto row = static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(place.first_row + k)]);
+      const auto row =
+          static_cast<std::size_t>(model_.numbering.user_row[static_cast<std::size_t>(place.first_row + k)]);
       weights[row - model_.numbering.num_user_rows] = std::exp2(-static_cast<double>(softness_[c]) / softness_steps);
     }
   }
@@ -187,7 +188,8 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     std::vector<char> others = has_changed;
     for (const ContactChoice& choice : choices) others[choice.island] = 0;
     std::vector<ContactChoice> counted;
-    found = count_choices(t, r, v, at_rest, releases, others, is_start ? most_at_start : most_contacts_counted, &counted);
+    found =
+        count_choices(t, r, v, at_rest, releases, others, is_start ? most_at_start : most_contacts_counted, &counted);
     choices.insert(choices.end(), std::make_move_iterator(counted.begin()), std::make_move_iterator(counted.end()));
   }
   const auto is_counted = [&](std::size_t island) {
@@ -216,7 +218,8 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);
     std::vector<ContactChoice> many;
     std::vector<char> wanted = has_changed;
-    for (std::size_t island = 0; island < wanted.size(); ++island) wanted[island] = has_changed[island] && !are_counted[island];
+    for (std::size_t island = 0; island < wanted.size(); ++island)
+      wanted[island] = has_changed[island] && !are_counted[island];
     Outcome outcome = count_choices(t, r, v, at_rest, releases, wanted, unlimited, &many);
     if (outcome.ok() && !many.empty()) {
       choices.insert(choices.end(), std::make_move_iterator(many.begin()), std::make_move_iterator(many.end()));
@@ -312,7 +315,8 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
         laws.set_at_limit(c, is_held);
         has_changed = has_reached_limit = true;
       }
-      if (is_solved[c] == 0 && tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale && along < (1.0 - 1e-13) * size) {
+      if (is_solved[c] == 0 && tangents[c].num_guides == 1 && size > rounding_of_accelerations * scale &&
+          along < (1.0 - 1e-13) * size) {
         laws.set_sense(c, (1.0 / size) * a);  // on a surface the direction is a part of the answer
         has_changed = has_changed || along < (1.0 - 1e-12) * size;
       }
@@ -326,7 +330,8 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
       if (limit > 0.0) worst_load = std::max(worst_load, loads[c]);
     }
     const bool is_asked = !too_much.empty() || num_shares > 0 || (pass == 0 && !releases.empty());
-    if (is_asked && !has_shared && worst_load > enough_to_spare && num_shares < most_shares && worst_load < 0.99 * last_load) {
+    if (is_asked && !has_shared && worst_load > enough_to_spare && num_shares < most_shares &&
+        worst_load < 0.99 * last_load) {
       ++num_shares;
       last_load = worst_load;
       share_again(loads);
@@ -401,7 +406,15 @@ void NormalForm::accept_places(double t, const double* r) {
 
 namespace {
 
-enum Mode : int { slides = 0, sticks = 1, slides_forward = 2, slides_backward = 3, at_limit = 2, overloaded = 6, num_modes = 7 };  // 4, 5: both
+enum Mode : int {
+  slides = 0,
+  sticks = 1,
+  slides_forward = 2,
+  slides_backward = 3,
+  at_limit = 2,
+  overloaded = 6,
+  num_modes = 7
+};  // 4, 5: both
 
 }  // namespace
 

@@ -110,8 +110,8 @@ Drives::Drives(const System& system, const Numbering& numbering, std::span<const
   if (empty()) return;
   // As many as an advance of one step looks at, so that nothing is allocated later.
   constexpr std::size_t most = 4096 + 128;
-  for (std::vector<double>* array : {&fractions_, &widths_, &times_, &values_, &knots_, &cosines_, &chebyshev_, &next_,
-                                     &after_next_, &missed_})
+  for (std::vector<double>* array :
+       {&fractions_, &widths_, &times_, &values_, &knots_, &cosines_, &chebyshev_, &next_, &after_next_, &missed_})
     array->reserve(most);
 }
 

@@ -106,9 +106,7 @@ class FrictionStage final : private Response {
   bool are_small(std::size_t most) const;
   double amplification_of_full_reactions() const;
   std::string name_island(const SlidingIsland& island) const;
-  bool is_counted(const SlidingIsland& island) const {
-    return !is_counted_.empty() && is_counted_[island.number] != 0;
-  }
+  bool is_counted(const SlidingIsland& island) const { return !is_counted_.empty() && is_counted_[island.number] != 0; }
   bool holds_what_sticks(const SlidingIsland& island, const Eigen::VectorXd& sizes);
   Outcome refuse_several_of(const SlidingIsland& island, std::size_t count, double t);
   Outcome judge(double t, std::size_t most_judged);
@@ -136,13 +134,13 @@ class FrictionStage final : private Response {
     double size;  // weight g'e at the last place
   };
   std::vector<Touch> touches_;
-  std::vector<Share> shares_;                      // [touch]
-  std::vector<Index> touched_rows_, touch_start_;  // [touched row], [touched row + 1]
-  std::vector<std::vector<std::size_t>> islands_;  // contacts of each island that has some
+  std::vector<Share> shares_;                                    // [touch]
+  std::vector<Index> touched_rows_, touch_start_;                // [touched row], [touched row + 1]
+  std::vector<std::vector<std::size_t>> islands_;                // contacts of each island that has some
   std::vector<std::vector<std::size_t>> incidences_of_contact_;  // that feel its friction, of the model's
   std::vector<std::size_t> island_of_contact_;
-  std::vector<char> is_counted_;                                 // [island]; empty: none is
-  std::vector<SlidingIsland> sliding_;                           // [island]; kept from step to step
+  std::vector<char> is_counted_;        // [island]; empty: none is
+  std::vector<SlidingIsland> sliding_;  // [island]; kept from step to step
   ContractionBound contraction_;
   std::vector<double> force_, response_to_force_;  // [parts], [rows], scratch
   double amplification_ = 0.0;                     // 1/(1 - L), L proven; else NaN
@@ -151,11 +149,11 @@ class FrictionStage final : private Response {
   std::vector<double> b_touched_;   // [touched row]
   std::vector<double> change_;      // [rows] 0 there
   std::vector<double> lambda_, guess_;
-  std::vector<double> x_, x_at_;             // [parts]
-  std::vector<double> tau_, tau_before_;     // [3 contacts] of x_
-  std::vector<Index> group_of_part_;         // neighbourhoods that have contacts
-  std::vector<std::size_t> neighbourhoods_;  // [group]
-  std::vector<double> least_;                // [group] N
+  std::vector<double> x_, x_at_;                  // [parts]
+  std::vector<double> tau_, tau_before_;          // [3 contacts] of x_
+  std::vector<Index> group_of_part_;              // neighbourhoods that have contacts
+  std::vector<std::size_t> neighbourhoods_;       // [group]
+  std::vector<double> least_;                     // [group] N
   std::vector<double> largest_, largest_change_;  // [group] N, scratch
   FrictionReport report_;
 };

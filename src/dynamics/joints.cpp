@@ -39,7 +39,8 @@ Joints::Joints(std::span<const Incidence> incidences, std::span<const Coupling> 
   }
   first_.resize(num_groups_);
   for (std::size_t i = num_moving; i-- > 0;) first_[static_cast<std::size_t>(group_[i])] = i;
-  for (std::vector<double>* array : {&allowed_x_, &allowed_v_, &speed_, &size_, &atol_}) array->resize(num_groups_, 0.0);
+  for (std::vector<double>* array : {&allowed_x_, &allowed_v_, &speed_, &size_, &atol_})
+    array->resize(num_groups_, 0.0);
 }
 
 void Joints::largest_differences(const double* a, const double* b, std::span<double> largest) const {
@@ -93,10 +94,10 @@ ErrorRatios Joints::error_ratios(const StepErrors& errors, double atol, double r
   };
   for (std::size_t i = 0; i < group_.size(); ++i) {
     const auto k = static_cast<std::size_t>(group_[i]);
-    worst.x = larger(worst.x, ratio(errors.x, errors.x_from, errors.x_to, i,
-                                    scales.position_tolerance(atol, i) + allowed_x_[k]));
-    worst.v = larger(worst.v, ratio(errors.v, errors.v_from, errors.v_to, i,
-                                    scales.velocity_tolerance(atol, i) + allowed_v_[k]));
+    worst.x = larger(
+        worst.x, ratio(errors.x, errors.x_from, errors.x_to, i, scales.position_tolerance(atol, i) + allowed_x_[k]));
+    worst.v = larger(
+        worst.v, ratio(errors.v, errors.v_from, errors.v_to, i, scales.velocity_tolerance(atol, i) + allowed_v_[k]));
   }
   return worst;
 }

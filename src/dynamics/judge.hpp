@@ -150,7 +150,7 @@ class Judge {
   bool has_both_ = false;
   double rcond_of_S_ = 1.0, rcond_of_H_ = 1.0, rcond_of_Gamma_ = 1.0;
   Vector acceleration_, scale_;  // [neighbourhood], m/s^2: the largest of w, M^-1 f and M^-1 eta; with phi
-  double inverse_sine_ = 1.0;                // of angles
+  double inverse_sine_ = 1.0;    // of angles
 };
 
 }  // namespace tanor

@@ -59,7 +59,8 @@ void Judge::judge_equations(const Definitions& definitions, const Vector& user_v
   for (const Incidence& incidence : model_.incidences) {
     const auto row = static_cast<std::size_t>(incidence.row), point = static_cast<std::size_t>(incidence.point);
     const auto user_row = static_cast<std::size_t>(model_.numbering.user_row[row]);
-    if (user_row < d_) terms[point] += model_.inverse_mass[point] * std::abs(answer_.lambda[row]) * row_norms_[user_row];
+    if (user_row < d_)
+      terms[point] += model_.inverse_mass[point] * std::abs(answer_.lambda[row]) * row_norms_[user_row];
   }
   Vector cancelled = scale_;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {

@@ -172,8 +172,8 @@ void Judge::judge_direct_problem(double allowed) {
   for (double& own : largest) own = own > 0.0 ? own : 1.0;
   Vector rest(n_, 0.0);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] = force[i] - left[i] - answer_.eta[i];
-  add_point(&result_.residual, "(M w " + minus_given_force() + ")_T = 0, the direct problem", worst_point(left, largest),
-            allowed);
+  add_point(&result_.residual, "(M w " + minus_given_force() + ")_T = 0, the direct problem",
+            worst_point(left, largest), allowed);
   add_point(&result_.residual, "K Gamma^-1 K'(M w " + minus_given_force() + ") = eta, the direct problem",
             worst_point(rest, largest), allowed);
 }

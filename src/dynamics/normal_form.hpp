@@ -163,7 +163,7 @@ class NormalForm final : public EquationsOfMotion {
   double find_multipliers(double scale);
   double refine(double scale);
   void add_reactions(double* w) const;
-  static constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
+  static constexpr double compliance = 1e-4;      // rounding grows by its inverse, each refinement wins its digits
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
   double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
   Outcome settle_contacts(double t, const double* r, double* v, double* w);
@@ -266,27 +266,29 @@ class NormalForm final : public EquationsOfMotion {
   double limit_factor(std::size_t contact) const {
     return !overloads_.empty() && overloads_[contact] != 0 ? 1.0 + overload : 1.0;
   }
-  std::vector<int> softness_;               // [contact] 0: softest; empty: all are alike
-  bool is_compliant_ = false;           // contacts that stick depend on constraints, or on each other
-  std::vector<double> accelerations_;   // [neighbourhood] m/s^2, of what cancels in the last accelerations, where …
-  bool knows_accelerations_ = false;    // … somebody has asked
-  const double* w0_ = nullptr;          // [3n] of the instant at hand
-  mutable std::vector<double> norms_;   // [d] scratch
+  std::vector<int> softness_;          // [contact] 0: softest; empty: all are alike
+  bool is_compliant_ = false;          // contacts that stick depend on constraints, or on each other
+  std::vector<double> accelerations_;  // [neighbourhood] m/s^2, of what cancels in the last accelerations, where …
+  bool knows_accelerations_ = false;   // … somebody has asked
+  const double* w0_ = nullptr;         // [3n] of the instant at hand
+  mutable std::vector<double> norms_;  // [d] scratch
   mutable std::vector<double> of_constraints_;  // [d] scratch of `reactions`: multipliers without friction
-  struct { std::vector<double> places, at_rest, position, rates, lengths; } beyond_;  // scratch of `beyond_rounding`
-  std::vector<int> restored_;           // discrete state whose senses are still to be found
-  std::vector<double> contact_rows_;    // [d] scratch
-  std::vector<double> respond_;         // [3n] scratch
-  const Ordering ordering_;             // wanted
-  std::unique_ptr<Sweep> sweep_;        // null: the general way alone
-  std::unique_ptr<GramSolver> solver_;  // the general way; null where nobody has needed it beside the sweep
-  bool is_swept_ = false;               // the last factor is the sweep's
-  std::unique_ptr<Reuse> reuse_;        // null: never
-  double allowed_error_ = 0.0;          // of dw in the M-norm, inside a step; 0: rounding
-  bool has_old_factor_ = false;         // not of the K at hand
+  struct {
+    std::vector<double> places, at_rest, position, rates, lengths;
+  } beyond_;                                  // scratch of `beyond_rounding`
+  std::vector<int> restored_;                 // discrete state whose senses are still to be found
+  std::vector<double> contact_rows_;          // [d] scratch
+  std::vector<double> respond_;               // [3n] scratch
+  const Ordering ordering_;                   // wanted
+  std::unique_ptr<Sweep> sweep_;              // null: the general way alone
+  std::unique_ptr<GramSolver> solver_;        // the general way; null where nobody has needed it beside the sweep
+  bool is_swept_ = false;                     // the last factor is the sweep's
+  std::unique_ptr<Reuse> reuse_;              // null: never
+  double allowed_error_ = 0.0;                // of dw in the M-norm, inside a step; 0: rounding
+  bool has_old_factor_ = false;               // not of the K at hand
   std::optional<std::size_t> factor_frames_;  // of lines, where it was made; see Constraints::frames
-  std::vector<double> correction_;      // [3n] scratch of `correct_by_reuse`
-  bool linearises_cheaply_;             // a factorization costs no more than two solves
+  std::vector<double> correction_;            // [3n] scratch of `correct_by_reuse`
+  bool linearises_cheaply_;                   // a factorization costs no more than two solves
   Redundancy redundancy_;
   double suspect_below_;                // reciprocal condition of S
   std::vector<double> gradient_norms_;  // [d] at the last decision, where rows depend

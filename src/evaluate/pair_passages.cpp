@@ -235,9 +235,10 @@ PairField::Reach PairField::measure_reach(const Parallel& parallel, const PointP
   std::atomic<double> bend2 = 0.0, travel2 = 0.0;
   const double move2 = parallel.max_over_ranges(points_.size(), [&](std::size_t begin, std::size_t end) {
     if (pieces == 1) {
-      const Squares found = measure_chords(
-          begin, end, points_.data(), length,
-          {path.positions[0], path.velocities[0], path.positions[1], path.velocities[1]}, begins_.data(), moves_.data());
+      const Squares found =
+          measure_chords(begin, end, points_.data(), length,
+                         {path.positions[0], path.velocities[0], path.positions[1], path.velocities[1]}, begins_.data(),
+                         moves_.data());
       raise(&bend2, found.bend);
       raise(&travel2, found.travel);
       return found.move;
@@ -424,7 +425,8 @@ double PairField::measure(const PointPath& path, std::size_t i, double impulse, 
   const double r = std::max(norm(load(path.positions.front(), point)), norm(load(path.positions.back(), point)));
   const double v = std::max(norm(load(path.velocities.front(), point)), norm(load(path.velocities.back(), point)));
   const double change = impulse / masses[static_cast<std::size_t>(point)];
-  return std::max(change / (path.atol_v(point) + path.rtol * v), change * path.h / (path.atol_r(point) + path.rtol * r));
+  return std::max(change / (path.atol_v(point) + path.rtol * v),
+                  change * path.h / (path.atol_r(point) + path.rtol * r));
 }
 
 double PairField::measure(const PointPath& path, const Approach& approach, double impulse,

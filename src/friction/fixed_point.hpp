@@ -55,7 +55,7 @@ class FixedPoint {
   Parts inverse_unit_, plain_;        // … of each part; empty: N. And in N, scratch
   std::vector<Index> group_of_part_;
   std::vector<double> least_, units_;  // [group] N
-  std::vector<double> dlambda_;  // [rows]
+  std::vector<double> dlambda_;        // [rows]
 };
 
 }  // namespace tanor

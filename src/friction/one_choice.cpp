@@ -28,7 +28,8 @@ class Equations {
   /// The defect at x, and its derivative unless null.
   VectorXd evaluate(const VectorXd& x, MatrixXd* J) const;
   double limit(std::size_t c, const VectorXd& x) const {
-    return limits_ != nullptr ? (*limits_)(static_cast<Eigen::Index>(c)) : problem_.contacts[c].mu * problem_.normal_force(c, x).norm();
+    return limits_ != nullptr ? (*limits_)(static_cast<Eigen::Index>(c))
+                              : problem_.contacts[c].mu * problem_.normal_force(c, x).norm();
   }
   double rho(std::size_t c) const { return rho_[c]; }
 

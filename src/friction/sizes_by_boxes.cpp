@@ -15,7 +15,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Homogeneous: s = unit y/theta, z = (theta, y), y_c = mu_c |G_c z|. Each solution has one z whose largest number is 1.
+/// Homogeneous: s = unit y/theta, z = (theta, y), y_c = mu_c |G_c z|. Each solution has one z whose largest number
+/// is 1.
 struct Homogeneous {
   std::vector<double> mu;
   std::vector<Matrix3Xd> G;  // [contact]: [3][contacts + 1]
@@ -143,7 +144,8 @@ bool find_sizes_by_boxes(const SlidingContacts& contacts, std::size_t most_boxes
   constexpr double smallest = 1e-9;
   const auto m = static_cast<Eigen::Index>(contacts.size());
   double unit = 0.0;
-  for (Eigen::Index c = 0; c < m; ++c) unit = std::max(unit, contacts.mu[static_cast<std::size_t>(c)] * contacts.N0.col(c).norm());
+  for (Eigen::Index c = 0; c < m; ++c)
+    unit = std::max(unit, contacts.mu[static_cast<std::size_t>(c)] * contacts.N0.col(c).norm());
   if (unit == 0.0) unit = 1.0;
   Homogeneous problem{contacts.mu, {}};
   for (Eigen::Index c = 0; c < m; ++c) {

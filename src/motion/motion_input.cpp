@@ -53,8 +53,8 @@ std::optional<ChosenMethod> choose_for_stiff_springs(const MotionOptions& option
                         "stiff: " + spring + " swings by " + text(rate * options.step) + " rad a step"};
   }
   // Pair forces may be what is stiff, of which Newton's matrix knows nothing: a trial step tells (StiffSteps).
-  const bool has_pairs = std::ranges::any_of(
-      system.forces, [](const Force& force) { return std::holds_alternative<PairForces>(force); });
+  const bool has_pairs =
+      std::ranges::any_of(system.forces, [](const Force& force) { return std::holds_alternative<PairForces>(force); });
   if (has_pairs || !(slow_rate > 0.0 && rate > worthwhile * slow_rate)) return {};
   return ChosenMethod{Method::Radau5,
                       "stiff: " + spring + " swings " + text(rate / slow_rate) + " times faster than the system falls"};

@@ -115,7 +115,8 @@ std::string describe_friction(const FrictionSummary& summary) {
   if (summary.solves == 0) return "no iterations";
   return fmt::format("{:.3g} iterations an instant, {} at most ({}), contraction {}, uniqueness {}",
                      summary.iterations_mean, summary.iterations_max, friction_method_name(summary.method_used),
-                     in_words(summary.contraction_max, "{:.2g}"), describe_uniqueness(summary.uniqueness, summary.uniqueness_reason));
+                     in_words(summary.contraction_max, "{:.2g}"),
+                     describe_uniqueness(summary.uniqueness, summary.uniqueness_reason));
 }
 
 std::string describe_several(const FrictionSummary& summary) {

@@ -64,8 +64,8 @@ CertificatePolicy read_certificate(const Cursor& certificate) {
 }  // namespace
 
 void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
-  motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_end", "output_every", "output_points",
-                 "stabilisation", "start"});
+  motion.object({"method", "step", "rtol", "atol", "order", "spectral_radius", "max_step", "t_end", "output_every",
+                 "output_points", "stabilisation", "start"});
   MotionOptions& options = scene->motion;
   if (const Cursor method = motion["method"]) {
     const std::string& name = method.string();

@@ -103,7 +103,8 @@ TEST(FrictionTest, BeadsOfAChainOnARoughFloorGiveWayOneAfterAnother) {
   constexpr int count = 20;
   json positions = {{0.0, 0.0, 0.0}}, pairs = json::array();
   for (int i = 1; i < count; ++i) {
-    const double angle = 0.6 * std::sin(0.7 * i) + 0.3 * std::sin(0.13 * i), x = positions.back()[0], y = positions.back()[1];
+    const double angle = 0.6 * std::sin(0.7 * i) + 0.3 * std::sin(0.13 * i), x = positions.back()[0],
+                 y = positions.back()[1];
     positions.push_back({x + 0.1 * std::cos(angle), y + 0.1 * std::sin(angle), 0.0});
     pairs.push_back({i - 1, i});
   }
@@ -132,7 +133,8 @@ TEST(FrictionTest, TwoParallelPlanesAreNoWire) {
   const Folder folder;
   for (const char* velocity : {"[0,0,0]", "[1,0,0]"}) {
     write_text(folder / "s.json", R"({"tanor_scene": 1,
-      "points": {"positions": [[0,0,0]], "velocities": [)" + std::string(velocity) + R"(]},
+      "points": {"positions": [[0,0,0]], "velocities": [)" +
+                                      std::string(velocity) + R"(]},
       "constraints": [{"name": "floor", "kind": "plane", "points": [0], "normal": [0,0,1], "offset": 0},
                       {"name": "table", "kind": "plane", "points": [0], "normal": [0,0,-2], "offset": 0}],
       "forces": [{"kind": "gravity", "acceleration": [1,0,-10]}],
@@ -142,7 +144,8 @@ TEST(FrictionTest, TwoParallelPlanesAreNoWire) {
       const Ended ended = run_program(folder, {command, "s.json"});
 
       EXPECT_EQ(ended.code, 3) << command << ": " << ended.out;
-      EXPECT_NE(ended.err.find("rust at floor[0], point 0: its two surfaces are parallel"), std::string::npos) << ended.err;
+      EXPECT_NE(ended.err.find("rust at floor[0], point 0: its two surfaces are parallel"), std::string::npos)
+          << ended.err;
       EXPECT_EQ(ended.out.find("nan"), std::string::npos) << ended.out;
     }
   }

@@ -24,7 +24,7 @@ def main():
             read(["tests"], {".cpp", ".hpp"}),
         )
     }
-    code = read(["src", "include", "bench"], {".cpp", ".hpp"})
+    code = read(["src", "include", "bench", "tests"], {".cpp", ".hpp"})
     missing = []
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
         text = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)

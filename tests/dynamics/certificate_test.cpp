@@ -158,7 +158,8 @@ System make_tree() {
   return system;
 }
 
-/// Every way has a factor of its own (but the closed form, which reads K itself), and each number of K takes part in it.
+/// Every way has a factor of its own (but the closed form, which reads K itself), and each number of K takes part in
+/// it.
 TEST(Certificate, FindsEveryCorruptedEliminationOfEachWay) {
   struct Eliminated {
     const char* way;

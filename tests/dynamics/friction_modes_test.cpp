@@ -42,8 +42,8 @@ struct TwoBeads {
       for (int i = 0; i < 3; ++i) result.positions.push_back(r[k](i));
       result.masses.push_back(mass[k]);
       const std::string name = "l" + std::to_string(k);
-      result.constraints.push_back(Lines{name, {k}, Vector3{r[k](0), r[k](1), r[k](2)},
-                                         Vector3{line[k](0), line[k](1), line[k](2)}});
+      result.constraints.push_back(
+          Lines{name, {k}, Vector3{r[k](0), r[k](1), r[k](2)}, Vector3{line[k](0), line[k](1), line[k](2)}});
       result.forces.push_back(ConstantForce{"", {k}, Vector3{force[k](0), force[k](1), force[k](2)}});
       result.friction.push_back(Coulomb{.name = "", .at = {name}, .coefficient = mu[k]});
     }
@@ -217,13 +217,14 @@ TEST(FrictionModes, ARegularisedLawMayHaveSeveralToo) {
 
 // ---- several and none in the middle of a run ----
 
-/// The rails of case 10b with a rod whose length changes such that its upper end runs D(t) = 0.4 + 0.2 cos t ahead. With
-/// F + D'' pulling at the upper bead and c/s = D of the rod's slope, both have the acceleration of the lower one + 0, D'':
+/// The rails of case 10b with a rod whose length changes such that its upper end runs D(t) = 0.4 + 0.2 cos t ahead.
+/// With F + D'' pulling at the upper bead and c/s = D of the rod's slope, both have the acceleration of the lower one +
+/// 0, D'':
 ///
 ///   2 c T + mu |g + s T| = -F,   a = F + c T
 ///
-/// has one solution while D > mu/2, a = F - (F + mu g) D/(2 D + mu) for F < 2 g D. For D < mu/2 there is another one for
-/// F < 2 g D, and none for F > 2 g D.
+/// has one solution while D > mu/2, a = F - (F + mu g) D/(2 D + mu) for F < 2 g D. For D < mu/2 there is another one
+/// for F < 2 g D, and none for F > 2 g D.
 struct Telescope {
   static constexpr double mu = 0.6, g = 9.81, pi = 3.14159265358979323846;
   static constexpr double enters = 2.0 * pi / 3.0, leaves = 4.0 * pi / 3.0;  // D = mu/2
@@ -250,8 +251,8 @@ struct Telescope {
 
 TEST(FrictionModes, ARunThroughSeveralKeepsTheMotionThatItHasAndCountsThem) {
   constexpr double h = 1e-3;
-  for (const MotionOptions& options :
-       {MotionOptions{.method = Method::Rk4, .step = h}, MotionOptions{.method = Method::Dopri5, .max_step = h, .rtol = 1e-10}}) {
+  for (const MotionOptions& options : {MotionOptions{.method = Method::Rk4, .step = h},
+                                       MotionOptions{.method = Method::Dopri5, .max_step = h, .rtol = 1e-10}}) {
     Simulation simulation(Telescope{"1"}.system(), options);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().friction.uniqueness, Uniqueness::Proven);
@@ -266,8 +267,9 @@ TEST(FrictionModes, ARunThroughSeveralKeepsTheMotionThatItHasAndCountsThem) {
       // Simpson's rule, 0.1 s in 100 parts
       for (int i = 0; i < 100; ++i) {
         const double from = t - 0.1 + 1e-3 * i;
-        v += 1e-3 / 6.0 * (Telescope::acceleration(1.0, from) + 4.0 * Telescope::acceleration(1.0, from + 5e-4) +
-                           Telescope::acceleration(1.0, from + 1e-3));
+        v += 1e-3 / 6.0 *
+             (Telescope::acceleration(1.0, from) + 4.0 * Telescope::acceleration(1.0, from + 5e-4) +
+              Telescope::acceleration(1.0, from + 1e-3));
       }
       EXPECT_NEAR(simulation.velocities()[0], v, 1e-8) << t;
       if (t < Telescope::enters) {
@@ -281,7 +283,8 @@ TEST(FrictionModes, ARunThroughSeveralKeepsTheMotionThatItHasAndCountsThem) {
       if (t < Telescope::leaves) at_leaving = friction.several;
     }
     // Ends of steps in between.
-    const auto wanted = static_cast<std::size_t>(Telescope::leaves / h) - static_cast<std::size_t>(Telescope::enters / h);
+    const auto wanted =
+        static_cast<std::size_t>(Telescope::leaves / h) - static_cast<std::size_t>(Telescope::enters / h);
     EXPECT_GE(friction.several, at_leaving);
     if (options.method == Method::Rk4) {
       EXPECT_EQ(friction.several, wanted);
@@ -316,7 +319,8 @@ TEST(FrictionModes, ARunThatComesToNoneEndsThere) {
     EXPECT_GE(simulation.time(), low - (method == Method::Rk4 ? 1e-3 : 1e-6));
     // After a fixed step that failed they are those of its last stage, up to a step away.
     if (method != Method::Rk4) {
-      EXPECT_NEAR(simulation.accelerations()[0], Telescope::acceleration(1.0 + 0.5 * std::pow(simulation.time(), 2), simulation.time()), 1e-7);
+      EXPECT_NEAR(simulation.accelerations()[0],
+                  Telescope::acceleration(1.0 + 0.5 * std::pow(simulation.time(), 2), simulation.time()), 1e-7);
     }
     EXPECT_GT(simulation.report().friction.several, 0u);
   }

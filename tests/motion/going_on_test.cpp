@@ -100,7 +100,8 @@ std::vector<double> bits(const Simulation& simulation) {
 void expect_same(const Simulation& found, const Simulation& expected, const std::string& where) {
   const std::vector<double> a = bits(found), b = bits(expected);
   ASSERT_EQ(a.size(), b.size());
-  for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(a[k], b[k]) << "number " << k << " of " << a.size() << ", " << where;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    EXPECT_EQ(a[k], b[k]) << "number " << k << " of " << a.size() << ", " << where;
 }
 
 class GoingOnTest : public testing::TestWithParam<Case> {};

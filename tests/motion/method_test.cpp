@@ -41,7 +41,8 @@ TEST(MethodTest, AutoSaysWhatItTakesAndWhy) {
 
   System black_box = scenes::make_chain(3);
   black_box.forces.push_back(PairForces{.name = "pairs", .points = {1, 3}, .law = PairLaw::Log, .strength = 0.1});
-  EXPECT_EQ(reason_of(black_box, {}, Method::Dop853), "no series in time: forces[1] cannot be expanded in time: pair forces have no series");
+  EXPECT_EQ(reason_of(black_box, {}, Method::Dop853),
+            "no series in time: forces[1] cannot be expanded in time: pair forces have no series");
 
   System circle;
   scenes::add_point({1, 0, 0}, &circle);

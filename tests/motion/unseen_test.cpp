@@ -237,7 +237,8 @@ constexpr double rtol = 1e-8, atol = 1e-10;
 Result compare(Simulation* simulation, double end, double x, double v, double x_size, double v_size,
                const std::string& scene, double periods) {
   const Outcome outcome = simulation->advance(end);
-  Result result{scene, 0.0, std::max(100.0, 10.0 * periods), !outcome.ok() || !simulation->report().accuracy_warning.empty()};
+  Result result{scene, 0.0, std::max(100.0, 10.0 * periods),
+                !outcome.ok() || !simulation->report().accuracy_warning.empty()};
   result.scene += ": " + outcome.what + simulation->report().accuracy_warning;
   const double of_x = std::abs(simulation->positions().end()[-3] - x) / (atol + rtol * x_size);
   const double of_v = std::abs(simulation->velocities().end()[-3] - v) / (atol + rtol * v_size);

@@ -15,7 +15,8 @@ ErrorTimeTable make_table() {
   table.judges = {{Method::Rk4, "taylor with rtol 1e-13", 0.0}, {Method::Taylor, "end.txt", {}}};
   for (const Method method : {Method::Rk4, Method::Taylor}) {
     for (const double error : {1e-3, 1e-6}) {
-      table.rows.push_back({.method = method, .step = 0.1, .steps = 10, .wall_s = 1.0 - error, .error = error, .trouble = {}});
+      table.rows.push_back(
+          {.method = method, .step = 0.1, .steps = 10, .wall_s = 1.0 - error, .error = error, .trouble = {}});
     }
   }
   table.rows.back().error = NAN;
