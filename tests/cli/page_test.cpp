@@ -1,7 +1,6 @@
 /// docs/scene-format.md beside the program: every key and choice that is read is on the page, and no other.
 
 #include <map>
-#include <regex>
 #include <set>
 #include <sstream>
 
@@ -22,9 +21,13 @@ std::vector<std::string> read_page() {
 
 /// Words in backticks.
 Names find_quoted(const std::string& text) {
-  static const std::regex quoted("`([^`]+)`");
   Names names;
-  for (std::sregex_iterator at(text.begin(), text.end(), quoted), end; at != end; ++at) names.insert((*at)[1]);
+  for (std::size_t begin = text.find('`'); begin != std::string::npos;) {
+    const std::size_t end = text.find('`', begin + 1);
+    if (end == std::string::npos) break;
+    names.insert(text.substr(begin + 1, end - begin - 1));
+    begin = text.find('`', end + 1);
+  }
   return names;
 }
 
@@ -124,10 +127,13 @@ TEST(SceneFormatPage, HasEveryChoiceThatIsReadAndNoOther) {
 
 TEST(SceneFormatPage, HasEveryKindThatIsReadAndNoOther) {
   const Folder folder;
-  static const std::regex of_kind(R"re("(\w+)": \[?\{"kind": "(\w+)")re");
   std::map<std::string, Names> kinds;  // of each list
   for (const Table& table : find_tables("keys of ")) {
-    if (std::smatch found; std::regex_search(table.probe, found, of_kind)) kinds[found[1]].insert(found[2]);
+    const json probe = json::parse(table.probe);
+    for (const auto& [list, value] : probe.items()) {
+      const json& entry = value.is_array() ? value[0] : value;
+      if (entry.is_object() && entry.contains("kind")) kinds[list].insert(entry["kind"].get<std::string>());
+    }
   }
   ASSERT_EQ(kinds.size(), 5u);
   for (const auto& [list, names] : kinds) {
