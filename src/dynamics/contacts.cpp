@@ -109,6 +109,23 @@ void NormalForm::evaluate_events(double, const double*, const double* v, double*
   }
 }
 
+/// limit^2 - held^2, with mu^2 |N|^2 and |F|^2 quadratic in the multipliers.
+void NormalForm::shape_events(const double* values, double* shapes) const {
+  const Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    if (tangents[c].first_row < 0) continue;
+    const double value = *values++;
+    if (tangents.sticks(c)) {
+      const double limit = limit_factor(c) * friction_->static_limit(c, lambda_.data());
+      const double held = norm(friction_->held(c, lambda_.data()));
+      const double slack = 2.0 * limit_slack * (limit + held);
+      *shapes++ = (limit - held + slack) * (limit + held);
+    } else {
+      *shapes++ = value;
+    }
+  }
+}
+
 Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double* w) {
   Tangents& tangents = model_.constraints.tangents();
   std::vector<char> at_rest(tangents.size(), 0);

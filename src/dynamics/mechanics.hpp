@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <complex>
 #include <cstddef>
 #include <memory>
@@ -272,6 +273,9 @@ class Mechanics {
   /// The cheap ones, at (t, x, v), and the others, at the state of the last `accelerations`: all num_events() values.
   /// A value 0 that stays 0, or falls, asks for a switch; one that rises does not.
   virtual void evaluate_events(double /*t*/, const double* /*x*/, const double* /*v*/, double* /*values*/) {}
+  /// At the state of the last `evaluate_events`: functions of the same signs that go like parabolas where the values
+  /// have kinks (a limit mu |N| beside N through 0), so that a few of them tell where the values fall below 0.
+  virtual void shape_events(const double* values, double* shapes) const { std::copy_n(values, num_events(), shapes); }
   /// At an instant where the functions in `which` vanish, that of the last `accelerations`: changes the equations
   /// there. May change v by what has vanished (a sliding velocity of rounding size becomes 0), and leaves in `a` the
   /// accelerations of the new equations, linearised at (t, x).

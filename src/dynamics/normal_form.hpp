@@ -116,6 +116,7 @@ class NormalForm final : public EquationsOfMotion {
   // Contacts that slide or stick, in contacts.cpp.
   std::size_t num_events() const override { return num_switches_; }
   void evaluate_events(double t, const double* r, const double* v, double* values) override;
+  void shape_events(const double* values, double* shapes) const override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                            double* w) override;
   std::vector<int> discrete_state() const override;

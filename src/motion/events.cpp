@@ -19,7 +19,7 @@ constexpr double vanishing = 1e-10;  // what is below where another function van
 constexpr double dense_tolerance = 1e-7;  // of the step: the secants of the steps made again do the rest
 constexpr int most_passes = 60;  // steps made again: 2 to 4 where functions are smooth, bisection where they jump
 constexpr int most_probes = 12;  // down to 1/8^12 of the step
-constexpr int most_dips = 3;     // and one for every two pieces of a step
+constexpr int most_dips = 6;     // and one for every piece of a step
 constexpr std::size_t usual_samples = 8;
 constexpr std::size_t most_switches = 50;  // without progress of time
 
@@ -49,12 +49,13 @@ void Events::forget() {
 
 void Events::exchange_memory(Memory& memory) {
   resize();
-  memory.exchange(knows_start_, start_, repeated_, series_begin_);
+  memory.exchange(knows_start_, start_, start_shapes_, repeated_, series_begin_);
 }
 
 /// All functions at the state of the last `accelerations`.
 Outcome Events::evaluate(double t, const double* x, const double* v, double* values) {
   mechanics_.evaluate_events(t, x, v, values);
+  mechanics_.shape_events(values, shapes_.data());
   for (std::size_t k = 0; k < num_; ++k) {
     if (!std::isfinite(values[k])) {
       return {Status::NotFinite, "event function " + std::to_string(k) + " is not finite at t = " + text(t)};
@@ -66,9 +67,12 @@ Outcome Events::evaluate(double t, const double* x, const double* v, double* val
 /// As many functions as the present equations have.
 void Events::resize() {
   num_ = mechanics_.num_events();
-  for (std::vector<double>* array : {&start_, &scales_, &values_}) array->resize(num_);
+  for (std::vector<double>* array : {&start_, &start_shapes_, &shapes_, &scales_, &values_}) array->resize(num_);
   samples_.resize(std::max(samples_.size(), usual_samples));
-  for (Sample& sample : samples_) sample.values.resize(num_);
+  for (Sample& sample : samples_) {
+    sample.values.resize(num_);
+    sample.shapes.resize(num_);
+  }
   is_watched_.resize(num_);
   which_.reserve(num_);
   for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(num_ > 0 ? mechanics_.size() : 0);
@@ -81,6 +85,7 @@ Outcome Events::start(const State& state) {
   if (num_ == 0) return {};
   Outcome found = mechanics_.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, a_.data());
   if (found.ok()) found = evaluate(state.t, state.x.data(), state.v.data(), start_.data());
+  start_shapes_ = shapes_;
   return found;
 }
 
@@ -102,10 +107,11 @@ Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* val
 
 /// In its place among the others.
 Outcome Events::add_sample(DenseOutput* dense, double fraction) {
-  if (num_samples_ == samples_.size()) samples_.push_back({0.0, std::vector<double>(num_)});
+  if (num_samples_ == samples_.size()) samples_.push_back({0.0, std::vector<double>(num_), std::vector<double>(num_)});
   Sample& sample = samples_[num_samples_++];
   sample.fraction = fraction;
   Outcome found = evaluate_inside(dense, fraction, sample.values.data());
+  sample.shapes = shapes_;
   const auto begin = samples_.begin(), end = begin + static_cast<std::ptrdiff_t>(num_samples_);
   const auto before = [](const Sample& a, const Sample& b) { return a.fraction < b.fraction; };
   std::rotate(std::upper_bound(begin, end - 1, *(end - 1), before), end - 1, end);
@@ -115,7 +121,7 @@ Outcome Events::add_sample(DenseOutput* dense, double fraction) {
 /// f(s) = f0 + m h s + c s^2 through both ends, with the slope m of the step before, has its minimum f0 - (m h)^2/(4c).
 bool Events::may_dip(double h) const {
   if (slopes_.size() != num_) return true;
-  const std::vector<double>&first = samples_[0].values, &last = samples_[num_samples_ - 1].values;
+  const std::vector<double>&first = samples_[0].shapes, &last = samples_[num_samples_ - 1].shapes;
   for (std::size_t k = 0; k < num_; ++k) {
     const double rise = slopes_[k] * h, curvature = last[k] - first[k] - rise;
     const bool has_minimum_inside = rise < 0.0 && curvature > -0.5 * rise;
@@ -125,24 +131,28 @@ bool Events::may_dip(double h) const {
   return false;
 }
 
-/// Where a parabola through an inner sample of a function and its neighbours is lowest, of those that fall below
-/// `margin` there, over the scale; 0: none does.
+/// Where a parabola through an inner sample of a shape and its neighbours is lowest, of those that fall below
+/// `margin` there, over the largest shape, ahead of what is not positive already; 0: none does.
 double Events::find_dip(double margin) const {
   double lowest = margin, place = 0.0;
+  const std::size_t end = first_not_positive();
   for (std::size_t k = 0; k < num_; ++k) {
-    for (std::size_t i = 1; i + 1 < num_samples_; ++i) {
+    double scale = std::numeric_limits<double>::min();
+    for (std::size_t i = 0; i < num_samples_; ++i) scale = std::max(scale, std::abs(samples_[i].shapes[k]));
+    for (std::size_t i = 1; i + 1 < end; ++i) {
       // f(s) = f + m s + c s^2, s from the middle one
-      const double f = samples_[i].values[k];
+      const double f = samples_[i].shapes[k];
       const double left = samples_[i - 1].fraction - samples_[i].fraction;
       const double right = samples_[i + 1].fraction - samples_[i].fraction;
-      const double from_left = (samples_[i - 1].values[k] - f) / left;
-      const double from_right = (samples_[i + 1].values[k] - f) / right;
+      const double from_left = (samples_[i - 1].shapes[k] - f) / left;
+      const double from_right = (samples_[i + 1].shapes[k] - f) / right;
       const double curvature = (from_right - from_left) / (right - left);
       const double slope = from_right - curvature * right;
       if (!(curvature > 0.0)) continue;
       const double s = -0.5 * slope / curvature, value = f + 0.5 * slope * s;
-      if (value / scales_[k] < lowest && s > left && s < right && s != 0.0) {
-        lowest = value / scales_[k];
+      const bool is_found = value > 0.9 * f;  // the sample is the place, and positive
+      if (value / scale < lowest && !is_found && s > left && s < right && s != 0.0) {
+        lowest = value / scale;
         place = samples_[i].fraction + s;
       }
     }
@@ -164,12 +174,10 @@ Outcome Events::take_samples(DenseOutput* dense, int pieces, double h) {
   for (int i = 1; i < places; ++i) {
     if (Outcome found = add_sample(dense, static_cast<double>(i) / places); !found.ok()) return found;
   }
-  // Between many places what just touches 0 is looked at, too.
-  constexpr double touching = 1e-3;
-  const double margin = pieces < 2 ? 0.0 : touching;
-  for (int dip = 0; dip < most_dips + pieces / 2 && first_not_positive() == num_samples_; ++dip) {
-    measure_scales();
-    const double fraction = find_dip(margin);
+  // Shapes are parabolas in short pieces alone: what comes near 0 is looked at, too.
+  constexpr double near = 0.05;
+  for (int dip = 0; dip < most_dips + pieces; ++dip) {
+    const double fraction = find_dip(near);
     if (fraction == 0.0) break;
     if (Outcome found = add_sample(dense, fraction); !found.ok()) return found;
   }
@@ -301,6 +309,7 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   if (found.ok()) {
     resize();
     found = evaluate(to->t, to->x.data(), to->v.data(), start_.data());
+    start_shapes_ = shapes_;
   }
   if (repeated_ == 0 || to->t - series_begin_ > static_cast<double>(most_switches) * resolution(to->t, h)) {
     series_begin_ = to->t;
@@ -329,10 +338,12 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
   num_samples_ = 2;
   samples_[0].fraction = 0.0;
   samples_[0].values = start_;
+  samples_[0].shapes = start_shapes_;
   samples_[1].fraction = 1.0;
   Meeting meeting;
   Outcome& found = meeting.outcome;
   if (found = evaluate(to->t, to->x.data(), to->v.data(), samples_[1].values.data()); !found.ok()) return meeting;
+  samples_[1].shapes = shapes_;
   if (found = take_samples(&dense, pieces, to->t - from.t); !found.ok()) return meeting;
   measure_scales();
   const bool looked_inside = num_samples_ > 2;
@@ -348,14 +359,16 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
     if (found = return_to(to); !found.ok()) return meeting;
   } else {
     values_ = samples_[num_samples_ - 1].values;
+    shapes_ = samples_[num_samples_ - 1].shapes;
     if (looked_inside) found = return_to(to);
     if (!found.ok()) return meeting;
   }
   const double h = to->t - from.t;
   if (root == Root::None) {
     slopes_.resize(num_);
-    for (std::size_t k = 0; k < num_; ++k) slopes_[k] = (values_[k] - start_[k]) / h;
+    for (std::size_t k = 0; k < num_; ++k) slopes_[k] = (shapes_[k] - start_shapes_[k]) / h;
     std::swap(start_, values_);
+    start_shapes_ = shapes_;
   } else {
     meeting.asks_for_switch = true;
   }

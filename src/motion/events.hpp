@@ -53,7 +53,7 @@ class Events {
  private:
   struct Sample {
     double fraction = 0.0;
-    std::vector<double> values;
+    std::vector<double> values, shapes;
   };
   enum class Root { None, AtStart, Inside };
 
@@ -77,8 +77,10 @@ class Events {
   Mechanics& mechanics_;
   std::size_t num_ = 0;
   bool knows_start_ = false;
-  std::vector<double> start_, slopes_;  // at the start of the step; over the step before
-  std::vector<Sample> samples_;         // of this step, in order
+  std::vector<double> start_, start_shapes_;  // at the start of the step
+  std::vector<double> slopes_;                // of the shapes, over the step before
+  std::vector<double> shapes_;                // where functions were evaluated last
+  std::vector<Sample> samples_;               // of this step, in order
   std::size_t num_samples_ = 0;
   std::vector<double> scales_;                 // largest magnitude of each function over the samples
   std::vector<char> is_watched_;               // not one that has just left 0 upwards

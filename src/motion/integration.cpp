@@ -73,7 +73,7 @@ void Integration::write(Snapshot* snapshot) {
 void Integration::exchange_memory(Memory& memory) {
   mechanics_.exchange_memory(memory);
   if (!mechanics_.keeps_variables()) memory.exchange(state.x, state.v);
-  memory.exchange(state.a, state.power.supports, state.power.forces, state.power.friction, fastest_);
+  memory.exchange(state.a, state.power.supports, state.power.forces, state.power.friction, fastest_, fastest_before_);
   events_.exchange_memory(memory);
 }
 
@@ -229,6 +229,9 @@ double Integration::turn() const {
   // Other numbers than places, in charts that may have moved; and where equations change accelerations jump.
   if (!mechanics_.keeps_variables() || !trial_is_before_) return 0.0;
   constexpr double least_move = 1e-9;  // over positions, whose rounding would be seen
+  // While a motion gathers its speed, as from rest, there is none yet to compare with.
+  constexpr double gathering = 1.5;
+  if (fastest_ > gathering * fastest_before_) return 0.0;
   const double h = state.t - trial_.t;
   const State &from = trial_, &to = state;
   double missed = 0.0, changed = 0.0, size = 0.0;
@@ -256,6 +259,7 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
   report_.last_event = events_.last_time();
   if (h > 0.0) {
     report_.last_step = h;
+    fastest_before_ = fastest_;
     if (!scheme_->is_adaptive()) {
       for (const double v : state.v) fastest_ = std::max(fastest_, std::abs(v));
     }

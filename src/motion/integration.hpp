@@ -117,7 +117,8 @@ class Integration {
   Watch watch_;
   Passages passages_;
   bool has_stopped_ = false;                                // the advance, before its end
-  double fastest_ = 0.0;                                    // of all numbers of v so far
+  double fastest_ = 0.0;                                    // of all numbers of v so far …
+  double fastest_before_ = 0.0;                             // … and without the last step
   State trial_;                                             // after a step: the one before, if …
   bool trial_is_before_ = false;                            // … no other was tried since
   State beyond_;                                            // of steps that coast; made by the first of them

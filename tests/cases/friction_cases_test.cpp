@@ -149,7 +149,8 @@ System make_rails(const nlohmann::json& instance) {
 }
 
 TEST(PainleveRailsTest, TheNumberOfSolutionsIsThatOfTheCase) {
-  for (const nlohmann::json& instance : read_case("10b_painleve_rails").at("instances")) {
+  const nlohmann::json rails = read_case("10b_painleve_rails");
+  for (const nlohmann::json& instance : rails.at("instances")) {
     const System system = make_rails(instance);
     Dynamics dynamics(system);
     std::vector<double> w(6), lambda(5);

@@ -127,6 +127,38 @@ TEST(AccuracyWarning, StickSlipIsNoReasonForOne) {
   }
 }
 
+/// Nothing turns where a force that begins at 0 moves what is at rest.
+TEST(AccuracyWarning, AStartFromRestIsNoReasonForOne) {
+  for (const Method method : {Method::Rk4, Method::Rattle, Method::Rattle6, Method::GeneralizedAlpha}) {
+    for (const double step : {1e-2, 1e-3}) {
+      System system;
+      system.positions = {0.0, 0.0, 0.0};
+      system.masses = {1.0};
+      system.forces = {ConstantForce{.points = {0}, .force = {ScalarFunction::formula("t"), 0.0, 0.0}}};
+      Simulation simulation(system, {.method = method, .step = step});
+      ASSERT_TRUE(simulation.advance(2.0).ok()) << simulation.outcome().what;
+      EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method) << ", step " << step;
+    }
+  }
+}
+
+/// A block that sticks and slides under 3 sin(10 t), 127 events.
+TEST(AccuracyWarning, ABlockThatIsPushedToAndFroIsNoReasonForOne) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.masses = {1.0};
+  system.constraints = {Lines{.name = "rail", .points = {0}, .origin = Vector3{}, .direction = Vector3{1.0, 0.0, 0.0}}};
+  system.forces = {Gravity{.acceleration = {0.0, 0.0, -10.0}},
+                   ConstantForce{.points = {0}, .force = {ScalarFunction::formula("3*sin(10*t)"), 0.0, 0.0}}};
+  system.friction = {Coulomb{.at = {"rail"}, .coefficient = 0.2}};
+  for (const double step : {1e-2, 1e-3}) {
+    Simulation simulation(system, {.method = Method::Rk4, .step = step});
+    ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << step;
+    EXPECT_NEAR(simulation.positions()[0], 0.0103858, 1e-6);
+  }
+}
+
 /// What flows is measured, not where the potential has its zero: far above the ground the drift is the same.
 TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
   const auto drift = [](double height) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <random>
+#include <string>
 
 #include <tanor/tanor.hpp>
 
@@ -53,6 +54,42 @@ TEST(Unseen, AForceThatTakesABlockAlongAndLetsItGo) {
 
     EXPECT_NEAR(simulation.positions()[0], 0.0103858, 1e-7) << method_name(method);
     EXPECT_EQ(simulation.report().events, 127u) << method_name(method);
+  }
+}
+
+/// x of a block that a force f pushes along a rail while N = -a cos(w t + p) holds it, by short steps of its own.
+double slide(double f, double mu, double a, double w, double p, double t_end) {
+  constexpr int steps = 4000000;
+  const double h = t_end / steps;
+  double x = 0.0, v = 0.0;
+  for (int k = 0; k < steps; ++k) {
+    const double friction = mu * std::abs(a * std::cos(w * (k + 0.5) * h + p));
+    const double before = v;
+    v = std::max(0.0, v + h * (f - friction));
+    x += 0.5 * h * (before + v);
+  }
+  return x;
+}
+
+TEST(Unseen, WindowsInWhichTheNormalForceVanishesAreNotJumped) {
+  std::mt19937_64 random(7);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  for (int k = 0; k < 8; ++k) {
+    const double a = draw(5.0, 20.0), w = draw(0.3, 3.0), p = draw(0.0, 6.0), mu = 0.2;
+    const double f = mu * a * std::pow(10.0, draw(-3.0, -0.5));
+    const std::string normal = std::to_string(-a) + "*cos(" + std::to_string(w) + "*t+" + std::to_string(p) + ")";
+    const double right =
+        slide(f, mu, std::stod(std::to_string(a)), std::stod(std::to_string(w)), std::stod(std::to_string(p)), 20.0);
+    for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853}) {
+      System system = make_block(mu, {});
+      system.forces = {ConstantForce{.points = {0}, .force = {f, 0.0, ScalarFunction::formula(normal)}}};
+      Simulation simulation(system, {.method = method});
+
+      ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+
+      EXPECT_NEAR(simulation.positions()[0], right, 1e-4 * right + 1e-10)
+          << method_name(method) << ", f = " << f << ", N = " << normal;
+    }
   }
 }
 
