@@ -230,7 +230,7 @@ double Integration::turn() const {
   if (!mechanics_.keeps_variables() || !trial_is_before_) return 0.0;
   constexpr double least_move = 1e-9;  // over positions, whose rounding would be seen
   // While a motion gathers its speed, as from rest, there is none yet to compare with.
-  constexpr double gathering = 1.5;
+  constexpr double gathering = 1.2;
   if (fastest_ > gathering * fastest_before_) return 0.0;
   const double h = state.t - trial_.t;
   const State &from = trial_, &to = state;
