@@ -73,7 +73,7 @@ std::size_t count_constrained(std::span<const Incidence> incidences, const Numbe
   return result;
 }
 
-/// Of constraints by formula.
+/// Lists what looks for narrow places of constraints that are given by formulas.
 Model::Formulas list_passages(const System& system, const Numbering& numbering) {
   Model::Formulas result;
   for (const Constraint& constraint : system.constraints) {

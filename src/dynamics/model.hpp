@@ -96,7 +96,7 @@ class Model {
   /// Velocity scales, of the scene and of each neighbourhood: what moves, what is prescribed, and a free fall through
   /// it.
   void measure_velocity_scale(double t, const double* r, const double* v);
-  /// What was measured where the motion began.
+  /// Takes over what was measured where the motion began.
   void exchange_memory(Memory& memory);
 
   Energy energy(const double* r, const double* v) const;

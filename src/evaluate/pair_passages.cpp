@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/gauss_rule.hpp"
 #include "base/instruction_sets.hpp"
 #include "evaluate/pair_field.hpp"
 
@@ -19,16 +20,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double seen_enough = 2.0;    // a force over the largest one at the looks
 constexpr double far_apart2 = 1.25;    // squares of the largest and the least distance, where one step should not lead
 constexpr double allowed_kink = 25.0;  // tolerances that the kink of one pair may cost in a step
-
-/// Gauss's nodes and weights on [0, 1].
-constexpr std::array<std::array<double, 2>, 8> gauss{{{0.0198550717512319, 0.0506142681451882},
-                                                      {0.1016667612931866, 0.1111905172266872},
-                                                      {0.2372337950418355, 0.1568533229389437},
-                                                      {0.4082826787521751, 0.1813418916891809},
-                                                      {0.5917173212478249, 0.1813418916891809},
-                                                      {0.7627662049581645, 0.1568533229389437},
-                                                      {0.8983332387068134, 0.1111905172266872},
-                                                      {0.9801449282487681, 0.0506142681451882}}};
 
 double squared(Vec3 a) {
   return dot(a, a);
@@ -519,7 +510,7 @@ double PairField::resolve_kinks(const PointPath& path, const Approach& approach,
   const double a = begins ? find_crossing(path, approach, 0.0, nearest.s) : 0.0;
   const double b = ends ? find_crossing(path, approach, nearest.s, 1.0) : 1.0;
   Vec3 missed{};
-  for (const auto& [s, weight] : gauss)
+  for (const auto& [s, weight] : gauss_rule)
     missed = missed + ((b - a) * weight) * force_along(path, approach, a + s * (b - a));
   for (std::size_t k = 0; k < path.looks.size(); ++k)
     missed = missed - path.weights[k] * force_along(path, approach, path.looks[k]);

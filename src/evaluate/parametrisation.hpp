@@ -57,7 +57,7 @@ class Parametrisation {
   void write_start(double* q, double* q_dot) const;
   /// to := from at the points of such coordinates [3n].
   void copy_where_given(const double* from, double* to) const;
-  /// What steps may pass of coordinates by formula.
+  /// Looks for what a step may pass over in coordinates that are given by formulas.
   std::vector<std::unique_ptr<FormulaPassages>> list_passages() const;
 
   /// Charts centred at q; the motion goes along.

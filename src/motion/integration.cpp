@@ -348,7 +348,7 @@ Outcome Integration::look_for_stiffness(double t_end) {
     take_scheme(Method::Radau5, stiff_steps_.implicit_step());
     report_.method_reason = stiff_steps_.explain();
   }
-  // As if nobody had looked.
+  // The forces of the step are evaluated again, as they were before the look.
   Outcome found = mechanics_.linearise(state.t, state.x.data());
   if (found.ok())
     found = mechanics_.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());

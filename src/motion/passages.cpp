@@ -4,21 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "base/gauss_rule.hpp"
 #include "base/instruction_sets.hpp"
 
 namespace tanor {
 
 namespace {
-
-/// Gauss's nodes and weights on [0, 1].
-constexpr std::array<std::array<double, 2>, 8> gauss{{{0.0198550717512319, 0.0506142681451882},
-                                                      {0.1016667612931866, 0.1111905172266872},
-                                                      {0.2372337950418355, 0.1568533229389437},
-                                                      {0.4082826787521751, 0.1813418916891809},
-                                                      {0.5917173212478249, 0.1813418916891809},
-                                                      {0.7627662049581645, 0.1568533229389437},
-                                                      {0.8983332387068134, 0.1111905172266872},
-                                                      {0.9801449282487681, 0.0506142681451882}}};
 
 /// Of the numbers [begin, end), in lanes.
 struct Numbers {
@@ -59,7 +50,7 @@ void Passages::weigh_looks() {
   looks_.assign(looks.begin(), looks.end());
   weights_.assign(looks.size(), 0.0);
   for (std::size_t i = 0; i < looks.size(); ++i) {
-    for (const auto& [s, weight] : gauss) {
+    for (const auto& [s, weight] : gauss_rule) {
       double value = weight;
       for (std::size_t j = 0; j < looks.size(); ++j)
         if (j != i) value *= (s - looks[j]) / (looks[i] - looks[j]);

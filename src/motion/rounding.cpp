@@ -86,7 +86,7 @@ Outcome Rounding::measure(const State& from) {
     v_[i] = from.v[i] + eps * sign_of(first + 2 * i + 1) * std::abs(from.v[i]);
   }
   mechanics_.prescribe(from.t, x_.data(), v_.data());
-  // Where there are no accelerations a step will say so.
+  // A state that has no accelerations is reported by the step itself.
   const bool is_known = mechanics_.accelerations(from.t, x_.data(), v_.data(), Gradients::Evaluate, a_.data()).ok();
   if (Outcome found = mechanics_.linearise(from.t, from.x.data()); !found.ok()) return found;
   if (is_known) take_sample(from);
