@@ -223,7 +223,16 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
                                                              : Judgement::None;
   if (Outcome outcome = find_friction(t, r, v, judgement, w); !outcome.ok()) return last_.outcome = outcome;
   double residual = find_multipliers_and_friction(scale, w);
-  if (friction_ != nullptr && judgement != Judgement::None) add_verdict();
+  if (friction_ != nullptr && judgement != Judgement::None) {
+    add_verdict();
+    // One motion obeys the law, but modes that were chosen wrongly leave friction that no iteration brings to it.
+    constexpr double largest_miss = 1e-4;
+    if (last_.friction.uniqueness == Uniqueness::Proven && last_.friction.residual > largest_miss) {
+      return last_.outcome = {Status::NotConverged, "friction at t = " + text(t) +
+                                                        ": what was found misses the law by " +
+                                                        text(last_.friction.residual) + " of the largest friction"};
+    }
+  }
   if (residual > doubtful_above) {
     if (Outcome outcome = reconsider_rank(t, r, scale); !outcome.ok()) return last_.outcome = outcome;
     residual = last_.residual;
