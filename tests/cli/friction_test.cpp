@@ -200,5 +200,19 @@ TEST(FrictionTest, BadFrictionIsOneLineAndNothingIsWritten) {
   }
 }
 
+/// Two beads that rest, with a share that is free: no certificate looks, and yet no wrong answer goes out.
+TEST(FrictionTest, WhatMissesTheLawIsRefusedWithoutACertificate) {
+  const Folder folder;
+  const Ended ended = run_program(folder, {"solve", TANOR_TEST_DATA "/friction_share.json"});
+
+  if (ended.code == 0) {
+    const nlohmann::json answer = nlohmann::json::parse(ended.out);
+    EXPECT_LT(answer["friction_report"]["residual"].get<double>(), 1e-6);
+  } else {
+    EXPECT_EQ(ended.code, 3) << ended.err;
+    EXPECT_TRUE(contains(ended.err, "misses the law")) << ended.err;
+  }
+}
+
 }  // namespace
 }  // namespace tanor::cli
