@@ -39,10 +39,11 @@ std::optional<Outcome> NormalForm::sweep(double t, const double* r, const double
   is_swept_ = is_factorized_ = last_.reciprocal_condition > suspect_below_;
   if (!is_swept_) return {};
   last_.residual = found.residual / (scale > 0.0 ? scale : 1.0);
-  // Little beside the slowest neighbourhood is little beside each.
+  // Little beside each island, or beside the slowest neighbourhood, is little beside each neighbourhood.
   constexpr double little = 1e-12;
   const Scales& scales = model_.scales;
-  const bool is_little = scales.are_one() || found.residual <= little * scales.least_acceleration();
+  const bool is_little = scales.are_one() || found.own_residual <= little ||
+                         found.residual <= little * scales.least_acceleration();
   const bool is_fine = last_.residual <= good_enough() && is_little;
   if (is_fine && !model_.is_rheonomic()) return Outcome{};
 

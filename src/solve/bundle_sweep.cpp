@@ -84,6 +84,16 @@ void call_for_rows(const Batch& batch, const double* array) {
   if (batch.of.rows_follow) call_for_sequences(array, batch.rows + num_lanes, 1, batch.num_rods);
 }
 
+/// Of a batch, an island a lane.
+void include_residuals(const Largest& right_side, const Largest& residual, Elimination* found) {
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double b = right_side.value[lane] + right_side.zero[lane], left = residual.value[lane] + residual.zero[lane];
+    found->largest_right_side = larger(found->largest_right_side, b);
+    found->residual = larger(found->residual, left);
+    found->own_residual = larger(found->own_residual, own_residual(left, b));
+  }
+}
+
 }  // namespace
 
 // ---- batch by batch ----
@@ -93,7 +103,7 @@ template <class Work>
 void BundleSweep::for_each_batch(const Parallel& parallel, const Work& work) {
   for (Desk& desk : desks_) {
     desk.smallest = Eight{} + 1.0;
-    desk.right_side = desk.residual = {};
+    desk.found = {};
     desk.projection = {};
   }
   for (Bundle& bundle : bundles_) {
@@ -113,8 +123,9 @@ Elimination BundleSweep::found() const {
   for (const Desk& desk : desks_) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       result.reciprocal_condition = std::min(result.reciprocal_condition, desk.smallest[lane]);
-    result.largest_right_side = larger(result.largest_right_side, desk.right_side.read());
-    result.residual = larger(result.residual, desk.residual.read());
+    result.largest_right_side = larger(result.largest_right_side, desk.found.largest_right_side);
+    result.residual = larger(result.residual, desk.found.residual);
+    result.own_residual = larger(result.own_residual, desk.found.own_residual);
   }
   return result;
 }
@@ -155,6 +166,7 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
       read_supports(batch, motion.w0, w0);
     }
 
+    desk.right_side = desk.residual = {};
     evaluate_rods(topology, desk.r.data(), desk.v.data(), w0, batch.offsets,
                   moving_lengths(batch, &MovingScalar::second, &desk), desk.u.data(), desk.b.data(), &desk.right_side);
     call_for_points(batch, motion.r);
@@ -164,6 +176,7 @@ Elimination BundleSweep::solve(const Parallel& parallel, const FreeMotion& motio
     tanor::solve_negative(schedule, batch.factor, desk.b.data(), desk.x.data());
     if (!keeps) call_for_blocks(batch, blocks);
     apply(topology, batch.inverse_mass, desk.u.data(), desk.b.data(), desk.x.data(), desk.dw.data(), &desk.residual);
+    include_residuals(desk.right_side, desk.residual, &desk.found);
     call_for_points(batch, w);
     call_for_rows(batch, lambda);
     call_for(batch.factor + schedule.num_slots, static_cast<std::size_t>(schedule.num_slots));

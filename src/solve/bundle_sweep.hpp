@@ -43,7 +43,8 @@ class BundleSweep final : public Sweep {
     std::vector<Eight3> r, v, w, dw, u, directions;
     Eights b, x, sum, lengths;
     Eight smallest;
-    Largest right_side, residual;
+    Largest right_side, residual;  // of the batch at hand
+    Elimination found;
     Projection projection;
   };
 

@@ -58,6 +58,8 @@ void GeneralSweep::find_multipliers(const Parallel& parallel, const double* bloc
                                     double* w, Elimination* found) {
   solve_negative(parallel, b, lambda);
   refine(parallel, blocks, b, lambda, found);
+  found->own_residual =
+      group_.num_islands() == 1 ? own_residual(found->residual, found->largest_right_side) : cannot_tell;
   // w = w0 + M^-1 K lambda (25)
   group_.points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = 3 * begin; i < 3 * end; ++i) w[i] += dw_[i];

@@ -26,6 +26,7 @@ Elimination MixedSweep::join(const Each& each) {
     result.reciprocal_condition = std::min(result.reciprocal_condition, found.reciprocal_condition);
     result.largest_right_side = larger(result.largest_right_side, found.largest_right_side);
     result.residual = larger(result.residual, found.residual);
+    result.own_residual = larger(result.own_residual, found.own_residual);
     result.refinements = std::max(result.refinements, found.refinements);
   }
   return result;

@@ -17,6 +17,7 @@ void PathSweep::Range::include(const Range& other) {
   largest_ratio = larger(largest_ratio, other.largest_ratio);
   right_side = larger(right_side, other.right_side);
   residual = larger(residual, other.residual);
+  own_residual = larger(own_residual, other.own_residual);
 }
 
 std::unique_ptr<PathSweep> PathSweep::make(const Constraints& constraints, const Numbering& numbering,
@@ -154,7 +155,7 @@ Elimination PathSweep::solve(const Parallel& parallel, const FreeMotion& motion,
       },
       [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, substituted, halves, work); },
       [&](std::size_t p, Work* work) { include_residual(p, substituted, work); });
-  return {range.reciprocal_condition(), range.right_side, range.residual};
+  return {range.reciprocal_condition(), range.right_side, range.residual, range.own_residual};
 }
 
 /// |K'dw + b| of a whole path.
@@ -163,8 +164,9 @@ void PathSweep::include_residual(std::size_t p, const Substituted& numbers, Work
   double& residual = work->range.residual;
   residual = larger(larger(work->left.residual, work->right.residual),
                     rest_of(numbers, path.middle(), work->left.dw, work->right.dw));
-  if (!path.is_ring) return;
-  residual = larger(residual, rest_of(numbers, path.closing_row(), work->right.end_dw, work->left.end_dw));
+  if (path.is_ring)
+    residual = larger(residual, rest_of(numbers, path.closing_row(), work->right.end_dw, work->left.end_dw));
+  work->range.own_residual = own_residual(residual, work->range.right_side);
 }
 
 Elimination PathSweep::factorize(const Parallel& parallel, const double* blocks) {
@@ -196,7 +198,7 @@ Elimination PathSweep::solve_again(const Parallel& parallel, const FreeMotion& m
       },
       [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, substituted, halves, work); },
       [&](std::size_t p, Work* work) { include_residual(p, substituted, work); });
-  return {.largest_right_side = largest, .residual = range.residual};
+  return {.largest_right_side = largest, .residual = range.residual, .own_residual = cannot_tell};
 }
 
 void PathSweep::solve_negative(const Parallel& parallel, const double* b, double* x) {

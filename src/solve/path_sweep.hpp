@@ -77,6 +77,7 @@ class PathSweep final : public Sweep {
   struct Range {
     double smallest_ratio = 1.0, largest_ratio = 1.0;  // S_aa/pivot
     double right_side = 0.0, residual = 0.0;           // largest |b| and |K'dw + b|
+    double own_residual = 0.0;                         // the largest of any path over its own |b|
     void include(const Range& other);
     double reciprocal_condition() const;
   };

@@ -194,7 +194,7 @@ Elimination PointSweep::for_each_chunk(const Parallel& parallel, const Work& wor
       }
     }
   });
-  Elimination result;
+  Elimination result{.own_residual = cannot_tell};
   for (std::size_t k = 0; k < shares; ++k) {
     result.reciprocal_condition = std::min(result.reciprocal_condition, found[k].reciprocal_condition);
     result.largest_right_side = larger(result.largest_right_side, found[k].largest_right_side);

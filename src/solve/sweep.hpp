@@ -29,8 +29,16 @@ struct Elimination {
   double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
   double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
   double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
+  double own_residual = 0.0;          ///< the largest of any island over its own |b|; infinite where a way cannot tell
   int refinements = 0;                ///< passes that w took for that
 };
+
+constexpr double cannot_tell = std::numeric_limits<double>::infinity();
+
+/// What is left over in one island beside its largest |b|.
+inline double own_residual(double residual, double right_side) {
+  return residual > 0.0 ? residual / right_side : 0.0;
+}
 
 /// Where iterations onto xi = 0 or K'v + xi_t = 0 ended.
 struct Projection {

@@ -110,20 +110,28 @@ void TreeSweep::finish(const RodRows& given) {
               .flops = flops_a_rod * static_cast<double>(num_rods + num_spikes)};
 }
 
+void TreeSweep::Found::include(const Found& other) {
+  range.smallest = std::min(range.smallest, other.range.smallest);
+  range.largest = larger(range.largest, other.range.largest);
+  right_side = larger(right_side, other.right_side);
+  residual = larger(residual, other.residual);
+  own_residual = larger(own_residual, other.own_residual);
+}
+
 /// work(island, found), some islands a thread.
 template <class Work>
 TreeSweep::Found TreeSweep::for_each_island(const Parallel& parallel, const Work& work) {
   parallel.for_tasks(found_.size(), [&](std::size_t group) {
     found_[group] = {};
-    for (std::size_t k = group_start_[group]; k < group_start_[group + 1]; ++k) work(islands_[k], &found_[group]);
+    for (std::size_t k = group_start_[group]; k < group_start_[group + 1]; ++k) {
+      Found own;
+      work(islands_[k], &own);
+      own.own_residual = own_residual(own.residual, own.right_side);
+      found_[group].include(own);
+    }
   });
   Found result;
-  for (const Found& found : found_) {
-    result.range.smallest = std::min(result.range.smallest, found.range.smallest);
-    result.range.largest = larger(result.range.largest, found.range.largest);
-    result.right_side = larger(result.right_side, found.right_side);
-    result.residual = larger(result.residual, found.residual);
-  }
+  for (const Found& found : found_) result.include(found);
   return result;
 }
 
@@ -288,7 +296,7 @@ Elimination TreeSweep::solve(const Parallel& parallel, const FreeMotion& motion,
     finish_substitution(island, b, lambda);
     accelerate(island, motion.uniform, b, w, of_group);
   });
-  return {reciprocal_condition(found.range), found.right_side, found.residual};
+  return {reciprocal_condition(found.range), found.right_side, found.residual, found.own_residual};
 }
 
 Elimination TreeSweep::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
@@ -300,7 +308,7 @@ Elimination TreeSweep::solve_again(const Parallel& parallel, const FreeMotion& m
     substitute(island, b, lambda);
     accelerate(island, motion.uniform, b, w, of_group);
   });
-  return {.largest_right_side = found.right_side, .residual = found.residual};
+  return {.largest_right_side = found.right_side, .residual = found.residual, .own_residual = found.own_residual};
 }
 
 Elimination TreeSweep::factorize(const Parallel& parallel, const double* blocks) {

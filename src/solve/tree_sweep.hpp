@@ -43,7 +43,8 @@ class TreeSweep final : public Sweep {
   /// Of one task.
   struct Found {
     Range range;
-    double right_side = 0.0, residual = 0.0;
+    double right_side = 0.0, residual = 0.0, own_residual = 0.0;
+    void include(const Found& other);
   };
 
   TreeSweep() = default;

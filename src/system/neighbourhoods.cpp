@@ -50,10 +50,9 @@ class Joining {
     Index first = -1;
     for (const Index point : points) {
       const Index root = find(point);
-      if (first < 0)
-        first = root;
-      else if (root >= 0)
-        root_[static_cast<std::size_t>(std::max(root, first))] = first = std::min(root, first);
+      if (root < 0) continue;
+      if (first >= 0) root_[static_cast<std::size_t>(std::max(root, first))] = std::min(root, first);
+      first = first < 0 ? root : std::min(root, first);
     }
   }
 
