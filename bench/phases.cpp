@@ -12,7 +12,7 @@
 #include "assembly/reactions.hpp"
 #include "bench_scenes.hpp"
 #include "evaluate/constraints.hpp"
-#include "solve/gram_solver.hpp"
+#include "schur/gram_solver.hpp"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 #include "base/stopwatch.hpp"
-#include "solve/redundancy.hpp"
+#include "schur/redundancy.hpp"
 #include "system/enum_check.hpp"
 #include "system/text.hpp"
 

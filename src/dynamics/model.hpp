@@ -16,7 +16,7 @@
 #include "evaluate/constraints.hpp"
 #include "evaluate/forces.hpp"
 #include "evaluate/parametrisation.hpp"
-#include "solve/gram_solver.hpp"
+#include "schur/gram_solver.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {

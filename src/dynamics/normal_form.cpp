@@ -18,8 +18,8 @@ constexpr double first_suspicion = 1e-11;
 NormalForm::NormalForm(Model& model, const SolverOptions& options)
     : model_(model),
       ordering_(options.ordering),
-      sweep_(
-          make_sweep(model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass, options)),
+      schur_(make_schur_solver({model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass},
+                               options)),
       redundancy_(model.incidences, model.inverse_mass, model.numbering),
       suspect_below_(first_suspicion),
       blocks_(3 * model.constraints.num_blocks()),
@@ -29,7 +29,7 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
       rows_(num_rows()),
       step_multipliers_{std::vector<double>(num_rows()), std::vector<double>(num_rows()),
                         std::vector<double>(num_rows())} {
-  if (sweep_ == nullptr) (void)general();
+  if (schur_ == nullptr) (void)general();
   if (options.reuse) make_reuse();
   PlanSummary plan;
   describe_solver(&plan);
@@ -54,7 +54,7 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   for (std::size_t c = 0; c < tangents.size(); ++c) num_switches_ += tangents[c].first_row >= 0 ? 1 : 0;
 }
 
-/// Made when first needed: a system that a sweep serves may never need it.
+/// Made when first needed: where a SchurSolver serves all islands it may never be.
 GramSolver& NormalForm::general() {
   if (solver_ == nullptr) {
     solver_ = std::make_unique<GramSolver>(model_.incidences, model_.inverse_mass, model_.numbering, ordering_,
@@ -72,8 +72,8 @@ double NormalForm::predicted_flops() const {
 }
 
 void NormalForm::describe_solver(PlanSummary* plan) const {
-  if (sweep_ == nullptr) return describe_factor(solver_->summary(), plan);
-  const Sweep::Summary& summary = sweep_->summary();
+  if (schur_ == nullptr) return describe_factor(solver_->summary(), plan);
+  const SchurSolver::Summary& summary = schur_->summary();
   plan->way = plan->factorization = summary.name;
   plan->way_reason = summary.reason;
   plan->ordering = summary.ordering;
@@ -106,7 +106,7 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
     return {};
   }
   const Stopwatch watch(&model_.times.evaluate);
-  if (sweeps() && model_.uniform_free() != nullptr) {
+  if (has_schur() && model_.uniform_free() != nullptr) {
     model_.write_uniform(w);
     return {};
   }
@@ -114,15 +114,15 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
 }
 
 GramSolver::Quality NormalForm::factorize_gram() {
-  is_swept_ = has_old_factor_ = false;
+  is_of_schur_ = has_old_factor_ = false;
   note_frames();
   const GramSolver::Quality quality = model_.factorize(&general(), blocks_.data());
   last_.reciprocal_condition = quality.reciprocal_condition;
   return quality;
 }
 
-Outcome NormalForm::factorize(double t, const double* r, bool may_sweep) {
-  if (may_sweep && sweeps() && factorize_sweep()) return {};
+Outcome NormalForm::factorize(double t, const double* r, bool may_use_schur) {
+  if (may_use_schur && has_schur() && factorize_schur()) return {};
   if (redundancy_.uses_qr()) {
     redundancy_.release_qr();
     general().set_active(redundancy_.rows_for_gram());
@@ -143,18 +143,18 @@ Outcome NormalForm::linearise(double t, const double* r) {
   model_.set_time(t);
   if (num_rows() == 0 || (is_factorized_ && model_.constraints.gradients_are_constant())) return {};
   model_.constraints.choose_frames();
-  const bool by_sweep = sweeps() && (sweep_->projects() || sweep_->evaluates());
-  if (by_sweep && linearise_sweep(r)) return {};
+  const bool by_schur = has_schur();
+  if (by_schur && linearise_schur(r)) return {};
   {
     const Stopwatch watch(&model_.times.evaluate);
     model_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   }
   if (Outcome outcome = model_.check_contacts(t); !outcome.ok()) return outcome;
-  return factorize(t, r, !by_sweep);
+  return factorize(t, r, !by_schur);
 }
 
 void NormalForm::solve_negative(const double* b, double* x) {
-  if (is_swept_) return sweep_->solve_negative(model_.parallel, b, x);
+  if (is_of_schur_) return schur_->solve_negative(model_.parallel, b, x);
   if (has_old_factor_) (void)factorize_gram();
   if (!redundancy_.uses_qr()) return general().solve_negative(model_.parallel, b, x);
   right_side_of_qr_.assign(b, b + num_rows());
@@ -173,7 +173,7 @@ void NormalForm::solve_negative(double* rows) {
 void NormalForm::correct(double* rows, double* points) {
   const Stopwatch watch(&model_.times.solve);
   ++model_.counters.solves;
-  if (is_swept_ && sweep_->correct(model_.parallel, blocks_.data(), rows, points)) return;
+  if (is_of_schur_) return schur_->correct(model_.parallel, blocks_.data(), rows, points);
   if (has_old_factor_ && correct_by_reuse(rows, points)) return;
   solve_negative(rows, rows);
   model_.gather.add_scaled(model_.parallel, blocks_.data(), rows, model_.inverse_mass.data(), model_.num_moving(),
@@ -184,9 +184,9 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   model_.set_time(t);
   ++model_.counters.evaluations;
   if (gradients == Gradients::Evaluate) model_.constraints.choose_frames();
-  const bool may_sweep = gradients == Gradients::Evaluate && sweeps();
-  if (may_sweep || (gradients == Gradients::Keep && is_swept_)) {
-    if (std::optional<Outcome> outcome = sweep(t, r, v, gradients, w)) return last_.outcome = *std::move(outcome);
+  const bool may_use_schur = gradients == Gradients::Evaluate && has_schur();
+  if (may_use_schur || (gradients == Gradients::Keep && is_of_schur_)) {
+    if (std::optional<Outcome> outcome = solve_schur(t, r, v, gradients, w)) return last_.outcome = *std::move(outcome);
   }
   const bool fresh =
       gradients == Gradients::Evaluate && !(is_factorized_ && model_.constraints.gradients_are_constant());
@@ -211,8 +211,8 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
     return last_.outcome = check_idle_rows(t, scale);
   }
   if (fresh) {
-    // What the sweep has refused is the general way's.
-    if (Outcome outcome = factorize(t, r, !may_sweep); !outcome.ok()) return last_.outcome = outcome;
+    // What `schur_` has refused is for the sparse factor of all.
+    if (Outcome outcome = factorize(t, r, !may_use_schur); !outcome.ok()) return last_.outcome = outcome;
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 

@@ -13,11 +13,11 @@
 #include "dynamics/held_places.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/motion_series.hpp"
-#include "solve/gram_solver.hpp"
-#include "solve/path_series.hpp"
-#include "solve/redundancy.hpp"
-#include "solve/reuse.hpp"
-#include "solve/sweep.hpp"
+#include "schur/gram_solver.hpp"
+#include "schur/path_series.hpp"
+#include "schur/redundancy.hpp"
+#include "schur/reuse.hpp"
+#include "schur/schur_solver.hpp"
 
 namespace tanor {
 
@@ -138,7 +138,7 @@ class NormalForm final : public EquationsOfMotion {
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
   /// Of S: "natural" where elimination makes no fill, "amd", …
-  std::string ordering() const { return sweep_ != nullptr ? sweep_->summary().ordering : solver_->summary().ordering; }
+  std::string ordering() const { return schur_ != nullptr ? schur_->summary().ordering : solver_->summary().ordering; }
   double estimate_reciprocal_condition();
   /// rows := -S^-1 rows with the last factor [d].
   void solve_negative(double* rows);
@@ -149,17 +149,15 @@ class NormalForm final : public EquationsOfMotion {
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
   GramSolver& general();
   void describe_solver(PlanSummary* plan) const;
-  bool sweeps() const { return sweep_ != nullptr && !redundancy_.is_found(); }
-  std::optional<Outcome> sweep(double t, const double* r, const double* v, Gradients gradients, double* w);
-  bool factorize_sweep();
-  bool projects_islands() const { return is_swept_ && sweep_->projects(); }
-  bool evaluates_rows() const { return sweep_ != nullptr && sweep_->evaluates(); }
+  bool has_schur() const { return schur_ != nullptr && !redundancy_.is_found(); }
+  std::optional<Outcome> solve_schur(double t, const double* r, const double* v, Gradients gradients, double* w);
+  bool factorize_schur();
   double evaluate_values(const double* r);
   double evaluate_rates(const double* r, const double* v);
-  bool linearise_sweep(const double* r);
+  bool linearise_schur(const double* r);
   void project_islands(double target, double* r, double* sum, ProjectionReport* report);
   void project_island_velocities(double target, const double* r, double* v, ProjectionReport* report);
-  Outcome factorize(double t, const double* r, bool may_sweep = true);
+  Outcome factorize(double t, const double* r, bool may_use_schur = true);
   GramSolver::Quality factorize_gram();
   double find_multipliers(double scale);
   double refine(double scale);
@@ -276,17 +274,17 @@ class NormalForm final : public EquationsOfMotion {
   mutable std::vector<double> of_constraints_;  // [d] scratch of `reactions`: multipliers without friction
   struct {
     std::vector<double> places, at_rest, position, rates, lengths;
-  } beyond_;                                  // scratch of `beyond_rounding`
-  std::vector<int> restored_;                 // discrete state whose senses are still to be found
-  std::vector<double> contact_rows_;          // [d] scratch
-  std::vector<double> respond_;               // [3n] scratch
-  const Ordering ordering_;                   // wanted
-  std::unique_ptr<Sweep> sweep_;              // null: the general way alone
-  std::unique_ptr<GramSolver> solver_;        // the general way; null where nobody has needed it beside the sweep
-  bool is_swept_ = false;                     // the last factor is the sweep's
-  std::unique_ptr<Reuse> reuse_;              // null: never
-  double allowed_error_ = 0.0;                // of dw in the M-norm, inside a step; 0: rounding
-  bool has_old_factor_ = false;               // not of the K at hand
+  } beyond_;                            // scratch of `beyond_rounding`
+  std::vector<int> restored_;           // discrete state whose senses are still to be found
+  std::vector<double> contact_rows_;    // [d] scratch
+  std::vector<double> respond_;         // [3n] scratch
+  const Ordering ordering_;             // wanted
+  std::unique_ptr<SchurSolver> schur_;  // null: the sparse factor of all alone
+  std::unique_ptr<GramSolver> solver_;  // the sparse factor of all; null where nobody has needed it beside `schur_`
+  bool is_of_schur_ = false;            // the last factor is that of `schur_`
+  std::unique_ptr<Reuse> reuse_;        // null: never
+  double allowed_error_ = 0.0;          // of dw in the M-norm, inside a step; 0: rounding
+  bool has_old_factor_ = false;         // not of the K at hand
   std::optional<std::size_t> factor_frames_;  // of lines, where it was made; see Constraints::frames
   std::vector<double> correction_;            // [3n] scratch of `correct_by_reuse`
   bool linearises_cheaply_;                   // a factorization costs no more than two solves

@@ -50,7 +50,7 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
     }
   });
   if (redundancy_.is_found()) step_start_.assign(r, r + size());
-  if (!projects_islands()) {  // they take the guess by themselves
+  if (!is_of_schur_) {  // they take the guess by themselves
     model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
                              model_.num_moving(), r);
   }
@@ -73,8 +73,8 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
     }
   });
   // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
-  if (projects_islands()) {
-    sweep_->add_reactions(model_.parallel, blocks_.data(), step.sum.data(), step_velocity);
+  if (is_of_schur_) {
+    schur_->add_reactions(model_.parallel, blocks_.data(), step.sum.data(), step_velocity);
   } else {
     model_.gather.add_scaled(model_.parallel, blocks_.data(), step.sum.data(), model_.inverse_mass.data(),
                              model_.num_moving(), step_velocity);
@@ -132,7 +132,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
   constexpr int most_iterations = 100;
   double before = infinity, left_before = infinity;
   bool linearised_here = false, decided_here = false;
-  if (projects_islands()) {
+  if (is_of_schur_) {
     project_islands(target, r, sum, &report);
     if (report.violation <= target || beyond_rounding(r, report.violation, target, 1.0) == 0.0) return report;
   }
@@ -225,7 +225,7 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
   const bool holds_contacts = friction_ != nullptr && friction_->num_sticking() > 0;
   double before = infinity;
   bool decided_here = false;
-  if (projects_islands() && sum == nullptr) {
+  if (is_of_schur_ && sum == nullptr) {
     project_island_velocities(target, r, v, &report);
     if (report.violation <= target) return report;
   }

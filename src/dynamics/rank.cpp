@@ -48,7 +48,7 @@ void NormalForm::adopt_rank(bool has_changed) {
     general().set_active(redundancy_.rows_for_gram());
     (void)factorize_gram();
   }
-  if (is_swept_) return;
+  if (is_of_schur_) return;
   for (const Redundancy::Rows& rows : general().weak_parts(GramSolver::singular_below)) redundancy_.take_qr(rows);
   if (redundancy_.uses_qr()) {
     const double reciprocal_condition = last_.reciprocal_condition;

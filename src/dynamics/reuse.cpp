@@ -11,7 +11,7 @@ namespace tanor {
 
 /// On the general way alone, where K changes and nothing but S lambda = -b is asked of a stage.
 void NormalForm::make_reuse() {
-  if (sweep_ != nullptr || model_.has_friction() || num_rows() == 0) return;
+  if (schur_ != nullptr || model_.has_friction() || num_rows() == 0) return;
   if (model_.constraints.gradients_are_constant()) return;
   const std::size_t num_rows_of_S = model_.numbering.first_idle_row();
   if (!Reuse::pays(general().summary(), num_rows_of_S, model_.incidences.size())) return;

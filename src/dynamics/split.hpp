@@ -5,7 +5,7 @@
 
 #include "dynamics/model.hpp"
 #include "dynamics/normal_form.hpp"
-#include "solve/gram_solver.hpp"
+#include "schur/gram_solver.hpp"
 
 /// \file The Euclidean split u = u_T + u_N (16) of R^{3n}; mass does not enter. Rows of supports have no part in it.
 namespace tanor {

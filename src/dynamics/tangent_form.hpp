@@ -5,7 +5,7 @@
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/normal_form.hpp"
-#include "solve/gram_solver.hpp"
+#include "schur/gram_solver.hpp"
 
 namespace tanor {
 

@@ -35,10 +35,10 @@ struct Tampering {
   static std::vector<double>& K(const Forms& forms) { return forms.normal->blocks_; }
   /// Eliminates once more, with one number of K another one; K itself stays. False: no sweep serves the system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
-    if (!forms.normal->is_swept_) return false;
+    if (!forms.normal->is_of_schur_) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
-    (void)forms.normal->sweep_->factorize(Parallel(1), blocks.data());
+    (void)forms.normal->schur_->factorize(Parallel(1), blocks.data());
     return true;
   }
   static void refactorize(Forms& forms) {

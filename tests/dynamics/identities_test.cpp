@@ -9,7 +9,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "linearised.hpp"
-#include "solve/gram_solver.hpp"
+#include "schur/gram_solver.hpp"
 #include "solved.hpp"
 
 namespace tanor {

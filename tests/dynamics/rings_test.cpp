@@ -71,7 +71,7 @@ void append(const System& more, System* system) {
   for (const auto& [i, j] : std::get<Rods>(more.constraints[0]).pairs) pairs.push_back({shift + i, shift + j});
 }
 
-/// The numbers come out without being mended: tests/solve/path_rings_test.cpp.
+/// The numbers come out without being mended: tests/schur/path_rings_test.cpp.
 void expect_agreement(const System& system) {
   const Answer general = solve(system, {.way = Way::General}, 0.4), paths = solve(system, {.way = Way::Paths}, 0.4);
   EXPECT_TRUE(paths.report.outcome.ok()) << paths.report.outcome.what;

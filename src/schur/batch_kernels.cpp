@@ -1,0 +1,395 @@
+#include "schur/batch_kernels.hpp"
+
+#include <cmath>
+
+#include "base/instruction_sets.hpp"
+#include "base/parallel.hpp"
+
+namespace tanor_kernels {
+
+// ---- in and out one by one: plain loads and stores, which no instruction set does better ----
+
+namespace {
+
+using Two [[gnu::vector_size(16), gnu::aligned(8), gnu::may_alias]] = double;
+
+const double* at(const double* array, Index k) {
+  return array + 3 * static_cast<std::size_t>(k);
+}
+double* at(double* array, Index k) {
+  return array + 3 * static_cast<std::size_t>(k);
+}
+
+}  // namespace
+
+void gather_points(const double* from, const Index* points, std::size_t count, Eight3* to) {
+  for (std::size_t lane = 0; lane < num_lanes; lane += 2) {
+    double* lanes = reinterpret_cast<double*>(to) + lane;
+    const Index* point = points + lane;
+    for (std::size_t p = 0; p < count; ++p, point += num_lanes, lanes += 3 * num_lanes) {
+      const double *const a = at(from, point[0]), *const b = at(from, point[1]);
+      const Two a_xy = *reinterpret_cast<const Two*>(a), b_xy = *reinterpret_cast<const Two*>(b);
+      *reinterpret_cast<Two*>(lanes) = Two{a_xy[0], b_xy[0]};
+      *reinterpret_cast<Two*>(lanes + num_lanes) = Two{a_xy[1], b_xy[1]};
+      *reinterpret_cast<Two*>(lanes + 2 * num_lanes) = Two{a[2], b[2]};
+    }
+  }
+}
+
+void scatter_points(const Eight3* from, const Index* points, std::size_t count, double* to) {
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double* lanes = reinterpret_cast<const double*>(from) + lane;
+    const Index* point = points + lane;
+    for (std::size_t p = 0; p < count; ++p, point += num_lanes, lanes += 3 * num_lanes) {
+      double* const a = at(to, *point);
+      *reinterpret_cast<Two*>(a) = Two{lanes[0], lanes[num_lanes]};
+      a[2] = lanes[2 * num_lanes];
+    }
+  }
+}
+
+void gather_blocks(const double* from, const Index* blocks, std::size_t count, Eight3* u) {
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    double* lanes = reinterpret_cast<double*>(u) + lane;
+    const Index* block = blocks + lane;
+    for (std::size_t k = 0; k < count; ++k, block += num_lanes, lanes += 3 * num_lanes) {
+      const double sign = *block < 0 ? -1.0 : 1.0;
+      const double* const g = at(from, *block < 0 ? ~*block : *block);
+      for (std::size_t c = 0; c < 3; ++c) lanes[c * num_lanes] = sign * g[c];
+    }
+  }
+}
+
+void scatter_blocks(const Eight3* u, const Index* blocks, std::size_t count, double* to) {
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double* lanes = reinterpret_cast<const double*>(u) + lane;
+    const Index* block = blocks + lane;
+    for (std::size_t k = 0; k < count; ++k, block += num_lanes, lanes += 3 * num_lanes) {
+      const double sign = *block < 0 ? -1.0 : 1.0;
+      double* const g = at(to, *block < 0 ? ~*block : *block);
+      *reinterpret_cast<Two*>(g) = Two{sign * lanes[0], sign * lanes[num_lanes]};
+      g[2] = sign * lanes[2 * num_lanes];
+    }
+  }
+}
+
+void gather_rows(const double* from, const Index* rows, std::size_t count, Eight* to) {
+  auto* const lanes = reinterpret_cast<double*>(to);
+  for (std::size_t k = 0; k < count * num_lanes; ++k) lanes[k] = from[rows[k]];
+}
+
+void scatter_rows(const Eight* from, const Index* rows, std::size_t count, double* to) {
+  const auto* const lanes = reinterpret_cast<const double*>(from);
+  for (std::size_t k = 0; k < count * num_lanes; ++k) to[rows[k]] = lanes[k];
+}
+
+// ---- numbers: each function is its own loop nest, so that every instruction set has all of it ----
+
+namespace {
+
+/// Where the numbers of four lanes are.
+template <class Number>
+struct FourSequences {
+  Number *a, *b, *c, *d;
+
+  [[gnu::always_inline]] FourSequences(Number* array, const Index* first, std::size_t width)
+      : a(at(array, first[0], width)),
+        b(at(array, first[1], width)),
+        c(at(array, first[2], width)),
+        d(at(array, first[3], width)) {}
+  static Number* at(Number* array, Index first, std::size_t width) {
+    return array + width * static_cast<std::size_t>(first);
+  }
+};
+
+/// tile(k): four numbers of each lane from the k-th on; the last tile overlaps where that is needed.
+template <class Tile>
+[[gnu::always_inline]] inline void for_each_tile(std::size_t count, const Tile& tile) {
+  for (std::size_t k = 0; k + 4 <= count; k += 4) tile(k);
+  if (count % 4 != 0) tile(count - 4);
+}
+
+}  // namespace
+
+void call_for_sequences(const double* array, const Index* first, std::size_t width, std::size_t count) {
+  constexpr std::size_t line = 8;
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double* const own = array + width * static_cast<std::size_t>(first[lane]);
+    for (std::size_t k = 0; k < count; k += line) __builtin_prefetch(own + k);
+  }
+}
+
+void call_for(const Eight* array, std::size_t count) {
+  for (std::size_t k = 0; k < count; ++k) __builtin_prefetch(array + k);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void gather_sequences(const double* from, const Index* first, std::size_t width, std::size_t count, double sign,
+                      Eight* to) {
+  for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
+    double* const lanes = reinterpret_cast<double*>(to) + lane;
+    const FourSequences<const double> at(from, first + lane, width);
+    if (count < 4) {
+      for (std::size_t k = 0; k < count; ++k)
+        four_at(lanes + k * num_lanes) = sign * Four{at.a[k], at.b[k], at.c[k], at.d[k]};
+      continue;
+    }
+    for_each_tile(
+        count, [&](std::size_t k) __attribute__((always_inline)) {
+          Four a = sign * four_at(at.a + k), b = sign * four_at(at.b + k), c = sign * four_at(at.c + k),
+               d = sign * four_at(at.d + k);
+          transpose(&a, &b, &c, &d);
+          double* const cell = lanes + k * num_lanes;
+          four_at(cell) = a;
+          four_at(cell + num_lanes) = b;
+          four_at(cell + 2 * num_lanes) = c;
+          four_at(cell + 3 * num_lanes) = d;
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void scatter_sequences(const Eight* from, const Index* first, std::size_t width, std::size_t count, double sign,
+                       double* to) {
+  for (std::size_t lane = 0; lane < num_lanes; lane += 4) {
+    const double* const lanes = reinterpret_cast<const double*>(from) + lane;
+    const FourSequences<double> at(to, first + lane, width);
+    if (count < 4) {
+      for (std::size_t k = 0; k < count; ++k) {
+        const Four value = sign * four_at(lanes + k * num_lanes);
+        at.a[k] = value[0];
+        at.b[k] = value[1];
+        at.c[k] = value[2];
+        at.d[k] = value[3];
+      }
+      continue;
+    }
+    for_each_tile(
+        count, [&](std::size_t k) __attribute__((always_inline)) {
+          const double* const cell = lanes + k * num_lanes;
+          Four a = sign * four_at(cell), b = sign * four_at(cell + num_lanes), c = sign * four_at(cell + 2 * num_lanes),
+               d = sign * four_at(cell + 3 * num_lanes);
+          transpose(&a, &b, &c, &d);
+          four_at(at.a + k) = a;
+          four_at(at.b + k) = b;
+          four_at(at.c + k) = c;
+          four_at(at.d + k) = d;
+        });
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void scatter_neighbours(const Eight3* from, std::size_t count, double* to) {
+  for (std::size_t k = 0; k < count; ++k) store_points(from[k].x, from[k].y, from[k].z, to + 3 * num_lanes * k);
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void fill(Eight3* points, std::size_t count, Vec3 value) {
+  const Eight nothing{};
+  for (std::size_t p = 0; p < count; ++p) {
+    points[p].x = nothing + value.x;
+    points[p].y = nothing + value.y;
+    points[p].z = nothing + value.z;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add(const Eight3* from, std::size_t count, Eight3* to) {
+  for (std::size_t p = 0; p < count; ++p) {
+    to[p].x += from[p].x;
+    to[p].y += from[p].y;
+    to[p].z += from[p].z;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void add(Vec3 value, std::size_t count, Eight3* to) {
+  for (std::size_t p = 0; p < count; ++p) {
+    to[p].x += value.x;
+    to[p].y += value.y;
+    to[p].z += value.z;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
+                   const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
+    if (offsets != nullptr) {
+      x += offsets[a].x;
+      y += offsets[a].y;
+      z += offsets[a].z;
+    }
+    const Eight vx = v[j].x - v[i].x, vy = v[j].y - v[i].y, vz = v[j].z - v[i].z;
+    // rho = |a|, u = a/rho
+    Eight inverse;
+    normalise(&x, &y, &z, &inverse);
+    // phi = (v.v - (u.v)^2)/rho
+    const Eight speed = x * vx + y * vy + z * vz;
+    Eight right = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
+    if (w0 != nullptr) right += x * (w0[j].x - w0[i].x) + y * (w0[j].y - w0[i].y) + z * (w0[j].z - w0[i].z);
+    if (second_derivatives != nullptr) right -= second_derivatives[a];
+    const Eight size = right < 0.0 ? -right : right;
+    worst = size > worst ? size : worst;
+    zero += 0.0 * right;
+    u[a] = {x, y, z};
+    b[a] = right;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_directions(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, Eight3* u) {
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
+    if (offsets != nullptr) {
+      x += offsets[a].x;
+      y += offsets[a].y;
+      z += offsets[a].z;
+    }
+    Eight inverse;
+    normalise(&x, &y, &z, &inverse);
+    u[a] = {x, y, z};
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, const Eight* lengths,
+                     Eight* xi, Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
+    if (offsets != nullptr) {
+      x += offsets[a].x;
+      y += offsets[a].y;
+      z += offsets[a].z;
+    }
+    Eight rho = x * x + y * y + z * z;
+    take_roots(&rho);
+    const Eight value = rho - lengths[a], size = (value < 0.0 ? -value : value) / lengths[a];
+    worst = size > worst ? size : worst;
+    zero += 0.0 * value;
+    xi[a] = value;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void evaluate_rates(const IslandTopology& topology, const Eight3* u, const Eight3* v, const Eight* first_derivatives,
+                    Eight* rates, Largest* largest) {
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    Eight rate = u[a].x * (v[j].x - v[i].x) + u[a].y * (v[j].y - v[i].y) + u[a].z * (v[j].z - v[i].z);
+    if (first_derivatives != nullptr) rate -= first_derivatives[a];
+    const Eight size = rate < 0.0 ? -rate : rate;
+    worst = size > worst ? size : worst;
+    zero += 0.0 * rate;
+    rates[a] = rate;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* rows,
+          Eight3* points) {
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    const Eight row = rows[a], x = row * u[a].x, y = row * u[a].y, z = row * u[a].z;
+    const Eight mi = inverse_mass[i], mj = inverse_mass[j];
+    points[i].x -= mi * x;
+    points[i].y -= mi * y;
+    points[i].z -= mi * z;
+    points[j].x += mj * x;
+    points[j].y += mj * y;
+    points[j].z += mj * z;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, const Eight* inverse_mass,
+               const Eight3* u, Eight* factor, Eight* smallest) {
+  const Eight nothing{};
+  for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
+  for (const auto& [slot, a, b, point, sign] : schedule.products) {
+    factor[slot] += sign * inverse_mass[point] * (u[a].x * u[b].x + u[a].y * u[b].y + u[a].z * u[b].z);
+  }
+  Eight largest_inverse = nothing + 1.0;  // of the scaled pivots
+  for (const auto& [row, first, end, first_target] : schedule.columns) {
+    const auto [i, j] = topology.rods[row];
+    // g.g (1/m_i + 1/m_j) with g as it was rounded is the diagonal; what was eliminated before lies in its slot
+    const Eight3& g = u[row];
+    const Eight diagonal = (g.x * g.x + g.y * g.y + g.z * g.z) * (inverse_mass[i] + inverse_mass[j]);
+    const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
+    // a pivot of 0, below 0 or NaN ends it
+    const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
+    largest_inverse = checked > largest_inverse ? checked : largest_inverse;
+    factor[first] = inverse;
+    const int* target = schedule.targets.data() + first_target;
+    for (int f = first + 1; f < end; ++f) {
+      const Eight l = factor[f] * inverse;
+      for (int e = f; e < end; ++e) factor[*target++] -= l * factor[e];
+      factor[f] = l;
+    }
+  }
+  const Eight found = 1.0 / largest_inverse;
+  *smallest = found < *smallest ? found : *smallest;
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void solve_negative(const IslandSchedule& schedule, const Eight* factor, const Eight* b, Eight* x) {
+  for (std::size_t a = 0; a < schedule.columns.size(); ++a) x[a] = -b[a];
+  for (const auto& [row, first, end, targets] : schedule.columns) {
+    const Eight known = x[row];
+    for (int e = first + 1; e < end; ++e) x[schedule.slot_row[e]] -= factor[e] * known;
+  }
+  for (auto column = schedule.columns.rbegin(); column != schedule.columns.rend(); ++column) {
+    Eight sum = x[column->row] * factor[column->first];
+    for (int e = column->first + 1; e < column->end; ++e) sum -= factor[e] * x[schedule.slot_row[e]];
+    x[column->row] = sum;
+  }
+}
+
+TANOR_EACH_INSTRUCTION_SET
+void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eight3* u, const Eight* b,
+           const Eight* lambda, Eight3* dw, Largest* largest) {
+  const Eight nothing{};
+  const int num_points = topology.num_points, num_places = num_points + topology.num_supports;
+  for (int p = 0; p < num_places; ++p) dw[p].x = dw[p].y = dw[p].z = nothing;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    const Eight x = lambda[a] * u[a].x, y = lambda[a] * u[a].y, z = lambda[a] * u[a].z;
+    dw[i].x -= x;
+    dw[i].y -= y;
+    dw[i].z -= z;
+    dw[j].x += x;
+    dw[j].y += y;
+    dw[j].z += z;
+  }
+  for (int p = 0; p < num_places; ++p) {
+    dw[p].x *= inverse_mass[p];
+    dw[p].y *= inverse_mass[p];
+    dw[p].z *= inverse_mass[p];
+  }
+  Eight worst = largest->value, zero = largest->zero;
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    const auto [i, j] = topology.rods[a];
+    const Eight left =
+        u[a].x * (dw[j].x - dw[i].x) + u[a].y * (dw[j].y - dw[i].y) + u[a].z * (dw[j].z - dw[i].z) + b[a];
+    const Eight size = left < 0.0 ? -left : left;
+    worst = size > worst ? size : worst;
+    zero += 0.0 * left;
+  }
+  largest->value = worst;
+  largest->zero = zero;
+}
+
+}  // namespace tanor_kernels

@@ -1,0 +1,342 @@
+#include "schur/batch_solver.hpp"
+
+#include <algorithm>
+
+namespace tanor {
+
+std::unique_ptr<BatchSolver> BatchSolver::make(const SchurProblem& problem, int threads, bool eagerly,
+                                               std::vector<Index>* islands) {
+  std::unique_ptr<BatchSolver> result(new BatchSolver);
+  const std::vector<Index> before = *islands;
+  result->equal_islands_ =
+      take_equal_islands(problem.constraints, problem.numbering, problem.inverse_mass, eagerly, islands);
+  if (result->equal_islands_.empty()) return nullptr;
+  result->serve(problem, before, *islands);
+
+  Summary& summary = result->summary_;
+  result->workspaces_.resize(static_cast<std::size_t>(Parallel(threads).threads()));
+  for (EqualIslands& each : result->equal_islands_) {
+    const IslandSchedule& schedule = each.schedule;
+    const std::size_t entries = each.num_islands * static_cast<std::size_t>(schedule.num_slots);
+    summary.parts += each.num_islands;
+    summary.factor_nonzeros += entries;
+    summary.pattern_nonzeros += entries - each.num_islands * schedule.num_fill_slots;
+    summary.flops += static_cast<double>(each.num_islands) * schedule.flops();
+    const Batch batch = each.batch(0);
+    for (Workspace& work : result->workspaces_) {
+      const auto enlarge = [](auto* list, std::size_t size) { list->resize(std::max(list->size(), size)); };
+      for (auto* points : {&work.r, &work.v, &work.w, &work.dw}) enlarge(points, batch.num_points + batch.num_supports);
+      for (auto* rods : {&work.u, &work.directions}) enlarge(rods, batch.num_rods);
+      for (auto* rods : {&work.b, &work.x, &work.sum, &work.lengths}) enlarge(rods, batch.num_rods);
+    }
+  }
+  summary.name = "bundles";
+  summary.reason = std::to_string(summary.parts) + " islands of rods have " +
+                   std::to_string(result->equal_islands_.size()) +
+                   (result->equal_islands_.size() == 1 ? " structure" : " structures");
+  return result;
+}
+
+// ---- in and out ----
+
+namespace {
+
+using Batch = EqualIslands::Batch;
+
+Eight* numbers_of(Eight3* points) {
+  return &points->x;
+}
+const Eight* numbers_of(const Eight3* points) {
+  return &points->x;
+}
+
+void read_points(const Batch& batch, const double* from, Eight3* to) {
+  gather_sequences(from, batch.first_point, 3, 3 * batch.num_points, 1.0, numbers_of(to));
+}
+void read_supports(const Batch& batch, const double* from, Eight3* to) {
+  gather_points(from, batch.supports, batch.num_supports, to + batch.num_points);
+}
+void write_points(const Batch& batch, const Eight3* from, double* to) {
+  scatter_sequences(numbers_of(from), batch.first_point, 3, 3 * batch.num_points, 1.0, to);
+}
+void read_blocks(const Batch& batch, const double* from, Eight3* u) {
+  if (batch.of.block_sign == 0.0) return gather_blocks(from, batch.blocks, batch.num_rods, u);
+  gather_sequences(from, batch.blocks, 3, 3 * batch.num_rods, batch.of.block_sign, numbers_of(u));
+}
+void write_blocks(const Batch& batch, const Eight3* u, double* to) {
+  if (batch.of.block_sign == 0.0) return scatter_blocks(u, batch.blocks, batch.num_rods, to);
+  scatter_sequences(numbers_of(u), batch.blocks, 3, 3 * batch.num_rods, batch.of.block_sign, to);
+}
+void read_rows(const Batch& batch, const double* from, Eight* to) {
+  if (!batch.of.rows_follow) return gather_rows(from, batch.rows, batch.num_rods, to);
+  gather_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
+}
+void write_rows(const Batch& batch, const Eight* from, double* to) {
+  if (!batch.of.rows_follow) return scatter_rows(from, batch.rows, batch.num_rods, to);
+  scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
+}
+
+/// Those of the next batch.
+void call_for_points(const Batch& batch, const double* array) {
+  call_for_sequences(array, batch.first_point + num_lanes, 3, 3 * batch.num_points);
+}
+void call_for_blocks(const Batch& batch, const double* array) {
+  if (batch.of.block_sign != 0.0) call_for_sequences(array, batch.blocks + num_lanes, 3, 3 * batch.num_rods);
+}
+void call_for_rows(const Batch& batch, const double* array) {
+  if (batch.of.rows_follow) call_for_sequences(array, batch.rows + num_lanes, 1, batch.num_rods);
+}
+
+/// Of a batch, an island a lane.
+void include_residuals(const Largest& right_side, const Largest& residual, Elimination* found) {
+  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
+    const double b = right_side.value[lane] + right_side.zero[lane], left = residual.value[lane] + residual.zero[lane];
+    found->largest_right_side = larger(found->largest_right_side, b);
+    found->residual = larger(found->residual, left);
+    found->own_residual = larger(found->own_residual, own_residual(left, b));
+  }
+}
+
+}  // namespace
+
+// ---- batch by batch ----
+
+/// visit(batch, work), with the workspaces cleared before: each thread has one.
+template <class Visit>
+void BatchSolver::for_each_batch(const Parallel& parallel, const Visit& visit) {
+  for (Workspace& work : workspaces_) {
+    work.smallest = Eight{} + 1.0;
+    work.found = {};
+    work.projection = {};
+  }
+  for (EqualIslands& islands : equal_islands_) {
+    constexpr std::size_t least_rows = 2048;  // fewer are not worth a thread
+    const std::size_t batches = islands.num_batches;
+    const std::size_t worthwhile = islands.num_islands * islands.topology.rods.size() / least_rows;
+    const std::size_t shares = std::clamp<std::size_t>(worthwhile, 1, workspaces_.size());
+    parallel.for_tasks(shares, [&](std::size_t k) {
+      for (std::size_t number = batches * k / shares; number < batches * (k + 1) / shares; ++number)
+        visit(islands.batch(number), workspaces_[k]);
+    });
+  }
+}
+
+Elimination BatchSolver::found() const {
+  Elimination result;
+  for (const Workspace& work : workspaces_) {
+    for (std::size_t lane = 0; lane < num_lanes; ++lane)
+      result.reciprocal_condition = std::min(result.reciprocal_condition, work.smallest[lane]);
+    result.largest_right_side = larger(result.largest_right_side, work.found.largest_right_side);
+    result.residual = larger(result.residual, work.found.residual);
+    result.own_residual = larger(result.own_residual, work.found.own_residual);
+  }
+  return result;
+}
+
+Projection BatchSolver::reached() const {
+  Projection result;
+  for (const Workspace& work : workspaces_) {
+    result.violation = larger(result.violation, work.projection.violation);
+    result.iterations = std::max(result.iterations, work.projection.iterations);
+  }
+  return result;
+}
+
+/// Of the lengths that move, the others have 0; null where none does.
+const Eight* BatchSolver::moving_lengths(const Batch& batch, double MovingScalar::*number, Workspace* work) {
+  if (batch.moving_lengths == nullptr) return nullptr;
+  Eight* const result = work->lengths.data();
+  for (std::size_t k = 0; k < batch.num_rods * num_lanes; ++k) {
+    const MovingScalar* const length = batch.moving_lengths[k];
+    result[k / num_lanes][k % num_lanes] = length != nullptr ? length->*number : 0.0;
+  }
+  return result;
+}
+
+/// With K and the factor of these places, or, where it `keeps` them, with those at hand.
+Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motion, bool keeps, double* blocks,
+                               double* lambda, double* w) {
+  for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
+    const auto& [topology, schedule] = batch.structure();
+    for (const auto& [from, to] : {std::pair(motion.r, work.r.data()), std::pair(motion.v, work.v.data())}) {
+      read_points(batch, from, to);
+      read_supports(batch, from, to);
+    }
+    const bool is_same_for_all = motion.uniform != nullptr && batch.num_supports == 0;
+    Eight3* const w0 = is_same_for_all ? nullptr : work.w.data();
+    if (w0 != nullptr) {
+      motion.uniform != nullptr ? fill(w0, batch.num_points, *motion.uniform) : read_points(batch, motion.w0, w0);
+      read_supports(batch, motion.w0, w0);
+    }
+
+    work.right_side = work.residual = {};
+    evaluate_rods(topology, work.r.data(), work.v.data(), w0, batch.offsets,
+                  moving_lengths(batch, &MovingScalar::second, &work), work.u.data(), work.b.data(), &work.right_side);
+    call_for_points(batch, motion.r);
+    call_for(batch.inverse_mass + batch.num_points + batch.num_supports, batch.num_points + batch.num_supports);
+    if (!keeps) eliminate(topology, schedule, batch.inverse_mass, work.u.data(), batch.factor, &work.smallest);
+    call_for_points(batch, motion.v);
+    tanor::solve_negative(schedule, batch.factor, work.b.data(), work.x.data());
+    if (!keeps) call_for_blocks(batch, blocks);
+    apply(topology, batch.inverse_mass, work.u.data(), work.b.data(), work.x.data(), work.dw.data(), &work.residual);
+    include_residuals(work.right_side, work.residual, &work.found);
+    call_for_points(batch, w);
+    call_for_rows(batch, lambda);
+    call_for(batch.factor + schedule.num_slots, static_cast<std::size_t>(schedule.num_slots));
+    is_same_for_all ? add(*motion.uniform, batch.num_points, work.dw.data())
+                    : add(w0, batch.num_points, work.dw.data());
+
+    write_points(batch, work.dw.data(), w);
+    if (!keeps) write_blocks(batch, work.u.data(), blocks);
+    write_rows(batch, work.x.data(), lambda);
+  });
+  return found();
+}
+
+Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
+                               double* lambda, double* w) {
+  return solve(parallel, motion, false, blocks, lambda, w);
+}
+
+Elimination BatchSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
+                                     double* lambda, double* w) {
+  return solve(parallel, motion, true, blocks, lambda, w);
+}
+
+Elimination BatchSolver::factorize(const Parallel& parallel, const double* blocks) {
+  for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
+    const auto& [topology, schedule] = batch.structure();
+    read_blocks(batch, blocks, work.u.data());
+    eliminate(topology, schedule, batch.inverse_mass, work.u.data(), batch.factor, &work.smallest);
+  });
+  return found();
+}
+
+void BatchSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
+  for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
+    read_rows(batch, b, work.b.data());
+    tanor::solve_negative(batch.structure().schedule, batch.factor, work.b.data(), work.x.data());
+    write_rows(batch, work.x.data(), x);
+  });
+}
+
+void BatchSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
+  for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
+    const auto& [topology, schedule] = batch.structure();
+    read_points(batch, points, work.r.data());
+    read_blocks(batch, blocks, work.u.data());
+    read_rows(batch, rows, work.b.data());
+    tanor::solve_negative(schedule, batch.factor, work.b.data(), work.x.data());
+    move(topology, batch.inverse_mass, work.u.data(), work.x.data(), work.r.data());
+    write_points(batch, work.r.data(), points);
+    write_rows(batch, work.x.data(), rows);
+  });
+}
+
+// ---- projections ----
+
+Elimination BatchSolver::linearise(const Parallel& parallel, const double* r, double* blocks) {
+  for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
+    const auto& [topology, schedule] = batch.structure();
+    read_points(batch, r, work.r.data());
+    read_supports(batch, r, work.r.data());
+    evaluate_directions(topology, work.r.data(), batch.offsets, work.u.data());
+    eliminate(topology, schedule, batch.inverse_mass, work.u.data(), batch.factor, &work.smallest);
+    write_blocks(batch, work.u.data(), blocks);
+  });
+  return found();
+}
+
+/// evaluate(what violates the rows) and move(along the answer), until nothing does or it no longer becomes less.
+template <class Evaluate, class Move>
+void BatchSolver::iterate(const Batch& batch, double target, Workspace* work, const Evaluate& evaluate,
+                          const Move& move) {
+  const auto violation = [&] {
+    Largest largest;
+    evaluate(&largest);
+    return largest.read();
+  };
+  const Projection found = iterate_along_chord(target, violation, [&] {
+    tanor::solve_negative(batch.structure().schedule, batch.factor, work->b.data(), work->x.data());
+    move();
+  });
+  work->projection.violation = larger(work->projection.violation, found.violation);
+  work->projection.iterations = std::max(work->projection.iterations, found.iterations);
+}
+
+Projection BatchSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                                          double* sum) {
+  for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
+    const auto& [topology, schedule] = batch.structure();
+    read_points(batch, r, work.r.data());
+    read_supports(batch, r, work.r.data());
+    read_blocks(batch, blocks, work.u.data());
+    call_for_points(batch, r);
+    call_for_blocks(batch, blocks);
+    const auto move_along = [&, &topology = topology](const Eight* rows) {
+      move(topology, batch.inverse_mass, work.u.data(), rows, work.r.data());
+    };
+    if (sum != nullptr) {
+      read_rows(batch, sum, work.sum.data());
+      move_along(work.sum.data());
+    }
+    const Eight* lengths = batch.lengths;
+    if (const Eight* const moving = moving_lengths(batch, &MovingScalar::value, &work)) {
+      for (std::size_t a = 0; a < batch.num_rods; ++a) {
+        const Eight constant = batch.lengths[a];
+        work.lengths.data()[a] = moving[a] == 0.0 ? constant : moving[a];
+      }
+      lengths = work.lengths.data();
+    }
+    iterate(
+        batch, target, &work,
+        [&, &topology = topology](Largest* largest) {
+          tanor::evaluate_values(topology, work.r.data(), batch.offsets, lengths, work.b.data(), largest);
+        },
+        [&] {
+          move_along(work.x.data());
+          for (std::size_t a = 0; sum != nullptr && a < batch.num_rods; ++a) work.sum.data()[a] += work.x.data()[a];
+        });
+    write_points(batch, work.r.data(), r);
+    if (sum != nullptr) write_rows(batch, work.sum.data(), sum);
+  });
+  return reached();
+}
+
+Projection BatchSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
+                                           const double* r, double* v) {
+  for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
+    const auto& [topology, schedule] = batch.structure();
+    read_points(batch, r, work.r.data());
+    read_supports(batch, r, work.r.data());
+    read_points(batch, v, work.v.data());
+    read_supports(batch, v, work.v.data());
+    read_blocks(batch, blocks, work.u.data());
+    call_for_points(batch, r);
+    call_for_points(batch, v);
+    call_for_blocks(batch, blocks);
+    evaluate_directions(topology, work.r.data(), batch.offsets, work.directions.data());
+    const Eight* const first_derivatives = moving_lengths(batch, &MovingScalar::first, &work);
+    iterate(
+        batch, target, &work,
+        [&, &topology = topology](Largest* largest) {
+          tanor::evaluate_rates(topology, work.directions.data(), work.v.data(), first_derivatives, work.b.data(),
+                                largest);
+        },
+        [&, &topology = topology] { move(topology, batch.inverse_mass, work.u.data(), work.x.data(), work.v.data()); });
+    write_points(batch, work.v.data(), v);
+  });
+  return reached();
+}
+
+void BatchSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {
+  for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
+    read_points(batch, points, work.r.data());
+    read_blocks(batch, blocks, work.u.data());
+    read_rows(batch, rows, work.x.data());
+    move(batch.structure().topology, batch.inverse_mass, work.u.data(), work.x.data(), work.r.data());
+    write_points(batch, work.r.data(), points);
+  });
+}
+
+}  // namespace tanor

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "schur/equal_islands.hpp"
+#include "schur/island_solver.hpp"
+
+namespace tanor {
+
+/// Islands of rods, many of equal topology: one elimination, written down once, runs over eight islands side by side
+/// in the lanes of a vector. Which islands share a vector follows from the system alone.
+class BatchSolver final : public IslandSolver {
+ public:
+  /// Takes islands of rods out of `islands`: those of topologies that many share, or, `eagerly`, all; null where there
+  /// are none.
+  static std::unique_ptr<BatchSolver> make(const SchurProblem& problem, int threads, bool eagerly,
+                                           std::vector<Index>* islands);
+
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
+                    double* w) override;
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                          double* lambda, double* w) override;
+  Elimination factorize(const Parallel& parallel, const double* blocks) override;
+  void solve_negative(const Parallel& parallel, const double* b, double* x) override;
+  void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
+  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                               double* sum) override;
+  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                double* v) override;
+  void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
+
+ private:
+  using Batch = EqualIslands::Batch;
+  /// What one thread works on, and what it found.
+  struct Workspace {
+    std::vector<Eight3> r, v, w, dw, u, directions;
+    Eights b, x, sum, lengths;
+    Eight smallest;
+    Largest right_side, residual;  // of the batch at hand
+    Elimination found;
+    Projection projection;
+  };
+
+  BatchSolver() = default;
+  template <class Visit>
+  void for_each_batch(const Parallel& parallel, const Visit& visit);
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, bool keeps, double* blocks, double* lambda,
+                    double* w);
+  Elimination found() const;
+  Projection reached() const;
+  static const Eight* moving_lengths(const Batch& batch, double MovingScalar::*number, Workspace* work);
+  template <class Evaluate, class Move>
+  static void iterate(const Batch& batch, double target, Workspace* work, const Evaluate& evaluate, const Move& move);
+
+  std::vector<EqualIslands> equal_islands_;
+  std::vector<Workspace> workspaces_;  // [thread]
+};
+
+}  // namespace tanor

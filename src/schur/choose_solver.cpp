@@ -1,0 +1,88 @@
+#include "schur/schur_solver.hpp"
+
+#include <tanor/error.hpp>
+
+#include <algorithm>
+#include <numeric>
+
+#include "schur/batch_solver.hpp"
+#include "schur/composite_solver.hpp"
+#include "schur/island_solver.hpp"
+#include "schur/path_solver.hpp"
+#include "schur/point_solver.hpp"
+#include "schur/sparse_solver.hpp"
+#include "schur/tree_solver.hpp"
+
+namespace tanor {
+
+namespace {
+
+const char* obstacle_to_all(const Constraints& constraints, const Numbering& numbering) {
+  if (numbering.num_rows() == 0) return "there are no constraints";
+  if (numbering.first_idle_row() < numbering.num_rows()) return "some constraints join supports alone";
+  if (constraints.tangents().size() > 0) return "contacts with friction have rows that come and go";
+  return nullptr;
+}
+
+/// Each solver takes the islands that it serves out of `islands`.
+std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProblem& problem,
+                                                                const SolverOptions& wanted,
+                                                                std::vector<Index>* islands) {
+  std::vector<std::unique_ptr<SchurSolver>> solvers;
+  const auto add = [&](Way way, const auto& make) {
+    if (wanted.way != Way::Auto && wanted.way != way) return;
+    if (std::unique_ptr<SchurSolver> solver = make()) solvers.push_back(std::move(solver));
+  };
+  const bool eagerly = wanted.way != Way::Auto;
+  add(Way::ClosedForm, [&] { return PointSolver::make(problem, islands); });
+  add(Way::Bundles, [&] { return BatchSolver::make(problem, wanted.threads, eagerly, islands); });
+  add(Way::Paths, [&] { return PathSolver::make(problem, islands); });
+  add(Way::Trees, [&] { return TreeSolver::make(problem, islands); });
+  return solvers;
+}
+
+/// Sparse factors of the islands that are left over; null where they are too much of the system. Then all of it is the
+/// general way's, which goes on with old factors inside steps (see Reuse). Clusters beside a net of 100 x 100: steps of
+/// dop853 take as long on both where the net's factor takes 300 products for each row of a cluster, half as long on the
+/// general way at 3000; with less of a net all methods gain from the mixture, up to 2.7 times. A row left over seldom
+/// takes fewer than 100 products, so no analysis is made in vain where there are too many.
+std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, const std::vector<Index>& left) {
+  constexpr double most_rows = 3.0, most_products = 300.0;  // for each row of the special solvers
+  IslandGroup group(problem.constraints, problem.gather, problem.incidences, problem.numbering, problem.inverse_mass,
+                    left);
+  const auto num_left = static_cast<double>(group.rows.size());
+  const double num_short = static_cast<double>(problem.numbering.num_rows()) - num_left;
+  if (num_left > most_rows * num_short) return nullptr;
+  auto result = std::make_unique<SparseSolver>(std::move(group), problem.incidences);
+  if (result->factor().products > most_products * num_short) return nullptr;
+  return result;
+}
+
+}  // namespace
+
+std::unique_ptr<SchurSolver> make_schur_solver(const SchurProblem& problem, const SolverOptions& wanted) {
+  const bool is_forced = wanted.way != Way::Auto;
+  const auto refuse = [&](const std::string& why) -> std::unique_ptr<SchurSolver> {
+    if (is_forced) throw InputError("/solver/way", "it does not serve this system: " + why);
+    return nullptr;
+  };
+  const Numbering& numbering = problem.numbering;
+  // Lanes and chunks would stay nearly empty (bench/rivals, the pendulum).
+  constexpr std::size_t few_rows = 8;
+  if (wanted.way == Way::General || (!is_forced && numbering.num_rows() < few_rows)) return nullptr;
+  if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general way");
+  if (const char* obstacle = obstacle_to_all(problem.constraints, numbering)) return refuse(obstacle);
+
+  std::vector<Index> left(numbering.num_islands());
+  std::iota(left.begin(), left.end(), 0);
+  std::vector<std::unique_ptr<SchurSolver>> solvers = serve_special_islands(problem, wanted, &left);
+  if (!left.empty()) {
+    if (is_forced) return refuse("some islands have another structure");
+    std::unique_ptr<SchurSolver> sparse = solvers.empty() ? nullptr : make_sparse_solver(problem, left);
+    if (sparse == nullptr) return nullptr;
+    solvers.push_back(std::move(sparse));
+  }
+  return std::make_unique<CompositeSolver>(std::move(solvers));
+}
+
+}  // namespace tanor

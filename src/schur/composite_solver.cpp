@@ -1,0 +1,102 @@
+#include "schur/composite_solver.hpp"
+
+#include <algorithm>
+
+namespace tanor {
+
+CompositeSolver::CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers) : solvers_(std::move(solvers)) {
+  for (const auto& solver : solvers_) {
+    const Summary& each = solver->summary();
+    summary_.name += (summary_.name.empty() ? "" : "+") + each.name;
+    summary_.reason += (summary_.reason.empty() ? "" : "; ") + each.reason;
+    if (each.ordering != "natural") summary_.ordering = each.ordering;
+    summary_.parts += each.parts;
+    summary_.pattern_nonzeros += each.pattern_nonzeros;
+    summary_.factor_nonzeros += each.factor_nonzeros;
+    summary_.flops += each.flops;
+  }
+}
+
+template <class Each>
+Elimination CompositeSolver::join(const Each& each) {
+  Elimination result;
+  for (const auto& solver : solvers_) {
+    const Elimination found = each(*solver);
+    result.reciprocal_condition = std::min(result.reciprocal_condition, found.reciprocal_condition);
+    result.largest_right_side = larger(result.largest_right_side, found.largest_right_side);
+    result.residual = larger(result.residual, found.residual);
+    result.own_residual = larger(result.own_residual, found.own_residual);
+    result.refinements = std::max(result.refinements, found.refinements);
+  }
+  return result;
+}
+
+Elimination CompositeSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                                   double* lambda, double* w) {
+  return join([&](SchurSolver& solver) { return solver.solve(parallel, motion, blocks, scratch, lambda, w); });
+}
+
+Elimination CompositeSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks,
+                                         double* scratch, double* lambda, double* w) {
+  return join([&](SchurSolver& solver) { return solver.solve_again(parallel, motion, blocks, scratch, lambda, w); });
+}
+
+Elimination CompositeSolver::factorize(const Parallel& parallel, const double* blocks) {
+  return join([&](SchurSolver& solver) { return solver.factorize(parallel, blocks); });
+}
+
+void CompositeSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
+  for (const auto& solver : solvers_) solver->solve_negative(parallel, b, x);
+}
+
+void CompositeSolver::correct(const Parallel& parallel, const double* blocks, double* rows, double* points) {
+  for (const auto& solver : solvers_) solver->correct(parallel, blocks, rows, points);
+}
+
+// ---- projections ----
+
+double CompositeSolver::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
+  double result = 0.0;
+  for (const auto& solver : solvers_) result = larger(result, solver->evaluate_values(parallel, r, xi));
+  return result;
+}
+
+double CompositeSolver::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
+  double result = 0.0;
+  for (const auto& solver : solvers_) result = larger(result, solver->evaluate_rates(parallel, r, v, rates));
+  return result;
+}
+
+template <class Each>
+Projection CompositeSolver::join_projections(const Each& each) {
+  Projection result;
+  for (const auto& solver : solvers_) {
+    const Projection found = each(*solver);
+    result.violation = larger(result.violation, found.violation);
+    result.iterations = std::max(result.iterations, found.iterations);
+  }
+  return result;
+}
+
+Elimination CompositeSolver::linearise(const Parallel& parallel, const double* r, double* blocks) {
+  return join([&](SchurSolver& solver) { return solver.linearise(parallel, r, blocks); });
+}
+
+Projection CompositeSolver::project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                                              double* sum) {
+  return join_projections(
+      [&](SchurSolver& solver) { return solver.project_positions(parallel, blocks, target, r, sum); });
+}
+
+Projection CompositeSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
+                                               const double* r, double* v) {
+  return join_projections(
+      [&](SchurSolver& solver) { return solver.project_velocities(parallel, blocks, target, r, v); });
+}
+
+void CompositeSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows,
+                                    double* points) {
+  for (const auto& solver : solvers_) solver->add_reactions(parallel, blocks, rows, points);
+}
+
+}  // namespace tanor

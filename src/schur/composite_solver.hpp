@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "schur/schur_solver.hpp"
+
+namespace tanor {
+
+/// Islands of several kinds, each kind with its own solver.
+class CompositeSolver final : public SchurSolver {
+ public:
+  explicit CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers);
+
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
+                    double* w) override;
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                          double* lambda, double* w) override;
+  Elimination factorize(const Parallel& parallel, const double* blocks) override;
+  void solve_negative(const Parallel& parallel, const double* b, double* x) override;
+  void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  const Summary& summary() const override { return summary_; }
+
+  double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
+  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
+  Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
+  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                               double* sum) override;
+  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                double* v) override;
+  void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
+
+ private:
+  /// All of `each`(solver), one after the other.
+  template <class Each>
+  Elimination join(const Each& each);
+  template <class Each>
+  Projection join_projections(const Each& each);
+
+  std::vector<std::unique_ptr<SchurSolver>> solvers_;
+  Summary summary_;
+};
+
+}  // namespace tanor

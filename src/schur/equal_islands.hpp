@@ -1,0 +1,58 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "evaluate/constraints.hpp"
+#include "schur/batch_kernels.hpp"
+#include "schur/island_schedule.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Islands of one topology in batches of eight; lanes that are left over repeat the last island.
+struct EqualIslands {
+  struct Structure {
+    const IslandTopology& topology;
+    const IslandSchedule& schedule;
+  };
+  /// The numbers of one batch.
+  struct Batch {
+    const EqualIslands& of;
+    std::size_t num_points, num_supports, num_rods;
+    const Index *first_point, *supports, *rows, *blocks;
+    const Eight* inverse_mass;
+    const Eight3* offsets;                      // null: none
+    const Eight* lengths;                       // constant ones
+    const MovingScalar* const* moving_lengths;  // null: none
+    Eight* factor;
+
+    Structure structure() const { return {of.topology, of.schedule}; }
+  };
+
+  explicit EqualIslands(const IslandTopology& islands) : topology(islands), schedule(islands) {}
+  Batch batch(std::size_t number);
+
+  IslandTopology topology;
+  IslandSchedule schedule;
+  std::size_t num_islands = 0, num_batches = 0;
+  // Points that move follow one another in each island; rows and blocks of most islands do.
+  std::vector<Index> first_point;   // [batch][lane], and once more for what comes after the last batch
+  std::vector<Index> supports;      // [batch][support][lane]
+  bool rows_follow = false;         // then `rows` are the first ones, [batch][lane], and once more
+  double block_sign = 0.0;          // not 0: the same of `blocks`, which all have this sign
+  std::vector<Index> rows, blocks;  // [batch][rod][lane]; ~block where the rod is given the other way
+  Eights inverse_mass;              // [batch][place]: points that move, then supports; likewise once more
+  std::vector<Eight3> offsets;      // [batch][rod]; empty: none
+  Eights lengths;                   // [batch][rod]
+  std::vector<const MovingScalar*> moving_lengths;  // [batch][rod][lane], null: constant; empty: all are
+  Eights factor;                                    // [batch][slot]
+};
+
+/// Islands of rods by their topologies, out of `islands`: those with at most `most_rods` rods, of topologies that fill
+/// half of their lanes or more (long paths: nearly all). `eagerly`: all that are made of rods.
+std::vector<EqualIslands> take_equal_islands(const Constraints& constraints, const Numbering& numbering,
+                                             std::span<const double> inverse_mass, bool eagerly,
+                                             std::vector<Index>* islands);
+
+}  // namespace tanor

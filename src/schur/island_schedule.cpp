@@ -1,0 +1,95 @@
+#include "schur/island_schedule.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace tanor {
+
+namespace {
+
+using Neighbours = std::vector<std::set<int>>;  // [row] the others that it has a product with
+
+std::vector<std::vector<int>> rods_of_points(const IslandTopology& topology) {
+  std::vector<std::vector<int>> result(static_cast<std::size_t>(topology.num_points));
+  for (std::size_t a = 0; a < topology.rods.size(); ++a) {
+    for (const int point : topology.rods[a]) {
+      if (point < topology.num_points) result[static_cast<std::size_t>(point)].push_back(static_cast<int>(a));
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+IslandSchedule::IslandSchedule(const IslandTopology& topology) {
+  const std::size_t num_rods = topology.rods.size();
+  const auto by_point = rods_of_points(topology);
+  Neighbours neighbours(num_rods);
+  for (const auto& rods : by_point) {
+    for (const int a : rods) {
+      for (const int b : rods) {
+        if (a != b) neighbours[static_cast<std::size_t>(a)].insert(b);
+      }
+    }
+  }
+
+  // Minimum degree; what is left of a row's neighbours when its turn comes is its column.
+  std::map<std::array<int, 2>, int> slots;  // of {row eliminated later, earlier}
+  std::vector<int> depth(num_rods, 0);
+  std::set<int> waiting;
+  for (std::size_t a = 0; a < num_rods; ++a) waiting.insert(static_cast<int>(a));
+  const auto cost = [&](int a) {
+    const auto row = static_cast<std::size_t>(a);
+    return std::tuple(neighbours[row].size(), depth[row], a);
+  };
+  while (!waiting.empty()) {
+    const int row = *std::min_element(waiting.begin(), waiting.end(), [&](int a, int b) { return cost(a) < cost(b); });
+    waiting.erase(row);
+    const std::set<int> entries = std::move(neighbours[static_cast<std::size_t>(row)]);
+    columns.push_back({row, num_slots, num_slots + 1 + static_cast<int>(entries.size()), 0});
+    slots[{row, row}] = num_slots++;
+    slot_row.push_back(row);
+    for (const int entry : entries) {
+      slots[{entry, row}] = num_slots++;
+      slot_row.push_back(entry);
+      const auto e = static_cast<std::size_t>(entry);
+      neighbours[e].insert(entries.begin(), entries.end());
+      neighbours[e].erase(entry);
+      neighbours[e].erase(row);
+      depth[e] = std::max(depth[e], depth[static_cast<std::size_t>(row)] + 1);
+    }
+  }
+  const auto slot_of = [&](int a, int b) {
+    const auto found = slots.find({a, b});
+    return found != slots.end() ? found->second : slots.at({b, a});
+  };
+  for (Column& column : columns) {
+    column.targets = static_cast<int>(targets.size());
+    for (int f = column.first + 1; f < column.end; ++f) {
+      for (int e = f; e < column.end; ++e)
+        targets.push_back(slot_of(slot_row[static_cast<std::size_t>(e)], slot_row[static_cast<std::size_t>(f)]));
+    }
+  }
+
+  for (std::size_t p = 0; p < by_point.size(); ++p) {
+    // u points from the lower end to the higher one
+    const auto sign = [&](int a) {
+      return topology.rods[static_cast<std::size_t>(a)][1] == static_cast<int>(p) ? 1.0 : -1.0;
+    };
+    for (const int a : by_point[p]) {
+      for (const int b : by_point[p]) {
+        if (b < a) products.push_back({slot_of(a, b), a, b, static_cast<int>(p), sign(a) * sign(b)});
+      }
+    }
+  }
+  std::stable_sort(products.begin(), products.end(),
+                   [](const Product& x, const Product& y) { return x.slot < y.slot; });
+  num_fill_slots = static_cast<std::size_t>(num_slots) - columns.size();
+  for (std::size_t k = 0; k < products.size(); ++k) {
+    if (k == 0 || products[k].slot != products[k - 1].slot) --num_fill_slots;
+  }
+}
+
+}  // namespace tanor

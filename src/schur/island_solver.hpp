@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "schur/island_group.hpp"
+#include "schur/schur_solver.hpp"
+
+namespace tanor {
+
+/// A solver of some islands, complete but for its factor: values, rates and gradients come from the families of
+/// constraints, projections are chord iterations with the last factor. Each solver overrides what it does faster.
+class IslandSolver : public SchurSolver {
+ public:
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                          double* lambda, double* w) override {
+    return solve(parallel, motion, blocks, scratch, lambda, w);
+  }
+  Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
+  void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
+  double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
+  double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
+  Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                               double* sum) override;
+  Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                double* v) override;
+  void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
+  const Summary& summary() const final { return summary_; }
+
+ protected:
+  IslandSolver() = default;
+  explicit IslandSolver(IslandGroup group) : group_(std::move(group)), rows_(group_->constraints.num_rows()) {}
+
+  /// Serves the islands of `before` that are no longer among those that are `left`.
+  void serve(const SchurProblem& problem, std::span<const Index> before, std::span<const Index> left);
+  const IslandGroup& group() const { return *group_; }
+
+  Summary summary_;
+
+ private:
+  template <class Evaluate>
+  Projection iterate(const Parallel& parallel, const double* blocks, double target, const Evaluate& evaluate,
+                     double* points, double* sum);
+
+  std::optional<IslandGroup> group_;
+  std::vector<double> rows_;  // [d] scratch
+};
+
+}  // namespace tanor

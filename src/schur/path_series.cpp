@@ -1,0 +1,198 @@
+#include "schur/path_series.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include "base/instruction_sets.hpp"
+#include "schur/lane_points.hpp"
+#include "schur/path_lanes.hpp"
+
+namespace tanor {
+
+namespace {
+
+using Pieces = PathLanes<RodLanes::most, true>;
+using Paths = PathLanes<RodLanes::most, false>;
+using FewPaths = PathLanes<RodLanes::few, false>;
+
+/// Points of a group in and out of the system's arrays.
+template <class Lanes>
+using Places = LanePoints<Lanes::width>;
+
+template <class Lanes>
+[[gnu::always_inline]] inline void load_and_begin(const Lanes& lanes, const Places<Lanes>& places,
+                                                  std::span<double* const, 3> coefficients) {
+  const auto at = [&](std::size_t i) __attribute__((always_inline))->auto& {
+    return lanes.points[i].r;
+  };
+  for (std::size_t k = 0; k <= 2; ++k) {
+    places.load_from(coefficients[k], at);
+    lanes.take_coefficient(k);
+  }
+  lanes.begin();
+}
+template <class Lanes>
+[[gnu::always_inline]] inline void advance_and_store(const Lanes& lanes, int k, int passes, const Places<Lanes>& places,
+                                                     double* to) {
+  const auto at = [&](std::size_t i) __attribute__((always_inline))->const auto& {
+    return lanes.points[i].r;
+  };
+  lanes.advance(
+      k, passes, [&](std::size_t i) __attribute__((always_inline)) { places.store_inner(i, to, at); });
+  places.store_ends(to, at);
+}
+
+// Each by itself: templates have no clones.
+TANOR_EACH_INSTRUCTION_SET void begin(const Pieces& lanes, const Places<Pieces>& places,
+                                      std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
+}
+TANOR_EACH_INSTRUCTION_SET void advance(const Pieces& lanes, int k, int passes, const Places<Pieces>& places,
+                                        double* to) {
+  advance_and_store(lanes, k, passes, places, to);
+}
+TANOR_EACH_INSTRUCTION_SET void begin(const Paths& lanes, const Places<Paths>& places, std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
+}
+TANOR_EACH_INSTRUCTION_SET void advance(const Paths& lanes, int k, int passes, const Places<Paths>& places,
+                                        double* to) {
+  advance_and_store(lanes, k, passes, places, to);
+}
+TANOR_EACH_INSTRUCTION_SET void begin(const FewPaths& lanes, const Places<FewPaths>& places,
+                                      std::span<double* const, 3> r) {
+  load_and_begin(lanes, places, r);
+}
+TANOR_EACH_INSTRUCTION_SET void advance(const FewPaths& lanes, int k, int passes, const Places<FewPaths>& places,
+                                        double* to) {
+  advance_and_store(lanes, k, passes, places, to);
+}
+
+/// The numbers of one PathLanes.
+template <std::size_t lanes_wide, bool is_cut>
+class Group {
+ public:
+  static constexpr std::size_t width = lanes_wide;
+  using Lanes = PathLanes<width, is_cut>;
+  using Vector = typename Lanes::Vector;
+
+  Group(RodLanes given, std::span<const Vector3> offsets, std::span<const double> inverse_mass)
+      : given_(std::move(given)), places_(given_.points), rods_(given_.length), points_(given_.length + 1) {
+    for (std::size_t at = 0; at < given_.points.size(); ++at) {
+      const Index point = given_.points[at];
+      if (point >= 0) points_[at / width].inverse_mass[at % width] = inverse_mass[static_cast<std::size_t>(point)];
+    }
+    if (!offsets.empty()) offsets_.resize(given_.length);
+    for (std::size_t at = 0; at < given_.rows.size(); ++at) {
+      const Index row = given_.rows[at];
+      rods_[at / width].is_there[at % width] = row < 0 ? 0.0 : 1.0;
+      if (row < 0 || offsets.empty()) continue;
+      const auto& [x, y, z] = offsets[static_cast<std::size_t>(row)];
+      const double sign = given_.flipped[at] != 0 ? -1.0 : 1.0;
+      put(&offsets_[at / width], at % width, {sign * x, sign * y, sign * z});
+    }
+  }
+
+  void expand(std::span<double* const> coefficients, const double* lambda, int passes) {
+    begin(coefficients, lambda);
+    for (std::size_t k = 1; k + 2 < coefficients.size(); ++k) {
+      tanor::advance(lanes(), static_cast<int>(k), passes, places_, coefficients[k + 2]);
+    }
+  }
+
+ private:
+  void begin(std::span<double* const> coefficients, const double* lambda) {
+    stride_ = coefficients.size() | 1;  // of a power of 2 rods would meet in the same few lines of the caches
+    series_.resize(given_.length * stride_);
+    for (std::size_t at = 0; at < given_.rows.size(); ++at) {
+      const Index row = given_.rows[at];
+      series_[at / width * stride_].mu[at % width] = row < 0 ? 0.0 : lambda[row];
+    }
+    tanor::begin(lanes(), places_, coefficients.first<3>());
+  }
+
+  static void put(Vector* to, std::size_t lane, Vec3 a) {
+    to->x[lane] = a.x;
+    to->y[lane] = a.y;
+    to->z[lane] = a.z;
+  }
+
+  Lanes lanes() {
+    return {given_.length,  stride_,
+            rods_.data(),   points_.data(),
+            series_.data(), offsets_.empty() ? nullptr : offsets_.data(),
+            &separator_l_,  &separator_inverse_pivot_};
+  }
+
+  RodLanes given_;
+  LanePoints<width> places_;
+  std::vector<typename Lanes::Rod> rods_;
+  std::vector<typename Lanes::Point> points_;
+  std::vector<Vector> offsets_;  // of a_0; empty where there are none
+  std::array<double, width> separator_l_{}, separator_inverse_pivot_{};
+  std::size_t stride_ = 0;
+  std::vector<typename Lanes::Coefficient> series_;
+};
+
+}  // namespace
+
+struct PathSeries::AnyGroup {
+  std::variant<Group<RodLanes::most, true>, Group<RodLanes::most, false>, Group<RodLanes::few, false>> group;
+};
+
+PathSeries::~PathSeries() = default;
+
+std::unique_ptr<PathSeries> PathSeries::make(const System& system, const Numbering& numbering,
+                                             std::span<const Incidence> incidences,
+                                             std::span<const double> inverse_mass) {
+  const bool only_gravity = std::all_of(system.forces.begin(), system.forces.end(),
+                                        [](const auto& force) { return std::holds_alternative<Gravity>(force); });
+  const bool fixed_supports = std::all_of(system.supports.begin(), system.supports.end(),
+                                          [](const Support& support) { return support.displacement.is_constant(); });
+  if (!only_gravity || !fixed_supports) return {};
+  std::vector<Vector3> offsets;  // [row]
+  for (std::size_t g = 0, member = 0; g < system.constraints.size(); ++g) {
+    const auto* const rods = std::get_if<Rods>(&system.constraints[g]);
+    if (rods == nullptr || !rods->length.functions.empty()) return {};
+    if (!rods->offsets.empty()) offsets.resize(numbering.num_rows());
+    for (std::size_t k = 0; k < rods->pairs.size(); ++k, ++member) {
+      if (!rods->offsets.empty()) offsets[static_cast<std::size_t>(numbering.member_row[member])] = rods->offsets[k];
+    }
+  }
+  std::optional<std::vector<RodLanes>> lanes = lay_rods(system, numbering, incidences);
+  if (!lanes) return {};
+  return std::unique_ptr<PathSeries>(new PathSeries(std::move(*lanes), offsets, inverse_mass));
+}
+
+PathSeries::PathSeries(std::vector<RodLanes> lanes, std::span<const Vector3> offsets,
+                       std::span<const double> inverse_mass) {
+  std::vector<char> is_held(inverse_mass.size(), 0);
+  for (RodLanes& given : lanes) {
+    for (const Index point : given.points) {
+      if (point >= 0 && inverse_mass[static_cast<std::size_t>(point)] > 0.0)
+        is_held[static_cast<std::size_t>(point)] = 1;
+    }
+    if (given.is_cut) {
+      groups_.push_back({Group<RodLanes::most, true>(std::move(given), offsets, inverse_mass)});
+    } else if (given.width == RodLanes::most) {
+      groups_.push_back({Group<RodLanes::most, false>(std::move(given), offsets, inverse_mass)});
+    } else {
+      groups_.push_back({Group<RodLanes::few, false>(std::move(given), offsets, inverse_mass)});
+    }
+  }
+  for (std::size_t point = 0; point < is_held.size(); ++point) {
+    if (is_held[point] == 0) still_.push_back(static_cast<Index>(point));
+  }
+}
+
+void PathSeries::expand(const Parallel& parallel, std::span<double* const> coefficients, const double* lambda,
+                        int passes) {
+  parallel.for_tasks(groups_.size(), [&](std::size_t g) {
+    std::visit([&](auto& group) { group.expand(coefficients, lambda, passes); }, groups_[g].group);
+  });
+  for (std::size_t k = 3; k < coefficients.size(); ++k) {
+    for (const Index point : still_) store(coefficients[k], point, {});
+  }
+}
+
+}  // namespace tanor

@@ -1,0 +1,348 @@
+#include "schur/point_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tanor {
+
+// ---- set-up ----
+
+/// [first row of each]
+std::vector<PointSolver::Member> PointSolver::read_members(const Constraints& constraints, std::size_t num_rows) {
+  std::vector<Member> result(num_rows);
+  const auto read = [&]<class Kernel>(Guide guide, const Family<Kernel>& family) {
+    for (std::size_t k = 0; k < family.size(); ++k) {
+      const auto number = static_cast<Index>(k);
+      result[static_cast<std::size_t>(family.rows[k])] = {guide,
+                                                          number,
+                                                          family.kernel.points[k][0],
+                                                          Kernel::num_rows,
+                                                          family.first_block + number * Kernel::num_blocks,
+                                                          !family.kernel.depends_on_time(),
+                                                          family.kernel.geometry[k]};
+    }
+  };
+  read(Guide::Plane, constraints.family<PlaneKernel>());
+  read(Guide::Sphere, constraints.family<SphereKernel>());
+  read(Guide::Line, constraints.family<LineKernel>());
+  read(Guide::Circle, constraints.family<CircleKernel>());
+  return result;
+}
+
+/// One more point, with all its rows from `first_row` on; it continues the last run if it can.
+bool PointSolver::append_point(std::span<const Member> rows, Index first_row) {
+  Run run{.first = rows[0].point, .end = rows[0].point + 1, .first_row = first_row};
+  for (std::size_t a = 0; a < rows.size(); a += static_cast<std::size_t>(rows[a].num_rows)) {
+    if (rows[a].guide == Guide::None) return false;
+    run.has_one_guide[run.num_members] = true;
+    run.members[run.num_members++] = rows[a];
+    run.num_rows += rows[a].num_rows;
+  }
+  const auto continues = [&](Run& last) {
+    if (last.end != run.first || last.num_rows != run.num_rows || last.num_members != run.num_members) return false;
+    const Index steps = last.end - last.first;
+    for (std::size_t k = 0; k < run.num_members; ++k) {
+      if (last.members[k].guide != run.members[k].guide) return false;
+      const Index way = run.members[k].number - last.members[k].number;
+      if (steps == 1) last.stride[k] = way;
+      if (way != steps * last.stride[k]) return false;
+    }
+    for (std::size_t k = 0; k < run.num_members; ++k)
+      last.has_one_guide[k] = last.has_one_guide[k] && last.members[k].slot == run.members[k].slot;
+    ++last.end;
+    return true;
+  };
+  if (!runs_.empty() && continues(runs_.back())) return true;
+  if (!runs_.empty()) run.first_group = runs_.back().first_group + runs_.back().num_groups();
+  runs_.push_back(run);
+  return true;
+}
+
+std::unique_ptr<PointSolver> PointSolver::make(const SchurProblem& problem, std::vector<Index>* islands) {
+  const Numbering& numbering = problem.numbering;
+  const std::vector<Index> before = *islands;
+  const std::vector<Member> rows = read_members(problem.constraints, numbering.num_rows());
+  std::unique_ptr<PointSolver> result(new PointSolver(problem.constraints));
+  result->inverse_mass_ = problem.inverse_mass;
+  bool has_factors = false;
+  Summary& summary = result->summary_;
+  summary = {.name = "closed form", .reason = "nothing joins points on guides of their own"};
+  std::erase_if(*islands, [&](Index island) {
+    const Index first = numbering.island_start[static_cast<std::size_t>(island)];
+    const auto count = static_cast<std::size_t>(numbering.island_start[static_cast<std::size_t>(island) + 1] - first);
+    // An island of more than one point has a row that is none of ours.
+    const std::span members = std::span(rows).subspan(static_cast<std::size_t>(first), count);
+    if (count > most_rows || !result->append_point(members, first)) return false;
+    has_factors = has_factors || count > 1;
+    ++summary.parts;
+    return true;
+  });
+  if (result->runs_.empty()) return nullptr;
+  if (has_factors) result->factors_.resize(result->runs_.back().first_group + result->runs_.back().num_groups());
+  for (const Run& run : result->runs_) {
+    const auto num_rows = static_cast<std::size_t>(run.num_rows);
+    summary.pattern_nonzeros += static_cast<std::size_t>(run.end - run.first) * num_rows * (num_rows + 1) / 2;
+  }
+  summary.factor_nonzeros = summary.pattern_nonzeros;
+  summary.flops = 2.0 * static_cast<double>(summary.factor_nonzeros);
+  result->serve(problem, before, *islands);
+  return result;
+}
+
+// ---- every step ----
+
+/// Some groups of one run, on their way.
+struct PointSolver::Chunk {
+  static constexpr std::size_t most_groups = 8;
+  static constexpr std::size_t most_points = most_groups * num_lanes;
+
+  const Run& run;
+  std::size_t first_group, count;  // in all, groups
+  std::size_t first_point, num_points;
+  Index indices[most_points];  // scratch: rows, blocks, members
+  Eight3 place[most_groups], normal[most_groups];
+  Eight3 gradients[most_rows * most_groups];
+  PointFactor factors[most_groups];  // where points have one row: nobody needs them again
+  Eight b[most_rows * most_groups], x[most_rows * most_groups];
+  Eight smallest = Eight{} + 1.0;
+  Largest right_side, residual;
+  double copies[4][3 * most_points];  // of what does not fill the last group
+
+  Chunk(const Run& of, std::size_t group, std::size_t num_groups)
+      : run(of),
+        first_group(group),
+        count(num_groups),
+        first_point(static_cast<std::size_t>(run.first) + (group - run.first_group) * num_lanes),
+        num_points(std::min(count * num_lanes, static_cast<std::size_t>(run.end) - first_point)) {}
+  int num_rows() const { return static_cast<int>(run.num_rows); }
+  bool is_full() const { return num_points == count * num_lanes; }
+
+  /// Numbers of the points, `width` each; copied where the last group is not full, whose lanes repeat the last point.
+  const double* read(const double* from, std::size_t width, double* copy) const {
+    const double* const own = from + width * first_point;
+    if (is_full()) return own;
+    std::copy(own, own + width * num_points, copy);
+    for (std::size_t k = num_points; k < count * num_lanes; ++k)
+      std::copy(own + width * (num_points - 1), own + width * num_points, copy + width * k);
+    return copy;
+  }
+  const double* read_masses(const double* inverse_mass) { return read(inverse_mass, 1, copies[3]); }
+  /// Where results of kernels go, `width` for each of the system's numbers from `first` on; then they are `put`.
+  double* room(double* to, std::size_t width, std::size_t first, double* copy) const {
+    return is_full() ? to + width * first : copy;
+  }
+  void put(const double* copy, std::size_t width, std::size_t first, double* to) const {
+    if (!is_full()) std::copy(copy, copy + width * num_points, to + width * first);
+  }
+  /// The row of the first point, of points that have one.
+  std::size_t first_row() const {
+    return static_cast<std::size_t>(run.first_row) + first_point - static_cast<std::size_t>(run.first);
+  }
+
+  /// first + stride (place in the run), of each point
+  const Index* list(Index first, Index stride) {
+    const auto last = static_cast<Index>(num_points) - 1;
+    first += stride * (static_cast<Index>(first_point) - run.first);
+    for (Index k = 0; k < static_cast<Index>(count * num_lanes); ++k) indices[k] = first + stride * std::min(k, last);
+    return indices;
+  }
+  const Index* rows(std::size_t row) { return list(run.first_row + static_cast<Index>(row), run.num_rows); }
+  const Index* members(std::size_t member) { return list(run.members[member].number, run.stride[member]); }
+  /// Block m of each point's member
+  const Index* blocks(std::size_t member, Index m) {
+    const Member& first = run.members[member];
+    return list(first.first_block + m, run.stride[member] * first.num_rows);
+  }
+  void scatter_blocks(std::size_t member, Index m, const Eight3* from, double* to) {
+    const Member& first = run.members[member];
+    if (!is_full() || run.stride[member] * first.num_rows != 1)
+      return scatter_points(from, blocks(member, m), count, to);
+    const auto block = static_cast<std::size_t>(first.first_block + m - run.first) + first_point;
+    scatter_neighbours(from, count, to + 3 * block);
+  }
+  void gather_rows_of(const double* from, Eight* to) {
+    for (std::size_t m = 0; m < static_cast<std::size_t>(run.num_rows); ++m)
+      gather_rows(from, rows(m), count, to + m * count);
+  }
+  void scatter_rows_of(const Eight* from, double* to) {
+    for (std::size_t m = 0; m < static_cast<std::size_t>(run.num_rows); ++m)
+      scatter_rows(from + m * count, rows(m), count, to);
+  }
+};
+
+/// work(chunk), many at once.
+template <class Work>
+Elimination PointSolver::for_each_chunk(const Parallel& parallel, const Work& work) const {
+  constexpr std::size_t most_shares = 64, least_groups = 256;  // fewer are not worth a thread
+  std::array<Elimination, most_shares> found{};
+  const std::size_t num_groups = runs_.back().first_group + runs_.back().num_groups();
+  const auto threads = static_cast<std::size_t>(parallel.threads());
+  const std::size_t shares = std::clamp<std::size_t>(num_groups / least_groups, 1, std::min(threads, most_shares));
+  parallel.for_tasks(shares, [&](std::size_t k) {
+    std::size_t group = num_groups * k / shares;
+    const std::size_t end = num_groups * (k + 1) / shares;
+    const auto is_before = [&](const Run& run) { return run.first_group + run.num_groups() <= group; };
+    for (auto run = std::partition_point(runs_.begin(), runs_.end(), is_before); group < end; ++run) {
+      const std::size_t last = std::min(end, run->first_group + run->num_groups());
+      while (group < last) {
+        Chunk chunk(*run, group, std::min(Chunk::most_groups, last - group));
+        work(chunk);
+        group += chunk.count;
+        for (std::size_t lane = 0; lane < num_lanes; ++lane)
+          found[k].reciprocal_condition = std::min(found[k].reciprocal_condition, chunk.smallest[lane]);
+        found[k].largest_right_side = larger(found[k].largest_right_side, chunk.right_side.read());
+        found[k].residual = larger(found[k].residual, chunk.residual.read());
+      }
+    }
+  });
+  Elimination result{.own_residual = cannot_tell};
+  for (std::size_t k = 0; k < shares; ++k) {
+    result.reciprocal_condition = std::min(result.reciprocal_condition, found[k].reciprocal_condition);
+    result.largest_right_side = larger(result.largest_right_side, found[k].largest_right_side);
+    result.residual = larger(result.residual, found[k].residual);
+  }
+  return result;
+}
+
+PointFactor* PointSolver::factors_of(Chunk* chunk) {
+  return chunk->run.num_rows == 1 ? chunk->factors : factors_.data() + chunk->first_group;
+}
+
+/// One point after the other.
+template <class Kernel>
+void PointSolver::evaluate_moving(const Family<Kernel>& family, const FreeMotion& motion, std::size_t row,
+                                  Chunk* chunk) const {
+  for (std::size_t k = 0; k < chunk->count * num_lanes; ++k) {
+    const auto local = family.kernel(static_cast<std::size_t>(chunk->indices[k]), motion.r, motion.v);
+    for (std::size_t m = 0; m < static_cast<std::size_t>(Kernel::num_rows); ++m) {
+      const std::size_t group = (row + m) * chunk->count + k / num_lanes, lane = k % num_lanes;
+      chunk->b[group][lane] = local.phi[m];
+      set_lane(&chunk->gradients[group], lane, local.gradient[m]);
+    }
+  }
+}
+
+/// Gradients and phi of one member of each point, whose first row is `row`.
+void PointSolver::evaluate(const FreeMotion& motion, std::size_t member, std::size_t row, Chunk* chunk) const {
+  const double* const r = chunk->read(motion.r, 3, chunk->copies[0]);
+  const double* const v = chunk->read(motion.v, 3, chunk->copies[1]);
+  const Run& run = chunk->run;
+  const bool is_simple = run.members[member].is_still && run.has_one_guide[member];
+  const Index* const numbers = is_simple ? nullptr : chunk->members(member);
+  const auto [guide, number, point, num_rows, first_block, is_still, one_slot] = run.members[member];
+  Eight3* const gradients = chunk->gradients + row * chunk->count;
+  Eight* const phi = chunk->b + row * chunk->count;
+  /// vector(slot) of each point's guide
+  const auto gather = [&, one_slot = one_slot](const std::vector<Index>& slots, Eight3* to, const auto& vector) {
+    if (run.has_one_guide[member]) return fill(to, chunk->count, vector(one_slot));
+    for (std::size_t k = 0; k < chunk->count * num_lanes; ++k)
+      set_lane(&to[k / num_lanes], k % num_lanes, vector(slots[static_cast<std::size_t>(numbers[k])]));
+  };
+  /// The same where one number serves all.
+  const auto places = [&, one_slot = one_slot](const std::vector<Index>& slots, Eight3* to,
+                                               const auto& vector) -> OfGuides {
+    if (!run.has_one_guide[member]) {
+      gather(slots, to, vector);
+      return {to, 1};
+    }
+    fill(to, 1, vector(one_slot));
+    return {to, 0};
+  };
+  const auto straight = [&, num_rows = num_rows] {
+    std::fill_n(phi, static_cast<std::size_t>(num_rows) * chunk->count, Eight{});
+  };
+  switch (guide) {
+    case Guide::Plane: {
+      const auto& planes = constraints_.family<PlaneKernel>();
+      if (!is_still) return evaluate_moving(planes, motion, row, chunk);
+      gather(planes.kernel.geometry, gradients, [&](Index slot) { return planes.kernel.normal[slot].unit.value; });
+      return straight();
+    }
+    case Guide::Line: {
+      const auto& lines = constraints_.family<LineKernel>();
+      if (!is_still) return evaluate_moving(lines, motion, row, chunk);
+      const auto& normals = lines.kernel.normals;
+      gather(lines.kernel.geometry, gradients, [&](Index slot) { return normals[slot].first.value; });
+      gather(lines.kernel.geometry, gradients + chunk->count, [&](Index slot) { return normals[slot].second.value; });
+      return straight();
+    }
+    case Guide::Sphere: {
+      const auto& spheres = constraints_.family<SphereKernel>();
+      if (!is_still) return evaluate_moving(spheres, motion, row, chunk);
+      const OfGuides centers =
+          places(spheres.kernel.geometry, chunk->place, [&](Index slot) { return spheres.kernel.center[slot].value; });
+      return evaluate_spheres(chunk->count, r, v, centers, gradients, phi);
+    }
+    case Guide::Circle: {
+      const auto& circles = constraints_.family<CircleKernel>();
+      if (!is_still) return evaluate_moving(circles, motion, row, chunk);
+      const OfGuides centers =
+          places(circles.kernel.geometry, chunk->place, [&](Index slot) { return circles.kernel.center[slot].value; });
+      const OfGuides normals =
+          places(circles.kernel.geometry, chunk->normal, [&](Index slot) { return circles.kernel.normal[slot].value; });
+      return evaluate_circles(chunk->count, r, v, centers, normals, gradients, phi);
+    }
+    case Guide::None:
+      return;
+  }
+}
+
+Elimination PointSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
+                               double* lambda, double* w) {
+  return for_each_chunk(parallel, [&](Chunk& chunk) {
+    const std::size_t count = chunk.count;
+    std::size_t row = 0;
+    for (std::size_t k = 0; k < chunk.run.num_members; ++k) {
+      evaluate(motion, k, row, &chunk);
+      for (Index m = 0; m < chunk.run.members[k].num_rows; ++m, ++row)
+        chunk.scatter_blocks(k, m, chunk.gradients + row * count, blocks);
+    }
+    double* const w_copy = chunk.copies[2];
+    const double* const w0 = motion.uniform == nullptr ? chunk.read(motion.w0, 3, w_copy) : nullptr;
+    const double* const inverse_mass = chunk.read_masses(inverse_mass_.data());
+    double* const w_of_chunk = chunk.room(w, 3, chunk.first_point, w_copy);
+    if (chunk.run.num_rows == 1) {
+      double* const lambda_copy = chunk.copies[0];
+      solve_single_rows(count, chunk.gradients, chunk.b, inverse_mass, w0, motion.uniform,
+                        chunk.room(lambda, 1, chunk.first_row(), lambda_copy), w_of_chunk, &chunk.right_side,
+                        &chunk.residual);
+      chunk.put(lambda_copy, 1, chunk.first_row(), lambda);
+    } else {
+      PointFactor* const factors = factors_of(&chunk);
+      add_free(chunk.num_rows(), count, chunk.gradients, w0, motion.uniform, chunk.b, &chunk.right_side);
+      factorize_points(chunk.num_rows(), count, chunk.gradients, factors, &chunk.smallest);
+      solve_points(chunk.num_rows(), count, factors, chunk.b, chunk.x);
+      tanor::add_reactions(chunk.num_rows(), count, chunk.gradients, chunk.b, chunk.x, w0, motion.uniform, w_of_chunk,
+                           &chunk.residual);
+      scale_by_mass(chunk.num_rows(), count, inverse_mass, chunk.x);
+      chunk.scatter_rows_of(chunk.x, lambda);
+    }
+    chunk.put(w_copy, 3, chunk.first_point, w);
+  });
+}
+
+Elimination PointSolver::factorize(const Parallel& parallel, const double* blocks) {
+  if (factors_.empty()) return {};
+  return for_each_chunk(parallel, [&](Chunk& chunk) {
+    std::size_t row = 0;
+    for (std::size_t k = 0; k < chunk.run.num_members; ++k) {
+      for (Index m = 0; m < chunk.run.members[k].num_rows; ++m, ++row)
+        gather_blocks(blocks, chunk.blocks(k, m), chunk.count, chunk.gradients + row * chunk.count);
+    }
+    factorize_points(chunk.num_rows(), chunk.count, chunk.gradients, factors_of(&chunk), &chunk.smallest);
+  });
+}
+
+void PointSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
+  (void)for_each_chunk(parallel, [&](Chunk& chunk) {
+    chunk.gather_rows_of(b, chunk.b);
+    PointFactor* const factors = factors_of(&chunk);
+    for (std::size_t k = 0; k < chunk.count && chunk.run.num_rows == 1; ++k) factors[k].inverse_d0 = Eight{} + 1.0;
+    solve_points(chunk.num_rows(), chunk.count, factors, chunk.b, chunk.x);
+    scale_by_mass(chunk.num_rows(), chunk.count, chunk.read_masses(inverse_mass_.data()), chunk.x);
+    chunk.scatter_rows_of(chunk.x, x);
+  });
+}
+
+}  // namespace tanor

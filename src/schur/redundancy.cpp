@@ -1,0 +1,243 @@
+#include "schur/redundancy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tanor {
+
+double find_mass_ratio(std::span<const Incidence> incidences, std::span<const double> inverse_mass) {
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (const Incidence& incidence : incidences) {
+    const double inverse = inverse_mass[static_cast<std::size_t>(incidence.point)];
+    if (inverse == 0.0) continue;
+    smallest = std::min(smallest, inverse);
+    largest = std::max(largest, inverse);
+  }
+  return largest > 0.0 ? largest / smallest : 1.0;
+}
+
+Redundancy::Redundancy(std::span<const Incidence> incidences, std::span<const double> inverse_mass,
+                       const Numbering& numbering)
+    : incidences_(incidences), inverse_mass_(inverse_mass), numbering_(numbering) {}
+
+// ---- decisions ----
+
+void Redundancy::group_by_row() {
+  row_start_.assign(numbering_.num_rows() + 1, 0);
+  for (const Incidence& incidence : incidences_) ++row_start_[static_cast<std::size_t>(incidence.row) + 1];
+  for (std::size_t a = 0; a < numbering_.num_rows(); ++a) row_start_[a + 1] += row_start_[a];
+  by_row_.resize(incidences_.size());
+  std::vector<Index> next(row_start_.begin(), row_start_.end() - 1);
+  for (std::size_t k = 0; k < incidences_.size(); ++k) {
+    Index& place = next[static_cast<std::size_t>(incidences_[k].row)];
+    by_row_[static_cast<std::size_t>(place++)] = static_cast<Index>(k);
+  }
+  local_point_.assign(inverse_mass_.size(), -1);
+  dependent_.assign(numbering_.num_rows(), 0);
+}
+
+/// C = M^-1/2 K of an island, or K itself: moving points alone, in the order in which its rows meet them.
+SparseColumns Redundancy::columns(const double* blocks, Rows rows, Scaling scaling) {
+  SparseColumns C;
+  std::vector<Index> points;
+  for (Index a = rows.first; a < rows.second; ++a) {
+    const auto column_begin = static_cast<std::ptrdiff_t>(C.rows.size());
+    for (Index k = row_start_[static_cast<std::size_t>(a)]; k < row_start_[static_cast<std::size_t>(a) + 1]; ++k) {
+      const Incidence& incidence = incidences_[static_cast<std::size_t>(by_row_[static_cast<std::size_t>(k)])];
+      const auto point = static_cast<std::size_t>(incidence.point);
+      if (inverse_mass_[point] == 0.0) continue;
+      if (local_point_[point] < 0) {
+        local_point_[point] = static_cast<Index>(points.size());
+        points.push_back(incidence.point);
+      }
+      const double scale = scaling == Scaling::ByMasses ? std::sqrt(inverse_mass_[point]) : 1.0;
+      const Vec3 g = incidence.sign * scale * load(blocks, incidence.block);
+      const int first = 3 * local_point_[point];
+      // a tuple may name a point twice
+      const auto found = std::find(C.rows.begin() + column_begin, C.rows.end(), first);
+      const auto place = static_cast<std::size_t>(found - C.rows.begin());
+      if (found == C.rows.end()) {
+        C.rows.insert(C.rows.end(), {first, first + 1, first + 2});
+        C.values.insert(C.values.end(), 3, 0.0);
+      }
+      store(C.values.data() + place, 0, load(C.values.data() + place, 0) + g);
+    }
+    C.start.push_back(static_cast<int>(C.rows.size()));
+  }
+  C.num_rows = 3 * static_cast<int>(points.size());
+  stand_alone(rows.first, &C);
+  for (const Index point : points) local_point_[static_cast<std::size_t>(point)] = -1;
+  return C;
+}
+
+/// A contact's row without gradient takes no part: as a unit column of its own it depends on nothing.
+void Redundancy::stand_alone(Index first_row, SparseColumns* C) const {
+  for (std::size_t k = 0; k + 1 < C->start.size(); ++k) {
+    const auto begin = C->values.begin() + C->start[k], end = C->values.begin() + C->start[k + 1];
+    const auto row = numbering_.user_row[static_cast<std::size_t>(first_row) + k];
+    const bool is_contact = static_cast<std::size_t>(row) >= numbering_.num_user_rows;
+    if (!is_contact || std::any_of(begin, end, [](double x) { return x != 0.0; })) continue;
+    *begin = 1.0;
+    C->rows[static_cast<std::size_t>(C->start[k])] = C->num_rows++;
+  }
+}
+
+/// Of the points that an island's rows move.
+double Redundancy::mass_ratio_of(Rows rows) const {
+  std::vector<Incidence> own;
+  for (Index k = row_start_[static_cast<std::size_t>(rows.first)];
+       k < row_start_[static_cast<std::size_t>(rows.second)]; ++k)
+    own.push_back(incidences_[static_cast<std::size_t>(by_row_[static_cast<std::size_t>(k)])]);
+  return find_mass_ratio(own, inverse_mass_);
+}
+
+/// Columns of M^-1/2 K come together where masses differ much: what K itself keeps apart depends on nothing, however
+/// little K is known. Then those of M^-1/2 K are told apart down to rounding.
+std::unique_ptr<RankSolver> Redundancy::find_rank(const double* blocks, Rows rows, double tolerance) {
+  constexpr double unequal = 1e4;
+  auto solver = std::make_unique<RankSolver>(columns(blocks, rows, Scaling::ByMasses), tolerance);
+  const std::size_t found = solver->dependences().size();
+  if (found == 0 || mass_ratio_of(rows) < unequal) return solver;
+  const std::size_t of_K = RankSolver(columns(blocks, rows, Scaling::None), tolerance).dependences().size();
+  if (of_K >= found) return solver;
+  auto finest = std::make_unique<RankSolver>(columns(blocks, rows, Scaling::ByMasses));
+  return finest->dependences().size() >= of_K ? std::move(finest) : std::move(solver);
+}
+
+bool Redundancy::decide_island(const double* blocks, Rows rows, std::span<const double> tolerances) {
+  const double tolerance = *std::max_element(tolerances.begin() + rows.first, tolerances.begin() + rows.second);
+  const auto place = std::lower_bound(islands_.begin(), islands_.end(), rows.first,
+                                      [](const Island& island, Index row) { return island.first < row; });
+  const bool is_known = place != islands_.end() && place->first == rows.first;
+  Island& island = is_known ? *place : *islands_.insert(place, Island{rows.first, rows.second, nullptr, false});
+  island.solver = find_rank(blocks, rows, tolerance);
+  bool has_changed = false;
+  std::vector<char> dependent(static_cast<std::size_t>(rows.second - rows.first), 0);
+  for (const Dependence& dependence : island.solver->dependences())
+    dependent[static_cast<std::size_t>(dependence.column)] = 1;
+  for (std::size_t k = 0; k < dependent.size(); ++k) {
+    char& now = dependent_[static_cast<std::size_t>(rows.first) + k];
+    if (now == dependent[k]) continue;
+    has_changed = true;
+    dependent[k] != 0 ? ++num_dependent_ : --num_dependent_;
+    now = dependent[k];
+  }
+  return has_changed;
+}
+
+bool Redundancy::decide(const double* blocks, Rows rows, std::span<const double> tolerances) {
+  if (row_start_.empty()) group_by_row();
+  bool has_changed = false;
+  const auto& start = numbering_.island_start;
+  for (std::size_t i = 0; i + 1 < start.size(); ++i) {
+    if (start[i] < rows.first || start[i] >= rows.second) continue;
+    has_changed = decide_island(blocks, {start[i], start[i + 1]}, tolerances) || has_changed;
+  }
+  return has_changed;
+}
+
+bool Redundancy::decide_again(const double* blocks, std::span<const double> tolerances) {
+  bool has_changed = false;
+  for (const Island& island : islands_) {
+    if (island.solver->dependences().empty()) continue;
+    has_changed = decide_island(blocks, {island.first, island.end}, tolerances) || has_changed;
+  }
+  return has_changed;
+}
+
+double Redundancy::smallest_singular_value() const {
+  double smallest = 1.0;
+  for (const Island& island : islands_) smallest = std::min(smallest, island.solver->smallest_singular_value());
+  return smallest;
+}
+
+// ---- solutions ----
+
+void Redundancy::take_qr(Rows rows) {
+  for (Island& island : islands_) {
+    if (island.first < rows.first || island.first >= rows.second || island.by_qr) continue;
+    island.by_qr = true;
+    ++num_qr_;
+  }
+}
+
+void Redundancy::release_qr() {
+  for (Island& island : islands_) island.by_qr = false;
+  num_qr_ = 0;
+}
+
+std::span<const char> Redundancy::rows_for_gram() {
+  if (!is_found() && !uses_qr()) return {};
+  for_gram_.resize(dependent_.size());
+  for (std::size_t a = 0; a < dependent_.size(); ++a) for_gram_[a] = dependent_[a] == 0;
+  for (const Island& island : islands_) {
+    if (island.by_qr) std::fill(for_gram_.begin() + island.first, for_gram_.begin() + island.end, 0);
+  }
+  return for_gram_;
+}
+
+void Redundancy::solve_negative(const double* b, double* x) {
+  for (const Island& island : islands_) {
+    if (!island.by_qr) continue;
+    for (Index a = island.first; a < island.end; ++a) x[a] = -b[a];
+    island.solver->solve(x + island.first);
+  }
+}
+
+void Redundancy::minimize_norm(double* lambda) const {
+  for (const Island& island : islands_) {
+    if (!island.solver->dependences().empty()) island.solver->minimize_norm(lambda + island.first);
+  }
+}
+
+// ---- what was found ----
+
+Redundancy::Found Redundancy::translate(const Island& island, const Dependence& dependence) const {
+  Found found{island.first + dependence.column, {}};
+  for (const Dependence::Term& term : dependence.terms) {
+    found.terms.emplace_back(island.first + term.column, term.coefficient);
+  }
+  return found;
+}
+
+std::vector<Redundancy::Found> Redundancy::list() const {
+  std::vector<Found> result;
+  for (const Island& island : islands_) {
+    for (const Dependence& dependence : island.solver->dependences()) result.push_back(translate(island, dependence));
+  }
+  return result;
+}
+
+void Redundancy::mark_unique(std::vector<bool>* is_unique) const {
+  for (const Island& island : islands_) {
+    const std::vector<bool> unique = island.solver->unique();
+    std::copy(unique.begin(), unique.end(), is_unique->begin() + island.first);
+  }
+}
+
+std::optional<Redundancy::Contradiction> Redundancy::find_contradiction(std::span<const double> b,
+                                                                        std::span<const double> scale,
+                                                                        double allowed) const {
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  constexpr double safety = 1e3;  // what a bound by norms may be short of
+  std::optional<Contradiction> worst;
+  double largest = 1.0;
+  for (const Island& island : islands_) {
+    const RankSolver& solver = *island.solver;
+    const auto first = static_cast<std::size_t>(island.first), size = static_cast<std::size_t>(island.end) - first;
+    const double rounding = safety * eps / std::min(1.0, solver.smallest_singular_value());
+    const auto contradictions = solver.contradictions(b.subspan(first, size));
+    for (std::size_t k = 0; k < contradictions.size(); ++k) {
+      const auto& [column, excess, magnitude] = contradictions[k];
+      const double terms = std::max(magnitude, scale[first + static_cast<std::size_t>(column)]);
+      const double explained = std::max(allowed, rounding) * terms;
+      if (!(std::abs(excess) > largest * explained)) continue;
+      largest = std::abs(excess) / explained;
+      worst = {translate(island, solver.dependences()[k]), excess};
+    }
+  }
+  return worst;
+}
+
+}  // namespace tanor

@@ -1,0 +1,120 @@
+#include "schur/reuse.hpp"
+
+#include <algorithm>
+
+namespace tanor {
+
+namespace {
+
+constexpr double first_guess = 4.0;  // iterations of a solve, before one was made
+
+GatherPlan plan_in_order_of_rows(const GramOperator& S, std::span<const Incidence> incidences) {
+  const std::vector<Incidence> moving = group_by_point(incidences, S.inverse_mass);
+  return {list_products(moving, S.inverse_mass, 0),
+          S.num_rows,
+          {},
+          Triangle::Upper,
+          S.constraints.squared_gradient_norms()};
+}
+
+/// Of an iteration without its preconditioner: two products with K, and sums of vectors.
+double iteration_products(std::size_t num_rows, std::size_t num_incidences) {
+  return 9.0 * static_cast<double>(num_incidences) + 5.0 * static_cast<double>(num_rows);
+}
+
+}  // namespace
+
+Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramSolver& kept)
+    : kept_(kept),
+      conjugate_gradients_(S),
+      plan_(plan_in_order_of_rows(S, incidences)),
+      incomplete_({plan_.column_start(), plan_.rows()}),
+      factor_products_(kept.summary().products),
+      history_(S.constraints.num_rows()),
+      correction_(S.constraints.num_rows()) {
+  const double others = iteration_products(S.num_rows, incidences.size());
+  candidates_[Incomplete].products = others + incomplete_.solve_products();
+  candidates_[Kept].products = others + 2.0 * kept.summary().factor_nonzeros;
+  forget();
+}
+
+bool Reuse::pays(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences) {
+  const double incomplete = 2.0 * static_cast<double>(factor.pattern_nonzeros);
+  return first_guess * (iteration_products(num_rows, num_incidences) + incomplete) < factor.products;
+}
+
+void Reuse::forget() {
+  for (Candidate& candidate : candidates_) candidate.iterations = first_guess;
+  history_.forget();
+}
+
+/// More would cost more than the factor.
+int Reuse::most_iterations(const Candidate& candidate) const {
+  return 1 + static_cast<int>(std::min(100.0, factor_products_ / candidate.products));
+}
+
+bool Reuse::make_incomplete(const double* blocks) {
+  if (is_renewed_) return true;
+  plan_.assemble(blocks, incomplete_.values());
+  return is_renewed_ = incomplete_.factorize();
+}
+
+bool Reuse::solve(const Parallel& parallel, double t, const double* blocks, const double* b, double allowed,
+                  std::vector<double>* lambda, double* dw) {
+  constexpr double kept_part = 0.75;  // of the mean, beside the new solve
+  constexpr double shrink = 0.998;    // for one that is not used: in time it is tried again
+  const auto cost = [&](Preconditioner each) { return candidates_[each].products * candidates_[each].iterations; };
+  num_iterations_ = 0;
+  const Preconditioner cheaper = cost(Incomplete) <= cost(Kept) ? Incomplete : Kept;
+  candidates_[cheaper == Incomplete ? Kept : Incomplete].iterations *= shrink;
+  Candidate& candidate = candidates_[cheaper];
+  if (cost(cheaper) >= factor_products_) {
+    candidate.iterations *= shrink;
+    return false;
+  }
+  const auto not_again_soon = [&] { candidate.iterations = 2.0 * factor_products_ / candidate.products; };
+  if (cheaper == Incomplete && !make_incomplete(blocks)) {
+    not_again_soon();
+    return false;
+  }
+  used_ = cheaper;
+  history_.extrapolate(parallel, t, lambda);
+  const ConjugateGradients::Result result =
+      iterate(parallel, blocks, b, {allowed, 0.0, most_iterations(candidate)}, lambda->data(), dw);
+  if (result.has_converged) {
+    candidate.iterations = kept_part * candidate.iterations + (1.0 - kept_part) * std::max(1, result.iterations);
+  } else {
+    not_again_soon();
+  }
+  if (result.has_converged) history_.add(t, *lambda);
+  return result.has_converged;
+}
+
+bool Reuse::correct(const Parallel& parallel, const double* blocks, double* rows, double* dw) {
+  constexpr double five_digits = 1e-5;
+  std::fill(correction_.begin(), correction_.end(), 0.0);
+  const ConjugateGradients::Result result =
+      iterate(parallel, blocks, rows, {0.0, five_digits, most_iterations(candidates_[used_])}, correction_.data(), dw);
+  if (result.has_converged) std::copy(correction_.begin(), correction_.end(), rows);
+  return result.has_converged;
+}
+
+ConjugateGradients::Result Reuse::iterate(const Parallel& parallel, const double* blocks, const double* b,
+                                          const ConjugateGradients::Target& target, double* lambda, double* dw) {
+  const ConjugateGradients::Result result = conjugate_gradients_.solve(
+      parallel, blocks, b, target,
+      [&](const double* rho, double* z) {
+        if (used_ == Kept) return kept_.solve_negative(parallel, rho, z);
+        incomplete_.solve_negative(plan_.scale().data(), rho, z);
+      },
+      lambda, dw);
+  num_iterations_ = static_cast<std::size_t>(result.iterations);
+  return result;
+}
+
+void Reuse::exchange_memory(Memory& memory) {
+  for (Candidate& candidate : candidates_) memory.exchange(candidate.iterations);
+  history_.exchange_memory(memory);
+}
+
+}  // namespace tanor

@@ -1,0 +1,131 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+
+#include <tanor/solver_options.hpp>
+
+#include "assembly/reactions.hpp"
+#include "base/check.hpp"
+#include "base/parallel.hpp"
+#include "evaluate/constraints.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// Where points are and how they move without constraints; all in the inner order, [3n].
+struct FreeMotion {
+  const double *r, *v;
+  /// M^-1 f of moving points, the prescribed acceleration of supports.
+  const double* w0;
+  /// Not null: w0 of every moving point; the array above then holds supports alone.
+  const Vec3* uniform = nullptr;
+};
+
+/// What a solver found on its way.
+struct Elimination {
+  double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
+  double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
+  double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
+  double own_residual = 0.0;  ///< the largest of any island over its own |b|; infinite where a solver cannot tell
+  int refinements = 0;        ///< passes that w took for that
+};
+
+constexpr double cannot_tell = std::numeric_limits<double>::infinity();
+
+/// What is left over in one island beside its largest |b|.
+inline double own_residual(double residual, double right_side) {
+  return residual > 0.0 ? residual / right_side : 0.0;
+}
+
+/// Where iterations onto xi = 0 or K'v + xi_t = 0 ended.
+struct Projection {
+  double violation = 0.0;  ///< relative, or m/s; NaN where any number is
+  int iterations = 0;
+};
+
+/// Chord iterations: evaluate() -> what is violated, move() along the slope at hand, until that is `target` or no
+/// longer becomes much less.
+template <class Evaluate, class Move>
+Projection iterate_along_chord(double target, const Evaluate& evaluate, const Move& move) {
+  constexpr int most_iterations = 20;
+  double before = std::numeric_limits<double>::infinity();
+  for (int k = 0;; ++k) {
+    const double violation = evaluate();
+    if (violation <= target || !(violation < 0.3 * before) || k == most_iterations) return {violation, k};
+    before = violation;
+    move();
+  }
+}
+
+/// What S = K'M^-1K consists of. All of it outlives the solvers that are made of it.
+struct SchurProblem {
+  const Constraints& constraints;
+  const ReactionGather& gather;           ///< of K lambda
+  std::span<const Incidence> incidences;  ///< of K
+  const Numbering& numbering;
+  std::span<const double> inverse_mass;  ///< [point], 1/kg; 0 for supports
+};
+
+/// Solves S lambda = -b at one configuration for all islands of a system or for some of them, S = K'M^-1K being the
+/// Schur complement of the mass matrix (Delassus operator). A solver reads and writes the rows and the moving points of
+/// its islands alone. Rows and points are in the inner order, K is in blocks with the places of
+/// Constraints::list_incidences. The results have the same bits for any number of threads; no call allocates.
+///
+/// Where S is singular or looks so, where rows come and go, and for pivots in another order NormalForm's own sparse
+/// factor answers.
+class SchurSolver {
+ public:
+  virtual ~SchurSolver() = default;
+
+  /// blocks := K at r, S = K'M^-1K factorized, lambda := -S^-1 b [d] with b = phi + K'w0, w := w0 + M^-1 K lambda
+  /// [3n], in one pass or two over the memory. `motion.w0` is w, where supports have what is prescribed and stay.
+  /// Without a factor lambda and w are anything; `scratch` [d].
+  virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                            double* lambda, double* w) = 0;
+  /// The same at the configuration of the last factor, with that factor unless a new one is as cheap.
+  virtual Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
+                                  double* lambda, double* w) = 0;
+
+  /// Factorizes S of given blocks of K.
+  virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;
+  /// blocks := K at r, and the factor of its S.
+  virtual Elimination linearise(const Parallel& parallel, const double* r, double* blocks) = 0;
+
+  /// x := -S^-1 b [d] with the last factor; x may be b.
+  virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
+  /// rows := -S^-1 rows [d] with the last factor, points += M^-1 K rows [3n].
+  virtual void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) = 0;
+  /// points += M^-1 K rows
+  virtual void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) = 0;
+
+  /// xi [d]; returns the largest |xi|/length, NaN where any number is.
+  virtual double evaluate_values(const Parallel& parallel, const double* r, double* xi) = 0;
+  /// K'v + xi_t [d] with K at r; returns the largest one, m/s, NaN where any number is.
+  virtual double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) = 0;
+
+  /// Chord iterations with the last factor until |xi|/length <= target, or as far as they lead. `sum` [d] is their
+  /// first guess on entry and the sum of all multipliers on return; null: none.
+  virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                                       double* sum) = 0;
+  /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s.
+  virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                        double* v) = 0;
+
+  struct Summary {
+    std::string name;                  ///< as PlanSummary::way
+    std::string reason;                ///< "every island is a path of rods"
+    std::string ordering = "natural";  ///< of S
+    std::size_t parts = 0, pattern_nonzeros = 0, factor_nonzeros = 0;
+    double flops = 0.0;  ///< of one factorization
+  };
+  virtual const Summary& summary() const = 0;
+};
+
+/// The composite of the solvers that serve all rows of a system together, or null: the sparse factor of all. Throws
+/// InputError where `wanted` does not serve.
+std::unique_ptr<SchurSolver> make_schur_solver(const SchurProblem& problem, const SolverOptions& wanted);
+
+}  // namespace tanor

@@ -1,0 +1,130 @@
+#include "schur/sparse_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tanor {
+
+namespace {
+
+/// Of the group's rows, one after the other.
+GramSolver make_solver(const IslandGroup& group, std::span<const Incidence> incidences) {
+  std::vector<Incidence> own;
+  for (Incidence incidence : incidences) {
+    const auto row = static_cast<std::size_t>(incidence.row);
+    if (!group.rows.contains(row)) continue;
+    incidence.row = static_cast<Index>(group.rows.count_below(row));
+    own.push_back(incidence);
+  }
+  return {own, group.inverse_mass, RowIslands(group.island_start, group.rows.size()), Ordering::Auto,
+          group.constraints.squared_gradient_norms()};
+}
+
+}  // namespace
+
+SparseSolver::SparseSolver(IslandGroup given, std::span<const Incidence> incidences)
+    : IslandSolver(std::move(given)),
+      solver_(make_solver(group(), incidences)),
+      has_constant_gradients_(group().constraints.gradients_are_constant(group().members)),
+      own_rows_(group().rows.size()),
+      rows_(group().constraints.num_rows()),
+      dw_(3 * group().inverse_mass.size()) {
+  const GramSolver::Summary& of_solver = solver_.summary();
+  const std::size_t count = group().num_islands();
+  summary_ = {.name = "general",
+              .reason = std::to_string(count) + (count == 1 ? " island of " : " islands of ") +
+                        std::to_string(group().rows.size()) + (count == 1 ? " rows is" : " rows are") +
+                        " left to sparse factors",
+              .ordering = of_solver.ordering,
+              .parts = of_solver.parts,
+              .pattern_nonzeros = of_solver.pattern_nonzeros,
+              .factor_nonzeros = static_cast<std::size_t>(of_solver.factor_nonzeros),
+              .flops = of_solver.flops};
+}
+
+/// b = phi + K'w0 with w0 in w, and K unless `blocks` is null.
+double SparseSolver::evaluate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                              double* w) {
+  if (motion.uniform != nullptr) {
+    group().points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) store(w, i, *motion.uniform);
+    });
+  }
+  return group().constraints.evaluate_right_side(parallel, group().members, motion.r, motion.v, w, b, blocks);
+}
+
+/// With the last factor.
+void SparseSolver::find_multipliers(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
+                                    double* w, Elimination* found) {
+  solve_negative(parallel, b, lambda);
+  refine(parallel, blocks, b, lambda, found);
+  found->own_residual =
+      group().num_islands() == 1 ? own_residual(found->residual, found->largest_right_side) : cannot_tell;
+  // w = w0 + M^-1 K lambda (25)
+  group().points.for_ranges(parallel, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = 3 * begin; i < 3 * end; ++i) w[i] += dw_[i];
+  });
+}
+
+Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                                double* lambda, double* w) {
+  Elimination result;
+  result.largest_right_side = evaluate(parallel, motion, blocks, b, w);
+  if (!std::isfinite(result.largest_right_side)) return result;
+  result.reciprocal_condition = factorize(parallel, blocks).reciprocal_condition;
+  if (result.reciprocal_condition > 0.0) find_multipliers(parallel, blocks, b, lambda, w, &result);
+  return result;
+}
+
+Elimination SparseSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
+                                      double* lambda, double* w) {
+  Elimination result{.reciprocal_condition = reciprocal_condition_};
+  result.largest_right_side = evaluate(parallel, motion, nullptr, b, w);
+  if (std::isfinite(result.largest_right_side)) find_multipliers(parallel, blocks, b, lambda, w, &result);
+  return result;
+}
+
+/// dw = M^-1 K lambda; rho = K'dw + b, lambda -= S^-1 rho where that is more than rounding: the other islands need not
+/// wait for these.
+void SparseSolver::refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda,
+                          Elimination* found) {
+  constexpr double good_enough = 1e-12;
+  constexpr int most_passes = 3;
+  group().gather.write_scaled(parallel, blocks, lambda, group().inverse_mass.data(), group().points, dw_.data());
+  for (;; ++found->refinements) {
+    const double before = found->residual;
+    found->residual =
+        group().constraints.apply_transposed(parallel, group().members, blocks, dw_.data(), b, rows_.data());
+    const bool stalls = found->refinements > 0 && !(found->residual < 0.5 * before);
+    if (found->residual <= good_enough * found->largest_right_side || stalls || found->refinements == most_passes)
+      return;
+    correct(parallel, blocks, rows_.data(), dw_.data());
+    group().add_rows(parallel, rows_.data(), lambda);
+  }
+}
+
+Elimination SparseSolver::factorize(const Parallel& parallel, const double* blocks) {
+  if (!(is_factorized_ && has_constant_gradients_)) {
+    solver_.assemble(parallel, blocks);
+    const GramSolver::Quality quality = solver_.factorize(parallel);
+    is_factorized_ = quality.positive_definite;
+    reciprocal_condition_ = is_factorized_ ? quality.reciprocal_condition : 0.0;
+  }
+  return {.reciprocal_condition = reciprocal_condition_};
+}
+
+void SparseSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {
+  std::size_t first = 0;
+  group().rows.for_each([&](std::size_t begin, std::size_t end) {
+    std::copy(b + begin, b + end, own_rows_.data() + first);
+    first += end - begin;
+  });
+  solver_.solve_negative(parallel, own_rows_.data(), own_rows_.data());
+  first = 0;
+  group().rows.for_each([&](std::size_t begin, std::size_t end) {
+    std::copy_n(own_rows_.data() + first, end - begin, x + begin);
+    first += end - begin;
+  });
+}
+
+}  // namespace tanor

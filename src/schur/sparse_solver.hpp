@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "schur/gram_solver.hpp"
+#include "schur/island_solver.hpp"
+
+namespace tanor {
+
+/// Islands that no short way serves, beside others that one does: the general way, assembly and sparse factors (see
+/// GramSolver), of their own rows alone.
+class SparseSolver final : public IslandSolver {
+ public:
+  /// `incidences` of K.
+  SparseSolver(IslandGroup group, std::span<const Incidence> incidences);
+
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+                    double* w) override;
+  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
+                          double* w) override;
+  Elimination factorize(const Parallel& parallel, const double* blocks) override;
+  void solve_negative(const Parallel& parallel, const double* b, double* x) override;
+  const GramSolver::Summary& factor() const { return solver_.summary(); }
+
+ private:
+  double evaluate(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* w);
+  void find_multipliers(const Parallel& parallel, const double* blocks, const double* b, double* lambda, double* w,
+                        Elimination* found);
+  void refine(const Parallel& parallel, const double* blocks, const double* b, double* lambda, Elimination* found);
+
+  GramSolver solver_;  // its rows are the group's, one after the other
+  const bool has_constant_gradients_;
+  bool is_factorized_ = false;
+  double reciprocal_condition_ = 1.0;  // of the last factor
+  std::vector<double> own_rows_;       // [row of the group] b and x of the solver
+  std::vector<double> rows_, dw_;      // [d], [3n] scratch
+};
+
+}  // namespace tanor
