@@ -25,9 +25,14 @@ namespace {
 using namespace tanor;
 using extreme::Case;
 
-constexpr std::array all_methods{Method::Taylor,  Method::Dop853, Method::Dopri5,
-                                 Method::Rk4,     Method::Rattle, Method::Rattle4,
-                                 Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha};
+std::vector<Method> list_methods() {
+  std::vector<Method> result;
+  for (const MethodTraits& each : methods()) {
+    if (each.method != Method::Auto) result.push_back(each.method);
+  }
+  return result;
+}
+const std::vector<Method> all_methods = list_methods();
 constexpr double largest_drift = 1e-2;
 
 struct Row {

@@ -15,10 +15,34 @@ namespace tanor {
 
 enum class Method { Auto, Rk4, Dopri5, Dop853, Taylor, Rattle, Rattle4, Rattle6, Radau5, GeneralizedAlpha };
 
-/// "rk4" …; throws InputError listing the methods of this version.
+/// What a step of a method costs and keeps, measured in runs of chains, trees, clusters, nets and lattices; of taylor:
+/// for each term of its series. Its use is to compare methods before a run (`tanor info`).
+struct MethodCost {
+  double solves = 0.0;          ///< with the factor of S (in coordinates: of H)
+  double factorizations = 0.0;  ///< of S
+  double projections = 0.0;     ///< most solves that projections onto the constraints add
+  double bytes_a_point = 0.0, bytes_an_equation = 0.0, bytes_a_nonzero = 0.0;  ///< beside the state and the factor
+};
+
+/// One row of the table of methods.
+struct MethodTraits {
+  Method method = Method::Auto;
+  std::string_view name;              ///< in scenes, on the command line and in reports
+  std::string_view what;              ///< one line for a reader
+  int order = 0;                      ///< of the error at the end of a run; 0: as the tolerance asks
+  bool has_fixed_steps = false;       ///< it steps by `step`, whatever the error; the others follow a tolerance
+  bool is_implicit = false;           ///< it solves the equations of a whole step: for stiff systems
+  bool serves_friction = false;       ///< contacts with friction may be there
+  bool steps_in_coordinates = false;  ///< the others step in positions and project onto the constraints
+  MethodCost cost{};
+};
+
+/// All methods of this version, auto first. Everything that names methods reads this table.
+TANOR_API std::span<const MethodTraits> methods();
+TANOR_API const MethodTraits& traits_of(Method method);
+/// Throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);
 TANOR_API std::string_view method_name(Method method);
-/// It steps by `step`, whatever the error: rk4, rattle, …; the others, and auto, follow a tolerance.
 TANOR_API bool has_fixed_steps(Method method);
 
 enum class Stabilisation { Projection, None };

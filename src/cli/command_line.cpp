@@ -1,5 +1,7 @@
 #include "cli/command_line.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
@@ -7,6 +9,7 @@
 #include <system_error>
 
 #include <tanor/error.hpp>
+#include <tanor/motion.hpp>
 #include <tanor/version.hpp>
 
 namespace tanor::cli {
@@ -49,13 +52,23 @@ void add_motion(CLI::App* command, scene::Overrides* overrides) {
   command->add_option("--threads", overrides->threads, "threads; 0: all")->check(require_threads);
 }
 
+/// A line each: name, order, kind of steps, what it is.
+std::string list_methods() {
+  std::string text;
+  for (const MethodTraits& each : methods()) {
+    text +=
+        fmt::format("{:20}{:8}{:10}{:10}{}\n", each.name, each.order > 0 ? fmt::format("{}", each.order) : "any",
+                    each.has_fixed_steps ? "fixed" : "adaptive", each.is_implicit ? "implicit" : "explicit", each.what);
+  }
+  return text;
+}
+
 void add_run(CLI::App* app, RunOptions* options) {
   CLI::App* command = app->add_subcommand("run", "Simulate a scene and write its trajectory and summary");
   add_scene(command, &options->scene);
   command->add_option("--out", options->out, "folder of the results; default <name>.out")->check(require_text);
   scene::Overrides* over = &options->overrides;
-  command->add_option("--method", over->method,
-                      "auto, rk4, dopri5, dop853, taylor, rattle, rattle4, rattle6, radau5, generalized_alpha");
+  command->add_option("--method", over->method, "one of those that tanor --methods lists");
   CLI::Option* step =
       command->add_option("--step", over->step, "fixed step, or the first one to try with adaptive methods, s");
   CLI::Option* rtol = command->add_option("--rtol", over->rtol, "relative tolerance")->check(require_positive);
@@ -121,6 +134,8 @@ Command parse_command_line(int argc, const char* const* argv) {
   ErrorTimeOptions error_time;
   CLI::App app("Motion and reactions of large systems of material points under constraints.", "tanor");
   app.set_version_flag("--version", "tanor " TANOR_VERSION);
+  bool lists_methods = false;
+  app.add_flag("--methods", lists_methods, "list the methods: name, order, steps, what it is");
   app.require_subcommand(0, 1);  // none is our complaint: CLI11 would not name an unknown one
   add_run(&app, &run);
   add_solve(&app, &solve);
@@ -138,6 +153,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     throw InputError("", std::string(error.what()) + "; see tanor --help");
   }
+  if (lists_methods) return TextRequest{list_methods()};
   if (app.get_subcommands().empty()) throw InputError("", "a subcommand is required; see tanor --help");
   if (app.got_subcommand("run")) return run;
   if (app.got_subcommand("solve")) return solve;

@@ -36,62 +36,23 @@ bool is_general(const PlanSummary& plan) {
   return plan.way.starts_with("general");
 }
 
-/// Counted in runs of chains, trees, clusters, nets and lattices: stages, then what projections onto the constraints
-/// take, of which the ways that serve one structure do a part unseen.
+/// Stages or terms, then what projections onto the constraints take, of which the solvers of one structure do a part
+/// unseen.
 void count_solves(const PlannedRun& run, Method method, RunCost* cost) {
+  const MethodCost& step = traits_of(method).cost;
   const bool projects = run.plan.form == Form::Normal && run.plan.equations > 0;
   const double after = !projects ? 0.0 : is_general(run.plan) ? 6.0 : 1.0;
-  const auto set = [&](double solves, double factorizations) {
-    cost->solves = solves;
-    cost->factorizations = factorizations;
-  };
-  switch (method) {
-    case Method::Rk4:
-      return set(4.0 + std::min(2.0, after), 4.0);
-    case Method::Dopri5:  // the seventh stage is the first one of the next step
-      return set(6.0 + after, 6.0);
-    case Method::Rattle:
-      return set(4.0, 1.0);
-    case Method::Rattle4:
-      return set(18.0, 5.0);
-    case Method::Rattle6:
-      return set(32.0, 9.0);
-    case Method::Taylor:
-      return set(count_terms(run.motion, run.num_points) + after, 1.0);
-    case Method::Radau5:
-      return set(10.0, 2.0);
-    case Method::GeneralizedAlpha:
-      return set(7.0, 1.0);
-    case Method::Auto:
-    case Method::Dop853:
-      break;
-  }
-  set(12.0 + after, 12.0);
+  const double terms = method == Method::Taylor ? count_terms(run.motion, run.num_points) : 1.0;
+  cost->solves = step.solves * terms + std::min(step.projections, after);
+  cost->factorizations = step.factorizations;
 }
 
 /// What a method keeps beside the state: stages, terms of series, Newton's matrix with its factor.
 double count_bytes(const PlannedRun& run, Method method, double equations) {
-  const auto points = static_cast<double>(run.num_points), nonzeros = static_cast<double>(run.plan.factor_nonzeros);
-  switch (method) {
-    case Method::Rk4:
-      return 70.0 * points;
-    case Method::Dopri5:
-    case Method::Rattle6:
-      return 140.0 * points;
-    case Method::Rattle:
-    case Method::Rattle4:
-      return 0.0;
-    case Method::Taylor:
-      return (count_terms(run.motion, run.num_points) + 1.0) * (57.0 * points + 35.0 * equations);
-    case Method::Radau5:
-      return 2400.0 * points + 970.0 * nonzeros;
-    case Method::GeneralizedAlpha:
-      return 1150.0 * points + 460.0 * nonzeros;
-    case Method::Auto:
-    case Method::Dop853:
-      break;
-  }
-  return 280.0 * points;
+  const MethodCost& step = traits_of(method).cost;
+  const double terms = method == Method::Taylor ? count_terms(run.motion, run.num_points) + 1.0 : 1.0;
+  return terms * (step.bytes_a_point * static_cast<double>(run.num_points) + step.bytes_an_equation * equations +
+                  step.bytes_a_nonzero * static_cast<double>(run.plan.factor_nonzeros));
 }
 
 /// The certificate: QR of M^-1/2 K, or another Cholesky where that is too large, and vectors.

@@ -114,11 +114,10 @@ ExitCode execute(const InfoOptions& options) {
   print("predicted factorization", fmt::format("{:.3g} flops", plan.factor_flops));
   print("predicted memory", describe_bytes(cost.bytes));
   print("predicted step", describe_step(cost));
-  for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4, Method::Rattle,
-                              Method::Radau5, Method::GeneralizedAlpha}) {
-    if (method == chosen.method) continue;
-    const RunCost other = predict_run(run, method);
-    print(fmt::format("predicted {}", method_name(method)),
+  for (const MethodTraits& each : methods()) {
+    if (each.method == Method::Auto || each.method == chosen.method) continue;
+    const RunCost other = predict_run(run, each.method);
+    print(fmt::format("predicted {}", each.name),
           fmt::format("{}, {}", describe_step(other), describe_bytes(other.bytes)));
   }
   for (const std::string& what : plan.left_out) print("left out", what);

@@ -14,72 +14,183 @@ namespace tanor {
 
 namespace {
 
-struct Entry {
-  Method method;
-  std::string_view name;
-  bool has_fixed_steps = false;
+using MakeScheme = std::unique_ptr<Scheme> (*)(const MotionOptions&, Mechanics&);
+
+std::unique_ptr<Scheme> make_rk4(const MotionOptions& options, Mechanics& mechanics) {
+  return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
+}
+std::unique_ptr<Scheme> make_dopri5(const MotionOptions& options, Mechanics& mechanics) {
+  return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
+}
+std::unique_ptr<Scheme> make_dop853(const MotionOptions& options, Mechanics& mechanics) {
+  return std::make_unique<RungeKutta>(dop853_tableau(), options, mechanics);
+}
+std::unique_ptr<Scheme> make_taylor(const MotionOptions& options, Mechanics& mechanics) {
+  return std::make_unique<Taylor>(options, mechanics);
+}
+std::unique_ptr<Scheme> make_rattle(const MotionOptions&, Mechanics& mechanics) {
+  return std::make_unique<Rattle>(mechanics);
+}
+std::unique_ptr<Scheme> make_rattle4(const MotionOptions&, Mechanics& mechanics) {
+  return std::make_unique<Composition>(4, suzuki_fractions(), mechanics);
+}
+std::unique_ptr<Scheme> make_rattle6(const MotionOptions&, Mechanics& mechanics) {
+  return std::make_unique<Composition>(6, kahan_li_fractions(), mechanics);
+}
+std::unique_ptr<Scheme> make_radau5(const MotionOptions& options, Mechanics& mechanics) {
+  return std::make_unique<Radau5>(options, mechanics);
+}
+std::unique_ptr<Scheme> make_generalized_alpha(const MotionOptions& options, Mechanics& mechanics) {
+  return std::make_unique<GeneralizedAlpha>(options, mechanics);
+}
+
+/// A method is one row here, and nothing else.
+struct Row {
+  MethodTraits traits;
+  MakeScheme make;
 };
-constexpr std::array methods{
-    Entry{Method::Auto, "auto"},
-    Entry{Method::Rk4, "rk4", true},
-    Entry{Method::Dopri5, "dopri5"},
-    Entry{Method::Dop853, "dop853"},
-    Entry{Method::Taylor, "taylor"},
-    Entry{Method::Rattle, "rattle", true},
-    Entry{Method::Rattle4, "rattle4", true},
-    Entry{Method::Rattle6, "rattle6", true},
-    Entry{Method::Radau5, "radau5"},
-    Entry{Method::GeneralizedAlpha, "generalized_alpha", true},
+constexpr bool fixed = true, adaptive = false, implicitly = true, explicitly = false, with_friction = true,
+               no_friction = false, in_coordinates = true, in_positions = false;
+constexpr std::array table{
+    Row{{Method::Auto, "auto", "the method that suits the scene; the report says which one and why", 0, adaptive,
+         explicitly, with_friction, in_coordinates},
+        nullptr},
+    Row{{Method::Rk4,
+         "rk4",
+         "classical Runge-Kutta method",
+         4,
+         fixed,
+         explicitly,
+         with_friction,
+         in_coordinates,
+         {4.0, 4.0, 2.0, 70.0}},
+        make_rk4},
+    // The seventh stage is the first one of the next step.
+    Row{{Method::Dopri5,
+         "dopri5",
+         "Dormand & Prince 5(4)",
+         5,
+         adaptive,
+         explicitly,
+         with_friction,
+         in_coordinates,
+         {6.0, 6.0, 6.0, 140.0}},
+        make_dopri5},
+    Row{{Method::Dop853,
+         "dop853",
+         "Dormand & Prince 8(5,3)",
+         8,
+         adaptive,
+         explicitly,
+         with_friction,
+         in_coordinates,
+         {12.0, 12.0, 6.0, 280.0}},
+        make_dop853},
+    Row{{Method::Taylor,
+         "taylor",
+         "power series in time, as long as the tolerance asks",
+         0,
+         adaptive,
+         explicitly,
+         no_friction,
+         in_positions,
+         {1.0, 1.0, 6.0, 57.0, 35.0}},
+        make_taylor},
+    Row{{Method::Rattle,
+         "rattle",
+         "velocity Verlet with constraints; energy does not drift",
+         2,
+         fixed,
+         explicitly,
+         with_friction,
+         in_positions,
+         {4.0, 1.0, 0.0}},
+        make_rattle},
+    Row{{Method::Rattle4,
+         "rattle4",
+         "five steps of rattle (Suzuki)",
+         4,
+         fixed,
+         explicitly,
+         with_friction,
+         in_positions,
+         {18.0, 5.0, 0.0}},
+        make_rattle4},
+    Row{{Method::Rattle6,
+         "rattle6",
+         "nine steps of rattle (Kahan & Li)",
+         6,
+         fixed,
+         explicitly,
+         with_friction,
+         in_positions,
+         {32.0, 9.0, 0.0, 140.0}},
+        make_rattle6},
+    Row{{Method::Radau5,
+         "radau5",
+         "Radau IIA, for stiff systems",
+         5,
+         adaptive,
+         implicitly,
+         no_friction,
+         in_positions,
+         {10.0, 2.0, 0.0, 2400.0, 0.0, 970.0}},
+        make_radau5},
+    Row{{Method::GeneralizedAlpha,
+         "generalized_alpha",
+         "generalized alpha method, for stiff systems",
+         2,
+         fixed,
+         implicitly,
+         no_friction,
+         in_positions,
+         {7.0, 1.0, 0.0, 1150.0, 0.0, 460.0}},
+        make_generalized_alpha},
 };
+
+const Row& row_of(Method method) {
+  const auto row =
+      std::find_if(table.begin(), table.end(), [&](const Row& each) { return each.traits.method == method; });
+  ensure(row != table.end(), "every method has its row");
+  return *row;
+}
 
 }  // namespace
 
+std::span<const MethodTraits> methods() {
+  static const auto traits = [] {
+    std::array<MethodTraits, table.size()> result;
+    std::transform(table.begin(), table.end(), result.begin(), [](const Row& row) { return row.traits; });
+    return result;
+  }();
+  return traits;
+}
+
+const MethodTraits& traits_of(Method method) {
+  return row_of(method).traits;
+}
+
 Method method_from_name(std::string_view name) {
   std::string known;
-  for (const Entry& entry : methods) {
-    if (entry.name == name) return entry.method;
-    known += (known.empty() ? "" : ", ") + std::string(entry.name);
+  for (const MethodTraits& each : methods()) {
+    if (each.name == name) return each.method;
+    known += (known.empty() ? "" : ", ") + std::string(each.name);
   }
   throw InputError("", "method \"" + std::string(name) + "\" is not known; this version has " + known);
 }
 
 std::string_view method_name(Method method) {
-  for (const Entry& entry : methods) {
-    if (entry.method == method) return entry.name;
-  }
-  return "";
+  return traits_of(method).name;
 }
 
 bool has_fixed_steps(Method method) {
-  return std::any_of(methods.begin(), methods.end(),
-                     [&](const Entry& entry) { return entry.method == method && entry.has_fixed_steps; });
+  return traits_of(method).has_fixed_steps;
 }
 
 std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics) {
-  switch (method) {
-    case Method::Rk4:
-      return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
-    case Method::Dopri5:
-      return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
-    case Method::Dop853:
-      return std::make_unique<RungeKutta>(dop853_tableau(), options, mechanics);
-    case Method::Rattle:
-      return std::make_unique<Rattle>(mechanics);
-    case Method::Taylor:
-      return std::make_unique<Taylor>(options, mechanics);
-    case Method::Rattle4:
-      return std::make_unique<Composition>(4, suzuki_fractions(), mechanics);
-    case Method::Rattle6:
-      return std::make_unique<Composition>(6, kahan_li_fractions(), mechanics);
-    case Method::Radau5:
-      return std::make_unique<Radau5>(options, mechanics);
-    case Method::GeneralizedAlpha:
-      return std::make_unique<GeneralizedAlpha>(options, mechanics);
-    case Method::Auto:
-      break;
-  }
-  ensure(false, "auto is resolved before a scheme is made");
-  return nullptr;
+  const MakeScheme make = row_of(method).make;
+  ensure(make != nullptr, "auto is resolved before a scheme is made");
+  return make(options, mechanics);
 }
 
 }  // namespace tanor

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,8 +37,16 @@ void check_options(const MotionOptions& options) {
 
 namespace {
 
-bool is_implicit(Method method) {
-  return method == Method::Radau5 || method == Method::GeneralizedAlpha;
+/// "rk4, dopri5 and dop853"
+template <class Serves>
+std::string list_methods(const Serves& serves) {
+  std::vector<std::string> names;
+  for (const MethodTraits& each : methods()) {
+    if (each.method != Method::Auto && serves(each)) names.emplace_back(each.name);
+  }
+  std::string text = names.front();
+  for (std::size_t k = 1; k < names.size(); ++k) text += (k + 1 < names.size() ? ", " : " and ") + names[k];
+  return text;
 }
 
 /// Springs that explicit steps would have to resolve, though the motion does not: with a step their stability decides,
@@ -88,17 +97,19 @@ ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamic
 }
 
 SolverOptions resolve(SolverOptions solver, const System& system, Method method) {
-  if (is_implicit(method) && !system.friction.empty()) {
-    throw InputError("/motion/method", std::string(method_name(method)) + " does not know friction (" +
-                                           friction_name(system, 0) + "); dop853, dopri5, rk4 and rattle do");
+  // Whether there are series in time says the mechanics itself, with the reason.
+  if (method == Method::Taylor) return solver;
+  const MethodTraits& traits = traits_of(method);
+  if (!traits.serves_friction && !system.friction.empty()) {
+    throw InputError("/motion/method", std::string(traits.name) + " does not know friction (" +
+                                           friction_name(system, 0) + "); " +
+                                           list_methods(std::mem_fn(&MethodTraits::serves_friction)) + " do");
   }
-  const bool needs_constraints =
-      is_implicit(method) || method == Method::Rattle || method == Method::Rattle4 || method == Method::Rattle6;
-  if (!needs_constraints || system.coordinates.empty()) return solver;
+  if (traits.steps_in_coordinates || system.coordinates.empty()) return solver;
   if (solver.form == Form::Tangent || num_equations(system) == 0) {
-    throw InputError("/motion/method", std::string(method_name(method)) +
-                                           " projects onto constraints, the tangent form has none; dop853, "
-                                           "dopri5 and rk4 step in coordinates");
+    throw InputError("/motion/method",
+                     std::string(traits.name) + " projects onto constraints, the tangent form has none; " +
+                         list_methods(std::mem_fn(&MethodTraits::steps_in_coordinates)) + " step in coordinates");
   }
   solver.form = Form::Normal;
   return solver;

@@ -105,7 +105,7 @@ TEST(TangentTest, WhatDoesNotFitIsOneLine) {
 
   EXPECT_EQ(complaint(folder, {"run", "rattle.json", "--method", "rattle"}),
             "tanor: rattle.json: /motion/method: rattle projects onto constraints, the tangent form has none; "
-            "dop853, dopri5 and rk4 step in coordinates\n");
+            "rk4, dopri5 and dop853 step in coordinates\n");
   const std::string wide = complaint(folder, {"run", "wide.json"});
   EXPECT_TRUE(contains(wide, "wide.json: /coordinates: the places that the coordinates describe violate wire[0].1 by"))
       << wide;

@@ -201,7 +201,7 @@ TEST(RefusalTest, FormsThatTheSystemDoesNotHave) {
   EXPECT_EQ(error_of([&] { Dynamics(coordinates, {.form = Form::Both}); }),
             "/solver/form: both forms need constraints too; coordinates alone are given");
   EXPECT_EQ(error_of([&] { Simulation(coordinates, {.method = Method::Rattle, .step = 1e-3}); }),
-            "/motion/method: rattle projects onto constraints, the tangent form has none; dop853, dopri5 and rk4 "
+            "/motion/method: rattle projects onto constraints, the tangent form has none; rk4, dopri5 and dop853 "
             "step in coordinates");
   EXPECT_EQ(Simulation(make_framework(1000, true), {.method = Method::Rattle, .step = 1e-3}).plan().form, Form::Normal);
 }

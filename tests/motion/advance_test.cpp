@@ -136,9 +136,9 @@ TEST(MethodTest, AutoIsTaylorWithTolerancesAndRattleWithAStep) {
 }
 
 TEST(MethodTest, NamesGoBothWaysAndAnUnknownOneListsTheKnown) {
-  for (const Method method : {Method::Auto, Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Rattle,
-                              Method::Rattle4, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha}) {
-    EXPECT_EQ(method_from_name(method_name(method)), method);
+  for (const MethodTraits& each : methods()) {
+    EXPECT_EQ(method_from_name(each.name), each.method);
+    EXPECT_EQ(method_name(each.method), each.name);
   }
   try {
     method_from_name("euler");

@@ -6,15 +6,40 @@ namespace tanor {
 namespace {
 
 TEST(MethodTest, ThoseWithFixedStepsAskForAStep) {
-  for (const Method method : {Method::Auto, Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Rattle,
-                              Method::Rattle4, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha}) {
+  for (const MethodTraits& each : methods()) {
     bool asks = false;
     try {
-      Simulation(scenes::make_chain(2), {.method = method});
+      Simulation(scenes::make_chain(2), {.method = each.method});
     } catch (const InputError& error) {
       asks = error.where() == "/motion/step";
     }
-    EXPECT_EQ(has_fixed_steps(method), asks) << method_name(method);
+    EXPECT_EQ(each.has_fixed_steps, asks) << each.name;
+  }
+}
+
+bool accepts(const System& system, Method method) {
+  MotionOptions options{.method = method};
+  if (has_fixed_steps(method)) options.step = 1e-3;
+  try {
+    Simulation(system, options);
+    return true;
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.where(), "/motion/method") << error.what();
+    return false;
+  }
+}
+
+TEST(MethodTest, TheTableSaysWhichServeFrictionAndCoordinates) {
+  System circle, rough;
+  scenes::add_point({1, 0, 0}, &circle);
+  circle.coordinates = {CircleCoordinates{.points = {0}, .normal = Vector3{0, 0, 1}, .radius = 1.0}};
+  scenes::add_point({1, 0, 0}, &rough);
+  rough.constraints = {Planes{.name = "floor", .points = {0}, .normal = Vector3{0, 0, 1}}};
+  rough.friction = {Coulomb{.at = {"floor"}, .coefficient = 0.1}};
+  rough.forces = {Gravity{.acceleration = {0, 0, -9.81}}};
+  for (const MethodTraits& each : methods()) {
+    EXPECT_EQ(accepts(circle, each.method), each.steps_in_coordinates) << each.name;
+    EXPECT_EQ(accepts(rough, each.method), each.serves_friction) << each.name;
   }
 }
 
