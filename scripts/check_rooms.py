@@ -34,17 +34,13 @@ ROOMS = {
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
     "dynamics": Sees("base system evaluate assembly factor plan schur friction", "direct_problem", "Eigen/"),
-    "motion":   Sees("base system dynamics/mechanics.hpp", "motion", ""),
+    "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
+    "motion":   Sees("base dynamics/mechanics.hpp", "motion", ""),
+    "simulation": Sees("base system evaluate assembly schur friction dynamics certificate motion", "motion", "Eigen/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h"),
     "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h fcntl.h sys/file.h sys/stat.h dlfcn.h"),
     "launcher": Sees("", "export", "unistd.h dlfcn.h fcntl.h sys/mman.h sys/syscall.h"),
-}
-
-# Single files that may see more: an adaptor between two rooms, with its reason.
-ADAPTORS = {
-    # the public Simulation gives the schemes, which know Mechanics only, a system in its forms
-    "motion/simulation.cpp": Sees("base system dynamics/mechanics.hpp dynamics/certificate.hpp", "motion", ""),
 }
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"]', re.MULTILINE)
@@ -89,7 +85,7 @@ def wrong_include_of_room(room: str, sees: Sees, quoted: bool, header: str) -> s
 def wrong_include_of_file(file: str, quoted: bool, header: str) -> str | None:
     """The rule of the file's room, and of the rooms that see just this header."""
     room = file.split("/")[0]
-    rule = wrong_include_of_room(room, ADAPTORS.get(file, ROOMS[room]), quoted, header)
+    rule = wrong_include_of_room(room, ROOMS[room], quoted, header)
     for other, sees in ROOMS.items():
         if rule is None and file in sees.rooms.split():
             rule = wrong_include_of_room(other, sees, quoted, header)
@@ -137,7 +133,7 @@ def self_test() -> int:
         ("src/system/a.cpp", '#include "evaluate/kernels.hpp"'),
         ("src/motion/a.cpp", '#include "factor/cholesky.hpp"'),
         ("src/motion/a.cpp", '  #  include "dynamics/normal_form.hpp"'),
-        ("src/motion/simulation.cpp", '#include "factor/cholesky.hpp"'),
+        ("src/motion/a.hpp", '#include "factor/cholesky.hpp"'),
         ("src/dynamics/mechanics.hpp", '#include "assembly/gather_plan.hpp"'),
         ("src/evaluate/a.hpp", "#include <tanor/motion.hpp>"),
         ("src/evaluate/a.hpp", "#include <cholmod.h>"),
@@ -161,7 +157,7 @@ def self_test() -> int:
         ("src/dynamics/a.cpp", '#include "schur/gram_solver.hpp"'),
         ("src/motion/a.cpp", "#include <tanor/dynamics.hpp>"),
         ("src/motion/a.cpp", '#include "dynamics/mechanics.hpp"'),
-        ("src/motion/simulation.cpp", '#include "dynamics/certificate.hpp"'),
+        ("src/simulation/simulation.cpp", '#include "certificate/certificate.hpp"'),
         ("src/dynamics/mechanics.hpp", '#include "base/parallel.hpp"'),
         ("src/cli/a.cpp", '#include "report/summary.hpp"'),
         ("include/tanor/dynamics.hpp", "#include <tanor/system.hpp>"),

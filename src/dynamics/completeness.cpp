@@ -2,7 +2,7 @@
 #include <random>
 
 #include "dynamics/forms.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 /// \file rank K + rank A = 3n: no coordinates that leave out motions which the constraints allow.
 namespace tanor {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "dynamics/normal_form.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 /// \file Which contacts at rest stick and which begin to slide: islands of contacts as small dense problems, whose
 /// motions are counted (docs/friction.md).

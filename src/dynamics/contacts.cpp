@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "dynamics/normal_form.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 /// \file Contacts of NormalForm that stick and slide (theory, section 7a): exact Coulomb friction as events.
 ///

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "dynamics/split.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "dynamics/friction_stage.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 /// \file Islands with few Coulomb contacts of FrictionStage: what their normal forces make of friction, as a small
 /// dense problem each, all of whose solutions can be found.

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/stopwatch.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -6,7 +6,7 @@
 #include "base/check.hpp"
 #include "base/stopwatch.hpp"
 #include "dynamics/normal_form.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

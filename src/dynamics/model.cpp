@@ -12,7 +12,7 @@
 #include "base/stopwatch.hpp"
 #include "schur/redundancy.hpp"
 #include "system/enum_check.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

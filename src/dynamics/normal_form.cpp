@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "base/stopwatch.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

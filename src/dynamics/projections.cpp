@@ -4,7 +4,7 @@
 
 #include "base/stopwatch.hpp"
 #include "dynamics/normal_form.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 /// \file Projections of NormalForm: chord iterations after a step, the nearest place from far away.
 namespace tanor {

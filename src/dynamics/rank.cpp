@@ -4,7 +4,7 @@
 
 #include "base/stopwatch.hpp"
 #include "dynamics/normal_form.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 /// \file The rank of K in NormalForm: suspected by S, decided by QR, kept from place to place.
 namespace tanor {

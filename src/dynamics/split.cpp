@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "base/stopwatch.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "dynamics/normal_form.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 /// \file The consistent start of NormalForm.
 namespace tanor {

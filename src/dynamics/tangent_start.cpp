@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "dynamics/tangent_form.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 /// \file The consistent start of TangentForm.
 namespace tanor {

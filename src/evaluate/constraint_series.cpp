@@ -8,7 +8,7 @@
 
 #include "evaluate/definitions.hpp"
 #include "system/members.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

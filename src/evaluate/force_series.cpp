@@ -3,7 +3,7 @@
 #include <memory>
 #include <variant>
 
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

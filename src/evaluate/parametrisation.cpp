@@ -8,7 +8,7 @@
 #include "evaluate/chain_coordinates.hpp"
 #include "evaluate/coordinate_kernels.hpp"
 #include "evaluate/user_coordinates.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -1,6 +1,6 @@
 #include "motion/coasting.hpp"
 
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "motion/root_bracket.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "motion/equal_steps.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

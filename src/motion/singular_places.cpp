@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "base/check.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

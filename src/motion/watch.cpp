@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "motion/root_bracket.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

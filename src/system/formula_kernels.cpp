@@ -7,7 +7,7 @@
 
 #include "system/formula.hpp"
 #include "system/lanes.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

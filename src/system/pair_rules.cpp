@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "system/enum_check.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor {

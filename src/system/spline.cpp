@@ -11,7 +11,7 @@
 
 #include <tanor/error.hpp>
 
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -10,7 +10,7 @@
 #include <tanor/system.hpp>
 
 #include "base/vec3.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor {

@@ -4,7 +4,7 @@
 
 #include "system/contacts.hpp"
 #include "system/members.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

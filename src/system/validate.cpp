@@ -9,7 +9,7 @@
 #include "system/members.hpp"
 #include "system/pair_rules.hpp"
 #include "system/surface_checks.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 #include "system/tuples.hpp"
 #include "system/validate_coordinates.hpp"
 #include "system/validate_friction.hpp"

@@ -6,7 +6,7 @@
 
 #include "system/enum_check.hpp"
 #include "system/members.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 #include "system/validate_coordinates.hpp"
 #include "system/value_checks.hpp"
 

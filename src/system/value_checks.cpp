@@ -5,7 +5,7 @@
 #include <span>
 
 #include "base/vec3.hpp"
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

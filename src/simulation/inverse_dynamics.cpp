@@ -8,9 +8,9 @@
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
-#include "dynamics/direct_friction.hpp"
+#include "base/text.hpp"
 #include "dynamics/split.hpp"
-#include "system/text.hpp"
+#include "simulation/inverse_friction.hpp"
 
 namespace tanor {
 

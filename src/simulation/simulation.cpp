@@ -7,12 +7,12 @@
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
+#include "base/text.hpp"
 #include "base/vec3.hpp"
-#include "dynamics/certificate.hpp"
+#include "certificate/certificate.hpp"
 #include "motion/integration.hpp"
-#include "motion/motion_input.hpp"
+#include "simulation/motion_input.hpp"
 #include "system/enum_check.hpp"
-#include "system/text.hpp"
 
 namespace tanor {
 

@@ -8,7 +8,7 @@
 #include <tanor/motion.hpp>
 #include <tanor/user_kernel.hpp>
 
-#include "dynamics/certified.hpp"
+#include "certificate/certified.hpp"
 #include "dynamics/rough_lines.hpp"
 
 namespace tanor {

@@ -2,15 +2,15 @@
 #include <array>
 #include <cmath>
 
+#include "certificate/verifier.hpp"
 #include "dynamics/friction_blocks.hpp"
-#include "dynamics/judge.hpp"
 
 /// \file Friction: the laws once more, straight from the System, at the answer's own multipliers; what sticks stays at
 /// rest; (43) by its three blocks.
 namespace tanor {
 
 /// One contact at the answer, with P = I - K_g Gamma_g^-1 K_g' onto the directions that its guides leave it.
-struct Judge::Sliding {
+struct Verifier::Sliding {
   const Tangents::Place& place;
   const Friction& friction;
   bool sticks;
@@ -65,14 +65,14 @@ Vec3 to_unit(Vec3 a) {
 
 }  // namespace
 
-void Judge::judge_friction(const Definitions& definitions) {
+void Verifier::verify_friction(const Definitions& definitions) {
   const std::vector<Sliding> contacts = measure_sliding(definitions);
-  judge_law(contacts);
-  judge_rest(contacts);
-  judge_friction_by_blocks();
+  verify_law(contacts);
+  verify_rest(contacts);
+  verify_friction_by_blocks();
 }
 
-std::vector<Judge::Sliding> Judge::measure_sliding(const Definitions& definitions) const {
+std::vector<Verifier::Sliding> Verifier::measure_sliding(const Definitions& definitions) const {
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<Sliding> contacts;
   bool turns = false;
@@ -125,7 +125,7 @@ std::vector<Judge::Sliding> Judge::measure_sliding(const Definitions& definition
 
 /// tau = tau(r, v, t, lambda) at each point. What sticks, or slides too slowly to have a direction of its own, takes
 /// the rest there: along the guide, and of the size that the law says, or below its limit.
-void Judge::judge_law(const std::vector<Sliding>& contacts) {
+void Verifier::verify_law(const std::vector<Sliding>& contacts) {
   const auto has_direction = [&](const Sliding& contact) {
     const double slow = 1e-6 * speed_at(contact.place.point);
     return contact.exact() == nullptr || (!contact.sticks && norm(contact.velocity) > slow);
@@ -185,7 +185,7 @@ void Judge::judge_law(const std::vector<Sliding>& contacts) {
 }
 
 /// At rest the law holds on the acceleration level: what sticks has none, and what begins to slide goes against tau.
-void Judge::judge_rest(const std::vector<Sliding>& contacts) {
+void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
   Worst moves, stays, turns;
   bool starts = false;
   for (const Sliding& contact : contacts) {
@@ -208,7 +208,7 @@ void Judge::judge_rest(const std::vector<Sliding>& contacts) {
 }
 
 /// What the answer has by the smallest form of (43), by the paper's own three blocks.
-void Judge::judge_friction_by_blocks() {
+void Verifier::verify_friction_by_blocks() {
   constexpr int most_iterations = 60;
   FrictionBlocks blocks{};
   const FrictionReport& friction = forms_.normal->last_solve().friction;

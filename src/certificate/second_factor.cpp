@@ -1,4 +1,4 @@
-#include "dynamics/second_factor.hpp"
+#include "certificate/second_factor.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/judge.hpp"
+#include "certificate/verifier.hpp"
 
 /// \file What coordinates must satisfy, alone and beside constraints.
 namespace tanor {
 
 /// A H^-1 A'M u
-Judge::Vector Judge::project_by_coordinates(const Vector& u) {
+Verifier::Vector Verifier::project_by_coordinates(const Vector& u) {
   Vector M_rest(n_, 0.0), x(model_.coordinates.num_coordinates()), change(n_, 0.0), result(n_, 0.0);
   const Vector& A = forms_.tangent->blocks();
   repeat(most_passes(rcond_of_H_), [&] {
@@ -22,7 +22,7 @@ Judge::Vector Judge::project_by_coordinates(const Vector& u) {
   return result;
 }
 
-void Judge::judge_coordinates() {
+void Verifier::verify_coordinates() {
   const double rcond = rcond_of_H_;
   const double allowed = conditioned(rcond);
 
@@ -32,7 +32,7 @@ void Judge::judge_coordinates() {
   add_point(&result_.residual, "A'(M w " + minus_given_force() + ") = 0",
             worst_point(project_by_coordinates(rest), acceleration_), 1e-11 + 1e2 * eps / rcond);
 
-  if (forms_.is_tangent()) judge_curve();
+  if (forms_.is_tangent()) verify_curve();
   if (d_ > 0) return;
   const Vector u = random_points_by_M(), y = random_points_by_M();
   const Vector Pu = project_by_coordinates(u), PPu = project_by_coordinates(Pu), Py = project_by_coordinates(y);
@@ -46,7 +46,7 @@ void Judge::judge_coordinates() {
 /// w = d2 r(q(t), t)/dt2 by differences of places alone, which share no derivative with A and psi: a stencil of
 /// order 8, over a fiftieth of the time in which points cross a length of the scene, or a drive turns their velocity.
 /// All points go along together, so they are measured by the largest acceleration of the scene.
-void Judge::judge_curve() {
+void Verifier::verify_curve() {
   const double acceleration = *std::max_element(acceleration_.begin(), acceleration_.end());
   const double speed = std::max(model_.largest_norm(answer_.v.data()), 1e-3 * model_.velocity_scale);
   const double length = model_.smallest_length, crossing = length / std::max(speed, std::sqrt(length * acceleration));
@@ -71,22 +71,22 @@ void Judge::judge_curve() {
 
 /// (9): A H^-1 A'M u + M^-1 K S^-1 K'u = u. Both projectors are orthogonal in |M^1/2 .|: measured there, whatever the
 /// masses. On M u, in |M^-1/2 .|, the same numbers say (10) = M (9) M^-1.
-void Judge::judge_identity(const std::string& identity, double allowed) {
+void Verifier::verify_identity(const std::string& identity, double allowed) {
   const Vector u = random_points_by_M(), Qu = project_onto_tangent(u);
   Vector rest = project_by_coordinates(u);
   for (std::size_t i = 0; i < moving_; ++i) rest[i] -= Qu[i];
   add_point(&result_.normal_identity, identity, worst_point_by_M(rest, worst_point_by_M(u, 1.0).error), allowed);
 }
 
-void Judge::judge_both() {
+void Verifier::verify_both() {
   const double rcond =
       std::min(forms_.tangent->last_solve().reciprocal_condition, forms_.normal->last_solve().reciprocal_condition);
   const double allowed = conditioned(rcond) + rounding_of_places();
   if (something_sticks_) {
     result_.left_out.push_back("(9), (10): S holds contacts that stick, the coordinates do not");
   } else {
-    judge_identity("A H^-1 A'M + M^-1 K S^-1 K' = I (9)", allowed);
-    judge_identity("M A H^-1 A' + K S^-1 K'M^-1 = I (10)", allowed);
+    verify_identity("A H^-1 A'M + M^-1 K S^-1 K' = I (9)", allowed);
+    verify_identity("M A H^-1 A' + K S^-1 K'M^-1 = I (10)", allowed);
   }
 
   // K'A x = 0 (3)
@@ -105,7 +105,7 @@ void Judge::judge_both() {
 }
 
 /// First of all: then both forms stand at the answer.
-void Judge::solve_other() {
+void Verifier::solve_other() {
   other_w_.resize(n_);
   other_eta_.resize(n_);
   const Outcome outcome =
@@ -115,7 +115,7 @@ void Judge::solve_other() {
   result_.checks.push_back({"the other form has an answer: " + outcome.what, Certificate::none, 0.0, ""});
 }
 
-void Judge::compare_forms() {
+void Verifier::compare_forms() {
   Vector &w = other_w_, &eta = other_eta_;
   for (std::size_t i = 0; i < moving_; ++i) {
     w[i] -= answer_.w[i];

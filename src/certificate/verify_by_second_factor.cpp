@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/judge.hpp"
+#include "certificate/verifier.hpp"
 #include "dynamics/split.hpp"
 
 /// \file What is factorized once more: w and lambda by a second way, and Gamma = K'K for the Euclidean split and the
@@ -9,7 +9,7 @@
 namespace tanor {
 
 /// w and lambda once more from scratch: C'C of C = M^-1/2 K, refined in w.
-void Judge::judge_by_second_factor() {
+void Verifier::verify_by_second_factor() {
   second_.emplace(model_, K_.data(), model_.inverse_mass, forms_.normal->ordering(), way_);
   if (!second_->trouble().empty()) {
     result_.left_out.push_back("second factorization: " + second_->trouble());
@@ -38,7 +38,7 @@ void Judge::judge_by_second_factor() {
 
 /// What multipliers do is always unique; they themselves may lose what S is conditioned by, in rows where they are
 /// unique.
-void Judge::compare_multipliers(const Vector& lambda) {
+void Verifier::compare_multipliers(const Vector& lambda) {
   Vector difference(num_rows_, 0.0), dw(n_, 0.0);
   for (std::size_t a = 0; a < num_rows_; ++a) {
     if (is_users(a)) difference[a] = answer_.lambda[a] - lambda[a];
@@ -69,7 +69,7 @@ void Judge::compare_multipliers(const Vector& lambda) {
 // ---- Gamma ----
 
 /// Gamma = K'K over the moving points; m S where all masses are equal (36).
-void Judge::make_gamma() {
+void Verifier::make_gamma() {
   Vector unit(model_.inverse_mass);
   for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
   gamma_scale_ = unit;
@@ -83,7 +83,7 @@ void Judge::make_gamma() {
 }
 
 /// K Gamma^-1 K'u
-Judge::Vector Judge::project_onto_normal(const Vector& u) {
+Verifier::Vector Verifier::project_onto_normal(const Vector& u) {
   Vector rows(num_rows_), rest = u, change(n_, 0.0), result(n_, 0.0);
   repeat(most_passes(rcond_of_Gamma_), [&] {
     model_.constraints.apply_transposed(model_.parallel, K_.data(), rest.data(), nullptr, rows.data());
@@ -100,7 +100,7 @@ Judge::Vector Judge::project_onto_normal(const Vector& u) {
 }
 
 /// (15), (16): u = u_T + u_N.
-void Judge::judge_euclidean(const Definitions& definitions) {
+void Verifier::verify_euclidean(const Definitions& definitions) {
   make_gamma();
   if (gamma_ == nullptr) {
     result_.left_out.push_back("(15), the direct problem: " + own_gamma_->trouble());
@@ -111,7 +111,7 @@ void Judge::judge_euclidean(const Definitions& definitions) {
   const Vector u = random_points(), u_N = project_onto_normal(u);
   const double size = model_.largest_norm(u.data());
   if (has_both_) {
-    judge_both_euclidean(u, u_N);
+    verify_both_euclidean(u, u_N);
   } else {
     // K'u_T = 0 makes K Gamma^-1 K' idempotent, u_T'u_N = 0 makes it orthogonal.
     Vector u_T = u;
@@ -125,11 +125,11 @@ void Judge::judge_euclidean(const Definitions& definitions) {
             allowed);
     add(&result_.tangent_identity, "u_T'u_N = 0 (16)", std::abs(dot_product) / square, allowed, "");
   }
-  judge_direct_problem(refined(rcond_of_Gamma_) + rounding_of_places());
+  verify_direct_problem(refined(rcond_of_Gamma_) + rounding_of_places());
 }
 
 /// (15): A G^-1 A'u + K Gamma^-1 K'u = u
-void Judge::judge_both_euclidean(const Vector& u, const Vector& u_N) {
+void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   Vector unit(model_.inverse_mass);
   for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
   GramSolver g(model_.coordinates.list_products(unit),
@@ -154,7 +154,7 @@ void Judge::judge_both_euclidean(const Vector& u, const Vector& u_N) {
 /// Forces from the motion: K Gamma^-1 K'(M w - f - tau) is eta, and nothing is left of M w - f - tau for a control
 /// force.
 /// Measured by the largest force of the neighbourhood.
-void Judge::judge_direct_problem(double allowed) {
+void Verifier::verify_direct_problem(double allowed) {
   Vector force(n_, 0.0), left(n_, 0.0);
   Vector largest(model_.scales.size(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {

@@ -1,12 +1,12 @@
-#include "motion/stiffness.hpp"
+#include "simulation/stiffness.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "base/text.hpp"
 #include "base/vec3.hpp"
-#include "system/text.hpp"
 
 namespace tanor {
 

@@ -1,11 +1,11 @@
-#include "dynamics/certificate.hpp"
+#include "certificate/certificate.hpp"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 
-#include "dynamics/judge.hpp"
+#include "certificate/verifier.hpp"
 
 namespace tanor {
 
@@ -51,7 +51,7 @@ Certificate make_failed_certificate(const Outcome& outcome) {
 }
 
 Certificate certify(Forms& forms, const Answer& answer, SecondWay way) {
-  return Judge(forms, answer, way).judge();
+  return Verifier(forms, answer, way).verify();
 }
 
 }  // namespace tanor

@@ -1,4 +1,4 @@
-#include "motion/motion_input.hpp"
+#include "simulation/motion_input.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "motion/stiffness.hpp"
+#include "base/text.hpp"
+#include "simulation/stiffness.hpp"
 #include "system/enum_check.hpp"
-#include "system/text.hpp"
 
 namespace tanor {
 

@@ -1,8 +1,8 @@
-#include "dynamics/direct_friction.hpp"
+#include "simulation/inverse_friction.hpp"
 
 #include <algorithm>
 
-#include "system/text.hpp"
+#include "base/text.hpp"
 
 namespace tanor {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/certificate.hpp"
+#include "certificate/certificate.hpp"
 #include "random_systems.hpp"
 
 namespace tanor {

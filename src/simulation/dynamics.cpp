@@ -7,13 +7,13 @@
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
-#include "dynamics/causes.hpp"
-#include "dynamics/certificate.hpp"
+#include "base/text.hpp"
+#include "certificate/certificate.hpp"
 #include "dynamics/forms.hpp"
 #include "dynamics/friction_blocks.hpp"
 #include "dynamics/split.hpp"
+#include "simulation/causes.hpp"
 #include "system/enum_check.hpp"
-#include "system/text.hpp"
 
 namespace tanor {
 

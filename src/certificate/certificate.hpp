@@ -2,8 +2,8 @@
 
 #include <tanor/certificate.hpp>
 
+#include "certificate/second_factor.hpp"
 #include "dynamics/forms.hpp"
-#include "dynamics/second_factor.hpp"
 
 namespace tanor {
 

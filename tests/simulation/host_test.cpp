@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "solved.hpp"
+#include "dynamics/solved.hpp"
 
 namespace tanor {
 namespace {

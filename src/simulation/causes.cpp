@@ -1,4 +1,4 @@
-#include "dynamics/causes.hpp"
+#include "simulation/causes.hpp"
 
 #include <algorithm>
 #include <string>

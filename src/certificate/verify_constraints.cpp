@@ -1,14 +1,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/judge.hpp"
+#include "certificate/verifier.hpp"
 #include "dynamics/split.hpp"
 #include "system/members.hpp"
 
 /// \file What constraints must satisfy, by their second definition, and the projector of S.
 namespace tanor {
 
-void Judge::judge_constraints() {
+void Verifier::verify_constraints() {
   Definitions definitions(model_.system, forms_.start_time());
   user_r_ = to_user(answer_.r);
   K_.resize(3 * model_.constraints.num_blocks());
@@ -19,18 +19,18 @@ void Judge::judge_constraints() {
     const Vector user_v = to_user(answer_.v);
     scale_ = measure_curvature(definitions, user_v);
     for (std::size_t k = 0; k < scale_.size(); ++k) scale_[k] = std::max(scale_[k], acceleration_[k]);
-    judge_equations(definitions, user_v);
+    verify_equations(definitions, user_v);
   }
   if (forms_.tangent == nullptr) {
-    judge_normal_projector(definitions);
-    judge_by_second_factor();
+    verify_normal_projector(definitions);
+    verify_by_second_factor();
   }
-  judge_split();
-  judge_euclidean(definitions);
-  if (has_friction_) judge_friction(definitions);
+  verify_split();
+  verify_euclidean(definitions);
+  if (has_friction_) verify_friction(definitions);
 }
 
-void Judge::judge_equations(const Definitions& definitions, const Vector& user_v) {
+void Verifier::verify_equations(const Definitions& definitions, const Vector& user_v) {
   const double rounding = rounding_of_places();
 
   // K'w + phi: the second derivative of xi along r + e v + e^2/2 w
@@ -70,12 +70,12 @@ void Judge::judge_equations(const Definitions& definitions, const Vector& user_v
   add_point(&result_.residual, "M w = " + given_force() + " + K lambda", worst_point(rest, cancelled),
             1e-10 + rounding);
 
-  judge_power(definitions, user_v, lambda, K_lambda);
+  verify_power(definitions, user_v, lambda, K_lambda);
 }
 
 /// The two unit vectors of a line that turns are a convention, which the definitions may keep otherwise: what the
 /// pair carries, K lambda at its point, is taken apart along theirs.
-void Judge::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const {
+void Verifier::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const {
   std::vector<char> turns(d_, 0);
   std::size_t first = 0;
   for (const Constraint& constraint : model_.system.constraints) {
@@ -101,7 +101,7 @@ void Judge::turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) 
 }
 
 /// |W^1/2 column of K| of each of the user's rows, W of the points.
-Judge::Vector Judge::measure_rows(const Vector& weights) const {
+Verifier::Vector Verifier::measure_rows(const Vector& weights) const {
   Vector inner(num_rows_, 0.0), result(d_);
   for (const Incidence& incidence : model_.incidences) {
     const Vec3 g = load(K_.data(), incidence.block);
@@ -113,7 +113,7 @@ Judge::Vector Judge::measure_rows(const Vector& weights) const {
 }
 
 /// max |phi|/|gradient| of each neighbourhood: phi along r + e v, with what is prescribed at supports.
-Judge::Vector Judge::measure_curvature(const Definitions& definitions, const Vector& user_v) {
+Verifier::Vector Verifier::measure_curvature(const Definitions& definitions, const Vector& user_v) {
   Vector given(n_, 0.0), xi(d_), rate(d_);
   std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(), given.data() + moving_);
   phi_.resize(d_);
@@ -128,7 +128,8 @@ Judge::Vector Judge::measure_curvature(const Definitions& definitions, const Vec
 }
 
 /// eta'v + lambda'xi_t = 0 over all points, supports too.
-void Judge::judge_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta) {
+void Verifier::verify_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda,
+                            const Vector& eta) {
   Vector xi_t(d_, 0.0);
   if (model_.constraints.depends_on_time()) {
     const Vector zero(n_, 0.0);
@@ -149,7 +150,7 @@ void Judge::judge_power(const Definitions& definitions, const Vector& user_v, co
 }
 
 /// Q u = u - M^-1 K S^-1 K'u
-Judge::Vector Judge::project_onto_tangent(const Vector& u) {
+Verifier::Vector Verifier::project_onto_tangent(const Vector& u) {
   Vector rows(num_rows_), change(n_, 0.0), result = u;
   const Vector& K = forms_.normal->blocks();
   repeat(most_passes(rcond_of_S_), [&] {
@@ -163,8 +164,8 @@ Judge::Vector Judge::project_onto_tangent(const Vector& u) {
   return result;
 }
 
-Judge::Worst Judge::rows_of(const Definitions& definitions, const Vector& u, const Vector& row_norms,
-                            double size) const {
+Verifier::Worst Verifier::rows_of(const Definitions& definitions, const Vector& u, const Vector& row_norms,
+                                  double size) const {
   Vector rows(d_);
   definitions.transposed(model_.parallel, answer_.t, user_r_, to_user(u), rows);
   Worst worst;
@@ -173,7 +174,7 @@ Judge::Worst Judge::rows_of(const Definitions& definitions, const Vector& u, con
 }
 
 /// Q is orthogonal in |M^1/2 .|: measured there, whatever the masses.
-void Judge::judge_normal_projector(const Definitions& definitions) {
+void Verifier::verify_normal_projector(const Definitions& definitions) {
   const double allowed = conditioned(rcond_of_S_) + rounding_of_places();
   const Vector u = random_points_by_M(), Qu = project_onto_tangent(u);
   const double size = worst_point_by_M(u, 1.0).error;
@@ -191,7 +192,7 @@ void Judge::judge_normal_projector(const Definitions& definitions) {
 }
 
 /// With equal masses w_T lies in T and w_N in N: w_T'M w_N = 0, w_N = -K Gamma^-1 phi, Gamma = m S (36).
-void Judge::judge_split() {
+void Verifier::verify_split() {
   if (!has_one_mass(model_)) return;
   if (something_sticks_) {
     result_.left_out.push_back("w_T'M w_N = 0: S holds contacts that stick");

@@ -8,18 +8,18 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/certificate.hpp"
-#include "dynamics/second_factor.hpp"
+#include "certificate/certificate.hpp"
+#include "certificate/second_factor.hpp"
 #include "evaluate/definitions.hpp"
 
 namespace tanor {
 
 /// Tries one answer, identity by identity, and writes the certificate.
-class Judge {
+class Verifier {
  public:
-  Judge(Forms& forms, const Answer& answer, SecondWay way);
+  Verifier(Forms& forms, const Answer& answer, SecondWay way);
 
-  Certificate judge();
+  Certificate verify();
 
  private:
   using Vector = std::vector<double>;
@@ -38,7 +38,7 @@ class Judge {
     }
   };
 
-  // ---- words, in judge.cpp ----
+  // ---- words, in verifier.cpp ----
   void measure_scale();
   void add(double* figure, const std::string& identity, double error, double allowed, const std::string& where);
   void add_row(double* figure, const std::string& identity, const Worst& worst, double allowed);
@@ -91,44 +91,44 @@ class Judge {
     return static_cast<std::size_t>(model_.numbering.user_row[inner_row]);
   }
 
-  void judge_free();
+  void verify_free();
 
-  // ---- constraints, in judge_constraints.cpp ----
-  void judge_constraints();
-  void judge_equations(const Definitions& definitions, const Vector& user_v);
+  // ---- constraints, in verify_constraints.cpp ----
+  void verify_constraints();
+  void verify_equations(const Definitions& definitions, const Vector& user_v);
   void turn_pairs_of_lines(const Definitions& definitions, Vector* lambda) const;
   Vector measure_rows(const Vector& weights) const;
   Vector measure_curvature(const Definitions& definitions, const Vector& user_v);
-  void judge_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta);
+  void verify_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda, const Vector& eta);
   Vector project_onto_tangent(const Vector& u);
-  void judge_normal_projector(const Definitions& definitions);
-  void judge_split();
+  void verify_normal_projector(const Definitions& definitions);
+  void verify_split();
   /// max over the rows of |K'u|/|gradient| by the second definition.
   Worst rows_of(const Definitions& definitions, const Vector& u, const Vector& row_norms, double size) const;
 
-  // ---- friction, in judge_friction.cpp ----
+  // ---- friction, in verify_friction.cpp ----
   struct Sliding;
-  void judge_friction(const Definitions& definitions);
+  void verify_friction(const Definitions& definitions);
   std::vector<Sliding> measure_sliding(const Definitions& definitions) const;
-  void judge_law(const std::vector<Sliding>& contacts);
-  void judge_rest(const std::vector<Sliding>& contacts);
-  void judge_friction_by_blocks();
+  void verify_law(const std::vector<Sliding>& contacts);
+  void verify_rest(const std::vector<Sliding>& contacts);
+  void verify_friction_by_blocks();
 
-  // ---- factors of their own, in judge_second.cpp ----
-  void judge_by_second_factor();
+  // ---- factors of their own, in verify_by_second_factor.cpp ----
+  void verify_by_second_factor();
   void compare_multipliers(const Vector& lambda);
-  void judge_euclidean(const Definitions& definitions);
+  void verify_euclidean(const Definitions& definitions);
   void make_gamma();
   Vector project_onto_normal(const Vector& u);
-  void judge_direct_problem(double allowed);
-  void judge_both_euclidean(const Vector& u, const Vector& u_N);
+  void verify_direct_problem(double allowed);
+  void verify_both_euclidean(const Vector& u, const Vector& u_N);
 
-  // ---- coordinates, alone and beside constraints, in judge_coordinates.cpp ----
+  // ---- coordinates, alone and beside constraints, in verify_coordinates.cpp ----
   Vector project_by_coordinates(const Vector& u);
-  void judge_coordinates();
-  void judge_curve();
-  void judge_both();
-  void judge_identity(const std::string& identity, double allowed);
+  void verify_coordinates();
+  void verify_curve();
+  void verify_both();
+  void verify_identity(const std::string& identity, double allowed);
   void solve_other();
   void compare_forms();
 

@@ -7,7 +7,7 @@
 
 #include <tanor/motion.hpp>
 
-#include "dynamics/certified.hpp"
+#include "certificate/certified.hpp"
 #include "reference.hpp"
 
 namespace tanor {
