@@ -26,11 +26,11 @@ class Sees(NamedTuple):
 # room: what it may see. Data flows downwards; look upstream.
 ROOMS = {
     "base":     Sees("", "error", "omp.h"),
+    "plan":     Sees("", "export", ""),
     "system":   Sees("base", "system", "Eigen/"),
     "evaluate": Sees("base system", "system", "Eigen/"),
     "assembly": Sees("base system evaluate", "system", "Eigen/"),
-    "factor":   Sees("base", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
-    "plan":     Sees("base system factor", "solver_options", ""),
+    "factor":   Sees("base plan", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
     "dynamics": Sees("base system evaluate assembly factor plan schur friction", "direct_problem", "Eigen/"),

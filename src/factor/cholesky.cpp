@@ -12,6 +12,7 @@
 #include "base/check.hpp"
 #include "base/counts.hpp"
 #include "factor/multifrontal.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
@@ -94,9 +95,6 @@ Supernodes supernodes_of(const cholmod_factor& factor) {
 }  // namespace
 
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
-  // Flops per nonzero from which dense fronts repay their overhead, and METIS its own (both measured on nets).
-  constexpr double supernodal_switch = 8.0;
-  constexpr double metis_switch = 50.0;
   SymbolicAnalysis best = analyze_with(lower, wanted == Ordering::Auto ? Ordering::Natural : wanted);
   if (wanted == Ordering::Auto && best.factor_nonzeros > static_cast<double>(lower.rows.size())) {
     const auto try_ordering = [&](Ordering ordering) {
@@ -104,10 +102,10 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
       if (other.flops < best.flops) best = std::move(other);
     };
     try_ordering(Ordering::Amd);
-    if (best.flops > metis_switch * best.factor_nonzeros) try_ordering(Ordering::Metis);
+    if (best.flops > plan::flops_for_metis * best.factor_nonzeros) try_ordering(Ordering::Metis);
   }
   check_count(best.factor_nonzeros, "S of " + std::to_string(lower.size()) + " rows", "nonzeros of L");
-  best.supernodal = best.flops > supernodal_switch * best.factor_nonzeros;
+  best.supernodal = best.flops > plan::flops_for_fronts * best.factor_nonzeros;
   return best;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "plan/thresholds.hpp"
+
 namespace tanor {
 
 std::unique_ptr<BatchSolver> BatchSolver::make(const SchurProblem& problem, int threads, bool eagerly,
@@ -110,9 +112,9 @@ void BatchSolver::for_each_batch(const Parallel& parallel, const Visit& visit) {
     work.projection = {};
   }
   for (EqualIslands& islands : equal_islands_) {
-    constexpr std::size_t least_rows = 2048;  // fewer are not worth a thread
     const std::size_t batches = islands.num_batches;
-    const std::size_t worthwhile = islands.num_islands * islands.topology.rods.size() / least_rows;
+    const std::size_t worthwhile =
+        islands.num_islands * islands.topology.rods.size() / plan::rows_of_batches_worth_a_thread;
     const std::size_t shares = std::clamp<std::size_t>(worthwhile, 1, workspaces_.size());
     parallel.for_tasks(shares, [&](std::size_t k) {
       for (std::size_t number = batches * k / shares; number < batches * (k + 1) / shares; ++number)

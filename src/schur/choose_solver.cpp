@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "plan/thresholds.hpp"
 #include "schur/batch_solver.hpp"
 #include "schur/composite_solver.hpp"
 #include "schur/island_solver.hpp"
@@ -41,20 +42,15 @@ std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProbl
   return solvers;
 }
 
-/// Sparse factors of the islands that are left over; null where they are too much of the system. Then all of it is the
-/// general way's, which goes on with old factors inside steps (see Reuse). Clusters beside a net of 100 x 100: steps of
-/// dop853 take as long on both where the net's factor takes 300 products for each row of a cluster, half as long on the
-/// general way at 3000; with less of a net all methods gain from the mixture, up to 2.7 times. A row left over seldom
-/// takes fewer than 100 products, so no analysis is made in vain where there are too many.
+/// Sparse factors of the islands that are left over; null where they are too much of the system.
 std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, const std::vector<Index>& left) {
-  constexpr double most_rows = 3.0, most_products = 300.0;  // for each row of the special solvers
   IslandGroup group(problem.constraints, problem.gather, problem.incidences, problem.numbering, problem.inverse_mass,
                     left);
   const auto num_left = static_cast<double>(group.rows.size());
-  const double num_short = static_cast<double>(problem.numbering.num_rows()) - num_left;
-  if (num_left > most_rows * num_short) return nullptr;
+  const double num_special = static_cast<double>(problem.numbering.num_rows()) - num_left;
+  if (num_left > plan::most_sparse_rows * num_special) return nullptr;
   auto result = std::make_unique<SparseSolver>(std::move(group), problem.incidences);
-  if (result->factor().products > most_products * num_short) return nullptr;
+  if (result->factor().products > plan::most_sparse_products * num_special) return nullptr;
   return result;
 }
 
@@ -67,9 +63,7 @@ std::unique_ptr<SchurSolver> make_schur_solver(const SchurProblem& problem, cons
     return nullptr;
   };
   const Numbering& numbering = problem.numbering;
-  // Lanes and chunks would stay nearly empty (bench/rivals, the pendulum).
-  constexpr std::size_t few_rows = 8;
-  if (wanted.way == Way::General || (!is_forced && numbering.num_rows() < few_rows)) return nullptr;
+  if (wanted.way == Way::General || (!is_forced && numbering.num_rows() < plan::fewest_rows)) return nullptr;
   if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general way");
   if (const char* obstacle = obstacle_to_all(problem.constraints, numbering)) return refuse(obstacle);
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "plan/thresholds.hpp"
 #include "schur/rod_rows.hpp"
 
 namespace tanor {
@@ -165,14 +166,11 @@ EqualIslands::Batch EqualIslands::batch(std::size_t number) {
 std::vector<EqualIslands> take_equal_islands(const Constraints& constraints, const Numbering& numbering,
                                              std::span<const double> inverse_mass, bool eagerly,
                                              std::vector<Index>* islands) {
-  // Beyond, a batch's numbers leave the first caches, and sparse factorizations or paths are as good.
-  constexpr std::size_t most_rods = 128, long_path = 32;
-  constexpr double most_flops_a_rod = 500.0;
   const RodRows rods(constraints, numbering.num_rows());
   std::map<IslandTopology, std::vector<Island>> by_topology;
   for (const Index number : *islands) {
     const Index* const start = numbering.island_start.data() + number;
-    if (!eagerly && static_cast<std::size_t>(start[1] - start[0]) > most_rods) continue;
+    if (!eagerly && static_cast<std::size_t>(start[1] - start[0]) > plan::most_rods_of_batch) continue;
     IslandTopology topology;
     Island island;
     const auto num_moving = static_cast<Index>(numbering.num_moving);
@@ -184,11 +182,11 @@ std::vector<EqualIslands> take_equal_islands(const Constraints& constraints, con
   std::vector<char> is_taken(numbering.num_islands(), 0);
   for (const auto& [topology, members] : by_topology) {
     const std::size_t lanes = (members.size() + num_lanes - 1) / num_lanes * num_lanes;
-    if (!eagerly && lanes > 2 * members.size()) continue;
-    const bool is_long = topology.rods.size() > long_path && is_path(topology);
-    if (!eagerly && is_long && 4 * lanes > 5 * members.size()) continue;
+    const bool is_long = topology.rods.size() > plan::long_path && is_path(topology);
+    const double wanted = is_long ? plan::fullness_of_long_paths : plan::fullness_of_lanes;
+    if (!eagerly && static_cast<double>(members.size()) < wanted * static_cast<double>(lanes)) continue;
     const double flops = IslandSchedule(topology).flops();
-    if (!eagerly && flops > most_flops_a_rod * static_cast<double>(topology.rods.size())) continue;
+    if (!eagerly && flops > plan::most_flops_a_rod * static_cast<double>(topology.rods.size())) continue;
     result.push_back(make_equal_islands(topology, members, rods, inverse_mass));
     for (const Island& island : members) is_taken[static_cast<std::size_t>(island.number)] = 1;
   }

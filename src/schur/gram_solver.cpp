@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "plan/partition.hpp"
+#include "schur/partition.hpp"
 
 namespace tanor {
 

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plan/thresholds.hpp"
+
 #include "schur/path_half.hpp"
 
 /// \file The two passes of PathSolver over the halves of one path, some rods at a time: what a chunk needs lies in the
@@ -9,13 +11,10 @@ namespace tanor {
 
 using paths::chunk_size, paths::Towards;
 
-/// Fewer rows stay in the second cache of all machines, and need no announcement (about 140 bytes each).
-constexpr std::size_t rows_beyond_cache = 16384;
-
 /// What the elimination of rows [first, first + count) will read and write.
 void PathSolver::announce(const Path& path, const Numbers& numbers, std::size_t first, std::size_t count,
                           paths::Upcoming* upcoming) const {
-  if (count == 0 || sign_.size() < rows_beyond_cache) return;
+  if (count == 0 || sign_.size() < plan::rows_beyond_cache) return;
   constexpr std::size_t number = sizeof(double), vector = 3 * number;
   const std::size_t point = path.right_point(first);
   upcoming->add(&inverse_mass_[point], number * (count - 1));
@@ -34,7 +33,7 @@ void PathSolver::announce(const Path& path, const Numbers& numbers, std::size_t 
 /// Likewise of the way back.
 void PathSolver::announce(const Path& path, const Substituted& numbers, std::size_t first, std::size_t count,
                           paths::Upcoming* upcoming) const {
-  if (count == 0 || sign_.size() < rows_beyond_cache) return;
+  if (count == 0 || sign_.size() < plan::rows_beyond_cache) return;
   constexpr std::size_t number = sizeof(double), vector = 3 * number;
   const std::size_t point = path.right_point(first);
   upcoming->add(numbers.lambda + first, number * count);

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plan/thresholds.hpp"
+
 #include "schur/path_solver.hpp"
 
 /// \file What the rows of PathSolver say at given places: rods between moving points some at a time, those to supports
@@ -95,7 +97,7 @@ double PathSolver::largest_of_rows(const Parallel& parallel, const Between& betw
   const std::size_t first = paths_.front().first, num_rows = paths_.back().first + paths_.back().num_rows() - first;
   return parallel.max_over_ranges(
       num_rows, [&](std::size_t begin, std::size_t end) { return find_largest(first + begin, first + end); },
-      rows_worth_a_thread);
+      plan::rows_worth_a_thread);
 }
 
 double PathSolver::evaluate_values(const Parallel& parallel, const double* r, double* xi) {

@@ -2,15 +2,11 @@
 
 #include <algorithm>
 
+#include "plan/thresholds.hpp"
+
 /// \file Which systems are paths, and which thread takes what; the passes themselves are in path_halves.cpp,
 /// what closes a ring in path_rings.cpp.
 namespace tanor {
-
-namespace {
-
-constexpr std::size_t few_paths = 8;
-
-}  // namespace
 
 void PathSolver::Range::include(const Range& other) {
   smallest_ratio = std::min(smallest_ratio, other.smallest_ratio);
@@ -80,7 +76,7 @@ void PathSolver::finish() {
       std::count_if(paths_.begin(), paths_.end(), [](const Path& path) { return path.is_ring; }));
   if (num_rings > 0) spike_.resize(num_rows);
   group_start_ = group_islands(paths_.size(), num_rows, [&](std::size_t p) { return paths_[p].num_rows(); });
-  work_.resize(std::max(group_start_.size() - 1, std::min(paths_.size(), few_paths)));
+  work_.resize(std::max(group_start_.size() - 1, std::min(paths_.size(), plan::few_paths)));
 
   constexpr double flops_a_row = 5.0, flops_a_spike = 7.0;
   const auto count = [](std::size_t number, const std::string& what) {
@@ -107,7 +103,8 @@ template <class Inwards, class Middle, class Outwards, class Finish>
 PathSolver::Range PathSolver::run(const Parallel& parallel, const Inwards& inwards, const Middle& middle,
                                   const Outwards& outwards, const Finish& finish) {
   Range total;
-  const bool splits = parallel.threads() > 1 && paths_.size() <= few_paths && sign_.size() >= 2 * rows_worth_a_thread;
+  const bool splits =
+      parallel.threads() > 1 && paths_.size() <= plan::few_paths && sign_.size() >= 2 * plan::rows_worth_a_thread;
   if (splits) {
     const auto for_halves = [&](const auto& of_half) {
       parallel.for_tasks(2 * paths_.size(), [&](std::size_t k) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "plan/thresholds.hpp"
+
 namespace tanor {
 
 // ---- set-up ----
@@ -174,11 +176,12 @@ struct PointSolver::Chunk {
 /// work(chunk), many at once.
 template <class Work>
 Elimination PointSolver::for_each_chunk(const Parallel& parallel, const Work& work) const {
-  constexpr std::size_t most_shares = 64, least_groups = 256;  // fewer are not worth a thread
+  constexpr std::size_t most_shares = 64;
   std::array<Elimination, most_shares> found{};
   const std::size_t num_groups = runs_.back().first_group + runs_.back().num_groups();
   const auto threads = static_cast<std::size_t>(parallel.threads());
-  const std::size_t shares = std::clamp<std::size_t>(num_groups / least_groups, 1, std::min(threads, most_shares));
+  const std::size_t shares =
+      std::clamp<std::size_t>(num_groups / plan::groups_of_points_worth_a_thread, 1, std::min(threads, most_shares));
   parallel.for_tasks(shares, [&](std::size_t k) {
     std::size_t group = num_groups * k / shares;
     const std::size_t end = num_groups * (k + 1) / shares;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "plan/thresholds.hpp"
+
 namespace tanor {
 
 namespace {
-
-constexpr double first_guess = 4.0;  // iterations of a solve, before one was made
 
 GatherPlan plan_in_order_of_rows(const GramOperator& S, std::span<const Incidence> incidences) {
   const std::vector<Incidence> moving = group_by_point(incidences, S.inverse_mass);
@@ -40,11 +40,12 @@ Reuse::Reuse(const GramOperator& S, std::span<const Incidence> incidences, GramS
 
 bool Reuse::pays(const GramSolver::Summary& factor, std::size_t num_rows, std::size_t num_incidences) {
   const double incomplete = 2.0 * static_cast<double>(factor.pattern_nonzeros);
-  return first_guess * (iteration_products(num_rows, num_incidences) + incomplete) < factor.products;
+  return plan::first_guess_of_iterations * (iteration_products(num_rows, num_incidences) + incomplete) <
+         factor.products;
 }
 
 void Reuse::forget() {
-  for (Candidate& candidate : candidates_) candidate.iterations = first_guess;
+  for (Candidate& candidate : candidates_) candidate.iterations = plan::first_guess_of_iterations;
   history_.forget();
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "evaluate/constraints.hpp"
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
@@ -50,14 +51,10 @@ struct RodRows {
   }
 };
 
-/// Fewer rows are not worth a thread.
-inline constexpr std::size_t rows_worth_a_thread = 4096;
-
 /// First island of each group that one thread takes, then `count`: few groups, none of them too small. `rows_of(k)`.
 template <class RowsOf>
 std::vector<std::size_t> group_islands(std::size_t count, std::size_t num_rows, const RowsOf& rows_of) {
-  constexpr std::size_t most_groups = 64;
-  const std::size_t least_rows = std::max(rows_worth_a_thread, num_rows / most_groups);
+  const std::size_t least_rows = std::max(plan::rows_worth_a_thread, num_rows / plan::most_groups_of_islands);
   std::vector<std::size_t> start{0};
   std::size_t rows = 0;
   for (std::size_t k = 0; k < count; ++k) {

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "plan/thresholds.hpp"
+
 namespace tanor {
 
 namespace {
@@ -55,7 +57,7 @@ bool TreeSolver::add_island(const Numbering& numbering, Index number, const RodR
     // the island is a ring: its last rod comes back to the first one.
     if (!to_support && low <= before) {
       rings.push_back(rod);
-      if (rings.size() > most_rings) return refuse();
+      if (rings.size() > plan::most_rings_of_tree) return refuse();
       continue;
     }
     if (!to_support) before = low;
@@ -239,7 +241,7 @@ void TreeSolver::eliminate_border(const Island& island, Range* range) {
 void TreeSolver::substitute_border(const Island& island, const double* b, double* x) {
   const std::size_t rings = island.num_rings(), rods = island.end_rod - island.first_rod;
   const double* const G = border_.data() + island.first_entry;
-  std::array<double, most_rings> mu{};
+  std::array<double, plan::most_rings_of_tree> mu{};
   for (std::size_t m = 0; m < rings; ++m) {
     mu[m] = b[order_[island.end_rod + m].row] + gap(island.end_rod + m);
     for (std::size_t n = 0; n < m; ++n) mu[m] -= G[m * rings + n] * mu[n];

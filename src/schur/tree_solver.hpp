@@ -15,9 +15,6 @@ namespace tanor {
 /// inertias, so that supports may stand at any leaf); rods that close rings are a border of a few rows.
 class TreeSolver final : public IslandSolver {
  public:
-  /// Rings an island may have.
-  static constexpr std::size_t most_rings = 4;
-
   /// Takes such islands out of `islands`; null where there are none.
   static std::unique_ptr<TreeSolver> make(const SchurProblem& problem, std::vector<Index>* islands);
 

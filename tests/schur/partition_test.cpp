@@ -1,6 +1,6 @@
 /// Parts: whole islands, similar sizes.
 
-#include "plan/partition.hpp"
+#include "schur/partition.hpp"
 
 #include <algorithm>
 #include <random>

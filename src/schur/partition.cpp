@@ -1,13 +1,14 @@
-#include "plan/partition.hpp"
+#include "schur/partition.hpp"
 
 #include <algorithm>
+
+#include "plan/thresholds.hpp"
 
 namespace tanor {
 
 std::vector<Index> partition_islands(std::span<const Index> island_start) {
-  constexpr Index most_parts = 16, least_rows = 512;  // below that a part is not worth its overhead
   const Index num_rows = island_start.back();
-  const Index wanted = std::clamp<Index>(num_rows / least_rows, 1, most_parts);
+  const Index wanted = std::clamp<Index>(num_rows / plan::least_rows_of_part, 1, plan::most_parts);
   std::vector<Index> result{0};
   for (const Index start : island_start) {
     const auto next = static_cast<Index>(result.size());
