@@ -155,6 +155,34 @@ struct StartReport {
   double relative = 0.0;  ///< the larger of both over the scene's size and velocity scale
 };
 
+/// A state with all that belongs to it, as a value: it stays what it is when the motion goes on. Arrays are in the
+/// user's order.
+struct TANOR_API Solution {
+  Outcome outcome;                                 ///< not ok: accelerations, multipliers and forces are 0
+  double time = 0.0;                               ///< s
+  std::vector<double> positions, velocities;       ///< 3n, m and m/s
+  std::vector<double> accelerations;               ///< 3n, m/s^2
+  std::vector<double> multipliers;                 ///< [equations], N for constraints that are lengths
+  std::vector<double> reactions, support_forces;   ///< 3n, N: K lambda; the load that each support carries
+  double position_violation = 0.0;                 ///< largest |xi|/|gradient|/length
+  std::vector<std::size_t> first_row, row_counts;  ///< [group of constraints] first equation; equations a member
+
+  Vector3 position(Point point) const { return vector_of(positions, point); }
+  Vector3 velocity(Point point) const { return vector_of(velocities, point); }
+  Vector3 acceleration(Point point) const { return vector_of(accelerations, point); }
+  /// N: what the constraints do to the point.
+  Vector3 reaction(Point point) const { return vector_of(reactions, point); }
+  /// N: what a support carries.
+  Vector3 load(Point support) const { return vector_of(support_forces, support); }
+  /// lambda of a member, of its k-th equation. Throws InputError where there is none.
+  double multiplier(const Member& member, std::size_t k = 0) const;
+  /// N: what a rod pulls with, -lambda; negative where it pushes.
+  double tension(const Member& rod) const { return -multiplier(rod); }
+
+ private:
+  static Vector3 vector_of(const std::vector<double>& array, Point point);
+};
+
 /// The Euclidean split u = u_T + u_N by the projectors (15), (16), 3n each, in the user's order; supports: 0.
 struct Split {
   Outcome outcome;
@@ -213,6 +241,8 @@ class TANOR_API Dynamics {
   SolveReport solve(double t, std::span<const double> positions, std::span<const double> velocities,
                     std::span<double> accelerations, std::span<double> multipliers = {},
                     std::span<double> reactions = {});
+  /// The same as a value.
+  [[nodiscard]] Solution solution(double t, std::span<const double> positions, std::span<const double> velocities);
 
   /// Forces that the last solve found on the points, 3n, N: active ones, and the load each support carries (K lambda +
   /// f there).

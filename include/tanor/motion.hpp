@@ -215,6 +215,9 @@ class TANOR_API Simulation {
   /// At the present state; see Dynamics::rank.
   RankReport rank() const;
 
+  /// The present state as a value.
+  [[nodiscard]] Solution solution() const;
+
   // The state, in the user's order; valid until the next call of a non-const function.
   std::span<const double> coordinates() const;       ///< q as in Dynamics::coordinates; empty in normal form
   std::span<const double> coordinate_rates() const;  ///< q_dot

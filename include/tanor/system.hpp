@@ -294,6 +294,44 @@ struct UserCoordinates {
 using Coordinates = std::variant<FreeCoordinates, LineCoordinates, PlaneCoordinates, CircleCoordinates,
                                  SphereCoordinates, ChainAngles, RigidBody, UserCoordinates>;
 
+/// A point, as System::add_point and add_support name it.
+struct Point {
+  Index index = -1;
+};
+
+/// What a point that moves starts with.
+struct PointStart {
+  Vector3 position{};  ///< m
+  Vector3 velocity{};  ///< m/s
+  double mass = 1.0;   ///< kg, > 0
+};
+
+/// One member of a group of constraints: rods[17].
+struct Member {
+  std::size_t group = 0;   ///< in System::constraints
+  std::size_t number = 0;  ///< in the group
+};
+
+struct System;
+
+/// Rods that are joined one by one. It refers to its System, which must outlive it and must not be moved meanwhile.
+class TANOR_API RodGroup {
+ public:
+  /// A rod as long as its points are apart at the start; returns rods[size() - 1].
+  Member join(Point i, Point j);
+  /// The group's members in the order in which they were joined. Throws InputError where there is no such member.
+  Member operator[](std::size_t number) const;
+  std::size_t size() const;
+
+ private:
+  friend struct System;
+  RodGroup(System& system, std::size_t group) : system_(&system), group_(group) {}
+
+  System* system_;
+  std::size_t group_;
+};
+
+/// The arrays are all there is; the functions below them append to these for those who build a system point by point.
 struct TANOR_API System {
   std::string name = "system";
   std::vector<double> positions{};   ///< 3n, point by point, m
@@ -306,6 +344,13 @@ struct TANOR_API System {
   std::vector<Coordinates> coordinates{};  ///< empty: the constraints alone say what can move
 
   std::size_t num_points() const { return masses.size(); }
+
+  Point add_point(const PointStart& start);
+  /// A point that stays where it is, or moves by displacement(t), m.
+  Point add_support(const Vector3& position, VectorFunction displacement = {}, std::string support_name = {});
+  RodGroup add_rods(std::string group_name = {});
+  /// m/s^2, on every point.
+  void add_gravity(const Vector3& acceleration);
 };
 
 /// Number of scalar equations d of all constraints; group by group, member by member, a member's rows side by side.

@@ -80,7 +80,7 @@ std::string RunFolder::finish(const Simulation& simulation, bool can_go_on) {
   output_ += seconds_since(begin);
   facts_.wall = measure_wall();
   report::write_summary(directory_, facts_, simulation);
-  const std::string page = report::format_page(facts_, simulation);
+  std::string page = report::format_page(facts_, simulation);
   report::replace_file(directory_ / page_name, [&](report::OutputFile* file) { file->write(std::string_view(page)); });
   return page;
 }

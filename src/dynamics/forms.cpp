@@ -62,7 +62,7 @@ void Forms::make_plan() {
 
 StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
   if (tangent == nullptr || normal == nullptr) return main->start(t, r, v, mode);
-  const StartReport placed = tangent->start(t, r, v, mode);
+  StartReport placed = tangent->start(t, r, v, mode);
   if (!placed.outcome.ok()) return placed;
   StartReport report = is_tangent() ? placed : normal->start(t, r, v, mode);
   if (report.outcome.ok()) check_completeness(t, r);

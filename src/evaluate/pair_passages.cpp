@@ -102,7 +102,7 @@ struct Squares {
 TANOR_EACH_INSTRUCTION_SET
 Squares measure_chords(std::size_t first, std::size_t last, const Index* points, double length,
                        const std::array<const double*, 4>& ends, Vec3* begins, Vec3* moves) {
-  const auto [r0, v0, r1, v1] = ends;
+  const double *const r0 = ends[0], *const v0 = ends[1], *const r1 = ends[2], *const v1 = ends[3];
   double move2 = 0.0, bend2 = 0.0, travel2 = 0.0;
 #pragma omp simd reduction(max : move2, bend2, travel2)
   for (std::size_t k = first; k < last; ++k) {

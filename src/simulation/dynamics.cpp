@@ -13,6 +13,7 @@
 #include "dynamics/friction_blocks.hpp"
 #include "dynamics/split.hpp"
 #include "simulation/causes.hpp"
+#include "simulation/solution.hpp"
 #include "system/enum_check.hpp"
 
 namespace tanor {
@@ -239,6 +240,18 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   if (!multipliers.empty()) self.numbering().scatter_rows(self.lambda, multipliers);
   if (!reactions.empty()) self.numbering().scatter_points(self.eta, reactions);
   return report;
+}
+
+Solution Dynamics::solution(double t, std::span<const double> positions, std::span<const double> velocities) {
+  Solution at = make_solution(system());
+  at.time = t;
+  at.outcome = solve(t, positions, velocities, at.accelerations, at.multipliers, at.reactions).outcome;
+  Implementation& self = *implementation_;
+  self.numbering().scatter_points(self.r, at.positions);
+  self.numbering().scatter_points(self.v, at.velocities);
+  at.position_violation = self.model.position_violation(t, self.r.data());
+  if (at.outcome.ok()) support_forces(at.support_forces);
+  return at;
 }
 
 RankReport Dynamics::rank(bool thoroughly) {

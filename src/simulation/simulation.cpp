@@ -12,6 +12,7 @@
 #include "certificate/certificate.hpp"
 #include "motion/integration.hpp"
 #include "simulation/motion_input.hpp"
+#include "simulation/solution.hpp"
 #include "system/enum_check.hpp"
 
 namespace tanor {
@@ -481,6 +482,20 @@ std::span<const double> Simulation::velocities() const {
 }
 std::span<const double> Simulation::accelerations() const {
   return live(implementation_, "Simulation").w;
+}
+Solution Simulation::solution() const {
+  Implementation& self = live(implementation_, "Simulation");
+  Solution now = make_solution(self.model.system);
+  now.outcome = self.outcome;
+  now.time = self.state.t;
+  now.positions = self.r;
+  now.velocities = self.v;
+  now.accelerations = self.w;
+  now.multipliers = self.lambda;
+  now.reactions = self.eta;
+  now.support_forces = self.carried;
+  now.position_violation = self.position_violation();
+  return now;
 }
 std::span<const double> Simulation::multipliers() const {
   return live(implementation_, "Simulation").lambda;

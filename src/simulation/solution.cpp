@@ -1,0 +1,44 @@
+#include "simulation/solution.hpp"
+
+#include "base/text.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+Solution make_solution(const System& system) {
+  Solution solution;
+  for (std::vector<double>* array : {&solution.positions, &solution.velocities, &solution.accelerations,
+                                     &solution.reactions, &solution.support_forces})
+    array->resize(3 * system.num_points());
+  std::size_t row = 0;
+  for (const Constraint& constraint : system.constraints) {
+    const auto [members, rows] = std::visit(
+        []<class Group>(const Group& group) { return std::pair(num_members(group), rows_per_member<Group>()); },
+        constraint);
+    solution.first_row.push_back(row);
+    solution.row_counts.push_back(rows);
+    row += members * rows;
+  }
+  solution.multipliers.resize(row);
+  return solution;
+}
+
+double Solution::multiplier(const Member& member, std::size_t k) const {
+  const auto refuse = [](const std::string& what) { throw InputError("", what); };
+  if (member.group >= first_row.size()) refuse("there is no group " + text(member.group) + " of constraints");
+  const std::size_t end = member.group + 1 < first_row.size() ? first_row[member.group + 1] : multipliers.size();
+  const std::size_t row = first_row[member.group] + member.number * row_counts[member.group] + k;
+  if (k >= row_counts[member.group] || row >= end)
+    refuse("constraints[" + text(member.group) + "] have no equation " + text(k) + " of a member " +
+           text(member.number));
+  return multipliers[row];
+}
+
+Vector3 Solution::vector_of(const std::vector<double>& array, Point point) {
+  const auto first = 3 * static_cast<std::size_t>(point.index);
+  if (point.index < 0 || first + 3 > array.size())
+    throw InputError("", "there is no point " + text(point.index) + " among " + text(array.size() / 3));
+  return {array[first], array[first + 1], array[first + 2]};
+}
+
+}  // namespace tanor
