@@ -38,7 +38,8 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
                                               [this](const double* b, double* x, bool refines) {
-                                                if (refines) {
+                                                // A compliant factor alone is no answer.
+                                                if (refines || is_compliant_) {
                                                   respond(b, x, respond_.data());
                                                 } else {
                                                   ++model_.counters.solves;

@@ -177,7 +177,9 @@ class NormalForm final : public EquationsOfMotion {
   Outcome choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
                        const std::vector<std::size_t>& releases, const std::vector<char>& has_changed, double* w);
   Outcome settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                       const std::vector<std::size_t>& releases, const std::vector<ContactChoice>& choices, double* w);
+                       const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
+                       const std::vector<ContactChoice>& choices, double* w);
+  std::vector<char> find_many_on_surfaces(const std::vector<char>& at_rest, const std::vector<char>& wanted) const;
   void share_again(const std::vector<double>& loads);
   void release(std::size_t contact);
   void add_verdict();
@@ -188,9 +190,10 @@ class NormalForm final : public EquationsOfMotion {
   void solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const;
   void guess_multipliers(double t, const double* r, const double* v, const std::vector<ContactChoice>& choices);
   Outcome explain_choice(double t, const ContactChoice& choice) const;
-  Outcome choose_on_surfaces(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                             std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                             std::size_t least_contacts, std::vector<ContactChoice>* choices);
+  void choose(const std::vector<char>& released, std::size_t most_modes, ContactChoice* choice) const;
+  void find_share(ContactChoice* choice) const;
+  Outcome take_choices(double t, const double* r, const std::vector<char>& at_rest, bool all,
+                       std::vector<ContactChoice>* choices);
   Outcome count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                         std::span<const std::size_t> releases, const std::vector<char>& wanted,
                         std::size_t most_contacts, std::vector<ContactChoice>* choices);
