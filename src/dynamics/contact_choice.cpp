@@ -254,7 +254,9 @@ void NormalForm::find_share(ContactChoice* choice) const {
     choice->sticks[c] = !moves && own_a.norm() <= least && !begins;
   }
   choice->share = choice->x;
-  choice->load = share_load(problem, choice->sticks, &choice->share, &choice->weights);
+  // At a start the least friction of few contacts will do, where it obeys the law.
+  const bool prefers_least = refuses_several_ && choice->size() <= most_contacts_counted;
+  choice->load = share_load(problem, choice->sticks, prefers_least, &choice->share, &choice->weights);
 }
 
 /// The multipliers that belong to what was chosen: where iterations begin. As in `reduce`.
@@ -425,6 +427,43 @@ Outcome NormalForm::take_choices(double t, const double* r, const std::vector<ch
     choice.has_shared = has_taken = true;
   }
   if (!has_taken) return {};
+  forget_compliance();
+  return linearise(t, r);
+}
+
+/// Islands that were not counted have one motion where friction changes no reaction, or little (`is_monotone`).
+Outcome NormalForm::judge_many(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                               const std::vector<char>& wanted) {
+  constexpr std::size_t most_reduced = 256;  // one solve each
+  if (std::none_of(wanted.begin(), wanted.end(), [](char is) { return is != 0; })) return {};
+  Tangents& tangents = model_.constraints.tangents();
+  friction_->set_place(t, r, v);
+  std::vector<ContactChoice> choices = list_choices(at_rest, wanted, std::numeric_limits<std::size_t>::max());
+  std::erase_if(choices, [&](const ContactChoice& choice) {
+    const bool are_too_many = choice.size() > most_reduced;
+    if (are_too_many) note_verdict(Uniqueness::Unproven, "modes of more than ten contacts are too many to try");
+    return are_too_many;
+  });
+  if (choices.empty()) return {};
+  std::vector<std::size_t> stuck;
+  for (const ContactChoice& choice : choices) {
+    for (const std::size_t c : choice.members) {
+      if (!tangents.sticks(c)) continue;
+      stuck.push_back(c);
+      tangents.set_stick(c, false);
+    }
+  }
+  forget_compliance();
+  Outcome outcome = linearise(t, r);
+  if (outcome.ok()) reduce(t, r, v, &choices);
+  for (ContactChoice& choice : choices) {
+    for (std::size_t c = 0; c < choice.size(); ++c)
+      choice.problem.contacts[c].mu = friction_->laws().static_coefficient(choice.members[c]);
+    const bool is_proven = outcome.ok() && is_monotone(choice.problem);
+    note_verdict(is_proven ? Uniqueness::Proven : Uniqueness::Unproven,
+                 is_proven ? "" : "modes of more than ten contacts are too many to try");
+  }
+  for (const std::size_t c : stuck) tangents.set_stick(c, true);
   forget_compliance();
   return linearise(t, r);
 }

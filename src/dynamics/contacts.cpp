@@ -64,6 +64,15 @@ bool NormalForm::make_compliant() {
   return true;
 }
 
+/// Contacts that have references hold more than can move.
+bool NormalForm::shares_a_load() const {
+  const Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; num_switches_ > 0 && c < tangents.size(); ++c) {
+    if (tangents.sticks(c) && norm(friction_->laws().reference(c)) > 0.0) return true;
+  }
+  return false;
+}
+
 /// Contacts that share a load: each gives way the more, the nearer it is to its limit (Lawson's algorithm for the share
 /// in which the most loaded contact has most to spare). `loads` [contact]: of those that stick, held over limit; else
 /// negative.
@@ -195,7 +204,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
   const bool judges = judges_friction_, is_start = refuses_several_;
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   // All at rest are at rest exactly, whatever they do next.
-  const bool shares_a_load = is_compliant_;
+  const bool was_compliant = is_compliant_;
   forget_compliance();
   if (num_at_rest > 0) {
     if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
@@ -243,7 +252,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
     has_searched = true;
     for (const ContactChoice& choice : choices) are_counted[choice.island] = 1;
     for (const std::size_t c : releases) {
-      if (!is_counted(friction_->island_of(c)) && !shares_a_load) release(c);
+      if (!is_counted(friction_->island_of(c)) && !was_compliant) release(c);
     }
     found = settle();
   }
@@ -265,19 +274,49 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
   }
   judges_friction_ = judges;
   if (!found.ok()) return found;
-  for (std::size_t c = 0; c < at_rest.size(); ++c) {
-    if (at_rest[c] != 0 && are_counted[friction_->island_of(c)] == 0)
-      note_verdict(Uniqueness::Unproven, "modes of more than ten contacts are too many to try");
+  // Islands in which nothing has changed keep their verdict.
+  std::vector<char> are_open = has_changed;
+  for (std::size_t island = 0; island < are_open.size(); ++island) {
+    const auto& contacts = friction_->islands()[island];
+    const bool rests = std::any_of(contacts.begin(), contacts.end(), [&](std::size_t c) { return at_rest[c] != 0; });
+    if (are_counted[island] != 0 || !rests) are_open[island] = 0;
   }
+  if (found = judge_many(t, r, v, at_rest, are_open); !found.ok()) return found;
   held_->hold(t, r);
   friction_->set_counted(are_counted);
   found = accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
   friction_->set_counted({});
+  if (found.ok()) last_.outcome = found = check_rest(t, r, v, w, at_rest);
   if (verdict_ == Uniqueness::Several) {
     verdict_ = Uniqueness::Unproven;
     verdict_reason_ = "several accelerations obeyed the law at t = " + text(t);
   }
   return found;
+}
+
+/// What is given as an answer obeys the law, whatever was searched: contacts that stick do not move, and hold what they
+/// can.
+Outcome NormalForm::check_rest(double t, const double* r, const double* v, const double* w,
+                               const std::vector<char>& at_rest) {
+  constexpr double largest_miss = 1e-6;
+  const Tangents& tangents = model_.constraints.tangents();
+  model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    if (at_rest[c] == 0 || !tangents.sticks(c)) continue;
+    double a = 0.0;
+    for (int k = 0; k < tangents[c].num_tangents(); ++k)
+      a = larger(a, std::abs(contact_rows_[static_cast<std::size_t>(tangents[c].first_row + k)]));
+    const double scale = acceleration_at(c), mass = model_.mass[static_cast<std::size_t>(tangents[c].point)];
+    const double limit = (1.0 + overload) * friction_->static_limit(c, lambda_.data());
+    const double held = norm(friction_->held(c, lambda_.data()));
+    if (a <= largest_miss * scale && held - limit <= largest_miss * std::max(limit, mass * scale)) continue;
+    return {Status::NotConverged,
+            "friction at t = " + text(t) + ": what was found misses the law: " + model_.name_contact(c) +
+                " sticks, and " +
+                (a <= largest_miss * scale ? "holds " + text(held) + " N of at most " + text(limit)
+                                           : "moves by " + text(a) + " m/s^2")};
+  }
+  return {};
 }
 
 /// Against what held it.

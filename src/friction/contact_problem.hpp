@@ -77,8 +77,9 @@ Eigen::VectorXd find_one(const ContactProblem& problem, const Eigen::VectorXd& g
 /// until something does. Changes x to that share; others than `shares_it` [contact] keep their friction and their
 /// reactions. Returns the largest load (1: |x_c| = h_c); NaN: there is one share only.
 /// While the load changes, the centre changes by the least norm with the `weights` [contact], largest 1.
-double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, Eigen::VectorXd* x,
-                  Eigen::VectorXd* weights);
+/// `prefers_least`: the least share of all, with weights that are alike, where it obeys the law with a tenth to spare.
+double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, bool prefers_least,
+                  Eigen::VectorXd* x, Eigen::VectorXd* weights);
 
 constexpr double obeys_below = 1e-9;  ///< residuals of what counts as a solution
 

@@ -33,20 +33,18 @@ struct Shares {
     }
   };
   std::vector<Contact> contacts;
-  MatrixXd Z;         // orthonormal
-  double curb = 0.0;  // 1/N^2, where limits may grow with the share for ever: about its size
+  MatrixXd Z;  // orthonormal
+  // Where limits grow with the share it may be of any size. A curb keeps it and its reactions near those that are
+  // given: F = F0 + C x, both over their size there.
+  MatrixXd C, C_by_y;
+  VectorXd F0;
 
   double load(const VectorXd& x) const {
     double worst = 0.0;
     for (const Contact& contact : contacts) worst = std::max(worst, contact.load(x));
     return worst;
   }
-  double sum_of_squared_limits() const {
-    double sum = 0.0;
-    for (const Contact& contact : contacts) sum += contact.unit * contact.unit;
-    return sum;
-  }
-  /// Least price level - sum of log(q_c) + curb |x|^2/2 from (x, level) inside, by damped Newton steps. Without a price
+  /// Least price level - sum of log(q_c) + |F|^2/2 from (x, level) inside, by damped Newton steps. Without a price
   /// the level stands.
   void center(double price, double* level, VectorXd* x) const;
   /// From x on; returns the level there.
@@ -55,6 +53,7 @@ struct Shares {
   /// `rows`: the components of those that share. Returns whether limits depend on the share.
   bool set_limits(const ContactProblem& problem, const std::vector<std::size_t>& members,
                   const std::vector<Eigen::Index>& rows, const VectorXd& x);
+  void set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& x);
 };
 
 void Shares::center(double price, double* level, VectorXd* x) const {
@@ -88,9 +87,11 @@ void Shares::center(double price, double* level, VectorXd* x) const {
       }
       next += rows;
     }
-    g.head(n) += curb * (Z.transpose() * *x);
     H.setZero();
-    H.diagonal().head(n).setConstant(curb);
+    if (C.rows() > 0) {
+      g.head(n) += C_by_y.transpose() * (F0 + C * *x);
+      H.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(C_by_y.transpose());
+    }
     H.selfadjointView<Eigen::Lower>().rankUpdate(B.topRows(next).transpose());
     const VectorXd change = H.ldlt().solve(g);
     const double decrement = std::sqrt(std::max(0.0, g.dot(change)));
@@ -139,9 +140,21 @@ bool Shares::set_limits(const ContactProblem& problem, const std::vector<std::si
   return depend_on_share;
 }
 
+void Shares::set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& x) {
+  const MatrixXd W = problem.W(Eigen::all, rows);
+  const VectorXd own = x(rows), N = problem.N0 + problem.W * x;
+  const double size_of_N = N.norm(), size = own.norm() + size_of_N;
+  C.resize(own.size() + N.size(), own.size());
+  C << MatrixXd::Identity(own.size(), own.size()) / size, W / size_of_N;
+  F0.setZero(C.rows());
+  F0.tail(N.size()) = (N - W * own) / size_of_N;
+  C_by_y = C * Z;
+}
+
 }  // namespace
 
-double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, VectorXd* x, VectorXd* weights) {
+double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, bool prefers_least, VectorXd* x,
+                  VectorXd* weights) {
   constexpr double rank_rounding = 1e-10;
   constexpr double nothing_to_share = std::numeric_limits<double>::quiet_NaN();
   // Those at rest: A x = b, of which U'x = g is all that there is to say.
@@ -176,12 +189,27 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
   own -= U * (U.transpose() * a).cwiseQuotient(eigen.eigenvalues().tail(rank));
   (*x)(rows) = own;
 
+  if (prefers_least && shares.Z.cols() > 0) {
+    constexpr double to_spare = 0.1;
+    VectorXd least = *x;
+    least(rows) = own - shares.Z * (shares.Z.transpose() * own);
+    double load = 0.0;
+    for (const std::size_t c : members) {
+      const auto& [first, dimension, moves, mu] = problem.contacts[c];
+      load = std::max(load, least.segment(first, dimension).norm() / (mu * problem.normal_force(c, least).norm()));
+    }
+    if (load < 1.0 - to_spare) {
+      *x = least;
+      return load;
+    }
+  }
+
   // Where reactions turn with the share, their directions are taken anew.
   double level = 1.0;
   constexpr int most_turns = 3;
   for (int turn = 0; turn < most_turns; ++turn) {
     const bool depends = shares.set_limits(problem, members, rows, *x);
-    if (turn == 0 && depends) shares.curb = 1.0 / (own.squaredNorm() + shares.sum_of_squared_limits());
+    if (turn == 0 && depends) shares.set_curb(problem, rows, *x);
     level = shares.find_centre(&own);
     (*x)(rows) = own;
     if (!depends) break;
