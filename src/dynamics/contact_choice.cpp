@@ -405,6 +405,12 @@ Outcome NormalForm::take_choices(double t, const double* r, const std::vector<ch
     const bool is_overloaded = std::any_of(choice.members.begin(), choice.members.end(),
                                            [&](std::size_t contact) { return overloads_[contact] != 0; });
     if (!all && !shares && !is_overloaded) continue;
+    // On curves where friction changes no reaction those that give way are found exactly by the search, on the way.
+    const ContactProblem& problem = choice.problem;
+    const bool on_curves = std::all_of(problem.contacts.begin(), problem.contacts.end(),
+                                       [](const auto& each) { return each.dimension == 1; });
+    constexpr double rounding = 1e-11;
+    if (!all && !refuses_several_ && on_curves && problem.W.norm() <= rounding) continue;
     for (std::size_t c = 0; c < choice.size(); ++c) {
       const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
       const std::size_t contact = choice.members[c];
