@@ -73,8 +73,8 @@ struct FrictionReport {
   double error_bound = std::numeric_limits<double>::quiet_NaN();
   Uniqueness uniqueness = Uniqueness::NotAsked;
   std::string uniqueness_reason{};  ///< why it is unproven; empty where nothing more is known
-  /// Contacts that stick hold more than can move: the load could be shared otherwise. The least friction is taken;
-  /// accelerations are unique all the same.
+  /// Contacts that stick hold more than can move: the load could be shared otherwise. A share that obeys the law is
+  /// taken (docs/friction.md); accelerations are unique all the same.
   bool sticking_is_indeterminate = false;
   FrictionMethod method_used = FrictionMethod::Auto;  ///< Auto: no friction depends on reactions
 };

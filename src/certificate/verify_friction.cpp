@@ -214,6 +214,12 @@ void Verifier::verify_friction_by_blocks() {
   const FrictionReport& friction = forms_.normal->last_solve().friction;
   if (friction.sticking_is_indeterminate) {
     blocks.outcome = {Status::NotUnique, "contacts that stick share their load by convention"};
+  } else if (const std::string contact = forms_.normal->find_undetermined_reaction(); !contact.empty()) {
+    // Each way takes a share of its own.
+    blocks.outcome = {Status::NotUnique,
+                      "constraints that depend on each other share the reaction of " + contact + " by convention"};
+  } else if (rcond_of_S_ <= 10.0 * eps) {
+    blocks.outcome = {Status::NotUnique, "S is singular to rounding: how a load is shared is a convention"};
   } else if (friction.contraction < 1.0) {
     blocks.outcome =
         iterate_friction_blocks(*forms_.normal, model_, {answer_.t, answer_.r, answer_.v}, most_iterations, &blocks);

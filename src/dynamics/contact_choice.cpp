@@ -157,8 +157,21 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
       }
     }
   }
-  for (ContactChoice& choice : *choices)
-    choice.problem.A = (0.5 * (choice.problem.A + choice.problem.A.transpose())).eval();
+  for (ContactChoice& choice : *choices) {
+    Eigen::MatrixXd& A = choice.problem.A;
+    A = (0.5 * (A + A.transpose())).eval();
+    // A point that others hold altogether does not move: m a over a force is rounding there.
+    constexpr double rounding = 1e-13;
+    for (std::size_t c = 0; c < choice.size(); ++c) {
+      const auto& contact = choice.problem.contacts[c];
+      const double mobility = model_.inverse_mass[static_cast<std::size_t>(tangents[choice.members[c]].point)];
+      for (Eigen::Index k = contact.first; k < contact.first + contact.dimension; ++k) {
+        if (std::abs(A(k, k)) > rounding * mobility) continue;
+        A.row(k).setZero();
+        A.col(k).setZero();
+      }
+    }
+  }
 }
 
 /// Static friction until a contact gives way, then that of sliding, until no other one gives way: `released` [contact]
@@ -205,6 +218,45 @@ void NormalForm::solve_choice(std::vector<char> released, std::size_t most_modes
   }
   choice->solutions.uniqueness = worst;
   choice->solutions.reason = reason;
+}
+
+/// One of several that share a load gives way only where no share bears it: until then nobody has.
+void NormalForm::choose(const std::vector<char>& released, std::size_t most_modes, ContactChoice* choice) const {
+  const FrictionLaws& laws = friction_->laws();
+  const auto gets_weaker = [&](std::size_t c) {
+    return released[c] != 0 && laws.static_coefficient(c) > laws.coefficient_of_sliding(c);
+  };
+  if (std::any_of(choice->members.begin(), choice->members.end(), gets_weaker)) {
+    solve_choice(std::vector<char>(released.size(), 0), most_modes, choice);
+    find_share(choice);
+    if (choice->load < 1.0 - to_spare) return;
+  }
+  solve_choice(released, most_modes, choice);
+  find_share(choice);
+}
+
+/// What sticks by x, and how it shares its load.
+void NormalForm::find_share(ContactChoice* choice) const {
+  choice->load = std::numeric_limits<double>::quiet_NaN();
+  if (choice->x.size() == 0) return;
+  const ContactProblem& problem = choice->problem;
+  const Eigen::VectorXd a = problem.accelerations(choice->x);
+  const double least =
+      rounding_of_accelerations * std::max(choice->acceleration_scale, problem.acceleration_scale(choice->x));
+  choice->sticks.assign(choice->size(), 0);
+  for (std::size_t c = 0; c < choice->size(); ++c) {
+    const auto& [first, dimension, moves, mu] = problem.contacts[c];
+    const Eigen::VectorXd own_a = a.segment(first, dimension), own_x = choice->x.segment(first, dimension);
+    const double limit = mu * problem.normal_force(c, choice->x).norm(), size = own_x.norm();
+    // Small accelerations count where friction is at its limit, and against them.
+    const bool begins = own_a.norm() > 1e-3 * least && size > (1.0 - 1e-9) * limit &&
+                        -own_x.dot(own_a) > (1.0 - 1e-6) * size * own_a.norm();
+    choice->sticks[c] = !moves && own_a.norm() <= least && !begins;
+  }
+  choice->share = choice->x;
+  // At a start the least friction of few contacts will do, where it obeys the law.
+  const bool prefers_least = refuses_several_ && choice->size() <= most_contacts_counted;
+  choice->load = share_load(problem, choice->sticks, prefers_least, &choice->share, &choice->weights);
 }
 
 /// The multipliers that belong to what was chosen: where iterations begin. As in `reduce`.
@@ -294,7 +346,7 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
                         modes_on_the_way = 20000;  // work of the search: seconds, and some hundredths
   Outcome failed;
   for (ContactChoice& choice : *choices) {
-    solve_choice(released, is_start ? all_modes : modes_on_the_way, &choice);
+    choose(released, is_start ? all_modes : modes_on_the_way, &choice);
     note_verdict(choice.solutions.uniqueness, choice.solutions.reason);
     const bool is_refused = choice.solutions.uniqueness == Uniqueness::None ||
                             (choice.solutions.uniqueness == Uniqueness::Several && is_start);
@@ -337,71 +389,87 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
   return {};
 }
 
-/// Islands with contacts at rest on surfaces, where something changes: the law is solved for each as a whole, and what
-/// has no acceleration sticks. Sticking contacts share their load so that the most loaded one has most to spare. Where
-/// one has nothing to spare, all accelerations are still 0, and nothing tells yet what will move: those are held a
-/// little longer, until what they lack rises above rounding (`overload`).
-/// `choices`: islands that were treated so, of at least so many contacts, or where the load is shared.
-Outcome NormalForm::choose_on_surfaces(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                                       std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                                       std::size_t least_contacts, std::vector<ContactChoice>* choices) {
+/// Modes and shares are those of x, where contacts that stick share their load; of `all` choices: everywhere. What has
+/// no acceleration sticks. Where no share leaves a contact anything to spare, all accelerations are still 0, and
+/// nothing tells yet what will move: those are held a little longer, until what they lack rises above rounding
+/// (`overload`).
+Outcome NormalForm::take_choices(double t, const double* r, const std::vector<char>& at_rest, bool all,
+                                 std::vector<ContactChoice>* choices) {
   Tangents& tangents = model_.constraints.tangents();
   overloads_.resize(at_rest.size(), 0);
   softness_.resize(at_rest.size(), 0);
-  // On curves all that give way do so along their curves: nothing has to be waited for.
-  std::vector<char> on_surfaces(wanted.size(), 0), may_share(wanted.size(), 0);
-  for (const std::size_t c : releases) may_share[friction_->island_of(c)] = 1;
-  for (std::size_t c = 0; c < at_rest.size(); ++c) {
-    const std::size_t island = friction_->island_of(c);
-    const bool is_many = friction_->islands()[island].size() >= least_contacts;
-    if (at_rest[c] != 0 && tangents[c].num_tangents() == 2 && (is_many || may_share[island] != 0))
-      on_surfaces[island] = wanted[island];
-  }
-  Outcome outcome =
-      count_choices(t, r, v, at_rest, releases, on_surfaces, std::numeric_limits<std::size_t>::max(), choices);
-  if (!outcome.ok() || choices->empty()) return outcome;
-  std::vector<ContactChoice> treated;
+  bool has_taken = false;
   for (ContactChoice& choice : *choices) {
     if (choice.x.size() == 0) continue;
-    const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
-    const double least =
-        rounding_of_accelerations * std::max(choice.acceleration_scale, choice.problem.acceleration_scale(choice.x));
-    std::vector<char> sticks(choice.size());
-    bool is_overloaded = false;
-    for (std::size_t c = 0; c < choice.size(); ++c) {
-      const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
-      const Eigen::VectorXd own_a = a.segment(first, dimension), own_x = choice.x.segment(first, dimension);
-      const double limit = mu * choice.problem.normal_force(c, choice.x).norm(), size = own_x.norm();
-      // Small accelerations count where friction is at its limit, and against them.
-      const bool begins = own_a.norm() > 1e-3 * least && size > (1.0 - 1e-9) * limit &&
-                          -own_x.dot(own_a) > (1.0 - 1e-6) * size * own_a.norm();
-      sticks[c] = !moves && own_a.norm() <= least && !begins;
-      Vec3 along{};
-      for (Eigen::Index k = first; k < first + dimension; ++k)
-        along = along - choice.x(k) / size * choice.directions[static_cast<std::size_t>(k)];
-      if (!moves && !sticks[c] && size > 0.0) friction_->laws().set_sense(choice.members[c], along);
-      is_overloaded = is_overloaded || overloads_[choice.members[c]] != 0;
-    }
-    Eigen::VectorXd x = choice.x, weights;
-    const double load = share_load(choice.problem, sticks, &x, &weights);
-    if (std::isnan(load) && !is_overloaded && choice.size() < least_contacts) continue;
+    const bool shares = !std::isnan(choice.load);
+    const bool is_overloaded = std::any_of(choice.members.begin(), choice.members.end(),
+                                           [&](std::size_t contact) { return overloads_[contact] != 0; });
+    if (!all && !shares && !is_overloaded) continue;
+    // On curves where friction changes no reaction those that give way are found exactly by the search, on the way.
+    const ContactProblem& problem = choice.problem;
+    const bool on_curves = std::all_of(problem.contacts.begin(), problem.contacts.end(),
+                                       [](const auto& each) { return each.dimension == 1; });
+    constexpr double rounding = 1e-11;
+    if (!all && !refuses_several_ && on_curves && problem.W.norm() <= rounding) continue;
     for (std::size_t c = 0; c < choice.size(); ++c) {
       const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
       const std::size_t contact = choice.members[c];
-      const double bits = std::isnan(load) ? 0.0 : -softness_steps * std::log2(weights(static_cast<Eigen::Index>(c)));
-      Vec3 reference{};
-      for (Eigen::Index k = first; sticks[c] != 0 && k < first + dimension; ++k)
-        reference = reference + x(k) * choice.directions[static_cast<std::size_t>(k)];
-      friction_->laws().set_reference(contact, reference);
+      const bool sticks = choice.sticks[c] != 0;
+      const auto force = [&](const Eigen::VectorXd& x) {
+        Vec3 sum{};
+        for (Eigen::Index k = first; k < first + dimension; ++k)
+          sum = sum + x(k) * choice.directions[static_cast<std::size_t>(k)];
+        return sum;
+      };
+      const Vec3 given = force(choice.x), shared = force(choice.share);
+      if (!moves && !sticks && norm(given) > 0.0) friction_->laws().set_sense(contact, (-1.0 / norm(given)) * given);
+      friction_->laws().set_reference(contact, sticks ? shared : Vec3{});
+      const double bits = shares ? -softness_steps * std::log2(choice.weights(static_cast<Eigen::Index>(c))) : 0.0;
       softness_[contact] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 10.0 * softness_steps)));
-      const double limit = mu * choice.problem.normal_force(c, choice.x).norm();
-      overloads_[contact] = sticks[c] != 0 && x.segment(first, dimension).norm() > (1.0 - to_spare) * limit;
-      if (at_rest[contact] != 0) tangents.set_stick(contact, sticks[c] != 0);
+      const double limit = mu * choice.problem.normal_force(c, choice.share).norm();
+      overloads_[contact] = sticks && norm(shared) > (1.0 - to_spare) * limit;
+      if (at_rest[contact] != 0) tangents.set_stick(contact, sticks);
     }
-    choice.has_shared = true;
-    treated.push_back(std::move(choice));
+    choice.has_shared = has_taken = true;
   }
-  *choices = std::move(treated);
+  if (!has_taken) return {};
+  forget_compliance();
+  return linearise(t, r);
+}
+
+/// Islands that were not counted have one motion where friction changes no reaction, or little (`is_monotone`).
+Outcome NormalForm::judge_many(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                               const std::vector<char>& wanted) {
+  constexpr std::size_t most_reduced = 256;  // one solve each
+  if (std::none_of(wanted.begin(), wanted.end(), [](char is) { return is != 0; })) return {};
+  Tangents& tangents = model_.constraints.tangents();
+  friction_->set_place(t, r, v);
+  std::vector<ContactChoice> choices = list_choices(at_rest, wanted, std::numeric_limits<std::size_t>::max());
+  std::erase_if(choices, [&](const ContactChoice& choice) {
+    const bool are_too_many = choice.size() > most_reduced;
+    if (are_too_many) note_verdict(Uniqueness::Unproven, "modes of more than ten contacts are too many to try");
+    return are_too_many;
+  });
+  if (choices.empty()) return {};
+  std::vector<std::size_t> stuck;
+  for (const ContactChoice& choice : choices) {
+    for (const std::size_t c : choice.members) {
+      if (!tangents.sticks(c)) continue;
+      stuck.push_back(c);
+      tangents.set_stick(c, false);
+    }
+  }
+  forget_compliance();
+  Outcome outcome = linearise(t, r);
+  if (outcome.ok()) reduce(t, r, v, &choices);
+  for (ContactChoice& choice : choices) {
+    for (std::size_t c = 0; c < choice.size(); ++c)
+      choice.problem.contacts[c].mu = friction_->laws().static_coefficient(choice.members[c]);
+    const bool is_proven = outcome.ok() && is_monotone(choice.problem);
+    note_verdict(is_proven ? Uniqueness::Proven : Uniqueness::Unproven,
+                 is_proven ? "" : "modes of more than ten contacts are too many to try");
+  }
+  for (const std::size_t c : stuck) tangents.set_stick(c, true);
   forget_compliance();
   return linearise(t, r);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,11 @@ struct ContactChoice {
   ContactSolutions solutions;
   Eigen::VectorXd x;  ///< the one taken; empty: none
 
-  bool has_shared = false;  ///< the share of those that stick has most to spare already
+  std::vector<char> sticks;  ///< [member] by x
+  Eigen::VectorXd share;     ///< x with the share of those that stick that has most to spare
+  Eigen::VectorXd weights;   ///< [member] of its changes
+  double load = std::numeric_limits<double>::quiet_NaN();  ///< the largest of its loads; NaN: there is one share only
+  bool has_shared = false;                                 ///< modes and shares are those of x
 
   std::size_t size() const { return members.size(); }
   /// Acceleration of the point of a member, m/s^2.

@@ -64,6 +64,15 @@ bool NormalForm::make_compliant() {
   return true;
 }
 
+/// Contacts that have references hold more than can move.
+bool NormalForm::shares_a_load() const {
+  const Tangents& tangents = model_.constraints.tangents();
+  for (std::size_t c = 0; num_switches_ > 0 && c < tangents.size(); ++c) {
+    if (tangents.sticks(c) && norm(friction_->laws().reference(c)) > 0.0) return true;
+  }
+  return false;
+}
+
 /// Contacts that share a load: each gives way the more, the nearer it is to its limit (Lawson's algorithm for the share
 /// in which the most loaded contact has most to spare). `loads` [contact]: of those that stick, held over limit; else
 /// negative.
@@ -78,8 +87,10 @@ void NormalForm::share_again(const std::vector<double>& loads) {
     softness_[c] -= static_cast<int>(std::lround(2.0 * softness_steps * std::log2(load)));
     softest = std::min(softest, softness_[c]);
   }
-  for (std::size_t c = 0; c < loads.size(); ++c)
-    softness_[c] = loads[c] < 0.0 ? 0 : std::clamp(softness_[c] - softest, 0, hardest);
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    if (loads[c] >= 0.0) softness_[c] = std::clamp(softness_[c] - softest, 0, hardest);
+    if (!model_.constraints.tangents().sticks(c)) softness_[c] = 0;
+  }
   forget_compliance();
 }
 
@@ -170,6 +181,19 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
   return choose_modes(t, r, v, at_rest, releases, has_changed, w);
 }
 
+/// Islands with contacts at rest on surfaces that are too many to be counted, among those that are `wanted`.
+std::vector<char> NormalForm::find_many_on_surfaces(const std::vector<char>& at_rest,
+                                                    const std::vector<char>& wanted) const {
+  const Tangents& tangents = model_.constraints.tangents();
+  std::vector<char> result(wanted.size(), 0);
+  for (std::size_t c = 0; c < at_rest.size(); ++c) {
+    const std::size_t island = friction_->island_of(c);
+    const bool are_many = friction_->islands()[island].size() > most_contacts_counted;
+    if (at_rest[c] != 0 && tangents[c].num_tangents() == 2 && are_many) result[island] = wanted[island];
+  }
+  return result;
+}
+
 /// The modes of all contacts at rest together. Islands of few contacts are counted as a whole; what they choose, or, of
 /// more contacts, that all stick but `releases`, is where the search begins. Where it leads nowhere, islands of many
 /// contacts are solved as a whole, too. `has_changed` [island]: where something is to be chosen.
@@ -180,7 +204,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
   const bool judges = judges_friction_, is_start = refuses_several_;
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   // All at rest are at rest exactly, whatever they do next.
-  const bool shares_a_load = is_compliant_;
+  const bool was_compliant = is_compliant_;
   forget_compliance();
   if (num_at_rest > 0) {
     if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
@@ -199,65 +223,100 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std
   judges_friction_ = false;
   std::vector<ContactChoice> choices;
   Outcome found;
-  if (num_at_rest > 0)
-    found = choose_on_surfaces(t, r, v, at_rest, releases, has_changed, most_contacts_counted + 1, &choices);
+  const auto count = [&](const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all) {
+    std::vector<ContactChoice> counted;
+    Outcome outcome = count_choices(t, r, v, at_rest, releases, wanted, most_contacts, &counted);
+    if (outcome.ok()) outcome = take_choices(t, r, at_rest, takes_all, &counted);
+    if (takes_all) std::erase_if(counted, [](const auto& choice) { return !choice.has_shared; });
+    choices.insert(choices.end(), std::make_move_iterator(counted.begin()), std::make_move_iterator(counted.end()));
+    return outcome;
+  };
+  if (num_at_rest > 0) found = count(find_many_on_surfaces(at_rest, has_changed), unlimited, true);
   if (found.ok() && (num_at_rest > 0 || is_start)) {
     std::vector<char> others = has_changed;
     for (const ContactChoice& choice : choices) others[choice.island] = 0;
-    std::vector<ContactChoice> counted;
-    found =
-        count_choices(t, r, v, at_rest, releases, others, is_start ? most_at_start : most_contacts_counted, &counted);
-    choices.insert(choices.end(), std::make_move_iterator(counted.begin()), std::make_move_iterator(counted.end()));
+    found = count(others, is_start ? most_at_start : most_contacts_counted, false);
   }
   const auto is_counted = [&](std::size_t island) {
     return std::any_of(choices.begin(), choices.end(), [&](const auto& choice) { return choice.island == island; });
   };
   std::vector<char> are_counted(has_changed.size(), 0);
+  const auto settle = [&] {
+    friction_->set_counted(are_counted);  // several sizes of friction are no several motions there
+    Outcome outcome = settle_modes(t, r, v, at_rest, releases, has_changed, choices, w);
+    friction_->set_counted({});
+    return outcome;
+  };
   bool has_searched = false;
   if (found.ok()) {
     has_searched = true;
     for (const ContactChoice& choice : choices) are_counted[choice.island] = 1;
     for (const std::size_t c : releases) {
-      if (!is_counted(friction_->island_of(c)) && !shares_a_load) release(c);
+      if (!is_counted(friction_->island_of(c)) && !was_compliant) release(c);
     }
-    friction_->set_counted(are_counted);  // several sizes of friction are no several motions there
-    found = settle_modes(t, r, v, at_rest, releases, choices, w);
-    friction_->set_counted({});
+    found = settle();
   }
-  // The law for few contacts on surfaces as a whole, too, where the search leads nowhere.
-  if (!found.ok() && has_searched && found.status != Status::NotUnique) {
-    for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);
-    std::vector<ContactChoice> whole;
-    Outcome outcome = choose_on_surfaces(t, r, v, at_rest, releases, has_changed, 1, &whole);
-    if (outcome.ok() && !whole.empty()) found = settle_modes(t, r, v, at_rest, releases, whole, w);
+  // Where the search leads nowhere, what was counted stands as it is.
+  const auto has_more = [](const ContactChoice& choice) { return choice.x.size() > 0 && !choice.has_shared; };
+  if (!found.ok() && has_searched && found.status != Status::NotUnique &&
+      std::any_of(choices.begin(), choices.end(), has_more)) {
+    found = take_choices(t, r, at_rest, true, &choices);
+    if (found.ok()) found = settle();
   }
   if (!found.ok() && found.status != Status::NotUnique && num_at_rest > most_contacts_counted) {
     for (std::size_t c = 0; c < at_rest.size(); ++c) tangents.set_stick(c, at_rest[c] != 0);
-    std::vector<ContactChoice> many;
     std::vector<char> wanted = has_changed;
     for (std::size_t island = 0; island < wanted.size(); ++island)
       wanted[island] = has_changed[island] && !are_counted[island];
-    Outcome outcome = count_choices(t, r, v, at_rest, releases, wanted, unlimited, &many);
-    if (outcome.ok() && !many.empty()) {
-      choices.insert(choices.end(), std::make_move_iterator(many.begin()), std::make_move_iterator(many.end()));
-      found = settle_modes(t, r, v, at_rest, releases, choices, w);
-    }
+    const std::size_t before = choices.size();
+    Outcome outcome = count(wanted, unlimited, true);
+    if (outcome.ok() && choices.size() > before) found = settle();
   }
   judges_friction_ = judges;
   if (!found.ok()) return found;
-  for (std::size_t c = 0; c < at_rest.size(); ++c) {
-    if (at_rest[c] != 0 && are_counted[friction_->island_of(c)] == 0)
-      note_verdict(Uniqueness::Unproven, "modes of more than ten contacts are too many to try");
+  // Islands in which nothing has changed keep their verdict.
+  std::vector<char> are_open = has_changed;
+  for (std::size_t island = 0; island < are_open.size(); ++island) {
+    const auto& contacts = friction_->islands()[island];
+    const bool rests = std::any_of(contacts.begin(), contacts.end(), [&](std::size_t c) { return at_rest[c] != 0; });
+    if (are_counted[island] != 0 || !rests) are_open[island] = 0;
   }
+  if (found = judge_many(t, r, v, at_rest, are_open); !found.ok()) return found;
   held_->hold(t, r);
   friction_->set_counted(are_counted);
   found = accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
   friction_->set_counted({});
+  if (found.ok()) last_.outcome = found = check_rest(t, r, v, w, at_rest);
   if (verdict_ == Uniqueness::Several) {
     verdict_ = Uniqueness::Unproven;
     verdict_reason_ = "several accelerations obeyed the law at t = " + text(t);
   }
   return found;
+}
+
+/// What is given as an answer obeys the law, whatever was searched: contacts that stick do not move, and hold what they
+/// can.
+Outcome NormalForm::check_rest(double t, const double* r, const double* v, const double* w,
+                               const std::vector<char>& at_rest) {
+  constexpr double largest_miss = 1e-6;
+  const Tangents& tangents = model_.constraints.tangents();
+  model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    if (at_rest[c] == 0 || !tangents.sticks(c)) continue;
+    double a = 0.0;
+    for (int k = 0; k < tangents[c].num_tangents(); ++k)
+      a = larger(a, std::abs(contact_rows_[static_cast<std::size_t>(tangents[c].first_row + k)]));
+    const double scale = acceleration_at(c), mass = model_.mass[static_cast<std::size_t>(tangents[c].point)];
+    const double limit = (1.0 + overload) * friction_->static_limit(c, lambda_.data());
+    const double held = norm(friction_->held(c, lambda_.data()));
+    if (a <= largest_miss * scale && held - limit <= largest_miss * std::max(limit, mass * scale)) continue;
+    return {Status::NotConverged,
+            "friction at t = " + text(t) + ": what was found misses the law: " + model_.name_contact(c) +
+                " sticks, and " +
+                (a <= largest_miss * scale ? "holds " + text(held) + " N of at most " + text(limit)
+                                           : "moves by " + text(a) + " m/s^2")};
+  }
+  return {};
 }
 
 /// Against what held it.
@@ -270,10 +329,11 @@ void NormalForm::release(std::size_t c) {
 }
 
 /// Contacts that stick and cannot are released against what held them, and what does not slide off then is held again,
-/// until all obey the law (block pivoting). `choices`: islands that were solved as a whole.
+/// until all obey the law (block pivoting), in the islands that are `wanted`. `choices`: those that were solved as a
+/// whole; what has shared a load stands as it is.
 Outcome NormalForm::settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                                 const std::vector<std::size_t>& releases, const std::vector<ContactChoice>& choices,
-                                 double* w) {
+                                 const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
+                                 const std::vector<ContactChoice>& choices, double* w) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
@@ -288,7 +348,10 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
       is_known[c] = choice.has_shared;
     }
   }
-  const bool has_shared = std::any_of(choices.begin(), choices.end(), [](const auto& each) { return each.has_shared; });
+  // Others share their load anew.
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    if (wanted[friction_->island_of(c)] != 0 && is_known[c] == 0) laws.set_reference(c, {});
+  }
   constexpr int most_shares = 20;
   constexpr double enough_to_spare = 0.9;
   std::vector<double> loads(tangents.size(), -1.0);
@@ -341,14 +404,14 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
     // Those that share a load may share it otherwise.
     double worst_load = -1.0;
     for (std::size_t c = 0; is_compliant_ && c < tangents.size(); ++c) {
-      const bool counts = at_rest[c] != 0 && tangents.sticks(c);
+      const bool is_open = is_known[c] == 0 && wanted[friction_->island_of(c)] != 0;
+      const bool counts = at_rest[c] != 0 && tangents.sticks(c) && is_open;
       const double limit = counts ? friction_->static_limit(c, lambda_.data()) : 0.0;
       loads[c] = !counts ? -1.0 : limit > 0.0 ? norm(friction_->held(c, lambda_.data())) / limit : 1.0;
       if (limit > 0.0) worst_load = std::max(worst_load, loads[c]);
     }
     const bool is_asked = !too_much.empty() || num_shares > 0 || (pass == 0 && !releases.empty());
-    if (is_asked && !has_shared && worst_load > enough_to_spare && num_shares < most_shares &&
-        worst_load < 0.99 * last_load) {
+    if (is_asked && worst_load > enough_to_spare && num_shares < most_shares && worst_load < 0.99 * last_load) {
       ++num_shares;
       last_load = worst_load;
       share_again(loads);

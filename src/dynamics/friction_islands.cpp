@@ -105,8 +105,34 @@ Outcome FrictionStage::refuse_several_of(const SlidingIsland& island, std::size_
   return fail(Status::NotUnique, t, name_island(island) + ": " + std::to_string(count) + " accelerations obey the law");
 }
 
+/// Islands of many contacts whose friction changes no reaction, W = 0, have one solution: one solve for any friction of
+/// all contacts tells it. Their members are done with.
+void FrictionStage::leave_out_uncoupled(std::size_t least_contacts) {
+  const auto is_many = [&](const SlidingIsland& island) { return island.members.size() >= least_contacts; };
+  if (std::none_of(sliding_.begin(), sliding_.end(), is_many)) return;
+  std::vector<double>&force = force_, &lambda = response_to_force_;
+  force.assign(x_.size(), 0.0);
+  lambda.assign(lambda_.size(), 0.0);
+  constexpr double golden = 0.6180339887498949;
+  double turn = 0.0;
+  for (const SlidingIsland& island : sliding_) {
+    for (const std::size_t c : island.members) {
+      turn += golden - (turn + golden >= 1.0 ? 1.0 : 0.0);
+      force[laws_.first_part(c)] = 0.5 + turn;  // of no pattern
+    }
+  }
+  find_change(force.data(), lambda.data());
+  constexpr double rounding = 1e-11;
+  for (SlidingIsland& island : sliding_) {
+    const bool is_uncoupled = std::all_of(island.members.begin(), island.members.end(), [&](std::size_t c) {
+      return laws_.is_coulomb(c) && laws_.coefficient(c) * norm(laws_.normal_force(c, lambda.data())) <= rounding;
+    });
+    if (is_many(island) && is_uncoupled) island.members.clear();
+  }
+}
+
 /// A solution is there: is it the only one?
-Outcome FrictionStage::judge(double t, std::size_t most_judged) {
+Outcome FrictionStage::judge(double t) {
   report_.uniqueness = Uniqueness::Unproven;
   list_sliding();
   amplification_ = amplification_of_full_reactions();
@@ -114,11 +140,24 @@ Outcome FrictionStage::judge(double t, std::size_t most_judged) {
     report_.uniqueness = Uniqueness::Proven;
     return {};
   }
-  if (!are_small(most_judged)) return {};
-  reduce();
   bool is_proven = true;
-  amplification_ = 1.0;
-  for (const SlidingIsland& island : sliding_) {
+  const auto leave_open = [&](SlidingIsland* island, const std::string& why) {
+    if (is_proven) report_.uniqueness_reason = name_island(*island) + ": " + why;
+    is_proven = false;
+    island->members.clear();
+  };
+  leave_out_uncoupled(most_enumerated + 1);
+  for (SlidingIsland& island : sliding_) {
+    const bool are_coulomb =
+        std::all_of(island.members.begin(), island.members.end(), [&](std::size_t c) { return laws_.is_coulomb(c); });
+    if (!are_coulomb)
+      leave_open(&island, "solutions of laws other than Coulomb's are not counted");
+    else if (island.members.size() > most_judged)
+      leave_open(&island, "so many contacts that slide and change each other's reactions are not judged");
+  }
+  reduce();
+  amplification_ = is_proven ? 1.0 : std::numeric_limits<double>::quiet_NaN();
+  for (SlidingIsland& island : sliding_) {
     if (island.members.empty()) continue;
     const double amplification = contraction_.amplification(island.contacts);
     amplification_ = larger(amplification_, amplification);
@@ -131,9 +170,14 @@ Outcome FrictionStage::judge(double t, std::size_t most_judged) {
       if (solutions.found.size() < 2)
         solutions.uniqueness = solutions.is_complete ? Uniqueness::Proven : Uniqueness::Unproven;
     }
-    is_proven = is_proven && solutions.uniqueness == Uniqueness::Proven;
-    if (solutions.uniqueness != Uniqueness::Several) continue;
-    if (Outcome outcome = refuse_several_of(island, solutions.found.size(), t); !outcome.ok()) return outcome;
+    if (solutions.uniqueness == Uniqueness::Several) {
+      is_proven = false;
+      if (Outcome outcome = refuse_several_of(island, solutions.found.size(), t); !outcome.ok()) return outcome;
+    } else if (solutions.uniqueness != Uniqueness::Proven) {
+      leave_open(&island, island.members.size() > most_enumerated
+                              ? "(43) is no contraction, and modes of more than ten contacts are too many to try"
+                              : "(43) is no contraction, and the search for other sizes of friction became too long");
+    }
   }
   if (is_proven && report_.uniqueness != Uniqueness::Several) report_.uniqueness = Uniqueness::Proven;
   return {};

@@ -51,7 +51,6 @@ int anderson_depth(std::size_t num_contacts) {
 }
 
 constexpr double poor_contraction = 0.1;  // Newton's method is asked instead
-constexpr std::size_t most_judged = 64;   // contacts of an island, one solve each
 constexpr double smallest_number = std::numeric_limits<double>::min();
 
 double largest_of(const std::vector<double>& x) {
@@ -234,7 +233,7 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
     ++model_.counters.friction_solves;
     Outcome outcome = iterate(t, lambda, lambda_.data());
     if (outcome.ok() && judgement != Judgement::None && report_.uniqueness == Uniqueness::NotAsked)
-      outcome = judge(t, judgement == Judgement::Quick ? most_enumerated : most_judged);
+      outcome = judge(t);
     model_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
     if (!outcome.ok()) return outcome;
   } else if (judgement != Judgement::None) {

@@ -109,7 +109,9 @@ class FrictionStage final : private Response {
   bool is_counted(const SlidingIsland& island) const { return !is_counted_.empty() && is_counted_[island.number] != 0; }
   bool holds_what_sticks(const SlidingIsland& island, const Eigen::VectorXd& sizes);
   Outcome refuse_several_of(const SlidingIsland& island, std::size_t count, double t);
-  Outcome judge(double t, std::size_t most_judged);
+  Outcome judge(double t);
+  void leave_out_uncoupled(std::size_t least_contacts);
+  static constexpr std::size_t most_judged = 64;  // contacts of an island, one solve each
   Outcome enumerate(double t, double* lambda);
 
   Outcome fail(Status status, double t, const std::string& why) const;

@@ -38,7 +38,8 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   if (!model.has_friction()) return;
   friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
                                               [this](const double* b, double* x, bool refines) {
-                                                if (refines) {
+                                                // A compliant factor alone is no answer.
+                                                if (refines || is_compliant_) {
                                                   respond(b, x, respond_.data());
                                                 } else {
                                                   ++model_.counters.solves;
@@ -129,7 +130,10 @@ Outcome NormalForm::factorize(double t, const double* r, bool may_use_schur) {
   }
   GramSolver::Quality quality = factorize_gram();
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
-  if (!is_fine() && make_compliant()) quality = factorize_gram();
+  // Where a load is known to be shared S is singular, and a larger number is rounding, too.
+  constexpr double hidden_by_rounding = 1e-8;
+  const bool is_hidden = quality.reciprocal_condition < hidden_by_rounding && shares_a_load();
+  if ((!is_fine() || is_hidden) && make_compliant()) quality = factorize_gram();
   is_factorized_ = is_fine();
   if (!is_factorized_) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;

@@ -135,6 +135,10 @@ class NormalForm final : public EquationsOfMotion {
   /// decides now.
   RankReport find_rank(const double* r, bool thoroughly);
 
+  /// A contact whose reaction dependent constraints share by convention, at the last linearisation; empty: there is
+  /// none.
+  std::string find_undetermined_reaction() const;
+
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
   /// Of S: "natural" where elimination makes no fill, "amd", …
@@ -175,7 +179,10 @@ class NormalForm final : public EquationsOfMotion {
   Outcome choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
                        const std::vector<std::size_t>& releases, const std::vector<char>& has_changed, double* w);
   Outcome settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                       const std::vector<std::size_t>& releases, const std::vector<ContactChoice>& choices, double* w);
+                       const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
+                       const std::vector<ContactChoice>& choices, double* w);
+  std::vector<char> find_many_on_surfaces(const std::vector<char>& at_rest, const std::vector<char>& wanted) const;
+  Outcome check_rest(double t, const double* r, const double* v, const double* w, const std::vector<char>& at_rest);
   void share_again(const std::vector<double>& loads);
   void release(std::size_t contact);
   void add_verdict();
@@ -186,20 +193,23 @@ class NormalForm final : public EquationsOfMotion {
   void solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const;
   void guess_multipliers(double t, const double* r, const double* v, const std::vector<ContactChoice>& choices);
   Outcome explain_choice(double t, const ContactChoice& choice) const;
-  Outcome choose_on_surfaces(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                             std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                             std::size_t least_contacts, std::vector<ContactChoice>* choices);
+  void choose(const std::vector<char>& released, std::size_t most_modes, ContactChoice* choice) const;
+  void find_share(ContactChoice* choice) const;
+  Outcome take_choices(double t, const double* r, const std::vector<char>& at_rest, bool all,
+                       std::vector<ContactChoice>* choices);
   Outcome count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                         std::span<const std::size_t> releases, const std::vector<char>& wanted,
                         std::size_t most_contacts, std::vector<ContactChoice>* choices);
+  Outcome judge_many(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                     const std::vector<char>& wanted);
   bool set_limits(const std::vector<ContactChoice>& choices);
   void note_verdict(Uniqueness uniqueness, const std::string& reason);
-  std::string find_undetermined_reaction() const;
   void set_sliding_speeds();
   double held_violation() const;
   void accept_places(double t, const double* r);
   void forget_compliance();
   bool make_compliant();
+  bool shares_a_load() const;
   std::vector<double> blocks_of_constraints() const;
   void correct(double* rows, double* points);
   void share_out(double* lambda) const;

@@ -73,11 +73,13 @@ ContactSolutions find_all(const ContactProblem& problem, std::size_t most_work, 
 Eigen::VectorXd find_one(const ContactProblem& problem, const Eigen::VectorXd& guess);
 
 /// Contacts at rest that may share their load in many ways share it at the analytic centre of what obeys the law: the
-/// largest product of h_c^2 - |x_c|^2. Where nothing does, limits are raised until something does. Changes x to that
-/// share; others than `shares_it` [contact] keep theirs. Returns the largest |x_c|/h_c; NaN: there is one share only.
+/// largest product of h_c^2 - |x_c|^2, where h_c may depend on the share itself. Where nothing does, limits are raised
+/// until something does. Changes x to that share; others than `shares_it` [contact] keep their friction and their
+/// reactions. Returns the largest load (1: |x_c| = h_c); NaN: there is one share only.
 /// While the load changes, the centre changes by the least norm with the `weights` [contact], largest 1.
-double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, Eigen::VectorXd* x,
-                  Eigen::VectorXd* weights);
+/// `prefers_least`: the least share of all, with weights that are alike, where it obeys the law with a tenth to spare.
+double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, bool prefers_least,
+                  Eigen::VectorXd* x, Eigen::VectorXd* weights);
 
 constexpr double obeys_below = 1e-9;  ///< residuals of what counts as a solution
 

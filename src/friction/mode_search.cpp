@@ -56,9 +56,10 @@ void ModeSearch::set_contacts() {
   double unit = 0.0;
   for (std::size_t c = 0; c < problem_.contacts.size(); ++c)
     unit = std::max(unit, problem_.contacts[c].mu * problem_.N0.segment<3>(3 * static_cast<Eigen::Index>(c)).norm());
-  for (Eigen::Index i = 0; i < k; ++i) {
-    if (problem_.A(i, i) > 0.0) unit = std::max(unit, std::abs(problem_.a0(i)) / problem_.A(i, i));
-  }
+  // The least friction with which all would rest: a point that hardly moves would need more by itself.
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> all_at_rest(k, k);
+  all_at_rest.setThreshold(rank_rounding).compute(problem_.A);
+  if (k > 0) unit = std::max(unit, all_at_rest.solve(problem_.a0).lpNorm<Eigen::Infinity>());
   unit_ = unit > 0.0 ? unit : 1.0;
   const double largest = std::max(problem_.a0.lpNorm<Eigen::Infinity>(), unit_ * problem_.A.lpNorm<Eigen::Infinity>());
   const double scale = largest > 0.0 ? largest : 1.0;
@@ -196,13 +197,10 @@ void ModeSearch::visit(const Node& node) {
   }
   VectorXd x = complete(u);
   if (slide_.empty()) {
-    // Any share will do. The least one, or what is nearest to it on the way from x.
+    // Any share will do.
     if (judge(node, p_) == Verdict::Obeys) x = p_;
     if (judge(node, x) == Verdict::Obeys) {
-      for (VectorXd half = 0.5 * (x + p_); (x - p_).norm() > 1.0 && judge(node, half) == Verdict::Obeys;
-           half = 0.5 * (x + p_))
-        x = half;
-      found.push_back(unit_ * x);
+      found.push_back(unit_ * come_near(node, x));
       is_finished_ = true;
       return;
     }
@@ -212,7 +210,7 @@ void ModeSearch::visit(const Node& node) {
     if (find_root(node, &root) && is_inside(node, root)) {
       const Verdict verdict = judge(node, root);
       if (verdict == Verdict::Obeys) {
-        found.push_back(unit_ * root);
+        found.push_back(unit_ * (motion_needs_share_ ? root : come_near(node, root)));
         if (motion_needs_share_) {
           reason = "contacts that stick share their load in many ways, and the motion of others depends on the share";
           is_finished_ = true;
@@ -224,6 +222,54 @@ void ModeSearch::visit(const Node& node) {
     }
   }
   if (!branch(node, x)) reason = "two modes of stick and slip are too near to be told apart";
+}
+
+/// From a share of a load that obeys the law to one that is near the least, and still has something to spare. |nu| >=
+/// n.nu, with equality at x: what obeys these limits obeys the law.
+VectorXd ModeSearch::come_near(const Node& node, VectorXd x) {
+  const Eigen::Index n = E_.cols() - static_cast<Eigen::Index>(free_.size());
+  if (n == 0) return x;
+  const MatrixXd F = E_.rightCols(n);
+  constexpr double spared = 1e-3;
+  constexpr int directions = 16, most_passes = 10;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    const VectorXd z = F.transpose() * x, least = x - F * z;
+    double size = 0.0, slack = std::numeric_limits<double>::infinity();
+    for (const std::size_t c : stick_) {
+      const double limit = contacts_[c].mu * reaction(c, x).norm();
+      size = std::max({size, contacts_[c].mu * reaction(c, least).norm(),
+                       least.segment(contacts_[c].first, contacts_[c].dimension).norm()});
+      slack = std::min(slack, limit - x.segment(contacts_[c].first, contacts_[c].dimension).norm());
+    }
+    // The least sum of |z| among those whose signs are as here.
+    LinearProgram program(n);
+    VectorXd objective(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      objective(i) = z(i) > 0.0 ? -1.0 : 1.0;
+      program.add(objective(i) * RowVectorXd::Unit(n, i), 0.0);
+    }
+    for (const std::size_t c : stick_) {
+      const Contact& contact = contacts_[c];
+      const Vector2d nu = reaction(c, x);
+      const RowVectorXd above = contact.mu * nu.normalized().transpose() * contact.V;
+      const double spare = std::min(0.5 * slack, spared * size),
+                   bound = contact.mu * nu.norm() + above.dot(least - x) - spare;
+      const int sides = contact.dimension == 1 ? 2 : directions;
+      for (int i = 0; i < sides; ++i) {
+        const Vector2d d = unit_at(2.0 * pi * i / sides) / (sides > 2 ? std::cos(pi / sides) : 1.0);
+        RowVectorXd row = d(0) * RowVectorXd::Unit(x.size(), contact.first);
+        if (contact.dimension == 2) row += d(1) * RowVectorXd::Unit(x.size(), contact.first + 1);
+        program.add((row - above) * F, bound - row.dot(least));
+      }
+    }
+    VectorXd near_z;
+    work += static_cast<std::size_t>(n * n);
+    if (program.maximize(objective, &near_z) != LinearProgram::Status::Optimal) break;
+    const VectorXd near = least + F * near_z;
+    if (!(near_z.norm() < 0.9 * z.norm()) || judge(node, near) != Verdict::Obeys) break;
+    x = near;
+  }
+  return x;
 }
 
 // ---- linear bounds ----

@@ -60,6 +60,7 @@ class ModeSearch {
   bool stick(std::size_t subset);
   void search();
   void visit(const Node& node);
+  Eigen::VectorXd come_near(const Node& node, Eigen::VectorXd x);
   LinearProgram make_program(const Node& node) const;
   void bound_reaction(const Node& node, std::size_t c, const Eigen::RowVectorXd& size, LinearProgram* program) const;
   void hold(const Node& node, std::size_t c, const Eigen::RowVectorXd& row, double slack, LinearProgram* program) const;

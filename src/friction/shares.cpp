@@ -10,56 +10,89 @@ namespace tanor {
 namespace {
 
 using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-/// All x = x0 + Z y, with the contacts' own limits.
+/// All x = x0 + Z y, and limits that are linear in x: a share may press contacts together.
 struct Shares {
   struct Contact {
     Eigen::Index first, dimension;
-    double limit;
+    double base, unit;  // the limit is base + slope x; at the share that is given `unit`
+    RowVectorXd slope, slope_by_y;
+
+    double limit(const VectorXd& x) const { return base + slope.dot(x); }
+    double size(const VectorXd& x) const { return x.segment(first, dimension).norm(); }
+    /// Of the contact alone; 1: it is at its limit.
+    double load(const VectorXd& x) const { return 1.0 + (size(x) - limit(x)) / unit; }
+    /// u = limit + (level - 1) unit: the limit that is raised to a level.
+    double raised(double level, const VectorXd& x) const { return limit(x) + (level - 1.0) * unit; }
+    /// q = u^2 - |x_c|^2
+    double spare(double level, const VectorXd& x) const {
+      const double u = raised(level, x), own = size(x);
+      return (u - own) * (u + own);
+    }
   };
   std::vector<Contact> contacts;
-  MatrixXd Z;
+  MatrixXd Z;  // orthonormal
+  // Where limits grow with the share it may be of any size. A curb keeps it and its reactions near those that are
+  // given: F = F0 + C x, both over their size there.
+  MatrixXd C, C_by_y;
+  VectorXd F0;
 
   double load(const VectorXd& x) const {
     double worst = 0.0;
-    for (const auto& [first, dimension, limit] : contacts)
-      worst = std::max(worst, x.segment(first, dimension).norm() / limit);
+    for (const Contact& contact : contacts) worst = std::max(worst, contact.load(x));
     return worst;
   }
-  /// Least price level - sum of log(q_c), q_c = level^2 h_c^2 - |x_c|^2, from (x, level) inside, by damped Newton
-  /// steps. Without a price the level stands.
+  /// Least price level - sum of log(q_c) + |F|^2/2 from (x, level) inside, by damped Newton steps. Without a price
+  /// the level stands.
   void center(double price, double* level, VectorXd* x) const;
+  /// From x on; returns the level there.
+  double find_centre(VectorXd* x) const;
+  /// |N| >= n.N with equality at x [components of the problem]: another share obeys the law if it obeys these limits.
+  /// `rows`: the components of those that share. Returns whether limits depend on the share.
+  bool set_limits(const ContactProblem& problem, const std::vector<std::size_t>& members,
+                  const std::vector<Eigen::Index>& rows, const VectorXd& x);
+  void set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& x);
 };
 
 void Shares::center(double price, double* level, VectorXd* x) const {
   constexpr int most_steps = 60;
   constexpr double enough = 1e-2;
   const Eigen::Index n = Z.cols(), size = price > 0.0 ? n + 1 : n;
-  MatrixXd B(Z.rows() + static_cast<Eigen::Index>(contacts.size()), n), H(size, size);
-  VectorXd slope(x->size()), mixed(x->size()), g(size);
+  if (size == 0) return;
+  MatrixXd B(Z.rows() + static_cast<Eigen::Index>(contacts.size()), size), H(size, size);
+  VectorXd g(size);
   for (int step = 0; step < most_steps; ++step) {
-    double by_level = price, twice_by_level = 0.0;
-    Eigen::Index next = Z.rows();
-    for (const auto& [first, dimension, limit] : contacts) {
-      const auto own = x->segment(first, dimension);
-      const double s = *level, q = (s * limit - own.norm()) * (s * limit + own.norm()), dq = 2.0 * s * limit * limit;
-      // -log q: the gradient is 2 x/q, the Hessian 2/q + 4 x x'/q^2 = B'B, and so on
-      slope.segment(first, dimension) = 2.0 / q * own;
-      mixed.segment(first, dimension) = -2.0 * dq / (q * q) * own;
-      by_level -= dq / q;
-      twice_by_level += dq * dq / (q * q) - 2.0 * limit * limit / q;
-      B.middleRows(first, dimension) = std::sqrt(2.0 / q) * Z.middleRows(first, dimension);
-      B.row(next++) = 2.0 / q * own.transpose() * Z.middleRows(first, dimension);
+    g.setZero();
+    if (size > n) g(n) = price;
+    Eigen::Index next = 0;
+    for (const Contact& contact : contacts) {
+      // -log q = -log s - log p, s = u - |x_c|, p = u + |x_c|: the Hessian is (ds/s)^2 + (dp/p)^2, and 2/q across x_c
+      const Eigen::Index rows = 1 + contact.dimension;
+      const VectorXd own = x->segment(contact.first, contact.dimension);
+      const double u = contact.raised(*level, *x), length = own.norm(), s = u - length, p = u + length;
+      const VectorXd along = length > 0.0 ? VectorXd(own / length) : VectorXd(VectorXd::Unit(contact.dimension, 0));
+      RowVectorXd du = RowVectorXd::Zero(size), dx = RowVectorXd::Zero(size);
+      du.head(n) = contact.slope_by_y;
+      if (size > n) du(n) = contact.unit;
+      dx.head(n) = along.transpose() * Z.middleRows(contact.first, contact.dimension);
+      B.row(next) = (du - dx) / s;
+      B.row(next + 1) = (du + dx) / p;
+      g -= (B.row(next) + B.row(next + 1)).transpose();
+      if (contact.dimension == 2) {
+        B.row(next + 2).setZero();
+        B.row(next + 2).head(n) =
+            std::sqrt(2.0 / (s * p)) * (along(0) * Z.row(contact.first + 1) - along(1) * Z.row(contact.first));
+      }
+      next += rows;
     }
     H.setZero();
-    H.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(B.transpose());
-    g.head(n) = Z.transpose() * slope;
-    if (size > n) {
-      H.row(n).head(n) = (Z.transpose() * mixed).transpose();
-      H(n, n) = twice_by_level;
-      g(n) = by_level;
+    if (C.rows() > 0) {
+      g.head(n) += C_by_y.transpose() * (F0 + C * *x);
+      H.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(C_by_y.transpose());
     }
+    H.selfadjointView<Eigen::Lower>().rankUpdate(B.topRows(next).transpose());
     const VectorXd change = H.ldlt().solve(g);
     const double decrement = std::sqrt(std::max(0.0, g.dot(change)));
     if (!change.allFinite()) return;
@@ -71,24 +104,68 @@ void Shares::center(double price, double* level, VectorXd* x) const {
   }
 }
 
+double Shares::find_centre(VectorXd* x) const {
+  // Levels fall until there is something to spare, or to the least that any share has: 2 m/price is the gap.
+  constexpr double spared = 1e-8, smallest_gap = 1e-8;
+  const VectorXd given = *x;
+  const auto num_terms = 2.0 * static_cast<double>(contacts.size());
+  double level = 1.5 * load(*x);
+  for (double price = num_terms / level; load(*x) > 1.0 - spared; price *= 10.0) {
+    center(price, &level, x);
+    if (num_terms / price < smallest_gap) break;
+  }
+  if (load(*x) < 1.0 - spared) center(0.0, &(level = 1.0), x);
+  if (load(*x) <= std::max(1.0, load(given))) return level;
+  *x = given;
+  return (1.0 + smallest_gap) * load(given);
+}
+
+bool Shares::set_limits(const ContactProblem& problem, const std::vector<std::size_t>& members,
+                        const std::vector<Eigen::Index>& rows, const VectorXd& x) {
+  constexpr double rounding = 1e-10;
+  contacts.clear();
+  bool depend_on_share = false;
+  Eigen::Index first_row = 0;
+  const VectorXd own = x(rows);
+  for (const std::size_t c : members) {
+    const auto& [first, dimension, moves, mu] = problem.contacts[c];
+    const Eigen::Vector3d N = problem.normal_force(c, x);
+    const RowVectorXd slope =
+        mu * N.normalized().transpose() * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows);
+    const double limit = mu * N.norm();
+    contacts.push_back({first_row, dimension, limit - slope.dot(own), limit, slope, slope * Z});
+    first_row += dimension;
+    depend_on_share = depend_on_share || contacts.back().slope_by_y.norm() > rounding;
+  }
+  return depend_on_share;
+}
+
+void Shares::set_curb(const ContactProblem& problem, const std::vector<Eigen::Index>& rows, const VectorXd& x) {
+  const MatrixXd W = problem.W(Eigen::all, rows);
+  const VectorXd own = x(rows), N = problem.N0 + problem.W * x;
+  const double size_of_N = N.norm(), size = own.norm() + size_of_N;
+  C.resize(own.size() + N.size(), own.size());
+  C << MatrixXd::Identity(own.size(), own.size()) / size, W / size_of_N;
+  F0.setZero(C.rows());
+  F0.tail(N.size()) = (N - W * own) / size_of_N;
+  C_by_y = C * Z;
+}
+
 }  // namespace
 
-double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, VectorXd* x, VectorXd* weights) {
+double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, bool prefers_least, VectorXd* x,
+                  VectorXd* weights) {
   constexpr double rank_rounding = 1e-10;
   constexpr double nothing_to_share = std::numeric_limits<double>::quiet_NaN();
   // Those at rest: A x = b, of which U'x = g is all that there is to say.
   std::vector<Eigen::Index> rows;
-  std::vector<std::size_t> members;
-  Shares shares;
+  std::vector<std::size_t> members, others;
   weights->setOnes(static_cast<Eigen::Index>(problem.contacts.size()));
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
     const auto& [first, dimension, moves, mu] = problem.contacts[c];
-    if (shares_it[c] == 0) continue;
-    const double limit = mu * problem.normal_force(c, *x).norm();
-    if (limit <= 0.0) return nothing_to_share;
-    shares.contacts.push_back({static_cast<Eigen::Index>(rows.size()), dimension, limit});
-    members.push_back(c);
-    for (Eigen::Index k = first; k < first + dimension; ++k) rows.push_back(k);
+    const bool shares = shares_it[c] != 0 && mu * problem.normal_force(c, *x).norm() > 0.0;
+    (shares ? members : others).push_back(c);
+    for (Eigen::Index k = first; shares && k < first + dimension; ++k) rows.push_back(k);
   }
   if (rows.empty()) return nothing_to_share;
   const MatrixXd A = problem.A(rows, rows);
@@ -96,35 +173,56 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
   const Eigen::Index rank = (eigen.eigenvalues().array() > rank_rounding * eigen.eigenvalues().maxCoeff()).count();
   if (rank == A.rows()) return nothing_to_share;
   const MatrixXd U = eigen.eigenvectors().rightCols(rank);
+  Shares shares;
   shares.Z = eigen.eigenvectors().leftCols(A.rows() - rank);
+  // A share that the reactions of others feel would be another motion: theirs is not touched.
+  for (const std::size_t c : others) {
+    const double mu = problem.contacts[c].mu;
+    const MatrixXd felt = mu * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows) * shares.Z;
+    if (shares.Z.cols() == 0 || felt.norm() <= rank_rounding) continue;
+    const Eigen::JacobiSVD<MatrixXd> svd(felt, Eigen::ComputeFullV);
+    const Eigen::Index lost = (svd.singularValues().array() > rank_rounding).count();
+    shares.Z = (shares.Z * svd.matrixV().rightCols(shares.Z.cols() - lost)).eval();
+  }
   const VectorXd a = problem.accelerations(*x)(rows);
   VectorXd own = (*x)(rows);
   own -= U * (U.transpose() * a).cwiseQuotient(eigen.eigenvalues().tail(rank));
+  (*x)(rows) = own;
 
-  // Levels fall until there is something to spare, or to the least that any share has: 2 m/price is the gap.
-  constexpr double spared = 1e-8, smallest_gap = 1e-8;
-  const VectorXd given = own;
-  const auto num_terms = 2.0 * static_cast<double>(members.size());
-  double level = 1.5 * shares.load(own);
-  for (double price = num_terms / level; shares.load(own) > 1.0 - spared; price *= 10.0) {
-    shares.center(price, &level, &own);
-    if (num_terms / price < smallest_gap) break;
+  if (prefers_least && shares.Z.cols() > 0) {
+    constexpr double to_spare = 0.1;
+    VectorXd least = *x;
+    least(rows) = own - shares.Z * (shares.Z.transpose() * own);
+    double load = 0.0;
+    for (const std::size_t c : members) {
+      const auto& [first, dimension, moves, mu] = problem.contacts[c];
+      load = std::max(load, least.segment(first, dimension).norm() / (mu * problem.normal_force(c, least).norm()));
+    }
+    if (load < 1.0 - to_spare) {
+      *x = least;
+      return load;
+    }
   }
-  if (shares.load(own) < 1.0 - spared) shares.center(0.0, &(level = 1.0), &own);
-  if (!(shares.load(own) <= std::max(1.0, shares.load(given)))) {
-    own = given;
-    level = (1.0 + smallest_gap) * shares.load(own);
+
+  // Where reactions turn with the share, their directions are taken anew.
+  double level = 1.0;
+  constexpr int most_turns = 3;
+  for (int turn = 0; turn < most_turns; ++turn) {
+    const bool depends = shares.set_limits(problem, members, rows, *x);
+    if (turn == 0 && depends) shares.set_curb(problem, rows, *x);
+    level = shares.find_centre(&own);
+    (*x)(rows) = own;
+    if (!depends) break;
   }
   // Changes are the least in the norm of the Hessian: they follow the centre.
   for (std::size_t k = 0; k < members.size(); ++k) {
-    const auto& [first, dimension, limit] = shares.contacts[k];
-    const double size = own.segment(first, dimension).squaredNorm(), q = level * level * limit * limit - size;
+    const Shares::Contact& contact = shares.contacts[k];
+    const double size = contact.size(own) * contact.size(own), q = contact.spare(level, own);
     (*weights)(static_cast<Eigen::Index>(members[k])) = 2.0 / q + 4.0 * size / (q * q);
   }
   double largest = 0.0;
   for (const std::size_t c : members) largest = std::max(largest, (*weights)(static_cast<Eigen::Index>(c)));
   for (const std::size_t c : members) (*weights)(static_cast<Eigen::Index>(c)) /= largest;
-  (*x)(rows) = own;
   return shares.load(own);
 }
 

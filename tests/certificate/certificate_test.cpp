@@ -41,6 +41,20 @@ struct Tampering {
     (void)forms.normal->schur_->factorize(Parallel(1), blocks.data());
     return true;
   }
+  /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.
+  static Outcome check_rest(Case& solved, const std::vector<double>& w, double factor) {
+    NormalForm& normal = *solved.forms.normal;
+    const Tangents& tangents = solved.forms.model.constraints.tangents();
+    const std::vector<double> lambda = normal.lambda_;
+    for (std::size_t c = 0; c < tangents.size(); ++c) {
+      for (int g = 0; g < tangents[c].num_guides; ++g)
+        normal.lambda_[static_cast<std::size_t>(tangents[c].guide_row[static_cast<std::size_t>(g)])] *= factor;
+    }
+    const std::vector<char> at_rest(tangents.size(), 1);
+    Outcome outcome = normal.check_rest(0.0, solved.r.data(), solved.v.data(), w.data(), at_rest);
+    normal.lambda_ = lambda;
+    return outcome;
+  }
   static void refactorize(Forms& forms) {
     S(forms).assemble(Parallel(1), K(forms).data());
     (void)S(forms).factorize(Parallel(1));
@@ -489,6 +503,29 @@ TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
 
   EXPECT_TRUE(certificate.passed()) << certificate.line();
   EXPECT_LE(certificate.certified_to(), 1e-13);
+}
+
+/// A bead at rest on a rough incline, tan of the slope 0.3, mu 0.5.
+TEST(Certificate, WhatSticksAndMissesTheLawIsRefusedWithoutOne) {
+  System system;
+  system.positions = {0.0, 0.0, 0.0};
+  system.velocities = {0.0, 0.0, 0.0};
+  system.masses = {2.0};
+  system.constraints = {Lines{"incline", {0}, Vector3{}, Vector3{1.0, 0.0, 0.3}}};
+  system.forces = {Gravity{"", {0.0, 0.0, -10.0}}};
+  system.friction = {Coulomb{.name = "rough", .at = {"incline"}, .coefficient = 0.5}};
+  Case solved(system);
+  std::vector<double> moving = solved.w;
+  moving[0] += 1e-3;
+
+  EXPECT_TRUE(Tampering::check_rest(solved, solved.w, 1.0).ok());
+  EXPECT_TRUE(Tampering::check_rest(solved, solved.w, 0.61).ok());
+  for (const Outcome& outcome :
+       {Tampering::check_rest(solved, solved.w, 0.59), Tampering::check_rest(solved, moving, 1.0)}) {
+    EXPECT_EQ(outcome.status, Status::NotConverged);
+    EXPECT_NE(outcome.what.find("misses the law: rough at incline[0], point 0 sticks"), std::string::npos)
+        << outcome.what;
+  }
 }
 
 }  // namespace

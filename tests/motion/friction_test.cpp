@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <tanor/tanor.hpp>
 
 #include "rough_incline.hpp"
@@ -123,6 +124,46 @@ TEST(BlockOnAPlane, StartsToSlideWhereTheForceLeavesTheFrictionCone) {
                      (-std::cos(omega * t) + std::cos(omega * t0) - mu * (std::sin(omega * t) - std::sin(omega * t0)));
     EXPECT_NEAR(simulation.velocities()[0], 0.6 * v, 1e-9);
     EXPECT_NEAR(simulation.velocities()[1], 0.8 * v, 1e-9);
+  }
+}
+
+/// Four beads in a row on a rough line, joined by rods and drawn by 20 t: they leave together, where the force is the
+/// sum of all static limits, and not where one share of it is too much for one of them.
+TEST(RowOnALine, GivesWayAtTheSumOfItsStaticLimits) {
+  const double mass[] = {1.0, 3.0, 2.0, 0.5}, mu[] = {0.2, 0.5, 0.3, 0.4}, mu_s[] = {0.3, 0.6, 0.5, 0.45};
+  for (const bool is_weaker : {false, true}) {
+    System system;
+    Rods rods{"rods", {}, {}, {}};
+    double M = 0.0, limit = 0.0, sliding = 0.0;
+    for (int k = 0; k < 4; ++k) {
+      const double x = k;
+      system.positions.insert(system.positions.end(), {x, 0.0, 0.0});
+      system.masses.push_back(mass[k]);
+      const std::string name = "line" + std::to_string(k);
+      system.constraints.push_back(Lines{name, {k}, Vector3{x, 0.0, 0.0}, Vector3{1.0, 0.0, 0.0}});
+      Coulomb friction{.name = "", .at = {name}, .coefficient = mu[k]};
+      if (is_weaker) friction.static_coefficient = mu_s[k];
+      system.friction.push_back(friction);
+      if (k > 0) rods.pairs.push_back({k - 1, k});
+      M += mass[k];
+      sliding += mu[k] * mass[k] * 10.0;
+      limit += (is_weaker ? mu_s[k] : mu[k]) * mass[k] * 10.0;
+    }
+    system.velocities.assign(12, 0.0);
+    system.constraints.push_back(rods);
+    system.forces = {Gravity{"", {0.0, 0.0, -10.0}},
+                     ConstantForce{"", {3}, VectorFunction{ScalarFunction::formula("20*t"), 0.0, 0.0}}};
+    Simulation simulation(system, {.rtol = 1e-10, .atol = 1e-12});
+
+    ASSERT_TRUE(simulation.advance(3.0).ok()) << simulation.outcome().what;
+
+    // M v' = 20 t - sliding from t0 = limit/20 on. Beads that bear all they can are held until 4e-6 above it, which
+    // costs the difference of the coefficients for that long, and the square of it where there is none.
+    const double t0 = limit / 20.0, t = 3.0;
+    const double v = (10.0 * (t * t - t0 * t0) - sliding * (t - t0)) / M;
+    const double late = 5e-6 * t0 * (limit - sliding) / M;
+    EXPECT_NEAR(simulation.velocities()[0], v, late + 1e-9);
+    EXPECT_NEAR(simulation.report().last_event, t0, 1e-5);
   }
 }
 

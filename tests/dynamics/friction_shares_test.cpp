@@ -1,0 +1,97 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <tanor/tanor.hpp>
+
+#include "dynamics/rough_contacts.hpp"
+
+/// \file Beads at rest on rough lines whose load can be shared in many ways, with reactions that depend on the share:
+/// where one motion obeys the law it is found, and where several do they are counted, by a dense twin and by tanor.
+namespace tanor {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Kind {
+  unsigned scenes;
+  std::size_t beads, lines;  // the other beads are free
+  bool closed, in_plane;     // a rod from the last bead to the first one; everything in the plane z = 0
+};
+
+/// Beads in a row, joined by rods, with any forces, and coefficients from 0.05 to 3, alike on a logarithmic scale.
+System make_beads(unsigned seed, const Kind& kind) {
+  std::mt19937 random(seed * 7919u + 13u);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> log_mass(-1.0, 1.0), log_mu(std::log(0.05), std::log(3.0));
+  const auto any = [&] {
+    const double x = normal(random), y = normal(random), z = normal(random);
+    return Vector3d(x, y, kind.in_plane ? 0.0 : z);
+  };
+  const auto vector = [](const Vector3d& a) { return Vector3{a(0), a(1), a(2)}; };
+  System system;
+  Rods rods{"rods", {}, {}, {}};
+  for (std::size_t k = 0; k < kind.beads; ++k) {
+    const Vector3d r = 1.5 * any(), line = any().normalized(), force = 4.0 * any();
+    const auto bead = static_cast<Index>(k);
+    system.positions.insert(system.positions.end(), {r(0), r(1), r(2)});
+    system.masses.push_back(std::exp(log_mass(random)));
+    system.forces.push_back(ConstantForce{"", {bead}, vector(force)});
+    const double mu = std::exp(log_mu(random));
+    if (k < kind.lines) {
+      const std::string name = "l" + std::to_string(k);
+      system.constraints.push_back(Lines{name, {bead}, vector(r), vector(line)});
+      system.friction.push_back(Coulomb{.name = "", .at = {name}, .coefficient = mu});
+    }
+    if (k > 0) rods.pairs.push_back({bead - 1, bead});
+  }
+  if (kind.closed) rods.pairs.push_back({0, static_cast<Index>(kind.beads) - 1});
+  system.velocities.assign(3 * kind.beads, 0.0);
+  system.constraints.push_back(rods);
+  return system;
+}
+
+TEST(FrictionShares, NoSceneWithOneMotionIsRefusedAndNoAnswerIsWrong) {
+  int unique = 0, several = 0, resting = 0, borderline = 0;
+  for (const Kind& kind : {Kind{1500, 2, 2, false, false}, Kind{1500, 3, 2, false, false},
+                           Kind{1500, 2, 2, false, true}, Kind{400, 3, 3, false, false}, Kind{400, 3, 3, false, true},
+                           Kind{400, 4, 3, true, false}, Kind{60, 4, 4, false, false}}) {
+    for (unsigned seed = 1; seed <= kind.scenes; ++seed) {
+      const System system = make_beads(seed, kind);
+      const reference::RoughContacts twin(system);
+      const auto counted = twin.find_all();
+      if (counted.margin < 1e-6 || !counted.is_certain || counted.motions.empty()) {
+        ++borderline;
+        continue;
+      }
+      const auto& motions = counted.motions;
+      Dynamics dynamics(system);
+      std::vector<double> w(system.positions.size());
+      const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+      const Simulation run(system);
+      SCOPED_TRACE(std::to_string(kind.beads) + " beads, " + std::to_string(kind.lines) + " lines, seed " +
+                   std::to_string(seed) + ": " + std::to_string(motions.size()) + " motions; " + report.outcome.what);
+      const bool is_unique = motions.size() == 1;
+      (is_unique ? unique : several) += 1;
+      EXPECT_EQ(report.outcome.status, is_unique ? Status::Ok : Status::NotUnique);
+      EXPECT_EQ(run.outcome().status, is_unique ? Status::Ok : Status::NotUnique) << run.outcome().what;
+      if (!is_unique || !report.outcome.ok()) continue;
+      const double largest = motions[0].a.lpNorm<Eigen::Infinity>();
+      resting += largest < 1e-9 ? 1 : 0;
+      for (std::size_t c = 0; c < twin.mu.size(); ++c) {
+        const auto bead = static_cast<Index>(twin.points[c]);
+        const double wanted = motions[0].a(static_cast<Eigen::Index>(c)), allowed = 1e-8 * (1.0 + largest);
+        EXPECT_NEAR(twin.lines[c].dot(reference::point(w, bead)), wanted, allowed);
+        EXPECT_NEAR(twin.lines[c].dot(reference::point(run.accelerations(), bead)), wanted, allowed);
+      }
+    }
+  }
+  EXPECT_GT(unique, 5000);
+  EXPECT_GT(several, 250);
+  EXPECT_GT(resting, 3000);
+  EXPECT_LE(borderline, 10);
+}
+
+}  // namespace
+}  // namespace tanor
