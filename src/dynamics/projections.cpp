@@ -223,7 +223,8 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
   constexpr double target = 1e-13;
   // What sticks stands still: there is no rounding that may add up to a creep.
   const bool holds_contacts = friction_ != nullptr && friction_->num_sticking() > 0;
-  double before = infinity;
+  double before = infinity, least = infinity;
+  int since_least = 0;
   bool decided_here = false;
   if (projects_islands() && sum == nullptr) {
     project_island_velocities(target, r, v, &report);
@@ -238,7 +239,12 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
     }
     // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
     const bool is_done = report.violation <= target && !(holds_contacts && report.iterations == 0);
-    if (is_done || report.iterations == 4 || !(report.violation < 0.5 * before)) {
+    // Conjugate residuals may rest for some steps.
+    constexpr int most_conjugate = 100, patience = 5;
+    since_least = report.violation < 0.5 * least ? 0 : since_least + 1;
+    least = std::min(least, report.violation);
+    const bool stands = is_compliant_ ? since_least == patience : !(report.violation < 0.5 * before);
+    if (is_done || report.iterations == (is_compliant_ ? most_conjugate : 4) || stands) {
       if (!redundancy_.is_found() || decided_here || report.violation <= rounding) return report;
       // A dependent row stays behind: it became independent, or contradicts the others.
       decided_here = true;
@@ -249,7 +255,7 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
     }
     before = report.violation;
     // S nu = -(K'v + xi_t), v += M^-1 K nu
-    correct(rows_.data(), v);
+    correct_conjugately(report.iterations == 0, rows_.data(), v);
     for (std::size_t a = 0; sum != nullptr && a < num_rows(); ++a) sum[a] += rows_[a];
   }
 }
