@@ -448,7 +448,8 @@ Power NormalForm::power(const double* r, const double* v) const {
 /// What starts an iteration, or was decided where the motion has been.
 void NormalForm::exchange_memory(Memory& memory) {
   model_.exchange_memory(memory);
-  memory.exchange(lambda_, step_multipliers_.last, step_multipliers_.before, suspect_below_);
+  memory.exchange(lambda_, step_multipliers_.last, step_multipliers_.before, step_multipliers_.last_h,
+                  step_multipliers_.before_h, suspect_below_);
   bool have_same_frames = step_multipliers_.frames == model_.constraints.frames();
   memory.exchange(have_same_frames);
   if (memory.reads()) step_multipliers_.frames = model_.constraints.frames() + (have_same_frames ? 0 : 1);

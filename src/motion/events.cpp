@@ -18,6 +18,7 @@ constexpr double vanishing = 1e-10;  // what is below where another function van
 
 constexpr double dense_tolerance = 1e-7;  // of the step: the secants of the steps made again do the rest
 constexpr int most_passes = 60;  // steps made again: 2 to 4 where functions are smooth, bisection where they jump
+constexpr int most_secants = 15;
 constexpr int most_probes = 12;  // down to 1/8^12 of the step
 constexpr int most_dips = 6;     // and one for every piece of a step
 constexpr std::size_t usual_samples = 8;
@@ -287,6 +288,8 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
     h -= now / slope;
     if (high - low <= narrow)
       h = high;
+    else if (pass >= most_secants)
+      h = 0.5 * (low + high);  // where another function is the least one beyond a kink, one end stands
     else if (!(h > low && h < high) || (std::abs(h - last_h) < 0.5 * finest && std::abs(now) > vanishing))
       h = 0.5 * (low + high);  // where a function jumps the secant stands still
   }
