@@ -393,7 +393,9 @@ struct Simulation::Implementation {
     if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
     const bool rejected_last = !outcome.ok();
     if (rejected_last || !integration.knows_acceleration()) {
+      if (rejected_last) integration.restore_good_memory();
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
+      if (rejected_last && integration.knows_acceleration()) integration.restore_good_memory();
       if (outcome.ok()) outcome = at_state;
       if (outcome.ok() && state.t == t_end) measure_acceleration();
     }
