@@ -188,10 +188,15 @@ Power NormalForm::work_of_impulses(const double* r, const double* v, const std::
 /// is put to rest, too, unless others would lose more than rounding with it, such as a bead between two contacts on
 /// nearly one line, which moves aside many times as fast as they. Then it slides on, to where it moves.
 Outcome NormalForm::put_to_rest(double t, const double* r, double* v, std::vector<char>* at_rest) {
-  constexpr double little = 1e-6;  // of the speed around; the energy loses its square
+  // Of the speed around (the energy loses its square), or of what is put to rest itself.
+  constexpr double little = 1e-6, alike = 10.0;
   Tangents& tangents = model_.constraints.tangents();
   const std::vector<double> before(v, v + size());
   std::vector<double> impulses(num_rows());
+  double own = 0.0;
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    if ((*at_rest)[c] != 0) own = std::max(own, norm(tangents.sliding_velocity(c, v)));
+  }
   for (const bool is_again : {false, true}) {
     if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
     std::fill(impulses.begin(), impulses.end(), 0.0);
@@ -201,7 +206,7 @@ Outcome NormalForm::put_to_rest(double t, const double* r, double* v, std::vecto
     bool is_little = true;
     for (std::size_t i = 0; i < model_.num_moving(); ++i) {
       const double lost = norm(load(v, i) - load(before.data(), i));
-      is_little = is_little && lost <= little * model_.scales.speed(model_.scales.of_point(i));
+      is_little = is_little && lost <= std::max(little * model_.scales.speed(model_.scales.of_point(i)), alike * own);
     }
     if (is_little || is_again) return {};
     bool has_left = false;

@@ -317,7 +317,7 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> sum;           // of this step's iterations
     std::vector<double> last, before;  // of the last two steps, over h^2; 0 after a jump of
     std::size_t frames = 0;            // the unit vectors of lines
-    double last_h = 0.0, before_h = 0.0;  // s, of those steps
+    double last_h = std::numeric_limits<double>::max(), before_h = last_h;  // s, of those steps
   } step_multipliers_;
   mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
   mutable std::unique_ptr<MotionSeries> series_;     // else

@@ -47,7 +47,7 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
   }
   // Over the square of a short step they are rounding, as where one was cut at an event.
   constexpr double short_step = 0.1;
-  const bool can_guess = std::min(step.last_h, step.before_h) > short_step * h;
+  const bool can_guess = std::min(step.last_h, step.before_h) >= short_step * std::abs(h);
   model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
       step.sum[a] = can_guess ? scale * (2.0 * step.last[a] - step.before[a]) : 0.0;
@@ -68,7 +68,7 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
     report = iterate_onto_positions(t, r, step.sum.data());
   }
   if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
-  step.before_h = std::exchange(step.last_h, h);
+  step.before_h = std::exchange(step.last_h, std::abs(h));
 
   model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {

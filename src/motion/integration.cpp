@@ -337,11 +337,7 @@ Outcome Integration::advance_in_equal_steps(double t_end, const Taken& taken, co
       16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_end), std::abs(state.t));
   if (steps.length() < resolution) return step_too_small(resolution, {});
   while (k < steps.count() && !has_stopped_) {
-    Outcome found = step_or_split(steps.time(++k), most_splits, taken);
-    if (!found.ok() && mechanics_.num_events() > 0) {
-      found.what += "; steps of a fixed length pass over how contacts stop and leave: take method dop853";
-    }
-    if (!found.ok()) return found;
+    if (Outcome found = step_or_split(steps.time(++k), most_splits, taken); !found.ok()) return found;
     if (observer && !observer(report_)) break;
   }
   return {};

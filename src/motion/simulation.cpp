@@ -241,8 +241,8 @@ struct Simulation::Implementation {
       // m v dv + m a dr
       const double of_velocity = (speed + tolerances * atol) * (atol + options.rtol * speed);
       const double acceleration = model.scales.accelerations()[i];
-      sum += tolerances * model.mass[i] *
-             (of_velocity + acceleration * model.scales.position_tolerance(options.atol, i));
+      sum +=
+          tolerances * model.mass[i] * (of_velocity + acceleration * model.scales.position_tolerance(options.atol, i));
     }
     return sum;
   }
@@ -390,6 +390,8 @@ struct Simulation::Implementation {
       integration.next_step = first_step(t_end - state.t);
     outcome = integration.advance(
         t_end, [this](const StepResult& step) { take(step); }, observer);
+    if (!outcome.ok() && model.has_friction() && form.num_events() > 0 && !integration.scheme().is_adaptive())
+      outcome.what += "; steps of a fixed length pass over how contacts stop and leave: take method dop853";
     if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
     const bool rejected_last = !outcome.ok();
     if (rejected_last || !integration.knows_acceleration()) {
