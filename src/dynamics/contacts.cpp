@@ -170,11 +170,10 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
   return choose_modes(t, r, v, at_rest, releases, has_changed, w);
 }
 
-/// Of multipliers nu [rows] that changed v at once, J: -nu'(xi_t + K_s'v_s), with what guides, belts and supports move
-/// by themselves.
+/// Of multipliers nu [rows] that changed v at once, J: -nu'xi_t, with what guides and belts move by themselves.
 Power NormalForm::work_of_impulses(const double* r, const double* v, const std::vector<double>& impulses) {
   std::vector<double> prescribed(v, v + size()), rates(num_rows());
-  std::fill_n(prescribed.begin(), 3 * model_.num_moving(), 0.0);
+  std::fill(prescribed.begin(), prescribed.end(), 0.0);
   model_.constraints.evaluate_rates(model_.parallel, r, prescribed.data(), rates.data());
   Power work;
   for (std::size_t a = 0; a < num_rows(); ++a) {

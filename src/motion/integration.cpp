@@ -80,7 +80,7 @@ void Integration::exchange_memory(Memory& memory) {
 /// Where several accelerations are near to each other, those that were found depend on where iterations began.
 void Integration::keep_memory() {
   good_memory_.clear();
-  if (mechanics_.num_events() == 0) return;
+  if (mechanics_.last_solve().friction.uniqueness != Uniqueness::Several) return;
   Memory memory(&good_memory_);
   exchange_memory(memory);
 }

@@ -86,12 +86,6 @@ TEST(DraggedChains, AFloorThatMovesToAndFroCarriesThemAsABlock) {
   }
 }
 
-/// Steps that events cut to a millionth say nothing about the multipliers of the next whole one.
-TEST(DraggedChains, RattleGoesOnAfterStepsThatWereCut) {
-  const Folder folder;
-  run_dragged(folder, "cut_steps");
-}
-
 /// The least of the events' functions has kinks in steps that are longer than beads take to stop.
 TEST(DraggedChains, Rk4FindsEventsBeyondKinks) {
   const Folder folder;
@@ -102,10 +96,9 @@ TEST(DraggedChains, Rk4FindsEventsBeyondKinks) {
 TEST(DraggedChains, FixedStepsThatFailNameTheMethodToTake) {
   const Folder folder;
   const std::filesystem::path scene =
-      std::filesystem::path(TANOR_TEST_DATA) / "friction" / "dragged" / "slow_projection.json";
+      std::filesystem::path(TANOR_TEST_DATA) / "friction" / "dragged" / "cut_steps.json";
 
-  const Ended ended =
-      run_program(folder, {"run", scene.string(), "--method", "rattle", "--step", "0.05", "--out", "out"});
+  const Ended ended = run_program(folder, {"run", scene.string(), "--out", "out"});
 
   EXPECT_EQ(ended.code, 3) << ended.err;
   EXPECT_TRUE(contains(ended.err, "take method dop853")) << ended.err;
