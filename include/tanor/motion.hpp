@@ -83,6 +83,9 @@ struct TANOR_API EnergyReport {
   /// Largest at any step of the kinetic energy, of the change of the potential energy since the start and of each of
   /// the works; at least 1e8 roundings of the energies themselves, since less cannot be told from them.
   double scale = 0.0;
+  /// Largest |now - start - works| so far that is more than the tolerance leaves to velocities and positions, J, and
+  /// when, s.
+  double largest_drift = 0.0, largest_drift_time = 0.0;
   /// (now - start - works)/scale; 0 where nothing ever moved.
   double drift_relative() const;
 };
@@ -114,7 +117,8 @@ struct MotionReport {
   /// Why the motion may be less exact than asked for though nothing failed, and when first: the absolute tolerance is
   /// coarse, one fixed step turns the motion by more than 0.4 rad, steps pass something over, the energy drifts by more
   /// of its scale than the method should let it (fixed steps: 1e-2; a tolerance: 1e4 rtol, between 1e-4 and 1e-2), or
-  /// the tolerance lies below the rounding of the forces. Empty: nothing speaks against it.
+  /// the tolerance lies below the rounding of the forces. A drift counts beside all that flows: the warning is taken
+  /// back where much more flows later. Empty: nothing speaks against it.
   std::string accuracy_warning{};
   std::size_t events = 0;   ///< instants at which the equations changed: a contact began or ceased to slip
   double last_event = 0.0;  ///< s, the last of them

@@ -194,23 +194,74 @@ std::vector<char> NormalForm::find_many_on_surfaces(const std::vector<char>& at_
   return result;
 }
 
+/// Of multipliers nu [rows] that changed v at once, J: -nu'xi_t, with what guides and belts move by themselves.
+Power NormalForm::work_of_impulses(const double* r, const double* v, const std::vector<double>& impulses) {
+  std::vector<double> prescribed(v, v + size()), rates(num_rows());
+  std::fill(prescribed.begin(), prescribed.end(), 0.0);
+  model_.constraints.evaluate_rates(model_.parallel, r, prescribed.data(), rates.data());
+  Power work;
+  for (std::size_t a = 0; a < num_rows(); ++a) {
+    const bool is_contact = static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows;
+    (is_contact ? work.friction : work.supports) -= impulses[a] * rates[a];
+  }
+  return work;
+}
+
+/// All at rest are at rest exactly, whatever they do next. On a surface a contact may still move across its sense: it
+/// is put to rest, too, unless others would lose more than rounding with it, such as a bead between two contacts on
+/// nearly one line, which moves aside many times as fast as they. Then it slides on, to where it moves.
+Outcome NormalForm::put_to_rest(double t, const double* r, double* v, std::vector<char>* at_rest) {
+  // Of the speed around (the energy loses its square), or of what is put to rest itself.
+  constexpr double little = 1e-6, alike = 10.0;
+  Tangents& tangents = model_.constraints.tangents();
+  const std::vector<double> before(v, v + size());
+  std::vector<double> impulses(num_rows());
+  double own = 0.0;
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    if ((*at_rest)[c] != 0) own = std::max(own, norm(tangents.sliding_velocity(c, v)));
+  }
+  for (const bool is_again : {false, true}) {
+    if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
+    std::fill(impulses.begin(), impulses.end(), 0.0);
+    const ProjectionReport still = iterate_onto_velocities(t, r, v, impulses.data());
+    if (!still.outcome.ok()) return still.outcome;
+    work_of_rest_ = work_of_impulses(r, v, impulses);
+    bool is_little = true;
+    for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+      const double lost = norm(load(v, i) - load(before.data(), i));
+      is_little = is_little && lost <= std::max(little * model_.scales.speed(model_.scales.of_point(i)), alike * own);
+    }
+    if (is_little || is_again) return {};
+    bool has_left = false;
+    for (std::size_t c = 0; c < tangents.size(); ++c) {
+      if ((*at_rest)[c] == 0 || norm(tangents.sliding_velocity(c, before.data())) <= sliding_threshold(c)) continue;
+      (*at_rest)[c] = 0;
+      tangents.set_stick(c, false);
+      friction_->laws().set_sense(c, {});
+      has_left = true;
+    }
+    if (!has_left) return {};
+    std::copy(before.begin(), before.end(), v);
+    forget_compliance();
+  }
+  return {};
+}
+
 /// The modes of all contacts at rest together. Islands of few contacts are counted as a whole; what they choose, or, of
 /// more contacts, that all stick but `releases`, is where the search begins. Where it leads nowhere, islands of many
 /// contacts are solved as a whole, too. `has_changed` [island]: where something is to be chosen.
-Outcome NormalForm::choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
+Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
                                  const std::vector<std::size_t>& releases, const std::vector<char>& has_changed,
                                  double* w) {
   Tangents& tangents = model_.constraints.tangents();
   const bool judges = judges_friction_, is_start = refuses_several_;
-  const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
-  // All at rest are at rest exactly, whatever they do next.
+  work_of_rest_ = {};
   const bool was_compliant = is_compliant_;
   forget_compliance();
-  if (num_at_rest > 0) {
-    if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
-    const ProjectionReport still = project_velocities(t, r, v);
-    if (!still.outcome.ok()) return still.outcome;
+  if (std::count(at_rest.begin(), at_rest.end(), 1) > 0) {
+    if (Outcome outcome = put_to_rest(t, r, v, &at_rest); !outcome.ok()) return outcome;
   }
+  const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   // Slow directions begin anew: others hold them now, or no longer.
   for (std::size_t c = 0; c < at_rest.size(); ++c) {
     const bool moves = at_rest[c] == 0 && has_changed[friction_->island_of(c)] != 0 && !tangents.sticks(c);

@@ -283,6 +283,8 @@ class Mechanics {
                                    std::span<const std::size_t> /*which*/, double* /*a*/) {
     return {};
   }
+  /// What guides and supports that move have done at the last switch where it changed v, J.
+  virtual Power work_of_switch() const { return {}; }
   /// The discrete state, plain numbers, to be kept in a snapshot; and back. Throws InputError where it does not fit.
   virtual std::vector<int> discrete_state() const { return {}; }
   virtual void restore_discrete_state(std::span<const int> /*state*/) {}

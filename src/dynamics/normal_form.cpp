@@ -304,8 +304,10 @@ double NormalForm::find_multipliers(double scale) {
 }
 
 double NormalForm::refine(double scale) {
-  constexpr int most_passes = 5;
-  double residual = 0.0;
+  constexpr int patience = 5;
+  const int most_passes = is_compliant_ ? 50 : 5;
+  double residual = 0.0, least = std::numeric_limits<double>::infinity();
+  int since_least = 0;
   last_.refinements = 0;
   for (int pass = 0;; ++pass) {
     const double before = residual;
@@ -320,10 +322,12 @@ double NormalForm::refine(double scale) {
     // Exact beside all, good enough beside its own neighbourhood.
     constexpr double little = 1e-12;
     const bool is_little = largest <= good_enough() * scale && residual <= little;
-    if (is_little || residual <= good_enough() || pass == most_passes || (pass > 0 && !(residual < 0.5 * before)))
-      break;
+    since_least = residual < 0.5 * least ? 0 : since_least + 1;
+    least = std::min(least, residual);
+    const bool stands = is_compliant_ ? since_least == patience : pass > 0 && !(residual < 0.5 * before);
+    if (is_little || residual <= good_enough() || pass == most_passes || stands) break;
     ++last_.refinements;
-    correct(rows_.data(), dw_.data());
+    correct_conjugately(pass == 0, rows_.data(), dw_.data());
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
   }
   return last_.residual;
@@ -399,7 +403,7 @@ void NormalForm::respond(const double* b, double* lambda, double* dw) {
   // rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho
   const int passes = is_compliant_ ? 5 : 3;
   for (int pass = 0; pass < passes && num_rows() > 0; ++pass) {
-    correct(rows_.data(), dw);
+    correct_conjugately(pass == 0, rows_.data(), dw);
     for (std::size_t a = 0; a < num_rows(); ++a) lambda[a] += rows_[a];
     model_.constraints.apply_transposed(model_.parallel, blocks_.data(), dw, b, rows_.data());
   }
@@ -448,7 +452,8 @@ Power NormalForm::power(const double* r, const double* v) const {
 /// What starts an iteration, or was decided where the motion has been.
 void NormalForm::exchange_memory(Memory& memory) {
   model_.exchange_memory(memory);
-  memory.exchange(lambda_, step_multipliers_.last, step_multipliers_.before, suspect_below_);
+  memory.exchange(lambda_, step_multipliers_.last, step_multipliers_.before, step_multipliers_.last_h,
+                  step_multipliers_.before_h, suspect_below_);
   bool have_same_frames = step_multipliers_.frames == model_.constraints.frames();
   memory.exchange(have_same_frames);
   if (memory.reads()) step_multipliers_.frames = model_.constraints.frames() + (have_same_frames ? 0 : 1);

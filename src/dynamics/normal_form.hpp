@@ -119,6 +119,7 @@ class NormalForm final : public EquationsOfMotion {
   void shape_events(const double* values, double* shapes) const override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                            double* w) override;
+  Power work_of_switch() const override { return work_of_rest_; }
   std::vector<int> discrete_state() const override;
   void restore_discrete_state(std::span<const int> state) override;
   Outcome begin(double t, const double* r, double* v, double* w) override;
@@ -176,7 +177,9 @@ class NormalForm final : public EquationsOfMotion {
   double sliding_threshold(std::size_t contact) const;
   double speed_at(std::size_t contact) const;
   double acceleration_at(std::size_t contact) const;
-  Outcome choose_modes(double t, const double* r, double* v, const std::vector<char>& at_rest,
+  Power work_of_impulses(const double* r, const double* v, const std::vector<double>& impulses);
+  Outcome put_to_rest(double t, const double* r, double* v, std::vector<char>* at_rest);
+  Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
                        const std::vector<std::size_t>& releases, const std::vector<char>& has_changed, double* w);
   Outcome settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                        const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
@@ -212,6 +215,7 @@ class NormalForm final : public EquationsOfMotion {
   bool shares_a_load() const;
   std::vector<double> blocks_of_constraints() const;
   void correct(double* rows, double* points);
+  void correct_conjugately(bool begins, double* rows, double* points);
   void share_out(double* lambda) const;
   void solve_negative(const double* b, double* x);
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
@@ -284,17 +288,26 @@ class NormalForm final : public EquationsOfMotion {
   mutable std::vector<double> of_constraints_;  // [d] scratch of `reactions`: multipliers without friction
   struct {
     std::vector<double> places, at_rest, position, rates, lengths;
-  } beyond_;                            // scratch of `beyond_rounding`
-  std::vector<int> restored_;           // discrete state whose senses are still to be found
-  std::vector<double> contact_rows_;    // [d] scratch
-  std::vector<double> respond_;         // [3n] scratch
-  const Ordering ordering_;             // wanted
-  std::unique_ptr<SchurSolver> schur_;  // null: the sparse factor of all alone
-  std::unique_ptr<GramSolver> solver_;  // the sparse factor of all; null where nobody has needed it beside `schur_`
-  bool is_of_schur_ = false;            // the last factor is that of `schur_`
-  std::unique_ptr<Reuse> reuse_;        // null: never
-  double allowed_error_ = 0.0;          // of dw in the M-norm, inside a step; 0: rounding
-  bool has_old_factor_ = false;         // not of the K at hand
+  } beyond_;  // scratch of `beyond_rounding`
+  struct Direction {
+    std::vector<double> d, q;  // [d] of multipliers, and S d
+  };
+  struct {
+    std::vector<Direction> directions;
+    std::vector<double> y;  // [3n]
+    std::size_t num_kept = 0, next = 0;
+  } conjugate_;                               // of `correct_conjugately`
+  Power work_of_rest_;                        // J, of the last switch
+  std::vector<int> restored_;                 // discrete state whose senses are still to be found
+  std::vector<double> contact_rows_;          // [d] scratch
+  std::vector<double> respond_;               // [3n] scratch
+  const Ordering ordering_;                   // wanted
+  std::unique_ptr<SchurSolver> schur_;        // null: the sparse factor of all alone
+  std::unique_ptr<GramSolver> solver_;        // the sparse factor of all; null where only `schur_` was needed
+  bool is_of_schur_ = false;                  // the last factor is that of `schur_`
+  std::unique_ptr<Reuse> reuse_;              // null: never
+  double allowed_error_ = 0.0;                // of dw in the M-norm, inside a step; 0: rounding
+  bool has_old_factor_ = false;               // not of the K at hand
   std::optional<std::size_t> factor_frames_;  // of lines, where it was made; see Constraints::frames
   std::vector<double> correction_;            // [3n] scratch of `correct_by_reuse`
   bool linearises_cheaply_;                   // a factorization costs no more than two solves
@@ -312,6 +325,7 @@ class NormalForm final : public EquationsOfMotion {
     std::vector<double> sum;           // of this step's iterations
     std::vector<double> last, before;  // of the last two steps, over h^2; 0 after a jump of
     std::size_t frames = 0;            // the unit vectors of lines
+    double last_h = std::numeric_limits<double>::max(), before_h = last_h;  // s, of those steps
   } step_multipliers_;
   mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
   mutable std::unique_ptr<MotionSeries> series_;     // else

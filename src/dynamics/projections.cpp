@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/stopwatch.hpp"
 #include "dynamics/normal_form.hpp"
@@ -44,9 +45,12 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
     std::fill(step.before.begin(), step.before.end(), 0.0);
     step.frames = frames;
   }
+  // Over the square of a short step they are rounding, as where one was cut at an event.
+  constexpr double short_step = 0.1;
+  const bool can_guess = std::min(step.last_h, step.before_h) >= short_step * std::abs(h);
   model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
-      step.sum[a] = scale * (2.0 * step.last[a] - step.before[a]);
+      step.sum[a] = can_guess ? scale * (2.0 * step.last[a] - step.before[a]) : 0.0;
     }
   });
   if (redundancy_.is_found()) step_start_.assign(r, r + size());
@@ -64,6 +68,7 @@ ProjectionReport NormalForm::project_step(double t, double h, double* r, double*
     report = iterate_onto_positions(t, r, step.sum.data());
   }
   if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
+  step.before_h = std::exchange(step.last_h, std::abs(h));
 
   model_.parallel.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t a = begin; a < end; ++a) {
@@ -223,7 +228,8 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
   constexpr double target = 1e-13;
   // What sticks stands still: there is no rounding that may add up to a creep.
   const bool holds_contacts = friction_ != nullptr && friction_->num_sticking() > 0;
-  double before = infinity;
+  double before = infinity, least = infinity;
+  int since_least = 0;
   bool decided_here = false;
   if (is_of_schur_ && sum == nullptr) {
     project_island_velocities(target, r, v, &report);
@@ -238,7 +244,12 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
     }
     // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
     const bool is_done = report.violation <= target && !(holds_contacts && report.iterations == 0);
-    if (is_done || report.iterations == 4 || !(report.violation < 0.5 * before)) {
+    // Conjugate residuals may rest for some steps.
+    constexpr int most_conjugate = 100, patience = 5;
+    since_least = report.violation < 0.5 * least ? 0 : since_least + 1;
+    least = std::min(least, report.violation);
+    const bool stands = is_compliant_ ? since_least == patience : !(report.violation < 0.5 * before);
+    if (is_done || report.iterations == (is_compliant_ ? most_conjugate : 4) || stands) {
       if (!redundancy_.is_found() || decided_here || report.violation <= rounding) return report;
       // A dependent row stays behind: it became independent, or contradicts the others.
       decided_here = true;
@@ -249,7 +260,7 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
     }
     before = report.violation;
     // S nu = -(K'v + xi_t), v += M^-1 K nu
-    correct(rows_.data(), v);
+    correct_conjugately(report.iterations == 0, rows_.data(), v);
     for (std::size_t a = 0; sum != nullptr && a < num_rows(); ++a) sum[a] += rows_[a];
   }
 }

@@ -67,6 +67,7 @@ class TangentForm final : public EquationsOfMotion {
   void take_friction_from(NormalForm* normal) { friction_ = normal; }
   std::size_t num_events() const override { return friction_ != nullptr ? friction_->num_events() : 0; }
   void evaluate_events(double t, const double* q, const double* q_dot, double* values) override;
+  Power work_of_switch() const override { return friction_ != nullptr ? friction_->work_of_switch() : Power{}; }
   Outcome switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
                            double* q_ddot) override;
   std::vector<int> discrete_state() const override;

@@ -18,6 +18,7 @@ constexpr double vanishing = 1e-10;  // what is below where another function van
 
 constexpr double dense_tolerance = 1e-7;  // of the step: the secants of the steps made again do the rest
 constexpr int most_passes = 60;  // steps made again: 2 to 4 where functions are smooth, bisection where they jump
+constexpr int most_secants = 15;
 constexpr int most_probes = 12;  // down to 1/8^12 of the step
 constexpr int most_dips = 6;     // and one for every piece of a step
 constexpr std::size_t usual_samples = 8;
@@ -259,6 +260,7 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
     inside.narrow(fraction, least(values_));
   }
   const double end = to->t, whole = end - from.t, finest = resolution(from.t, whole);
+  const double narrow = 1.5 * finest;  // instants round
   double slope = inside.slope() / whole, h = inside.root() * whole;
   double low = 0.0, high = std::max(finest, high_ * whole);
   double last_h = 0.0, last = 0.0;
@@ -280,12 +282,14 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
     }
     if (now > 0.0 && h >= high) return {};  // these steps do not reach the dip that the dense output saw
     (now > 0.0 ? low : high) = h;
-    if (high - low <= finest && now <= 0.0) return {};
+    if (high - low <= narrow && now <= 0.0) return {};
     last_h = h;
     last = now;
     h -= now / slope;
-    if (high - low <= finest)
+    if (high - low <= narrow)
       h = high;
+    else if (pass >= most_secants)
+      h = 0.5 * (low + high);  // where another function is the least one beyond a kink, one end stands
     else if (!(h > low && h < high) || (std::abs(h - last_h) < 0.5 * finest && std::abs(now) > vanishing))
       h = 0.5 * (low + high);  // where a function jumps the secant stands still
   }
@@ -325,6 +329,8 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
     return found;
   }
   scheme.forget();
+  const Power work = mechanics_.work_of_switch();
+  for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) to->work.*part += work.*part;
   if (mechanics_.has_work()) to->power = mechanics_.power(to->x.data(), to->v.data());
   slopes_.clear();
   ++count_;

@@ -77,6 +77,20 @@ void Integration::exchange_memory(Memory& memory) {
   events_.exchange_memory(memory);
 }
 
+/// Where several accelerations are near to each other, those that were found depend on where iterations began.
+void Integration::keep_memory() {
+  good_memory_.clear();
+  if (mechanics_.last_solve().friction.uniqueness != Uniqueness::Several) return;
+  Memory memory(&good_memory_);
+  exchange_memory(memory);
+}
+
+void Integration::restore_good_memory() {
+  if (good_memory_.empty()) return;
+  Memory memory{std::span<const double>(good_memory_)};
+  exchange_memory(memory);
+}
+
 void Integration::restore(const Snapshot& snapshot) {
   const std::vector<double>& before = snapshot.state_before;
   if (const std::size_t expected = 5 + 4 * mechanics_.size(); !before.empty() && before.size() != expected) {
@@ -117,6 +131,7 @@ void Integration::begin() {
   watch_.forget();
   drives_.begin(state.t);
   places_.begin(state.t);
+  keep_memory();
 }
 
 Outcome Integration::return_to_constraints() {
@@ -145,6 +160,7 @@ void Integration::resume(const Snapshot& snapshot) {
   if (!trial_is_before_) trial_ = state;
   watch_.forget();
   places_.resume();
+  keep_memory();
 }
 
 Outcome Integration::advance(double t_end, const Taken& taken, const Observer& observer) {
@@ -266,6 +282,7 @@ void Integration::take_trial(const Attempt& attempt, const Taken& taken) {
     taken(attempt.step);
   }
   places_.note(*scheme_, trial_, state, attempt.step);
+  keep_memory();
 }
 
 /// A fixed step, in pieces where events lie on the way; one that fails is tried again in halves.

@@ -66,12 +66,16 @@ class Integration {
   void restore(const Snapshot& snapshot);
   /// To be called when `state` has its points, before that solve.
   void restore_memory(const Snapshot& snapshot);
+  /// What the last good step left behind, after attempts that failed: to be called before the solve that completes
+  /// `state` again, and after it.
+  void restore_good_memory();
 
   State state;             ///< to be completed by the owner before the first step
   double next_step = 0.0;  ///< s, adaptive schemes: the first one to try; 0: not known yet
 
  private:
   void exchange_memory(Memory& memory);
+  void keep_memory();
 
   /// What one try to go on says.
   struct Attempt {
@@ -121,6 +125,7 @@ class Integration {
   double fastest_before_ = 0.0;                             // … and without the last step
   State trial_;                                             // after a step: the one before, if …
   bool trial_is_before_ = false;                            // … no other was tried since
+  std::vector<double> good_memory_;                         // at `state`, where contacts switch; else empty
   State beyond_;                                            // of steps that coast; made by the first of them
   double limit_ = std::numeric_limits<double>::infinity();  // s, of the next step, whatever its scheme proposes
   double advance_begin_ = 0.0, advance_end_ = 0.0;          // of the last advance in equal steps

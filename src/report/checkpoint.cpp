@@ -27,7 +27,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int format = 8;
+constexpr int format = 9;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
@@ -72,6 +72,8 @@ void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   visit("work_of_supports", report.energy.work_of_supports);
   visit("work_of_forces", report.energy.work_of_forces);
   visit("work_of_friction", report.energy.work_of_friction);
+  visit("largest_drift", report.energy.largest_drift);
+  visit("largest_drift_time", report.energy.largest_drift_time);
   visit("energy_scale", report.energy.scale);
   visit("evaluations", report.counters.evaluations);
   visit("factorizations", report.counters.factorizations);

@@ -196,7 +196,7 @@ struct Simulation::Implementation {
                   rounding_of_energies * std::abs(energy.potential), std::abs(state.work.supports),
                   std::abs(state.work.forces), std::abs(state.work.friction)});
     if (model.has_friction()) measure_friction();
-    if (report.accuracy_warning.empty()) watch_accuracy();
+    watch_accuracy();
     report.counters = model.counters;
     report.times = model.times;
   }
@@ -230,7 +230,8 @@ struct Simulation::Implementation {
                               " m; left out, it is 1e-10 of that size";
   }
 
-  /// What the energy may miss though all velocities are within some thousand tolerances, J: nothing moves yet.
+  /// What the energy may miss though all velocities and positions are within some thousand tolerances, J: nothing moves
+  /// yet.
   double tolerated_energy() {
     constexpr double tolerances = 1e4;
     if (!integration.scheme().is_adaptive()) return 0.0;
@@ -238,25 +239,49 @@ struct Simulation::Implementation {
     double sum = 0.0;
     for (std::size_t i = 0; i < model.num_moving(); ++i) {
       const double speed = norm(load(points.v.data(), i)), atol = model.scales.velocity_tolerance(options.atol, i);
-      sum += tolerances * model.mass[i] * (speed + tolerances * atol) * (atol + options.rtol * speed);
+      // m v dv + m a dr
+      const double of_velocity = (speed + tolerances * atol) * (atol + options.rtol * speed);
+      const double acceleration = model.scales.accelerations()[i];
+      sum +=
+          tolerances * model.mass[i] * (of_velocity + acceleration * model.scales.position_tolerance(options.atol, i));
     }
     return sum;
   }
 
   /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.
   void watch_accuracy() {
-    constexpr double longest_turn = 0.4, largest_drift = 1e-2, least_drift = 1e-4, drift_of_rtol = 1e4;
+    constexpr double longest_turn = 0.4;
+    std::string& warning = report.accuracy_warning;
+    const bool is_of_drift = warning.find(drifts) != std::string::npos;
+    if (!warning.empty() && !is_of_drift) return;
+    const double turn = integration.scheme().is_adaptive() ? 0.0 : integration.turn();
+    watch_drift(turn);
+    warning = turn > longest_turn
+                  ? "steps may be too long: one turns the motion by " + text(turn) + " rad at t = " + text(state.t)
+                  : explain_drift();
+  }
+
+  static constexpr const char* drifts = "the energy drifts by ";
+
+  void watch_drift(double turn) {
     const bool is_adaptive = integration.scheme().is_adaptive();
-    const double turn = is_adaptive ? 0.0 : integration.turn(), drift = std::abs(report.energy.drift_relative());
+    EnergyReport& energy = report.energy;
+    const double drift = std::abs(energy.drift_relative()) * energy.scale;
+    if (!(drift > energy.largest_drift) || !(is_adaptive || turn > 0.0) || !(drift > tolerated_energy())) return;
+    energy.largest_drift = drift;
+    energy.largest_drift_time = state.t;
+  }
+
+  /// Beside all that has flowed so far; empty: it is little.
+  std::string explain_drift() const {
+    constexpr double largest_drift = 1e-2, least_drift = 1e-4, drift_of_rtol = 1e4;
+    const bool is_adaptive = integration.scheme().is_adaptive();
     const double allowed =
         is_adaptive ? std::clamp(drift_of_rtol * options.rtol, least_drift, largest_drift) : largest_drift;
-    std::string& warning = report.accuracy_warning;
-    if (turn > longest_turn)
-      warning = "steps may be too long: one turns the motion by " + text(turn) + " rad";
-    else if (drift > allowed && (is_adaptive || turn > 0.0) && drift * report.energy.scale > tolerated_energy())
-      warning = std::string(is_adaptive ? "the tolerance may be missed" : "steps may be too long") +
-                ": the energy drifts by " + text(drift) + " of its scale";
-    if (!warning.empty()) warning += " at t = " + text(state.t);
+    const EnergyReport& energy = report.energy;
+    if (!(energy.largest_drift > allowed * energy.scale)) return "";
+    return std::string(is_adaptive ? "the tolerance may be missed: " : "steps may be too long: ") + drifts +
+           text(energy.largest_drift / energy.scale) + " of its scale at t = " + text(energy.largest_drift_time);
   }
 
   /// At a step's end; iterations are counted wherever friction was found.
@@ -366,10 +391,14 @@ struct Simulation::Implementation {
       integration.next_step = first_step(t_end - state.t);
     outcome = integration.advance(
         t_end, [this](const StepResult& step) { take(step); }, observer);
+    if (!outcome.ok() && model.has_friction() && form.num_events() > 0 && !integration.scheme().is_adaptive())
+      outcome.what += "; steps of a fixed length pass over how contacts stop and leave: take method dop853";
     if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
     const bool rejected_last = !outcome.ok();
     if (rejected_last || !integration.knows_acceleration()) {
+      if (rejected_last) integration.restore_good_memory();
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
+      if (rejected_last && integration.knows_acceleration()) integration.restore_good_memory();
       if (outcome.ok()) outcome = at_state;
       if (outcome.ok() && state.t == t_end) measure_acceleration();
     }

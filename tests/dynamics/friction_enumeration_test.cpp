@@ -6,6 +6,7 @@
 #include <set>
 #include <tanor/tanor.hpp>
 
+#include "dynamics/random_beads.hpp"
 #include "dynamics/rough_contacts.hpp"
 
 /// \file The motions of few contacts at rest, counted by tanor and by programs of another kind: homotopy continuation
@@ -23,37 +24,18 @@ struct Kind {
   bool doubled, closed;      // a rod given twice; a rod from the last bead to the first one
 };
 
-/// Beads in a row, joined by rods, with any forces.
 System make_beads(unsigned seed, const Kind& kind) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> log_mass(-1.0, 1.0), coefficient(0.1, 0.7);
-  const auto any = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
-  System system;
-  Rods rods{"rods", {}, {}, {}};
+  RandomBeads beads(seed, 0.1, 0.7);
   for (std::size_t k = 0; k < kind.beads; ++k) {
-    const Vector3d r = 1.5 * any(), line = any().normalized(), force = 4.0 * any();
-    const auto bead = static_cast<Index>(k);
-    system.positions.insert(system.positions.end(), {r(0), r(1), r(2)});
-    system.masses.push_back(std::exp(log_mass(random)));
-    system.forces.push_back(ConstantForce{"", {bead}, Vector3{force(0), force(1), force(2)}});
-    const double mu = coefficient(random);
-    if (k < kind.lines) {
-      const std::string name = "l" + std::to_string(k);
-      system.constraints.push_back(Lines{name, {bead}, Vector3{r(0), r(1), r(2)}, Vector3{line(0), line(1), line(2)}});
-      system.friction.push_back(Coulomb{.name = "", .at = {name}, .coefficient = mu});
-    }
-    if (k > 0) rods.pairs.push_back({bead - 1, bead});
+    const RandomBeads::Bead bead = beads.add();
+    if (k >= kind.lines) continue;
+    const std::string name = "l" + std::to_string(k);
+    beads.system.constraints.push_back(Lines{name, {bead.index}, vector_of(bead.r), vector_of(bead.direction)});
+    beads.system.friction.push_back(Coulomb{.name = "", .at = {name}, .coefficient = bead.mu});
   }
-  if (kind.doubled) rods.pairs.push_back({0, 1});
-  if (kind.closed) rods.pairs.push_back({0, static_cast<Index>(kind.beads) - 1});
-  system.velocities.assign(3 * kind.beads, 0.0);
-  system.constraints.push_back(rods);
-  return system;
-}
-
-Status status_of(std::size_t motions) {
-  return motions == 0 ? Status::NoSolution : motions == 1 ? Status::Ok : Status::NotUnique;
+  if (kind.doubled) beads.rods.pairs.push_back({0, 1});
+  if (kind.closed) beads.rods.pairs.push_back({0, static_cast<Index>(kind.beads) - 1});
+  return beads.finish();
 }
 
 Uniqueness uniqueness_of(std::size_t motions) {

@@ -5,6 +5,7 @@
 #include <random>
 #include <tanor/tanor.hpp>
 
+#include "dynamics/random_beads.hpp"
 #include "reference.hpp"
 
 /// \file The motions of beads at rest on rough planes, which rods join: a direction of sliding is unknown there. They
@@ -19,26 +20,15 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 System make_planes(unsigned seed, std::size_t count) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> log_mass(-1.0, 1.0), coefficient(0.2, 0.9);
-  const auto any = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
-  System system;
-  Rods rods{"rods", {}, {}, {}};
+  RandomBeads beads(seed, 0.2, 0.9);
   for (std::size_t k = 0; k < count; ++k) {
-    const Vector3d r = 1.5 * any(), n = any().normalized(), force = 4.0 * any();
-    const auto bead = static_cast<tanor::Index>(k);
-    system.positions.insert(system.positions.end(), {r(0), r(1), r(2)});
-    system.masses.push_back(std::exp(log_mass(random)));
+    const RandomBeads::Bead bead = beads.add();
     const std::string name = "p" + std::to_string(k);
-    system.constraints.push_back(Planes{name, {bead}, Vector3{n(0), n(1), n(2)}, n.dot(r)});
-    system.forces.push_back(ConstantForce{"", {bead}, Vector3{force(0), force(1), force(2)}});
-    system.friction.push_back(Coulomb{.name = "", .at = {name}, .coefficient = coefficient(random)});
-    if (k > 0) rods.pairs.push_back({bead - 1, bead});
+    beads.system.constraints.push_back(
+        Planes{name, {bead.index}, vector_of(bead.direction), bead.direction.dot(bead.r)});
+    beads.system.friction.push_back(Coulomb{.name = "", .at = {name}, .coefficient = bead.mu});
   }
-  system.velocities.assign(3 * count, 0.0);
-  system.constraints.push_back(rods);
-  return system;
+  return beads.finish();
 }
 
 /// Two components of friction a bead, x [2n]; a = a0 + A x along them, reactions nu = nu0 + V x.
@@ -229,9 +219,8 @@ TEST(FrictionOnPlanes, BeadsAtRestHaveAsManyMotionsAsTheLaw) {
         EXPECT_NE(report.friction.uniqueness_reason.find("too many"), std::string::npos);
         continue;
       }
-      const Status status = all.empty() ? Status::NoSolution : all.size() == 1 ? Status::Ok : Status::NotUnique;
-      EXPECT_EQ(report.outcome.status, status);
-      EXPECT_EQ(run.outcome().status, status) << run.outcome().what;
+      EXPECT_EQ(report.outcome.status, status_of(all.size()));
+      EXPECT_EQ(run.outcome().status, status_of(all.size())) << run.outcome().what;
       if (all.size() != 1 || !report.outcome.ok()) continue;
       EXPECT_EQ(report.friction.uniqueness, Uniqueness::Proven);
       for (std::size_t c = 0; c < count; ++c) {

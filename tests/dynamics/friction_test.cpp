@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <random>
 #include <tanor/tanor.hpp>
@@ -97,12 +100,51 @@ TEST(Painleve, NoneIsSaidToBeNone) {
   EXPECT_EQ(answer.report.friction.uniqueness, Uniqueness::None);
 }
 
-TEST(Painleve, SeveralAreSaidToBeSeveral) {
+/// Both beads have the acceleration a, the rod holds the upper one: R cos(alpha) = f2 - m2 a, N = m1 g - R sin(alpha),
+/// and
+///
+///   (m1 + m2) a = f1 + f2 - mu |N|,   so for s = sign N
+///   a = (f1 + f2 - mu s (m1 g - f2 tan(alpha)))/(m1 + m2 + mu s m2 tan(alpha)),   if then s N > 0
+std::vector<double> list_accelerations(const Rails& c) {
+  const double slope = std::tan(c.alpha * std::numbers::pi / 180.0);
+  std::vector<double> found;
+  for (const double s : {-1.0, 1.0}) {
+    const double a = (c.f1 + c.f2 - c.mu * s * (c.m1 * 9.81 - c.f2 * slope)) / (c.m1 + c.m2 + c.mu * s * c.m2 * slope);
+    if (s * (c.m1 * 9.81 - (c.f2 - c.m2 * a) * slope) > 0.0) found.push_back(a);
+  }
+  return found;
+}
+
+/// The first numbers in brackets: "… (a, 0, 0) and (b, 0, 0) m/s^2 …".
+std::vector<double> read_accelerations(const std::string& what) {
+  std::vector<double> found;
+  for (std::size_t at = what.find('(', what.find("obey the law")); at != std::string::npos;
+       at = what.find('(', at + 1)) {
+    std::array<double, 3> a{};
+    if (std::sscanf(what.c_str() + at, "(%lf, %lf, %lf)", &a[0], &a[1], &a[2]) != 3) continue;
+    EXPECT_EQ(a[1], 0.0);
+    EXPECT_EQ(a[2], 0.0);
+    found.push_back(a[0]);
+  }
+  return found;
+}
+
+TEST(Painleve, SeveralAreToldWithTheirAccelerations) {
   for (const Rails& rails : {Rails{0.6, 75.0, 1.0, 1.0, 0.0, 1.0}, Rails{0.6, 75.0, 1.0, 1.0, 0.0, -30.0},
                              Rails{0.9, 60.0, 0.1, 10.0, 0.0, 5.0}, Rails{0.9, 60.0, 0.1, 10.0, 0.0, -5.0}}) {
+    SCOPED_TRACE(rails.f2);
+    std::vector<double> wanted = list_accelerations(rails);
+    ASSERT_EQ(wanted.size(), 2u);
+
     const Answer answer = solve(make_rails(rails));
+
     EXPECT_EQ(answer.report.outcome.status, Status::NotUnique) << answer.report.outcome.what;
     EXPECT_EQ(answer.report.friction.uniqueness, Uniqueness::Several);
+    std::vector<double> told = read_accelerations(answer.report.outcome.what);
+    ASSERT_EQ(told.size(), 2u) << answer.report.outcome.what;
+    std::ranges::sort(wanted);
+    std::ranges::sort(told);
+    for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(told[k], wanted[k], 1e-10 * std::abs(wanted[k])) << k;
   }
 }
 

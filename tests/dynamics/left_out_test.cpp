@@ -237,16 +237,88 @@ TEST(LeftOut, FunctionsOfTimeAreEvaluatedOnceAnInstant) {
   }
 }
 
-TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
-  const Dynamics still(make_chain(3));
-  System moving = make_chain(3);
-  std::get<Rods>(moving.constraints[0]).length = ScalarFunction::formula("0.1 + 0.01*sin(t)");
-  const Dynamics driven(moving);
+/// A bead in a bowl, as if it depended on time or not, and the calls of its function.
+struct BowlRun {
+  int calls = 0;
+  MotionReport report;
+  PlanSummary plan;
 
-  EXPECT_TRUE(says(still.plan(), "xi_t terms"));
-  EXPECT_TRUE(says(still.plan(), "work integral"));
-  EXPECT_FALSE(says(driven.plan(), "xi_t terms"));
-  EXPECT_FALSE(says(driven.plan(), "work integral"));
+  BowlRun(Method method, bool depends_on_time) {
+    System system;
+    system.positions = {1.0, 0.0, 1.0};
+    system.velocities = {0.0, 1.0, 0.0};
+    system.masses = {1.0};
+    system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+    const auto bowl = [this](const auto& r, const auto&) {
+      ++calls;
+      return r[2] - r[0] * r[0] - r[1] * r[1];
+    };
+    UserConstraints constraint{"bowl", {{0}}, make_constraint_kernel<1>(bowl, false)};
+    constraint.kernel.depends_on_time = depends_on_time;
+    system.constraints = {constraint};
+    Simulation simulation(system, {.method = method, .step = method == Method::Rk4 ? 0.01 : 0.0});
+    plan = simulation.plan();
+    calls = 0;
+    EXPECT_TRUE(simulation.advance(1.0).ok());
+    report = simulation.report();
+  }
+};
+
+/// Where a constraint might move, its work is integrated, which leaves the rounding and the errors of a quadrature;
+/// where none does, nothing is. Time alone costs no evaluation: xi, its rate and phi come from one call each.
+TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
+  for (const Method method : {Method::Rk4, Method::Dopri5, Method::Dop853}) {
+    SCOPED_TRACE(method_name(method));
+
+    const BowlRun still(method, false), moving(method, true);
+
+    EXPECT_EQ(still.report.energy.work_of_supports, 0.0);
+    EXPECT_NE(moving.report.energy.work_of_supports, 0.0);
+    EXPECT_LT(std::abs(moving.report.energy.work_of_supports), 1e-6);
+    EXPECT_EQ(still.calls, moving.calls);
+    // xi and its gradient, rate and phi, and on each step the chord iterations of its end.
+    EXPECT_LE(still.calls, static_cast<int>(4 * still.report.counters.evaluations));
+    EXPECT_TRUE(says(still.plan, "xi_t terms"));
+    EXPECT_TRUE(says(still.plan, "work integral"));
+    EXPECT_FALSE(says(moving.plan, "xi_t terms"));
+    EXPECT_FALSE(says(moving.plan, "work integral"));
+  }
+}
+
+/// A function of time is called at each instant at which the equations are evaluated, at stages and between them; that
+/// of rods beside it that keep their length at none: theirs is no function.
+TEST(LeftOut, AFunctionOfTimeIsCalledForItsOwnConstraintsAlone) {
+  const auto count_calls = [](Index driven_rods) {
+    System system = make_chain(50);
+    auto& rods = std::get<Rods>(system.constraints[0]);
+    Rods driven{"driven", {rods.pairs.end() - driven_rods, rods.pairs.end()}, {}, {}};
+    rods.pairs.erase(rods.pairs.end() - driven_rods, rods.pairs.end());
+    // At t = 0 they have the lengths that they are drawn with.
+    for (Index i = 51 - driven_rods; i <= 50; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto last = 3 * static_cast<std::size_t>(i);
+        system.positions[last + axis] = system.positions[last - 3 + axis] + (axis == 0 ? 0.1 : 0.0);
+      }
+    }
+    int calls = 0;
+    driven.length = ScalarFunction::custom([&calls](const Jet<2>& t) {
+      ++calls;
+      return 0.1 + 0.001 * t * t;
+    });
+    if (driven_rods > 0) system.constraints.push_back(driven);
+    Simulation simulation(system, {.method = Method::Rk4, .step = 1e-4});
+    calls = 0;
+    EXPECT_TRUE(simulation.advance(0.01).ok()) << simulation.outcome().what;
+    EXPECT_EQ(simulation.report().steps, 100u);
+    return calls;
+  };
+
+  const int one = count_calls(1), many = count_calls(20), none = count_calls(0);
+
+  EXPECT_EQ(none, 0);
+  EXPECT_EQ(one, many);
+  EXPECT_GE(one, 200) << "the middle and the end of each step";
+  EXPECT_LE(one, 6000) << "and some forty instants, at which a step is looked at";
 }
 
 }  // namespace

@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ostream>
 #include <string>
-#include <tuple>
 
 #include "motion/allocation/steady_steps.hpp"
 #include "motion/scenes.hpp"
@@ -11,13 +9,6 @@
 /// \file Steps with friction take no memory while no contact changes its mode.
 namespace tanor {
 namespace {
-
-struct RoughScene {
-  std::string name;
-  System (*build)();
-
-  friend std::ostream& operator<<(std::ostream& out, const RoughScene& scene) { return out << scene.name; }
-};
 
 Coulomb make_rough(const std::string& guide, double mu) {
   return Coulomb{.name = "rough " + guide, .at = {guide}, .coefficient = mu};
@@ -152,7 +143,7 @@ System make_creeping_beads() {
   return system;
 }
 
-const RoughScene scenes_with_friction[]{
+const allocation::Scene scenes_with_friction[]{
     {"beads_on_a_line", make_beads_on_a_line},
     {"sliding_bars", [] { return make_bars_on_lines(2, 2.0, 0.2); }},
     {"many_sliding_bars", [] { return make_bars_on_lines(10, 2.0, 0.2); }},
@@ -170,7 +161,7 @@ MotionOptions make_options(Method method) {
   return options;
 }
 
-class StepWithFrictionTest : public testing::TestWithParam<std::tuple<RoughScene, Method, int>> {};
+class StepWithFrictionTest : public testing::TestWithParam<allocation::Steps> {};
 
 TEST_P(StepWithFrictionTest, AllocatesNothing) {
   const auto& [scene, method, threads] = GetParam();
@@ -185,11 +176,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, StepWithFrictionTest,
                                           testing::Values(Method::Auto, Method::Rk4, Method::Dopri5, Method::Rattle,
                                                           Method::Rattle4, Method::Rattle6),
                                           testing::Values(1, 2)),
-                         [](const auto& instance) {
-                           return std::get<0>(instance.param).name + "_" +
-                                  std::string(method_name(std::get<1>(instance.param))) + "_" +
-                                  std::to_string(std::get<2>(instance.param));
-                         });
+                         allocation::name_steps);
 
 class FrictionMethodTest : public testing::TestWithParam<FrictionMethod> {};
 

@@ -12,13 +12,7 @@ namespace tanor {
 namespace {
 
 using allocation::AllocationCounter;
-
-struct Scene {
-  std::string name;
-  System (*build)();
-
-  friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
-};
+using allocation::Scene;
 
 /// Each island on its own way, a net's sparse factors among them.
 System make_mixture() {
@@ -51,7 +45,7 @@ MotionOptions make_options(Method method) {
   return options;
 }
 
-class SteadyStepTest : public testing::TestWithParam<std::tuple<Scene, Method, int>> {};
+class SteadyStepTest : public testing::TestWithParam<allocation::Steps> {};
 
 TEST_P(SteadyStepTest, AllocatesNothing) {
   const auto& [scene, method, threads] = GetParam();
@@ -80,34 +74,29 @@ TEST_P(SteadyStepTest, AllocatesNothingWhereEachIsAnAdvance) {
   EXPECT_EQ(count, 0u);
 }
 
-std::string name_instance(const testing::TestParamInfo<SteadyStepTest::ParamType>& instance) {
-  const auto& [scene, method, threads] = instance.param;
-  return scene.name + "_" + std::string(method_name(method)) + "_" + std::to_string(threads);
-}
-
 INSTANTIATE_TEST_SUITE_P(Scenes, SteadyStepTest,
                          testing::Combine(testing::ValuesIn(steady_scenes),
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor,
                                                           Method::Rattle),
                                           testing::Values(1, 2)),
-                         name_instance);
+                         allocation::name_steps);
 INSTANTIATE_TEST_SUITE_P(Compositions, SteadyStepTest,
                          testing::Combine(testing::Values(steady_scenes[0], steady_scenes[2], steady_scenes[5],
                                                           steady_scenes[8]),
                                           testing::Values(Method::Rattle4, Method::Rattle6), testing::Values(1, 2)),
-                         name_instance);
+                         allocation::name_steps);
 // Whose forces have no series
 INSTANTIATE_TEST_SUITE_P(Pairs, SteadyStepTest,
                          testing::Combine(testing::Values(Scene{"melt", [] { return scenes::make_melt(12); }}),
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Rattle),
                                           testing::Values(1, 2)),
-                         name_instance);
+                         allocation::name_steps);
 // Which rattle cannot step
 INSTANTIATE_TEST_SUITE_P(Coordinates, SteadyStepTest,
                          testing::Combine(testing::Values(Scene{"coordinates", scenes::make_coordinates}),
                                           testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853),
                                           testing::Values(1, 2)),
-                         name_instance);
+                         allocation::name_steps);
 
 TEST(AllocationCounterTest, SeesMallocAndNew) {
   const AllocationCounter counter;

@@ -4,12 +4,31 @@
 
 #include <cstddef>
 #include <memory>
+#include <ostream>
+#include <string>
+#include <tuple>
 
 #include <tanor/motion.hpp>
 
 #include "motion/allocation/counting_allocator.hpp"
 
 namespace tanor::allocation {
+
+/// A scene and its name in lists of tests.
+struct Scene {
+  std::string name;
+  System (*build)();
+
+  friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
+};
+
+/// A scene, a method and a number of threads.
+using Steps = std::tuple<Scene, Method, int>;
+
+inline std::string name_steps(const testing::TestParamInfo<Steps>& instance) {
+  const auto& [scene, method, threads] = instance.param;
+  return scene.name + "_" + std::string(method_name(method)) + "_" + std::to_string(threads);
+}
 
 /// Allocations in 20 steps of a simulation, after 3 to warm up; one more follows, so that the count falls between two.
 inline std::size_t count_in_steady_steps(Simulation* simulation) {

@@ -1,0 +1,110 @@
+#include <cmath>
+
+#include "cli/program.hpp"
+
+/// \file The scenes of tests/data/friction/dragged: random chains on rough floors.
+namespace tanor::cli {
+namespace {
+
+using nlohmann::json;
+
+json run_dragged(const Folder& folder, const std::string& name, const Words& more = {}) {
+  const std::filesystem::path scene =
+      std::filesystem::path(TANOR_TEST_DATA) / "friction" / "dragged" / (name + ".json");
+  Words words{"run", scene.string(), "--out", "out"};
+  words.insert(words.end(), more.begin(), more.end());
+  const Ended ended = run_program(folder, words);
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  return read_json(folder / "out" / "summary.json");
+}
+
+/// Beads that stick beside others on nearly one line; an event between two instants that are neighbours.
+TEST(DraggedChains, ArriveWithTheirEnergyBalanced) {
+  for (const char* name : {"event_between_instants", "slow_projection", "stops_without_end"}) {
+    SCOPED_TRACE(name);
+    const Folder folder;
+
+    const json summary = run_dragged(folder, name);
+
+    EXPECT_LE(std::abs(summary.at("energy").at("drift_relative").get<double>()), 1e-8);
+    EXPECT_LT(summary.at("energy").at("work_of_friction").get<double>(), 0.0);
+  }
+}
+
+/// v' = mu g sgn(u(t) - v) by switches at u = v, found by bisection, from rest at t = 0; mu g < |u'| at each of them.
+struct Block {
+  double x = 0.0, v = 0.0;
+
+  Block(double friction, double speed, double omega, double t_end) {
+    const auto belt = [&](double t) { return speed * std::sin(omega * t); };
+    const double look = 1e-3 / omega;
+    double sense = 1.0;
+    for (double t = 0.0; t < t_end;) {
+      const auto ahead = [&](double s) { return sense * (belt(s) - (v + sense * friction * (s - t))); };
+      double low = t + look, high = low;
+      while (high < t_end && ahead(high) > 0.0) high += look;
+      for (int k = 0; k < 100; ++k) {
+        const double middle = 0.5 * (low + high);
+        (ahead(middle) > 0.0 ? low : high) = middle;
+      }
+      const double h = std::min(high, t_end) - t;
+      x += h * (v + 0.5 * sense * friction * h);
+      v += sense * friction * h;
+      t += h;
+      sense = -sense;
+    }
+  }
+};
+
+/// A floor that moves to and fro as a whole carries a chain as one block: friction is the same at all beads, whatever
+/// their masses, and rods carry nothing.
+TEST(DraggedChains, AFloorThatMovesToAndFroCarriesThemAsABlock) {
+  for (const char* name : {"belt_of_15", "belt_of_13"}) {
+    SCOPED_TRACE(name);
+    const Folder folder;
+    const json scene =
+        read_json(std::filesystem::path(TANOR_TEST_DATA) / "friction" / "dragged" / (std::string(name) + ".json"));
+    const json& friction = scene.at("friction").at(0);
+    double c = 0.0, s = 0.0, speed = 0.0, omega = 0.0;
+    ASSERT_EQ(std::sscanf(friction.at("velocity").at("formula").at(0).get<std::string>().c_str(),
+                          "(%lf)*(%lf*sin(%lf*t))", &c, &speed, &omega),
+              3);
+    ASSERT_EQ(std::sscanf(friction.at("velocity").at("formula").at(1).get<std::string>().c_str(), "(%lf)", &s), 1);
+    const double size = std::hypot(c, s);  // 1 but for its digits
+    const Block block(friction.at("coefficient").get<double>() * 9.81, size * speed, omega,
+                      scene.at("motion").at("t_end").get<double>());
+
+    const json summary = run_dragged(folder, name, {"--rtol", "1e-10"});
+
+    EXPECT_LE(std::abs(summary.at("energy").at("drift_relative").get<double>()), 1e-10);
+    const json &start = scene.at("points").at("positions"), &end = summary.at("final").at("positions");
+    for (std::size_t i = 0; i < start.size(); ++i) {
+      EXPECT_NEAR(end[i][0].get<double>() - start[i][0].get<double>(), c / size * block.x, 1e-8) << i;
+      EXPECT_NEAR(end[i][1].get<double>() - start[i][1].get<double>(), s / size * block.x, 1e-8) << i;
+      EXPECT_NEAR(summary.at("final").at("velocities")[i][0].get<double>(), c / size * block.v, 1e-8) << i;
+    }
+  }
+}
+
+/// The least of the events' functions has kinks in steps that are longer than beads take to stop.
+TEST(DraggedChains, Rk4FindsEventsBeyondKinks) {
+  const Folder folder;
+  run_dragged(folder, "kinked_events");
+}
+
+/// Where steps of a fixed length fail at contacts that stop, the error says what to take.
+TEST(DraggedChains, FixedStepsArriveAndThoseThatAreTooLongNameTheMethodToTake) {
+  const Folder folder;
+  const std::filesystem::path scene =
+      std::filesystem::path(TANOR_TEST_DATA) / "friction" / "dragged" / "cut_steps.json";
+
+  const Ended ended = run_program(folder, {"run", scene.string(), "--out", "out"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+
+  const Ended stopped = run_program(folder, {"run", scene.string(), "--step", "0.01", "--out", "out"});
+  EXPECT_EQ(stopped.code, 3) << stopped.err;
+  EXPECT_TRUE(contains(stopped.err, "take method dop853")) << stopped.err;
+}
+
+}  // namespace
+}  // namespace tanor::cli
