@@ -145,6 +145,10 @@ class Eights {
 struct Largest {
   Eight value{}, zero{};  // zero: 0 times what was seen
 
+  void see(const Eight& magnitudes) {
+    value = magnitudes > value ? magnitudes : value;
+    zero += 0.0 * magnitudes;
+  }
   double read() const {
     double result = 0.0;
     for (std::size_t lane = 0; lane < num_lanes; ++lane) result = larger(result, value[lane] + zero[lane]);

@@ -1,6 +1,7 @@
 #include "schur/batch_solver.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "plan/thresholds.hpp"
 
@@ -90,13 +91,11 @@ void call_for_rows(const Batch& batch, const double* array) {
 }
 
 /// Of a batch, an island a lane.
-void include_residuals(const Largest& right_side, const Largest& residual, Elimination* found) {
-  for (std::size_t lane = 0; lane < num_lanes; ++lane) {
-    const double b = right_side.value[lane] + right_side.zero[lane], left = residual.value[lane] + residual.zero[lane];
-    found->largest_right_side = larger(found->largest_right_side, b);
-    found->residual = larger(found->residual, left);
-    found->own_residual = larger(found->own_residual, own_residual(left, b));
-  }
+void include_residuals(const Largest& right_side, const Largest& residual, BatchSolver::Found* found) {
+  const Eight b = right_side.value + right_side.zero, left = residual.value + residual.zero;
+  found->right_side.see(b);
+  found->residual.see(left);
+  found->own_residual.see(left / (b + std::numeric_limits<double>::min()));
 }
 
 }  // namespace
@@ -128,9 +127,9 @@ Elimination BatchSolver::found() const {
   for (const Workspace& work : workspaces_) {
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       result.reciprocal_condition = std::min(result.reciprocal_condition, work.smallest[lane]);
-    result.largest_right_side = larger(result.largest_right_side, work.found.largest_right_side);
-    result.residual = larger(result.residual, work.found.residual);
-    result.own_residual = larger(result.own_residual, work.found.own_residual);
+    result.largest_right_side = larger(result.largest_right_side, work.found.right_side.read());
+    result.residual = larger(result.residual, work.found.residual.read());
+    result.own_residual = larger(result.own_residual, work.found.own_residual.read());
   }
   return result;
 }

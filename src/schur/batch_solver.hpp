@@ -18,6 +18,11 @@ class BatchSolver final : public IslandSolver {
   static std::unique_ptr<BatchSolver> make(const SchurProblem& problem, int threads, bool eagerly,
                                            std::vector<Index>* islands);
 
+  /// Of all batches that one thread has solved; `own_residual`: of each island, over its own right side.
+  struct Found {
+    Largest right_side, residual, own_residual;
+  };
+
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
                     double* w) override;
   Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
@@ -40,7 +45,7 @@ class BatchSolver final : public IslandSolver {
     Eights b, x, sum, lengths;
     Eight smallest;
     Largest right_side, residual;  // of the batch at hand
-    Elimination found;
+    Found found;
     Projection projection;
   };
 
