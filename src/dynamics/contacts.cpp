@@ -3,8 +3,8 @@
 #include <limits>
 #include <utility>
 
-#include "dynamics/normal_form.hpp"
 #include "base/text.hpp"
+#include "dynamics/normal_form.hpp"
 
 /// \file Contacts of NormalForm that stick and slide (theory, section 7a): exact Coulomb friction as events.
 ///
@@ -490,6 +490,18 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
       ++released[contact];
       release(contact);
       for (std::size_t other = 0; other < at_rest.size(); ++other) laws.set_at_limit(other, false);
+      has_changed = true;
+    }
+    // Those whose event was located a rounding below their limit, or that hold a rounding more, give way, too: else
+    // they would be met again at once.
+    for (std::size_t c = 0; !has_changed && !releases.empty() && c < tangents.size(); ++c) {
+      const bool is_open = at_rest[c] != 0 && tangents.sticks(c) && wanted[friction_->island_of(c)] != 0;
+      if (!is_open || is_known[c] != 0 || released[c] != 0) continue;
+      const bool is_met = std::find(releases.begin(), releases.end(), c) != releases.end();
+      const double limit = (is_met ? 1.0 - 1e-8 : 1.0 + limit_slack) * friction_->static_limit(c, lambda_.data());
+      if (!(norm(friction_->held(c, lambda_.data())) >= limit)) continue;
+      ++released[c];
+      release(c);
       has_changed = true;
     }
     if (!has_changed) return {};

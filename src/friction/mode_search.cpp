@@ -76,7 +76,7 @@ void ModeSearch::set_contacts() {
     all << problem_.N0.segment<3>(row) / unit_, problem_.W.middleRows<3>(row);
     const Eigen::JacobiSVD<MatrixXd> svd(all, Eigen::ComputeFullU);
     const auto& sigma = svd.singularValues();
-    const auto is_zero = [&](Eigen::Index i) {
+    const auto is_zero = [&, mu = mu](Eigen::Index i) {
       return sigma.size() <= i || mu * sigma(i) <= rank_rounding * std::max(1.0, mu * sigma(0));
     };
     turns_in_space_ = turns_in_space_ || !is_zero(2);

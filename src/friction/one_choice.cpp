@@ -131,7 +131,7 @@ VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
     return solve_by_newton(equations, &x) && obeys(x) ? x : VectorXd();
   };
   VectorXd x = guess.size() == problem.size() ? guess : VectorXd(VectorXd::Zero(problem.size()));
-  if (const VectorXd found = polish(x); found.size() > 0) return found;
+  if (VectorXd found = polish(x); found.size() > 0) return found;
   constexpr int most_rounds = 60;
   VectorXd limits(static_cast<Eigen::Index>(problem.contacts.size()));
   for (int round = 0; round < most_rounds; ++round) {
@@ -139,7 +139,7 @@ VectorXd find_one(const ContactProblem& problem, const VectorXd& guess) {
       limits(static_cast<Eigen::Index>(c)) = problem.contacts[c].mu * problem.normal_force(c, x).norm();
     solve_convex(problem, limits, &x);
     if (obeys(x)) return x;
-    if (const VectorXd found = polish(x); found.size() > 0) return found;
+    if (VectorXd found = polish(x); found.size() > 0) return found;
   }
   return {};
 }

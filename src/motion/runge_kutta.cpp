@@ -207,7 +207,7 @@ Outcome RungeKutta::prepare_inside(const State& from, const State& to) {
   for (std::size_t i = 0; i < tableau_.dense.c.size(); ++i) {
     std::vector<double>& a = accelerations_[end - 1 + i];
     a.resize(from.x.size());
-    const Outcome found =
+    Outcome found =
         evaluate_stage(from, to.t - from.t, tableau_.dense.c[i], rows_[end + 1 + i], accelerations(from, to), a.data());
     if (!found.ok()) return found;
   }

@@ -57,7 +57,7 @@ void ArrayWriter::write(std::string_view key, const Numbers& numbers, std::size_
 }
 
 std::filesystem::path ArrayWriter::name_file(std::string_view key) {
-  const std::filesystem::path file = prefix_->string() + std::string(key) + ".npy";
+  std::filesystem::path file = prefix_->string() + std::string(key) + ".npy";
   json_->value(file.filename().string());
   return file;
 }

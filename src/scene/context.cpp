@@ -132,7 +132,7 @@ Parameter Context::parameter(const Cursor& cursor, std::size_t num_members, Para
 }
 
 Parameter Context::constant_parameter(const Cursor& cursor, std::size_t num_members) const {
-  const Parameter parameter = this->parameter(cursor, num_members);
+  Parameter parameter = this->parameter(cursor, num_members);
   if (!parameter.functions.empty()) cursor.fail(R"("initial", a number or a list of numbers)");
   return parameter;
 }

@@ -384,7 +384,7 @@ StartReport Dynamics::start(double t, std::span<double> positions, std::span<dou
   self.is_there = false;
   check_enum(mode, StartMode::Project, "/motion/start");
   self.gather(t, positions, velocities, &self.y, &self.z);
-  const StartReport report = self.forms.start(t, self.y.data(), self.z.data(), mode);
+  StartReport report = self.forms.start(t, self.y.data(), self.z.data(), mode);
   if (report.outcome.ok()) {
     self.numbering().scatter_points(self.y, positions);
     self.numbering().scatter_points(self.z, velocities);

@@ -18,9 +18,11 @@ json run_dragged(const Folder& folder, const std::string& name, const Words& mor
   return read_json(folder / "out" / "summary.json");
 }
 
-/// Beads that stick beside others on nearly one line; an event between two instants that are neighbours.
+/// Beads that stick beside others on nearly one line; an event between two instants that are neighbours; rows on a
+/// line whose beads reach their limits one by one, to a rounding, until all give way.
 TEST(DraggedChains, ArriveWithTheirEnergyBalanced) {
-  for (const char* name : {"event_between_instants", "slow_projection", "stops_without_end"}) {
+  for (const char* name :
+       {"event_between_instants", "slow_projection", "stops_without_end", "row_of_37", "row_of_45"}) {
     SCOPED_TRACE(name);
     const Folder folder;
 
