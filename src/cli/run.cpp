@@ -169,7 +169,7 @@ ExitCode execute(const RunOptions& options) {
   progress.end();
   if (simulation.outcome().ok() && !options.quiet) tell_redundancy(options, simulation);
   const std::string page = finish(ending, simulation, &folder);
-  if (const std::string& warning = simulation.report().accuracy_warning; !warning.empty() && !options.quiet)
+  if (const std::string& warning = simulation.report().accuracy_warning; !warning.empty())
     print_message(options.scene.string() + ": warning: " + warning);
 
   if (const std::string several = report::describe_several(simulation.report().friction); !several.empty())

@@ -231,7 +231,19 @@ Outcome NormalForm::put_to_rest(double t, const double* r, double* v, std::vecto
       const double lost = norm(load(v, i) - load(before.data(), i));
       is_little = is_little && lost <= std::max(little * model_.scales.speed(model_.scales.of_point(i)), alike * own);
     }
-    if (is_little || is_again) return {};
+    if (is_little || is_again) {
+      // What constraints do not let be put to rest, such as a bead that only turns others on its line, slides on, too.
+      constexpr double rounding_of_rest = 10.0;
+      for (std::size_t c = 0; c < tangents.size(); ++c) {
+        const double left = norm(tangents.sliding_velocity(c, v));
+        if ((*at_rest)[c] == 0 || left <= rounding_of_rest * sliding_threshold(c)) continue;
+        (*at_rest)[c] = 0;
+        tangents.set_stick(c, false);
+        friction_->laws().set_sense(c, {});
+        forget_compliance();
+      }
+      return {};
+    }
     bool has_left = false;
     for (std::size_t c = 0; c < tangents.size(); ++c) {
       if ((*at_rest)[c] == 0 || norm(tangents.sliding_velocity(c, before.data())) <= sliding_threshold(c)) continue;

@@ -1,7 +1,9 @@
 #include <tanor/motion.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <iterator>
 #include <limits>
 
@@ -225,9 +227,10 @@ struct Simulation::Implementation {
       if (model.scales.length(k) < model.scales.length(smallest)) smallest = k;
     const double length = model.scales.length(smallest);
     if (!(options.atol > coarse * length)) return;
-    report.accuracy_warning = "the absolute tolerance, " + text(options.atol) + " m, is " +
-                              text(options.atol / length) + " of the size of what moves, " + text(length) +
-                              " m; left out, it is 1e-10 of that size";
+    std::array<char, 16> part{};
+    std::snprintf(part.data(), part.size(), "%.3g", options.atol / length);
+    report.accuracy_warning = "the absolute tolerance, " + text(options.atol) + " m, is " + std::string(part.data()) +
+                              " of the size of what moves, " + text(length) + " m; left out, it is 1e-10 of that size";
   }
 
   /// What the energy may miss though all velocities and positions are within some thousand tolerances, J: nothing moves

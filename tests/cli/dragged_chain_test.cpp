@@ -19,10 +19,11 @@ json run_dragged(const Folder& folder, const std::string& name, const Words& mor
 }
 
 /// Beads that stick beside others on nearly one line; an event between two instants that are neighbours; rows on a
-/// line whose beads reach their limits one by one, to a rounding, until all give way.
+/// line whose beads reach their limits one by one, to a rounding, until all give way; a bead that the constraints do
+/// not let be put to rest where the support turns round.
 TEST(DraggedChains, ArriveWithTheirEnergyBalanced) {
-  for (const char* name :
-       {"event_between_instants", "slow_projection", "stops_without_end", "row_of_37", "row_of_45"}) {
+  for (const char* name : {"event_between_instants", "slow_projection", "stops_without_end", "row_of_37", "row_of_45",
+                           "support_turns_round"}) {
     SCOPED_TRACE(name);
     const Folder folder;
 

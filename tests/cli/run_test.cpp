@@ -76,9 +76,11 @@ TEST(RunTest, ACoarseToleranceIsSaidOnStderrAndInTheSummary) {
   const json summary = read_json(folder / "s.out/summary.json");
 
   EXPECT_EQ(coarse.code, 0) << coarse.err;
-  EXPECT_TRUE(contains(coarse.err, "warning: the absolute tolerance, 1e-10 m")) << coarse.err;
+  EXPECT_TRUE(contains(coarse.err, "warning: the absolute tolerance, 1e-10 m, is 0.2 of the size")) << coarse.err;
   EXPECT_TRUE(contains(summary.at("accuracy_warning").get<std::string>(), "absolute tolerance"));
   EXPECT_EQ(summary.at("doubt"), summary.at("accuracy_warning"));
+  const Ended quiet = run_program(folder, {"run", "s.json", "--quiet"});
+  EXPECT_TRUE(contains(quiet.err, "warning: the absolute tolerance")) << "quiet of progress, not of doubts";
   const Ended fine = run_program(folder, {"run", "s.json", "--atol", "1e-20"});
   EXPECT_FALSE(contains(fine.err, "warning")) << fine.err;
 }
