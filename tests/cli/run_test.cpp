@@ -90,7 +90,7 @@ TEST(RunTest, TheCommandLineOverridesTheScene) {
   write_text(folder / "s.json", pendulum(R"("t_end": 100, "rtol": 1e-6)"));
 
   const Words arguments{"run",  "s.json", "--t-end", "0.5",       "--method", "rk4",    "--step",
-                        "0.05", "--out",  "a/b",     "--threads", "1",        "--quiet"};
+                        "0.01", "--out",  "a/b",     "--threads", "1",        "--quiet"};
   const Ended ended = run_program(folder, arguments);
 
   EXPECT_EQ(ended.code, 0) << ended.err;
@@ -98,7 +98,7 @@ TEST(RunTest, TheCommandLineOverridesTheScene) {
   const json summary = read_json(folder / "a/b/summary.json");
   EXPECT_EQ(summary["method"], "rk4");
   EXPECT_EQ(summary["threads"], 1);
-  EXPECT_EQ(summary["steps"], 10);
+  EXPECT_EQ(summary["steps"], 50);
   EXPECT_EQ(summary["t_end"], 0.5);
   EXPECT_EQ(list_times(folder / "a/b/trajectory.xyz"), (std::vector<double>{0, 0.5}));
 }
