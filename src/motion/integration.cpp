@@ -375,7 +375,7 @@ Outcome Integration::look_for_stiffness(double t_end) {
 Outcome Integration::advance_adaptively(double t_end, const Taken& taken, const Observer& observer) {
   // Of what is left: at such a pace nobody would see the end.
   constexpr double tiny = 1e-8;
-  constexpr int most_tiny_steps = 1000;
+  constexpr int most_tiny_steps = 20000;
   for (int tiny_steps = 0; state.t < t_end && !has_stopped_;) {
     const double t = state.t;
     const bool is_disturbed = places_.disturb(t, std::min(next_step, t_end - t));
