@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Before sharing: format, scripts, rooms, reference, warnings as errors, tests (with package and exports), sanitizers, release tests.
+# Before sharing: format, scripts, rooms, reference, warnings as errors, tests (with package and exports), clang-tidy,
+# sanitizers, release tests.
 #
 #   scripts/check.sh               all of it
 #   scripts/check.sh --format      rewrites the sources in the house's format, nothing else
-#   scripts/check.sh --quick       without sanitizers and release
+#   scripts/check.sh --quick       without clang-tidy, sanitizers and release
 #   scripts/check.sh --sanitizers  those alone: address and undefined behaviour, then threads
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -56,6 +57,9 @@ headline "develop: warnings are errors, checked containers, every public header 
 build_and_test develop
 
 if [[ ${1:-} != --quick ]]; then
+  headline "clang-tidy (.clang-tidy says which checks)"
+  git ls-files 'src/*.cpp' | xargs -P "$(nproc)" -n 2 clang-tidy -p build-develop --quiet
+
   sanitize
 
   headline "release"

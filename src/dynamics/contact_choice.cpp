@@ -415,7 +415,7 @@ Outcome NormalForm::take_choices(double t, const double* r, const std::vector<ch
       const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
       const std::size_t contact = choice.members[c];
       const bool sticks = choice.sticks[c] != 0;
-      const auto force = [&](const Eigen::VectorXd& x) {
+      const auto force = [&, first = first, dimension = dimension](const Eigen::VectorXd& x) {
         Vec3 sum{};
         for (Eigen::Index k = first; k < first + dimension; ++k)
           sum = sum + x(k) * choice.directions[static_cast<std::size_t>(k)];

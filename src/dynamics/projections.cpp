@@ -120,7 +120,7 @@ ProjectionReport NormalForm::settle_step_friction(double t, double h, double* r,
 ProjectionReport NormalForm::project_singular_step(double t, double h, double* r, double* step_velocity) {
   std::copy(step_start_.begin(), step_start_.end(), r);
   if (Outcome outcome = linearise(t, r); !outcome.ok()) return {std::move(outcome)};
-  const ProjectionReport report = project_positions(t, r);
+  ProjectionReport report = project_positions(t, r);
   if (!report.outcome.ok()) return report;
   for (std::size_t i = 0; i < size(); ++i) step_velocity[i] += (r[i] - step_start_[i]) / h;
   return report;

@@ -437,7 +437,7 @@ Integration::Attempt Integration::try_step_and_remember(double t, bool may_surpr
   if (!remembers) return try_step(t, may_surprise);
   if (beyond_.x.empty()) beyond_ = state;
   std::swap(trial_, beyond_);
-  const Attempt attempt = try_step(t, may_surprise);
+  Attempt attempt = try_step(t, may_surprise);
   if (!attempt.is_good() && !attempt.has_switched) {
     std::swap(trial_, beyond_);
     trial_is_before_ = true;
