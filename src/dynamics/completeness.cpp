@@ -1,8 +1,8 @@
 #include <cmath>
 #include <random>
 
-#include "dynamics/forms.hpp"
 #include "base/text.hpp"
+#include "dynamics/forms.hpp"
 
 /// \file rank K + rank A = 3n: no coordinates that leave out motions which the constraints allow.
 namespace tanor {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/normal_form.hpp"
 #include "base/text.hpp"
+#include "dynamics/normal_form.hpp"
 
 /// \file Which contacts at rest stick and which begin to slide: islands of contacts as small dense problems, whose
 /// motions are counted (docs/friction.md).

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "dynamics/split.hpp"
 #include "base/text.hpp"
+#include "dynamics/split.hpp"
 
 namespace tanor {
 

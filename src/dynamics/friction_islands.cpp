@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/friction_stage.hpp"
 #include "base/text.hpp"
+#include "dynamics/friction_stage.hpp"
 
 /// \file Islands with few Coulomb contacts of FrictionStage: what their normal forces make of friction, as a small
 /// dense problem each, all of whose solutions can be found.

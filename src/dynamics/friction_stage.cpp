@@ -232,8 +232,7 @@ Outcome FrictionStage::find(double t, const double* r, const double* v, const do
   if (laws_.depend_on_reactions() && !all_stick) {
     ++model_.counters.friction_solves;
     Outcome outcome = iterate(t, lambda, lambda_.data());
-    if (outcome.ok() && judgement != Judgement::None && report_.uniqueness == Uniqueness::NotAsked)
-      outcome = judge(t);
+    if (outcome.ok() && judgement != Judgement::None && report_.uniqueness == Uniqueness::NotAsked) outcome = judge(t);
     model_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
     if (!outcome.ok()) return outcome;
   } else if (judgement != Judgement::None) {

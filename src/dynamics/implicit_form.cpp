@@ -5,8 +5,8 @@
 
 #include "base/check.hpp"
 #include "base/stopwatch.hpp"
-#include "dynamics/normal_form.hpp"
 #include "base/text.hpp"
+#include "dynamics/normal_form.hpp"
 
 namespace tanor {
 

@@ -10,9 +10,9 @@
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"
 #include "base/stopwatch.hpp"
+#include "base/text.hpp"
 #include "schur/redundancy.hpp"
 #include "system/enum_check.hpp"
-#include "base/text.hpp"
 
 namespace tanor {
 

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "base/stopwatch.hpp"
-#include "dynamics/normal_form.hpp"
 #include "base/text.hpp"
+#include "dynamics/normal_form.hpp"
 
 /// \file Projections of NormalForm: chord iterations after a step, the nearest place from far away.
 namespace tanor {

@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "base/stopwatch.hpp"
-#include "dynamics/normal_form.hpp"
 #include "base/text.hpp"
+#include "dynamics/normal_form.hpp"
 
 /// \file The rank of K in NormalForm: suspected by S, decided by QR, kept from place to place.
 namespace tanor {

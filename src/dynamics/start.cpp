@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/normal_form.hpp"
 #include "base/text.hpp"
+#include "dynamics/normal_form.hpp"
 
 /// \file The consistent start of NormalForm.
 namespace tanor {

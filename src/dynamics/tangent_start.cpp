@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/tangent_form.hpp"
 #include "base/text.hpp"
+#include "dynamics/tangent_form.hpp"
 
 /// \file The consistent start of TangentForm.
 namespace tanor {

@@ -6,9 +6,9 @@
 #include <utility>
 #include <variant>
 
+#include "base/text.hpp"
 #include "evaluate/definitions.hpp"
 #include "system/members.hpp"
-#include "base/text.hpp"
 
 namespace tanor {
 

@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "evaluate/body_coordinates.hpp"
 #include "evaluate/chain_coordinates.hpp"
 #include "evaluate/coordinate_kernels.hpp"
 #include "evaluate/user_coordinates.hpp"
-#include "base/text.hpp"
 
 namespace tanor {
 

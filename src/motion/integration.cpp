@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "motion/equal_steps.hpp"
 #include "base/text.hpp"
+#include "motion/equal_steps.hpp"
 
 namespace tanor {
 

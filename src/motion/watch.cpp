@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "motion/root_bracket.hpp"
 #include "base/text.hpp"
+#include "motion/root_bracket.hpp"
 
 namespace tanor {
 

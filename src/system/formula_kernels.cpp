@@ -5,9 +5,9 @@
 #include <tanor/error.hpp>
 #include <tanor/kernel.hpp>
 
+#include "base/text.hpp"
 #include "system/formula.hpp"
 #include "system/lanes.hpp"
-#include "base/text.hpp"
 
 namespace tanor {
 

@@ -6,8 +6,8 @@
 #include <numeric>
 #include <vector>
 
-#include "system/enum_check.hpp"
 #include "base/text.hpp"
+#include "system/enum_check.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor {

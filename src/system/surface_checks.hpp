@@ -9,8 +9,8 @@
 
 #include <tanor/system.hpp>
 
-#include "base/vec3.hpp"
 #include "base/text.hpp"
+#include "base/vec3.hpp"
 #include "system/value_checks.hpp"
 
 namespace tanor {

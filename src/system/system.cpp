@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "system/contacts.hpp"
 #include "system/members.hpp"
-#include "base/text.hpp"
 
 namespace tanor {
 

@@ -5,11 +5,11 @@
 
 #include <tanor/system.hpp>
 
+#include "base/text.hpp"
 #include "base/vec3.hpp"
 #include "system/members.hpp"
 #include "system/pair_rules.hpp"
 #include "system/surface_checks.hpp"
-#include "base/text.hpp"
 #include "system/tuples.hpp"
 #include "system/validate_coordinates.hpp"
 #include "system/validate_friction.hpp"

@@ -4,9 +4,9 @@
 #include <string>
 #include <unordered_map>
 
+#include "base/text.hpp"
 #include "system/enum_check.hpp"
 #include "system/members.hpp"
-#include "base/text.hpp"
 #include "system/validate_coordinates.hpp"
 #include "system/value_checks.hpp"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <span>
 
-#include "base/vec3.hpp"
 #include "base/text.hpp"
+#include "base/vec3.hpp"
 
 namespace tanor {
 

@@ -227,12 +227,13 @@ TEST(FolderTest, ANewRunRemovesWhatAnOldOneLeftAndNothingElse) {
   killed.wait();
 
   const Words names = list_names(folder / "o");
-  for (const std::string name : {"report.txt", "summary.json", "final_positions.npy", "final_support_forces.npy",
-                                 "summary.json.part"})
+  for (const std::string name :
+       {"report.txt", "summary.json", "final_positions.npy", "final_support_forces.npy", "summary.json.part"})
     EXPECT_EQ(std::count(names.begin(), names.end(), name), 0) << name;
   // The new run may have been killed while it wrote one of its own.
-  if (std::filesystem::exists(folder / "o/checkpoint.part"))
+  if (std::filesystem::exists(folder / "o/checkpoint.part")) {
     EXPECT_NE(read_text(folder / "o/checkpoint.part"), "of an old run");
+  }
   for (const std::string name : {"final_report.npy", "notes.txt", "trajectory/notes.txt", "picture.svg"})
     EXPECT_EQ(read_text(folder / ("o/" + name)), "of a user") << name;
 }
