@@ -299,7 +299,7 @@ struct Point {
   Index index = -1;
 };
 
-/// What a point that moves starts with.
+/// A point that moves starts with these.
 struct PointStart {
   Vector3 position{};  ///< m
   Vector3 velocity{};  ///< m/s

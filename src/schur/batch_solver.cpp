@@ -79,7 +79,7 @@ void write_rows(const Batch& batch, const Eight* from, double* to) {
   scatter_sequences(from, batch.rows, 1, batch.num_rods, 1.0, to);
 }
 
-/// Those of the next batch.
+/// These prefetch what the next batch will read or write.
 void call_for_points(const Batch& batch, const double* array) {
   call_for_sequences(array, batch.first_point + num_lanes, 3, 3 * batch.num_points);
 }

@@ -24,7 +24,7 @@ struct FreeMotion {
   const Vec3* uniform = nullptr;
 };
 
-/// What a solver found on its way.
+/// A solver reports this of its way.
 struct Elimination {
   double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
   double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is

@@ -131,7 +131,6 @@ void check_snapshot(const Snapshot& snapshot, std::size_t size) {
   check_points("/snapshot/velocities", snapshot.velocities);
   const EnergyReport& energy = snapshot.report.energy;
   check_finite("/snapshot/time", std::array{snapshot.time});
-  check_finite("/snapshot/drive_memory", snapshot.drive_memory);
   check_finite("/snapshot/report/energy",
                std::array{energy.start, energy.work_of_supports, energy.work_of_forces, energy.work_of_friction});
   const auto check_size = [](const char* where, double value) {

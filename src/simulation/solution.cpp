@@ -12,9 +12,7 @@ Solution make_solution(const System& system) {
     array->resize(3 * system.num_points());
   std::size_t row = 0;
   for (const Constraint& constraint : system.constraints) {
-    const auto [members, rows] = std::visit(
-        []<class Group>(const Group& group) { return std::pair(num_members(group), rows_per_member<Group>()); },
-        constraint);
+    const auto [members, rows] = shape_of(constraint);
     solution.first_row.push_back(row);
     solution.row_counts.push_back(rows);
     row += members * rows;

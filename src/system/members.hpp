@@ -66,4 +66,17 @@ void for_each_member(const System& system, const Visit& visit) {
   }
 }
 
+/// A group has so many members, each with so many equations.
+struct GroupShape {
+  std::size_t members, rows_per_member;
+};
+
+inline GroupShape shape_of(const Constraint& constraint) {
+  return std::visit(
+      []<class Group>(const Group& group) -> GroupShape {
+        return {num_members(group), rows_per_member<Group>()};
+      },
+      constraint);
+}
+
 }  // namespace tanor

@@ -77,18 +77,6 @@ std::string name_of(const Entry& entry, std::size_t index) {
   return own.empty() ? std::string(kind_of(entry)) + text(index) : own;
 }
 
-struct Shape {
-  std::size_t members, rows_per_member;
-};
-
-Shape shape_of(const Constraint& constraint) {
-  return std::visit(
-      []<class Group>(const Group& group) -> Shape {
-        return {num_members(group), rows_per_member<Group>()};
-      },
-      constraint);
-}
-
 }  // namespace
 
 std::size_t num_equations(const System& system) {
