@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 
 #include "base/check.hpp"
 #include "base/counts.hpp"
+#include "base/groups.hpp"
 
 namespace tanor {
 
@@ -48,7 +48,7 @@ std::vector<Product> list_products(std::span<const Incidence> incidences, std::s
 
 GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place,
                        Triangle triangle, std::span<const double> squared_norms)
-    : start_(num_rows + 1, 0), scale_(num_rows, 1.0) {
+    : start_(1, 0), scale_(num_rows, 1.0) {
   check_count(static_cast<double>(products.size()), "X'WX of " + std::to_string(num_rows) + " rows",
               "products of blocks");
   // Products by column of the wanted triangle, then by row; the order of equal ones stays (stable): fixed sums.
@@ -58,45 +58,18 @@ GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, 
     const int low = std::min(a, b), high = std::max(a, b);
     return triangle == Triangle::Lower ? std::pair{low, high} : std::pair{high, low};  // column, row
   };
-  std::vector<int> column_count(num_rows + 1, 0);
-  for (const Product& product : products) ++column_count[static_cast<std::size_t>(entry(product).first) + 1];
-  std::partial_sum(column_count.begin(), column_count.end(), column_count.begin());
-  struct Placed {
-    int row;
-    int product;
-  };
-  std::vector<Placed> sorted(products.size());
-  {
-    std::vector<int> next(column_count.begin(), column_count.end() - 1);
+  Groups<Placed> columns(num_rows, [&](const auto& add) {
     for (std::size_t k = 0; k < products.size(); ++k) {
       const auto [column, row] = entry(products[k]);
-      sorted[static_cast<std::size_t>(next[static_cast<std::size_t>(column)]++)] = {row, static_cast<int>(k)};
+      add(column, Placed{row, static_cast<int>(k)});
     }
-  }
+  });
 
+  start_.reserve(num_rows + 1);
   rows_.reserve(products.size());
   terms_.reserve(products.size());
   diagonal_.reserve(num_rows);
-  for (std::size_t column = 0; column < num_rows; ++column) {
-    const auto begin = sorted.begin() + column_count[column], end = sorted.begin() + column_count[column + 1];
-    std::stable_sort(begin, end, [](const Placed& a, const Placed& b) { return a.row < b.row; });
-    for (auto k = begin; k != end; ++k) {
-      const Product& product = products[static_cast<std::size_t>(k->product)];
-      const Term term{product.block_a, product.block_b, product.weight};
-      const bool is_new = k == begin || (k - 1)->row != k->row;
-      if (is_new) {
-        if (k->row == static_cast<int>(column)) diagonal_.push_back(static_cast<int>(rows_.size()));
-        rows_.push_back(k->row);
-        terms_.push_back(term);
-      } else if (terms_.back().block_a == term.block_a && terms_.back().block_b == term.block_b) {
-        terms_.back().weight += term.weight;
-      } else {
-        extras_.push_back({static_cast<int>(rows_.size()) - 1, term});
-      }
-    }
-    start_[column + 1] = static_cast<int>(rows_.size());
-    ensure(diagonal_.size() == column + 1, "every row touches a moving point");
-  }
+  for (std::size_t column = 0; column < num_rows; ++column) append_column(products, columns[column]);
   rows_.shrink_to_fit();
   terms_.shrink_to_fit();
 
@@ -109,6 +82,27 @@ GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, 
   }
   for (std::size_t j = 0; j < num_rows; ++j) scale_[j] = 1.0 / std::sqrt(diagonal[j]);
   scale_weights();
+}
+
+/// Appends the slots and terms of the next column; products of equal blocks become one term.
+void GatherPlan::append_column(std::span<const Product> products, std::span<Placed> column) {
+  const auto number = static_cast<int>(start_.size()) - 1;
+  std::stable_sort(column.begin(), column.end(), [](const Placed& a, const Placed& b) { return a.row < b.row; });
+  for (std::size_t k = 0; k < column.size(); ++k) {
+    const Product& product = products[static_cast<std::size_t>(column[k].product)];
+    const Term term{product.block_a, product.block_b, product.weight};
+    if (k == 0 || column[k - 1].row != column[k].row) {
+      if (column[k].row == number) diagonal_.push_back(static_cast<int>(rows_.size()));
+      rows_.push_back(column[k].row);
+      terms_.push_back(term);
+    } else if (terms_.back().block_a == term.block_a && terms_.back().block_b == term.block_b) {
+      terms_.back().weight += term.weight;
+    } else {
+      extras_.push_back({static_cast<int>(rows_.size()) - 1, term});
+    }
+  }
+  start_.push_back(static_cast<int>(rows_.size()));
+  ensure(diagonal_.size() + 1 == start_.size(), "every row touches a moving point");
 }
 
 /// Folds the scale into the weights, for good.

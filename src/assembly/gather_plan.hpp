@@ -51,6 +51,10 @@ class GatherPlan {
     int slot;
     Term term;
   };
+  struct Placed {
+    int row, product;
+  };
+  void append_column(std::span<const Product> products, std::span<Placed> column);
   void scale_weights();
 
   std::vector<int> start_, rows_;

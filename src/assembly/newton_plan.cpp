@@ -12,33 +12,44 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
       diagonal_(num_rows),
       compliances_(compliances.begin(), compliances.end()),
       rows_may_depend_(rows_may_depend) {
-  const int num_points = static_cast<int>(masses.size()), first_row = 3 * num_points;
-  std::vector<std::vector<int>> columns(static_cast<std::size_t>(first_row) + num_rows);
+  list_entries(couplings, incidences);
+  make_pattern();
+  find_slots();
+}
+
+void NewtonPlan::list_entries(std::span<const Coupling> couplings, std::span<const Incidence> incidences) {
+  const int num_points = static_cast<int>(masses_.size());
+  for (const auto& [i, j] : couplings)
+    couplings_.push_back({{i < num_points ? i : -1, j < num_points ? j : -1}, {}, {}});
+  for (const Incidence& incidence : incidences) {
+    if (incidence.point < num_points)
+      entries_.push_back({incidence.point, incidence.row, incidence.block, incidence.sign, 0, {}});
+  }
+}
+
+void NewtonPlan::make_pattern() {
+  std::vector<std::vector<int>> columns(static_cast<std::size_t>(first_row()) + diagonal_.size());
   const auto add_block = [&](int i, int j) {
     for (int c = 0; c < 3; ++c) {
       for (int a = 0; a < 3; ++a) columns[static_cast<std::size_t>(3 * j + c)].push_back(3 * i + a);
     }
   };
-  for (int i = 0; i < num_points; ++i) add_block(i, i);
-  for (const auto& [i, j] : couplings) {
-    couplings_.push_back({{i < num_points ? i : -1, j < num_points ? j : -1}, {}, {}});
-    if (i >= num_points || j >= num_points) continue;
+  for (int i = 0; i < static_cast<int>(masses_.size()); ++i) add_block(i, i);
+  for (const CoupledPoints& coupling : couplings_) {
+    const auto [i, j] = coupling.points;
+    if (i < 0 || j < 0) continue;
     add_block(i, j);
     add_block(j, i);
   }
-  for (const Incidence& incidence : incidences) {
-    if (incidence.point >= num_points) continue;
-    const int row = first_row + incidence.row;
+  for (const RowEntry& entry : entries_) {
+    const int row = first_row() + entry.row;
     for (int c = 0; c < 3; ++c) {
-      columns[static_cast<std::size_t>(row)].push_back(3 * incidence.point + c);
-      columns[static_cast<std::size_t>(3 * incidence.point + c)].push_back(row);
+      columns[static_cast<std::size_t>(row)].push_back(3 * entry.point + c);
+      columns[static_cast<std::size_t>(3 * entry.point + c)].push_back(row);
     }
-    entries_.push_back({incidence.point, incidence.row, incidence.block, incidence.sign, 0, {}});
   }
-  for (std::size_t a = 0; a < num_rows; ++a) {
-    const int row = first_row + static_cast<int>(a);
-    columns[static_cast<std::size_t>(row)].push_back(row);
-  }
+  for (std::size_t row = static_cast<std::size_t>(first_row()); row < columns.size(); ++row)
+    columns[row].push_back(static_cast<int>(row));
 
   start_.push_back(0);
   for (std::vector<int>& column : columns) {
@@ -47,7 +58,9 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
     rows_.insert(rows_.end(), column.begin(), column.end());
     start_.push_back(static_cast<int>(rows_.size()));
   }
+}
 
+void NewtonPlan::find_slots() {
   const auto slot = [&](int row, int column) {
     const auto begin = rows_.begin() + start_[static_cast<std::size_t>(column)];
     const auto end = rows_.begin() + start_[static_cast<std::size_t>(column) + 1];
@@ -56,7 +69,7 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
   const auto block = [&](int i, int j) {
     return Columns{slot(3 * i, 3 * j), slot(3 * i, 3 * j + 1), slot(3 * i, 3 * j + 2)};
   };
-  for (int i = 0; i < num_points; ++i) own_.push_back(block(i, i));
+  for (int i = 0; i < static_cast<int>(masses_.size()); ++i) own_.push_back(block(i, i));
   for (CoupledPoints& coupling : couplings_) {
     const auto [i, j] = coupling.points;
     if (i < 0 || j < 0) continue;
@@ -64,12 +77,12 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
     coupling.ji = block(j, i);
   }
   for (RowEntry& entry : entries_) {
-    const int row = first_row + entry.row, first = 3 * entry.point;
+    const int row = first_row() + entry.row, first = 3 * entry.point;
     entry.below = slot(first, row);
     entry.transposed = {slot(row, first), slot(row, first + 1), slot(row, first + 2)};
   }
-  for (std::size_t a = 0; a < num_rows; ++a) {
-    const int row = first_row + static_cast<int>(a);
+  for (std::size_t a = 0; a < diagonal_.size(); ++a) {
+    const int row = first_row() + static_cast<int>(a);
     diagonal_[a] = slot(row, row);
   }
 }

@@ -65,6 +65,11 @@ class NewtonPlan {
     Columns transposed;  // slots of K'
   };
 
+  int first_row() const { return 3 * static_cast<int>(masses_.size()); }
+  void list_entries(std::span<const Coupling> couplings, std::span<const Incidence> incidences);
+  void make_pattern();
+  void find_slots();
+
   std::vector<double> masses_;
   std::vector<Columns> own_;  // [moving point]
   std::vector<CoupledPoints> couplings_;

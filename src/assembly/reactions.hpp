@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "base/groups.hpp"
 #include "base/parallel.hpp"
 #include "base/runs.hpp"
 #include "evaluate/family.hpp"
@@ -36,15 +37,13 @@ class ReactionGather {
   };
   Vec3 reaction(std::size_t point, const double* blocks, const double* lambda) const {
     Vec3 sum{};
-    for (Index k = start_[point]; k < start_[point + 1]; ++k) {
-      const auto [row, block] = entries_[static_cast<std::size_t>(k)];
+    for (const auto [row, block] : by_point_[point]) {
       sum = block >= 0 ? sum + lambda[row] * load(blocks, block) : sum - lambda[row] * load(blocks, ~block);
     }
     return sum;
   }
 
-  std::vector<Index> start_;  // [point]
-  std::vector<Entry> entries_;
+  Groups<Entry> by_point_;
 };
 
 }  // namespace tanor

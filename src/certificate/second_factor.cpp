@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "base/groups.hpp"
+
 namespace tanor {
 
 namespace {
@@ -15,30 +17,23 @@ double norm_of(const std::vector<double>& x) {
   return std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
 }
 
-/// Columns of each row of C, and C's numbers beside them.
-struct ByRow {
-  std::vector<int> start, columns;
-  std::vector<double> values;
-
-  explicit ByRow(const SparseColumns& C) : start(static_cast<std::size_t>(C.num_rows) + 1, 0) {
-    for (const int row : C.rows) ++start[static_cast<std::size_t>(row) + 1];
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    columns.resize(C.rows.size());
-    values.resize(C.rows.size());
-    std::vector<int> next(start.begin(), start.end() - 1);
-    for (std::size_t j = 0; j < C.num_columns(); ++j) {
-      for (int k = C.start[j]; k < C.start[j + 1]; ++k) {
-        const auto entry = static_cast<std::size_t>(k);
-        const auto slot = static_cast<std::size_t>(next[static_cast<std::size_t>(C.rows[entry])]++);
-        columns[slot] = static_cast<int>(j);
-        values[slot] = C.values[entry];
-      }
-    }
-  }
+/// An entry of one row of C.
+struct RowEntry {
+  int column;
+  double value;
 };
 
+Groups<RowEntry> group_by_row(const SparseColumns& C) {
+  return {static_cast<std::size_t>(C.num_rows), [&](const auto& add) {
+            for (std::size_t j = 0; j < C.num_columns(); ++j) {
+              for (auto k = static_cast<std::size_t>(C.start[j]); k < static_cast<std::size_t>(C.start[j + 1]); ++k)
+                add(C.rows[k], RowEntry{static_cast<int>(j), C.values[k]});
+            }
+          }};
+}
+
 /// One triangle of C'C, its rows and columns at `place`: column by column, summed over the rows of C.
-TrianglePattern multiply(const SparseColumns& C, const ByRow& by_row, std::span<const int> order,
+TrianglePattern multiply(const SparseColumns& C, const Groups<RowEntry>& by_row, std::span<const int> order,
                          std::span<const int> place, bool lower, std::vector<double>* values) {
   const std::size_t d = C.num_columns();
   TrianglePattern pattern;
@@ -49,9 +44,8 @@ TrianglePattern multiply(const SparseColumns& C, const ByRow& by_row, std::span<
     found.clear();
     for (int e = C.start[j]; e < C.start[j + 1]; ++e) {
       const auto row = static_cast<std::size_t>(C.rows[static_cast<std::size_t>(e)]);
-      for (int k = by_row.start[row]; k < by_row.start[row + 1]; ++k) {
-        const auto entry = static_cast<std::size_t>(k);
-        const int other = place[static_cast<std::size_t>(by_row.columns[entry])];
+      for (const RowEntry& entry : by_row[row]) {
+        const int other = place[static_cast<std::size_t>(entry.column)];
         const auto at = static_cast<std::size_t>(other);
         if (lower ? at < column : at > column) continue;
         if (seen[at] != static_cast<int>(column)) {
@@ -59,7 +53,7 @@ TrianglePattern multiply(const SparseColumns& C, const ByRow& by_row, std::span<
           sum[at] = 0.0;
           found.push_back(other);
         }
-        sum[at] += C.values[static_cast<std::size_t>(e)] * by_row.values[entry];
+        sum[at] += C.values[static_cast<std::size_t>(e)] * entry.value;
       }
     }
     std::ranges::sort(found);
@@ -99,7 +93,7 @@ void SecondFactor::factorize(const SparseColumns& C, Ordering ordering) {
   row_of_.resize(d);
   std::iota(row_of_.begin(), row_of_.end(), 0);
   std::iota(place.begin(), place.end(), 0);
-  const ByRow by_row(C);
+  const Groups<RowEntry> by_row = group_by_row(C);
   const SymbolicAnalysis analysis = analyze(multiply(C, by_row, row_of_, place, true, nullptr), ordering);
   if (!analysis.permutation.empty()) row_of_ = analysis.permutation;
   for (std::size_t k = 0; k < d; ++k) place[static_cast<std::size_t>(row_of_[k])] = static_cast<int>(k);
@@ -114,27 +108,22 @@ void SecondFactor::factorize(const SparseColumns& C, Ordering ordering) {
 PointColumns SecondFactor::scaled_columns(const Model& model, const double* blocks, std::span<const double> weights) {
   const std::size_t d = model.numbering.first_idle_row();
   const auto weight_of = [&](const Incidence& i) { return weights[static_cast<std::size_t>(i.point)]; };
-  // Incidences by row, then by the order of its points.
-  std::vector<std::size_t> first(d + 2, 0);
-  for (const Incidence& i : model.incidences) {
-    if (weight_of(i) > 0.0) ++first[static_cast<std::size_t>(i.row) + 2];
-  }
-  std::partial_sum(first.begin(), first.end(), first.begin());
+  Groups<PointColumns::Entry> by_row(d, [&](const auto& add) {
+    for (const Incidence& i : model.incidences) {
+      if (weight_of(i) == 0.0) continue;
+      const Vec3 value = (i.sign * std::sqrt(weight_of(i))) * load(blocks, i.block);
+      add(i.row, PointColumns::Entry{i.point, value});
+    }
+  });
   PointColumns C;
   C.num_points = static_cast<int>(model.num_moving());
-  C.entries.resize(first.back());
-  for (const Incidence& i : model.incidences) {
-    if (weight_of(i) == 0.0) continue;
-    const Vec3 value = (i.sign * std::sqrt(weight_of(i))) * load(blocks, i.block);
-    C.entries[first[static_cast<std::size_t>(i.row) + 1]++] = {i.point, value};  // row a from first[a + 1] on
-  }
+  C.entries.reserve(by_row.entries.size());
   C.start.reserve(d + 1);
   row_of_column_.reserve(d);
   lengths_.assign(model.num_rows(), 1.0);
   std::vector<double> row_sums(3 * model.num_moving(), 0.0);
-  std::size_t size = 0;
   for (std::size_t row = 0; row < d; ++row) {
-    const auto own = std::span(C.entries).subspan(first[row], first[row + 1] - first[row]);
+    const std::span own = by_row[row];
     std::ranges::sort(own, {}, &PointColumns::Entry::point);
     double square = 0.0;
     for (const auto& e : own) square += dot(e.value, e.value);
@@ -146,14 +135,13 @@ PointColumns SecondFactor::scaled_columns(const Model& model, const double* bloc
     double column_sum = 0.0;
     for (const auto& [point, vector] : own) {
       const Vec3 value = inverse * vector, sizes{std::abs(value.x), std::abs(value.y), std::abs(value.z)};
-      C.entries[size++] = {point, value};  // over those left out
+      C.entries.push_back({point, value});
       store(row_sums.data(), point, load(row_sums.data(), point) + sizes);
       column_sum += sizes.x + sizes.y + sizes.z;
     }
-    C.start.push_back(static_cast<int>(size));
+    C.start.push_back(static_cast<int>(C.entries.size()));
     largest_column_sum_ = std::max(largest_column_sum_, column_sum);
   }
-  C.entries.resize(size);
   // |C'C|_1 <= |C|_1 |C|_oo
   if (!row_sums.empty()) largest_column_sum_ *= *std::ranges::max_element(row_sums);
   return C;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <span>
+#include <utility>
+
+#include "base/groups.hpp"
 
 namespace tanor {
 
@@ -58,31 +60,20 @@ class WaitingRoom {
   int free_ = -1;
 };
 
-/// Where each point's entries are in C, by increasing column.
-struct ByPoint {
-  struct Place {
-    int column, entry;
-  };
-  std::vector<int> start;
-  std::vector<Place> places;
-
-  explicit ByPoint(const PointColumns& C)
-      : start(static_cast<std::size_t>(C.num_points) + 2, 0), places(C.entries.size()) {
-    // Point i is filled from start[i + 1] on, which then stands where point i + 1 begins.
-    for (const auto& entry : C.entries) ++start[static_cast<std::size_t>(entry.point) + 2];
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    for (std::size_t j = 0; j < C.num_columns(); ++j) {
-      for (int k = C.start[j]; k < C.start[j + 1]; ++k) {
-        const auto point = static_cast<std::size_t>(C.entries[static_cast<std::size_t>(k)].point);
-        places[static_cast<std::size_t>(start[point + 1]++)] = {static_cast<int>(j), k};
-      }
-    }
-  }
-  std::span<const Place> operator[](int point) const {
-    const auto i = static_cast<std::size_t>(point);
-    return {places.data() + start[i], places.data() + start[i + 1]};
-  }
+/// An entry of C at a point.
+struct EntryPlace {
+  int column, entry;
 };
+
+/// Where each point's entries are in C, by increasing column.
+Groups<EntryPlace> group_by_point(const PointColumns& C) {
+  return {static_cast<std::size_t>(C.num_points), [&](const auto& add) {
+            for (std::size_t j = 0; j < C.num_columns(); ++j) {
+              for (int k = C.start[j]; k < C.start[j + 1]; ++k)
+                add(C.entries[static_cast<std::size_t>(k)].point, EntryPlace{static_cast<int>(j), k});
+            }
+          }};
+}
 
 /// Householder's reflection of `rows` [num_rows x width] from row `first` on, which takes all of column c into that
 /// row. Returns false, and does nothing, where the column is no longer than `tolerance` there.
@@ -133,6 +124,127 @@ void write_columns(const std::vector<int>& row_start, const std::vector<int>& co
   }
 }
 
+/// Eliminates the columns of C from left to right, each with a dense front of the rows that begin there.
+class RowMerger {
+ public:
+  RowMerger(const PointColumns& C, double tolerance)
+      : C_(C),
+        tolerance_(tolerance),
+        by_point_(group_by_point(C)),
+        waiting_(C.num_columns()),
+        place_(C.num_columns(), -1) {
+    row_columns_.reserve(C.entries.size());
+    row_values_.reserve(C.entries.size());
+    row_start_.reserve(C.num_columns() + 1);
+    R_.independent.reserve(C.num_columns());
+  }
+
+  TriangularFactor merge() {
+    for (std::size_t j = 0; j < C_.num_columns(); ++j) {
+      const std::size_t num_rows = list_columns(j);
+      if (columns_.empty()) {
+        R_.dependent.push_back(static_cast<int>(j));
+        continue;
+      }
+      fill_front(j, num_rows);
+      waiting_.release(j);
+      reduce_front(j, num_rows);
+      for (const int column : columns_) place_[static_cast<std::size_t>(column)] = -1;
+    }
+    write_columns(row_start_, row_columns_, row_values_, C_.num_columns(), &R_);
+    return std::move(R_);
+  }
+
+ private:
+  /// Lists the columns of the front at column j and the points whose rows begin there. Returns its number of rows.
+  std::size_t list_columns(std::size_t j) {
+    columns_.clear();
+    own_.clear();
+    std::size_t num_rows = 0;
+    const auto include = [&](int column) {
+      if (place_[static_cast<std::size_t>(column)] >= 0) return;
+      place_[static_cast<std::size_t>(column)] = 0;
+      columns_.push_back(column);
+    };
+    waiting_.for_each(j, [&](const Front& other) {
+      for (const int column : other.columns) include(column);
+      num_rows += other.num_rows;
+    });
+    for (int k = C_.start[j]; k < C_.start[j + 1]; ++k) {
+      const int point = C_.entries[static_cast<std::size_t>(k)].point;
+      if (by_point_[static_cast<std::size_t>(point)].front().column != static_cast<int>(j)) continue;
+      own_.push_back(point);
+      for (const auto& there : by_point_[static_cast<std::size_t>(point)]) include(there.column);
+      num_rows += 3;
+    }
+    if (!std::ranges::is_sorted(columns_)) std::ranges::sort(columns_);
+    for (std::size_t k = 0; k < columns_.size(); ++k)
+      place_[static_cast<std::size_t>(columns_[k])] = static_cast<int>(k);
+    return num_rows;
+  }
+
+  void fill_front(std::size_t j, std::size_t num_rows) {
+    const std::size_t width = columns_.size();
+    front_.assign(num_rows * width, 0.0);
+    double* row = front_.data();
+    const auto at = [&](int column) { return row + place_[static_cast<std::size_t>(column)]; };
+    waiting_.for_each(j, [&](const Front& other) {
+      const double* value = other.rows.data();
+      for (std::size_t i = 0; i < other.num_rows; ++i, row += width) {
+        for (const int column : other.columns) *at(column) = *value++;
+      }
+    });
+    for (const int point : own_) {
+      for (const auto& there : by_point_[static_cast<std::size_t>(point)]) {
+        const Vec3 value = C_.entries[static_cast<std::size_t>(there.entry)].value;
+        double* const first = at(there.column);
+        first[0] = value.x;
+        first[width] = value.y;
+        first[2 * width] = value.z;
+      }
+      row += 3 * width;
+    }
+  }
+
+  /// Reduces the front to a trapezoid: at most one row begins at each column. Column j is left out where it is short.
+  void reduce_front(std::size_t j, std::size_t num_rows) {
+    const std::size_t width = columns_.size();
+    const bool is_independent = reflect(front_.data(), num_rows, width, 0, 0, tolerance_);
+    const std::size_t first_left = is_independent ? 1 : 0;
+    std::size_t end = first_left;
+    for (std::size_t c = 1; c < width && end < num_rows; ++c) {
+      if (reflect(front_.data(), num_rows, width, end, c, 0.0)) ++end;
+    }
+    if (is_independent) {
+      R_.independent.push_back(static_cast<int>(j));
+      row_columns_.insert(row_columns_.end(), columns_.begin(), columns_.end());
+      row_values_.insert(row_values_.end(), front_.data(), front_.data() + width);
+      row_start_.push_back(static_cast<int>(row_columns_.size()));
+    } else {
+      R_.dependent.push_back(static_cast<int>(j));
+    }
+    // What is left, of a dependent column's rows too, belongs to the other columns.
+    if (end == first_left) return;
+    Front& rest = waiting_.add(static_cast<std::size_t>(columns_[1]));
+    rest.columns.assign(columns_.begin() + 1, columns_.end());
+    rest.num_rows = end - first_left;
+    for (std::size_t i = first_left; i < end; ++i) {
+      for (std::size_t k = 1; k < width; ++k) rest.rows.push_back(front_[i * width + k]);
+    }
+  }
+
+  const PointColumns& C_;
+  const double tolerance_;
+  const Groups<EntryPlace> by_point_;
+  WaitingRoom waiting_;
+  TriangularFactor R_;
+  std::vector<int> row_start_{0}, row_columns_;  // of R, row by row
+  std::vector<double> row_values_;
+  std::vector<int> columns_, place_;  // of the front at hand; column -> its place there, -1: it has none
+  std::vector<int> own_;              // points whose rows begin at the column at hand
+  std::vector<double> front_;         // [num_rows x columns]
+};
+
 }  // namespace
 
 SparseColumns PointColumns::expand() const {
@@ -150,97 +262,7 @@ SparseColumns PointColumns::expand() const {
 }
 
 TriangularFactor merge_rows(const PointColumns& C, double tolerance) {
-  const std::size_t d = C.num_columns();
-  const ByPoint by_point(C);
-  TriangularFactor R;
-  std::vector<int> row_start{0}, row_columns;  // of R
-  std::vector<double> row_values;
-  row_columns.reserve(C.entries.size());
-  row_values.reserve(C.entries.size());
-  row_start.reserve(d + 1);
-  R.independent.reserve(d);
-  WaitingRoom waiting(d);
-  std::vector<int> columns, place(d, -1);  // of the front at hand; column -> its place there
-  std::vector<int> own;                    // points whose rows begin at column j
-  std::vector<double> front;               // [num_rows x columns]
-
-  for (std::size_t j = 0; j < d; ++j) {
-    columns.clear();
-    own.clear();
-    std::size_t num_rows = 0;
-    const auto include = [&](int column) {
-      if (place[static_cast<std::size_t>(column)] >= 0) return;
-      place[static_cast<std::size_t>(column)] = 0;
-      columns.push_back(column);
-    };
-    waiting.for_each(j, [&](const Front& other) {
-      for (const int column : other.columns) include(column);
-      num_rows += other.num_rows;
-    });
-    for (int k = C.start[j]; k < C.start[j + 1]; ++k) {
-      const int point = C.entries[static_cast<std::size_t>(k)].point;
-      if (by_point[point].front().column != static_cast<int>(j)) continue;
-      own.push_back(point);
-      for (const auto& there : by_point[point]) include(there.column);
-      num_rows += 3;
-    }
-    if (columns.empty()) {
-      R.dependent.push_back(static_cast<int>(j));
-      continue;
-    }
-    if (!std::ranges::is_sorted(columns)) std::ranges::sort(columns);
-    const std::size_t width = columns.size();
-    for (std::size_t k = 0; k < width; ++k) place[static_cast<std::size_t>(columns[k])] = static_cast<int>(k);
-
-    front.assign(num_rows * width, 0.0);
-    double* row = front.data();
-    const auto at = [&](int column) { return row + place[static_cast<std::size_t>(column)]; };
-    waiting.for_each(j, [&](const Front& other) {
-      const double* value = other.rows.data();
-      for (std::size_t i = 0; i < other.num_rows; ++i, row += width) {
-        for (const int column : other.columns) *at(column) = *value++;
-      }
-    });
-    for (const int point : own) {
-      for (const auto& [column, entry] : by_point[point]) {
-        const Vec3 value = C.entries[static_cast<std::size_t>(entry)].value;
-        double* const first = at(column);
-        first[0] = value.x;
-        first[width] = value.y;
-        first[2 * width] = value.z;
-      }
-      row += 3 * width;
-    }
-    waiting.release(j);
-
-    // To a trapezoid: at most one row begins at each column. Column j is left out where it is short.
-    const bool is_independent = reflect(front.data(), num_rows, width, 0, 0, tolerance);
-    const std::size_t first_left = is_independent ? 1 : 0;
-    std::size_t end = first_left;
-    for (std::size_t c = 1; c < width && end < num_rows; ++c) {
-      if (reflect(front.data(), num_rows, width, end, c, 0.0)) ++end;
-    }
-    if (is_independent) {
-      R.independent.push_back(static_cast<int>(j));
-      row_columns.insert(row_columns.end(), columns.begin(), columns.end());
-      row_values.insert(row_values.end(), front.data(), front.data() + width);
-      row_start.push_back(static_cast<int>(row_columns.size()));
-    } else {
-      R.dependent.push_back(static_cast<int>(j));
-    }
-    // What is left, of a dependent column's rows too, belongs to the other columns.
-    if (end > first_left) {
-      Front& rest = waiting.add(static_cast<std::size_t>(columns[1]));
-      rest.columns.assign(columns.begin() + 1, columns.end());
-      rest.num_rows = end - first_left;
-      for (std::size_t i = first_left; i < end; ++i) {
-        for (std::size_t k = 1; k < width; ++k) rest.rows.push_back(front[i * width + k]);
-      }
-    }
-    for (const int column : columns) place[static_cast<std::size_t>(column)] = -1;
-  }
-  write_columns(row_start, row_columns, row_values, d, &R);
-  return R;
+  return RowMerger(C, tolerance).merge();
 }
 
 }  // namespace tanor

@@ -65,80 +65,123 @@ bool is_path(const IslandTopology& topology) {
   return topology.rods.size() + 1 == num_rods.size() && *std::max_element(num_rods.begin(), num_rods.end()) <= 2;
 }
 
+/// Writes the numbers of islands of one topology into the lanes of their batches; lanes that are left over repeat the
+/// last island.
+class BatchWriter {
+ public:
+  BatchWriter(std::span<const Island> islands, const RodRows& rods, EqualIslands* result)
+      : islands_(islands),
+        rods_(rods),
+        result_(*result),
+        num_rods_(result->topology.rods.size()),
+        num_points_(static_cast<std::size_t>(result->topology.num_points)),
+        num_supports_(static_cast<std::size_t>(result->topology.num_supports)) {
+    result_.num_islands = islands.size();
+    result_.num_batches = (islands.size() + num_lanes - 1) / num_lanes;
+  }
+
+  /// First points, rows and blocks: those of the first rod alone where the others follow it in every island. One batch
+  /// more than there are tells what comes after the last one.
+  void write_numbers() {
+    const auto row = [](const Island& island, std::size_t a) { return island.rows[a]; };
+    const auto block = [&](const Island& island, std::size_t a) {
+      return static_cast<Index>(rods_.block[static_cast<std::size_t>(island.rows[a])]);
+    };
+    result_.rows_follow = follow(row);
+    if (have_one_direction() && follow(block)) result_.block_sign = islands_[0].is_reversed[0] != 0 ? -1.0 : 1.0;
+    const std::size_t rows_a_batch = result_.rows_follow ? 1 : num_rods_;
+    const std::size_t blocks_a_batch = result_.block_sign != 0.0 ? 1 : num_rods_;
+    const std::size_t num_lanes_in_all = (result_.num_batches + 1) * num_lanes;
+    result_.first_point.resize(num_lanes_in_all);
+    result_.rows.resize(num_lanes_in_all * rows_a_batch);
+    result_.blocks.resize(num_lanes_in_all * blocks_a_batch);
+    for (std::size_t k = 0; k < num_lanes_in_all; ++k) {
+      const Island& island = in_lane(k);
+      const std::size_t batch = k / num_lanes, lane = k % num_lanes;
+      result_.first_point[k] = island.first_point;
+      for (std::size_t a = 0; a < rows_a_batch; ++a)
+        result_.rows[(batch * rows_a_batch + a) * num_lanes + lane] = row(island, a);
+      for (std::size_t a = 0; a < blocks_a_batch; ++a) {
+        const bool is_turned = result_.block_sign == 0.0 && island.is_reversed[a] != 0;
+        result_.blocks[(batch * blocks_a_batch + a) * num_lanes + lane] =
+            is_turned ? ~block(island, a) : block(island, a);
+      }
+    }
+  }
+
+  void write_points(std::span<const double> inverse_mass) {
+    const std::size_t num_places = num_points_ + num_supports_;
+    result_.supports.resize(result_.num_batches * num_supports_ * num_lanes);
+    result_.inverse_mass.resize((result_.num_batches + 1) * num_places);
+    for (std::size_t k = 0; k < result_.num_batches * num_lanes; ++k) {
+      const Island& island = in_lane(k);
+      const std::size_t batch = k / num_lanes, lane = k % num_lanes;
+      for (std::size_t p = 0; p < num_places; ++p) {
+        Index point = island.first_point + static_cast<Index>(p);
+        if (p >= num_points_) {
+          point = island.supports[p - num_points_];
+          result_.supports[(batch * num_supports_ + p - num_points_) * num_lanes + lane] = point;
+        }
+        result_.inverse_mass.data()[batch * num_places + p][lane] = inverse_mass[static_cast<std::size_t>(point)];
+      }
+    }
+  }
+
+  void write_rods() {
+    result_.lengths.resize(result_.num_batches * num_rods_);
+    for (std::size_t k = 0; k < result_.num_batches * num_lanes; ++k) {
+      const Island& island = in_lane(k);
+      for (std::size_t a = 0; a < num_rods_; ++a) write_rod(island, a, k / num_lanes * num_rods_ + a, k % num_lanes);
+    }
+  }
+
+ private:
+  const Island& in_lane(std::size_t k) const { return islands_[std::min(k, islands_.size() - 1)]; }
+
+  /// Whether number(island, rod) counts up from rod to rod in every island.
+  template <class Number>
+  bool follow(const Number& number) const {
+    return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {
+      std::size_t a = 0;
+      while (a < num_rods_ && number(island, a) == number(island, 0) + static_cast<Index>(a)) ++a;
+      return a == num_rods_;
+    });
+  }
+  bool have_one_direction() const {
+    const char first = islands_[0].is_reversed[0];
+    return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {
+      return std::all_of(island.is_reversed.begin(), island.is_reversed.end(), [&](char is) { return is == first; });
+    });
+  }
+
+  void write_rod(const Island& island, std::size_t a, std::size_t place, std::size_t lane) {
+    const auto number = static_cast<std::size_t>(island.rows[a]);
+    const Vec3 offset = rods_.offset.empty() ? Vec3{} : rods_.offset[number];
+    if (dot(offset, offset) > 0.0) {
+      result_.offsets.resize(result_.num_batches * num_rods_);
+      set_lane(&result_.offsets[place], lane, island.is_reversed[a] != 0 ? -offset : offset);
+    }
+    result_.lengths.data()[place][lane] = rods_.constant_length[number];
+    if (const MovingScalar* const moving = rods_.moving_length(number)) {
+      result_.moving_lengths.resize(result_.num_batches * num_rods_ * num_lanes);
+      result_.moving_lengths[place * num_lanes + lane] = moving;
+    }
+  }
+
+  const std::span<const Island> islands_;
+  const RodRows& rods_;
+  EqualIslands& result_;
+  const std::size_t num_rods_, num_points_, num_supports_;
+};
+
 EqualIslands make_equal_islands(const IslandTopology& topology, std::span<const Island> islands, const RodRows& rods,
                                 std::span<const double> inverse_mass) {
   EqualIslands result(topology);
-  result.num_islands = islands.size();
-  result.num_batches = (islands.size() + num_lanes - 1) / num_lanes;
-  const std::size_t num_places = static_cast<std::size_t>(topology.num_points + topology.num_supports),
-                    num_rods = topology.rods.size();
-  result.first_point.resize((result.num_batches + 1) * num_lanes);
-  result.supports.resize(result.num_batches * static_cast<std::size_t>(topology.num_supports) * num_lanes);
-  const auto row = [](const Island& island, std::size_t a) { return island.rows[a]; };
-  const auto block = [&](const Island& island, std::size_t a) {
-    return static_cast<Index>(rods.block[static_cast<std::size_t>(island.rows[a])]);
-  };
-  /// follow(number): in each island the numbers of its rods do.
-  const auto follow = [&](const auto& number) {
-    return std::all_of(islands.begin(), islands.end(), [&](const Island& island) {
-      std::size_t a = 0;
-      while (a < num_rods && number(island, a) == number(island, 0) + static_cast<Index>(a)) ++a;
-      return a == num_rods;
-    });
-  };
-  const auto first_sign = islands[0].is_reversed[0];
-  const bool have_one_sign = std::all_of(islands.begin(), islands.end(), [&](const Island& island) {
-    return std::count(island.is_reversed.begin(), island.is_reversed.end(), first_sign) ==
-           static_cast<std::ptrdiff_t>(num_rods);
-  });
-  result.rows_follow = follow(row);
-  if (have_one_sign && follow(block)) result.block_sign = first_sign != 0 ? -1.0 : 1.0;
-  const std::size_t rows_a_batch = result.rows_follow ? 1 : num_rods;
-  const std::size_t blocks_a_batch = result.block_sign != 0.0 ? 1 : num_rods;
-  result.rows.resize((result.num_batches + 1) * rows_a_batch * num_lanes);
-  result.blocks.resize((result.num_batches + 1) * blocks_a_batch * num_lanes);
-  result.lengths.resize(result.num_batches * num_rods);
-  result.inverse_mass.resize((result.num_batches + 1) * num_places);
+  BatchWriter writer(islands, rods, &result);
+  writer.write_numbers();
+  writer.write_points(inverse_mass);
+  writer.write_rods();
   result.factor.resize((result.num_batches + 1) * static_cast<std::size_t>(result.schedule.num_slots));
-  for (std::size_t k = 0; k < (result.num_batches + 1) * num_lanes; ++k) {
-    const Island& island = islands[std::min(k, islands.size() - 1)];
-    const std::size_t batch = k / num_lanes, lane = k % num_lanes;
-    result.first_point[k] = island.first_point;
-    for (std::size_t a = 0; a < rows_a_batch; ++a)
-      result.rows[(batch * rows_a_batch + a) * num_lanes + lane] = row(island, a);
-    for (std::size_t a = 0; a < blocks_a_batch; ++a) {
-      const bool is_turned = result.block_sign == 0.0 && island.is_reversed[a] != 0;
-      result.blocks[(batch * blocks_a_batch + a) * num_lanes + lane] = is_turned ? ~block(island, a) : block(island, a);
-    }
-  }
-  for (std::size_t k = 0; k < result.num_batches * num_lanes; ++k) {
-    const Island& island = islands[std::min(k, islands.size() - 1)];
-    const std::size_t batch = k / num_lanes, lane = k % num_lanes;
-    for (std::size_t p = 0; p < num_places; ++p) {
-      const auto num_points = static_cast<std::size_t>(topology.num_points);
-      Index point = island.first_point + static_cast<Index>(p);
-      if (p >= num_points) {
-        point = island.supports[p - num_points];
-        result.supports[(batch * (num_places - num_points) + p - num_points) * num_lanes + lane] = point;
-      }
-      result.inverse_mass.data()[batch * num_places + p][lane] = inverse_mass[static_cast<std::size_t>(point)];
-    }
-    for (std::size_t a = 0; a < num_rods; ++a) {
-      const auto number = static_cast<std::size_t>(island.rows[a]);
-      const std::size_t place = batch * num_rods + a;
-      const bool is_reversed = island.is_reversed[a] != 0;
-      const Vec3 offset = rods.offset.empty() ? Vec3{} : rods.offset[number];
-      if (dot(offset, offset) > 0.0) {
-        result.offsets.resize(result.num_batches * num_rods);
-        set_lane(&result.offsets[place], lane, is_reversed ? -offset : offset);
-      }
-      result.lengths.data()[place][lane] = rods.constant_length[number];
-      if (const MovingScalar* const moving = rods.moving_length(number)) {
-        result.moving_lengths.resize(result.num_batches * num_rods * num_lanes);
-        result.moving_lengths[place * num_lanes + lane] = moving;
-      }
-    }
-  }
   return result;
 }
 

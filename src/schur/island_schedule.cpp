@@ -1,8 +1,6 @@
 #include "schur/island_schedule.hpp"
 
 #include <algorithm>
-#include <map>
-#include <set>
 #include <tuple>
 
 namespace tanor {
@@ -21,46 +19,24 @@ std::vector<std::vector<int>> rods_of_points(const IslandTopology& topology) {
   return result;
 }
 
-}  // namespace
-
-IslandSchedule::IslandSchedule(const IslandTopology& topology) {
-  const std::size_t num_rods = topology.rods.size();
-  const auto by_point = rods_of_points(topology);
-  Neighbours neighbours(num_rods);
+/// The rows that each row has a product with: those of the rods at its points.
+Neighbours find_neighbours(const std::vector<std::vector<int>>& by_point, std::size_t num_rods) {
+  Neighbours result(num_rods);
   for (const auto& rods : by_point) {
     for (const int a : rods) {
       for (const int b : rods) {
-        if (a != b) neighbours[static_cast<std::size_t>(a)].insert(b);
+        if (a != b) result[static_cast<std::size_t>(a)].insert(b);
       }
     }
   }
+  return result;
+}
 
-  // Minimum degree; what is left of a row's neighbours when its turn comes is its column.
-  std::map<std::array<int, 2>, int> slots;  // of {row eliminated later, earlier}
-  std::vector<int> depth(num_rods, 0);
-  std::set<int> waiting;
-  for (std::size_t a = 0; a < num_rods; ++a) waiting.insert(static_cast<int>(a));
-  const auto cost = [&](int a) {
-    const auto row = static_cast<std::size_t>(a);
-    return std::tuple(neighbours[row].size(), depth[row], a);
-  };
-  while (!waiting.empty()) {
-    const int row = *std::min_element(waiting.begin(), waiting.end(), [&](int a, int b) { return cost(a) < cost(b); });
-    waiting.erase(row);
-    const std::set<int> entries = std::move(neighbours[static_cast<std::size_t>(row)]);
-    columns.push_back({row, num_slots, num_slots + 1 + static_cast<int>(entries.size()), 0});
-    slots[{row, row}] = num_slots++;
-    slot_row.push_back(row);
-    for (const int entry : entries) {
-      slots[{entry, row}] = num_slots++;
-      slot_row.push_back(entry);
-      const auto e = static_cast<std::size_t>(entry);
-      neighbours[e].insert(entries.begin(), entries.end());
-      neighbours[e].erase(entry);
-      neighbours[e].erase(row);
-      depth[e] = std::max(depth[e], depth[static_cast<std::size_t>(row)] + 1);
-    }
-  }
+}  // namespace
+
+IslandSchedule::IslandSchedule(const IslandTopology& topology) {
+  const auto by_point = rods_of_points(topology);
+  const Slots slots = eliminate(find_neighbours(by_point, topology.rods.size()));
   const auto slot_of = [&](int a, int b) {
     const auto found = slots.find({a, b});
     return found != slots.end() ? found->second : slots.at({b, a});
@@ -90,6 +66,38 @@ IslandSchedule::IslandSchedule(const IslandTopology& topology) {
   for (std::size_t k = 0; k < products.size(); ++k) {
     if (k == 0 || products[k].slot != products[k - 1].slot) --num_fill_slots;
   }
+}
+
+/// Chooses the order of elimination by minimum degree. What is left of a row's neighbours when its turn comes is its
+/// column.
+IslandSchedule::Slots IslandSchedule::eliminate(std::vector<std::set<int>> neighbours) {
+  const std::size_t num_rods = neighbours.size();
+  Slots slots;
+  std::vector<int> depth(num_rods, 0);
+  std::set<int> waiting;
+  for (std::size_t a = 0; a < num_rods; ++a) waiting.insert(static_cast<int>(a));
+  const auto cost = [&](int a) {
+    const auto row = static_cast<std::size_t>(a);
+    return std::tuple(neighbours[row].size(), depth[row], a);
+  };
+  while (!waiting.empty()) {
+    const int row = *std::min_element(waiting.begin(), waiting.end(), [&](int a, int b) { return cost(a) < cost(b); });
+    waiting.erase(row);
+    const std::set<int> entries = std::move(neighbours[static_cast<std::size_t>(row)]);
+    columns.push_back({row, num_slots, num_slots + 1 + static_cast<int>(entries.size()), 0});
+    slots[{row, row}] = num_slots++;
+    slot_row.push_back(row);
+    for (const int entry : entries) {
+      slots[{entry, row}] = num_slots++;
+      slot_row.push_back(entry);
+      const auto e = static_cast<std::size_t>(entry);
+      neighbours[e].insert(entries.begin(), entries.end());
+      neighbours[e].erase(entry);
+      neighbours[e].erase(row);
+      depth[e] = std::max(depth[e], depth[static_cast<std::size_t>(row)] + 1);
+    }
+  }
+  return slots;
 }
 
 }  // namespace tanor

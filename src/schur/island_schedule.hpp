@@ -3,6 +3,8 @@
 #include <array>
 #include <compare>
 #include <cstddef>
+#include <map>
+#include <set>
 #include <vector>
 
 namespace tanor {
@@ -44,6 +46,10 @@ class IslandSchedule {
 
   /// Multiplications of one factorization and solve.
   double flops() const { return 2.0 * static_cast<double>(targets.size()) + 4.0 * num_slots; }
+
+ private:
+  using Slots = std::map<std::array<int, 2>, int>;  // of {row eliminated later, earlier}
+  Slots eliminate(std::vector<std::set<int>> neighbours);
 };
 
 }  // namespace tanor

@@ -208,28 +208,32 @@ void PathSolver::substitute_halves(std::size_t p, const Substituted& numbers, Ha
     }
     end += to_right.count;
   }
-  if (goes_left) {
-    const Vec3 dw =
-        path.begins_at_support(first) ? Vec3{} : accelerate_end(path, numbers, first, path.left_point(first), -1.0);
-    of_left.end_dw = dw;
-    if (first == middle) {
-      of_left.dw = dw;
-    } else {
-      of_left.residual = larger(of_left.residual, rest(first, dw, dw_left));
-    }
-    work->left = of_left;
+  if (goes_left) work->left = accelerate_left_end(path, numbers, first, dw_left, of_left);
+  if (goes_right) work->right = accelerate_right_end(path, numbers, last - 1, dw_right, of_right);
+}
+
+/// The outermost point of the left half; `dw_next` is that of the point beside it.
+PathSolver::Accelerated PathSolver::accelerate_left_end(const Path& path, const Substituted& numbers, std::size_t row,
+                                                        Vec3 dw_next, Accelerated half) const {
+  half.end_dw = path.begins_at_support(row) ? Vec3{} : accelerate_end(path, numbers, row, path.left_point(row), -1.0);
+  if (row == path.middle()) {
+    half.dw = half.end_dw;
+  } else {
+    half.residual = larger(half.residual, rest_of(numbers, row, half.end_dw, dw_next));
   }
-  if (goes_right) {
-    const std::size_t row = last - 1;
-    const Vec3 dw = path.ends_at_support(row) ? Vec3{} : accelerate_end(path, numbers, row, path.right_point(row), 1.0);
-    of_right.end_dw = dw;
-    if (row == middle) {
-      of_right.dw = dw;
-    } else {
-      of_right.residual = larger(of_right.residual, rest(row, dw_right, dw));
-    }
-    work->right = of_right;
+  return half;
+}
+
+/// Likewise of the right half.
+PathSolver::Accelerated PathSolver::accelerate_right_end(const Path& path, const Substituted& numbers, std::size_t row,
+                                                         Vec3 dw_next, Accelerated half) const {
+  half.end_dw = path.ends_at_support(row) ? Vec3{} : accelerate_end(path, numbers, row, path.right_point(row), 1.0);
+  if (row == path.middle()) {
+    half.dw = half.end_dw;
+  } else {
+    half.residual = larger(half.residual, rest_of(numbers, row, dw_next, half.end_dw));
   }
+  return half;
 }
 
 /// The points between `count` + 1 rows.

@@ -130,6 +130,10 @@ class PathSolver final : public IslandSolver {
                          double* residual) const;
   Vec3 accelerate_end(const Path& path, const Substituted& numbers, std::size_t row, std::size_t point,
                       double sense) const;
+  Accelerated accelerate_left_end(const Path& path, const Substituted& numbers, std::size_t row, Vec3 dw_next,
+                                  Accelerated half) const;
+  Accelerated accelerate_right_end(const Path& path, const Substituted& numbers, std::size_t row, Vec3 dw_next,
+                                   Accelerated half) const;
   double rest_of(const Substituted& numbers, std::size_t row, Vec3 dw_left, Vec3 dw_right) const;
 
   void spread_spikes(const Path& path, const Numbers& numbers, Half* left, Half* right);

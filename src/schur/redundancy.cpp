@@ -23,28 +23,14 @@ Redundancy::Redundancy(std::span<const Incidence> incidences, std::span<const do
 
 // ---- decisions ----
 
-void Redundancy::group_by_row() {
-  row_start_.assign(numbering_.num_rows() + 1, 0);
-  for (const Incidence& incidence : incidences_) ++row_start_[static_cast<std::size_t>(incidence.row) + 1];
-  for (std::size_t a = 0; a < numbering_.num_rows(); ++a) row_start_[a + 1] += row_start_[a];
-  by_row_.resize(incidences_.size());
-  std::vector<Index> next(row_start_.begin(), row_start_.end() - 1);
-  for (std::size_t k = 0; k < incidences_.size(); ++k) {
-    Index& place = next[static_cast<std::size_t>(incidences_[k].row)];
-    by_row_[static_cast<std::size_t>(place++)] = static_cast<Index>(k);
-  }
-  local_point_.assign(inverse_mass_.size(), -1);
-  dependent_.assign(numbering_.num_rows(), 0);
-}
-
 /// C = M^-1/2 K of an island, or K itself: moving points alone, in the order in which its rows meet them.
 SparseColumns Redundancy::columns(const double* blocks, Rows rows, Scaling scaling) {
   SparseColumns C;
   std::vector<Index> points;
   for (Index a = rows.first; a < rows.second; ++a) {
     const auto column_begin = static_cast<std::ptrdiff_t>(C.rows.size());
-    for (Index k = row_start_[static_cast<std::size_t>(a)]; k < row_start_[static_cast<std::size_t>(a) + 1]; ++k) {
-      const Incidence& incidence = incidences_[static_cast<std::size_t>(by_row_[static_cast<std::size_t>(k)])];
+    for (const Index k : by_row_[static_cast<std::size_t>(a)]) {
+      const Incidence& incidence = incidences_[static_cast<std::size_t>(k)];
       const auto point = static_cast<std::size_t>(incidence.point);
       if (inverse_mass_[point] == 0.0) continue;
       if (local_point_[point] < 0) {
@@ -86,9 +72,9 @@ void Redundancy::stand_alone(Index first_row, SparseColumns* C) const {
 /// Of the points that an island's rows move.
 double Redundancy::mass_ratio_of(Rows rows) const {
   std::vector<Incidence> own;
-  for (Index k = row_start_[static_cast<std::size_t>(rows.first)];
-       k < row_start_[static_cast<std::size_t>(rows.second)]; ++k)
-    own.push_back(incidences_[static_cast<std::size_t>(by_row_[static_cast<std::size_t>(k)])]);
+  for (Index a = rows.first; a < rows.second; ++a) {
+    for (const Index k : by_row_[static_cast<std::size_t>(a)]) own.push_back(incidences_[static_cast<std::size_t>(k)]);
+  }
   return find_mass_ratio(own, inverse_mass_);
 }
 
@@ -127,7 +113,13 @@ bool Redundancy::decide_island(const double* blocks, Rows rows, std::span<const 
 }
 
 bool Redundancy::decide(const double* blocks, Rows rows, std::span<const double> tolerances) {
-  if (row_start_.empty()) group_by_row();
+  if (dependent_.empty()) {
+    by_row_ = {numbering_.num_rows(), [&](const auto& add) {
+                 for (std::size_t k = 0; k < incidences_.size(); ++k) add(incidences_[k].row, static_cast<Index>(k));
+               }};
+    local_point_.assign(inverse_mass_.size(), -1);
+    dependent_.assign(numbering_.num_rows(), 0);
+  }
   bool has_changed = false;
   const auto& start = numbering_.island_start;
   for (std::size_t i = 0; i + 1 < start.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/groups.hpp"
 #include "evaluate/family.hpp"
 #include "factor/rank_solver.hpp"
 #include "system/numbering.hpp"
@@ -87,14 +88,12 @@ class Redundancy {
   void stand_alone(Index first_row, SparseColumns* C) const;
   bool decide_island(const double* blocks, Rows rows, std::span<const double> tolerances);
   double mass_ratio_of(Rows rows) const;
-  void group_by_row();
   Found translate(const Island& island, const Dependence& dependence) const;
 
   std::span<const Incidence> incidences_;
   std::span<const double> inverse_mass_;
   const Numbering& numbering_;
-  std::vector<Index> row_start_;            // [row] its incidences in by_row_; made at the first decision
-  std::vector<Index> by_row_;               // places in incidences_
+  Groups<Index> by_row_;                    // places in incidences_; made at the first decision
   std::vector<Index> local_point_;          // [point] in the island at hand
   std::vector<Island> islands_;             // that were decided, by rows
   std::vector<char> dependent_, for_gram_;  // [row]

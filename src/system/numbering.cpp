@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <utility>
 
+#include "base/groups.hpp"
 #include "system/contacts.hpp"
 #include "system/members.hpp"
 
@@ -12,49 +12,26 @@ namespace tanor {
 
 namespace {
 
-/// Lists, one after the other: list k is [start[k], start[k + 1]).
-template <class Entry>
-struct Lists {
-  std::vector<Index> start{0};
-  std::vector<Entry> entries;
-
-  std::span<const Entry> operator[](Index k) const {
-    return {entries.data() + start[k], static_cast<std::size_t>(start[k + 1] - start[k])};
-  }
-  std::size_t size() const { return start.size() - 1; }
-  void end_list() { start.push_back(static_cast<Index>(entries.size())); }
-  void clear() {
-    start.assign(1, 0);
-    entries.clear();
-  }
-};
-
 /// A member at one of its points, and the other one where it joins two: -1 where it joins more or none.
 struct Joint {
   Index member, other;
 };
 
-Lists<Joint> list_joints(const Lists<Index>& points_of_member, std::size_t num_points) {
-  Lists<Joint> result;
-  result.start.assign(num_points + 1, 0);
-  for (const Index point : points_of_member.entries) ++result.start[point + 1];
-  std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
-  result.entries.resize(points_of_member.entries.size());
-  std::vector<Index> next(result.start.begin(), result.start.end() - 1);
-  for (std::size_t k = 0; k < points_of_member.size(); ++k) {
-    const auto member = static_cast<Index>(k);
-    const std::span<const Index> points = points_of_member[member];
-    for (const Index point : points)
-      result.entries[next[point]++] = {member, points.size() == 2 ? points[0] + points[1] - point : -1};
-  }
-  return result;
+Groups<Joint> list_joints(const Groups<Index>& points_of_member, std::size_t num_points) {
+  return {num_points, [&](const auto& add) {
+            for (std::size_t k = 0; k < points_of_member.size(); ++k) {
+              const std::span<const Index> points = points_of_member[k];
+              for (const Index point : points)
+                add(point, Joint{static_cast<Index>(k), points.size() == 2 ? points[0] + points[1] - point : -1});
+            }
+          }};
 }
 
 /// What constraints connect, by numbers of its own: points and members as a search from one of its points finds them.
 /// However the user numbers them, neighbours are near each other in memory here.
 struct Island {
   std::vector<Index> points, members;  // the user's
-  Lists<Index> points_of_member, members_of_point;
+  Groups<Index> points_of_member, members_of_point;
 
   void clear() {
     points.clear();
@@ -66,9 +43,9 @@ struct Island {
 
 /// Every point is joined to two others, by members of two points.
 bool is_ring(const Island& island) {
-  const auto are_pairs = [](const Lists<Index>& lists) {
-    for (std::size_t k = 0; k < lists.size(); ++k) {
-      if (lists[static_cast<Index>(k)].size() != 2) return false;
+  const auto are_pairs = [](const Groups<Index>& groups) {
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      if (groups[k].size() != 2) return false;
     }
     return true;
   };
@@ -78,7 +55,7 @@ bool is_ring(const Island& island) {
 /// Finds islands one after the other, each once.
 class Islands {
  public:
-  Islands(const Lists<Index>& points_of_member, const Lists<Joint>& joints_of_point)
+  Islands(const Groups<Index>& points_of_member, const Groups<Joint>& joints_of_point)
       : points_of_member_(points_of_member),
         joints_of_point_(joints_of_point),
         point_name_(joints_of_point.size(), -1),
@@ -95,7 +72,7 @@ class Islands {
         if (member_name_[member] < 0) name_member(member, static_cast<Index>(head), other);
         island_.members_of_point.entries.push_back(member_name_[member]);
       }
-      island_.members_of_point.end_list();
+      island_.members_of_point.end_group();
     }
     return island_;
   }
@@ -118,11 +95,11 @@ class Islands {
     } else {
       for (const Index point : points_of_member_[member]) points.push_back(name_point(point));
     }
-    island_.points_of_member.end_list();
+    island_.points_of_member.end_group();
   }
 
-  const Lists<Index>& points_of_member_;
-  const Lists<Joint>& joints_of_point_;
+  const Groups<Index>& points_of_member_;
+  const Groups<Joint>& joints_of_point_;
   std::vector<Index> point_name_, member_name_;  // in their island; -1: not found so far
   Island island_;
 };
@@ -154,8 +131,8 @@ class Search {
 
 /// Points that are islands by themselves, in the user's order but for this: those with the same kinds of constraints
 /// follow one another.
-std::vector<Index> list_lone_points(const System& system, const Lists<Index>& points_of_member,
-                                    const Lists<Joint>& joints_of_point) {
+std::vector<Index> list_lone_points(const System& system, const Groups<Index>& points_of_member,
+                                    const Groups<Joint>& joints_of_point) {
   std::vector<std::uint64_t> kind_of_member;
   for (const Constraint& constraint : system.constraints) {
     const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, constraint);
@@ -179,51 +156,69 @@ std::vector<Index> list_lone_points(const System& system, const Lists<Index>& po
   return result;
 }
 
-}  // namespace
-
-Numbering number(const System& system) {
-  const std::size_t num_points = system.num_points();
-  std::vector<char> is_support(num_points, 0);
-  for (const Support& support : system.supports) {
-    for (const Index point : support.points) is_support[point] = 1;
-  }
-
-  // Members and the moving points that they join.
-  Lists<Index> points_of_member;
-  std::vector<Index> user_first_row{0};  // of each member, and the number of rows
-  const auto add_member = [&](std::span<const Index> points, int rows) {
-    for (const Index point : points) {
-      if (!is_support[point]) points_of_member.entries.push_back(point);
+/// Appends points and members to a numbering, island by island, in an order that is good for elimination.
+class NumberingBuilder {
+ public:
+  explicit NumberingBuilder(const System& system) : is_support_(system.num_points(), 0) {
+    for (const Support& support : system.supports) {
+      for (const Index point : support.points) is_support_[point] = 1;
     }
-    points_of_member.end_list();
-    user_first_row.push_back(user_first_row.back() + rows);
-  };
-  for_each_member(system, add_member);
-  Numbering result;
-  result.num_user_rows = static_cast<std::size_t>(user_first_row.back());
-  for (const Contact& contact : list_contacts(system)) {
-    if (contact.can_stick) add_member({&contact.point, 1}, contact.num_tangents());
+    list_members(system);
+    result_.user_point.reserve(system.num_points());
+    result_.inner_point.assign(system.num_points(), -1);
+    result_.user_row.reserve(user_first_row_.back());
+    result_.member_row.assign(points_of_member_.size(), -1);
+    result_.island_start.push_back(0);
   }
-  const Lists<Joint> joints_of_point = list_joints(points_of_member, num_points);
-  const std::size_t num_members = points_of_member.size();
 
-  result.user_point.reserve(num_points);
-  result.inner_point.assign(num_points, -1);
-  result.user_row.reserve(user_first_row.back());
-  result.member_row.assign(num_members, -1);
-  result.island_start.push_back(0);
-  const auto append_point = [&](Index point) {
-    result.inner_point[point] = static_cast<Index>(result.user_point.size());
-    result.user_point.push_back(point);
-  };
+  Numbering build(const System& system) {
+    const std::size_t num_points = is_support_.size();
+    const Groups<Joint> joints_of_point = list_joints(points_of_member_, num_points);
+    Islands islands(points_of_member_, joints_of_point);
+    std::vector<char> is_alone(num_points, 0);
+    const std::vector<Index> lone_points = list_lone_points(system, points_of_member_, joints_of_point);
+    for (const Index point : lone_points) is_alone[point] = 1;
+    auto next_alone = lone_points.begin();
+    for (std::size_t place = 0; place < num_points; ++place) {
+      const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
+      if (islands.have(root) || is_support_[root] || joints_of_point[root].empty()) continue;
+      const Island& island = islands.find(root);
+      is_ring(island) ? append_ring(island) : append_from_far_end(island);
+      result_.island_start.push_back(static_cast<Index>(result_.user_row.size()));
+    }
+    append_what_is_left(islands);
+    return std::move(result_);
+  }
 
-  const auto append_member = [&](Index member) {
-    result.member_row[member] = static_cast<Index>(result.user_row.size());
-    for (Index row = user_first_row[member]; row < user_first_row[member + 1]; ++row) result.user_row.push_back(row);
-  };
+ private:
+  /// Lists the members and the moving points that each of them joins; rows of contacts come after those of the user.
+  void list_members(const System& system) {
+    const auto add_member = [&](std::span<const Index> points, int rows) {
+      for (const Index point : points) {
+        if (!is_support_[point]) points_of_member_.entries.push_back(point);
+      }
+      points_of_member_.end_group();
+      user_first_row_.push_back(user_first_row_.back() + rows);
+    };
+    for_each_member(system, add_member);
+    result_.num_user_rows = static_cast<std::size_t>(user_first_row_.back());
+    for (const Contact& contact : list_contacts(system)) {
+      if (contact.can_stick) add_member({&contact.point, 1}, contact.num_tangents());
+    }
+  }
 
-  // Round a ring, the member between two points after the first one of them.
-  const auto append_ring = [&](const Island& island) {
+  void append_point(Index point) {
+    result_.inner_point[point] = static_cast<Index>(result_.user_point.size());
+    result_.user_point.push_back(point);
+  }
+
+  void append_member(Index member) {
+    result_.member_row[member] = static_cast<Index>(result_.user_row.size());
+    for (Index row = user_first_row_[member]; row < user_first_row_[member + 1]; ++row) result_.user_row.push_back(row);
+  }
+
+  /// Appends a ring all round; the member between two points follows the first one of them.
+  void append_ring(const Island& island) {
     const auto other = [](std::span<const Index> pair, Index one) { return pair[0] == one ? pair[1] : pair[0]; };
     Index point = 0, member = island.members_of_point[0][0];
     for (std::size_t k = 0; k < island.points.size(); ++k) {
@@ -232,15 +227,13 @@ Numbering number(const System& system) {
       point = other(island.points_of_member[member], point);
       member = other(island.members_of_point[point], member);
     }
-  };
+  }
 
-  // Others from a far end (two searches find one), then backwards: what lies farthest comes first.
-  Search search;
-  std::vector<char> is_numbered;  // [member of the island]
-  const auto append_from_far_end = [&](const Island& island) {
-    const Index far_end = search.visit(island, static_cast<Index>(island.points.size()) - 1).back();
-    const std::vector<Index>& order = search.visit(island, far_end);
-    is_numbered.assign(island.members.size(), 0);
+  /// Appends an island backwards from a far end, which two searches find: what lies farthest comes first.
+  void append_from_far_end(const Island& island) {
+    const Index far_end = search_.visit(island, static_cast<Index>(island.points.size()) - 1).back();
+    const std::vector<Index>& order = search_.visit(island, far_end);
+    is_numbered_.assign(island.members.size(), 0);
     for (auto point = order.rbegin(); point != order.rend(); ++point) {
       append_point(island.points[*point]);
       // A member is numbered with the first of its points: in a tree that is the rod towards the root. Those of this
@@ -248,36 +241,38 @@ Numbering number(const System& system) {
       for (const bool alone : {true, false}) {
         for (const Index member : island.members_of_point[*point]) {
           if ((island.points_of_member[member].size() == 1) != alone) continue;
-          if (std::exchange(is_numbered[member], 1) == 0) append_member(island.members[member]);
+          if (std::exchange(is_numbered_[member], 1) == 0) append_member(island.members[member]);
         }
       }
     }
-  };
-
-  Islands islands(points_of_member, joints_of_point);
-  std::vector<char> is_alone(num_points, 0);
-  const std::vector<Index> lone_points = list_lone_points(system, points_of_member, joints_of_point);
-  for (const Index point : lone_points) is_alone[point] = 1;
-  auto next_alone = lone_points.begin();
-  for (std::size_t place = 0; place < num_points; ++place) {
-    const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
-    if (islands.have(root) || is_support[root] || joints_of_point[root].empty()) continue;
-    const Island& island = islands.find(root);
-    is_ring(island) ? append_ring(island) : append_from_far_end(island);
-    result.island_start.push_back(static_cast<Index>(result.user_row.size()));
   }
 
-  for (std::size_t member = 0; member < num_members; ++member) {
-    if (result.member_row[member] < 0) append_member(static_cast<Index>(member));
+  /// Appends members that join supports alone, moving points without constraints, and the supports, in this order.
+  void append_what_is_left(const Islands& islands) {
+    for (std::size_t member = 0; member < points_of_member_.size(); ++member) {
+      if (result_.member_row[member] < 0) append_member(static_cast<Index>(member));
+    }
+    for (std::size_t point = 0; point < is_support_.size(); ++point) {
+      if (!islands.have(static_cast<Index>(point)) && !is_support_[point]) append_point(static_cast<Index>(point));
+    }
+    result_.num_moving = result_.user_point.size();
+    for (std::size_t point = 0; point < is_support_.size(); ++point) {
+      if (is_support_[point]) append_point(static_cast<Index>(point));
+    }
   }
-  for (std::size_t point = 0; point < num_points; ++point) {
-    if (!islands.have(static_cast<Index>(point)) && !is_support[point]) append_point(static_cast<Index>(point));
-  }
-  result.num_moving = result.user_point.size();
-  for (std::size_t point = 0; point < num_points; ++point) {
-    if (is_support[point]) append_point(static_cast<Index>(point));
-  }
-  return result;
+
+  std::vector<char> is_support_;          // [point]
+  Groups<Index> points_of_member_;        // moving ones
+  std::vector<Index> user_first_row_{0};  // of each member, and the number of rows
+  Search search_;
+  std::vector<char> is_numbered_;  // [member of the island at hand]
+  Numbering result_;
+};
+
+}  // namespace
+
+Numbering number(const System& system) {
+  return NumberingBuilder(system).build(system);
 }
 
 void Numbering::gather_points(std::span<const double> user, std::span<double> inner, std::size_t width) const {

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <vector>
+
+namespace tanor {
+
+/// Entries group by group (compressed rows): those of group k are [start[k], start[k + 1]).
+template <class Entry>
+struct Groups {
+  std::vector<std::int32_t> start{0};
+  std::vector<Entry> entries;
+
+  Groups() = default;
+  /// Sorts entries by counting: `list(add)` calls add(group, entry) for each entry, the same ones both times it is
+  /// called. Entries of one group keep their order.
+  template <class List>
+  Groups(std::size_t num_groups, const List& list) : start(num_groups + 1, 0) {
+    list([&](auto group, const Entry&) { ++start[static_cast<std::size_t>(group) + 1]; });
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    entries.resize(static_cast<std::size_t>(start.back()));
+    std::vector<std::int32_t> next(start.begin(), start.end() - 1);
+    list([&](auto group, const Entry& entry) {
+      entries[static_cast<std::size_t>(next[static_cast<std::size_t>(group)]++)] = entry;
+    });
+  }
+
+  std::size_t size() const { return start.size() - 1; }
+  bool empty() const { return entries.empty(); }
+  std::span<const Entry> operator[](std::size_t group) const {
+    return std::span(entries).subspan(first(group), first(group + 1) - first(group));
+  }
+  std::span<Entry> operator[](std::size_t group) {
+    return std::span(entries).subspan(first(group), first(group + 1) - first(group));
+  }
+
+  /// Closes the group that `entries` end with.
+  void end_group() { start.push_back(static_cast<std::int32_t>(entries.size())); }
+  void clear() {
+    start.assign(1, 0);
+    entries.clear();
+  }
+
+ private:
+  std::size_t first(std::size_t group) const { return static_cast<std::size_t>(start[group]); }
+};
+
+}  // namespace tanor
