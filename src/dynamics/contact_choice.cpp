@@ -255,7 +255,7 @@ void NormalForm::find_share(ContactChoice* choice) const {
   }
   choice->share = choice->x;
   // At a start the least friction of few contacts will do, where it obeys the law.
-  const bool prefers_least = refuses_several_ && choice->size() <= most_contacts_counted;
+  const bool prefers_least = request_.refuses_several && choice->size() <= most_contacts_counted;
   choice->load = share_load(problem, choice->sticks, prefers_least, &choice->share, &choice->weights);
 }
 
@@ -341,7 +341,7 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
   reduce(t, r, v, choices);
   std::vector<char> released(tangents.size(), 0);
   for (const std::size_t c : releases) released[c] = 1;
-  const bool is_start = refuses_several_;
+  const bool is_start = request_.refuses_several;
   constexpr std::size_t all_modes = 1000000,
                         modes_on_the_way = 20000;  // work of the search: seconds, and some hundredths
   Outcome failed;
@@ -410,7 +410,7 @@ Outcome NormalForm::take_choices(double t, const double* r, const std::vector<ch
     const bool on_curves = std::all_of(problem.contacts.begin(), problem.contacts.end(),
                                        [](const auto& each) { return each.dimension == 1; });
     constexpr double rounding = 1e-11;
-    if (!all && !refuses_several_ && on_curves && problem.W.norm() <= rounding) continue;
+    if (!all && !request_.refuses_several && on_curves && problem.W.norm() <= rounding) continue;
     for (std::size_t c = 0; c < choice.size(); ++c) {
       const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
       const std::size_t contact = choice.members[c];

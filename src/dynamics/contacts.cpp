@@ -12,9 +12,13 @@
 /// holds on the acceleration level: lambda_t in -mu_s |N| Sgn(a_t).
 namespace tanor {
 
-Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
-  const bool depends_on_reactions = friction_ != nullptr && friction_->laws().depend_on_reactions();
-  return depends_on_reactions ? settle_contacts(t, r, v, w) : accelerations(t, r, v, Gradients::Evaluate, w);
+Outcome NormalForm::begin(double t, const double* r, double* v, const Request& request, double* w) {
+  take(request);
+  if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return settle_contacts(t, r, v, w);
+  Request anew = request;
+  anew.gradients = Gradients::Evaluate;
+  if (anew.judgement == Judgement::Quick) anew.judgement = Judgement::None;
+  return accelerations({t, r, v}, anew, w);
 }
 
 /// Held this much above the limit, relative, is held at it: the rounding of multipliers.
@@ -159,7 +163,8 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
 }
 
 Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                                     double* w) {
+                                     const Request& request, double* w) {
+  take(request);
   Tangents& tangents = model_.constraints.tangents();
   std::vector<char> at_rest(tangents.size(), 0), is_met(num_switches_, 0), has_changed(friction_->islands().size(), 0);
   for (const std::size_t event : which) is_met[event] = 1;
@@ -266,7 +271,10 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
                                  const std::vector<std::size_t>& releases, const std::vector<char>& has_changed,
                                  double* w) {
   Tangents& tangents = model_.constraints.tangents();
-  const bool judges = judges_friction_, is_start = refuses_several_;
+  Request at_end = request_;  // judged as at a step's end
+  at_end.gradients = Gradients::Keep;
+  request_.judgement = Judgement::None;
+  const bool is_start = request_.refuses_several;
   work_of_rest_ = {};
   const bool was_compliant = is_compliant_;
   forget_compliance();
@@ -283,7 +291,6 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
   friction_->laws().keep_senses(v);
 
   constexpr std::size_t most_at_start = 64, unlimited = std::numeric_limits<std::size_t>::max();
-  judges_friction_ = false;
   std::vector<ContactChoice> choices;
   Outcome found;
   const auto count = [&](const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all) {
@@ -335,7 +342,6 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     Outcome outcome = count(wanted, unlimited, true);
     if (outcome.ok() && choices.size() > before) found = settle();
   }
-  judges_friction_ = judges;
   if (!found.ok()) return found;
   // Islands in which nothing has changed keep their verdict.
   std::vector<char> are_open = has_changed;
@@ -347,7 +353,7 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
   if (found = judge_many(t, r, v, at_rest, are_open); !found.ok()) return found;
   held_->hold(t, r);
   friction_->set_counted(are_counted);
-  found = accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
+  found = accelerations({t, r, v}, at_end, w);
   friction_->set_counted({});
   if (found.ok()) last_.outcome = found = check_rest(t, r, v, w, at_rest);
   if (verdict_ == Uniqueness::Several) {
@@ -422,7 +428,9 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
   int num_shares = 0;
   bool has_given_way = false, set_limits_once = false;
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
-    if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
+    Request on_the_way = request_;
+    on_the_way.gradients = Gradients::Evaluate;
+    if (Outcome outcome = accelerations({t, r, v}, on_the_way, w); !outcome.ok()) return outcome;
     if (num_at_rest == 0) return {};
     model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
     bool has_changed = false, has_reached_limit = false;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/instant.hpp"
 #include "dynamics/model.hpp"
 #include "friction/contraction.hpp"
 #include "friction/enumeration.hpp"
@@ -18,10 +19,6 @@ struct SlidingIsland {
   std::vector<std::size_t> members;
   SlidingContacts contacts;
 };
-
-/// How much is asked about other solutions than the one that was found: nothing; of few contacts, as in every step; of
-/// more of them.
-enum class Judgement { None, Quick, Thorough };
 
 /// Friction as a part of the normal form: tau(r, v, t, lambda) such that
 ///

@@ -98,10 +98,10 @@ void NormalForm::describe(PlanSummary* plan) const {
 
 // ---- one instant ----
 
-Outcome NormalForm::free_accelerations(double t, const double* r, const double* v, double* w) {
+Outcome NormalForm::free_accelerations(const Kinematics& at, const Request& request, double* w) {
   if (friction_ != nullptr) {
     // M^-1 (f + tau) = w - M^-1 eta: what holds a contact that sticks is a force like the others
-    if (Outcome outcome = accelerations(t, r, v, Gradients::Keep, w); !outcome.ok()) return outcome;
+    if (Outcome outcome = accelerations(at, request, w); !outcome.ok()) return outcome;
     reactions(respond_.data());
     for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w[i] -= model_.inverse_mass[i / 3] * respond_[i];
     return {};
@@ -111,7 +111,7 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
     model_.write_uniform(w);
     return {};
   }
-  return std::isfinite(model_.evaluate_free(t, r, v, w)) ? Outcome{} : model_.not_finite(t);
+  return std::isfinite(model_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : model_.not_finite(at.t);
 }
 
 GramSolver::Quality NormalForm::factorize_gram() {
@@ -184,7 +184,16 @@ void NormalForm::correct(double* rows, double* points) {
                            points);
 }
 
-Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
+void NormalForm::take(const Request& request) {
+  request_ = request;
+  allowed_error_ = reuse_ != nullptr && !request.exact ? request.allowed_error : 0.0;
+  if (friction_ != nullptr) friction_->refuse_several(request.refuses_several);
+}
+
+Outcome NormalForm::accelerations(const Kinematics& at, const Request& request, double* w) {
+  take(request);
+  const auto [t, r, v] = at;
+  const Gradients gradients = request.gradients;
   model_.set_time(t);
   ++model_.counters.evaluations;
   if (gradients == Gradients::Evaluate) model_.constraints.choose_frames();
@@ -220,14 +229,9 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
-  // Whether the friction is the only one is asked where a step ends.
-  const Judgement judgement = !judges_friction_              ? Judgement::None
-                              : exact_                       ? Judgement::Thorough
-                              : gradients == Gradients::Keep ? Judgement::Quick
-                                                             : Judgement::None;
-  if (Outcome outcome = find_friction(t, r, v, judgement, w); !outcome.ok()) return last_.outcome = outcome;
+  if (Outcome outcome = find_friction(t, r, v, request.judgement, w); !outcome.ok()) return last_.outcome = outcome;
   double residual = find_multipliers_and_friction(scale, w);
-  if (friction_ != nullptr && judgement != Judgement::None) {
+  if (friction_ != nullptr && request.judgement != Judgement::None) {
     add_verdict();
     // One motion obeys the law, but modes that were chosen wrongly leave friction that no iteration brings to it.
     constexpr double largest_miss = 1e-4;
@@ -432,12 +436,6 @@ void NormalForm::friction_forces(double* tau, WhichFriction which) const {
 void NormalForm::evaluate_friction(const double* lambda, double* tau) {
   std::fill(tau, tau + size(), 0.0);
   friction_->add_at(lambda, tau);
-}
-
-void NormalForm::judge_friction(bool judges, bool refuses_several) {
-  judges_friction_ = judges;
-  refuses_several_ = refuses_several;
-  if (friction_ != nullptr) friction_->refuse_several(refuses_several);
 }
 
 Power NormalForm::power(const double* r, const double* v) const {

@@ -28,7 +28,16 @@ namespace tanor {
 ///
 /// with w0 = M^-1 f, and what is prescribed at supports (see Model), in place of M^-1 f. Its variables are r
 /// themselves. With friction, f + tau stands in place of f.
-class NormalForm final : public EquationsOfMotion {
+class NormalForm final : public EquationsOfMotion,
+                         private StepProjector,
+                         private InexactSolves,
+                         private RankMonitor,
+                         private RoundingGroups,
+                         private ForcePassages,
+                         private SeriesExpansion,
+                         private DriveMonitor,
+                         private EventFunctions,
+                         private ImplicitFormulation {
  public:
   NormalForm(Model& model, const SolverOptions& options);
 
@@ -38,39 +47,47 @@ class NormalForm final : public EquationsOfMotion {
 
   void prescribe(double t, double* r, double* v) override { model_.prescribe(t, r, v); }
   Outcome linearise(double t, const double* r) override;
-  Outcome accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) override;
-  Outcome free_accelerations(double t, const double* r, const double* v, double* w) override;
-  ProjectionReport project_positions(double t, double* r) override;
-  ProjectionReport project_far_positions(double t, double* r) override;
+  Outcome accelerations(const Kinematics& at, const Request& request, double* w) override;
+  Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
+  ProjectionReport project_positions(double t, double* r, Turn turn = Turn::Small) override;
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
   double allowed_error(const StepTarget& target) const override;
-  void allow_error(double error) override { allowed_error_ = reuse_ != nullptr && !exact_ ? error : 0.0; }
   void exchange_memory(Memory& memory) override;
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   std::span<const Index> neighbourhoods() const override { return model_.scales.of_points(); }
-  /// Friction remembers what it was asked last: there nobody asks for more.
-  std::size_t num_groups() const override { return friction_ == nullptr ? model_.joints.num_groups() : 0; }
+  std::size_t num_groups() const override { return model_.joints.num_groups(); }
   void largest_differences(const double* a, const double* b, std::span<double> largest) const override {
     model_.joints.largest_differences(a, b, largest);
   }
   double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) override {
     return model_.joints.allow_rounding(levels, gain, target, model_.scales);
   }
-  /// Pair forces are no part of their matrix.
-  bool has_implicit_equations() const override { return friction_ == nullptr && !model_.forces.has_pairs(); }
+  bool matrix_knows_all_forces() const override { return !model_.forces.has_pairs(); }
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
   std::size_t num_accelerations() const override { return model_.counters.evaluations; }
   std::size_t rank() const override { return model_.rank; }
-  bool may_lose_rank() const override { return model_.may_lose_rank; }
   double mass_ratio() const override { return model_.mass_ratio; }
   void remember_gradients() override;
   double compare_gradients() override;
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
+  bool keeps_variables() const override { return true; }
+
+  StepProjector* step_projector() override { return this; }
+  InexactSolves* inexact_solves() override { return reuse_ != nullptr ? this : nullptr; }
+  RankMonitor* rank_monitor() override { return model_.may_lose_rank ? this : nullptr; }
+  /// Friction remembers what it was asked last: there nobody asks for more.
+  RoundingGroups* rounding_groups() override { return friction_ == nullptr ? this : nullptr; }
+  ForcePassages* force_passages() override { return model_.may_be_passed(model_.constraint_passages) ? this : nullptr; }
+  SeriesExpansion* series() override;
+  std::string why_no_series() const override;
+  DriveMonitor* drives() override { return !model_.drives.empty() ? this : nullptr; }
+  EventFunctions* events() override { return num_switches_ > 0 ? this : nullptr; }
+  ImplicitFormulation* implicit_formulation() override { return friction_ == nullptr ? this : nullptr; }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport put_positions(double t, double* r) override;
@@ -85,7 +102,6 @@ class NormalForm final : public EquationsOfMotion {
     friction_->laws().keep_senses(v);
   }
   void resume(const Counters& counters, const PhaseTimes& times) override;
-  void set_exact(bool exact) override { exact_ = exact; }
   /// lambda [d] of the last accelerations.
   const std::vector<double>& multipliers() const { return lambda_; }
   void reactions(double* eta) const override;
@@ -94,20 +110,18 @@ class NormalForm final : public EquationsOfMotion {
   void friction_forces(double* tau, WhichFriction which = WhichFriction::All) const;
   /// The law at lambda [3n], at the last accelerations; contacts that stick have none.
   void evaluate_friction(const double* lambda, double* tau);
-  void judge_friction(bool judges, bool refuses_several);
 
-  bool may_pass_forces() const override { return model_.may_be_passed(model_.constraint_passages); }
+  std::size_t num_points() const override { return model_.num_points(); }
+  Kinematics find_points(const Kinematics& at, double*, double*) override { return at; }
   PointTolerances point_tolerances() const override {
     return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances(), model_.scales.accelerations()};
   }
   double find_passage(PointPath* path) override { return model_.find_passage(model_.constraint_passages, path); }
 
-  std::string series_obstacle() const override;
-  Outcome expand(double t, const double* r, const double* v, const double* w, std::span<double* const> coefficients,
+  Outcome expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
                  double* smooth_until) override;
-  Power power_along(double t, const double* r, const double* v, const double* w) override;
+  Power power_along(const Kinematics& at, const double* w) override;
 
-  bool has_drives() const override { return !model_.drives.empty(); }
   DriveReport look_at_drives(const DrivenStep& step) override {
     return model_.drives.look(step, {step.x, step.v, nullptr, model_.scales});
   }
@@ -118,11 +132,11 @@ class NormalForm final : public EquationsOfMotion {
   void evaluate_events(double t, const double* r, const double* v, double* values) override;
   void shape_events(const double* values, double* shapes) const override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                           double* w) override;
+                           const Request& request, double* w) override;
   Power work_of_switch() const override { return work_of_rest_; }
   std::vector<int> discrete_state() const override;
   void restore_discrete_state(std::span<const int> state) override;
-  Outcome begin(double t, const double* r, double* v, double* w) override;
+  Outcome begin(double t, const double* r, double* v, const Request& request, double* w) override;
   void describe(PlanSummary* plan) const override;
 
   /// Nearest point of xi = 0 to r in the M-norm, however far.
@@ -169,7 +183,8 @@ class NormalForm final : public EquationsOfMotion {
   void add_reactions(double* w) const;
   static constexpr double compliance = 1e-4;      // rounding grows by its inverse, each refinement wins its digits
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
-  double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
+  double good_enough() const { return request_.exact ? 1e-15 : 1e-12; }
+  void take(const Request& request);
   Outcome settle_contacts(double t, const double* r, double* v, double* w);
   Outcome find_friction(double t, const double* r, const double* v, Judgement judgement, double* w);
   void restore_senses(const double* r, const double* v);
@@ -265,11 +280,11 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_rows() const { return model_.num_rows(); }
 
   Model& model_;
-  std::vector<double> error_x_, error_v_;    // [3n] of a step, the parts that constraints leave; empty: not asked for
-  std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
-  std::unique_ptr<HeldPlaces> held_;         // likewise
-  std::size_t num_switches_ = 0;             // contacts that may stick
-  bool judges_friction_ = false, refuses_several_ = false;
+  std::vector<double> error_x_, error_v_;      // [3n] of a step, the parts that constraints leave; empty: not asked for
+  std::unique_ptr<FrictionStage> friction_;    // null: constraints are ideal
+  std::unique_ptr<HeldPlaces> held_;           // likewise
+  std::size_t num_switches_ = 0;               // contacts that may stick
+  Request request_;                            // of the last accelerations, or of what asks for them
   Uniqueness verdict_ = Uniqueness::NotAsked;  // of all modes, since they were counted last
   std::string verdict_reason_;
   static constexpr int softness_steps = 1 << 20;  // an octave
@@ -316,7 +331,7 @@ class NormalForm final : public EquationsOfMotion {
   std::vector<double> gradient_norms_;  // [d] at the last decision, where rows depend
 
   // The last instant.
-  bool is_factorized_ = false, exact_ = false;
+  bool is_factorized_ = false;
   SolveReport last_;
   std::vector<double> blocks_;                      // K
   std::vector<double> dw_;                          // [3n] w - w0 = M^-1 K lambda
@@ -327,8 +342,8 @@ class NormalForm final : public EquationsOfMotion {
     std::size_t frames = 0;            // the unit vectors of lines
     double last_h = std::numeric_limits<double>::max(), before_h = last_h;  // s, of those steps
   } step_multipliers_;
-  mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
-  mutable std::unique_ptr<MotionSeries> series_;     // else
+  std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
+  std::unique_ptr<MotionSeries> series_;     // else
   struct {
     std::vector<double> blocks;           // K that is remembered; empty: none, or rows depended
     std::vector<double> x, y, move;       // [d], [d], [3n] scratch

@@ -200,7 +200,7 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
 }
 
 void NormalForm::remember_gradients() {
-  if (model_.may_lose_rank && !redundancy_.is_found())
+  if (!redundancy_.is_found())
     before_.blocks = blocks_;
   else
     before_.blocks.clear();
