@@ -6,7 +6,7 @@
 #include "report/checkpoint.hpp"
 #include "report/checksum.hpp"
 #include "report/friction_parts.hpp"
-#include "report/json_writer.hpp"
+#include "report/json_text.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 #include "report/reading.hpp"
@@ -443,15 +443,7 @@ System make_rough_chain(const Friction& friction) {
 }
 
 json summarise_friction(const System& system, const FrictionSummary& found) {
-  const Folder folder;
-  replace_file(folder / "friction.json", [&](OutputFile* file) {
-    JsonWriter writer(file);
-    writer.begin_object();
-    write_friction_summary(&writer, system, found);
-    writer.end_object();
-    writer.finish();
-  });
-  return read_json(folder / "friction.json")["friction"];
+  return json::parse(describe_friction_summary(system, found).dump());
 }
 
 TEST(SummaryTest, TellsHowFrictionWasFound) {
