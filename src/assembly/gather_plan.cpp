@@ -46,44 +46,65 @@ std::vector<Product> list_products(std::span<const Incidence> incidences, std::s
   return products;
 }
 
+namespace {
+
+struct PlacedProduct {
+  int row;
+  int product;
+};
+
+/// Products by column of the wanted triangle, then by row. Sorting is stable, so that the order of each sum is fixed.
+class ProductsByColumn {
+ public:
+  /// `entry_of` gives a product its column and row.
+  template <class EntryOf>
+  ProductsByColumn(std::size_t num_columns, std::span<const Product> products, const EntryOf& entry_of)
+      : start_(num_columns + 1, 0), sorted_(products.size()) {
+    for (const Product& product : products) ++start_[static_cast<std::size_t>(entry_of(product).first) + 1];
+    std::partial_sum(start_.begin(), start_.end(), start_.begin());
+    std::vector<int> next(start_.begin(), start_.end() - 1);
+    for (std::size_t k = 0; k < products.size(); ++k) {
+      const auto [column, row] = entry_of(products[k]);
+      sorted_[static_cast<std::size_t>(next[static_cast<std::size_t>(column)]++)] = {row, static_cast<int>(k)};
+    }
+    for (std::size_t column = 0; column < num_columns; ++column) {
+      std::stable_sort(sorted_.begin() + start_[column], sorted_.begin() + start_[column + 1],
+                       [](const PlacedProduct& a, const PlacedProduct& b) { return a.row < b.row; });
+    }
+  }
+
+  std::span<const PlacedProduct> column(std::size_t j) const {
+    return {sorted_.data() + start_[j], sorted_.data() + start_[j + 1]};
+  }
+
+ private:
+  std::vector<int> start_;
+  std::vector<PlacedProduct> sorted_;
+};
+
+}  // namespace
+
 GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place,
                        Triangle triangle, std::span<const double> squared_norms)
     : start_(num_rows + 1, 0), scale_(num_rows, 1.0) {
   check_count(static_cast<double>(products.size()), "X'WX of " + std::to_string(num_rows) + " rows",
               "products of blocks");
-  // Products by column of the wanted triangle, then by row; the order of equal ones stays (stable): fixed sums.
   const auto placed = [&](int row) { return place.empty() ? row : place[static_cast<std::size_t>(row)]; };
-  const auto entry = [&](const Product& product) {
+  const ProductsByColumn sorted(num_rows, products, [&](const Product& product) {
     const int a = placed(product.row), b = placed(product.column);
     const int low = std::min(a, b), high = std::max(a, b);
-    return triangle == Triangle::Lower ? std::pair{low, high} : std::pair{high, low};  // column, row
-  };
-  std::vector<int> column_count(num_rows + 1, 0);
-  for (const Product& product : products) ++column_count[static_cast<std::size_t>(entry(product).first) + 1];
-  std::partial_sum(column_count.begin(), column_count.end(), column_count.begin());
-  struct Placed {
-    int row;
-    int product;
-  };
-  std::vector<Placed> sorted(products.size());
-  {
-    std::vector<int> next(column_count.begin(), column_count.end() - 1);
-    for (std::size_t k = 0; k < products.size(); ++k) {
-      const auto [column, row] = entry(products[k]);
-      sorted[static_cast<std::size_t>(next[static_cast<std::size_t>(column)]++)] = {row, static_cast<int>(k)};
-    }
-  }
+    return triangle == Triangle::Lower ? std::pair{low, high} : std::pair{high, low};
+  });
 
   rows_.reserve(products.size());
   terms_.reserve(products.size());
   diagonal_.reserve(num_rows);
   for (std::size_t column = 0; column < num_rows; ++column) {
-    const auto begin = sorted.begin() + column_count[column], end = sorted.begin() + column_count[column + 1];
-    std::stable_sort(begin, end, [](const Placed& a, const Placed& b) { return a.row < b.row; });
-    for (auto k = begin; k != end; ++k) {
+    const std::span<const PlacedProduct> own = sorted.column(column);
+    for (auto k = own.begin(); k != own.end(); ++k) {
       const Product& product = products[static_cast<std::size_t>(k->product)];
       const Term term{product.block_a, product.block_b, product.weight};
-      const bool is_new = k == begin || (k - 1)->row != k->row;
+      const bool is_new = k == own.begin() || (k - 1)->row != k->row;
       if (is_new) {
         if (k->row == static_cast<int>(column)) diagonal_.push_back(static_cast<int>(rows_.size()));
         rows_.push_back(k->row);

@@ -5,14 +5,12 @@
 
 namespace tanor {
 
-NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
-                       std::span<const Incidence> incidences, std::span<const Compliance> compliances,
-                       bool rows_may_depend)
-    : masses_(masses.begin(), masses.end()),
-      diagonal_(num_rows),
-      compliances_(compliances.begin(), compliances.end()),
-      rows_may_depend_(rows_may_depend) {
-  const int num_points = static_cast<int>(masses.size()), first_row = 3 * num_points;
+namespace {
+
+/// The rows of each column of Newton's matrix, in any order and some more than once.
+std::vector<std::vector<int>> list_columns(int num_points, std::size_t num_rows, std::span<const Coupling> couplings,
+                                           std::span<const Incidence> incidences) {
+  const int first_row = 3 * num_points;
   std::vector<std::vector<int>> columns(static_cast<std::size_t>(first_row) + num_rows);
   const auto add_block = [&](int i, int j) {
     for (int c = 0; c < 3; ++c) {
@@ -21,7 +19,6 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
   };
   for (int i = 0; i < num_points; ++i) add_block(i, i);
   for (const auto& [i, j] : couplings) {
-    couplings_.push_back({{i < num_points ? i : -1, j < num_points ? j : -1}, {}, {}});
     if (i >= num_points || j >= num_points) continue;
     add_block(i, j);
     add_block(j, i);
@@ -33,15 +30,31 @@ NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std
       columns[static_cast<std::size_t>(row)].push_back(3 * incidence.point + c);
       columns[static_cast<std::size_t>(3 * incidence.point + c)].push_back(row);
     }
-    entries_.push_back({incidence.point, incidence.row, incidence.block, incidence.sign, 0, {}});
   }
-  for (std::size_t a = 0; a < num_rows; ++a) {
-    const int row = first_row + static_cast<int>(a);
-    columns[static_cast<std::size_t>(row)].push_back(row);
+  for (std::size_t row = static_cast<std::size_t>(first_row); row < columns.size(); ++row)
+    columns[row].push_back(static_cast<int>(row));
+  return columns;
+}
+
+}  // namespace
+
+NewtonPlan::NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
+                       std::span<const Incidence> incidences, std::span<const Compliance> compliances,
+                       bool rows_may_depend)
+    : masses_(masses.begin(), masses.end()),
+      diagonal_(num_rows),
+      compliances_(compliances.begin(), compliances.end()),
+      rows_may_depend_(rows_may_depend) {
+  const int num_points = static_cast<int>(masses.size()), first_row = 3 * num_points;
+  for (const auto& [i, j] : couplings)
+    couplings_.push_back({{i < num_points ? i : -1, j < num_points ? j : -1}, {}, {}});
+  for (const Incidence& incidence : incidences) {
+    if (incidence.point >= num_points) continue;
+    entries_.push_back({incidence.point, incidence.row, incidence.block, incidence.sign, 0, {}});
   }
 
   start_.push_back(0);
-  for (std::vector<int>& column : columns) {
+  for (std::vector<int>& column : list_columns(num_points, num_rows, couplings, incidences)) {
     std::sort(column.begin(), column.end());
     column.erase(std::unique(column.begin(), column.end()), column.end());
     rows_.insert(rows_.end(), column.begin(), column.end());

@@ -133,6 +133,125 @@ void write_columns(const std::vector<int>& row_start, const std::vector<int>& co
   }
 }
 
+/// The elimination of C, one front a column. R is collected row by row.
+class RowMerge {
+ public:
+  RowMerge(const PointColumns& C, double tolerance)
+      : C_(C), tolerance_(tolerance), by_point_(C), waiting_(C.num_columns()), place_(C.num_columns(), -1) {
+    row_columns_.reserve(C.entries.size());
+    row_values_.reserve(C.entries.size());
+    row_start_.reserve(C.num_columns() + 1);
+    R_.independent.reserve(C.num_columns());
+  }
+
+  TriangularFactor run() {
+    for (std::size_t j = 0; j < C_.num_columns(); ++j) {
+      choose_columns(j);
+      if (columns_.empty()) {
+        R_.dependent.push_back(static_cast<int>(j));
+        continue;
+      }
+      fill_front(j);
+      reduce(j);
+      for (const int column : columns_) place_[static_cast<std::size_t>(column)] = -1;
+    }
+    write_columns(row_start_, row_columns_, row_values_, C_.num_columns(), &R_);
+    return std::move(R_);
+  }
+
+ private:
+  /// The columns of the front of column j, and how many rows it has: those of fronts that wait there, and those of the
+  /// points whose first column is j.
+  void choose_columns(std::size_t j) {
+    columns_.clear();
+    own_.clear();
+    num_rows_ = 0;
+    const auto include = [&](int column) {
+      if (place_[static_cast<std::size_t>(column)] >= 0) return;
+      place_[static_cast<std::size_t>(column)] = 0;
+      columns_.push_back(column);
+    };
+    waiting_.for_each(j, [&](const Front& other) {
+      for (const int column : other.columns) include(column);
+      num_rows_ += other.num_rows;
+    });
+    for (int k = C_.start[j]; k < C_.start[j + 1]; ++k) {
+      const int point = C_.entries[static_cast<std::size_t>(k)].point;
+      if (by_point_[point].front().column != static_cast<int>(j)) continue;
+      own_.push_back(point);
+      for (const auto& there : by_point_[point]) include(there.column);
+      num_rows_ += 3;
+    }
+    if (!std::ranges::is_sorted(columns_)) std::ranges::sort(columns_);
+    for (std::size_t k = 0; k < columns_.size(); ++k)
+      place_[static_cast<std::size_t>(columns_[k])] = static_cast<int>(k);
+  }
+
+  void fill_front(std::size_t j) {
+    const std::size_t width = columns_.size();
+    front_.assign(num_rows_ * width, 0.0);
+    double* row = front_.data();
+    const auto at = [&](int column) { return row + place_[static_cast<std::size_t>(column)]; };
+    waiting_.for_each(j, [&](const Front& other) {
+      const double* value = other.rows.data();
+      for (std::size_t i = 0; i < other.num_rows; ++i, row += width) {
+        for (const int column : other.columns) *at(column) = *value++;
+      }
+    });
+    for (const int point : own_) {
+      for (const auto& [column, entry] : by_point_[point]) {
+        const Vec3 value = C_.entries[static_cast<std::size_t>(entry)].value;
+        double* const first = at(column);
+        first[0] = value.x;
+        first[width] = value.y;
+        first[2 * width] = value.z;
+      }
+      row += 3 * width;
+    }
+    waiting_.release(j);
+  }
+
+  /// Reduces the front to a trapezoid, in which at most one row begins at each column. Column j is left out where it is
+  /// short.
+  void reduce(std::size_t j) {
+    const std::size_t width = columns_.size();
+    const bool is_independent = reflect(front_.data(), num_rows_, width, 0, 0, tolerance_);
+    const std::size_t first_left = is_independent ? 1 : 0;
+    std::size_t end = first_left;
+    for (std::size_t c = 1; c < width && end < num_rows_; ++c) {
+      if (reflect(front_.data(), num_rows_, width, end, c, 0.0)) ++end;
+    }
+    if (is_independent) {
+      R_.independent.push_back(static_cast<int>(j));
+      row_columns_.insert(row_columns_.end(), columns_.begin(), columns_.end());
+      row_values_.insert(row_values_.end(), front_.data(), front_.data() + width);
+      row_start_.push_back(static_cast<int>(row_columns_.size()));
+    } else {
+      R_.dependent.push_back(static_cast<int>(j));
+    }
+    // The rows that are left belong to the other columns, those of a dependent column too.
+    if (end == first_left) return;
+    Front& rest = waiting_.add(static_cast<std::size_t>(columns_[1]));
+    rest.columns.assign(columns_.begin() + 1, columns_.end());
+    rest.num_rows = end - first_left;
+    for (std::size_t i = first_left; i < end; ++i) {
+      for (std::size_t k = 1; k < width; ++k) rest.rows.push_back(front_[i * width + k]);
+    }
+  }
+
+  const PointColumns& C_;
+  double tolerance_;
+  ByPoint by_point_;
+  WaitingRoom waiting_;
+  TriangularFactor R_;
+  std::vector<int> row_start_{0}, row_columns_;  // of R
+  std::vector<double> row_values_;
+  std::vector<int> columns_, place_;  // of the front at hand; column -> its place there, -1: not in it
+  std::vector<int> own_;              // points whose rows begin at its column
+  std::size_t num_rows_ = 0;
+  std::vector<double> front_;  // [num_rows x columns]
+};
+
 }  // namespace
 
 SparseColumns PointColumns::expand() const {
@@ -150,97 +269,7 @@ SparseColumns PointColumns::expand() const {
 }
 
 TriangularFactor merge_rows(const PointColumns& C, double tolerance) {
-  const std::size_t d = C.num_columns();
-  const ByPoint by_point(C);
-  TriangularFactor R;
-  std::vector<int> row_start{0}, row_columns;  // of R
-  std::vector<double> row_values;
-  row_columns.reserve(C.entries.size());
-  row_values.reserve(C.entries.size());
-  row_start.reserve(d + 1);
-  R.independent.reserve(d);
-  WaitingRoom waiting(d);
-  std::vector<int> columns, place(d, -1);  // of the front at hand; column -> its place there
-  std::vector<int> own;                    // points whose rows begin at column j
-  std::vector<double> front;               // [num_rows x columns]
-
-  for (std::size_t j = 0; j < d; ++j) {
-    columns.clear();
-    own.clear();
-    std::size_t num_rows = 0;
-    const auto include = [&](int column) {
-      if (place[static_cast<std::size_t>(column)] >= 0) return;
-      place[static_cast<std::size_t>(column)] = 0;
-      columns.push_back(column);
-    };
-    waiting.for_each(j, [&](const Front& other) {
-      for (const int column : other.columns) include(column);
-      num_rows += other.num_rows;
-    });
-    for (int k = C.start[j]; k < C.start[j + 1]; ++k) {
-      const int point = C.entries[static_cast<std::size_t>(k)].point;
-      if (by_point[point].front().column != static_cast<int>(j)) continue;
-      own.push_back(point);
-      for (const auto& there : by_point[point]) include(there.column);
-      num_rows += 3;
-    }
-    if (columns.empty()) {
-      R.dependent.push_back(static_cast<int>(j));
-      continue;
-    }
-    if (!std::ranges::is_sorted(columns)) std::ranges::sort(columns);
-    const std::size_t width = columns.size();
-    for (std::size_t k = 0; k < width; ++k) place[static_cast<std::size_t>(columns[k])] = static_cast<int>(k);
-
-    front.assign(num_rows * width, 0.0);
-    double* row = front.data();
-    const auto at = [&](int column) { return row + place[static_cast<std::size_t>(column)]; };
-    waiting.for_each(j, [&](const Front& other) {
-      const double* value = other.rows.data();
-      for (std::size_t i = 0; i < other.num_rows; ++i, row += width) {
-        for (const int column : other.columns) *at(column) = *value++;
-      }
-    });
-    for (const int point : own) {
-      for (const auto& [column, entry] : by_point[point]) {
-        const Vec3 value = C.entries[static_cast<std::size_t>(entry)].value;
-        double* const first = at(column);
-        first[0] = value.x;
-        first[width] = value.y;
-        first[2 * width] = value.z;
-      }
-      row += 3 * width;
-    }
-    waiting.release(j);
-
-    // To a trapezoid: at most one row begins at each column. Column j is left out where it is short.
-    const bool is_independent = reflect(front.data(), num_rows, width, 0, 0, tolerance);
-    const std::size_t first_left = is_independent ? 1 : 0;
-    std::size_t end = first_left;
-    for (std::size_t c = 1; c < width && end < num_rows; ++c) {
-      if (reflect(front.data(), num_rows, width, end, c, 0.0)) ++end;
-    }
-    if (is_independent) {
-      R.independent.push_back(static_cast<int>(j));
-      row_columns.insert(row_columns.end(), columns.begin(), columns.end());
-      row_values.insert(row_values.end(), front.data(), front.data() + width);
-      row_start.push_back(static_cast<int>(row_columns.size()));
-    } else {
-      R.dependent.push_back(static_cast<int>(j));
-    }
-    // What is left, of a dependent column's rows too, belongs to the other columns.
-    if (end > first_left) {
-      Front& rest = waiting.add(static_cast<std::size_t>(columns[1]));
-      rest.columns.assign(columns.begin() + 1, columns.end());
-      rest.num_rows = end - first_left;
-      for (std::size_t i = first_left; i < end; ++i) {
-        for (std::size_t k = 1; k < width; ++k) rest.rows.push_back(front[i * width + k]);
-      }
-    }
-    for (const int column : columns) place[static_cast<std::size_t>(column)] = -1;
-  }
-  write_columns(row_start, row_columns, row_values, d, &R);
-  return R;
+  return RowMerge(C, tolerance).run();
 }
 
 }  // namespace tanor
