@@ -169,7 +169,7 @@ System on_circles(int count) {
 
 }  // namespace
 
-tanor::System make_chain(int count) {
+tanor::System make_random_walk(int count) {
   return melt(1, count);
 }
 

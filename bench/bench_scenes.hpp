@@ -17,4 +17,4 @@ struct BenchScene {
 const std::vector<BenchScene>& bench_scenes();
 
 /// A chain of `count` beads as a random walk.
-tanor::System make_chain(int count);
+tanor::System make_random_walk(int count);

@@ -2,8 +2,6 @@
 ///
 ///   certificate [repetitions]    ratios of times taken in turn: certificate over one step, medians
 
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -11,40 +9,14 @@
 
 #include <tanor/tanor.hpp>
 
+#include "scenes.hpp"
+#include "timing.hpp"
+
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-template <class Work>
-double seconds(const Work& work) {
-  const auto begin = Clock::now();
-  work();
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
-/// Columns x rows of beads, rods between neighbours; two opposite corners held. One row: a hanging chain. Every second
-/// bead may be heavier: then Gamma is no multiple of S.
-tanor::System make_net(int columns, int rows, double second_mass = 0.1) {
-  tanor::System system;
-  tanor::Rods rods{"rods", {}, {}, {}};
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      const int point = j * columns + i;
-      system.positions.insert(system.positions.end(), {0.1 * i, 0.1 * j, 0.0});
-      system.masses.push_back(point % 2 == 0 ? 0.1 : second_mass);
-      if (i > 0) rods.pairs.push_back({point - 1, point});
-      if (j > 0) rods.pairs.push_back({point - columns, point});
-    }
-  }
-  system.supports = {{"", {0}, {}}};
-  if (rows > 1) system.supports.push_back({"", {columns * rows - 1}, {}});
-  system.constraints = {rods};
-  system.forces = {tanor::Gravity{"", {0.0, 0.0, -9.81}}};
+/// Every second bead is heavier: then Gamma is no multiple of S.
+tanor::System make_uneven(tanor::System system) {
+  for (std::size_t i = 1; i < system.masses.size(); i += 2) system.masses[i] *= 3.0;
   return system;
 }
 
@@ -55,8 +27,8 @@ void compare(const char* name, const tanor::System& system, tanor::Method method
   std::string line;
   for (int k = 0; k < repetitions; ++k) {
     constexpr int steps = 10;
-    step.push_back(seconds([&] { (void)simulation.advance(simulation.time() + steps * 1e-4); }) / steps);
-    certificate.push_back(seconds([&] { line = simulation.certify().line(); }));
+    step.push_back(seconds_of([&] { (void)simulation.advance(simulation.time() + steps * 1e-4); }) / steps);
+    certificate.push_back(seconds_of([&] { line = simulation.certify().line(); }));
   }
   std::printf("%-24s %-7s step %10.3f ms   certificate %10.3f ms   ratio %5.1f   %s\n", name,
               std::string(tanor::method_name(method)).c_str(), 1e3 * median(step), 1e3 * median(certificate),
@@ -66,13 +38,14 @@ void compare(const char* name, const tanor::System& system, tanor::Method method
 }  // namespace
 
 int main(int argc, char** argv) {
+  using tanor::scenes::make_chain, tanor::scenes::make_net;
   const int repetitions = argc > 1 ? std::atoi(argv[1]) : 7;
   for (const tanor::Method method : {tanor::Method::Rk4, tanor::Method::Rattle}) {
-    compare("chain 1000", make_net(1001, 1), method, repetitions);
-    compare("chain 100000", make_net(100001, 1), method, repetitions);
-    compare("chain 100000, 2 masses", make_net(100001, 1, 0.3), method, repetitions);
+    compare("chain 1000", make_chain(1000), method, repetitions);
+    compare("chain 100000", make_chain(100000), method, repetitions);
+    compare("chain 100000, 2 masses", make_uneven(make_chain(100000)), method, repetitions);
     compare("net 30 x 30", make_net(30, 30), method, repetitions);
     compare("net 100 x 100", make_net(100, 100), method, repetitions);
-    compare("net 100 x 100, 2 masses", make_net(100, 100, 0.3), method, repetitions);
+    compare("net 100 x 100, 2 masses", make_uneven(make_net(100, 100)), method, repetitions);
   }
 }

@@ -61,8 +61,8 @@ Row run(const Case& scene, Method method, double time_limit) {
     row.drift = std::abs(report.energy.drift_relative());
     row.violation = report.position_violation;
     if (scene.error && simulation.time() == scene.t_end) row.error = scene.error(simulation);
-    const bool finite = scenes::all_finite(simulation.positions()) && scenes::all_finite(simulation.velocities()) &&
-                        scenes::all_finite(simulation.accelerations()) && scenes::all_finite(simulation.multipliers());
+    const bool finite = all_finite(simulation.positions()) && all_finite(simulation.velocities()) &&
+                        all_finite(simulation.accelerations()) && all_finite(simulation.multipliers());
     row.verdict = outcome.ok() ? "ok" : "reported";
     row.reason = outcome.what;
     const auto lose = [&](const std::string& reason) {

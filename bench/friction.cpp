@@ -16,15 +16,12 @@
 
 #include "dynamics/normal_form.hpp"
 
+#include "timing.hpp"
+
 namespace {
 
 using namespace tanor;
 using Clock = std::chrono::steady_clock;
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 constexpr Index num_beads = 10000;
 constexpr double mu = 0.3;

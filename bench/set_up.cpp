@@ -62,7 +62,7 @@ double resident_bytes(const std::string& which) {
 }
 
 System make(const std::string& name) {
-  if (name == "chain 1e7") return make_chain(10000000);
+  if (name == "chain 1e7") return make_random_walk(10000000);
   const auto& scenes = bench_scenes();
   return std::find_if(scenes.begin(), scenes.end(), [&](const BenchScene& scene) { return scene.name == name; })
       ->make();

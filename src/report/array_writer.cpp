@@ -7,7 +7,7 @@
 
 namespace tanor::report {
 
-ArrayWriter::ArrayWriter(JsonWriter* json, std::filesystem::path prefix, std::size_t num_points) : json_(json) {
+ArrayWriter::ArrayWriter(std::filesystem::path prefix, std::size_t num_points) {
   if (num_points > largest_inline) prefix_ = std::move(prefix);
 }
 
@@ -17,49 +17,34 @@ ArrayWriter ArrayWriter::with_prefix(std::string_view words) const {
   return result;
 }
 
-void ArrayWriter::write_points(std::string_view key, const Numbers& numbers) {
-  write(key, numbers, 3);
-}
-void ArrayWriter::write_list(std::string_view key, const Numbers& numbers) {
-  write(key, numbers, 1);
+Json ArrayWriter::write_points(std::string_view key, const Numbers& numbers) const {
+  return write_rows(key, numbers, 3);
 }
 
-void ArrayWriter::write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) {
-  if (numbers && !prefix_) {
-    json_->key(key).rows(*numbers, columns);
-  } else {
-    write(key, numbers, columns);
-  }
+Json ArrayWriter::write_list(std::string_view key, const Numbers& numbers) const {
+  return prefix_ || !numbers ? write_rows(key, numbers, 1) : Json(*numbers);
 }
 
-void ArrayWriter::write_booleans(std::string_view key, const std::vector<bool>& values) {
-  json_->key(key);
+Json ArrayWriter::write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) const {
+  if (!numbers) return {};
   if (prefix_) {
-    write_npy_booleans(name_file(key), values);
-    return;
-  }
-  json_->begin_array();
-  for (const bool value : values) json_->value(value);
-  json_->end_array();
-}
-
-void ArrayWriter::write(std::string_view key, const Numbers& numbers, std::size_t columns) {
-  json_->key(key);
-  if (!numbers) {
-    json_->null();
-  } else if (prefix_) {
     write_npy(name_file(key), *numbers, columns);
-  } else if (columns == 1) {
-    json_->numbers(*numbers);
-  } else {
-    json_->rows(*numbers, columns);
+    return name_file(key).filename().string();
   }
+  Json rows = Json::array();
+  for (std::size_t begin = 0; begin < numbers->size(); begin += columns)
+    rows.push_back(numbers->subspan(begin, columns));
+  return rows;
 }
 
-std::filesystem::path ArrayWriter::name_file(std::string_view key) {
-  std::filesystem::path file = prefix_->string() + std::string(key) + ".npy";
-  json_->value(file.filename().string());
-  return file;
+Json ArrayWriter::write_booleans(std::string_view key, const std::vector<bool>& values) const {
+  if (!prefix_) return values;
+  write_npy_booleans(name_file(key), values);
+  return name_file(key).filename().string();
+}
+
+std::filesystem::path ArrayWriter::name_file(std::string_view key) const {
+  return prefix_->string() + std::string(key) + ".npy";
 }
 
 }  // namespace tanor::report

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "report/checksum.hpp"
-#include "report/json_writer.hpp"
+#include "report/json_text.hpp"
 #include "report/npy.hpp"
 #include "report/words.hpp"
 #include "scene/npy.hpp"
@@ -115,17 +115,17 @@ void read_number(const json& value, const char* name, Integer& number) {
   number = value.get<Integer>();
 }
 
-void write_lists(JsonWriter* head, const MotionReport& report) {
-  head->key("rank_changes").begin_array();
-  for (const RankChange& change : report.rank_changes.first) {
-    head->begin_array().value(change.time).value(change.rank).end_array();
-  }
-  head->end_array();
-  head->key("singular_passages").begin_array();
-  for (const SingularPassage& passage : report.singular_passages.first) {
-    head->begin_array().value(passage.time).value(passage.reciprocal_condition).end_array();
-  }
-  head->end_array();
+Json list_rank_changes(const MotionReport& report) {
+  Json list = Json::array();
+  for (const RankChange& change : report.rank_changes.first) list.push_back({change.time, change.rank});
+  return list;
+}
+
+Json list_singular_passages(const MotionReport& report) {
+  Json list = Json::array();
+  for (const SingularPassage& passage : report.singular_passages.first)
+    list.push_back({passage.time, passage.reciprocal_condition});
+  return list;
 }
 
 void read_lists(const json& head, MotionReport* report) {
@@ -239,19 +239,17 @@ std::string_view open_content(std::string_view text) {
 }
 
 void write_content(OutputFile* file, const Checkpoint& checkpoint) {
-  JsonWriter head(file);
-  head.begin_object();
-  head.key("scene").value(checkpoint.scene);
-  head.key("method").value(method_name(checkpoint.snapshot.report.method));
-  for_each_number(checkpoint, [&](const char* name, const auto& number) { head.key(name).value(as_number(number)); });
-  head.key("discrete_state").begin_array();
-  for (const int number : checkpoint.snapshot.discrete_state) head.value(number);
-  head.end_array();
-  head.key("event_slopes").numbers(checkpoint.snapshot.event_slopes);
-  head.key("accuracy_warning").value(checkpoint.snapshot.report.accuracy_warning);
-  head.key("friction_uniqueness_reason").value(checkpoint.snapshot.report.friction.uniqueness_reason);
-  write_lists(&head, checkpoint.snapshot.report);
-  head.end_object();
+  const MotionReport& report = checkpoint.snapshot.report;
+  JsonObjectFile head(file);
+  head.add("scene", checkpoint.scene);
+  head.add("method", method_name(report.method));
+  for_each_number(checkpoint, [&](const char* name, const auto& number) { head.add(name, as_number(number)); });
+  head.add("discrete_state", checkpoint.snapshot.discrete_state);
+  head.add("event_slopes", checkpoint.snapshot.event_slopes);
+  head.add("accuracy_warning", report.accuracy_warning);
+  head.add("friction_uniqueness_reason", report.friction.uniqueness_reason);
+  head.add("rank_changes", list_rank_changes(report));
+  head.add("singular_passages", list_singular_passages(report));
   head.finish();
   write_npy(file, checkpoint.snapshot.positions, 3);
   write_npy(file, checkpoint.snapshot.velocities, 3);

@@ -31,16 +31,12 @@ std::string name_contacts(std::size_t count) {
 }
 
 /// Null where no friction depends on reactions: nothing was iterated.
-void write_method(JsonWriter* json, FrictionMethod method) {
-  json->key("method_used");
-  method == FrictionMethod::Auto ? json->null() : json->value(friction_method_name(method));
+Json name_method(FrictionMethod method) {
+  return method == FrictionMethod::Auto ? Json() : Json(friction_method_name(method));
 }
 
-void write_uniqueness(JsonWriter* json, Uniqueness uniqueness, const std::string& reason) {
-  json->key("uniqueness");
-  uniqueness == Uniqueness::NotAsked ? json->null() : json->value(uniqueness_name(uniqueness));
-  json->key("uniqueness_reason");
-  reason.empty() ? json->null() : json->value(reason);
+Json name_uniqueness(Uniqueness uniqueness) {
+  return uniqueness == Uniqueness::NotAsked ? Json() : Json(uniqueness_name(uniqueness));
 }
 
 std::string describe_uniqueness(Uniqueness uniqueness, const std::string& reason) {
@@ -49,50 +45,36 @@ std::string describe_uniqueness(Uniqueness uniqueness, const std::string& reason
 
 }  // namespace
 
-void write_friction_report(JsonWriter* json, const std::optional<FrictionReport>& report) {
+Json describe_friction_report(const std::optional<FrictionReport>& report) {
   const FrictionReport& found = report ? *report : FrictionReport();
   const bool is_iterated = report && found.method_used != FrictionMethod::Auto;
-  const auto count = [&](std::size_t number) { report ? json->value(number) : json->null(); };
-  const auto figure = [&](double number) { is_iterated ? json->value(number) : json->null(); };
-  json->key("friction_report").begin_object();
-  json->key("contacts");
-  count(found.contacts);
-  json->key("sticking");
-  count(found.sticking);
-  json->key("sticking_is_indeterminate");
-  found.contacts > 0 ? json->value(found.sticking_is_indeterminate) : json->null();
-  json->key("iterations");
-  is_iterated ? json->value(found.iterations) : json->null();
-  json->key("contraction");
-  figure(found.contraction);
-  json->key("residual");
-  figure(found.residual);
-  json->key("error_bound").value(found.error_bound);
-  write_uniqueness(json, found.uniqueness, found.uniqueness_reason);
-  write_method(json, found.method_used);
-  json->end_object();
+  const auto if_iterated = [&](auto number) { return is_iterated ? Json(number) : Json(); };
+  return {{"contacts", report ? Json(found.contacts) : Json()},
+          {"sticking", report ? Json(found.sticking) : Json()},
+          {"sticking_is_indeterminate", found.contacts > 0 ? Json(found.sticking_is_indeterminate) : Json()},
+          {"iterations", if_iterated(found.iterations)},
+          {"contraction", if_iterated(found.contraction)},
+          {"residual", if_iterated(found.residual)},
+          {"error_bound", found.error_bound},
+          {"uniqueness", name_uniqueness(found.uniqueness)},
+          {"uniqueness_reason", json_or_null(found.uniqueness_reason)},
+          {"method_used", name_method(found.method_used)}};
 }
 
-void write_friction_summary(JsonWriter* json, const System& system, const FrictionSummary& summary) {
-  const bool is_iterated = summary.solves > 0;
-  const auto figure = [&](double number) { is_iterated ? json->value(number) : json->null(); };
-  json->key("friction").begin_object();
-  json->key("contacts").value(count_contacts(system));
-  json->key("solves").value(summary.solves);
-  json->key("iterations_mean");
-  figure(summary.iterations_mean);
-  json->key("iterations_max");
-  is_iterated ? json->value(summary.iterations_max) : json->null();
-  json->key("contraction_max");
-  figure(summary.contraction_max);
-  json->key("residual_max");
-  figure(summary.residual_max);
-  json->key("error_bound").value(summary.error_bound);
-  write_uniqueness(json, summary.uniqueness, summary.uniqueness_reason);
-  json->key("several").value(summary.several);
-  json->key("first_several").value(summary.first_several);
-  write_method(json, summary.method_used);
-  json->end_object();
+Json describe_friction_summary(const System& system, const FrictionSummary& summary) {
+  const auto if_iterated = [&](auto number) { return summary.solves > 0 ? Json(number) : Json(); };
+  return {{"contacts", count_contacts(system)},
+          {"solves", summary.solves},
+          {"iterations_mean", if_iterated(summary.iterations_mean)},
+          {"iterations_max", if_iterated(summary.iterations_max)},
+          {"contraction_max", if_iterated(summary.contraction_max)},
+          {"residual_max", if_iterated(summary.residual_max)},
+          {"error_bound", summary.error_bound},
+          {"uniqueness", name_uniqueness(summary.uniqueness)},
+          {"uniqueness_reason", json_or_null(summary.uniqueness_reason)},
+          {"several", summary.several},
+          {"first_several", summary.first_several},
+          {"method_used", name_method(summary.method_used)}};
 }
 
 std::string describe_friction(const System& system) {

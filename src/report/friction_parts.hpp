@@ -5,16 +5,16 @@
 
 #include <tanor/motion.hpp>
 
-#include "report/json_writer.hpp"
+#include "report/json_text.hpp"
 
 /// What the outputs say about friction.
 namespace tanor::report {
 
 /// The object `friction_report` of `solve`; every member of an instant that was not solved is null.
-void write_friction_report(JsonWriter* json, const std::optional<FrictionReport>& report);
+Json describe_friction_report(const std::optional<FrictionReport>& report);
 
 /// The object `friction` of summary.json; what was not computed, or not proven, is null.
-void write_friction_summary(JsonWriter* json, const System& system, const FrictionSummary& summary);
+Json describe_friction_summary(const System& system, const FrictionSummary& summary);
 
 /// "rough (coulomb, exact, 3 contacts), oil (viscous, 1 contact)", or "none".
 std::string describe_friction(const System& system);

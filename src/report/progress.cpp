@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 namespace tanor::report {
 
@@ -39,15 +40,17 @@ Progress::Style Progress::choose_style(bool is_quiet) {
   return isatty(STDERR_FILENO) ? Style::Bar : Style::Lines;
 }
 
-Progress::Progress(Style style, double t_start, double t_end)
+Progress::Progress(Style style, double t_start, double t_end, std::function<Clock::time_point()> now)
     : style_(style),
       t_start_(t_start),
       t_end_(t_end),
+      now_(std::move(now)),
+      begin_(now_()),
       next_(begin_ + (style == Style::Bar ? bar_interval : line_interval)) {}
 
 void Progress::update(const MotionReport& report) {
   if (style_ == Style::Quiet) return;
-  const Clock::time_point now = Clock::now();
+  const Clock::time_point now = now_();
   if (now < next_) return;
 
   const double part = std::clamp((report.time - t_start_) / (t_end_ - t_start_), 0.0, 1.0);

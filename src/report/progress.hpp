@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <string>
 
 #include <tanor/motion.hpp>
@@ -11,11 +12,13 @@ namespace tanor::report {
 class Progress {
  public:
   enum class Style { Quiet, Lines, Bar };
+  using Clock = std::chrono::steady_clock;
 
   /// Bar on a terminal, lines elsewhere.
   static Style choose_style(bool is_quiet);
 
-  Progress(Style style, double t_start, double t_end);
+  /// `now` tells the time.
+  Progress(Style style, double t_start, double t_end, std::function<Clock::time_point()> now = &Clock::now);
   ~Progress() { end(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -26,12 +29,12 @@ class Progress {
   void end();
 
  private:
-  using Clock = std::chrono::steady_clock;
   std::string describe(const MotionReport& report, double part, Clock::time_point now) const;
 
   Style style_;
   double t_start_, t_end_;
-  Clock::time_point begin_ = Clock::now(), next_;
+  std::function<Clock::time_point()> now_;
+  Clock::time_point begin_, next_;
   int tenths_ = 0;  ///< told so far
   bool shows_bar_ = false;
 };

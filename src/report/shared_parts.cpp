@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include <cmath>
-
 namespace tanor::report {
 
 std::string_view name_form(const PlanSummary& plan) {
@@ -16,54 +14,39 @@ bool has_multipliers(const PlanSummary& plan) {
   return plan.form == Form::Normal || plan.equations > 0;
 }
 
-void write_certificate(JsonWriter* json, const std::optional<Certificate>& certificate) {
-  const auto write = [&](const char* key, double Certificate::*figure) {
-    const bool is_known = certificate && !std::isnan(*certificate.*figure);
-    json->key(key).value(is_known ? std::optional(*certificate.*figure) : std::nullopt);
-  };
-  json->key("certificate").begin_object();
-  write("normal_identity", &Certificate::normal_identity);
-  write("tangent_identity", &Certificate::tangent_identity);
-  write("bases_orthogonal", &Certificate::bases_orthogonal);
-  write("orthogonality", &Certificate::orthogonality);
-  write("residual", &Certificate::residual);
-  write("forms_agree", &Certificate::forms_agree);
-  write("second_factorization", &Certificate::second_factorization);
-  write("power_balance", &Certificate::power_balance);
-  write("friction", &Certificate::friction);
-  write("reciprocal_condition", &Certificate::reciprocal_condition);
-  json->key("verdict");
-  certificate ? json->value(certificate->line()) : json->null();
-  json->key("checks").begin_array();
+Json describe_certificate(const std::optional<Certificate>& certificate) {
+  const auto figure = [&](double Certificate::*which) { return certificate ? Json(*certificate.*which) : Json(); };
+  Json checks = Json::array();
   for (const CertificateCheck& check : certificate ? certificate->checks : std::vector<CertificateCheck>()) {
-    json->begin_object();
-    json->key("identity").value(check.identity);
-    json->key("error").value(std::isnan(check.error) ? std::nullopt : std::optional(check.error));
-    json->key("allowed").value(check.allowed);
-    json->key("where");
-    check.where.empty() ? json->null() : json->value(check.where);
-    json->end_object();
+    checks.push_back({{"identity", check.identity},
+                      {"error", check.error},
+                      {"allowed", check.allowed},
+                      {"where", json_or_null(check.where)}});
   }
-  json->end_array();
-  json->key("left_out").begin_array();
-  for (const std::string& what : certificate ? certificate->left_out : std::vector<std::string>()) json->value(what);
-  json->end_array();
-  json->end_object();
+  return {{"normal_identity", figure(&Certificate::normal_identity)},
+          {"tangent_identity", figure(&Certificate::tangent_identity)},
+          {"bases_orthogonal", figure(&Certificate::bases_orthogonal)},
+          {"orthogonality", figure(&Certificate::orthogonality)},
+          {"residual", figure(&Certificate::residual)},
+          {"forms_agree", figure(&Certificate::forms_agree)},
+          {"second_factorization", figure(&Certificate::second_factorization)},
+          {"power_balance", figure(&Certificate::power_balance)},
+          {"friction", figure(&Certificate::friction)},
+          {"reciprocal_condition", figure(&Certificate::reciprocal_condition)},
+          {"verdict", certificate ? Json(certificate->line()) : Json()},
+          {"checks", checks},
+          {"left_out", certificate ? certificate->left_out : std::vector<std::string>()}};
 }
 
-void write_rank(JsonWriter* json, const std::optional<RankReport>& rank) {
-  json->key("rank");
-  rank && rank->is_known ? json->value(rank->rank) : json->null();
-  json->key("degrees_of_freedom");
-  rank ? json->value(rank->degrees_of_freedom) : json->null();
-  json->key("redundant");
-  if (!rank) {
-    json->null();
-    return;
+void add_rank(const std::optional<RankReport>& rank, JsonObjectFile* json) {
+  json->add("rank", rank && rank->is_known ? Json(rank->rank) : Json());
+  json->add("degrees_of_freedom", rank ? Json(rank->degrees_of_freedom) : Json());
+  Json redundant;
+  if (rank) {
+    redundant = Json::array();
+    for (const RowDependence& dependence : rank->dependences) redundant.push_back(dependence.what);
   }
-  json->begin_array();
-  for (const RowDependence& dependence : rank->dependences) json->value(dependence.what);
-  json->end_array();
+  json->add("redundant", redundant);
 }
 
 std::string describe_redundancy(const RankReport& rank) {
@@ -76,12 +59,6 @@ std::string describe_redundancy(const RankReport& rank) {
     text += (k > 0 ? "; " : "") + rank.dependences[k].what;
   }
   return text + (count > most_lines ? "; …" : "");
-}
-
-void write_left_out(JsonWriter* json, const std::vector<std::string>& left_out) {
-  json->key("left_out").begin_array();
-  for (const std::string& what : left_out) json->value(what);
-  json->end_array();
 }
 
 }  // namespace tanor::report

@@ -256,9 +256,9 @@ TEST(CatenaryTest, LibraryFindsRestAndTwelveDigitsOfTheTensions) {
 
 #ifdef TANOR_PROGRAM
 TEST(CatenaryTest, ProgramFindsRestAndTwelveDigitsOfTheTensions) {
-  const RunFolder folder;
+  const Folder folder;
 
-  run_program("solve " + scene_file("06_catenary_N10") + " --out " + (folder / "solution.json"));
+  run_program("solve " + scene_file("06_catenary_N10") + " --out " + (folder / "solution.json").string());
 
   const nlohmann::json solution = read_json(folder / "solution.json");
   expect_rest_with_tensions(flatten(solution.at("accelerations")),

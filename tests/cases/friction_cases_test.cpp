@@ -117,9 +117,9 @@ TEST_P(RoughCaseTest, TheProgramGivesTenDigits) {
 }
 
 TEST_P(RoughCaseTest, TheProgramSolvesTheStart) {
-  const RunFolder folder;
+  const Folder folder;
 
-  run_program("solve " + scene_file(GetParam().name) + " --out " + (folder / "solution.json"));
+  run_program("solve " + scene_file(GetParam().name) + " --out " + (folder / "solution.json").string());
 
   const nlohmann::json solution = read_json(folder / "solution.json");
   expect_near(flatten(solution.at("accelerations")), trajectory.front().w, 1e-13);
@@ -192,9 +192,9 @@ TEST(PainleveRailsTest, TheNumberOfSolutionsIsThatOfTheCase) {
 
 #ifdef TANOR_PROGRAM
 TEST(PainleveRailsTest, TheProgramSolvesTheUniqueInstance) {
-  const RunFolder folder;
+  const Folder folder;
 
-  run_program("solve " + scene_file("10b_painleve_rails") + " --out " + (folder / "solution.json"));
+  run_program("solve " + scene_file("10b_painleve_rails") + " --out " + (folder / "solution.json").string());
 
   const nlohmann::json solution = read_json(folder / "solution.json");
   EXPECT_NEAR(flatten(solution.at("accelerations"))[0], -0.40974901214841566341, 1e-13);

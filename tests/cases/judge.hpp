@@ -12,21 +12,9 @@
 
 #include "cases/scenes.hpp"
 #include "cases/ways.hpp"
+#include "measures.hpp"
 
 namespace tanor::cases {
-
-inline double largest(std::span<const double> array) {
-  double result = 0.0;
-  for (const double x : array) result = std::max(result, std::abs(x));
-  return result;
-}
-
-inline double largest_difference(std::span<const double> a, std::span<const double> b) {
-  if (a.size() != b.size()) return INFINITY;
-  double result = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) result = std::max(result, std::abs(a[i] - b[i]));
-  return result;
-}
 
 /// r, v, w, K lambda and lambda, each beside the largest value that it takes in its case.
 class Judge {

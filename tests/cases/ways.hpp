@@ -1,10 +1,7 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <span>
 #include <stdexcept>
@@ -13,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 #include <tanor/motion.hpp>
+
+#include "folder.hpp"
 
 /// The ways to an answer: the library called from C++, and the program on a scene file.
 namespace tanor::cases {
@@ -49,25 +48,6 @@ inline Answer through_library(const std::string&, const System& system, const Mo
 
 #ifdef TANOR_PROGRAM
 
-/// A folder for one run, removed with it.
-class RunFolder {
- public:
-  RunFolder() {
-    static int count = 0;
-    path_ = std::filesystem::temp_directory_path() /
-            ("tanor_cases_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
-  }
-  ~RunFolder() { std::filesystem::remove_all(path_); }
-  RunFolder(const RunFolder&) = delete;
-  RunFolder& operator=(const RunFolder&) = delete;
-
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
-
 inline std::string scene_file(const std::string& scene_name) {
   return TANOR_SOURCE_DIR "/tests/cases/scenes/" + scene_name + ".json";
 }
@@ -77,7 +57,7 @@ inline void run_program(const std::string& arguments) {
   if (status != 0) throw std::runtime_error("tanor " + arguments + " ended with " + std::to_string(status));
 }
 
-inline nlohmann::json read_json(const std::string& file) {
+inline nlohmann::json read_json(const std::filesystem::path& file) {
   return nlohmann::json::parse(std::ifstream(file));
 }
 
@@ -104,8 +84,8 @@ inline std::string spell(const MotionOptions& options) {
 
 inline Answer through_program(const std::string& scene_name, const System&, const MotionOptions& options,
                               double t_end) {
-  const RunFolder folder;
-  run_program("run " + scene_file(scene_name) + " --quiet --out " + (folder / "out") + " " + spell(options) +
+  const Folder folder;
+  run_program("run " + scene_file(scene_name) + " --quiet --out " + (folder / "out").string() + " " + spell(options) +
               " --t-end " + std::to_string(t_end));
   const nlohmann::json summary = read_json(folder / "out/summary.json");
   const nlohmann::json& end = summary.at("final");

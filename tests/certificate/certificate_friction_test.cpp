@@ -9,7 +9,7 @@
 #include <tanor/user_kernel.hpp>
 
 #include "certificate/certified.hpp"
-#include "dynamics/rough_lines.hpp"
+#include "friction/rough_lines.hpp"
 
 namespace tanor {
 namespace {

@@ -107,7 +107,7 @@ TEST(Certificate, PassesARightAnswerInEachForm) {
   }
 }
 
-TEST(Certificate, KnowsWhatItCannotKnow) {
+TEST(Certificate, FiguresThatAFormDoesNotHaveAreNotANumber) {
   const Certificate constraints = Case(make_driven_chain()).certify();
   const Certificate both = Case(make_chain_with_coordinates()).certify();
   const Certificate coordinates = Case(only_coordinates()).certify();

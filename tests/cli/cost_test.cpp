@@ -1,7 +1,5 @@
 /// What `info` predicts beside what a run takes.
 
-#include <sys/resource.h>
-
 #include "cli/shell.hpp"
 
 namespace tanor::cli {
@@ -53,12 +51,10 @@ TEST(CostTest, PredictedMemoryIsThatOfTheRun) {
     const Ended info = run_program(folder, {"info", "s.json"});
     ASSERT_EQ(info.code, 0) << info.err;
 
-    const Program run(folder, {"run", "s.json", "--quiet", "--out", "o"});
     rusage usage{};
-    int status = 0;
-    ASSERT_EQ(wait4(run.process(), &status, 0, &usage), run.process());
+    const Ended run = Program(folder, {"run", "s.json", "--quiet", "--out", "o"}).wait(&usage);
 
-    ASSERT_EQ(WEXITSTATUS(status), 0);
+    ASSERT_EQ(run.code, 0) << run.err;
     const double predicted = read_megabytes(said(info.out, "predicted memory"));
     const double taken = 1e-6 * 1024.0 * static_cast<double>(usage.ru_maxrss);
     EXPECT_LT(predicted, 2.0 * taken) << given.name;

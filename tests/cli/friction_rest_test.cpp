@@ -1,7 +1,7 @@
 #include <cstdio>
 
 #include "cli/program.hpp"
-#include "dynamics/rough_contacts.hpp"
+#include "friction/rough_contacts.hpp"
 
 /// \file The scenes of tests/data/friction through the program, and runs that meet several motions on their way.
 namespace tanor::cli {

@@ -35,6 +35,7 @@ Names find_quoted(const std::string& text) {
 struct Table {
   std::string probe;
   std::map<std::string, Names> choices;  ///< of each key; empty where any value may stand
+  std::map<std::string, Names> words;    ///< of each key: what is quoted in the cells behind it
 };
 
 /// Tables that follow a comment "<!-- mark JSON -->".
@@ -45,7 +46,7 @@ std::vector<Table> find_tables(const std::string& mark) {
   for (const std::string& line : read_page()) {
     if (line.starts_with(begin)) {
       const std::string rest = line.substr(begin.size());
-      tables.push_back({rest.substr(0, rest.find("-->")), {}});
+      tables.push_back({rest.substr(0, rest.find("-->")), {}, {}});
       is_inside = true;
     } else if (is_inside && !line.starts_with("|")) {
       is_inside = false;
@@ -54,7 +55,10 @@ std::vector<Table> find_tables(const std::string& mark) {
       const std::string keys = line.substr(0, middle), what = line.substr(middle + 3);
       const bool is_choice = what.starts_with("one of ");
       const Names choices = is_choice ? find_quoted(what.substr(0, what.find_first_of(":|"))) : Names();
-      for (const std::string& key : find_quoted(keys)) tables.back().choices[key] = choices;
+      for (const std::string& key : find_quoted(keys)) {
+        tables.back().choices[key] = choices;
+        tables.back().words[key] = find_quoted(what);
+      }
     }
   }
   return tables;
@@ -174,23 +178,57 @@ TEST(Pages, EveryExampleOfASceneIsOne) {
   EXPECT_GE(count, 3u);
 }
 
-TEST(SceneFormatPage, HasEveryKeyOfTheSummary) {
+/// Compares the keys of a result, and those of the objects in it, with the table that speaks of it. `optional` keys are
+/// written only where there is something to say.
+void expect_keys_on_the_page(const std::string& mark, const json& result, const Names& optional) {
+  const std::vector<Table> tables = find_tables(mark);
+  ASSERT_EQ(tables.size(), 1u) << mark;
+  Names told;
+  for (const auto& [key, choices] : tables[0].choices) told.insert(key);
+  for (const auto& [key, value] : result.items()) {
+    ASSERT_TRUE(told.contains(key)) << mark << ": " << key << " is not on the page";
+    if (!value.is_object()) continue;
+    Names inner;
+    for (const auto& [name, each] : value.items()) inner.insert(name);
+    const Names& words = tables[0].words.at(key);
+    if (words.contains("summary.json")) continue;  // which tells of it
+    for (const std::string& name : inner) EXPECT_TRUE(words.contains(name)) << mark << ": " << key << "/" << name;
+    for (const std::string& word : words)
+      EXPECT_TRUE(inner.contains(word)) << mark << ": " << key << " has no " << word;
+  }
+  for (const std::string& key : told)
+    EXPECT_TRUE(result.contains(key) || optional.contains(key)) << mark << ": " << key << " is not written";
+}
+
+TEST(SceneFormatPage, HasEveryKeyOfEveryResult) {
   const Folder folder;
   write_text(folder / "s.json", find_scenes(std::filesystem::path(TANOR_DOCS) / "scene-format.md").at(0));
-  const Ended ended = run_program(folder, {"run", "s.json", "--quiet", "--out", "o"});
-  ASSERT_EQ(ended.code, 0) << ended.err;
-  Names written, told;
-  const json summary = read_json(folder / "o/summary.json");
-  for (const auto& [key, value] : summary.items()) written.insert(key);
-  for (const Table& table : find_tables("summary")) {
-    for (const auto& [key, choices] : table.choices) told.insert(key);
-  }
-  for (const std::string& key : written) EXPECT_TRUE(told.contains(key)) << key << " is not on the page";
-  for (const std::string& key : told) {
-    // What speaks of friction alone is written where there is friction.
-    const bool is_always_there = key != "friction" && key != "method_reason";
-    EXPECT_TRUE(written.contains(key) || !is_always_there) << key << " is not written";
-  }
+  write_text(folder / "m.csv", "0,0,0,0,0.1,0,0,0.2,0,0\n0.5,0,0,0,0.1,0,0,0.2,0,0\n1,0,0,0,0.1,0,0,0.2,0,0\n");
+
+  ASSERT_EQ(run_program(folder, {"run", "s.json", "--quiet", "--out", "o"}).code, 0);
+  ASSERT_EQ(run_program(folder, {"solve", "s.json", "--out", "solution.json"}).code, 0);
+  ASSERT_EQ(run_program(folder, {"forces", "s.json", "--motion", "m.csv", "--out", "o"}).code, 0);
+
+  expect_keys_on_the_page("result of run", read_json(folder / "o/summary.json"), {"method_reason"});
+  expect_keys_on_the_page("result of solve", read_json(folder / "solution.json"), {});
+  expect_keys_on_the_page("result of forces", read_json(folder / "o/forces.json"), {});
+}
+
+TEST(SceneFormatPage, HasEveryColumnOfTheTableOfErrors) {
+  const Folder folder;
+  write_text(folder / "s.json", find_scenes(std::filesystem::path(TANOR_DOCS) / "scene-format.md").at(0));
+  ASSERT_EQ(
+      run_program(folder, {"error-time", "s.json", "--methods", "rk4", "--t-end", "0.01", "--quiet", "--out", "o"})
+          .code,
+      0);
+  std::string columns = read_text(folder / "o/error_time.csv");
+  columns = columns.substr(0, columns.find('\n'));
+
+  std::string page;
+  for (const std::string& line : read_page()) page += line + " ";
+  std::string told = "`";
+  for (const char c : columns) told += c == ',' ? std::string("`, `") : std::string(1, c);
+  EXPECT_TRUE(contains(page, told + "`")) << told;
 }
 
 }  // namespace

@@ -2,13 +2,17 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -18,7 +22,6 @@
 
 namespace tanor::cli {
 
-using report::Folder;
 using report::list_names;
 using report::read_json;
 using report::read_text;
@@ -31,40 +34,40 @@ struct Ended {
   std::string out, err;
 };
 
-/// The real program, working in a folder of the test.
+/// The real program, working in a folder of the test. It does not outlive the test, however that ends.
 class Program {
  public:
-  Program(const Folder& folder, const Words& arguments, const std::string& out = "") {
-    static int count = 0;
-    const std::string stem = (std::filesystem::temp_directory_path() / "tanor_cli_").string() +
-                             std::to_string(getpid()) + "_" + std::to_string(count++);
-    is_own_ = out.empty();
-    out_ = is_own_ ? stem + ".out" : out;
-    err_ = stem + ".err";
-    process_ = fork();
+  /// `out` takes its standard output; empty: Ended has it.
+  Program(const Folder& folder, const Words& arguments, const std::string& out = "")
+      : out_(out.empty() ? texts_ / "out" : std::filesystem::path(out)), process_(fork()) {
+    if (process_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
     if (process_ == 0) start(folder, arguments);
   }
+  ~Program() {
+    if (process_ <= 0) return;
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
 
   pid_t process() const { return process_; }
 
-  Ended wait() {
+  /// Waits for its end; `usage`: what it took of the machine.
+  Ended wait(rusage* usage = nullptr) {
     int status = 0;
-    waitpid(process_, &status, 0);
-    Ended ended;
-    ended.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    ended.err = read_text(err_);
-    std::filesystem::remove(err_);
-    if (is_own_) {
-      ended.out = read_text(out_);
-      std::filesystem::remove(out_);
-    }
-    return ended;
+    wait4(process_, &status, 0, usage);
+    process_ = -1;
+    return {.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+            .out = out_.parent_path() == texts_.path() ? read_text(out_) : "",
+            .err = read_text(texts_ / "err")};
   }
 
  private:
   [[noreturn]] void start(const Folder& folder, const Words& arguments) const {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     dup2(open(out_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
-    dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+    dup2(open((texts_ / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
     std::vector<char*> words{const_cast<char*>(TANOR_PROGRAM)};
     for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
     words.push_back(nullptr);
@@ -72,9 +75,9 @@ class Program {
     _exit(127);
   }
 
-  std::string out_, err_;
-  bool is_own_ = true;
-  pid_t process_ = -1;
+  Folder texts_;
+  std::filesystem::path out_;
+  pid_t process_;
 };
 
 inline Ended run_program(const Folder& folder, const Words& arguments) {
@@ -97,13 +100,22 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Waits for something that another process does; false after 20 s.
+/// Waits for something that another process does; false after a minute.
 inline bool wait_until(const std::function<bool()>& is_done) {
-  for (int k = 0; k < 2000; ++k) {
+  for (int k = 0; k < 6'000; ++k) {
     if (is_done()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return false;
+}
+
+/// How many frames a run has written, and whether it has written so many.
+inline std::size_t count_frames(const std::filesystem::path& out) {
+  const std::filesystem::path frames = out / "trajectory";
+  return std::filesystem::exists(frames) ? list_names(frames).size() : 0;
+}
+inline bool wait_for_frames(const std::filesystem::path& out, std::size_t count) {
+  return wait_until([&] { return count_frames(out) >= count; });
 }
 
 /// Two beads hanging on a fixed point, released horizontally; `motion`: members of that name.

@@ -213,7 +213,7 @@ TEST(EarlyEndTest, ASignalFinishesTheStep) {
   write_text(folder / "s.json", pendulum(R"("t_end": 1e4, "output_every": 0.1, "step": 1e-3)"));
 
   Program program(folder, {"run", "s.json", "--out", "o", "--quiet"});
-  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "o/trajectory/frame_000003.vtp"); }));
+  ASSERT_TRUE(wait_for_frames(folder / "o", 4));
   kill(program.process(), SIGINT);
   const Ended ended = program.wait();
 

@@ -6,23 +6,16 @@
 
 #include <tanor/tanor.hpp>
 
+#include "scenes.hpp"
+
 namespace tanor {
 namespace {
 
-/// Bent, on a support.
-System make_chain(Index rods, double last_mass = 0.1) {
-  System system;
-  Rods group{"rods", {}, {}, {}};
-  for (Index i = 0; i <= rods; ++i) {
-    system.positions.insert(system.positions.end(), {0.1 * i, 0.0, 0.03 * i * i});
-    system.masses.push_back(0.1);
-    if (i > 0) group.pairs.push_back({i - 1, i});
-  }
+System make_bent_chain(Index rods, double last_mass = scenes::mass) {
+  std::vector<Vector3> places;
+  for (Index i = 0; i <= rods; ++i) places.push_back({0.1 * i, 0.0, 0.03 * i * i});
+  System system = scenes::make_chain_through(places);
   system.masses.back() = last_mass;
-  system.velocities.assign(system.positions.size(), 0.0);
-  system.supports = {{"", {0}, {}}};
-  system.constraints = {group};
-  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
   return system;
 }
 
@@ -71,7 +64,7 @@ TEST(LeftOut, ConstantKIsFactorizedOnceInAWholeRun) {
 }
 
 TEST(LeftOut, MovingRodsAreFactorizedAtEveryStage) {
-  Simulation simulation(make_chain(5), {.method = Method::Rk4, .step = 0.01});
+  Simulation simulation(make_bent_chain(5), {.method = Method::Rk4, .step = 0.01});
 
   ASSERT_TRUE(simulation.advance(0.1).ok());
 
@@ -80,7 +73,7 @@ TEST(LeftOut, MovingRodsAreFactorizedAtEveryStage) {
 }
 
 TEST(LeftOut, NothingIsFactorizedWithoutConstraints) {
-  System system = make_chain(5);
+  System system = make_bent_chain(5);
   system.constraints.clear();
   Simulation simulation(system, {.step = 0.01});
 
@@ -93,7 +86,7 @@ TEST(LeftOut, NothingIsFactorizedWithoutConstraints) {
 }
 
 TEST(LeftOut, GammaIsMadeForTheSplitAlone) {
-  Solved solved(make_chain(5, 0.7));
+  Solved solved(make_bent_chain(5, 0.7));
   EXPECT_EQ(solved.dynamics.counters().split_factorizations, 0U);
 
   const Split split = solved.dynamics.split();
@@ -103,7 +96,7 @@ TEST(LeftOut, GammaIsMadeForTheSplitAlone) {
 }
 
 TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
-  Solved solved(make_chain(5));
+  Solved solved(make_bent_chain(5));
 
   const Split split = solved.dynamics.split();
 
@@ -115,16 +108,16 @@ TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
 TEST(LeftOut, Equation44_IsMeasuredWhereItHoldsAndWhereNot) {
   // Equal masses: always; beads on rails of their own, of any masses: always; a heavy tip: not where the chain is bent,
   // and yes where it is straight (theory, section 5).
-  EXPECT_LT(Solved(make_chain(5)).dynamics.split().mass_coupling, 1e-13);
-  EXPECT_GT(Solved(make_chain(5, 0.7)).dynamics.split().mass_coupling, 1e-2);
+  EXPECT_LT(Solved(make_bent_chain(5)).dynamics.split().mass_coupling, 1e-13);
+  EXPECT_GT(Solved(make_bent_chain(5, 0.7)).dynamics.split().mass_coupling, 1e-2);
   EXPECT_LT(Solved(make_rails()).dynamics.split().mass_coupling, 1e-13);
-  System straight = make_chain(5, 0.7);
+  System straight = make_bent_chain(5, 0.7);
   for (std::size_t i = 2; i < straight.positions.size(); i += 3) straight.positions[i] = 0.0;
   EXPECT_LT(Solved(straight).dynamics.split().mass_coupling, 1e-13);
 }
 
 TEST(LeftOut, Equation44_IsTheSameByCoordinates) {
-  System system = make_chain(4, 0.7);
+  System system = make_bent_chain(4, 0.7);
   system.coordinates = {ChainAngles{"angles", {1, 2, 3, 4}, 0, {}, {}}};
   System coordinates_alone = system;
   coordinates_alone.constraints.clear();
@@ -188,7 +181,7 @@ TEST(LeftOut, SinglePointAndBeadsOnTheirOwnSurfacesAreSolvedInClosedForm) {
   for (Index i = 0; i < 2000; ++i) EXPECT_NEAR(lambda_floor[i], (1.0 + i % 3) * 9.81, 1e-13);
   EXPECT_EQ(on_hoop.plan().factorization, "closed form");
   EXPECT_EQ(on_floor.plan().factorization, "closed form");
-  EXPECT_EQ(Dynamics(make_chain(5), {.way = Way::General}).plan().factorization, "simplicial");
+  EXPECT_EQ(Dynamics(make_bent_chain(5), {.way = Way::General}).plan().factorization, "simplicial");
 }
 
 TEST(LeftOut, FrictionIsNothingWhereThereIsNone) {
@@ -216,7 +209,7 @@ TEST(LeftOut, FrictionIsNothingWhereThereIsNone) {
 /// One function of time is evaluated once an instant, however many rods share it; where time stands still, not again.
 TEST(LeftOut, FunctionsOfTimeAreEvaluatedOnceAnInstant) {
   for (const Index rods : {3, 50}) {
-    System moving = make_chain(rods);
+    System moving = make_bent_chain(rods);
     // The rods have the length that they are drawn with, all of one function.
     for (Index i = 0; i <= rods; ++i) {
       for (int axis = 0; axis < 3; ++axis) moving.positions[3 * i + axis] = axis == 0 ? 0.1 * i : 0.0;
@@ -289,7 +282,7 @@ TEST(LeftOut, TimeTermsAreLeftOutWhereNothingDependsOnTime) {
 /// of rods beside it that keep their length at none: theirs is no function.
 TEST(LeftOut, AFunctionOfTimeIsCalledForItsOwnConstraintsAlone) {
   const auto count_calls = [](Index driven_rods) {
-    System system = make_chain(50);
+    System system = make_bent_chain(50);
     auto& rods = std::get<Rods>(system.constraints[0]);
     Rods driven{"driven", {rods.pairs.end() - driven_rods, rods.pairs.end()}, {}, {}};
     rods.pairs.erase(rods.pairs.end() - driven_rods, rods.pairs.end());

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "random_systems.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -14,13 +15,9 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// 0 -- 1 -- 2 -- 3 bent in a plane, with gravity.
-System make_chain() {
-  System system;
-  system.positions = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.5, 0.8, 0.0, 2.5, 0.7, 0.0};
+System make_bent_chain() {
+  System system = scenes::make_chain_through({{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {1.5, 0.8, 0.0}, {2.5, 0.7, 0.0}});
   system.masses.assign(4, 1.0);
-  system.supports = {{"", {0}, {}}};
-  system.constraints = {Rods{"links", {{0, 1}, {1, 2}, {2, 3}}, {}, {}}};
-  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
   return system;
 }
 
@@ -47,8 +44,8 @@ bool contains(const std::string& text, const std::string& part) {
 // ---- K without full rank -----------------------------------------------------------------------------------------
 
 TEST(Trouble, DoubledRodIsRedundantAndNamedInEveryOrdering) {
-  const Answer single = solve_at_rest(make_chain());
-  System system = make_chain();
+  const Answer single = solve_at_rest(make_bent_chain());
+  System system = make_bent_chain();
   system.constraints.push_back(Rods{"brace", {{2, 1}}, {}, {}});
   for (const Ordering ordering : {Ordering::Natural, Ordering::Amd, Ordering::Metis, Ordering::Nesdis}) {
     Dynamics dynamics(system, {.ordering = ordering});
@@ -66,7 +63,7 @@ TEST(Trouble, DoubledRodIsRedundantAndNamedInEveryOrdering) {
     EXPECT_EQ(rank.multipliers_unique, (std::vector<bool>{true, false, true, false}));
     ASSERT_EQ(rank.dependences.size(), 1U);
     const std::string& what = rank.dependences[0].what;
-    EXPECT_TRUE(what == "links[1] depends on brace[0]" || what == "brace[0] depends on links[1]") << what;
+    EXPECT_TRUE(what == "rods[1] depends on brace[0]" || what == "brace[0] depends on rods[1]") << what;
   }
 }
 
@@ -144,7 +141,7 @@ TEST(Trouble, PointAtTheSingularPlaceOfAnAngleIsSingular) {
 }
 
 TEST(Trouble, SplitOfARedundantSystemIsThatOfItsIndependentRows) {
-  const System single = make_chain();
+  const System single = make_bent_chain();
   System system = single;
   system.constraints.push_back(Rods{"brace", {{2, 1}}, {}, {}});
   const std::vector<double> v{0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 2.0, 0.0, 1.0, 0.0};
@@ -163,19 +160,19 @@ TEST(Trouble, SplitOfARedundantSystemIsThatOfItsIndependentRows) {
 }
 
 TEST(Trouble, RodsOfOnePairThatMoveApartContradictEachOther) {
-  System system = make_chain();
+  System system = make_bent_chain();
   system.constraints.push_back(Rods{"brace", {{2, 1}}, ScalarFunction::formula("0.9433981132056604+0.1*t^2"), {}});
 
   const Answer answer = solve_at_rest(system);
 
   EXPECT_EQ(answer.report.outcome.status, Status::Contradictory);
   const std::string& what = answer.report.outcome.what;
-  EXPECT_TRUE(contains(what, "links[1]") && contains(what, "contradicts") && contains(what, "brace[0]")) << what;
+  EXPECT_TRUE(contains(what, "rods[1]") && contains(what, "contradicts") && contains(what, "brace[0]")) << what;
   EXPECT_EQ(answer.w, std::vector<double>(12, -1.0)) << "arrays are left alone";
 }
 
 TEST(Trouble, RodsOfOnePairAndTwoLengthsContradictEachOther) {
-  System system = make_chain();
+  System system = make_bent_chain();
   system.constraints.push_back(Rods{"brace", {{2, 1}}, 0.9434, {}});
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v(12, 0.0);
@@ -184,14 +181,14 @@ TEST(Trouble, RodsOfOnePairAndTwoLengthsContradictEachOther) {
 
   EXPECT_EQ(start.outcome.status, Status::Contradictory);
   const std::string& what = start.outcome.what;
-  EXPECT_TRUE(contains(what, "links[1]") && contains(what, "brace[0]")) << what;
+  EXPECT_TRUE(contains(what, "rods[1]") && contains(what, "brace[0]")) << what;
 }
 
 // ---- states that are no states -----------------------------------------------------------------------------------
 
 class BadState : public testing::Test {
  protected:
-  const System system = make_chain();
+  const System system = make_bent_chain();
   Dynamics dynamics{system};
   const std::vector<double> at_rest = std::vector<double>(12, 0.0);
 
@@ -247,7 +244,7 @@ TEST_F(BadState, ProjectionsOfBadNumbersAreToldAndForgotten) {
 
 TEST(Trouble, TimeOutsideATableIsAnInputErrorAndForgotten) {
   // The sphere's moving center comes before the rod's table in time, which ends at 1.
-  System system = make_chain();
+  System system = make_bent_chain();
   std::get<Rods>(system.constraints[0]).length = ScalarFunction::table({0.0, 0.5, 1.0}, {1.0, 1.1, 1.0});
   system.constraints.push_back(
       Spheres{"", {3}, VectorFunction(ScalarFunction::formula("5*t"), 0.0, -2.0), ScalarFunction::formula("2+t")});
@@ -263,9 +260,9 @@ TEST(Trouble, TimeOutsideATableIsAnInputErrorAndForgotten) {
   EXPECT_EQ(w, expected);
 }
 
-TEST(Trouble, FailedTimeOfOneFamilyDoesNotStickToAnother) {
+TEST(Trouble, ATimeThatOneTableRefusesLeavesEarlierTimesUsable) {
   // The rods' length is set first and stands at the new time when the pulley's table refuses.
-  System system = make_chain();
+  System system = make_bent_chain();
   std::get<Rods>(system.constraints[0]).length = ScalarFunction::formula("1+0.1*t^2");
   system.constraints.push_back(
       Pulleys{"", {{1, 3}}, {0.0, 0.0, 2.0}, {3.0, 0.0, 2.0}, ScalarFunction::table({0.0, 0.5, 1.0}, {4.0, 4.1, 4.0})});

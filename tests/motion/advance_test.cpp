@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -36,8 +36,8 @@ TEST_P(AdvanceTest, ManyOutputTimesAreMetExactlyAndGiveTheSameMotion) {
     ASSERT_EQ(often.report().time, t);
   }
 
-  EXPECT_LT(scenes::largest_difference(once.positions(), often.positions()), accuracy);
-  EXPECT_LT(scenes::largest_difference(once.velocities(), often.velocities()), 100 * accuracy);
+  EXPECT_LT(largest_difference(once.positions(), often.positions()), accuracy);
+  EXPECT_LT(largest_difference(once.velocities(), often.velocities()), 100 * accuracy);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, AdvanceTest,
@@ -89,7 +89,7 @@ TEST(OutputTimesTest, AnObserverStopsARunThatCanGoOn) {
     EXPECT_TRUE(straight.advance(0.2).ok());
 
     EXPECT_EQ(stopped.time(), 0.2);
-    EXPECT_LT(scenes::largest_difference(stopped.positions(), straight.positions()), 1e-9);
+    EXPECT_LT(largest_difference(stopped.positions(), straight.positions()), 1e-9);
   }
 }
 
@@ -106,9 +106,9 @@ TEST(OutputTimesTest, AccelerationsAndMultipliersBelongToTheState) {
     ASSERT_TRUE(dynamics.solve(simulation.time(), simulation.positions(), simulation.velocities(), w, lambda, eta)
                     .outcome.ok());
 
-    EXPECT_LT(scenes::largest_difference(simulation.accelerations(), w), 1e-10);
-    EXPECT_LT(scenes::largest_difference(simulation.multipliers(), lambda), 1e-11);
-    EXPECT_LT(scenes::largest_difference(simulation.reactions(), eta), 1e-11);
+    EXPECT_LT(largest_difference(simulation.accelerations(), w), 1e-10);
+    EXPECT_LT(largest_difference(simulation.multipliers(), lambda), 1e-11);
+    EXPECT_LT(largest_difference(simulation.reactions(), eta), 1e-11);
   }
 }
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -38,8 +38,8 @@ Losses measure_losses(MotionOptions options) {
   const Outcome outcome = simulation.advance(0.5);
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   const Momenta after = measure_momenta(simulation);
-  return {scenes::largest_difference(before.linear, after.linear) / scenes::largest(before.linear),
-          scenes::largest_difference(before.angular, after.angular) / scenes::largest(before.angular)};
+  return {largest_difference(before.linear, after.linear) / largest(before.linear),
+          largest_difference(before.angular, after.angular) / largest(before.angular)};
 }
 
 /// r1 x v1/2 = r0 x v1/2 and rods pull along themselves: RATTLE keeps both for any step.
@@ -251,7 +251,7 @@ TEST(MomentumTest, BeadsThatMeetKeepIt) {
   ASSERT_TRUE(simulation.advance(0.3).ok());
 
   const Momenta after = measure_momenta(simulation);
-  EXPECT_LT(scenes::largest_difference(before.linear, after.linear), 1e-13 * scenes::mass * 512);
+  EXPECT_LT(largest_difference(before.linear, after.linear), 1e-13 * scenes::mass * 512);
 }
 
 /// Symmetric: with v turned round the same steps lead back.
@@ -268,9 +268,9 @@ TEST(RattleTest, RunsBackToItsStart) {
   Simulation backward(turned, options);
   ASSERT_TRUE(backward.advance(0.3).ok());
 
-  EXPECT_GT(scenes::largest_difference(forward.positions(), system.positions), 0.1);
-  EXPECT_LT(scenes::largest_difference(backward.positions(), system.positions), 1e-11);
-  EXPECT_LT(scenes::largest(backward.velocities()), 1e-10);
+  EXPECT_GT(largest_difference(forward.positions(), system.positions), 0.1);
+  EXPECT_LT(largest_difference(backward.positions(), system.positions), 1e-11);
+  EXPECT_LT(largest(backward.velocities()), 1e-10);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <tanor/tanor.hpp>
 
 #include "motion/rough_guides.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 /// \file What nothing joins to a system has no say about it, however fast, far or heavy it is, or what pulls at it.
 namespace tanor {
@@ -112,8 +112,8 @@ TEST(Bystanders, DoNotChangeTheMotionOfOthers) {
         EXPECT_LE(beside.steps, alone.steps + alone.steps / 2 + 20) << what;
         EXPECT_GE(beside.steps + beside.steps / 2 + 20, alone.steps) << what;
         const double allowed = method == Method::Rattle ? 1e-10 : 3e-6;  // some tolerances of 1e-8, along the motion
-        EXPECT_LE(scenes::largest_difference(beside.positions, alone.positions), allowed) << what;
-        EXPECT_LE(scenes::largest_difference(beside.velocities, alone.velocities), 100.0 * allowed) << what;
+        EXPECT_LE(largest_difference(beside.positions, alone.positions), allowed) << what;
+        EXPECT_LE(largest_difference(beside.velocities, alone.velocities), 100.0 * allowed) << what;
       }
     }
   }
@@ -159,7 +159,7 @@ TEST(Bystanders, DoNotChangeAccelerationsOfAnIllConditionedChain) {
       if (!system.coordinates.empty() && bystanders[k].is_on_line) continue;
       System both = with(bystanders[k], system);
       if (!system.coordinates.empty()) both.coordinates.push_back(FreeCoordinates{"", {11}});
-      EXPECT_LE(scenes::largest_difference(solve(both), alone), 1e-10) << "bystander " << k;
+      EXPECT_LE(largest_difference(solve(both), alone), 1e-10) << "bystander " << k;
     }
   }
 }
@@ -177,7 +177,7 @@ TEST(Bystanders, DoNotChangeAccelerations) {
     const std::vector<double> alone = solve(system);
     for (std::size_t k = 0; k < bystanders.size(); ++k) {
       const std::vector<double> beside = solve(with(bystanders[k], system));
-      EXPECT_LE(scenes::largest_difference(beside, alone), 1e-11 * std::max(1.0, scenes::largest(alone)))
+      EXPECT_LE(largest_difference(beside, alone), 1e-11 * std::max(1.0, largest(alone)))
           << scene.name << ", bystander " << k;
     }
   }
@@ -215,7 +215,7 @@ RC_GTEST_PROP(Bystanders, OfAnySpeedPlaceAndPullLeaveTheBlockAlone, ()) {
 
   RC_ASSERT(beside.events == alone.events);
   RC_ASSERT(beside.steps <= alone.steps + alone.steps / 2 + 20);
-  RC_ASSERT(scenes::largest_difference(beside.positions, alone.positions) <= 1e-11);
+  RC_ASSERT(largest_difference(beside.positions, alone.positions) <= 1e-11);
 }
 
 /// What conjugate gradients may leave at a stage is each one's own: a heavy bystander must not take it all.
@@ -227,7 +227,7 @@ TEST(Bystanders, AHeavyOneDoesNotLoosenTheStagesOfANet) {
   const Bystander heavy{.place = {3.0, 0.0, 1.0}, .velocity = {0.0, 1.0, 0.0}, .mass = 1e12};
   const std::size_t count = net.positions.size();
   const Motion alone = run(net, options, 0.1, count), beside = run(with(heavy, net), options, 0.1, count);
-  EXPECT_LE(scenes::largest_difference(beside.positions, alone.positions), 1e-9);
+  EXPECT_LE(largest_difference(beside.positions, alone.positions), 1e-9);
   EXPECT_NEAR(static_cast<double>(beside.steps), static_cast<double>(alone.steps), 2.0);
 }
 
@@ -244,7 +244,7 @@ TEST(Bystanders, FrictionIsSolvedToTheSizeOfEach) {
   both.forces.push_back(ConstantForce{"", {1}, Vector3{5e11, -2e11, -1e13}});
   const MotionOptions options{.rtol = 1e-10};
   const Motion alone = run(make_block(), options, 0.5, 3), beside = run(both, options, 0.5, 3);
-  EXPECT_LE(scenes::largest_difference(beside.positions, alone.positions), 1e-12);
+  EXPECT_LE(largest_difference(beside.positions, alone.positions), 1e-12);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ enum class Bend { Wave, Zigzag, Arc };
 enum class Pull { Support, SupportToAndFro, ForceThatGrows, ForceToAndFro };
 
 /// The last bead is a support, or a force acts at it.
-System make_chain(std::size_t count, Bend bend, Pull pull) {
+System make_dragged_chain(std::size_t count, Bend bend, Pull pull) {
   System system;
   Rods rods{"rods", {}, {}, {}};
   Planes floor{"floor", {}, Vector3{0.0, 0.0, 1.0}, 0.0};
@@ -77,7 +77,7 @@ TEST(DraggedChain, ABentChainOnAFloorIsDrawnByItsEnd) {
   for (const std::size_t count : {20u, 30u, 50u}) {
     for (const Bend bend : {Bend::Wave, Bend::Zigzag, Bend::Arc}) {
       SCOPED_TRACE(std::to_string(count) + " beads, bend " + std::to_string(static_cast<int>(bend)));
-      expect_to_arrive(make_chain(count, bend, Pull::Support), {}, 5.0, 10);
+      expect_to_arrive(make_dragged_chain(count, bend, Pull::Support), {}, 5.0, 10);
     }
   }
 }
@@ -86,13 +86,13 @@ TEST(DraggedChain, ABentChainOnAFloorIsDrawnByItsEnd) {
 TEST(DraggedChain, TwoHundredBeadsAreDrawnForFiveSeconds) {
   const bool is_long = std::getenv("TANOR_LONG_TESTS") != nullptr;
   const std::size_t count = is_long ? 200 : 100;
-  expect_to_arrive(make_chain(count, Bend::Wave, Pull::Support), {}, is_long ? 5.0 : 1.0, 10);
+  expect_to_arrive(make_dragged_chain(count, Bend::Wave, Pull::Support), {}, is_long ? 5.0 : 1.0, 10);
 }
 
 TEST(DraggedChain, AForceThatGrowsFreesOneBeadAfterTheOther) {
   for (const Bend bend : {Bend::Wave, Bend::Zigzag, Bend::Arc}) {
     SCOPED_TRACE("bend " + std::to_string(static_cast<int>(bend)));
-    expect_to_arrive(make_chain(20, bend, Pull::ForceThatGrows), {}, 3.0, 10);
+    expect_to_arrive(make_dragged_chain(20, bend, Pull::ForceThatGrows), {}, 3.0, 10);
   }
 }
 
@@ -104,7 +104,7 @@ TEST(DraggedChain, ChainsPulledToAndFroStopAndLeaveAgain) {
         for (const Bend bend : {Bend::Wave, Bend::Zigzag, Bend::Arc}) {
           SCOPED_TRACE(std::to_string(count) + " beads, bend " + std::to_string(static_cast<int>(bend)) + ", pull " +
                        std::to_string(static_cast<int>(pull)) + ", " + std::string(method_name(method)));
-          expect_to_arrive(make_chain(count, bend, pull), {.method = method, .rtol = 1e-10}, 2.5, 10);
+          expect_to_arrive(make_dragged_chain(count, bend, pull), {.method = method, .rtol = 1e-10}, 2.5, 10);
         }
       }
     }
@@ -112,7 +112,7 @@ TEST(DraggedChain, ChainsPulledToAndFroStopAndLeaveAgain) {
 }
 
 TEST(DraggedChain, MethodsAgreeOnWhereItEnds) {
-  const System system = make_chain(12, Bend::Arc, Pull::Support);
+  const System system = make_dragged_chain(12, Bend::Arc, Pull::Support);
   Simulation one(system, {.method = Method::Dopri5, .rtol = 1e-9}),
       other(system, {.method = Method::Dop853, .rtol = 1e-10});
 

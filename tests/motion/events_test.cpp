@@ -120,7 +120,7 @@ TEST_P(EqualStepsTest, EventsHaveTheOrderOfTheScheme) {
   EXPECT_NEAR(std::log2(middle / fine), order, 0.3);
 }
 
-TEST_P(EqualStepsTest, TheGridStays) {
+TEST_P(EqualStepsTest, AnEventDoesNotShiftTheTimesOfSteps) {
   Oscillator oscillator(GetParam().method, {.step = 0.1});
   std::vector<double> ends;
 

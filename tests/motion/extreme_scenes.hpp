@@ -11,7 +11,7 @@
 #include <tanor/motion.hpp>
 
 #include "motion/elliptic.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor::extreme {
 
@@ -73,7 +73,7 @@ inline double largest_violation(const System& system) {
       shortest = std::min(shortest, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
     }
   }
-  return std::max(1e-12, 8.0 * std::numeric_limits<double>::epsilon() * scenes::largest(system.positions) / shortest);
+  return std::max(1e-12, 8.0 * std::numeric_limits<double>::epsilon() * largest(system.positions) / shortest);
 }
 
 constexpr double pi = 3.14159265358979323846, g = 9.81;
@@ -94,7 +94,7 @@ inline std::function<double(const Simulation&)> miss(Index point, const Vector3&
 /// How far any point moved, over the given length: for what must stay where it is.
 inline std::function<double(const Simulation&)> shift(const System& system, double length) {
   return [start = system.positions, length](const Simulation& simulation) {
-    return scenes::largest_difference(simulation.positions(), start) / length;
+    return largest_difference(simulation.positions(), start) / length;
   };
 }
 

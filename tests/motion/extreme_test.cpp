@@ -199,8 +199,8 @@ TEST_P(TooLongSteps, EndWithPlaceAndReason) {
   EXPECT_FALSE(outcome.ok());
   EXPECT_NE(outcome.what.find("t = "), std::string::npos) << outcome.what;
   EXPECT_LT(simulation.time(), scene.t_end);
-  EXPECT_TRUE(scenes::all_finite(simulation.positions()));
-  EXPECT_TRUE(scenes::all_finite(simulation.velocities()));
+  EXPECT_TRUE(all_finite(simulation.positions()));
+  EXPECT_TRUE(all_finite(simulation.velocities()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Motion, TooLongSteps,

@@ -1,16 +1,16 @@
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
 
 void expect_finite_state(const Simulation& simulation) {
-  EXPECT_TRUE(scenes::all_finite(simulation.positions()));
-  EXPECT_TRUE(scenes::all_finite(simulation.velocities()));
-  EXPECT_TRUE(scenes::all_finite(simulation.accelerations()));
-  EXPECT_TRUE(scenes::all_finite(simulation.multipliers()));
-  EXPECT_TRUE(scenes::all_finite(simulation.reactions()));
+  EXPECT_TRUE(all_finite(simulation.positions()));
+  EXPECT_TRUE(all_finite(simulation.velocities()));
+  EXPECT_TRUE(all_finite(simulation.accelerations()));
+  EXPECT_TRUE(all_finite(simulation.multipliers()));
+  EXPECT_TRUE(all_finite(simulation.reactions()));
   EXPECT_TRUE(std::isfinite(simulation.report().energy.drift_relative()));
 }
 
@@ -129,8 +129,8 @@ TEST_P(FixedStepFailuresTest, AccelerationsAndMultipliersAreThoseOfTheLastGoodSt
   ASSERT_TRUE(
       dynamics.solve(simulation.time(), simulation.positions(), simulation.velocities(), w, lambda).outcome.ok());
 
-  EXPECT_LT(scenes::largest_difference(simulation.accelerations(), w), 1e-10 * scenes::largest(w));
-  EXPECT_LT(scenes::largest_difference(simulation.multipliers(), lambda), 1e-10 * scenes::largest(lambda));
+  EXPECT_LT(largest_difference(simulation.accelerations(), w), 1e-10 * largest(w));
+  EXPECT_LT(largest_difference(simulation.multipliers(), lambda), 1e-10 * largest(lambda));
 }
 
 /// Far beyond the stable step the amplitude grows until it leaves the range of double.
@@ -165,7 +165,7 @@ TEST(StartTest, ADoubledRodSwingsAsOneAndSharesItsLoad) {
   ASSERT_TRUE(simulation.advance(0.5).ok()) << simulation.outcome().what;
   ASSERT_TRUE(reference.advance(0.5).ok());
 
-  EXPECT_LT(scenes::largest_difference(simulation.positions(), reference.positions()), 1e-12);
+  EXPECT_LT(largest_difference(simulation.positions(), reference.positions()), 1e-12);
   EXPECT_NEAR(simulation.multipliers()[0], 0.5 * reference.multipliers()[0], 1e-9);
   EXPECT_NEAR(simulation.multipliers()[1], 0.5 * reference.multipliers()[0], 1e-9);
   EXPECT_EQ(simulation.rank().rank, 1u);

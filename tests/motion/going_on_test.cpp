@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 /// \file A run that was restored from a snapshot goes on bit by bit as the one that was never interrupted: every
 /// method, with and without friction, in either form.

@@ -6,8 +6,8 @@
 
 #include "dynamics/forms.hpp"
 #include "motion/radau_coefficients.hpp"
-#include "motion/scenes.hpp"
 #include "motion/scheme.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -209,7 +209,7 @@ TEST(StiffSpringTest, RadauStepsAHundredTimesBeyondTheExplicitLimitWithTheSlowMo
     ASSERT_GT(0.5 / steps, 100.0 * explicit_limit(stiffness));
     walk.go(0.5, steps);
     // The spring gives way by F/k, F some N: 5.9/k m at the tip.
-    EXPECT_LT(scenes::largest_difference(walk.positions(), slow_motion()), 1.2e-7 + 6.0 / stiffness);
+    EXPECT_LT(largest_difference(walk.positions(), slow_motion()), 1.2e-7 + 6.0 / stiffness);
   }
 }
 
@@ -219,7 +219,7 @@ TEST(StiffSpringTest, GeneralizedAlphaDoesSoWithItsOwnOrder) {
   for (const int steps : {80, 160, 320}) {
     Walk walk(make_coupled_chain(stiffness), {.method = Method::GeneralizedAlpha, .rtol = 1e-9, .atol = 1e-11});
     walk.go(0.5, steps);
-    const double error = scenes::largest_difference(walk.positions(), slow_motion());
+    const double error = largest_difference(walk.positions(), slow_motion());
     if (steps > 80) {
       EXPECT_NEAR(std::log2(before / error), 2.0, 0.15);
     }
@@ -231,7 +231,7 @@ TEST(StiffSpringTest, GeneralizedAlphaDoesSoWithItsOwnOrder) {
 TEST(StiffSpringTest, AnExplicitMethodFailsThere) {
   Simulation simulation(make_coupled_chain(1e8), {.method = Method::Rk4, .step = 0.5 / 80});
   const bool is_right =
-      simulation.advance(0.5).ok() && scenes::largest_difference(simulation.positions(), slow_motion()) < 1e-2;
+      simulation.advance(0.5).ok() && largest_difference(simulation.positions(), slow_motion()) < 1e-2;
   EXPECT_FALSE(is_right);
 }
 
@@ -241,7 +241,7 @@ TEST(StiffSpringTest, AdaptiveStepsDoNotSeeTheStiffness) {
   for (const double stiffness : {1e6, 1e8, 1e10}) {
     Simulation simulation(make_coupled_chain(stiffness), {.method = Method::Radau5, .rtol = 1e-8, .atol = 1e-10});
     ASSERT_TRUE(simulation.advance(0.5).ok());
-    const double error = scenes::largest_difference(simulation.positions(), slow_motion());
+    const double error = largest_difference(simulation.positions(), slow_motion());
     EXPECT_NEAR(error * stiffness, 5.9, 0.1);
     if (evaluations > 0) {
       EXPECT_LT(simulation.report().counters.evaluations, 1.5 * static_cast<double>(evaluations));
@@ -276,7 +276,7 @@ TEST(NewtonTest, DependentConstraintsChangeNothing) {
   Simulation a(single, {.method = Method::Radau5}), b(twice, {.method = Method::Radau5});
   ASSERT_TRUE(a.advance(0.2).ok());
   ASSERT_TRUE(b.advance(0.2).ok()) << b.outcome().what;
-  EXPECT_LT(scenes::largest_difference(a.positions(), b.positions()), 1e-8);
+  EXPECT_LT(largest_difference(a.positions(), b.positions()), 1e-8);
 }
 
 /// A stiff formula force: y'' = -k y + k cos t along one axis, of which the slow solution is k/(k - 1) cos t.

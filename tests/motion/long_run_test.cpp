@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "motion/elliptic.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {

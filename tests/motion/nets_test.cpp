@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -83,7 +83,7 @@ std::vector<double> measure_sensitivity(const System& system, const Way& way,
   const auto others = run(moved, way);
   std::vector<double> result;
   for (std::size_t k = 0; k < std::min(places.size(), others.size()); ++k)
-    result.push_back(scenes::largest_difference(places[k], others[k]) / move);
+    result.push_back(largest_difference(places[k], others[k]) / move);
   return result;
 }
 
@@ -104,7 +104,7 @@ void expect_same_motion(Index side, Hold hold, const std::vector<Way>& ways) {
     ASSERT_EQ(others.size(), std::size(times)) << method_name(way.method) << " " << way.accuracy;
     if (has_fixed_steps(way.method)) continue;  // their errors are no tolerance
     for (std::size_t k = 0; k < others.size(); ++k) {
-      EXPECT_LE(scenes::largest_difference(others[k], places[k]), 100.0 * way.accuracy * allowed[k])
+      EXPECT_LE(largest_difference(others[k], places[k]), 100.0 * way.accuracy * allowed[k])
           << method_name(way.method) << " " << way.accuracy << " at t = " << times[k];
     }
   }

@@ -10,8 +10,8 @@
 
 #include "dynamics/forms.hpp"
 #include "motion/elliptic.hpp"
-#include "motion/scenes.hpp"
 #include "motion/scheme.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {

@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -511,13 +511,12 @@ TEST(PassingTest, AGasOfSixtyBeadsIsTheSameAtEachTolerance) {
   System moved = gas;
   for (std::size_t i = 0; i < moved.positions.size(); ++i) moved.positions[i] += i % 2 == 0 ? move : -move;
   const State right = run(gas, 1e-12, t_end);
-  const double growth = scenes::largest_difference(run(moved, 1e-12, t_end).r, right.r) / move;
+  const double growth = largest_difference(run(moved, 1e-12, t_end).r, right.r) / move;
   ASSERT_LT(growth, 1e6) << "the motion is known";
 
   for (const double tolerance : {1e-9, 1e-10, 1e-11}) {
     const double size = 48.0;  // to which relative tolerances belong
-    EXPECT_LT(scenes::largest_difference(run(gas, tolerance, t_end).r, right.r), 100 * tolerance * size * growth)
-        << tolerance;
+    EXPECT_LT(largest_difference(run(gas, tolerance, t_end).r, right.r), 100 * tolerance * size * growth) << tolerance;
   }
 }
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -60,7 +60,7 @@ TEST_P(ReuseTest, TheMotionIsThatOfAFactorEachTime) {
   const Simulation reused = run(make(), options(), {}, t_end);
 
   const auto error = [&](const Simulation& simulation) {
-    return scenes::largest_difference(simulation.positions(), reference.positions());
+    return largest_difference(simulation.positions(), reference.positions());
   };
   EXPECT_LE(error(reused), 1.25 * error(each) + 1e-11);
   EXPECT_LE(reused.report().position_violation, 1e-12);

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "motion/noise_scenes.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -44,7 +44,7 @@ std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
 class HeldSteps : public testing::TestWithParam<Method> {};
 
 /// Chains whose points do not move apart by themselves: beside rounding there is nothing that errors grow by.
-TEST_P(HeldSteps, HoldsStepsWhereItBegins) {
+TEST_P(HeldSteps, TolerancesBelowRoundingTakeNoSmallerSteps) {
   std::vector<std::pair<noise::StiffChain, double>> chains{{noise::make_uneven_chain(), 0.0}};
   for (const unsigned seed : {0U, 2U, 3U, 4U, 7U, 9U}) chains.emplace_back(noise::draw_chain(seed), 0.0);
   for (const unsigned seed : {1U, 2U, 3U, 7U}) chains.emplace_back(noise::draw_chain(seed, 1e6), 1e6);
@@ -56,7 +56,7 @@ TEST_P(HeldSteps, HoldsStepsWhereItBegins) {
     const auto best = std::ranges::min_element(runs, {}, &Result::error);
     // The least of ten errors may be luck: positions round in every step, and these roundings add up as a random walk
     // does.
-    const double size = scenes::largest(noise::make_system(chain).positions);
+    const double size = largest(noise::make_system(chain).positions);
     const double reachable = std::max(best->error, 4.0 * 2.2e-16 * size * std::sqrt(best->steps));
     const auto pays = std::ranges::find_if(runs, [&](const Result& run) { return run.error <= reachable; });
     for (auto run = pays; run != runs.end(); ++run) {
@@ -119,7 +119,7 @@ TEST(Rounding, IsEachGroupsOwn) {
 
 /// 1e-13 kg on rods from three points of 1e-2 kg, pulled by 20 N: a rigid body whose force cancels to 1e-11 of it in
 /// the light point. All of it moves as the heavy points do: its center by F t^2/(2 m).
-TEST(NextToNoMass, IsPulledWithWhatItIsFixedTo) {
+TEST(NextToNoMass, ALightPointMovesWithTheBodyItIsFixedTo) {
   System system;
   const auto add = [&](const Vector3& place, double mass) {
     const Index i = scenes::add_point(place, &system);

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <tanor/tanor.hpp>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 /// \file Motions do not depend on the unit of length; and what says that one may be wrong.
 namespace tanor {
@@ -82,28 +82,19 @@ TEST(Scale, EachPendulumHasTheToleranceOfItsOwnLength) {
   EXPECT_NEAR(both.positions()[5] / 1e-6, z, 1e-10);
 }
 
-/// Horizontal and at rest, held at one end; each rod names its points outwards or inwards.
-System make_chain(bool outwards) {
-  constexpr Index num_rods = 20;
-  constexpr double length = 0.05;
-  System system;
-  system.supports = {{"hook", {0}, {}}};
-  system.forces = {Gravity{"", {0.0, 0.0, -g}}};
-  system.masses.assign(num_rods + 1, 0.1);
-  Rods rods{.length = length};
-  for (Index i = 0; i <= num_rods; ++i) {
-    system.positions.insert(system.positions.end(), {length * i, 0.0, 0.0});
-    if (i > 0) rods.pairs.push_back(outwards ? std::array{i - 1, i} : std::array{i, i - 1});
-  }
-  system.constraints = {rods};
+/// Each rod names its points outwards or inwards.
+System make_named_chain(bool outwards) {
+  System system = scenes::make_chain(20);
+  if (outwards) return system;
+  for (auto& [i, j] : std::get<Rods>(system.constraints[0]).pairs) std::swap(i, j);
   return system;
 }
 
-TEST(Scale, WhichEndOfARodIsNamedFirstIsNothing) {
+TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
   // Large beside a rod, small beside the chain.
   for (const double atol : {0.0, 2e-5}) {
     const MotionOptions options{.method = Method::Dopri5, .atol = atol};
-    Simulation outwards(make_chain(true), options), inwards(make_chain(false), options);
+    Simulation outwards(make_named_chain(true), options), inwards(make_named_chain(false), options);
     for (Simulation* const each : {&outwards, &inwards}) {
       ASSERT_TRUE(each->advance(0.2).ok());
       EXPECT_EQ(each->report().accuracy_warning, "");

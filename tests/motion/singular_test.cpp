@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
 #include "motion/step_control.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -14,7 +14,7 @@ double measure_error(double rtol) {
     EXPECT_TRUE(simulation.advance(0.5).ok());
     return std::vector<double>(simulation.positions().begin(), simulation.positions().end());
   };
-  return scenes::largest_difference(run(rtol), run(1e-13));
+  return largest_difference(run(rtol), run(1e-13));
 }
 
 TEST(ToleranceTest, ErrorFollowsIt) {
@@ -58,7 +58,7 @@ TEST(StepControlTest, AStiffSpringIsIntegratedByRejectingSteps) {
 
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   EXPECT_GT(simulation.report().rejected, 0u);
-  EXPECT_TRUE(scenes::all_finite(simulation.positions()));
+  EXPECT_TRUE(all_finite(simulation.positions()));
   EXPECT_NEAR(simulation.positions()[5], -0.1, 1e-6);
 }
 

@@ -7,7 +7,7 @@
 #include <tanor/kernel.hpp>
 
 #include "motion/extreme_scenes.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -114,7 +114,7 @@ TEST_P(SupportsTest, AFreePointFallsAlongItsParabola) {
   ASSERT_TRUE(simulation.advance(2.0).ok());
 
   const double wanted[]{1.0 + 0.5 * 2, 2.0 - 2.0, 3.0 + 2.0 * 2 - 0.5 * 9.81 * 4};
-  EXPECT_LT(scenes::largest_difference(simulation.positions(), wanted), 1e-12);
+  EXPECT_LT(largest_difference(simulation.positions(), wanted), 1e-12);
   EXPECT_NEAR(simulation.velocities()[2], 2.0 - 9.81 * 2, 1e-12);
   EXPECT_EQ(simulation.plan().equations, 0u);
 }

@@ -6,9 +6,9 @@
 #include <tanor/motion.hpp>
 
 #include "motion/elliptic.hpp"
-#include "motion/scenes.hpp"
 #include "motion/taylor.hpp"
 #include "motion/toys.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "motion/elliptic.hpp"
-#include "motion/scenes.hpp"
 #include "motion/toys.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -102,7 +102,7 @@ TEST(UserEventsTest, LookingChangesNoMotion) {
 
   EXPECT_GT(watched.passages().size(), 0U);
   EXPECT_EQ(watched.report().steps, plain.report().steps);
-  EXPECT_LT(scenes::largest_difference(watched.positions(), plain.positions()), 1e-13);
+  EXPECT_LT(largest_difference(watched.positions(), plain.positions()), 1e-13);
 }
 
 /// A time is an event as well; found inside long steps of a motion at rest.

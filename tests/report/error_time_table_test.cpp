@@ -42,7 +42,7 @@ TEST(ErrorTimeTableTest, AJudgeTellsItsErrorEvenWhereItIsNothing) {
 }
 
 /// rsvg-convert is a package of the program.
-TEST(ErrorTimeTableTest, ThePngIsOne) {
+TEST(ErrorTimeTableTest, ThePictureIsAPngFile) {
   const Folder folder;
   const std::string no_picture = write_error_time(folder.path(), make_table());
 

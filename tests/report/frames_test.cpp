@@ -19,7 +19,7 @@ namespace {
 ///     X--o--o--o     o
 ///     0  1  2  3     4
 System make_scene() {
-  System system = make_chain(4);
+  System system = scenes::make_chain(3);
   system.positions.insert(system.positions.end(), {1.0, 0.0, 0.0});
   system.velocities.resize(15);
   system.masses.push_back(0.1);
@@ -158,7 +158,7 @@ TEST(VtpTest, ArraysDecodeToTheSameNumbers) {
 //     0  1  2   0 + 0.3
 TEST(VtpTest, ARodToAPeriodicImageIsDrawnBesideItsPoint) {
   const Folder folder;
-  System system = make_chain(3);
+  System system = scenes::make_chain(2);
   auto& rods = std::get<Rods>(system.constraints[0]);
   rods.pairs.push_back({2, 0});
   rods.offsets = {{}, {}, {0.3, 0.0, 0.0}};
@@ -179,7 +179,7 @@ TEST(VtpTest, ARodToAPeriodicImageIsDrawnBesideItsPoint) {
 
 TEST(VtpTest, HeaderSaysWhatVtkWantsToKnow) {
   const Folder folder;
-  const ShownParts shown = choose_parts(make_chain(3), {});
+  const ShownParts shown = choose_parts(scenes::make_chain(2), {});
   const std::vector<double> numbers = count_up(9, 0.0), lambda{1.0, 2.0};
 
   write_vtp(folder / "x.vtp", shown, {0.1 + 0.2, numbers, numbers, numbers, lambda});

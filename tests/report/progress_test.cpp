@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -11,13 +10,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// What a run of 100 steps, that begins after a pause, tells.
-std::string tell(Progress::Style style, std::chrono::milliseconds pause) {
+/// What a run of 100 steps tells, each of which takes so long; the clock is the test's own.
+std::string tell(Progress::Style style, std::chrono::milliseconds step_takes) {
   testing::internal::CaptureStderr();
-  Progress progress(style, 0.0, 1.0);
-  std::this_thread::sleep_for(pause);
+  Progress::Clock::time_point now{};
+  Progress progress(style, 0.0, 1.0, [&] { return now; });
   MotionReport report;
   for (std::size_t step = 1; step <= 100; ++step) {
+    now += step_takes;
     report.time = 0.01 * static_cast<double>(step);
     report.steps = step;
     progress.update(report);
@@ -27,22 +27,34 @@ std::string tell(Progress::Style style, std::chrono::milliseconds pause) {
 }
 
 TEST(ProgressTest, ShortRunsAndQuietOnesAreSilent) {
-  EXPECT_EQ(tell(Progress::Style::Lines, 0ms), "");
-  EXPECT_EQ(tell(Progress::Style::Quiet, 200ms), "");
+  EXPECT_EQ(tell(Progress::Style::Lines, 9ms), "");
+  EXPECT_EQ(tell(Progress::Style::Bar, 0ms), "");
+  EXPECT_EQ(tell(Progress::Style::Quiet, 10s), "");
 }
 
 TEST(ProgressTest, LinesComeByTenthsAndNotMoreThanOneASecond) {
-  const std::string text = tell(Progress::Style::Lines, 1050ms);
-
-  EXPECT_TRUE(text.starts_with("tanor:  10 %  t = 0.1 of 1 s  10 steps  ")) << text;
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
+  EXPECT_EQ(tell(Progress::Style::Lines, 45ms),
+            "tanor:  23 %  t = 0.23 of 1 s  23 steps  3.5 s left\n"
+            "tanor:  46 %  t = 0.46 of 1 s  46 steps  2.4 s left\n"
+            "tanor:  69 %  t = 0.69 of 1 s  69 steps  1.4 s left\n"
+            "tanor:  92 %  t = 0.92 of 1 s  92 steps  0.4 s left\n");
 }
 
-TEST(ProgressTest, TheBarIsTakenAwayAtTheEnd) {
-  const std::string text = tell(Progress::Style::Bar, 120ms);
+TEST(ProgressTest, LongRunsTellEveryTenth) {
+  const std::string text = tell(Progress::Style::Lines, 60s);
 
-  EXPECT_TRUE(text.starts_with("\r\x1b[K[                        ]   1 %  t = 0.01 of 1 s  1 steps  ")) << text;
-  EXPECT_TRUE(text.ends_with(" left\r\x1b[K")) << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10);
+  EXPECT_TRUE(text.starts_with("tanor:  10 %  t = 0.1 of 1 s  10 steps  1 h 30 min left\n")) << text;
+}
+
+TEST(ProgressTest, TheBarComesTenTimesASecondAndIsTakenAwayAtTheEnd) {
+  const std::string text = tell(Progress::Style::Bar, 60ms);
+
+  EXPECT_TRUE(
+      text.starts_with("\r\x1b[K[                        ]   2 %  t = 0.02 of 1 s  2 steps  5.9 s left"
+                       "\r\x1b[K[                        ]   4 %  t = 0.04 of 1 s  4 steps  5.8 s left\r"))
+      << text;
+  EXPECT_TRUE(text.ends_with("[========================] 100 %  t = 1 of 1 s  100 steps  0.0 s left\r\x1b[K")) << text;
 }
 
 }  // namespace

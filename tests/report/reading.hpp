@@ -1,7 +1,5 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -15,29 +13,11 @@
 
 #include <tanor/system.hpp>
 
+#include "folder.hpp"
 #include "scene/npy.hpp"
+#include "scenes.hpp"
 
 namespace tanor::report {
-
-/// A folder for one test's files, removed with them.
-class Folder {
- public:
-  Folder() {
-    static int count = 0;
-    const std::string name = "tanor_report_" + std::to_string(getpid()) + "_" + std::to_string(count++);
-    path_ = std::filesystem::temp_directory_path() / name;
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
@@ -107,27 +87,6 @@ inline std::vector<XyzFrame> read_xyz(const std::filesystem::path& path) {
     frames.push_back(frame);
   }
   return frames;
-}
-
-/// A chain of beads 0.1 m apart along x, 0.1 kg each, the first one fixed, under gravity.
-///
-///     X--o--o--o
-inline System make_chain(std::size_t num_points) {
-  System system;
-  Rods rods;
-  rods.name = "rods";
-  for (std::size_t i = 0; i < num_points; ++i) {
-    system.positions.insert(system.positions.end(), {0.1 * static_cast<double>(i), 0.0, 0.0});
-    if (i > 0) rods.pairs.push_back({static_cast<Index>(i - 1), static_cast<Index>(i)});
-  }
-  system.velocities.assign(3 * num_points, 0.0);
-  system.masses.assign(num_points, 0.1);
-  Support anchor;
-  anchor.points = {0};
-  system.supports.push_back(anchor);
-  system.constraints.push_back(rods);
-  system.forces.push_back(Gravity{"gravity", {0.0, 0.0, -9.81}});
-  return system;
 }
 
 }  // namespace tanor::report

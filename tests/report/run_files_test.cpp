@@ -6,7 +6,7 @@
 #include "report/checkpoint.hpp"
 #include "report/checksum.hpp"
 #include "report/friction_parts.hpp"
-#include "report/json_writer.hpp"
+#include "report/json_text.hpp"
 #include "report/npy.hpp"
 #include "report/output_file.hpp"
 #include "report/reading.hpp"
@@ -19,7 +19,7 @@ namespace {
 using nlohmann::json;
 
 Simulation make_simulation(std::size_t num_points = 4) {
-  return Simulation(make_chain(num_points), {.method = Method::Rk4, .step = 0.01});
+  return Simulation(scenes::make_chain(num_points - 1), {.method = Method::Rk4, .step = 0.01});
 }
 
 /// Frames at t = 0, 0.1, … of a simulation.
@@ -322,15 +322,15 @@ TEST(CheckpointTest, TheFingerprintSeesAllFilesAndTheirPoints) {
   write_text(folder / "b.json", "{ }");
   write_text(folder / "drive.csv", "0, 0");
   const std::vector files{folder / "a.json", folder / "drive.csv"};
-  System system = make_chain(2);
+  System system = scenes::make_chain(1);
   const std::string fingerprint = make_fingerprint(files, system);
 
-  EXPECT_EQ(make_fingerprint(files, make_chain(2)), fingerprint);
+  EXPECT_EQ(make_fingerprint(files, scenes::make_chain(1)), fingerprint);
   EXPECT_NE(make_fingerprint(std::vector{folder / "b.json", folder / "drive.csv"}, system), fingerprint);
   system.positions[3] = std::nextafter(system.positions[3], 1.0);
   EXPECT_NE(make_fingerprint(files, system), fingerprint);
   write_text(folder / "drive.csv", "0, 1");
-  EXPECT_NE(make_fingerprint(files, make_chain(2)), fingerprint);
+  EXPECT_NE(make_fingerprint(files, scenes::make_chain(1)), fingerprint);
 }
 
 std::vector<std::string> list_keys(const json& object) {
@@ -435,7 +435,7 @@ TEST(SummaryTest, TellsWhatTheSimulationKnows) {
 
 /// The chain's last bead slides on a rough floor.
 System make_rough_chain(const Friction& friction) {
-  System system = make_chain(4);
+  System system = scenes::make_chain(3);
   system.constraints.push_back(Planes{"floor", {3}, Vector3{0, 0, 1}});
   system.velocities[10] = 0.5;
   system.friction = {friction};
@@ -443,15 +443,7 @@ System make_rough_chain(const Friction& friction) {
 }
 
 json summarise_friction(const System& system, const FrictionSummary& found) {
-  const Folder folder;
-  replace_file(folder / "friction.json", [&](OutputFile* file) {
-    JsonWriter writer(file);
-    writer.begin_object();
-    write_friction_summary(&writer, system, found);
-    writer.end_object();
-    writer.finish();
-  });
-  return read_json(folder / "friction.json")["friction"];
+  return json::parse(describe_friction_summary(system, found).dump());
 }
 
 TEST(SummaryTest, TellsHowFrictionWasFound) {

@@ -1,37 +1,14 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "folder.hpp"
 #include "scene/scene.hpp"
 
 namespace tanor::scene {
-
-/// A folder for one test's files, removed with them.
-class Folder {
- public:
-  Folder() {
-    static int count = 0;
-    path_ =
-        std::filesystem::temp_directory_path() / ("tanor_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-
-  std::filesystem::path add(const std::string& name, const std::string& content) const {
-    std::ofstream(path_ / name, std::ios::binary) << content;
-    return path_ / name;
-  }
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// A scene whose relative paths lead to the fixtures.
 inline Scene parse(const std::string& text) {

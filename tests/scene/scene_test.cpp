@@ -152,7 +152,7 @@ TEST(Scene, ThatCannotBeReadNamesItsFile) {
   }
 }
 
-TEST(Scene, OfAMillionPointsIsReadInSeconds) {
+TEST(Scene, OfAMillionPointsIsReadWhole) {
   constexpr int num_points = 1'000'000;
   std::string positions, pairs;
   for (int k = 0; k < num_points; ++k) {

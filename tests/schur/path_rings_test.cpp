@@ -8,6 +8,7 @@
 #include <numeric>
 #include <random>
 
+#include "measures.hpp"
 #include "schur/path_solver.hpp"
 #include "system/numbering.hpp"
 
@@ -89,17 +90,6 @@ Solved solve(Numbers* numbers, int threads) {
   return result;
 }
 
-double largest(const std::vector<double>& x) {
-  double result = 0.0;
-  for (const double each : x) result = std::max(result, std::abs(each));
-  return result;
-}
-double difference(const std::vector<double>& x, const std::vector<double>& y) {
-  double result = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) result = std::max(result, std::abs(x[i] - y[i]));
-  return result;
-}
-
 /// Of K'(w - w0) + b, with the blocks' places from the families' own list.
 double residual_of(const Numbers& numbers, const Solved& solved) {
   std::vector<double> rest = solved.b;
@@ -132,7 +122,7 @@ void expect_right_numbers(const System& system, std::mt19937* random) {
   EXPECT_GT(solved.found.reciprocal_condition, 1e-3);
   EXPECT_LE(solved.found.residual, rounding * scale);
   EXPECT_LE(residual_of(numbers, solved), rounding * scale);
-  EXPECT_LE(difference(accelerations_of(numbers, solved), solved.w), rounding * of_w);
+  EXPECT_LE(largest_difference(accelerations_of(numbers, solved), solved.w), rounding * of_w);
 
   // Another sweep, so that nothing is left from the first one.
   Numbers again(system, random);
@@ -140,14 +130,14 @@ void expect_right_numbers(const System& system, std::mt19937* random) {
   EXPECT_NEAR(factor.reciprocal_condition, solved.found.reciprocal_condition, rounding);
   std::vector<double> x(solved.b.size()), rows = solved.b, points(solved.w.size());
   again.solver->solve_negative(Parallel(1), solved.b.data(), x.data());
-  EXPECT_LE(difference(x, solved.lambda), rounding * of_lambda);
+  EXPECT_LE(largest_difference(x, solved.lambda), rounding * of_lambda);
   x = solved.b;
   again.solver->solve_negative(Parallel(1), x.data(), x.data());
-  EXPECT_LE(difference(x, solved.lambda), rounding * of_lambda);
+  EXPECT_LE(largest_difference(x, solved.lambda), rounding * of_lambda);
   again.solver->correct(Parallel(1), solved.blocks.data(), rows.data(), points.data());
-  EXPECT_LE(difference(rows, solved.lambda), rounding * of_lambda);
+  EXPECT_LE(largest_difference(rows, solved.lambda), rounding * of_lambda);
   for (std::size_t i = 0; i < points.size(); ++i) points[i] += numbers.w0[i];
-  EXPECT_LE(difference(points, solved.w), rounding * of_w);
+  EXPECT_LE(largest_difference(points, solved.w), rounding * of_w);
 }
 
 TEST(PathRings, AllCallsAgreeWithKAndM) {

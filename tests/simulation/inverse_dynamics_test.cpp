@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "scenes.hpp"
+
 namespace tanor {
 namespace {
 
@@ -128,18 +130,15 @@ struct RoundTrip {
 };
 
 /// Two beads hanging on one another, let go to the side.
-System make_chain() {
-  System system;
-  system.positions = {0, 0, 0, 1, 0, 0, 1, -1, 0.2};
+System make_double_pendulum() {
+  System system = scenes::make_chain_through({{0, 0, 0}, {1, 0, 0}, {1, -1, 0.2}});
   system.masses = {1.0, 1.0, 0.5};
-  system.supports = {{"", {0}, {}}};
-  system.constraints = {Rods{"rods", {{0, 1}, {1, 2}}, {}, {}}};
   system.forces = {Gravity{"", {0.0, -9.81, 0.0}}};
   return system;
 }
 
 TEST(DirectProblem, RoundTripOfAChainNeedsNoControlAndFindsItsReactions) {
-  const RoundTrip trip(make_chain(), 0.002, 300);
+  const RoundTrip trip(make_double_pendulum(), 0.002, 300);
 
   EXPECT_LT(trip.control, 1e-6);
   EXPECT_LT(trip.reactions, 1e-6 * trip.size);
@@ -147,7 +146,7 @@ TEST(DirectProblem, RoundTripOfAChainNeedsNoControlAndFindsItsReactions) {
 }
 
 TEST(DirectProblem, RoundTripErrorFallsWithTheFourthPowerOfTheSampling) {
-  const RoundTrip coarse(make_chain(), 0.008, 75), fine(make_chain(), 0.004, 150);
+  const RoundTrip coarse(make_double_pendulum(), 0.008, 75), fine(make_double_pendulum(), 0.004, 150);
 
   EXPECT_GT(coarse.control / fine.control, 10.0);  // 16 in the limit
 }
@@ -192,10 +191,10 @@ TEST(DirectProblem, ControlForceAppliedBringsTheProgrammedMotionBack) {
 // ---- motions that are none ---------------------------------------------------------------------------------------
 
 TEST(DirectProblem, NamesTheRowThatAMotionBreaksAndByHowMuch) {
-  DirectProblem problem(make_chain());
+  DirectProblem problem(make_double_pendulum());
   // The second rod 1 % too long, its bead 0.25 m/s off, 3 m/s^2 off along it.
   const double l = std::sqrt(1.04);
-  MotionState state{make_chain().positions, std::vector<double>(9, 0.0), std::vector<double>(9, 0.0)};
+  MotionState state{make_double_pendulum().positions, std::vector<double>(9, 0.0), std::vector<double>(9, 0.0)};
   const double along[3] = {0.0, -1.0 / l, 0.2 / l};
   for (std::size_t c = 0; c < 3; ++c) {
     state.value[6 + c] += 0.01 * l * along[c];

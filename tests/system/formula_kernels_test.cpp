@@ -11,6 +11,7 @@
 #include <tanor/forward.hpp>
 #include <tanor/kernel.hpp>
 
+#include "errors.hpp"
 #include "system/formula.hpp"
 
 namespace tanor {
@@ -110,23 +111,12 @@ TEST(FormulaConstraint, KnowsWhetherTimeTakesPart) {
   EXPECT_FALSE(formula_constraint("x1 - y1", 1).depends_on_time);
 }
 
-/// What is said, behind where it is said.
-template <class Make>
-std::string error_of(const Make& make) {
-  try {
-    make();
-  } catch (const InputError& error) {
-    return error.where() + "|" + error.what();
-  }
-  return "no error";
-}
-
 TEST(FormulaConstraint, ErrorsGiveTheColumn) {
   EXPECT_EQ(error_of([] { formula_constraint("x1 + (y1", 1); }),
-            "|formula \"x1 + (y1\": column 9: found the end, expected an operator or ')'");
-  EXPECT_TRUE(error_of([] { formula_constraint("x1 + x3", 2); }).starts_with("|formula \"x1 + x3\": column 6: 'x3'"));
-  EXPECT_EQ(error_of([] { formula_constraint("x1", 0); }), "|a formula on 0 points; 1 to 256 are right");
-  EXPECT_EQ(error_of([] { formula_constraint("x1", 257); }), "|a formula on 257 points; 1 to 256 are right");
+            "formula \"x1 + (y1\": column 9: found the end, expected an operator or ')'");
+  EXPECT_TRUE(error_of([] { formula_constraint("x1 + x3", 2); }).starts_with("formula \"x1 + x3\": column 6: 'x3'"));
+  EXPECT_EQ(error_of([] { formula_constraint("x1", 0); }), "a formula on 0 points; 1 to 256 are right");
+  EXPECT_EQ(error_of([] { formula_constraint("x1", 257); }), "a formula on 257 points; 1 to 256 are right");
 }
 
 // ---- coordinates ---------------------------------------------------------------------------------------------------
@@ -179,14 +169,14 @@ TEST(FormulaCoordinates, ErrorsNameTheComponentAndTheCoordinate) {
   };
 
   EXPECT_EQ(make({"a"}, {"a", "2*", "0"}),
-            "/1|formula \"2*\": column 3: found the end, expected a number, a name or '('");
-  EXPECT_EQ(make({"a"}, {"a", "0"}), "|2 components; three for each point are right");
-  EXPECT_EQ(make({}, {"0", "0", "0"}), "|there are no coordinates; a map has at least one");
-  EXPECT_EQ(make({"a", "a"}, {"a", "0", "0"}), "|the coordinate 'a' has the name of another coordinate");
-  EXPECT_EQ(make({"t"}, {"t", "0", "0"}), "|the coordinate 't' has the name of time");
-  EXPECT_EQ(make({"R"}, {"R", "0", "0"}), "|the coordinate 'R' has the name of a constant");
+            "/1: formula \"2*\": column 3: found the end, expected a number, a name or '('");
+  EXPECT_EQ(make({"a"}, {"a", "0"}), "2 components; three for each point are right");
+  EXPECT_EQ(make({}, {"0", "0", "0"}), "there are no coordinates; a map has at least one");
+  EXPECT_EQ(make({"a", "a"}, {"a", "0", "0"}), "the coordinate 'a' has the name of another coordinate");
+  EXPECT_EQ(make({"t"}, {"t", "0", "0"}), "the coordinate 't' has the name of time");
+  EXPECT_EQ(make({"R"}, {"R", "0", "0"}), "the coordinate 'R' has the name of a constant");
   for (const char* name : {"sin", "pi", "", "2a", "a b", "-a", "1"}) {
-    EXPECT_EQ(make({name}, {"1", "0", "0"}), "|the coordinate '" + std::string(name) +
+    EXPECT_EQ(make({name}, {"1", "0", "0"}), "the coordinate '" + std::string(name) +
                                                  "' has no name of letters, digits and '_' that is neither a function "
                                                  "nor pi");
   }
@@ -195,8 +185,8 @@ TEST(FormulaCoordinates, ErrorsNameTheComponentAndTheCoordinate) {
 // ---- forces --------------------------------------------------------------------------------------------------------
 
 TEST(FormulaForce, ErrorsNameTheComponent) {
-  EXPECT_TRUE(error_of([] { formula_force({"x", "0", "q"}); }).starts_with("/z|formula \"q\": column 1: 'q' is not"));
-  EXPECT_TRUE(error_of([] { formula_force({"", "0", "0"}); }).starts_with("/x|formula \"\": column 1: found the end"));
+  EXPECT_TRUE(error_of([] { formula_force({"x", "0", "q"}); }).starts_with("/z: formula \"q\": column 1: 'q' is not"));
+  EXPECT_TRUE(error_of([] { formula_force({"", "0", "0"}); }).starts_with("/x: formula \"\": column 1: found the end"));
 }
 
 }  // namespace

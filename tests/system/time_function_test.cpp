@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 #include <tanor/error.hpp>
 
+#include "errors.hpp"
+
 namespace tanor {
 namespace {
 
@@ -32,15 +34,6 @@ ScalarFunction make_table(const std::vector<double>& times, const Function& func
   std::vector<double> values;
   for (const double t : times) values.push_back(function(t));
   return ScalarFunction::table(times, values);
-}
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(ScalarFunction, IsZeroByDefaultAndAConstantFromANumber) {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "motion/allocation/steady_steps.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 /// \file Steps with friction take no memory while no contact changes its mode.
 namespace tanor {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "motion/allocation/steady_steps.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {

@@ -6,7 +6,7 @@
 #include <tanor/tanor.hpp>
 
 #include "motion/allocation/counting_allocator.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "beside.hpp"
 #include "motion/allocation/steady_steps.hpp"
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {

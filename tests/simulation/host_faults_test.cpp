@@ -8,33 +8,18 @@
 #include <tanor/direct_problem.hpp>
 #include <tanor/motion.hpp>
 
+#include "errors.hpp"
+#include "scenes.hpp"
+
 namespace tanor {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-template <class Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.where() + ": " + error.what();
-  }
-  return "no error";
-}
-
-/// Rods on a support, at rest, without a force: terms of its series are 0.
-System make_chain(double gravity) {
-  System system;
-  Rods rods;
-  for (Index i = 0; i <= 6; ++i) {
-    system.positions.insert(system.positions.end(), {0.3 * i, 0.0, 0.0});
-    system.masses.push_back(1.0);
-    if (i > 0) rods.pairs.push_back({i - 1, i});
-  }
-  system.supports = {{"", {0}, {}}};
-  system.constraints = {rods};
-  if (gravity != 0.0) system.forces = {Gravity{"", {0.0, 0.0, -gravity}}};
+/// At rest and without a force: terms of its series are 0.
+System make_resting_chain() {
+  System system = scenes::make_chain(6);
+  system.forces.clear();
   return system;
 }
 
@@ -92,8 +77,8 @@ class Traps {
 
 TEST(HostFaults, FloatingPointTrapsOfTheHostSeeNothingOfOurs) {
   const Traps traps;  // an exception kills the test
-  const System systems[] = {make_chain(0.0),   make_chain(9.81), make_parallelogram(),
-                            make_rough_bead(), make_gas(),       make_hoop()};
+  const System systems[] = {
+      make_resting_chain(), scenes::make_chain(6), make_parallelogram(), make_rough_bead(), make_gas(), make_hoop()};
   for (const System& system : systems) {
     for (const Method method : {Method::Auto, Method::Taylor, Method::Dop853, Method::Dopri5, Method::Rk4,
                                 Method::Rattle, Method::Rattle6, Method::Radau5, Method::GeneralizedAlpha}) {
@@ -126,8 +111,8 @@ TEST(HostFaults, FloatingPointTrapsOfTheHostSeeNothingOfOurs) {
   }
 }
 
-TEST(HostFaults, NoTimeIsRefused) {
-  const System system = make_chain(9.81);
+TEST(HostFaults, ATimeThatIsNotFiniteIsRefused) {
+  const System system = scenes::make_chain(6);
   std::vector<double> r = system.positions, v(r.size()), w(r.size());
   for (const double t : {nan, std::numeric_limits<double>::infinity()}) {
     Dynamics dynamics(system);
@@ -146,8 +131,8 @@ TEST(HostFaults, NoTimeIsRefused) {
   }
 }
 
-TEST(HostFaults, WhatWasMovedFromSaysSo) {
-  const System system = make_chain(9.81);
+TEST(HostFaults, AnObjectThatWasMovedFromSaysSo) {
+  const System system = scenes::make_chain(6);
   const std::vector<double> r = system.positions, v(r.size());
   std::vector<double> w(r.size());
   Simulation simulation(system);
@@ -161,7 +146,7 @@ TEST(HostFaults, WhatWasMovedFromSaysSo) {
 
   // NOLINTBEGIN(bugprone-use-after-move): what it is about
   EXPECT_EQ(error_of([&] { (void)simulation.advance(1.0); }),
-            ": this Simulation was moved from: it can be assigned to or destroyed, no more");
+            "this Simulation was moved from: it can be assigned to or destroyed, no more");
   EXPECT_NE(error_of([&] { (void)simulation.positions(); }), "no error");
   EXPECT_NE(error_of([&] { (void)simulation.snapshot(); }), "no error");
   EXPECT_NE(error_of([&] { (void)simulation.report(); }), "no error");
@@ -175,7 +160,7 @@ TEST(HostFaults, WhatWasMovedFromSaysSo) {
 }
 
 TEST(HostFaults, AnObserverMakesNoStepsOfItsOwn) {
-  Simulation simulation(make_chain(9.81), {.method = Method::Dop853});
+  Simulation simulation(scenes::make_chain(6), {.method = Method::Dop853});
   const Snapshot start = simulation.snapshot();
   int looks = 0;
   const Outcome outcome = simulation.advance(0.2, [&](const MotionReport&) {
@@ -196,7 +181,7 @@ TEST(HostFaults, AnObserverMakesNoStepsOfItsOwn) {
 }
 
 TEST(HostFaults, ValuesOfNoEnumerationAreNamedWithoutTheBuildersFolders) {
-  const System system = make_chain(9.81);
+  const System system = scenes::make_chain(6);
   const auto refuses = [](const std::string& error, const std::string& where) {
     EXPECT_EQ(error.find(where + ": 99 is no value of this enumeration"), 0u) << error;
   };

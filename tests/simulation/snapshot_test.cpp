@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -80,7 +80,7 @@ TEST_P(SnapshotTest, ARestoredMeltGoesOnBitByBit) {
   ASSERT_TRUE(whole.advance(0.2).ok());
   ASSERT_TRUE(second.advance(0.2).ok());
 
-  EXPECT_GT(scenes::largest_difference(whole.positions(), whole.system().positions), 0.02) << "lists were made anew";
+  EXPECT_GT(largest_difference(whole.positions(), whole.system().positions), 0.02) << "lists were made anew";
   expect_same_bits(second, whole);
   expect_same_history(second.report(), whole.report());
 }

@@ -5,7 +5,7 @@
 #include <random>
 #include <tanor/tanor.hpp>
 
-#include "dynamics/random_beads.hpp"
+#include "friction/random_beads.hpp"
 #include "reference.hpp"
 
 /// \file The motions of beads at rest on rough planes, which rods join: a direction of sliding is unknown there. They

@@ -8,9 +8,9 @@
 
 #include <tanor/user_kernel.hpp>
 
-#include "answers.hpp"
 #include "beside.hpp"
 #include "random_systems.hpp"
+#include "schur/answers.hpp"
 
 namespace tanor {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "answers.hpp"
+#include "schur/answers.hpp"
 
 namespace tanor {
 namespace {

@@ -93,7 +93,7 @@ TEST(Painleve, OneSolutionWhereTheCriterionHolds) {
               4.5487450607420783170 + 5.4468519176786246638 * std::sin(75.0 * std::numbers::pi / 180.0), 1e-11);
 }
 
-TEST(Painleve, NoneIsSaidToBeNone) {
+TEST(Painleve, WhereNoSolutionExistsThatIsReported) {
   const Answer answer = solve(make_rails({0.6, 75.0, 1.0, 1.0, 0.0, 30.0}));
   EXPECT_EQ(answer.report.outcome.status, Status::NoSolution);
   EXPECT_NE(answer.report.outcome.what.find("would have to jump"), std::string::npos) << answer.report.outcome.what;

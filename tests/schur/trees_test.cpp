@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "dynamics/answers.hpp"
+#include "schur/answers.hpp"
 
 namespace tanor {
 namespace {

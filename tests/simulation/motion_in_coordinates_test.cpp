@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "errors.hpp"
 #include "reference.hpp"
 
 namespace tanor {
@@ -179,17 +180,6 @@ TEST(ChoiceTest, LongChainIsSolvedInNormalForm) {
 
   EXPECT_EQ(Dynamics(chain).plan().form, Form::Normal);
   EXPECT_EQ(Dynamics(chain, {.form = Form::Tangent}).plan().form, Form::Tangent);
-}
-
-/// What an action complains about: "<where>: <what>".
-template <class Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.where() + ": " + error.what();
-  }
-  return "no error";
 }
 
 TEST(RefusalTest, FormsThatTheSystemDoesNotHave) {

@@ -13,7 +13,9 @@
 
 #include <tanor/motion.hpp>
 
-/// Systems for the tests of motion; z is up, rods are 0.1 m, beads 0.1 kg.
+#include "measures.hpp"
+
+/// Systems for tests and measurements; z is up, rods are 0.1 m, beads 0.1 kg.
 namespace tanor {
 
 /// For the names of tests.
@@ -55,6 +57,20 @@ inline void set_random_velocities(double speed, unsigned seed, System* system) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> component(-speed, speed);
   for (double& v : system->velocities) v = component(random);
+}
+
+/// Rods through these places from a support at the first one, falling.
+inline System make_chain_through(const std::vector<Vector3>& places) {
+  System system;
+  Rods rods{"rods", {}, {}, {}};
+  for (const Vector3& place : places) {
+    const Index i = add_point(place, &system);
+    if (i > 0) rods.pairs.push_back({i - 1, i});
+  }
+  system.supports = {{"anchor", {0}, {}}};
+  system.constraints = {rods};
+  system.forces = {gravity};
+  return system;
 }
 
 /// `count` rods along x, falling; the first bead is a support where wanted.
@@ -273,28 +289,6 @@ inline System make_coordinates() {
                         UserCoordinates{"formula", {{user}}, formula_coordinates(names, components), {0.0}, {1.0}}};
   system.forces = {gravity, Springs{"springs", {{free, bead}, {leaf, ball}}, 1.0, 0.0, {}}};
   return system;
-}
-
-// ---- what the tests measure
-// -------------------------------------------------------------------------------------------
-
-inline double largest(std::span<const double> array) {
-  double result = 0.0;
-  for (const double x : array) result = std::max(result, std::abs(x));
-  return result;
-}
-
-inline double largest_difference(std::span<const double> a, std::span<const double> b) {
-  double result = a.size() == b.size() ? 0.0 : INFINITY;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) result = std::max(result, std::abs(a[i] - b[i]));
-  return result;
-}
-
-inline bool all_finite(std::span<const double> array) {
-  for (const double x : array) {
-    if (!std::isfinite(x)) return false;
-  }
-  return true;
 }
 
 /// An observer that stops after so many more steps of a run.

@@ -10,6 +10,8 @@
 
 #include <tanor/tanor.hpp>
 
+#include "measures.hpp"
+
 namespace tanor {
 
 struct Answer {
@@ -40,15 +42,6 @@ inline System make_stretched_ring() {
   system.constraints = {Rods{"ring", {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, {}, {}}};
   system.forces = {Gravity{"", {0, 0, -9.81}}};
   return system;
-}
-
-inline double relative_difference(const std::vector<double>& x, const std::vector<double>& y) {
-  double difference = 0.0, size = 1e-300;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    difference = std::max(difference, std::abs(x[i] - y[i]));
-    size = std::max(size, std::abs(y[i]));
-  }
-  return difference / size;
 }
 
 /// Numbers in (-1, 1), the same ones each time.

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <random>
 
-#include "dynamics/answers.hpp"
+#include "schur/answers.hpp"
 
 namespace tanor {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 enum class Ends { Free, First, Last, Both };
 
 /// Rods of random lengths and directions in a row, numbered at random, with random masses.
-System make_chain(std::size_t num_points, Ends ends, double mass_range, std::mt19937* random) {
+System make_random_chain(std::size_t num_points, Ends ends, double mass_range, std::mt19937* random) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto number = [&] { return unit(*random); };
   std::vector<Index> place(num_points);
@@ -57,7 +57,7 @@ TEST(Ways, PathsAgreeWithTheGeneralWay) {
   int refined = 0, solved = 0;
   for (const Ends ends : {Ends::Free, Ends::First, Ends::Last, Ends::Both}) {
     for (const std::size_t num_points : {2, 3, 4, 5, 17, 64, 65, 66, 129, 130, 131, 257, 1000}) {
-      const System system = make_chain(num_points, ends, 1e2, &random);
+      const System system = make_random_chain(num_points, ends, 1e2, &random);
       if (num_points == 2 && ends == Ends::Both) continue;
 
       const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
@@ -76,7 +76,7 @@ TEST(Ways, PathsAgreeWithTheGeneralWay) {
 TEST(Ways, PathsAgreeWhereMassesAreFarApart) {
   std::mt19937 random(7);
   for (const Ends ends : {Ends::Free, Ends::First, Ends::Both}) {
-    const System system = make_chain(300, ends, 1e6, &random);
+    const System system = make_random_chain(300, ends, 1e6, &random);
 
     const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
 
@@ -114,7 +114,7 @@ TEST(Ways, HangingPathCarriesTheWeightBelow) {
 
 /// Lengths that move, an offset, a support that moves, and forces of their own at each point.
 System make_driven_chain(std::mt19937* random) {
-  System system = make_chain(500, Ends::First, 1e1, random);
+  System system = make_random_chain(500, Ends::First, 1e1, random);
   Rods& all = std::get<Rods>(system.constraints[0]);
   Rods breathing{"breathing", {}, {}, {}}, across{"across", {}, {}, {}};
   breathing.length.functions = {ScalarFunction::formula("1+0.1*sin(3*t)")};
@@ -157,7 +157,7 @@ TEST(Ways, PathsSideBySideAgreeWithTheGeneralWay) {
   System system;
   Rods rods;
   for (int p = 0; p < 200; ++p) {
-    const System one = make_chain(2 + static_cast<std::size_t>(p) % 37, Ends::Free, 1e2, &random);
+    const System one = make_random_chain(2 + static_cast<std::size_t>(p) % 37, Ends::Free, 1e2, &random);
     const auto first = static_cast<Index>(system.masses.size());
     system.positions.insert(system.positions.end(), one.positions.begin(), one.positions.end());
     system.velocities.insert(system.velocities.end(), one.velocities.begin(), one.velocities.end());
@@ -174,7 +174,7 @@ TEST(Ways, PathsSideBySideAgreeWithTheGeneralWay) {
 
 TEST(Ways, FreePointsBesidePathsFall) {
   std::mt19937 random(12);
-  System system = make_chain(7, Ends::Free, 1e1, &random);
+  System system = make_random_chain(7, Ends::Free, 1e1, &random);
   for (int k = 0; k < 3; ++k) {
     system.positions.insert(system.positions.begin(), {5.0, 1.0 * k, 0.0});
     system.velocities.insert(system.velocities.begin(), {1.0, 0.0, 0.0});
@@ -194,7 +194,7 @@ TEST(Ways, FreePointsBesidePathsFall) {
 TEST(Ways, ThreadsChangeNoBit) {
   std::mt19937 random(10);
   for (const Ends ends : {Ends::Free, Ends::Both}) {
-    const System system = make_chain(20011, ends, 1e1, &random);
+    const System system = make_random_chain(20011, ends, 1e1, &random);
     const Answer one = solve(system, {.way = Way::Paths, .threads = 1});
     for (const int threads : {2, 3, 7}) {
       const Answer several = solve(system, {.way = Way::Paths, .threads = threads});
@@ -256,7 +256,7 @@ TEST(Ways, NearlyTautPathIsAsGoodAsOnTheGeneralWay) {
 
 TEST(Ways, PathsStepAsTheGeneralWayDoes) {
   std::mt19937 random(11);
-  const System system = make_chain(40, Ends::First, 1e1, &random);
+  const System system = make_random_chain(40, Ends::First, 1e1, &random);
   for (const Method method : {Method::Rattle, Method::Dop853, Method::Taylor}) {
     MotionOptions motion;
     motion.method = method;

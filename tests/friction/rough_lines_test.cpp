@@ -2,7 +2,7 @@
 
 #include <tanor/tanor.hpp>
 
-#include "dynamics/rough_lines.hpp"
+#include "friction/rough_lines.hpp"
 
 namespace tanor {
 namespace {

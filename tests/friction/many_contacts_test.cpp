@@ -16,7 +16,7 @@ constexpr double mu = 0.25;
 
 /// A chain of beads at rest with random forces. On a plane friction changes no normal force; in a ball of radius 1 rods
 /// push into the guide, with either sign.
-System make_chain(std::size_t count, bool in_ball, unsigned seed) {
+System make_rough_chain(std::size_t count, bool in_ball, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> turn(-1.0, 1.0);
@@ -76,7 +76,7 @@ TEST(ManyContacts, AChoiceIsFoundAndObeysTheLaw) {
     std::size_t some_of_both = 0, found = 0, tried = 0;
     for (unsigned seed = 1; seed <= 40; ++seed) {
       const std::size_t count = 11 + 2 * (seed % 12);
-      const System system = make_chain(count, in_ball, seed);
+      const System system = make_rough_chain(count, in_ball, seed);
       Dynamics dynamics(system);
       std::vector<double> w(3 * count), lambda(num_equations(system));
 

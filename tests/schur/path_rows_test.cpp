@@ -8,8 +8,8 @@
 #include <numeric>
 #include <random>
 
-#include "dynamics/answers.hpp"
 #include "dynamics/normal_form.hpp"
+#include "schur/answers.hpp"
 #include "schur/schur_solver.hpp"
 
 namespace tanor {
@@ -84,12 +84,6 @@ const std::vector<std::vector<std::size_t>> shapes = {{1},      {2},           {
                                                       {130, 5}, {255, 9, 257}, {10, 10, 10, 1000}, {7000}};
 constexpr double rounding = 1e-14;
 
-double difference(const std::vector<double>& x, const std::vector<double>& y) {
-  double result = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) result = larger(result, std::abs(x[i] - y[i]));
-  return result;
-}
-
 class PathRows : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Kinds, PathRows, testing::Values(Kind::Plain, Kind::Shifted, Kind::Timed));
 
@@ -101,13 +95,13 @@ TEST_P(PathRows, ValuesAndRatesAreThoseOfTheFamilies) {
 
     const double violation = rows.solver->evaluate_values(parallel, rows.r.data(), rows.here.data());
     const double known = rows.model.constraints.evaluate_values(parallel, rows.r.data(), rows.there.data());
-    EXPECT_LE(difference(rows.here, rows.there), rounding);
+    EXPECT_LE(largest_difference(rows.here, rows.there), rounding);
     EXPECT_NEAR(violation, known, rounding * (1.0 + known));
 
     const double rate = rows.solver->evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.here.data());
     const double known_rate =
         rows.model.constraints.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.there.data());
-    EXPECT_LE(difference(rows.here, rows.there), rounding);
+    EXPECT_LE(largest_difference(rows.here, rows.there), rounding);
     EXPECT_NEAR(rate, known_rate, rounding);
   }
 }
@@ -129,7 +123,7 @@ TEST_P(PathRows, SolvingAgainIsSolving) {
                                                        again_blocks.data(), b.data(), again.data(), w_again.data());
 
     ASSERT_GT(solved.reciprocal_condition, 0.0);
-    EXPECT_LE(difference(blocks, again_blocks), rounding);
+    EXPECT_LE(largest_difference(blocks, again_blocks), rounding);
     EXPECT_NEAR(linearised.reciprocal_condition / solved.reciprocal_condition, 1.0, 1e-10);
     EXPECT_NEAR(found.largest_right_side / solved.largest_right_side, 1.0, rounding);
     EXPECT_LE(found.residual, 1e-11 * found.largest_right_side);
@@ -177,7 +171,7 @@ TEST(PathRows, PointsThatCoincideMakeNoFactor) {
   }
 }
 
-TEST(PathRows, NoNumberHides) {
+TEST(PathRows, APlaceThatIsNotANumberShowsInTheLargestViolation) {
   std::mt19937 random(34);
   const System system = make_paths({300}, Kind::Plain, &random);
   for (const std::size_t point : {0, 1, 77, 299, 300}) {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "dynamics/answers.hpp"
+#include "schur/answers.hpp"
 
 namespace tanor {
 namespace {

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "answers.hpp"
+#include "schur/answers.hpp"
 
 namespace tanor {
 namespace {

@@ -8,7 +8,8 @@
 
 #include <tanor/tanor.hpp>
 
-#include "dynamics/rough_lines.hpp"
+#include "friction/rough_lines.hpp"
+#include "measures.hpp"
 
 namespace tanor {
 namespace {
@@ -48,12 +49,6 @@ struct Solved {
     dynamics.friction_forces(tau);
   }
 };
-
-double largest(const std::vector<double>& x) {
-  double result = 0.0;
-  for (const double each : x) result = std::max(result, std::abs(each));
-  return result;
-}
 
 TEST(FrictionParts, SplitIsThatOfTheDenseProjectors) {
   int sticking = 0, sliding = 0;

@@ -1,0 +1,104 @@
+#include "report/json_text.hpp"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "report/reading.hpp"
+
+namespace tanor::report {
+namespace {
+
+/// The file of an object with one member.
+std::string write(const Json& value) {
+  const Folder folder;
+  OutputFile file(folder / "x.json");
+  JsonObjectFile json(&file);
+  json.add("x", value);
+  json.finish();
+  file.close();
+  return read_text(folder / "x.json");
+}
+
+nlohmann::json read_back(const Json& value) {
+  return nlohmann::json::parse(write(value)).at("x");
+}
+
+RC_GTEST_PROP(JsonText, NumbersReadBackToTheSameBits, (std::uint64_t bits)) {
+  const double number = std::bit_cast<double>(bits);
+  RC_PRE(std::isfinite(number));
+
+  RC_ASSERT(std::bit_cast<std::uint64_t>(read_back(number).get<double>()) == bits);
+}
+
+TEST(JsonText, NumbersHaveTheFewestDigitsThatReadBack) {
+  EXPECT_EQ(write({0.1, 1e-10, 1.0 / 3.0, -0.0, 5e-324, std::size_t{1} << 60}),
+            "{\n  \"x\": [0.1,1e-10,0.3333333333333333,-0.0,5e-324,1152921504606846976]\n}\n");
+}
+
+TEST(JsonText, WhatIsNotFiniteIsNull) {
+  const double infinity = std::numeric_limits<double>::infinity();
+
+  EXPECT_EQ(write({1.5, std::nan(""), infinity, -infinity}), "{\n  \"x\": [1.5,null,null,null]\n}\n");
+  EXPECT_EQ(write(json_or_null(std::optional<double>())), "{\n  \"x\": null\n}\n");
+  EXPECT_EQ(write(json_or_null("")), "{\n  \"x\": null\n}\n");
+}
+
+TEST(JsonText, MembersKeepTheirOrderAndHaveLinesOfTheirOwnAsRowsOfTablesHave) {
+  const Json object = {{"name", "three beads"},
+                       {"counts", {3, 4, true}},
+                       {"table", {{1, 2}, {3, 4}}},
+                       {"nothing", Json::object()},
+                       {"nobody", Json::array()},
+                       {"unknown", nullptr},
+                       {"list", {{{"b", 1}, {"a", 2}}, {{"b", 3}, {"a", 4}}}}};
+
+  EXPECT_EQ(write(object), R"({
+  "x": {
+    "name": "three beads",
+    "counts": [3,4,true],
+    "table": [
+      [1,2],
+      [3,4]
+    ],
+    "nothing": {},
+    "nobody": [],
+    "unknown": null,
+    "list": [
+      {"b":1,"a":2},
+      {"b":3,"a":4}
+    ]
+  }
+}
+)");
+}
+
+TEST(JsonText, AnObjectWithoutMembersIsOne) {
+  const Folder folder;
+  OutputFile file(folder / "x.json");
+  JsonObjectFile(&file).finish();
+  file.close();
+
+  EXPECT_EQ(read_text(folder / "x.json"), "{}\n");
+}
+
+TEST(JsonText, EveryTextReadsBack) {
+  const std::string name = "a \"b\" \\ \n\t\x01 \u00e9 \u20ac \U0001F600";
+
+  EXPECT_EQ(read_back(name).get<std::string>(), name);
+}
+
+// Lone and missing continuation bytes, an overlong slash, a surrogate, a code point beyond the last one.
+TEST(JsonText, BytesThatAreNoUtf8AreReplaced) {
+  for (const std::string bytes : {"\x80", "\xC3", "\xC0\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xFF"}) {
+    EXPECT_TRUE(read_back("a" + bytes).get<std::string>().starts_with("a\uFFFD")) << write("a" + bytes);
+  }
+}
+
+}  // namespace
+}  // namespace tanor::report
