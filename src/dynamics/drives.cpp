@@ -436,62 +436,33 @@ void Drives::silence_rounding(const DrivenStep& step, const double* samples, dou
   for (double& missed : missed_) missed = std::abs(missed) > noise ? missed : 0.0;
 }
 
-void Drives::judge(const DrivenStep& step, const Place& place, std::span<const Index> points, Level level, double scale,
-                   const double* values, std::size_t name, DriveReport* report) {
-  deviate(values);
-  const double* const samples = values + num_nodes_;
-  const auto [least, most] = std::minmax_element(values, values + num_nodes_ + num_samples_);
-  const double range = *most - *least, largest = std::max(std::abs(*most), std::abs(*least));
-  if (!(range > 0.0) || !std::isfinite(range)) return;
-  silence_rounding(step, samples, largest);
-
-  // What the step misses of x and v, and what the function does in it.
-  double x_missed = 0.0, v_missed = 0.0, x_done = 0.0, v_done = 0.0;
+/// What the step misses of x and v, and what the function does in it.
+Drives::Misses Drives::measure_misses(const DrivenStep& step, Level level, const double* samples, double range) const {
+  Misses result;
   double once = 0.0, twice = 0.0;  // integrals of e from the step's beginning
   for (std::size_t i = 0; i < num_samples_; ++i) {
     const double width = widths_[i] * step.h;
     once += width * missed_[i];
     twice += width * once;
     if (level == Level::Acceleration) {
-      v_missed = std::max(v_missed, std::abs(once));
-      x_missed = std::max(x_missed, std::abs(twice));
-      v_done += width * std::abs(samples[i]);
+      result.v = std::max(result.v, std::abs(once));
+      result.x = std::max(result.x, std::abs(twice));
+      result.v_done += width * std::abs(samples[i]);
     } else if (level == Level::Velocity) {
-      x_missed = std::max(x_missed, std::abs(once));
+      result.x = std::max(result.x, std::abs(once));
     } else {
-      x_missed = std::max(x_missed, std::abs(missed_[i]));
+      result.x = std::max(result.x, std::abs(missed_[i]));
     }
   }
-  if (level == Level::Acceleration) x_done = v_done * step.h;
-  if (level == Level::Velocity) x_done = range * step.h;
-  if (level == Level::Position) x_done = range;
+  if (level == Level::Acceleration) result.x_done = result.v_done * step.h;
+  if (level == Level::Velocity) result.x_done = range * step.h;
+  if (level == Level::Position) result.x_done = range;
+  return result;
+}
 
-  // Of the point that may miss least.
-  double v_allowed = std::numeric_limits<double>::infinity(), x_allowed = v_allowed;
-  for (const Index point : points) {
-    const auto p = static_cast<std::size_t>(point);
-    v_allowed = std::min(v_allowed, place.scales.velocity_tolerance(step.atol, p) + step.rtol * norm(load(place.v, p)));
-    x_allowed = std::min(x_allowed, place.scales.position_tolerance(step.atol, p) + step.rtol * norm(load(place.r, p)));
-  }
-  v_allowed += step.rtol * scale * v_done;
-  x_allowed += step.rtol * scale * x_done;
-  const double error = scale * std::max(v_missed / v_allowed, x_missed / x_allowed);
-  if (error > report->error) {
-    report->error = error;
-    report->drive = name;
-  }
-
-  // Of what is a matter of velocities, a fifth and more.
-  constexpr double unseen = 0.2;
-  if (level == Level::Acceleration ? v_missed > unseen * v_done : x_missed > unseen * x_done) {
-    const double velocity = scale * (level == Level::Acceleration ? v_missed : x_missed / step.h);
-    report->velocity = std::max(report->velocity, velocity);
-  }
-
-  // Between p + 1 places a straight line errs by |g''| (h/p)^2/8: by a hundredth of what varies, at most.
-  if (!(scale * (level == Level::Acceleration ? v_done : x_done) >
-        (level == Level::Acceleration ? v_allowed : x_allowed)))
-    return;
+/// Pieces between which straight lines follow the function to a hundredth of what varies: between p + 1 places such a
+/// line errs by |g''| (h/p)^2/8.
+int Drives::count_pieces(Level level, const double* samples, double range, double largest) const {
   constexpr double straight = 0.01;
   const double* const s = fractions_.data() + num_nodes_;
   double bend = 0.0;
@@ -505,8 +476,43 @@ void Drives::judge(const DrivenStep& step, const Place& place, std::span<const I
   // What holds a contact on something that moves goes by the second derivative, which bends faster.
   const double factor = level == Level::Acceleration ? 1.0 : 2.0;
   const double pieces = factor * std::sqrt(bend / 8.0 / (straight * (range + straight * largest)));
-  report->pieces =
-      std::max(report->pieces, static_cast<int>(std::min<double>(std::ceil(pieces), DriveReport::most_pieces)));
+  return static_cast<int>(std::min<double>(std::ceil(pieces), DriveReport::most_pieces));
+}
+
+void Drives::judge(const DrivenStep& step, const Place& place, std::span<const Index> points, Level level, double scale,
+                   const double* values, std::size_t name, DriveReport* report) {
+  deviate(values);
+  const double* const samples = values + num_nodes_;
+  const auto [least, most] = std::minmax_element(values, values + num_nodes_ + num_samples_);
+  const double range = *most - *least, largest = std::max(std::abs(*most), std::abs(*least));
+  if (!(range > 0.0) || !std::isfinite(range)) return;
+  silence_rounding(step, samples, largest);
+  const Misses missed = measure_misses(step, level, samples, range);
+
+  // Of the point that may miss least.
+  double v_allowed = std::numeric_limits<double>::infinity(), x_allowed = v_allowed;
+  for (const Index point : points) {
+    const auto p = static_cast<std::size_t>(point);
+    v_allowed = std::min(v_allowed, place.scales.velocity_tolerance(step.atol, p) + step.rtol * norm(load(place.v, p)));
+    x_allowed = std::min(x_allowed, place.scales.position_tolerance(step.atol, p) + step.rtol * norm(load(place.r, p)));
+  }
+  v_allowed += step.rtol * scale * missed.v_done;
+  x_allowed += step.rtol * scale * missed.x_done;
+  const double error = scale * std::max(missed.v / v_allowed, missed.x / x_allowed);
+  if (error > report->error) {
+    report->error = error;
+    report->drive = name;
+  }
+
+  // Of what is a matter of velocities, a fifth and more.
+  constexpr double unseen = 0.2;
+  const bool is_acceleration = level == Level::Acceleration;
+  if (is_acceleration ? missed.v > unseen * missed.v_done : missed.x > unseen * missed.x_done) {
+    const double velocity = scale * (is_acceleration ? missed.v : missed.x / step.h);
+    report->velocity = std::max(report->velocity, velocity);
+  }
+  if (scale * (is_acceleration ? missed.v_done : missed.x_done) > (is_acceleration ? v_allowed : x_allowed))
+    report->pieces = std::max(report->pieces, count_pieces(level, samples, range, largest));
 }
 
 }  // namespace tanor

@@ -75,6 +75,12 @@ class Drives {
   void place_samples(const DrivenStep& step, Level level, const ScalarFunction* function);
   double run(const Program& program, const Place& place);
   void silence_rounding(const DrivenStep& step, const double* samples, double largest);
+  /// Of x and v; and how far the function moves them.
+  struct Misses {
+    double x = 0.0, v = 0.0, x_done = 0.0, v_done = 0.0;
+  };
+  Misses measure_misses(const DrivenStep& step, Level level, const double* samples, double range) const;
+  int count_pieces(Level level, const double* samples, double range, double largest) const;
   void judge(const DrivenStep& step, const Place& place, std::span<const Index> points, Level level, double scale,
              const double* values, std::size_t name, DriveReport* report);
   void deviate(const double* values);
