@@ -19,8 +19,7 @@ namespace {
 using namespace tanor;
 
 System melt(int chains, int count) {
-  const std::string entry = fmt::format(R"({{"kind": "melt", "chains": {}, "count": {}}})", chains, count);
-  return scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + entry + "}", "bench.json").system;
+  return make_generated(fmt::format(R"({{"kind": "melt", "chains": {}, "count": {}}})", chains, count));
 }
 
 /// The same system with points and rods in any order.
@@ -47,18 +46,8 @@ System shuffled(System given) {
   return system;
 }
 
-/// Nets and lattices of rods, with waves across their flat directions.
-System generated(const std::string& generate) {
-  System system = scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + generate + "}", "bench.json").system;
-  if (!system.velocities.empty()) return system;
-  system.velocities.resize(system.positions.size());
-  for (std::size_t i = 0; i < system.positions.size(); i += 3)
-    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
-  return system;
-}
-
 System net(int size) {
-  return generated(fmt::format(R"({{"kind": "net", "columns": {0}, "rows": {0}}})", size));
+  return make_generated(fmt::format(R"({{"kind": "net", "columns": {0}, "rows": {0}}})", size));
 }
 
 /// Points and rods of both, which nothing joins.
@@ -78,7 +67,7 @@ System beside(System first, const System& second) {
 }
 
 System lattice(int size) {
-  return generated(fmt::format(R"({{"kind": "lattice", "size": [{0}, {0}, {0}]}})", size));
+  return make_generated(fmt::format(R"({{"kind": "lattice", "size": [{0}, {0}, {0}]}})", size));
 }
 
 /// Copies of a rigid or jointed thing, each turned and thrown at random, the same each time.
@@ -168,6 +157,15 @@ System on_circles(int count) {
 }
 
 }  // namespace
+
+tanor::System make_generated(const std::string& generate) {
+  System system = scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + generate + "}", "bench.json").system;
+  if (!system.velocities.empty()) return system;
+  system.velocities.resize(system.positions.size());
+  for (std::size_t i = 0; i < system.positions.size(); i += 3)
+    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
+  return system;
+}
 
 tanor::System make_random_walk(int count) {
   return melt(1, count);

@@ -16,5 +16,8 @@ struct BenchScene {
 /// Chains, clusters, small cycles and bodies, beads, nets and lattices, clusters beside a net, 1e3 to 1e6 rods.
 const std::vector<BenchScene>& bench_scenes();
 
+/// What a generator of scene files makes. Points that it leaves at rest get waves across their flat directions.
+tanor::System make_generated(const std::string& generate);
+
 /// A chain of `count` beads as a random walk.
 tanor::System make_random_walk(int count);

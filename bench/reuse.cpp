@@ -14,23 +14,23 @@
 
 #include <tanor/tanor.hpp>
 
+#include "bench_scenes.hpp"
 #include "cholmod_baseline.hpp"
 #include "dynamics/forms.hpp"
-#include "scene/scene.hpp"
 #include "timing.hpp"
 
 namespace {
 
 using namespace tanor;
 
-struct BenchScene {
+struct ReuseScene {
   std::string name, generate;
   double t_end, rtol;
   int rounds;
   double bar;  // beside CHOLMOD
 };
 
-const std::vector<BenchScene> scenes = {
+const std::vector<ReuseScene> scenes = {
     {"net 30", R"({"kind": "net", "columns": 30, "rows": 30})", 0.4, 1e-6, 5, 2.0},
     {"net 100", R"({"kind": "net", "columns": 100, "rows": 100})", 0.15, 1e-6, 3, 3.5},
     {"net 300", R"({"kind": "net", "columns": 300, "rows": 300})", 0.02, 1e-6, 1, 3.0},
@@ -38,11 +38,8 @@ const std::vector<BenchScene> scenes = {
     {"lattice 20", R"({"kind": "lattice", "size": [20, 20, 20]})", 0.05, 1e-6, 1, 2.5},
 };
 
-System make_system(const BenchScene& scene) {
-  System system = scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + scene.generate + "}", "bench.json").system;
-  system.velocities.assign(system.positions.size(), 0.0);
-  for (std::size_t i = 0; i < system.positions.size(); i += 3)
-    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
+System make_system(const ReuseScene& scene) {
+  System system = make_generated(scene.generate);
   system.supports = {{"corners", {0, static_cast<Index>(system.num_points() - 1)}, {}}};
   system.forces = {Gravity{"gravity", {0.0, 0.0, -9.81}}};
   return system;
@@ -54,7 +51,7 @@ struct Run {
   std::vector<double> places;
 };
 
-Run run(const BenchScene& scene, const System& system, double rtol, bool reuse) {
+Run run(const ReuseScene& scene, const System& system, double rtol, bool reuse) {
   MotionOptions motion;
   motion.method = Method::Dop853;
   motion.rtol = rtol;
@@ -107,7 +104,7 @@ class CholmodTime {
 };
 
 /// A row of the table.
-std::string measure(const BenchScene& scene) {
+std::string measure(const ReuseScene& scene) {
   const System system = make_system(scene);
   const std::vector<double> reference = run(scene, system, 1e-2 * scene.rtol, true).places;
   CholmodTime cholmod(system);
@@ -157,7 +154,7 @@ int main(int argc, char** argv) try {
       "with re-use | own | CHOLMOD | bar |\n"
       "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
   fmt::print("{}", page);
-  for (const BenchScene& scene : scenes) {
+  for (const ReuseScene& scene : scenes) {
     const auto begins = [&](const std::string& word) { return scene.name.starts_with(word); };
     if (!wanted.empty() && std::none_of(wanted.begin(), wanted.end(), begins)) continue;
     const std::string row = measure(scene);

@@ -16,6 +16,7 @@
 
 #include <tanor/tanor.hpp>
 
+#include "bench_scenes.hpp"
 #include "eigen_baseline.hpp"
 #include "scene/scene.hpp"
 #include "timing.hpp"
@@ -97,18 +98,6 @@ Row measure(const std::string& name, tanor::System system, double step) {
           unit * median(times[3])};
 }
 
-tanor::System generated(const std::string& generate) {
-  const auto scene = tanor::scene::parse_scene(R"({"tanor_scene": 1, "generate": )" + generate + "}", "bench.json");
-  tanor::System system = scene.system;
-  if (!system.velocities.empty()) return system;
-  // Some motion, the same each time: waves across the flat directions.
-  system.velocities.resize(system.positions.size());
-  for (std::size_t i = 0; i < system.positions.size(); i += 3) {
-    system.velocities[i + 2] = 0.1 * std::sin(7.0 * system.positions[i] + 3.0 * system.positions[i + 1]);
-  }
-  return system;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -128,13 +117,14 @@ int main(int argc, char** argv) try {
     rows.push_back(measure(scene.name, scene.system, 0.005));
   }
   if (rows.empty() || is_generated) {
-    rows.push_back(measure("chain 1e3", generated(R"({"kind": "melt", "chains": 1, "count": 1000})"), 2e-4));
-    rows.push_back(measure("chain 1e4", generated(R"({"kind": "melt", "chains": 1, "count": 10000})"), 2e-4));
-    rows.push_back(measure("chain 1e6", generated(R"({"kind": "melt", "chains": 1, "count": 1000000})"), 2e-4));
-    rows.push_back(measure("clusters 1e4 x 10", generated(R"({"kind": "melt", "chains": 10000, "count": 10})"), 2e-4));
-    rows.push_back(measure("net 30", generated(R"({"kind": "net", "columns": 30, "rows": 30})"), 1e-5));
-    rows.push_back(measure("net 100", generated(R"({"kind": "net", "columns": 100, "rows": 100})"), 1e-5));
-    rows.push_back(measure("lattice 10", generated(R"({"kind": "lattice", "size": [10, 10, 10]})"), 1e-5));
+    rows.push_back(measure("chain 1e3", make_generated(R"({"kind": "melt", "chains": 1, "count": 1000})"), 2e-4));
+    rows.push_back(measure("chain 1e4", make_generated(R"({"kind": "melt", "chains": 1, "count": 10000})"), 2e-4));
+    rows.push_back(measure("chain 1e6", make_generated(R"({"kind": "melt", "chains": 1, "count": 1000000})"), 2e-4));
+    rows.push_back(
+        measure("clusters 1e4 x 10", make_generated(R"({"kind": "melt", "chains": 10000, "count": 10})"), 2e-4));
+    rows.push_back(measure("net 30", make_generated(R"({"kind": "net", "columns": 30, "rows": 30})"), 1e-5));
+    rows.push_back(measure("net 100", make_generated(R"({"kind": "net", "columns": 100, "rows": 100})"), 1e-5));
+    rows.push_back(measure("lattice 10", make_generated(R"({"kind": "lattice", "size": [10, 10, 10]})"), 1e-5));
   }
   fmt::print("{:24}{:>16}{:>16}{:>16}{:>10}{:>10}{:>16}\n", "ns a rod", "Eigen baseline", "Dynamics::solve",
              "RATTLE step", "ratio", "ratio", "RK4 step");

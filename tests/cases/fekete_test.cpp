@@ -11,6 +11,8 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "base/parallel.hpp"
+
 namespace tanor::cases {
 namespace {
 
@@ -76,7 +78,7 @@ Multipliers run(const System& system, const MotionOptions& motion, const std::ve
     for (std::size_t i = 0; i < system.num_points(); ++i) {
       const double speed2 = v[3 * i] * v[3 * i] + v[3 * i + 1] * v[3 * i + 1] + v[3 * i + 2] * v[3 * i + 2];
       const double expected = -0.5 * others - speed2;
-      result.error = std::max(result.error, std::abs(simulation.multipliers()[i] / expected - 1.0));
+      result.error = larger(result.error, std::abs(simulation.multipliers()[i] / expected - 1.0));
       result.fastest_speed2 = std::max(result.fastest_speed2, speed2);
     }
   };

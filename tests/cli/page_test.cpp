@@ -1,6 +1,7 @@
 /// docs/scene-format.md beside the program: every key and choice that is read is on the page, and no other.
 
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -176,6 +177,27 @@ TEST(Pages, EveryExampleOfASceneIsOne) {
     }
   }
   EXPECT_GE(count, 3u);
+}
+
+/// A line whose numbers are left out: they depend on the machine.
+std::string without_numbers(const std::string& line) {
+  return std::regex_replace(line, std::regex("-?[0-9]+(\\.[0-9]+)?(e[-+][0-9]+)?"), "#");
+}
+
+TEST(Pages, TheReadmeShowsWhatItsSceneMakesTheProgramPrint) {
+  const Folder folder;
+  const std::filesystem::path readme = std::filesystem::path(TANOR_DOCS).parent_path() / "README.md";
+  write_text(folder / "pendulum.json", find_scenes(readme).at(0));
+
+  const Ended ended = run_program(folder, {"run", "pendulum.json"});
+
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::string page = without_numbers(ended.out);
+  const std::string text = read_text(readme);
+  const std::size_t begin = text.find("```\n  method");
+  ASSERT_NE(begin, std::string::npos);
+  std::istringstream shown(text.substr(begin + 4, text.find("```", begin + 4) - begin - 4));
+  for (std::string line; std::getline(shown, line);) EXPECT_TRUE(contains(page, without_numbers(line) + "\n")) << line;
 }
 
 /// Compares the keys of a result, and those of the objects in it, with the table that speaks of it. `optional` keys are

@@ -10,6 +10,7 @@
 #include <rapidcheck/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "base/parallel.hpp"
 #include "dynamics/forms.hpp"
 
 namespace tanor {
@@ -82,7 +83,7 @@ void expect_near(const std::vector<double>& a, const std::vector<double>& b, dou
   double scale = 1.0, difference = 0.0;
   for (std::size_t k = 0; k < a.size(); ++k) {
     scale = std::max(scale, std::abs(b[k]));
-    difference = std::max(difference, std::abs(a[k] - b[k]));
+    difference = larger(difference, std::abs(a[k] - b[k]));
   }
   RC_ASSERT(difference <= tolerance * scale);
 }

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <tanor/user_kernel.hpp>
 
+#include "base/parallel.hpp"
 #include "evaluate/definitions.hpp"
 #include "reference.hpp"
 #include "system/members.hpp"
@@ -390,7 +391,7 @@ TEST_P(ConstraintKind, ResidualsAreReportedOverTheGradient) {
     const auto worst_of = [&](const Eigen::VectorXd& rows) {
       double worst = 0.0;
       for (Eigen::Index a = 0; a < rows.size(); ++a) {
-        worst = std::max(worst, std::abs(rows[a]) / largest_block(expected.K, a));
+        worst = larger(worst, std::abs(rows[a]) / largest_block(expected.K, a));
       }
       return worst;
     };

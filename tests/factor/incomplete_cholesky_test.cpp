@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "base/parallel.hpp"
+
 namespace tanor {
 namespace {
 
@@ -104,7 +106,7 @@ void expect_agreement_on_the_pattern(const Eigen::MatrixXd& S) {
   for (int i = 0; i < S.rows(); ++i) {
     for (int j = 0; j < S.cols(); ++j) {
       double& largest = S(i, j) != 0.0 ? on_pattern : beside;
-      largest = std::max(largest, std::abs(P(i, j) - S(i, j)));
+      largest = larger(largest, std::abs(P(i, j) - S(i, j)));
     }
   }
   EXPECT_LT(on_pattern, 1e-13);

@@ -5,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "factor/sparse_lu.hpp"
 
 namespace tanor {
@@ -44,7 +45,7 @@ double measure_residual(SparseLu<T>& lu, const std::vector<T>& b) {
     for (int k = pattern.start[j]; k < pattern.start[j + 1]; ++k) rest[pattern.rows[k]] -= lu.values()[k] * x[j];
   }
   double worst = 0.0;
-  for (const T& number : rest) worst = std::max(worst, std::abs(number));
+  for (const T& number : rest) worst = larger(worst, std::abs(number));
   return worst;
 }
 

@@ -5,6 +5,8 @@
 #include <random>
 #include <tanor/tanor.hpp>
 
+#include "base/parallel.hpp"
+
 /// \file Many contacts at rest that choose together which of them begin to slide. The law is written down here once
 /// more, on accelerations, friction and normal forces as they are told:
 ///
@@ -66,7 +68,7 @@ double miss(const System& system, Dynamics* dynamics, const std::vector<double>&
     worst = std::max(worst, size - limit);
     if (a <= 1e-9 * std::max(fastest, 10.0)) continue;
     ++*moving;
-    for (std::size_t i = 0; i < 3; ++i) worst = std::max(worst, std::abs(tau[3 * c + i] + limit * w[3 * c + i] / a));
+    for (std::size_t i = 0; i < 3; ++i) worst = larger(worst, std::abs(tau[3 * c + i] + limit * w[3 * c + i] / a));
   }
   return worst / largest;
 }

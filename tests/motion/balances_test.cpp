@@ -2,6 +2,8 @@
 
 #include "scenes.hpp"
 
+#include "base/parallel.hpp"
+
 namespace tanor {
 namespace {
 
@@ -197,7 +199,7 @@ LongRun run_long(const System& system, double step) {
   LongRun result;
   const Outcome outcome = simulation.advance(step * steps, [&](const MotionReport& report) {
     const double change = report.energy.now - report.energy.start;
-    result.swing = std::max(result.swing, std::abs(change));
+    result.swing = larger(result.swing, std::abs(change));
     if (report.steps <= steps / 10) result.first += change / (steps / 10);
     if (report.steps > steps - steps / 10) result.last += change / (steps / 10);
     return true;

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/parallel.hpp"
 #include "motion/root_bracket.hpp"
 #include "motion/toys.hpp"
 
@@ -72,7 +73,7 @@ struct Oscillator {
   double error() const {
     double result = 0.0;
     for (std::size_t n = 0; n < block.switch_times.size(); ++n) {
-      result = std::max(result, std::abs(block.switch_times[n] - 0.5 * pi * static_cast<double>(n + 1)));
+      result = larger(result, std::abs(block.switch_times[n] - 0.5 * pi * static_cast<double>(n + 1)));
     }
     return result;
   }

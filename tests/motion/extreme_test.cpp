@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "base/parallel.hpp"
+
 namespace tanor {
 namespace {
 
@@ -33,7 +35,7 @@ double find_violation(const System& system, std::span<const double> r) {
       };
       const std::vector<double>& given = rods->length.constants;
       const long double l = given.empty() ? length(system.positions) : given[given.size() == 1 ? 0 : k];
-      worst = std::max(worst, std::abs(length(r) - l) / l);
+      worst = larger(worst, std::abs(length(r) - l) / l);
     }
   }
   return static_cast<double>(worst);

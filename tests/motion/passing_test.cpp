@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/parallel.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -62,8 +63,7 @@ double over_tolerance(std::span<const double> found, std::span<const double> rig
   double worst = 0.0;
   for (std::size_t i = 0; i < found.size(); i += 3) {
     const double size = std::hypot(right[i], right[i + 1], right[i + 2]);
-    for (std::size_t k = i; k < i + 3; ++k)
-      worst = std::max(worst, std::abs(found[k] - right[k]) / (atol + rtol * size));
+    for (std::size_t k = i; k < i + 3; ++k) worst = larger(worst, std::abs(found[k] - right[k]) / (atol + rtol * size));
   }
   return worst;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tanor/tanor.hpp>
 
+#include "base/parallel.hpp"
 #include "motion/rough_guides.hpp"
 
 /// \file Three beads on rough lines, joined by springs, that stop and leave many times, beside a reference in long
@@ -155,7 +156,7 @@ double error_of_places(const Simulation& simulation) {
     for (std::size_t c = 0; c < 3; ++c) {
       const double wanted =
           static_cast<double>(origins[i][c]) + reference().place(i) * static_cast<double>(directions[i][c]);
-      worst = std::max(worst, std::abs(simulation.positions()[3 * i + c] - wanted));
+      worst = larger(worst, std::abs(simulation.positions()[3 * i + c] - wanted));
     }
   }
   return worst;

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/parallel.hpp"
 #include "motion/noise_scenes.hpp"
 #include "scenes.hpp"
 
@@ -33,7 +34,7 @@ std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
     EXPECT_EQ(simulation.time(), chain.t_end) << "rtol " << rtol;
     Result run;
     for (std::size_t i = 0; i < right.size(); ++i)
-      run.error = std::max(run.error, static_cast<double>(std::abs(right[i] - simulation.positions()[i])));
+      run.error = larger(run.error, static_cast<double>(std::abs(right[i] - simulation.positions()[i])));
     run.steps = static_cast<double>(simulation.report().steps + simulation.report().rejected);
     run.warning = simulation.report().accuracy_warning;
     runs.push_back(run);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "base/parallel.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -492,7 +493,7 @@ TEST(Singular, DiamondOfFiveRodsKeepsItsEnergyForALongTime) {
   double largest = 0.0;
 
   const Outcome outcome = simulation.advance(100.0, [&](const MotionReport& report) {
-    largest = std::max(largest, std::abs(report.energy.drift_relative()));
+    largest = larger(largest, std::abs(report.energy.drift_relative()));
     return true;
   });
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/parallel.hpp"
 #include "motion/composition.hpp"
 #include "motion/runge_kutta.hpp"
 
@@ -73,7 +74,7 @@ double largest_defect(const std::vector<Tree>& trees, const Row& weights, int fr
   double worst = 0.0;
   for (const Tree& tree : trees) {
     if (tree.order >= from && tree.order <= to)
-      worst = std::max(worst, std::abs(dot(weights, tree.elementary) - right_side / tree.density));
+      worst = larger(worst, std::abs(dot(weights, tree.elementary) - right_side / tree.density));
   }
   return worst;
 }

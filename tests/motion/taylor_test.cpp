@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "base/parallel.hpp"
 #include "motion/elliptic.hpp"
 #include "motion/taylor.hpp"
 #include "motion/toys.hpp"
@@ -18,7 +19,7 @@ constexpr double pi = 3.14159265358979323846;
 double distance(const Simulation& a, const Simulation& b) {
   double worst = 0.0;
   for (std::size_t i = 0; i < a.positions().size(); ++i)
-    worst = std::max(worst, std::abs(a.positions()[i] - b.positions()[i]));
+    worst = larger(worst, std::abs(a.positions()[i] - b.positions()[i]));
   return worst;
 }
 

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
+#include "base/parallel.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -122,7 +123,7 @@ struct RoundTrip {
       control = std::max(control, forces.largest_control);
       position = std::max(position, forces.position.largest);
       for (std::size_t i = 0; i < forces.reactions.size(); ++i) {
-        reactions = std::max(reactions, std::abs(forces.reactions[i] - reactions_there[k][i]));
+        reactions = larger(reactions, std::abs(forces.reactions[i] - reactions_there[k][i]));
         size = std::max(size, std::abs(reactions_there[k][i]));
       }
     }
