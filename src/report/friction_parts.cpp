@@ -4,6 +4,8 @@
 
 #include <string_view>
 
+#include <tanor/enum_names.hpp>
+
 #include "report/words.hpp"
 
 namespace tanor::report {
@@ -33,18 +35,18 @@ std::string name_contacts(std::size_t count) {
 /// Null where no friction depends on reactions: nothing was iterated.
 void write_method(JsonWriter* json, FrictionMethod method) {
   json->key("method_used");
-  method == FrictionMethod::Auto ? json->null() : json->value(friction_method_name(method));
+  method == FrictionMethod::Auto ? json->null() : json->value(name_of(method));
 }
 
 void write_uniqueness(JsonWriter* json, Uniqueness uniqueness, const std::string& reason) {
   json->key("uniqueness");
-  uniqueness == Uniqueness::NotAsked ? json->null() : json->value(uniqueness_name(uniqueness));
+  uniqueness == Uniqueness::NotAsked ? json->null() : json->value(name_of(uniqueness));
   json->key("uniqueness_reason");
   reason.empty() ? json->null() : json->value(reason);
 }
 
 std::string describe_uniqueness(Uniqueness uniqueness, const std::string& reason) {
-  return std::string(uniqueness_name(uniqueness)) + (reason.empty() ? "" : " (" + reason + ")");
+  return std::string(name_of(uniqueness)) + (reason.empty() ? "" : " (" + reason + ")");
 }
 
 }  // namespace
@@ -107,14 +109,14 @@ std::string describe_friction(const System& system) {
 std::string describe_friction(const FrictionReport& report) {
   std::string text = fmt::format("{}, {} stick", name_contacts(report.contacts), report.sticking);
   if (report.method_used != FrictionMethod::Auto)
-    text += fmt::format(", {} iterations ({})", report.iterations, friction_method_name(report.method_used));
+    text += fmt::format(", {} iterations ({})", report.iterations, name_of(report.method_used));
   return text + fmt::format(", uniqueness {}", describe_uniqueness(report.uniqueness, report.uniqueness_reason));
 }
 
 std::string describe_friction(const FrictionSummary& summary) {
   if (summary.solves == 0) return "no iterations";
   return fmt::format("{:.3g} iterations an instant, {} at most ({}), contraction {}, uniqueness {}",
-                     summary.iterations_mean, summary.iterations_max, friction_method_name(summary.method_used),
+                     summary.iterations_mean, summary.iterations_max, name_of(summary.method_used),
                      in_words(summary.contraction_max, "{:.2g}"),
                      describe_uniqueness(summary.uniqueness, summary.uniqueness_reason));
 }

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include <tanor/enum_names.hpp>
 #include <tanor/version.hpp>
 
 #include "report/array_writer.hpp"
@@ -16,7 +17,7 @@ namespace {
 constexpr const char* summary_name = "summary.json";
 constexpr const char* arrays_prefix = "final_";
 
-void write_sizes(JsonWriter* json, const RunFacts& facts, const Simulation& simulation) {
+void write_sizes(JsonWriter* json, const RunFacts& facts, Simulation& simulation) {
   const PlanSummary& plan = simulation.plan();
   json->key("points").value(simulation.system().num_points());
   json->key("supports").value(plan.supports);
@@ -134,7 +135,7 @@ void write_quality(JsonWriter* json, const RunFacts& facts, const MotionReport& 
 
 }  // namespace
 
-void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation) {
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation) {
   const MotionReport& report = simulation.report();
   const bool has_friction = !simulation.system().friction.empty();
   replace_file(directory / summary_name, [&](OutputFile* file) {
@@ -143,9 +144,9 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.key("scene").value(facts.scene);
     json.key("source").value(facts.source);
     json.key("tanor_version").value(TANOR_VERSION);
-    json.key("method").value(method_name(report.method));
+    json.key("method").value(name_of(report.method));
     if (!report.method_reason.empty()) json.key("method_reason").value(report.method_reason);
-    json.key("form").value(name_form(simulation.plan()));
+    json.key("form").value(name_of(simulation.plan().form));
     json.key("threads").value(facts.threads);
     write_sizes(&json, facts, simulation);
     json.key("t_end").value(facts.t_end);
