@@ -22,16 +22,16 @@ tanor::System make_uneven(tanor::System system) {
 
 void compare(const char* name, const tanor::System& system, tanor::Method method, int repetitions) {
   tanor::Simulation simulation(system, {.method = method, .step = 1e-4}, {.threads = 1});
-  if (!simulation.advance(1e-3).ok()) return;
+  if (!simulation.advance_to(1e-3).ok()) return;
   std::vector<double> step, certificate;
   std::string line;
   for (int k = 0; k < repetitions; ++k) {
     constexpr int steps = 10;
-    step.push_back(seconds_of([&] { (void)simulation.advance(simulation.time() + steps * 1e-4); }) / steps);
+    step.push_back(seconds_of([&] { (void)simulation.advance_to(simulation.time() + steps * 1e-4); }) / steps);
     certificate.push_back(seconds_of([&] { line = simulation.certify().line(); }));
   }
   std::printf("%-24s %-7s step %10.3f ms   certificate %10.3f ms   ratio %5.1f   %s\n", name,
-              std::string(tanor::method_name(method)).c_str(), 1e3 * median(step), 1e3 * median(certificate),
+              std::string(tanor::name_of(method)).c_str(), 1e3 * median(step), 1e3 * median(certificate),
               median(certificate) / median(step), line.c_str());
 }
 

@@ -54,7 +54,7 @@ Row run(const Case& scene, Method method, double time_limit) {
   try {
     Simulation simulation(scene.system, extreme::options_of(scene, method), {.threads = 1});
     const Outcome outcome =
-        simulation.advance(scene.t_end, [&](const MotionReport&) { return elapsed() < time_limit; });
+        simulation.advance_to(scene.t_end, [&](const MotionReport&) { return elapsed() < time_limit; });
     row.seconds = elapsed();
     const MotionReport& report = simulation.report();
     row.steps = report.steps;
@@ -147,7 +147,7 @@ int main(int argc, char** argv) {
   const std::string word = argc > 2 ? argv[2] : "";
   std::string matrix = "| scene |", rule = "|---|", details, lost;
   for (const Method method : all_methods) {
-    matrix += " " + std::string(method_name(method)) + " |";
+    matrix += " " + std::string(name_of(method)) + " |";
     rule += "---|";
   }
   matrix += "\n" + rule + "\n";
@@ -164,14 +164,14 @@ int main(int argc, char** argv) {
       ++counts[row.verdict];
       const std::string measure = std::isnan(row.error) ? "(" + brief(row.drift) + ")" : brief(row.error);
       matrix += " " + (row.verdict == "ok" ? measure : row.verdict == "lost" ? "**lost**" : row.verdict) + " |";
-      const std::string line = "| " + scene.name + " | " + std::string(method_name(method)) + " | " + row.verdict +
-                               " | " + brief(row.error) + " | " + brief(row.drift) + " | " + brief(row.violation) +
-                               " / " + brief(row.largest_violation) + " | " + std::to_string(row.steps) + " | " +
+      const std::string line = "| " + scene.name + " | " + std::string(name_of(method)) + " | " + row.verdict + " | " +
+                               brief(row.error) + " | " + brief(row.drift) + " | " + brief(row.violation) + " / " +
+                               brief(row.largest_violation) + " | " + std::to_string(row.steps) + " | " +
                                brief(row.seconds) + " | " + row.reason + " |\n";
       details += line;
       if (row.verdict == "lost") lost += line;
       std::fprintf(stderr, "%-50s %-18s %-9s error %-6s drift %-6s violation %-6s %8zu steps %6.2f s  %s\n",
-                   scene.name.c_str(), std::string(method_name(method)).c_str(), row.verdict.c_str(),
+                   scene.name.c_str(), std::string(name_of(method)).c_str(), row.verdict.c_str(),
                    brief(row.error).c_str(), brief(row.drift).c_str(), brief(row.violation).c_str(), row.steps,
                    row.seconds, row.reason.c_str());
     }

@@ -63,7 +63,7 @@ Run run(const ReuseScene& scene, const System& system, double rtol, bool reuse) 
   Simulation simulation(system, motion, solver);
   Run result;
   Outcome outcome = simulation.outcome();
-  if (outcome.ok()) result.seconds = seconds_of([&] { outcome = simulation.advance(scene.t_end); });
+  if (outcome.ok()) result.seconds = seconds_of([&] { outcome = simulation.advance_to(scene.t_end); });
   if (!outcome.ok()) throw std::runtime_error(scene.name + ": " + outcome.what);
   result.report = simulation.report();
   result.places.assign(simulation.positions().begin(), simulation.positions().end());
@@ -80,7 +80,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 class CholmodTime {
  public:
   explicit CholmodTime(const System& system)
-      : forms_(system, {.way = Way::General, .threads = 1}),
+      : forms_(system, {.linear_solver = LinearSolver::General, .threads = 1}),
         blocks_(forms_.normal->blocks()),
         cholmod_(forms_.model.incidences, forms_.model.inverse_mass, forms_.model.numbering.first_idle_row()) {
     std::vector<double> r(system.positions.size()), v(r.size());

@@ -27,27 +27,23 @@ using namespace tanor;
 struct Row {
   std::string scene;
   Method method;
-  Way way;
+  LinearSolver solver;
   double bar;  ///< wanted seconds; 0: none
 };
 
 constexpr std::array<Method, 3> methods = {Method::Rattle, Method::Dop853, Method::Taylor};
-
-std::string name_of(Method method) {
-  return method == Method::Rattle ? "rattle" : method == Method::Dop853 ? "dop853" : "taylor";
-}
 
 std::vector<Row> list_rows(bool with_long) {
   constexpr double bar_of_paths = 2.0, bar_of_general = 10.0;
   std::vector<Row> rows;
   for (const char* const scene : {"chain 1e6", "clusters 1e5 x 10", "spheres 1e6", "net 300", "lattice 20"}) {
     for (const Method method : methods)
-      rows.push_back({scene, method, Way::Auto, std::string(scene) == "chain 1e6" ? bar_of_paths : 0.0});
+      rows.push_back({scene, method, LinearSolver::Auto, std::string(scene) == "chain 1e6" ? bar_of_paths : 0.0});
   }
-  rows.push_back({"shuffled chain 1e6", Method::Dop853, Way::Auto, bar_of_paths});
-  rows.push_back({"chain 1e6", Method::Dop853, Way::General, bar_of_general});
-  rows.push_back({"clusters 1e5 x 10", Method::Dop853, Way::General, bar_of_general});
-  if (with_long) rows.push_back({"chain 1e7", Method::Rattle, Way::Auto, 0.0});
+  rows.push_back({"shuffled chain 1e6", Method::Dop853, LinearSolver::Auto, bar_of_paths});
+  rows.push_back({"chain 1e6", Method::Dop853, LinearSolver::General, bar_of_general});
+  rows.push_back({"clusters 1e5 x 10", Method::Dop853, LinearSolver::General, bar_of_general});
+  if (with_long) rows.push_back({"chain 1e7", Method::Rattle, LinearSolver::Auto, 0.0});
   return rows;
 }
 
@@ -80,22 +76,23 @@ std::string measure(const Row& row) {
   motion.step = 1e-5;
   std::unique_ptr<Simulation> simulation;
   const double seconds = seconds_of([&] {
-    simulation = std::make_unique<Simulation>(std::move(system), motion, SolverOptions{.way = row.way, .threads = 1});
+    simulation = std::make_unique<Simulation>(std::move(system), motion,
+                                              SolverOptions{.linear_solver = row.solver, .threads = 1});
   });
   const auto check = [&](const Outcome& outcome) {
     if (!outcome.ok()) throw std::runtime_error(row.scene + ": " + outcome.what);
   };
   check(simulation->outcome());
   int steps = 0;
-  check(simulation->advance(2.0 * motion.step, [&](const MotionReport&) { return ++steps < 2; }));
+  check(simulation->advance_to(2.0 * motion.step, [&](const MotionReport&) { return ++steps < 2; }));
   malloc_trim(0);
   const PlanSummary& plan = simulation->plan();
   const auto members = static_cast<double>(is_of_beads ? plan.points : plan.equations);
   const double bytes = (resident_bytes("VmRSS") - before) / members;
   return fmt::format(
-      R"({{"scene": "{}", "method": "{}", "way": "{}", "members": {:.0f}, "seconds": {:.3f}, "bar": {:g}, )"
+      R"({{"scene": "{}", "method": "{}", "linear_solver": "{}", "members": {:.0f}, "seconds": {:.3f}, "bar": {:g}, )"
       R"("bytes": {:.0f}, "most_resident": {:.4g}}})",
-      row.scene, name_of(row.method), plan.way, members, seconds, row.bar, bytes, resident_bytes("VmHWM"));
+      row.scene, name_of(row.method), plan.linear_solver(), members, seconds, row.bar, bytes, resident_bytes("VmHWM"));
 }
 
 /// measure(row) in a process of its own: what others left in memory is not counted.

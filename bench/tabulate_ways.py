@@ -67,11 +67,11 @@ def print_evaluations(rows: list) -> None:
     print("values; one analysis); general: assembly + sparse factors. **invalid**: the Eigen program itself was more than "
           f"{SLOWER_IS_INVALID}")
     print("times slower than is listed for it, the machine was not quiet.\n")
-    print("| scene | way | Eigen | general | called | ours | Eigen/called | Eigen/ours | wanted | |" + "".join(f" {n} threads |" for n in threads))
+    print("| scene | linear solver | Eigen | general | called | ours | Eigen/called | Eigen/ours | wanted | |" + "".join(f" {n} threads |" for n in threads))
     print("|---|---|--:|--:|--:|--:|--:|--:|--:|---|" + "--:|" * len(threads))
     for row in rows:
         wanted = f'{row["bar"]:g}' if row["bar"] > 0 else ""
-        print(f'| {row["scene"]} | {row["way"]} | {row["eigen_ns"]:.0f} | {row["general_ns"]:.0f} | {row["called_ns"]:.1f} '
+        print(f'| {row["scene"]} | {row["linear_solver"]} | {row["eigen_ns"]:.0f} | {row["general_ns"]:.0f} | {row["called_ns"]:.1f} '
               f'| {row["ours_ns"]:.1f} | {row["eigen_ns"] / row["called_ns"]:.1f} | {row["ratio"]:.1f} | {wanted} | {verdict(row)} |'
               + "".join(f' {row["speedups"][n]:.2f}x |' for n in threads))
     for row in rows:
@@ -150,11 +150,11 @@ def print_set_up(rows: list) -> None:
           "in memory")
     print("after two steps, the description of the system included; most: of the whole process, with the making of "
           "the scene.\n")
-    print("| scene | way | method | seconds | wanted | | bytes a rod | in all | most |\n|---|---|---|--:|--:|---|--:|--:|--:|")
+    print("| scene | linear solver | method | seconds | wanted | | bytes a rod | in all | most |\n|---|---|---|--:|--:|---|--:|--:|--:|")
     for row in rows:
         wanted = f'{row["bar"]:g}' if row["bar"] > 0 else ""
         held = "" if row["bar"] == 0 else "held" if row["seconds"] <= row["bar"] else "**missed**"
-        print(f'| {row["scene"]} | {row["way"]} | {row["method"]} | {row["seconds"]:.2f} | {wanted} | {held} '
+        print(f'| {row["scene"]} | {row["linear_solver"]} | {row["method"]} | {row["seconds"]:.2f} | {wanted} | {held} '
               f'| {row["bytes"]:.0f} | {bytes_in_words(row["bytes"] * row["members"])} '
               f'| {bytes_in_words(row["most_resident"])} |')
     longest = max(rows, key=lambda row: row["members"])

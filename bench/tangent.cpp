@@ -204,7 +204,10 @@ std::string compare_with_eigen(int count) {
 
 double seconds_of_solve(Dynamics* dynamics, const System& system, std::vector<double>* w) {
   SolveReport report;
-  const double seconds = seconds_of([&] { report = dynamics->solve(0.0, system.positions, system.velocities, *w); });
+  const double seconds = seconds_of([&] {
+    report = dynamics->solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                             {.accelerations = *w});
+  });
   if (!report.outcome.ok()) throw std::runtime_error(report.outcome.what);
   return seconds;
 }

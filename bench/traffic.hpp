@@ -1,6 +1,6 @@
 #pragma once
 
-#include <string>
+#include <tanor/solver_options.hpp>
 
 /// \file What one evaluation must move at least, counted from the arrays of the ways: each array once a pass over it,
 /// read or written (numbers of 8 bytes, indices of 4, signs of 1). Not counted: what a cache reads before it writes,
@@ -12,7 +12,7 @@ struct Traffic {
 };
 
 struct TrafficOf {
-  std::string way;
+  tanor::LinearSolver solver;  ///< the only one of the system; General: there are several
   double points, rows;
   double entries;          ///< of S, one triangle
   double factor_nonzeros;  ///< of L
@@ -22,17 +22,17 @@ inline Traffic count_traffic(const TrafficOf& of) {
   constexpr double number = 8.0, vector = 24.0, index = 4.0, sign = 1.0;
   const double state = of.points * (3.0 * vector + number);  // r, v, w, 1/m
   const double rows = of.rows * (vector + number);           // block of K, lambda
-  if (of.way == "paths") {
+  if (of.solver == tanor::LinearSolver::Paths) {
     // Inwards r v 1/m; sign -> block b y pivot factor. Outwards 1/m; sign block b y pivot factor -> lambda, w.
     const double each = sign + vector + 4.0 * number;
     return {state + of.points * number + of.rows * (2.0 * each + number), state + of.rows * each};
   }
-  if (of.way == "bundles") {
+  if (of.solver == tanor::LinearSolver::Batches) {
     // Index of point, row and block, r v 1/m -> L and D, block lambda w; all else lies on a thread's desk.
     const double bytes = state + rows + of.points * index + of.rows * 2.0 * index + of.factor_nonzeros * number;
     return {bytes, bytes};
   }
-  if (of.way == "closed form") {
+  if (of.solver == tanor::LinearSolver::ClosedForm) {
     // r v 1/m -> block lambda w; the 3 x 3 factors of points with more rows than one.
     const double bytes = state + rows + (of.rows > of.points ? 6.0 * number * of.points : 0.0);
     return {bytes, bytes};

@@ -77,7 +77,11 @@ struct Called {
 
   Called(const System& system, const std::vector<double>& at_r, const std::vector<double>& at_v)
       : dynamics(system, {.threads = 1}), r(at_r), v(at_v), w(at_r.size()), lambda(dynamics.num_equations()) {}
-  void evaluate() { Ours::check(dynamics.solve(0.0, r, v, w, lambda).outcome); }
+  void evaluate() {
+    Ours::check(
+        dynamics.solve({.time = 0.0, .positions = r, .velocities = v}, {.accelerations = w, .multipliers = lambda})
+            .outcome);
+  }
 };
 
 /// Times of one evaluation, s, of many that were taken in turn.
@@ -135,7 +139,7 @@ void compare(const std::string& name, const std::vector<double>& w, const double
 /// One line of the table, as JSON. `dense`: flops a second of dgemm.
 std::string measure(const BenchScene& scene, const std::vector<int>& thread_counts, double dense) {
   const System system = scene.make();
-  Ours ours(system, {.threads = 1}), general(system, {.way = Way::General, .threads = 1});
+  Ours ours(system, {.threads = 1}), general(system, {.linear_solver = LinearSolver::General, .threads = 1});
   std::vector<std::unique_ptr<Ours>> together;
   for (const int threads : thread_counts)
     together.push_back(std::make_unique<Ours>(system, SolverOptions{.threads = threads}));
@@ -154,12 +158,15 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
   const double base = median(times.baseline), mine = median(times.ours), theirs = median(times.general);
   const double of_call = median(times.called);
   const PlanSummary& plan = ours.forms.plan;
-  const Traffic traffic = count_traffic({plan.way, num_points, num_rows, static_cast<double>(plan.pattern_nonzeros),
+  const LinearSolver solver = plan.linear_solvers.size() == 1 ? plan.linear_solvers.front() : LinearSolver::General;
+  const Traffic traffic = count_traffic({solver, num_points, num_rows, static_cast<double>(plan.pattern_nonzeros),
                                          static_cast<double>(plan.factor_nonzeros)});
   const double bandwidth = measure_bandwidth(traffic.working_set, 1);
   const double of_memory = traffic.bytes / mine / bandwidth, of_product = plan.factor_flops / mine / dense;
   const double passes =
-      plan.way == "general" ? 0.0 : measure_passes(plan.way == "paths" ? Passes::InAndOut : Passes::Once, num_points);
+      plan.linear_solvers == std::vector{LinearSolver::General}
+          ? 0.0
+          : measure_passes(solver == LinearSolver::Paths ? Passes::InAndOut : Passes::Once, num_points);
   const auto best = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
   std::string speedups, columns;
   for (std::size_t k = 0; k < together.size(); ++k) {
@@ -169,17 +176,17 @@ std::string measure(const BenchScene& scene, const std::vector<int>& thread_coun
   }
   const double unit = 1e9 / num_members;
   fmt::print("{:28}{:>16}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:10.1f}{:8.1f}{:10.1f}{:10.2f}{:10.2f}{}\n",
-             scene.name, plan.way, unit * base, unit * theirs, unit * mine, unit * of_call, base / mine, base / of_call,
-             scene.bar, theirs / mine, of_memory, of_product, columns);
+             scene.name, plan.linear_solver(), unit * base, unit * theirs, unit * mine, unit * of_call, base / mine,
+             base / of_call, scene.bar, theirs / mine, of_memory, of_product, columns);
   std::fflush(stdout);
   return fmt::format(
-      R"({{"scene": "{}", "way": "{}", "members": {:.0f}, "eigen_ns": {:.2f}, "listed_eigen_ns": {:.0f}, )"
+      R"({{"scene": "{}", "linear_solver": "{}", "members": {:.0f}, "eigen_ns": {:.2f}, "listed_eigen_ns": {:.0f}, )"
       R"("general_ns": {:.2f}, "ours_ns": {:.2f}, "called_ns": {:.2f}, "ratio": {:.2f}, "noise": {:.3f}, "bar": {:.1f}, "bytes": {:.1f}, )"
       R"("working_set": {:.0f}, "bandwidth": {:.4g}, "passes_ns": {:.2f}, "flops": {:.4g}, )"
       R"("factor_nonzeros": {:.4g}, "of_bandwidth": {:.3f}, "of_dense": {:.3f}, )"
       R"("speedups": {{{}}}}})",
-      scene.name, plan.way, num_members, unit * base, scene.listed, unit * theirs, unit * mine, unit * of_call,
-      base / mine, noise_of_ratio(times.baseline, times.ours), scene.bar, traffic.bytes / num_members,
+      scene.name, plan.linear_solver(), num_members, unit * base, scene.listed, unit * theirs, unit * mine,
+      unit * of_call, base / mine, noise_of_ratio(times.baseline, times.ours), scene.bar, traffic.bytes / num_members,
       traffic.working_set, bandwidth, unit * passes, plan.factor_flops / num_members,
       static_cast<double>(plan.factor_nonzeros) / num_members, of_memory, of_product, speedups);
 }
@@ -208,13 +215,13 @@ void repeat_series(double seconds, double rtol) {
   chain.constraints = {rods};
   chain.forces = {Gravity{.acceleration = {0.0, 0.0, -9.81}}};
   Simulation simulation(chain, {.method = Method::Taylor, .rtol = rtol, .atol = 0.01 * rtol}, {.threads = 1});
-  const Snapshot start = simulation.snapshot();
+  const std::vector<std::byte> start = simulation.save();
   std::size_t steps = 0;
   double spent = 0.0;
   while (spent < seconds) {
     simulation.restore(start);
     Outcome outcome;
-    spent += seconds_of([&] { outcome = simulation.advance(1.0); });
+    spent += seconds_of([&] { outcome = simulation.advance_to(1.0); });
     if (!outcome.ok()) throw std::runtime_error(outcome.what);
     steps += simulation.report().steps;
   }
@@ -278,7 +285,7 @@ int main(int argc, char** argv) try {
     columns += fmt::format("{:>7}x", threads);
   }
   const double dense = measure_dense_product();
-  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "way",
+  fmt::print("{:28}{:>16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{}\n", "ns a rod or bead", "solver",
              "Eigen", "general", "ours", "called", "ratio", "/called", "bar", "/general", "/memory", "/dgemm", columns);
   for (const BenchScene& scene : bench_scenes()) {
     if (is_wanted(scene)) lines.push_back(measure(scene, thread_counts, dense));

@@ -14,7 +14,8 @@ from typing import NamedTuple
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "expression", "time_function", "kernel", "user_kernel", "system",
-                  "solver_options", "certificate", "dynamics", "direct_problem", "motion", "tanor"]
+                  "solver_options", "certificate", "dynamics", "inverse_dynamics", "direct_problem", "motion", "enum_names",
+                  "tanor"]
 
 
 class Sees(NamedTuple):
@@ -34,13 +35,13 @@ ROOMS = {
     "factor":   Sees("base plan", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
     "friction": Sees("base system evaluate", "dynamics", "Eigen/"),
-    "dynamics": Sees("base system evaluate assembly factor plan schur friction", "direct_problem", "Eigen/"),
+    "dynamics": Sees("base system evaluate assembly factor plan schur friction", "inverse_dynamics", "Eigen/"),
     "certificate": Sees("base system evaluate assembly factor schur dynamics", "certificate", "Eigen/"),
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
-    "simulation": Sees("base system evaluate assembly schur friction dynamics certificate motion", "motion", "Eigen/"),
+    "simulation": Sees("base system evaluate assembly schur friction dynamics certificate motion", "enum_names", "Eigen/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
-    "report":   Sees("scene", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h"),
+    "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h"),
     "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h fcntl.h sys/file.h sys/stat.h dlfcn.h"),
     "launcher": Sees("", "export", "unistd.h dlfcn.h fcntl.h sys/mman.h sys/syscall.h"),
 }

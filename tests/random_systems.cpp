@@ -286,7 +286,8 @@ class RandomSystemMaker {
 
   void project_velocities() {
     Dynamics dynamics(result_.system);
-    const ProjectionReport report = dynamics.project_velocities(result_.t, result_.positions, result_.velocities);
+    const ProjectionReport report = dynamics.project_velocities(
+        {.time = result_.t, .positions = result_.positions, .velocities = result_.velocities});
     if (!report.outcome.ok()) throw std::logic_error(report.outcome.what);
   }
 

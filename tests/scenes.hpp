@@ -20,7 +20,7 @@ namespace tanor {
 
 /// For the names of tests.
 inline void PrintTo(Method method, std::ostream* out) {
-  *out << method_name(method);
+  *out << name_of(method);
 }
 
 }  // namespace tanor

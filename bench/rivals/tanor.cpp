@@ -72,12 +72,12 @@ tanor::MotionOptions read_options(const std::string& method, double tolerance) {
 Run make_run(const Problem& problem, const std::string& method, double tolerance) {
   const std::size_t slash = method.find('/');
   tanor::SolverOptions solver{.threads = 1};
-  if (slash != std::string::npos) solver.way = tanor::Way::General;
+  if (slash != std::string::npos) solver.linear_solver = tanor::LinearSolver::General;
   tanor::Simulation simulation(problem.is_car_axis ? make_car_axis(problem) : make_system(problem),
                                read_options(method.substr(0, slash), tolerance), solver);
   Run run;
   const double begin = processor_time();
-  const tanor::Outcome outcome = simulation.advance(problem.t_end);
+  const tanor::Outcome outcome = simulation.advance_to(problem.t_end);
   run.seconds = processor_time() - begin;
   if (!outcome.ok()) throw std::runtime_error(outcome.what);
   run.steps = static_cast<long>(simulation.report().steps);

@@ -18,7 +18,7 @@ struct CertificateCheck {
 
 /// The proof of an answer (w, lambda, eta): identities of the paper and second ways to the same numbers. Values are
 /// relative errors; NaN where there is nothing to compute.
-struct TANOR_API Certificate {
+struct [[nodiscard]] Certificate {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
   /// An error above it proves nothing, whatever rounding may explain: no check allows more.
   static constexpr double fewest_digits = 1e-4;
@@ -31,7 +31,7 @@ struct TANOR_API Certificate {
   double orthogonality = none;     ///< w_T'M w_N = 0, where all masses are equal (36)
   double residual = none;          ///< K'w + phi = 0 with K and phi from the second definition; M w = f + K lambda;
                            ///< A'(M w - f) = 0 (with friction, f + tau in place of f); w is the second derivative of
-                           ///< r(q(t), t); the direct problem finds eta and no control force
+                           ///< r(q(t), t); inverse dynamics finds eta and no control force
   double forms_agree = none;           ///< w and eta by A and by K; null where one of them is not given
   double second_factorization = none;  ///< constraints alone: w and lambda by a QR of M^-1/2 K, or by Cholesky in
                                        ///< another order where R would take too much memory
@@ -43,11 +43,11 @@ struct TANOR_API Certificate {
   std::vector<CertificateCheck> checks;  ///< all of the above, one by one
   std::vector<std::string> left_out;     ///< what could not be tried, and why: "second factorization: …"
 
-  bool passed() const;
+  TANOR_API bool passed() const;
   /// Largest error of all checks.
-  double certified_to() const;
+  TANOR_API double certified_to() const;
   /// "certified to 3.1e-13", or "not certified: K'w + phi = 0 fails by 1.2e-4 at rods[17] (rounding explains 1e-11)"
-  std::string line() const;
+  TANOR_API std::string line() const;
 };
 
 }  // namespace tanor

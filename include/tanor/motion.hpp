@@ -42,7 +42,8 @@ TANOR_API std::span<const MethodTraits> methods();
 TANOR_API const MethodTraits& traits_of(Method method);
 /// Throws InputError listing the methods of this version.
 TANOR_API Method method_from_name(std::string_view name);
-TANOR_API std::string_view method_name(Method method);
+/// The word of a method in scenes and reports.
+TANOR_API std::string_view name_of(Method method);
 TANOR_API bool has_fixed_steps(Method method);
 
 enum class Stabilisation { Projection, None };
@@ -108,7 +109,7 @@ struct FrictionSummary {
   std::string uniqueness_reason{};  ///< of the weakest that was found, where it is known
 };
 
-struct MotionReport {
+struct [[nodiscard]] MotionReport {
   Method method = Method::Auto;  ///< the one used
   std::string method_reason{};   ///< why, where `auto` chose it
   double time = 0.0;             ///< reached, s
@@ -154,28 +155,6 @@ struct Passage {
   bool rises = false;
 };
 
-/// All that another simulation of the same system needs to go on from here; plain data, to be kept in any form.
-struct Snapshot {
-  double time = 0.0;               ///< s
-  std::vector<double> positions;   ///< 3n, m, in the user's order
-  std::vector<double> velocities;  ///< 3n, m/s
-  MotionReport report;             ///< its counts, times, works and extremes go on
-
-  // What the next step depends on beside the state; the defaults are those of a start.
-  double next_step = 0.0;            ///< s, adaptive methods; 0: not known yet
-  double last_error = 1e-4;          ///< of the last step, over the tolerance
-  double advance_begin = 0.0;        ///< s, fixed steps: an advance that was stopped before `advance_end` goes on with
-  double advance_end = 0.0;          ///< the steps it had from `advance_begin` on
-  std::vector<int> discrete_state;   ///< which contacts slip and which way, …
-  std::vector<double> event_slopes;  ///< 1/s, how what decides on them fell in the last step; empty: not known
-  std::vector<double> memory;        ///< what the method and the solvers keep from step to step
-  std::vector<double> drive_memory;  ///< how far functions of time were looked at; empty: a motion begins here
-  std::vector<double> singular_memory;  ///< what was seen of places where K loses rank; empty: it keeps it
-  std::vector<double> rounding_memory;  ///< how well accelerations are known, see motion/rounding.hpp; empty: not asked
-  std::vector<double> stiff_memory;     ///< whether explicit steps turned out stiff; empty: auto did not choose
-  std::vector<double> state_before;     ///< where one may come next: of the last step's beginning; else empty
-};
-
 /// A system on its way through time.
 class TANOR_API Simulation {
  public:
@@ -189,7 +168,10 @@ class TANOR_API Simulation {
   using Observer = std::function<bool(const MotionReport&)>;
 
   /// Steps to exactly t_end (> time()), or to an event that stops; on a failure the state stays at the last good step.
-  Outcome advance(double t_end, const Observer& observer = {});
+  Outcome advance_to(double t_end, const Observer& observer = {});
+  [[deprecated("its name is advance_to")]] Outcome advance(double t_end, const Observer& observer = {}) {
+    return advance_to(t_end, observer);
+  }
 
   /// From now on looks for the event; returns its number. Each step evaluates the function at both ends and at three
   /// places between: two passages between neighbouring ones are missed. One that begins at 0 does not pass there. Where
@@ -203,27 +185,30 @@ class TANOR_API Simulation {
   /// Proves accelerations, multipliers and reactions at the present state, also inside an observer.
   Certificate certify();
 
-  /// The present state, also inside an observer.
-  Snapshot snapshot() const;
-  /// Goes on from a snapshot of the same system: nothing is projected, checked against the constraints or started anew.
-  /// With equal options every later number is that of the simulation it was taken from, bit by bit, for every method
-  /// and in either form (near a singular configuration and where constraints depend on each other: up to rounding,
-  /// since ranks are decided anew). Throws InputError where sizes do not fit or numbers are not finite.
-  void restore(const Snapshot& snapshot);
+  /// The present state with all that the next step depends on and the counts of the report, also inside an observer.
+  /// The bytes begin with the number of their format and end with a checksum; what else they hold is not for others.
+  [[nodiscard]] std::vector<std::byte> save() const;
+  /// Goes on from saved bytes of a simulation of an equal System: nothing is projected, checked against the constraints
+  /// or started anew. With equal options every later number is that of the simulation they were taken from, bit by bit,
+  /// for every method and in either form (near a singular configuration and where constraints depend on each other: up
+  /// to rounding, since ranks are decided anew). Throws InputError for bytes that are damaged, cut off, of another
+  /// format or of another system; the state is then what it was.
+  void restore(std::span<const std::byte> saved);
+  [[deprecated("its name is save")]] std::vector<std::byte> snapshot() const { return save(); }
 
-  const System& system() const;
+  const System& system() const;  ///< as it was given
   const PlanSummary& plan() const;
-  const Outcome& outcome() const;  ///< of the start, the last advance or restore
+  const Outcome& outcome() const;  ///< of the start, the last advance_to or restore
   const MotionReport& report() const;
   double time() const;
   /// At the present state; see Dynamics::rank.
-  RankReport rank() const;
+  RankReport rank();
 
-  /// The present state as a value.
-  [[nodiscard]] Solution solution() const;
+  /// The present state as a value. Inside an observer accelerations and forces are found anew for it.
+  Solution solution();
 
-  // The state, in the user's order; valid until the next call of a non-const function.
-  std::span<const double> coordinates() const;       ///< q as in Dynamics::coordinates; empty in normal form
+  // What the start, the last advance_to or restore ended with, in the user's order; valid until the next one.
+  std::span<const double> coordinates() const;       ///< q as in SolveArrays; empty in normal form
   std::span<const double> coordinate_rates() const;  ///< q_dot
   std::span<const double> positions() const;         ///< 3n, m
   std::span<const double> velocities() const;        ///< 3n, m/s

@@ -2,6 +2,8 @@
 
 namespace tanor {
 
+// The words of all these in scenes, reports and messages stand in <tanor/enum_names.hpp>.
+
 /// Order in which S = K'M^-1K is eliminated.
 enum class Ordering { Auto, Amd, Metis, Nesdis, Natural };
 
@@ -22,25 +24,36 @@ enum class FrictionMethod {
   Enumeration  ///< all signs of the normal forces; Coulomb friction, up to 10 contacts an island
 };
 
-/// How S lambda = b is found in normal form. The ways agree to rounding; those that serve a structure alone fuse the
-/// evaluation of the constraints with the elimination.
-enum class Way {
-  Auto,       ///< each island the shortest one that serves it
-  General,    ///< assembly and sparse factorization
-  Paths,      ///< every island is a path or a ring of rods: elimination along it, from both ends
-  Trees,      ///< every island is a tree of rods, or closes a few rings: elimination from the leaves to the root
-  Bundles,    ///< small islands of equal structure: eliminated side by side
-  ClosedForm  ///< no constraint joins two moving points: point by point
+/// What solves S lambda = -b in normal form, S = K'M^-1K being the Schur complement of the mass matrix (Delassus
+/// operator). The solvers agree to rounding. Those that serve one structure alone fuse the evaluation of the
+/// constraints with the elimination.
+enum class LinearSolver {
+  Auto,        ///< for each island the fastest one that serves it
+  General,     ///< assembly and sparse factorization
+  Paths,       ///< Every island is a path or a ring of rods, which is eliminated from both ends.
+  Trees,       ///< Every island is a tree of rods, or closes a few rings; it is eliminated from the leaves to the root.
+  Batches,     ///< Small islands of equal structure are eliminated side by side.
+  ClosedForm,  ///< No constraint joins two moving points; each point is solved by itself.
+  Bundles [[deprecated("its name is Batches")]] = Batches
+};
+using Way [[deprecated("its name is LinearSolver")]] = LinearSolver;
+
+/// How a sparse matrix is factorized.
+enum class Factorization {
+  Simplicial,    ///< column by column
+  Multifrontal,  ///< in dense fronts, by BLAS
+  ClosedForm     ///< the matrix is diagonal, or has small blocks: row by row
 };
 
+/// Options of a Dynamics, a Simulation or an InverseDynamics.
 struct SolverOptions {
   Form form = Form::Auto;
-  Way way = Way::Auto;
+  LinearSolver linear_solver = LinearSolver::Auto;
   Ordering ordering = Ordering::Auto;
   int threads = 0;  ///< OpenMP threads; 0: as many as OpenMP gives
   FrictionMethod friction = FrictionMethod::Auto;
-  /// Inside the steps of explicit methods on the general way a factor of S serves several places, by conjugate
-  /// gradients, where that costs less than a factor each; false: never.
+  /// Inside the steps of explicit methods the general solver uses a factor of S at several configurations, by conjugate
+  /// gradients, where that costs less than a factor each. false: it never does.
   bool reuse = true;
 };
 

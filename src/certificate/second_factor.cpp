@@ -69,10 +69,10 @@ TrianglePattern multiply(const SparseColumns& C, const Groups<RowEntry>& by_row,
 }  // namespace
 
 SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
-                           const std::string& first_ordering, SecondWay way) {
+                           std::span<const Ordering> first_orderings, SecondWay way) {
   const PointColumns C = scaled_columns(model, blocks, weights);
   const std::size_t d = C.num_columns();
-  const bool makes_no_fill = first_ordering == "natural";
+  const bool makes_no_fill = first_orderings.size() == 1 && first_orderings[0] == Ordering::Natural;
   is_qr_ = way == SecondWay::Qr || (way == SecondWay::Auto && (makes_no_fill || d <= most_rows_of_qr));
   if (is_qr_) {
     const double tolerance =
@@ -80,7 +80,8 @@ SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<c
     R_ = makes_no_fill ? merge_rows(C, tolerance) : factorize_qr(C.expand(), tolerance);
     row_of_ = R_.independent;
   } else {
-    factorize(C.expand(), first_ordering.find("metis") != std::string::npos ? Ordering::Nesdis : Ordering::Metis);
+    factorize(C.expand(),
+              std::ranges::count(first_orderings, Ordering::Metis) > 0 ? Ordering::Nesdis : Ordering::Metis);
   }
   for (int& row : row_of_) row = row_of_column_[static_cast<std::size_t>(row)];
   packed_.resize(row_of_.size());

@@ -18,9 +18,9 @@ enum class SecondWay { Auto, Qr, Cholesky };
 /// and R of its QR, or its own C'C in another order of elimination.
 class SecondFactor {
  public:
-  /// `blocks` of K; `weights` [point]: 1/m for S, 1 for Gamma, 0 at supports; `first_ordering`: of the GramSolver.
+  /// `blocks` of K; `weights` [point]: 1/m for S, 1 for Gamma, 0 at supports; `first_orderings`: of the GramSolver.
   SecondFactor(const Model& model, const double* blocks, std::span<const double> weights,
-               const std::string& first_ordering, SecondWay way);
+               std::span<const Ordering> first_orderings, SecondWay way);
 
   /// Why there is none; empty where there is one.
   const std::string& trouble() const { return trouble_; }

@@ -10,7 +10,7 @@ namespace tanor {
 
 /// w and lambda once more from scratch: C'C of C = M^-1/2 K, refined in w.
 void Verifier::verify_by_second_factor() {
-  second_.emplace(model_, K_.data(), model_.inverse_mass, forms_.normal->ordering(), way_);
+  second_.emplace(model_, K_.data(), model_.inverse_mass, forms_.normal->orderings(), way_);
   if (!second_->trouble().empty()) {
     result_.left_out.push_back("second factorization: " + second_->trouble());
     second_.reset();
@@ -77,7 +77,7 @@ void Verifier::make_gamma() {
     gamma_ = &*second_;
     gamma_scale_ = model_.inverse_mass;
   } else {
-    own_gamma_.emplace(model_, K_.data(), unit, forms_.normal->ordering(), way_);
+    own_gamma_.emplace(model_, K_.data(), unit, forms_.normal->orderings(), way_);
     if (own_gamma_->trouble().empty()) gamma_ = &*own_gamma_;
   }
 }

@@ -31,11 +31,14 @@ ExitCode tell(const CheckOptions& options, const Outcome& outcome) {
 }
 
 void print_start(Dynamics* dynamics, const std::vector<double>& positions, const std::vector<double>& velocities) {
-  print("positions violate", fmt::format("{} (largest |xi|/|gradient|/length)",
-                                         in_words(dynamics->position_violation(0.0, positions), "{:.2e}")));
+  print("positions violate",
+        fmt::format("{} (largest |xi|/|gradient|/length)",
+                    in_words(dynamics->position_violation({.time = 0.0, .positions = positions}), "{:.2e}")));
   print("velocities violate",
-        fmt::format("{} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
-                    in_words(dynamics->velocity_violation(0.0, positions, velocities), "{:.2e}")));
+        fmt::format(
+            "{} (largest |K'v + xi_t|/|gradient| over the velocity scale)",
+            in_words(dynamics->velocity_violation({.time = 0.0, .positions = positions, .velocities = velocities}),
+                     "{:.2e}")));
 }
 
 void print_rank(const RankReport& rank, std::size_t num_equations) {
@@ -52,9 +55,10 @@ void print_rank(const RankReport& rank, std::size_t num_equations) {
     }
     print("redundant", line);
   }
-  if (!rank.taut_points.empty())
-    print("taut", fmt::format("{} points are held by taut rods between supports; a run lets them stand",
-                              rank.taut_points.size()));
+  if (!rank.prestress_rigid_points.empty())
+    print("rigid",
+          fmt::format("{} points are held rigid by prestress, by taut rods between supports; a run lets them stand",
+                      rank.prestress_rigid_points.size()));
 }
 
 void print_certificate(const Certificate& certificate) {
@@ -71,6 +75,7 @@ void print_certificate(const Certificate& certificate) {
 
 ExitCode execute(const CheckOptions& options) {
   scene::Scene scene = scene::load_scene(options.scene);
+  tell_old_names(scene);
   require_threads(scene.solver.threads);
   std::vector<double> positions = scene.system.positions;
   std::vector<double> velocities = scene.system.velocities;
@@ -80,21 +85,22 @@ ExitCode execute(const CheckOptions& options) {
   const bool has_friction = !dynamics.system().friction.empty();
   if (has_friction) print("friction", report::describe_friction(dynamics.system()));
   print_start(&dynamics, positions, velocities);
-  const StartReport start =
-      naming_file(options.scene, [&] { return dynamics.start(0.0, positions, velocities, scene.motion.start); });
+  const StartReport start = naming_file(options.scene, [&] {
+    return dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene.motion.start);
+  });
   if (!start.outcome.ok()) return tell(options, start.outcome);
   print("start", fmt::format("corrected by {} m and {} m/s", in_words(start.position_correction, "{:.2g}"),
                              in_words(start.velocity_correction, "{:.2g}")));
 
-  std::vector<double> accelerations(positions.size());
-  const SolveReport solved = dynamics.solve(0.0, positions, velocities, accelerations);
+  const StateView state{.time = 0.0, .positions = positions, .velocities = velocities};
+  const SolveReport solved = dynamics.solve(state);
   if (!solved.outcome.ok()) return tell(options, solved.outcome);
-  print_rank(dynamics.rank(true), dynamics.num_equations());
+  print_rank(dynamics.rank(state, true), dynamics.num_equations());
   print("reciprocal condition", fmt::format("{} (of the scaled {})", in_words(solved.reciprocal_condition, "{:.2e}"),
                                             dynamics.plan().form == Form::Tangent ? "H = A'MA" : "S = K'M^-1K"));
   if (has_friction) print("friction found", report::describe_friction(solved.friction));
   print("residual", fmt::format("{} ({} refinements)", in_words(solved.residual, "{:.1e}"), solved.refinements));
-  const Certificate certificate = dynamics.certify();
+  const Certificate certificate = dynamics.certify(state);
   print_certificate(certificate);
   if (certificate.passed()) return ExitCode::Done;
   print_message(options.scene.string() + ": " + certificate.line());

@@ -33,7 +33,7 @@ double count_terms(const MotionOptions& motion, std::size_t num_points) {
 }
 
 bool is_general(const PlanSummary& plan) {
-  return plan.way.starts_with("general");
+  return plan.linear_solvers.front() == LinearSolver::General;
 }
 
 /// Stages or terms, then what projections onto the constraints take, of which the solvers of one structure do a part
@@ -78,7 +78,8 @@ RunCost predict_run(const PlannedRun& run, Method method) {
                  cost.factorizations * (plan.factor_flops / factor_flops + nonzeros * factor_seconds_per_nonzero);
   cost.bytes = program_bytes + bytes_per_point * points + bytes_per_equation * equations +
                bytes_per_nonzero * nonzeros + count_bytes(run, method, equations) + count_certificate(run, equations);
-  if (plan.factorization == "multifrontal" && nonzeros > blas_nonzeros) cost.bytes += blas_bytes;
+  if (plan.factorizations == std::vector{Factorization::Multifrontal} && nonzeros > blas_nonzeros)
+    cost.bytes += blas_bytes;
   return cost;
 }
 

@@ -69,6 +69,7 @@ class Destination {
 
 ExitCode execute(const ErrorTimeOptions& options) {
   const scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
+  tell_old_names(scene);
   require_threads(scene.solver.threads);
   const std::vector<Method> wanted = read_methods(options.methods);
   const auto say = [&](const std::string& line) {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include <tanor/direct_problem.hpp>
+#include <tanor/inverse_dynamics.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
@@ -74,7 +74,7 @@ double measure_acceleration(const System& system, const MotionState& state, cons
   return largest;
 }
 
-report::ForcesOfMotion find_forces(const GivenMotion& motion, DirectProblem* problem) {
+report::ForcesOfMotion find_forces(const GivenMotion& motion, InverseDynamics* problem) {
   report::ForcesOfMotion result;
   result.num_points = problem->system().num_points();
   result.num_equations = problem->num_equations();
@@ -128,10 +128,11 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
 
 ExitCode execute(const ForcesOptions& options) {
   scene::Scene scene = scene::load_scene(options.scene);
+  tell_old_names(scene);
   require_threads(scene.solver.threads);
   const fs::path directory = choose_folder(options.out, scene);
-  DirectProblem problem =
-      naming_file(options.scene, [&] { return DirectProblem(std::move(scene.system), scene.solver); });
+  InverseDynamics problem =
+      naming_file(options.scene, [&] { return InverseDynamics(std::move(scene.system), scene.solver); });
   const GivenMotion motion = read_motion(options.motion, problem.system().num_points(), problem.num_coordinates());
   report::ForcesOfMotion forces = naming_file(options.scene, [&] { return find_forces(motion, &problem); });
   forces.scene = scene.name;

@@ -62,7 +62,7 @@ std::string describe_motion(const scene::Scene& scene, const ChosenMethod& chose
                            : has_atol ? fmt::format("rtol {}, atol {}", scene.motion.rtol, scene.motion.atol)
                                       : fmt::format("rtol {}, atol 1e-10 of the size", scene.motion.rtol);
   const std::string reason = chosen.reason.empty() ? "" : fmt::format(" ({})", chosen.reason);
-  return fmt::format("{}{}, {}{}", method_name(chosen.method), reason, step, end);
+  return fmt::format("{}{}, {}{}", name_of(chosen.method), reason, step, end);
 }
 
 std::string describe_step(const RunCost& cost) {
@@ -74,6 +74,7 @@ std::string describe_step(const RunCost& cost) {
 
 ExitCode execute(const InfoOptions& options) {
   scene::Scene scene = scene::load_scene(options.scene);
+  tell_old_names(scene);
   require_threads(scene.solver.threads);
   const std::string constraints = list_entries(scene.system.constraints);
   const std::string coordinates = list_entries(scene.system.coordinates);
@@ -105,9 +106,11 @@ ExitCode execute(const InfoOptions& options) {
   print("friction", report::describe_friction(dynamics.system()));
   print("islands", fmt::format("{}, in {} part{}", plan.islands, plan.parts, plan.parts == 1 ? "" : "s"));
   print("form", describe_form(plan, wanted));
-  print("way", plan.way_reason.empty() ? plan.way : fmt::format("{} ({})", plan.way, plan.way_reason));
-  print("ordering", plan.ordering);
-  print("factorization", plan.factorization);
+  print("linear solver", plan.linear_solver_reason.empty()
+                             ? plan.linear_solver()
+                             : fmt::format("{} ({})", plan.linear_solver(), plan.linear_solver_reason));
+  print("ordering", plan.ordering());
+  print("factorization", plan.factorization());
   print("nonzeros", fmt::format("{} in {}, {} in L", plan.pattern_nonzeros, plan.form == Form::Tangent ? "H" : "S",
                                 plan.factor_nonzeros));
   print("motion", describe_motion(scene, chosen));

@@ -32,7 +32,9 @@ Finding hang_chain() {
   system.forces = {Gravity{"", {0, -g, 0}}};
   Dynamics dynamics(system, {.threads = 1});
   std::vector<double> w(33), lambda(10);
-  const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda);
+  const SolveReport report =
+      dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                     {.accelerations = w, .multipliers = lambda});
   return {relative_error(lambda, tensions), report.outcome};
 }
 
@@ -54,7 +56,8 @@ Finding whirl_heavy_tip() {
   system.forces = {Gravity{"", {0, -g, 0}}};
   Dynamics dynamics(system, {.threads = 1});
   std::vector<double> w(63);
-  const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+  const SolveReport report = dynamics.solve(
+      {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
   return {relative_error(w, known), report.outcome};
 }
 
@@ -79,7 +82,7 @@ Finding move_fekete_points() {
   system.forces = {Drag{"drag", sphere.points, 0.5, 0.0},
                    PairForces{.name = "repulsion", .law = PairLaw::Log, .strength = 1.0}};
   Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-8, .atol = 1e-10}, {.threads = 1});
-  const Outcome outcome = simulation.advance(1.0);
+  const Outcome outcome = simulation.advance_to(1.0);
   std::vector<double> known;
   const auto v = simulation.velocities();
   for (std::size_t i = 0; i < 20; ++i) {

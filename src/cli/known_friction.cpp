@@ -30,7 +30,7 @@ Finding slide_down() {
 /// At rest after 1/(g (sin 30 + 0.3 cos 30)), then it slides back, since 0.3 < tan 30.
 Finding slide_up() {
   Simulation simulation(make_incline(-1.0), tightly(Method::Dopri5), {.threads = 1});
-  const Outcome outcome = simulation.advance(0.5);
+  const Outcome outcome = simulation.advance_to(0.5);
   return {relative_error({{simulation.report().last_event}}, {{1.0 / (g * (0.5 + 0.3 * std::sqrt(0.75)))}}), outcome};
 }
 
@@ -73,7 +73,9 @@ Finding pull_rope() {
 
   Dynamics dynamics(system, {.threads = 1});
   std::vector<double> w(3 * count), lambda(num_equations(system));
-  const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda);
+  const SolveReport report =
+      dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                     {.accelerations = w, .multipliers = lambda});
   for (double& multiplier : lambda) multiplier = -multiplier;  // tension
   return {relative_error(std::span(lambda).subspan(2 * count), tensions), report.outcome};
 }
@@ -90,7 +92,8 @@ SolveReport push_rod(double mu, double push, std::vector<double>* lambda) {
   Dynamics dynamics(system, {.threads = 1});
   std::vector<double> w(6);
   lambda->resize(num_equations(system));
-  return dynamics.solve(0.0, system.positions, system.velocities, w, *lambda);
+  return dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                        {.accelerations = w, .multipliers = *lambda});
 }
 
 /// T c 2 + mu |g + T s| = -f2 for the rod's compression T: one solution for mu = 0.4; for mu = 0.6 two, or none.

@@ -112,7 +112,7 @@ Finding send_wave() {
   system.forces = {ConstantForce{"pull", {9}, Vector3{10, 0, 0}}};
 
   Simulation simulation(system, tightly(Method::Taylor), {.threads = 1});
-  const Outcome outcome = simulation.advance(5.721101367);
+  const Outcome outcome = simulation.advance_to(5.721101367);
   std::vector<double> heights;
   for (std::size_t i = 1; i <= 8; ++i) heights.push_back(simulation.positions()[3 * i + 1]);
   const std::vector<double> known{0.0003420201530650944, 0.0006427876203066078, 0.0008660254009614006,
@@ -135,7 +135,7 @@ Finding explode_tetrahedron() {
   }
   system.forces = {PairForces{.name = "beads", .law = PairLaw::Wca}};
   Simulation simulation(system, tightly(Method::Dopri5), {.threads = 1});
-  const Outcome outcome = simulation.advance(1.0);
+  const Outcome outcome = simulation.advance_to(1.0);
   const double speed = std::sqrt(3.0 * (4.0 * (a6 * a6 - a6) + 1.0));
   const auto v = simulation.velocities();
   return {relative_error({{std::hypot(v[0], v[1], v[2])}}, {{speed}}), outcome};
@@ -155,7 +155,7 @@ std::vector<KnownProblem> list_known_motions() {
         Way{{.method = Method::Rattle, .step = 1e-3}, 4.0}, Way{{.method = Method::Rattle4, .step = 1e-3}, 8.5},
         Way{{.method = Method::Rattle6, .step = 2e-3}, 10.0},
         Way{{.method = Method::GeneralizedAlpha, .step = 1e-3}, 3.0}}) {
-    problems.push_back({"pendulum, 10 s", "elliptic functions", std::string(method_name(options.method)), promised,
+    problems.push_back({"pendulum, 10 s", "elliptic functions", std::string(name_of(options.method)), promised,
                         [options = options] { return swing_pendulum(options, 10.0); }});
   }
   const std::string quadruple = "quadruple precision, two ways";

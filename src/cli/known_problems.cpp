@@ -30,7 +30,7 @@ double relative_error(std::span<const double> found, std::span<const double> kno
 Finding follow(const System& system, const MotionOptions& options, double t_end, Index first_point,
                const std::vector<double>& known) {
   Simulation simulation(system, options, {.threads = 1});
-  const Outcome outcome = simulation.advance(t_end);
+  const Outcome outcome = simulation.advance_to(t_end);
   const auto found = simulation.positions().subspan(3 * static_cast<std::size_t>(first_point), known.size());
   return {relative_error(found, known), outcome};
 }

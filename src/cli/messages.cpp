@@ -14,6 +14,10 @@ void print_message(const std::string& message) {
   std::fputs((line + '\n').c_str(), stderr);
 }
 
+void tell_old_names(const scene::Scene& scene) {
+  for (const std::string& each : scene.old_names) print_message(scene.file.string() + ": " + each);
+}
+
 std::string describe(const InputError& error) {
   return error.where().empty() ? error.what() : error.where() + ": " + error.what();
 }

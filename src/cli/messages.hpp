@@ -6,11 +6,15 @@
 #include <tanor/error.hpp>
 
 #include "cli/exit_code.hpp"
+#include "scene/scene.hpp"
 
 namespace tanor::cli {
 
 /// One line on stderr, "tanor: <message>", whatever the message holds.
 void print_message(const std::string& message);
+
+/// One line for each old name that a scene uses.
+void tell_old_names(const scene::Scene& scene);
 
 /// "<where>: <what>", or what alone.
 std::string describe(const InputError& error);

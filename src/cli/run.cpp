@@ -35,10 +35,10 @@ RunPlan plan_run(const RunOptions& options, const scene::Scene& scene, RunPlan::
   plan.fingerprint = report::make_fingerprint(scene.files, scene.system);
   if (!options.resume || !fs::exists(plan.directory)) return plan;
   plan.lock = std::make_unique<FolderLock>(plan.directory, "run");
-  plan.before = report::read_checkpoint(plan.directory, plan.fingerprint, scene.system.num_points());
-  if (plan.before && plan.before->snapshot.time > scene.t_end) {
+  plan.before = report::read_checkpoint(plan.directory, plan.fingerprint);
+  if (plan.before && plan.before->time > scene.t_end) {
     throw InputError(plan.directory.string(), fmt::format("the run already reached t = {} s, its end was to be {} s",
-                                                          plan.before->snapshot.time, scene.t_end));
+                                                          plan.before->time, scene.t_end));
   }
   return plan;
 }
@@ -48,7 +48,7 @@ Simulation make_simulation(scene::Scene* scene, const RunPlan& plan) {
   Simulation simulation =
       naming_file(scene->file, [&] { return Simulation(std::move(scene->system), scene->motion, scene->solver); });
   if (plan.before) {
-    naming_file(plan.directory / "checkpoint", [&] { simulation.restore(plan.before->snapshot); });
+    naming_file(plan.directory / "checkpoint", [&] { simulation.restore(plan.before->state); });
   }
   return simulation;
 }
@@ -65,7 +65,7 @@ void require_memory(const scene::Scene& scene, const Simulation& simulation) {
   throw std::length_error(
       fmt::format("a run with {} needs about {:.3g} GB of memory; there are {:.3g} GB for this program (`tanor info` "
                   "names other methods)",
-                  method_name(method), 1e-9 * needed, 1e-9 * there));
+                  name_of(method), 1e-9 * needed, 1e-9 * there));
 }
 
 /// Why a run ended; no words when it reached its end.
@@ -99,7 +99,7 @@ Ending advance(const scene::Scene& scene, Simulation* simulation, RunFolder* fol
   };
   while (simulation->time() < scene.t_end) {
     const double begin = simulation->time();
-    const Outcome outcome = simulation->advance(next_output_time(begin, scene.output_every, scene.t_end), observe);
+    const Outcome outcome = simulation->advance_to(next_output_time(begin, scene.output_every, scene.t_end), observe);
     if (simulation->time() > begin) folder->write_frame(*simulation);
     if (!outcome.ok()) return {ExitCode::NoAnswer, outcome.what};
     if (!not_proven.empty()) return {ExitCode::NoAnswer, not_proven};
@@ -125,7 +125,7 @@ Ending simulate(const scene::Scene& scene, bool is_new, Simulation* simulation, 
 }
 
 /// The page of the run. After a failure of the machine the last words are tried, no more.
-std::string finish(const Ending& ending, const Simulation& simulation, RunFolder* folder) {
+std::string finish(const Ending& ending, Simulation& simulation, RunFolder* folder) {
   try {
     return folder->finish(simulation, ending.is_between_steps);
   } catch (const std::exception&) {
@@ -135,7 +135,7 @@ std::string finish(const Ending& ending, const Simulation& simulation, RunFolder
 }
 
 /// Redundant equations are no fault, but nothing to be silent about.
-void tell_redundancy(const RunOptions& options, const Simulation& simulation) {
+void tell_redundancy(const RunOptions& options, Simulation& simulation) {
   if (const std::string redundancy = report::describe_redundancy(simulation.rank()); !redundancy.empty())
     print_message(options.scene.string() + ": " + redundancy);
 }
@@ -147,7 +147,7 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
                        ending.why, directory.string());
   }
   return fmt::format("t = {} s reached in {} steps of {}; results in {}", simulation.time(), report.steps,
-                     method_name(report.method), directory.string());
+                     name_of(report.method), directory.string());
 }
 
 }  // namespace
@@ -155,6 +155,7 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
 ExitCode execute(const RunOptions& options) {
   const auto begin = RunPlan::Clock::now();
   scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
+  tell_old_names(scene);
   require_threads(scene.solver.threads);
   const RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);

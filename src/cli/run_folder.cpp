@@ -74,7 +74,7 @@ void RunFolder::write_frame(const Simulation& simulation) {
   output_ += seconds_since(begin);
 }
 
-std::string RunFolder::finish(const Simulation& simulation, bool can_go_on) {
+std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
   const auto begin = RunPlan::Clock::now();
   if (can_go_on && last_frame_ == simulation.time()) publish(simulation);
   output_ += seconds_since(begin);
@@ -94,7 +94,8 @@ void RunFolder::publish(const Simulation& simulation) {
   if (facts_.has_started) {
     checkpoint_.trajectory = trajectory_.mark();
     checkpoint_.wall = measure_wall();
-    checkpoint_.snapshot = simulation.snapshot();
+    checkpoint_.time = simulation.time();
+    checkpoint_.state = simulation.save();
     // Before the first step there is nothing to lose that would be worth the wait.
     const auto wait = simulation.report().steps > 0 ? report::Wait::ForDisk : report::Wait::No;
     // The frames first: a checkpoint promises that they are there.

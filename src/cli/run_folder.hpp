@@ -42,7 +42,7 @@ class RunFolder {
   /// Writes what is due at the end, however the run ended, and returns the page `report.txt`. A last checkpoint only
   /// where the simulation can go on, and stands where the last frame shows it: a checkpoint is never ahead of the
   /// frames.
-  std::string finish(const Simulation& simulation, bool can_go_on);
+  std::string finish(Simulation& simulation, bool can_go_on);
 
  private:
   /// Replaces the checkpoint.

@@ -2,7 +2,7 @@
 #include <utility>
 #include <vector>
 
-#include <tanor/dynamics.hpp>
+#include <tanor/enum_names.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/machine.hpp"
@@ -28,6 +28,7 @@ ExitCode tell(const SolveOptions& options, const Outcome& outcome) {
 
 ExitCode execute(const SolveOptions& options) {
   scene::Scene scene = scene::load_scene(options.scene);
+  tell_old_names(scene);
   require_threads(scene.solver.threads);
   std::vector<double> positions = scene.system.positions;
   std::vector<double> velocities = scene.system.velocities;
@@ -37,9 +38,10 @@ ExitCode execute(const SolveOptions& options) {
   report::Solution solution;
   solution.num_points = dynamics.num_points();
   solution.left_out = dynamics.plan().left_out;
-  solution.form = report::name_form(dynamics.plan());
-  const StartReport start =
-      naming_file(options.scene, [&] { return dynamics.start(0.0, positions, velocities, scene.motion.start); });
+  solution.form = name_of(dynamics.plan().form);
+  const StartReport start = naming_file(options.scene, [&] {
+    return dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene.motion.start);
+  });
   if (!start.outcome.ok()) {
     write(options, solution);
     return tell(options, start.outcome);
@@ -49,32 +51,30 @@ ExitCode execute(const SolveOptions& options) {
 
   const std::size_t size = positions.size();
   std::vector<double> accelerations(size), multipliers(dynamics.num_equations()), reactions(size), support_forces(size);
-  std::vector<double> friction;
-  const SolveReport report = dynamics.solve(0.0, positions, velocities, accelerations, multipliers, reactions);
   const bool has_friction = !dynamics.system().friction.empty();
+  std::vector<double> friction(has_friction ? size : 0);
+  const StateView state{.time = 0.0, .positions = positions, .velocities = velocities};
+  const SolveReport report = dynamics.solve(state, {.accelerations = accelerations,
+                                                    .multipliers = multipliers,
+                                                    .reactions = reactions,
+                                                    .support_forces = support_forces,
+                                                    .friction_forces = friction});
   if (has_friction) solution.friction_report = report.friction;
   if (!report.outcome.ok()) {
     write(options, solution);
     return tell(options, report.outcome);
   }
-  dynamics.support_forces(support_forces);
   solution.accelerations = accelerations;
   if (report::has_multipliers(dynamics.plan())) solution.multipliers = multipliers;
-  solution.rank = dynamics.rank();
+  solution.rank = dynamics.rank(state);
   if (const std::string redundancy = report::describe_redundancy(*solution.rank); !redundancy.empty())
     print_message(options.scene.string() + ": " + redundancy);
   solution.reactions = reactions;
   solution.support_forces = support_forces;
-  if (has_friction) {
-    friction.resize(size);
-    dynamics.friction_forces(friction);
-    solution.friction = friction;
-  }
-  if (scene.certificate.when != scene::CertificatePolicy::When::Off) {
-    solution.certificate = dynamics.certify();
-  }
+  if (has_friction) solution.friction = friction;
+  if (scene.certificate.when != scene::CertificatePolicy::When::Off) solution.certificate = dynamics.certify(state);
 
-  const Split split = dynamics.split();
+  const Split split = dynamics.split(state);
   if (split.outcome.ok()) {
     solution.tangent_accelerations = split.tangent_accelerations;
     solution.normal_accelerations = split.normal_accelerations;
@@ -84,7 +84,7 @@ ExitCode execute(const SolveOptions& options) {
     if (has_friction) solution.tangent_friction = split.tangent_friction;
     if (has_friction) solution.normal_friction = split.normal_friction;
   }
-  const ReactionsByCause by_cause = dynamics.reactions_by_cause();
+  const ReactionsByCause by_cause = dynamics.reactions_by_cause(state);
   if (by_cause.outcome.ok()) solution.reactions_by_cause = by_cause.parts;
   write(options, solution);
   if (!split.outcome.ok()) return tell(options, split.outcome);

@@ -116,7 +116,7 @@ void Forms::friction_forces(double* tau) const {
 RankReport Forms::rank(const double* r, bool thoroughly) {
   if (normal != nullptr) {
     RankReport report = normal->find_rank(r, thoroughly);
-    report.taut_points = find_taut_points(model.system, report);
+    report.prestress_rigid_points = find_taut_points(model.system, report);
     return report;
   }
   // Coordinates alone: as many degrees of freedom as there are coordinates.

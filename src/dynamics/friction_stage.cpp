@@ -10,38 +10,6 @@
 
 namespace tanor {
 
-std::string_view uniqueness_name(Uniqueness uniqueness) {
-  switch (uniqueness) {
-    case Uniqueness::NotAsked:
-      break;
-    case Uniqueness::Proven:
-      return "proven";
-    case Uniqueness::Unproven:
-      return "unproven";
-    case Uniqueness::Several:
-      return "several";
-    case Uniqueness::None:
-      return "none";
-  }
-  return "not asked";
-}
-
-std::string_view friction_method_name(FrictionMethod method) {
-  switch (method) {
-    case FrictionMethod::Auto:
-      break;
-    case FrictionMethod::FixedPoint:
-      return "fixed point";
-    case FrictionMethod::Anderson:
-      return "anderson";
-    case FrictionMethod::Newton:
-      return "newton";
-    case FrictionMethod::Enumeration:
-      return "enumeration";
-  }
-  return "auto";
-}
-
 namespace {
 
 /// Deep where contacts are few, so that they are solved like a linear system; shallow where vectors are long: what they

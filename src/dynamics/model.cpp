@@ -166,7 +166,7 @@ double largest_ratio_of_few(const double* error, const double* from, const doubl
 
 void check_solver_options(const SolverOptions& options) {
   check_enum(options.form, Form::Both, "/solver/form");
-  check_enum(options.way, Way::ClosedForm, "/solver/way");
+  check_enum(options.linear_solver, LinearSolver::ClosedForm, "/solver/linear_solver");
   check_enum(options.ordering, Ordering::Natural, "/solver/ordering");
   check_enum(options.friction, FrictionMethod::Enumeration, "/solver/friction");
 }
@@ -178,8 +178,8 @@ void describe_factor(const GramSolver::Summary& summary, PlanSummary* plan) {
   plan->pattern_nonzeros = summary.pattern_nonzeros;
   plan->factor_nonzeros = static_cast<std::size_t>(summary.factor_nonzeros);
   plan->factor_flops = summary.flops;
-  plan->ordering = summary.ordering;
-  plan->factorization = summary.factorization;
+  plan->orderings = summary.orderings;
+  plan->factorizations = summary.factorizations;
 }
 
 Model::Model(System given, const SolverOptions& options, double t)

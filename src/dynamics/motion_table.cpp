@@ -1,4 +1,4 @@
-#include <tanor/direct_problem.hpp>
+#include <tanor/inverse_dynamics.hpp>
 
 #include <utility>
 

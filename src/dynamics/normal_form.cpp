@@ -75,9 +75,9 @@ double NormalForm::predicted_flops() const {
 void NormalForm::describe_solver(PlanSummary* plan) const {
   if (schur_ == nullptr) return describe_factor(solver_->summary(), plan);
   const SchurSolver::Summary& summary = schur_->summary();
-  plan->way = plan->factorization = summary.name;
-  plan->way_reason = summary.reason;
-  plan->ordering = summary.ordering;
+  plan->linear_solvers = summary.solvers;
+  plan->linear_solver_reason = summary.reason;
+  plan->orderings = summary.orderings;
   plan->parts = summary.parts;
   plan->pattern_nonzeros = summary.pattern_nonzeros;
   plan->factor_nonzeros = summary.factor_nonzeros;
@@ -91,7 +91,9 @@ void NormalForm::describe(PlanSummary* plan) const {
     left_out.push_back("factorization: no constraints");
   else if (model_.constraints.gradients_are_constant())
     left_out.push_back("refactorization: K is constant");
-  if (plan->factorization == "closed form") left_out.push_back("sparse factorization: closed form, row by row");
+  if (plan->linear_solvers == std::vector{LinearSolver::ClosedForm} ||
+      plan->factorizations == std::vector{Factorization::ClosedForm})
+    left_out.push_back("sparse factorization: closed form, row by row");
   if (model_.constraints.gradient_norms_are_constant()) left_out.push_back("rescaling of S: its diagonal is constant");
   if (!model_.constraints.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
 }

@@ -157,7 +157,9 @@ class NormalForm final : public EquationsOfMotion,
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
   /// Of S: "natural" where elimination makes no fill, "amd", …
-  std::string ordering() const { return schur_ != nullptr ? schur_->summary().ordering : solver_->summary().ordering; }
+  const std::vector<Ordering>& orderings() const {
+    return schur_ != nullptr ? schur_->summary().orderings : solver_->summary().orderings;
+  }
   double estimate_reciprocal_condition();
   /// rows := -S^-1 rows with the last factor [d].
   void solve_negative(double* rows);

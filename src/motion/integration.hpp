@@ -12,6 +12,7 @@
 #include "motion/rounding.hpp"
 #include "motion/scheme.hpp"
 #include "motion/singular_places.hpp"
+#include "motion/snapshot.hpp"
 #include "motion/step_control.hpp"
 #include "motion/stiff_steps.hpp"
 #include "motion/watch.hpp"

@@ -179,7 +179,7 @@ Method method_from_name(std::string_view name) {
   throw InputError("", "method \"" + std::string(name) + "\" is not known; this version has " + known);
 }
 
-std::string_view method_name(Method method) {
+std::string_view name_of(Method method) {
   return traits_of(method).name;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <tanor/motion.hpp>
 
@@ -17,22 +18,22 @@ namespace tanor::report {
 /// Everything that a run needs to go on, except its scene.
 struct Checkpoint {
   std::string scene;  ///< its fingerprint
+  double time = 0.0;  ///< reached, s
   TrajectoryMark trajectory;
   WallTimes wall;
-  Snapshot snapshot;
+  std::vector<std::byte> state;  ///< of Simulation::save
 };
 
 /// 16 hexadecimal digits of the bytes of a scene's files and of the start that they led to (FNV-1a, 64 bits).
 std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system);
 
-/// Replaces `directory/checkpoint`: a line with the format's number; a JSON object with all numbers; .npy arrays,
-/// positions, velocities and memories; a line with the checksum (FNV-1a, 64 bits) of everything before.
+/// Replaces `directory/checkpoint`: a line with the format's number; a line with a JSON object; the bytes of the
+/// simulation; a line with the checksum (FNV-1a, 64 bits) of everything before.
 void write_checkpoint(const std::filesystem::path& directory, const Checkpoint& checkpoint, Wait wait = Wait::ForDisk);
 
 /// None where there is no checkpoint. Throws InputError for one that is damaged, holds an impossible number, or belongs
-/// to another scene.
-std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& directory, const std::string& fingerprint,
-                                          std::size_t num_points);
+/// to another scene. (The bytes of the simulation are looked at by Simulation::restore.)
+std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& directory, const std::string& fingerprint);
 
 /// Forgets the checkpoint of an earlier run.
 void remove_checkpoint(const std::filesystem::path& directory);

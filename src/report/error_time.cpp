@@ -74,7 +74,7 @@ Run run_once(const scene::Scene& scene, const MotionOptions& options) {
   Simulation simulation(scene.system, options, scene.solver);
   Run result;
   const auto begin = std::chrono::steady_clock::now();
-  result.outcome = simulation.outcome().ok() ? simulation.advance(scene.t_end) : simulation.outcome();
+  result.outcome = simulation.outcome().ok() ? simulation.advance_to(scene.t_end) : simulation.outcome();
   result.row.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const MotionReport& report = simulation.report();
   result.row.method = report.method;
@@ -109,7 +109,7 @@ class Runs {
     const auto found = runs_.find({method, level});
     if (found != runs_.end()) return found->second;
     const Run& made = runs_[{method, level}] = run(scene_, options_of(scene_, method, level));
-    say_(fmt::format("{} with {}: {:.3g} s", method_name(method), describe_setting(made.row), made.row.wall_s));
+    say_(fmt::format("{} with {}: {:.3g} s", name_of(method), describe_setting(made.row), made.row.wall_s));
     return made;
   }
 
@@ -193,7 +193,7 @@ Judge find_judge(const scene::Scene& scene, Runs* runs, Method method) {
   Judge judge{};
   for (const Method judging : judges_of(method)) {
     if (const std::string& refusal = runs->refusal(judging); !refusal.empty()) {
-      judge.outcome = {Status::NoSolution, fmt::format("nothing judges {}: {}", method_name(method), refusal)};
+      judge.outcome = {Status::NoSolution, fmt::format("nothing judges {}: {}", name_of(method), refusal)};
     } else {
       judge = refine_judge(scene, runs, method, judging);
       if (judge.outcome.ok()) break;
@@ -233,7 +233,7 @@ ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Met
         return table;
       }
       truth = &judge.run->positions;
-      named.setting = fmt::format("{} with {}", method_name(judge.method), describe_setting(judge.run->row));
+      named.setting = fmt::format("{} with {}", name_of(judge.method), describe_setting(judge.run->row));
       named.error = judge.error;
     }
     table.judges.push_back(named);

@@ -30,7 +30,7 @@ std::string describe_order(const ErrorTimeRow& row) {
 std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
   std::vector<std::string> remarks;
   for (const auto& [judged, setting, error] : table.judges) {
-    remarks.push_back(fmt::format("{} is judged by {}", method_name(judged), setting));
+    remarks.push_back(fmt::format("{} is judged by {}", name_of(judged), setting));
     if (error) remarks.back() += fmt::format(", judge's own error <= {} m", in_words(*error, "{:.1e}"));
   }
   for (const std::string& method : table.left_out) remarks.push_back("left out: " + method);
@@ -54,7 +54,7 @@ std::string make_csv(const ErrorTimeTable& table) {
       "method,step_s,rtol,steps,factorizations,wall_s,error_m,judge_error_m,order,violation,energy_drift,trouble\n";
   for (const ErrorTimeRow& row : table.rows) {
     const std::string error = row.trouble.empty() ? field(row.error) : "";
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", method_name(row.method), row.step, row.tolerance,
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", name_of(row.method), row.step, row.tolerance,
                         row.steps, row.factorizations, row.wall_s, error, field(row.judge_error), field(row.order),
                         field(row.violation), field(row.energy_drift), quote(row.trouble));
   }
@@ -69,7 +69,7 @@ std::string make_markdown(const ErrorTimeTable& table) {
       "| method | setting | steps | factorizations | wall, s | error, m | order | violation | energy drift |\n"
       "|---|---|--:|--:|--:|--:|--:|--:|--:|\n";
   for (const ErrorTimeRow& row : table.rows) {
-    text += fmt::format("| {} | {} | {} | {} | {:.3g} |", method_name(row.method), describe_setting(row), row.steps,
+    text += fmt::format("| {} | {} | {} | {} | {:.3g} |", name_of(row.method), describe_setting(row), row.steps,
                         row.factorizations, row.wall_s);
     text += row.trouble.empty() ? fmt::format(" {} | {} | {} | {} |\n", describe_error(row), describe_order(row),
                                               in_words(row.violation, "{:.1e}"), in_words(row.energy_drift, "{:.1e}"))
@@ -84,7 +84,7 @@ std::string make_markdown(const ErrorTimeTable& table) {
 LogLogPlot make_plot(const ErrorTimeTable& table) {
   LogLogPlot plot{table.scene + ": error against run time", "wall time, s", "largest error at the end, m", {}};
   for (const ErrorTimeRow& row : table.rows) {
-    const std::string name(method_name(row.method));
+    const std::string name(name_of(row.method));
     if (plot.series.empty() || plot.series.back().name != name) plot.series.push_back({name, {}});
     if (row.trouble.empty() && row.error > 0.0) plot.series.back().points.push_back({row.wall_s, row.error});
   }
@@ -95,12 +95,12 @@ LogLogPlot make_plot(const ErrorTimeTable& table) {
 
 std::string format_error_time(const ErrorTimeTable& table) {
   std::size_t width = 8;
-  for (const ErrorTimeRow& row : table.rows) width = std::max(width, method_name(row.method).size());
+  for (const ErrorTimeRow& row : table.rows) width = std::max(width, name_of(row.method).size());
   std::string text = fmt::format("error against run time, t = {:g} s\n", table.t_end);
   text += fmt::format("  {:{}}{:>15}{:>8}{:>9}{:>10}{:>13}{:>7}{:>11}{:>14}\n", "method", width, "setting", "steps",
                       "factors", "wall, s", "error, m", "order", "violation", "energy drift");
   for (const ErrorTimeRow& row : table.rows) {
-    text += fmt::format("  {:{}}{:>15}{:>8}{:>9}{:>10.3g}", method_name(row.method), width, describe_setting(row),
+    text += fmt::format("  {:{}}{:>15}{:>8}{:>9}{:>10.3g}", name_of(row.method), width, describe_setting(row),
                         row.steps, row.factorizations, row.wall_s);
     text += row.trouble.empty() ? fmt::format("{:>13}{:>7}{:>11}{:>14}\n", describe_error(row), describe_order(row),
                                               in_words(row.violation, "{:.1e}"), in_words(row.energy_drift, "{:.1e}"))

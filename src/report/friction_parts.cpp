@@ -4,6 +4,8 @@
 
 #include <string_view>
 
+#include <tanor/enum_names.hpp>
+
 #include "report/words.hpp"
 
 namespace tanor::report {
@@ -32,15 +34,15 @@ std::string name_contacts(std::size_t count) {
 
 /// Null where no friction depends on reactions: nothing was iterated.
 Json name_method(FrictionMethod method) {
-  return method == FrictionMethod::Auto ? Json() : Json(friction_method_name(method));
+  return method == FrictionMethod::Auto ? Json() : Json(name_of(method));
 }
 
 Json name_uniqueness(Uniqueness uniqueness) {
-  return uniqueness == Uniqueness::NotAsked ? Json() : Json(uniqueness_name(uniqueness));
+  return uniqueness == Uniqueness::NotAsked ? Json() : Json(name_of(uniqueness));
 }
 
 std::string describe_uniqueness(Uniqueness uniqueness, const std::string& reason) {
-  return std::string(uniqueness_name(uniqueness)) + (reason.empty() ? "" : " (" + reason + ")");
+  return std::string(name_of(uniqueness)) + (reason.empty() ? "" : " (" + reason + ")");
 }
 
 }  // namespace
@@ -89,14 +91,14 @@ std::string describe_friction(const System& system) {
 std::string describe_friction(const FrictionReport& report) {
   std::string text = fmt::format("{}, {} stick", name_contacts(report.contacts), report.sticking);
   if (report.method_used != FrictionMethod::Auto)
-    text += fmt::format(", {} iterations ({})", report.iterations, friction_method_name(report.method_used));
+    text += fmt::format(", {} iterations ({})", report.iterations, name_of(report.method_used));
   return text + fmt::format(", uniqueness {}", describe_uniqueness(report.uniqueness, report.uniqueness_reason));
 }
 
 std::string describe_friction(const FrictionSummary& summary) {
   if (summary.solves == 0) return "no iterations";
   return fmt::format("{:.3g} iterations an instant, {} at most ({}), contraction {}, uniqueness {}",
-                     summary.iterations_mean, summary.iterations_max, friction_method_name(summary.method_used),
+                     summary.iterations_mean, summary.iterations_max, name_of(summary.method_used),
                      in_words(summary.contraction_max, "{:.2g}"),
                      describe_uniqueness(summary.uniqueness, summary.uniqueness_reason));
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <tanor/direct_problem.hpp>
+#include <tanor/inverse_dynamics.hpp>
 
 namespace tanor::report {
 

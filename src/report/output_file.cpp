@@ -58,7 +58,6 @@ OutputFile OutputFile::standard_output() {
 void OutputFile::write(std::string_view bytes) {
   if (bytes.empty()) return;  // fwrite must not see a null pointer
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) throw WriteError(name_);
-  if (sum_ != nullptr) sum_->add(bytes);
 }
 
 void OutputFile::write(std::span<const double> numbers) {

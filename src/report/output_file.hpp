@@ -9,8 +9,6 @@
 #include <string>
 #include <string_view>
 
-#include "report/checksum.hpp"
-
 namespace tanor::report {
 
 /// The machine could not store something: "cannot write <path>: <reason>".
@@ -29,8 +27,6 @@ class OutputFile {
 
   void write(std::string_view bytes);
   void write(std::span<const double> numbers);
-  /// From now on what is written is also added to a sum, which must outlive the file.
-  void sum_into(Checksum* sum) { sum_ = sum; }
   void flush();        ///< hands everything written so far to the operating system
   void synchronize();  ///< waits until the disk has it
   void close();        ///< the last word on success; the destructor closes without a word
@@ -41,7 +37,6 @@ class OutputFile {
 
   std::string name_;
   Handle file_;
-  Checksum* sum_ = nullptr;
 };
 
 /// Replaces a whole file: who reads it sees the old one or the new one, never a part, whenever the program stops.

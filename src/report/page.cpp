@@ -81,7 +81,7 @@ std::string describe_quality(const MotionReport& report) {
 
 }  // namespace
 
-std::string format_page(const RunFacts& facts, const Simulation& simulation) {
+std::string format_page(const RunFacts& facts, Simulation& simulation) {
   const MotionReport& report = simulation.report();
   const PlanSummary& plan = simulation.plan();
   const PhaseTimes& times = report.times;
@@ -97,10 +97,13 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
     page += line("rank changes", times_met);
   if (const std::string times_passed = list_passages(report.singular_passages); !times_passed.empty())
     page += line("singular", times_passed + ": constraints depend on each other there");
-  if (!plan.taut_points.empty()) {
-    page += line("taut", fmt::format("{} points are held by taut rods between supports and do not move; the forces in "
-                                     "these rods are not determined",
-                                     plan.taut_points.size()));
+  if (!plan.prestress_rigid_points.empty()) {
+    page += line(
+        "rigid",
+        fmt::format(
+            "{} points are held rigid by prestress, by taut rods between supports; they do not move; the forces in "
+            "these rods are not determined",
+            plan.prestress_rigid_points.size()));
   }
   page += line("forces", list_forces(simulation.system()));
   const bool has_friction = !simulation.system().friction.empty();
@@ -116,11 +119,11 @@ std::string format_page(const RunFacts& facts, const Simulation& simulation) {
   }
   page += line("time", fmt::format("{:g} s of {:g} s", simulation.time(), facts.t_end));
   const std::size_t iterations = report.counters.iterations;
-  page += line("method",
-               fmt::format("{}, {} steps, {} rejected, {} factorizations ({}, {}), {} solves{}, {} threads",
-                           method_name(report.method), report.steps, report.rejected, report.counters.factorizations,
-                           plan.ordering, plan.factorization, report.counters.solves,
-                           iterations > 0 ? fmt::format(" ({} iterations)", iterations) : "", facts.threads));
+  page +=
+      line("method", fmt::format("{}, {} steps, {} rejected, {} factorizations ({}, {}), {} solves{}, {} threads",
+                                 name_of(report.method), report.steps, report.rejected, report.counters.factorizations,
+                                 plan.ordering(), plan.factorization(), report.counters.solves,
+                                 iterations > 0 ? fmt::format(" ({} iterations)", iterations) : "", facts.threads));
   page +=
       line("wall time",
            fmt::format("{:.3g} s: set-up {:.3g}, evaluate {:.3g}, assemble {:.3g}, factor {:.3g}, "

@@ -7,6 +7,6 @@
 namespace tanor::report {
 
 /// A run on one page of text: what it was, what it did, where the time went, how good it is.
-std::string format_page(const RunFacts& facts, const Simulation& simulation);
+std::string format_page(const RunFacts& facts, Simulation& simulation);
 
 }  // namespace tanor::report

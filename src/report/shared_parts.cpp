@@ -6,10 +6,6 @@
 
 namespace tanor::report {
 
-std::string_view name_form(const PlanSummary& plan) {
-  return plan.form == Form::Tangent ? "tangent" : "normal";
-}
-
 bool has_multipliers(const PlanSummary& plan) {
   return plan.form == Form::Normal || plan.equations > 0;
 }

@@ -13,8 +13,6 @@
 /// What summary.json and the answer of `solve` have in common.
 namespace tanor::report {
 
-/// "normal" or "tangent": the form that answers.
-std::string_view name_form(const PlanSummary& plan);
 /// Coordinates alone have reactions, but no multipliers.
 bool has_multipliers(const PlanSummary& plan);
 

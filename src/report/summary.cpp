@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include <tanor/enum_names.hpp>
 #include <tanor/version.hpp>
 
 #include "report/array_writer.hpp"
@@ -21,7 +22,7 @@ Json if_started(const RunFacts& facts, double number) {
   return facts.has_started ? Json(number) : Json();
 }
 
-void add_sizes(const RunFacts& facts, const Simulation& simulation, JsonObjectFile* json) {
+void add_sizes(const RunFacts& facts, Simulation& simulation, JsonObjectFile* json) {
   const PlanSummary& plan = simulation.plan();
   json->add("points", simulation.system().num_points());
   json->add("supports", plan.supports);
@@ -103,7 +104,7 @@ Json describe_energy(const RunFacts& facts, const MotionReport& report, bool has
 
 }  // namespace
 
-void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation) {
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation) {
   const MotionReport& report = simulation.report();
   const bool has_friction = !simulation.system().friction.empty();
   replace_file(directory / summary_name, [&](OutputFile* file) {
@@ -111,9 +112,9 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("scene", facts.scene);
     json.add("source", facts.source);
     json.add("tanor_version", TANOR_VERSION);
-    json.add("method", method_name(report.method));
+    json.add("method", name_of(report.method));
     if (!report.method_reason.empty()) json.add("method_reason", report.method_reason);
-    json.add("form", name_form(simulation.plan()));
+    json.add("form", name_of(simulation.plan().form));
     json.add("threads", facts.threads);
     add_sizes(facts, simulation, &json);
     json.add("t_end", facts.t_end);

@@ -25,7 +25,7 @@ struct RunFacts {
 };
 
 /// Writes `directory/summary.json` as the contract has it, and arrays above `largest_inline` points beside it.
-void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation);
+void write_summary(const std::filesystem::path& directory, const RunFacts& facts, Simulation& simulation);
 
 /// Removes the summary of an earlier run, with its arrays.
 void remove_summary(const std::filesystem::path& directory);

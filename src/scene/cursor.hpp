@@ -7,8 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <tanor/error.hpp>
-#include <tanor/time_function.hpp>
+#include <tanor/enum_names.hpp>
 
 #include "scene/document.hpp"
 
@@ -42,6 +41,15 @@ class Cursor {
   const std::string& string() const;
   std::string string(const std::string& otherwise) const { return *this ? string() : otherwise; }
   Vector3 vector3(std::optional<Vector3> otherwise = {}) const;
+
+  /// One of an enumeration's words (<tanor/enum_names.hpp>).
+  template <class Enum>
+  Enum choice(std::optional<Enum> otherwise = {}) const {
+    if (!*this && otherwise) return *otherwise;
+    std::vector<std::string_view> words;
+    for (const auto& each : enum_names<Enum>) words.push_back(each.name);
+    return enum_names<Enum>[choice_index(words)].value;
+  }
 
   /// One of some names. `planned` are names of the contract that this version does not have yet.
   template <class T>

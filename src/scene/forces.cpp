@@ -71,7 +71,7 @@ Vector3 read_box(const Cursor& box, const Context& context) {
 Force read_pair_forces(const Cursor& entry, const Context& context) {
   PairForces pairs;
   pairs.name = entry["name"].string("");
-  pairs.law = entry["law"].choice<PairLaw>({{"wca", PairLaw::Wca}, {"lj", PairLaw::Lj}, {"log", PairLaw::Log}});
+  pairs.law = entry["law"].choice<PairLaw>();
   // Numbers of another law would be silently without effect.
   const auto keep_to = [&](bool law_has_it, const char* key, const char* laws) {
     if (!law_has_it && entry[key])

@@ -35,8 +35,7 @@ Friction read_coulomb(const Cursor& entry, const Context& context) {
   coulomb.regularisation = read_regularisation(entry["law"]);
   if (const Cursor coefficient = entry["static_coefficient"]) coulomb.static_coefficient = coefficient.non_negative();
   coulomb.velocity = read_velocity(entry["velocity"], context);
-  coulomb.reaction = entry["reaction"].choice<Coulomb::Reaction>(
-      {{"guide", Coulomb::Reaction::Guide}, {"full", Coulomb::Reaction::Full}}, coulomb.reaction);
+  coulomb.reaction = entry["reaction"].choice<Coulomb::Reaction>(coulomb.reaction);
   return coulomb;
 }
 

@@ -61,6 +61,19 @@ CertificatePolicy read_certificate(const Cursor& certificate) {
           0};
 }
 
+/// Its old names "way" and "bundles" are read for one version.
+LinearSolver read_linear_solver(const Cursor& solver, Scene* scene) {
+  const Cursor old = solver["way"];
+  if (old && solver["linear_solver"]) old.complain("found beside linear_solver, which is its new name");
+  if (old) scene->old_names.push_back("/solver/way: its name is linear_solver");
+  const Cursor kind = old ? old : solver["linear_solver"];
+  if (kind && kind.says("bundles")) {
+    scene->old_names.push_back(kind.pointer() + ": \"bundles\" is \"batches\"");
+    return LinearSolver::Batches;
+  }
+  return kind.choice<LinearSolver>(scene->solver.linear_solver);
+}
+
 }  // namespace
 
 void read_motion(const Cursor& motion, const Context& context, const Overrides& overrides, Scene* scene) {
@@ -77,10 +90,8 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
   options.atol = motion["atol"].positive(options.atol);
   options.order = static_cast<int>(motion["order"].integer(0, 24, options.order));
   options.spectral_radius = motion["spectral_radius"].number(options.spectral_radius);
-  options.stabilisation = motion["stabilisation"].choice<Stabilisation>(
-      {{"projection", Stabilisation::Projection}, {"none", Stabilisation::None}}, options.stabilisation);
-  options.start =
-      motion["start"].choice<StartMode>({{"check", StartMode::Check}, {"project", StartMode::Project}}, options.start);
+  options.stabilisation = motion["stabilisation"].choice<Stabilisation>(options.stabilisation);
+  options.start = motion["start"].choice<StartMode>(options.start);
 
   scene->t_end = motion["t_end"].positive(0.0);
   scene->output_every = motion["output_every"].positive(0.0);
@@ -92,29 +103,11 @@ void read_motion(const Cursor& motion, const Context& context, const Overrides& 
 }
 
 void read_solver(const Cursor& solver, const Overrides& overrides, Scene* scene) {
-  solver.object({"form", "way", "ordering", "threads", "certificate", "friction", "reuse"});
-  scene->solver.form = solver["form"].choice<Form>(
-      {{"auto", Form::Auto}, {"normal", Form::Normal}, {"tangent", Form::Tangent}, {"both", Form::Both}},
-      scene->solver.form);
-  scene->solver.way = solver["way"].choice<Way>({{"auto", Way::Auto},
-                                                 {"general", Way::General},
-                                                 {"paths", Way::Paths},
-                                                 {"trees", Way::Trees},
-                                                 {"bundles", Way::Bundles},
-                                                 {"closed_form", Way::ClosedForm}},
-                                                scene->solver.way);
-  scene->solver.ordering = solver["ordering"].choice<Ordering>({{"auto", Ordering::Auto},
-                                                                {"amd", Ordering::Amd},
-                                                                {"metis", Ordering::Metis},
-                                                                {"nesdis", Ordering::Nesdis},
-                                                                {"natural", Ordering::Natural}},
-                                                               scene->solver.ordering);
-  scene->solver.friction = solver["friction"].choice<FrictionMethod>({{"auto", FrictionMethod::Auto},
-                                                                      {"fixed_point", FrictionMethod::FixedPoint},
-                                                                      {"anderson", FrictionMethod::Anderson},
-                                                                      {"newton", FrictionMethod::Newton},
-                                                                      {"enumeration", FrictionMethod::Enumeration}},
-                                                                     scene->solver.friction);
+  solver.object({"form", "linear_solver", "ordering", "threads", "certificate", "friction", "reuse", "way"});
+  scene->solver.form = solver["form"].choice<Form>(scene->solver.form);
+  scene->solver.linear_solver = read_linear_solver(solver, scene);
+  scene->solver.ordering = solver["ordering"].choice<Ordering>(scene->solver.ordering);
+  scene->solver.friction = solver["friction"].choice<FrictionMethod>(scene->solver.friction);
   scene->solver.reuse = solver["reuse"].boolean(scene->solver.reuse);
   const int threads = static_cast<int>(solver["threads"].integer(0, most_threads, 0));
   scene->solver.threads = overrides.threads.value_or(threads);

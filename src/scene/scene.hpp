@@ -29,6 +29,7 @@ struct Scene {
   std::vector<Index> output_points;  ///< empty: all
   SolverOptions solver;
   CertificatePolicy certificate;
+  std::vector<std::string> old_names;  ///< that it uses: "/solver/way: its name is linear_solver"
 };
 
 /// Reads and validates a scene file, with the command line's values over its own. Throws InputError with `where()` =

@@ -33,7 +33,7 @@ std::unique_ptr<BatchSolver> BatchSolver::make(const SchurProblem& problem, int 
       for (auto* rods : {&work.b, &work.x, &work.sum, &work.lengths}) enlarge(rods, batch.num_rods);
     }
   }
-  summary.name = "bundles";
+  summary.solvers = {LinearSolver::Batches};
   summary.reason = std::to_string(summary.parts) + " islands of rods have " +
                    std::to_string(result->equal_islands_.size()) +
                    (result->equal_islands_.size() == 1 ? " structure" : " structures");

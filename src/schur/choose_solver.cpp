@@ -30,15 +30,15 @@ std::vector<std::unique_ptr<SchurSolver>> serve_special_islands(const SchurProbl
                                                                 const SolverOptions& wanted,
                                                                 std::vector<Index>* islands) {
   std::vector<std::unique_ptr<SchurSolver>> solvers;
-  const auto add = [&](Way way, const auto& make) {
-    if (wanted.way != Way::Auto && wanted.way != way) return;
+  const auto add = [&](LinearSolver kind, const auto& make) {
+    if (wanted.linear_solver != LinearSolver::Auto && wanted.linear_solver != kind) return;
     if (std::unique_ptr<SchurSolver> solver = make()) solvers.push_back(std::move(solver));
   };
-  const bool eagerly = wanted.way != Way::Auto;
-  add(Way::ClosedForm, [&] { return PointSolver::make(problem, islands); });
-  add(Way::Bundles, [&] { return BatchSolver::make(problem, wanted.threads, eagerly, islands); });
-  add(Way::Paths, [&] { return PathSolver::make(problem, islands); });
-  add(Way::Trees, [&] { return TreeSolver::make(problem, islands); });
+  const bool eagerly = wanted.linear_solver != LinearSolver::Auto;
+  add(LinearSolver::ClosedForm, [&] { return PointSolver::make(problem, islands); });
+  add(LinearSolver::Batches, [&] { return BatchSolver::make(problem, wanted.threads, eagerly, islands); });
+  add(LinearSolver::Paths, [&] { return PathSolver::make(problem, islands); });
+  add(LinearSolver::Trees, [&] { return TreeSolver::make(problem, islands); });
   return solvers;
 }
 
@@ -57,14 +57,15 @@ std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, con
 }  // namespace
 
 std::unique_ptr<SchurSolver> make_schur_solver(const SchurProblem& problem, const SolverOptions& wanted) {
-  const bool is_forced = wanted.way != Way::Auto;
+  const bool is_forced = wanted.linear_solver != LinearSolver::Auto;
   const auto refuse = [&](const std::string& why) -> std::unique_ptr<SchurSolver> {
-    if (is_forced) throw InputError("/solver/way", "it does not serve this system: " + why);
+    if (is_forced) throw InputError("/solver/linear_solver", "it does not serve this system: " + why);
     return nullptr;
   };
   const Numbering& numbering = problem.numbering;
-  if (wanted.way == Way::General || (!is_forced && numbering.num_rows() < plan::fewest_rows)) return nullptr;
-  if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general way");
+  if (wanted.linear_solver == LinearSolver::General || (!is_forced && numbering.num_rows() < plan::fewest_rows))
+    return nullptr;
+  if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general solver");
   if (const char* obstacle = obstacle_to_all(problem.constraints, numbering)) return refuse(obstacle);
 
   std::vector<Index> left(numbering.num_islands());

@@ -7,9 +7,9 @@ namespace tanor {
 CompositeSolver::CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers) : solvers_(std::move(solvers)) {
   for (const auto& solver : solvers_) {
     const Summary& each = solver->summary();
-    summary_.name += (summary_.name.empty() ? "" : "+") + each.name;
+    summary_.solvers.insert(summary_.solvers.end(), each.solvers.begin(), each.solvers.end());
     summary_.reason += (summary_.reason.empty() ? "" : "; ") + each.reason;
-    if (each.ordering != "natural") summary_.ordering = each.ordering;
+    if (each.orderings != Summary().orderings) summary_.orderings = each.orderings;
     summary_.parts += each.parts;
     summary_.pattern_nonzeros += each.pattern_nonzeros;
     summary_.factor_nonzeros += each.factor_nonzeros;

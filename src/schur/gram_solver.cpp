@@ -10,25 +10,9 @@ namespace tanor {
 
 namespace {
 
-std::string ordering_name(Ordering ordering) {
-  switch (ordering) {
-    case Ordering::Amd:
-      return "amd";
-    case Ordering::Metis:
-      return "metis";
-    case Ordering::Nesdis:
-      return "nesdis";
-    case Ordering::Natural:
-    case Ordering::Auto:
-      break;
-  }
-  return "natural";
-}
-
-/// "none" -> "amd" -> "amd+natural"
-void add_word(const std::string& word, std::string* list) {
-  if (*list == "none") *list = word;
-  if (("+" + *list + "+").find("+" + word + "+") == std::string::npos) *list += "+" + word;
+template <class Value>
+void add_new(Value value, std::vector<Value>* list) {
+  if (std::find(list->begin(), list->end(), value) == list->end()) list->push_back(value);
 }
 
 double norm_of(const std::vector<double>& x) {
@@ -101,8 +85,11 @@ void GramSolver::add_part(std::span<const Product> products, Index first_row, In
   summary_.products += 10.0 * static_cast<double>(plan.rows().size()) + products_a_flop * analysis.flops +
                        6.0 * analysis.factor_nonzeros;
   ++summary_.parts;
-  add_word(ordering_name(analysis.ordering), &summary_.ordering);
-  add_word(is_simple ? "closed form" : analysis.supernodal ? "multifrontal" : "simplicial", &summary_.factorization);
+  add_new(analysis.ordering == Ordering::Auto ? Ordering::Natural : analysis.ordering, &summary_.orderings);
+  add_new(is_simple             ? Factorization::ClosedForm
+          : analysis.supernodal ? Factorization::Multifrontal
+                                : Factorization::Simplicial,
+          &summary_.factorizations);
   parts_.push_back({first_row,
                     std::move(analysis.permutation),
                     std::move(plan),

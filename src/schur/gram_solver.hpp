@@ -76,7 +76,8 @@ class GramSolver {
     double factor_nonzeros = 0.0, flops = 0.0;
     /// Of assembly, factorization and a solve: the multiplications, done one by one, that take as long.
     double products = 0.0;
-    std::string ordering = "none", factorization = "none";
+    std::vector<Ordering> orderings;  ///< of its parts, each once
+    std::vector<Factorization> factorizations;
   };
   const Summary& summary() const { return summary_; }
 

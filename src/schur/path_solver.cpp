@@ -83,7 +83,7 @@ void PathSolver::finish() {
     return number == 1 ? "one " + what + " of rods" : std::to_string(number) + " " + what + "s of rods";
   };
   const std::size_t num_open = paths_.size() - num_rings;
-  summary_ = {.name = "paths",
+  summary_ = {.solvers = {LinearSolver::Paths},
               .reason = (num_open > 0 ? count(num_open, "path") : "") + (num_open * num_rings > 0 ? ", " : "") +
                         (num_rings > 0 ? count(num_rings, "ring") : ""),
               .parts = paths_.size()};

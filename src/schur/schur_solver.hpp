@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <tanor/solver_options.hpp>
 
@@ -24,7 +25,7 @@ struct FreeMotion {
   const Vec3* uniform = nullptr;
 };
 
-/// A solver reports this of its way.
+/// A solver reports this of its solution.
 struct Elimination {
   double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
   double largest_right_side = 0.0;    ///< max |b|/|gradient|, m/s^2; NaN where any number is
@@ -115,9 +116,9 @@ class SchurSolver {
                                         double* v) = 0;
 
   struct Summary {
-    std::string name;                  ///< as PlanSummary::way
-    std::string reason;                ///< "every island is a path of rods"
-    std::string ordering = "natural";  ///< of S
+    std::vector<LinearSolver> solvers;                   ///< as PlanSummary::linear_solvers
+    std::string reason;                                  ///< "every island is a path of rods"
+    std::vector<Ordering> orderings{Ordering::Natural};  ///< of S
     std::size_t parts = 0, pattern_nonzeros = 0, factor_nonzeros = 0;
     double flops = 0.0;  ///< of one factorization
   };

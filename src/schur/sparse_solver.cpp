@@ -31,11 +31,11 @@ SparseSolver::SparseSolver(IslandGroup given, std::span<const Incidence> inciden
       dw_(3 * group().inverse_mass.size()) {
   const GramSolver::Summary& of_solver = solver_.summary();
   const std::size_t count = group().num_islands();
-  summary_ = {.name = "general",
+  summary_ = {.solvers = {LinearSolver::General},
               .reason = std::to_string(count) + (count == 1 ? " island of " : " islands of ") +
                         std::to_string(group().rows.size()) + (count == 1 ? " rows is" : " rows are") +
                         " left to sparse factors",
-              .ordering = of_solver.ordering,
+              .orderings = of_solver.orderings,
               .parts = of_solver.parts,
               .pattern_nonzeros = of_solver.pattern_nonzeros,
               .factor_nonzeros = static_cast<std::size_t>(of_solver.factor_nonzeros),

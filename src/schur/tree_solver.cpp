@@ -103,7 +103,7 @@ void TreeSolver::finish(const RodRows& given) {
   found_.resize(group_start_.size() - 1);
 
   constexpr double flops_a_rod = 50.0;
-  summary_ = {.name = "trees",
+  summary_ = {.solvers = {LinearSolver::Trees},
               .reason = (islands_.size() == 1 ? "one tree" : std::to_string(islands_.size()) + " trees") + " of rods" +
                         (num_rings == 0   ? ""
                          : num_rings == 1 ? ", and one that closes a ring"

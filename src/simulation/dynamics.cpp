@@ -27,7 +27,7 @@ void check_size(std::span<const double> array, std::size_t wanted, const char* n
   }
 }
 
-/// Numbers that nothing holds for by chance, the same ones each time.
+/// Fixed-seed random vector, so that no identity holds by accident.
 std::vector<double> random_numbers(std::size_t count) {
   std::mt19937 generator(44);
   std::normal_distribution<double> normal;
@@ -40,21 +40,23 @@ constexpr double smallest_number = std::numeric_limits<double>::min();
 
 }  // namespace
 
-/// One gather, one scatter: the host's arrays are read and written once a call.
+/// Reads and writes the host's arrays once a call.
 struct Dynamics::Implementation {
   Forms forms;
   Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
   const Form form_wanted;
-  // In the inner order, the last solve …
+  // The state that was solved last, as it was given, …
   double t = 0.0;
+  std::vector<double> given_r, given_v;
+  // … as the form answered, in the inner order, …
   std::vector<double> r, v, w, eta, lambda;
+  Outcome solved;
+  bool stands_there = false;  // The forms stand at this state; no later call took them elsewhere.
   // … in the form's own variables …
   std::vector<double> x, x_dot, x_ddot;
   // … and what the other calls work on.
   std::vector<double> y, z, before;
-  // The forms stand where the last solve was; no later call took them elsewhere.
-  bool is_there = false, has_solved = false;
   // Made when first asked for.
   std::unique_ptr<NormalSpace> normal_space;
   std::unique_ptr<TangentSpace> tangent_space;
@@ -70,43 +72,59 @@ struct Dynamics::Implementation {
   const Numbering& numbering() const { return model.numbering; }
   std::size_t num_numbers() const { return 3 * model.num_points(); }
 
-  /// Positions and velocities (where there are some), with what is prescribed at supports.
-  void gather(double time, std::span<const double> positions, std::span<const double> velocities,
-              std::vector<double>* inner_r, std::vector<double>* inner_v) {
-    if (!std::isfinite(time)) throw InputError("", "t = " + text(time) + " is not a time");
-    check_size(positions, num_numbers(), "positions");
+  /// Positions and velocities (at rest where there are none), with what is prescribed at supports.
+  void gather(const StateView& at, std::vector<double>* inner_r, std::vector<double>* inner_v) {
+    if (!std::isfinite(at.time)) throw InputError("", "t = " + text(at.time) + " is not a time");
+    check_size(at.positions, num_numbers(), "positions");
+    if (!at.velocities.empty()) check_size(at.velocities, num_numbers(), "velocities");
     inner_r->resize(num_numbers());
     inner_v->resize(num_numbers());
-    numbering().gather_points(positions, *inner_r);
-    if (!velocities.empty()) {
-      check_size(velocities, num_numbers(), "velocities");
-      numbering().gather_points(velocities, *inner_v);
-    }
-    model.prescribe_all(time, inner_r->data(), inner_v->data());
+    numbering().gather_points(at.positions, *inner_r);
+    if (at.velocities.empty())
+      std::fill(inner_v->begin(), inner_v->end(), 0.0);
+    else
+      numbering().gather_points(at.velocities, *inner_v);
+    model.prescribe_all(at.time, inner_r->data(), inner_v->data());
   }
 
   /// One instant is solved to rounding, and asks for other solutions.
   static constexpr Request demanding{.exact = true, .judgement = Judgement::Thorough, .refuses_several = true};
 
-  /// At t, r, v: w and what the form keeps.
-  Outcome solve() {
+  /// w, and what the form keeps.
+  const Outcome& solve(const StateView& at) {
+    stands_there = false;  // also where a host's callable throws
+    gather(at, &r, &v);
+    t = at.time;
+    given_r.assign(at.positions.begin(), at.positions.end());
+    given_v.assign(at.velocities.begin(), at.velocities.end());
+    solved = find_accelerations();
+    stands_there = true;
+    return solved;
+  }
+
+  Outcome find_accelerations() {
     if (Outcome outcome = form.adopt(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
     Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, x_ddot.data());
     if (!outcome.ok()) return outcome;
     form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
-    outcome = forms.reactions({t, r.data(), v.data()}, demanding, lambda.data(), eta.data());
-    is_there = outcome.ok();
-    return outcome;
+    return forms.reactions({t, r.data(), v.data()}, demanding, lambda.data(), eta.data());
   }
 
-  /// Back to the last solve, where a later call took the forms elsewhere.
-  Outcome come_back() {
-    if (!has_solved) throw InputError("", "nothing was solved so far: solve comes before what looks at its answer");
-    if (is_there) return {};
-    model.prescribe_all(t, r.data(), v.data());
-    return solve();
+  /// Solves at this state, unless the forms stand there.
+  const Outcome& stand_at(const StateView& at) {
+    const bool is_there = stands_there && at.time == t && std::ranges::equal(at.positions, given_r) &&
+                          std::ranges::equal(at.velocities, given_v);
+    return is_there ? solved : solve(at);
   }
 
+  /// At a state that is not the one solved last: r is `y`, v is `z`.
+  void leave_for(const StateView& at) {
+    stands_there = false;
+    gather(at, &y, &z);
+  }
+
+  void write_forces(const SolveArrays& wanted);
+  void write_coordinates(const SolveArrays& wanted) const;
   Outcome split(double* w_N, double* f_N);
   Outcome split_by_constraints(double* w_N, double* f_N);
   Outcome split_by_coordinates(double* w_N, double* f_N);
@@ -115,9 +133,8 @@ struct Dynamics::Implementation {
   std::vector<double> split_blocks;  // of K without what sticks
 };
 
-/// w_N and f_N of the last solve.
+/// w_N and f_N where the forms stand.
 Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
-  if (Outcome outcome = come_back(); !outcome.ok()) return outcome;
   tau.resize(num_numbers());
   tau_N.assign(num_numbers(), 0.0);
   forms.friction_forces(tau.data());
@@ -207,101 +224,99 @@ Counters Dynamics::counters() const {
   return live(implementation_, "Dynamics").model.counters;
 }
 
-SolveReport Dynamics::solve(double t, std::span<const double> positions, std::span<const double> velocities,
-                            std::span<double> accelerations, std::span<double> multipliers,
-                            std::span<double> reactions) {
+/// The load that supports carry (K lambda + f there), f and tau, where the forms stand.
+void Dynamics::Implementation::write_forces(const SolveArrays& wanted) {
+  if (!wanted.support_forces.empty()) {
+    for (std::size_t i = 0; i < model.num_points(); ++i) {
+      const bool moves = i < model.num_moving();
+      store(wanted.support_forces.data(), numbering().user_point[i],
+            moves ? Vec3{} : load(eta.data(), i) + load(model.f.data(), i));
+    }
+  }
+  if (!wanted.active_forces.empty()) numbering().scatter_points(model.f, wanted.active_forces);
+  if (wanted.friction_forces.empty()) return;
+  std::vector<double> friction(num_numbers());
+  forms.friction_forces(friction.data());
+  numbering().scatter_points(friction, wanted.friction_forces);
+}
+
+void Dynamics::Implementation::write_coordinates(const SolveArrays& wanted) const {
+  const auto write = [&](const std::vector<double>& inner, std::span<double> users) {
+    if (!users.empty()) model.coordinates.scatter(inner.data(), users.data());
+  };
+  write(x, wanted.coordinates);
+  write(x_dot, wanted.coordinate_rates);
+  write(x_ddot, wanted.coordinate_accelerations);
+}
+
+SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
   const auto check_wanted = [](std::span<const double> array, std::size_t size, const char* name) {
     if (!array.empty()) check_size(array, size, name);
   };
-  check_wanted(accelerations, self.num_numbers(), "accelerations");
-  check_wanted(multipliers, num_equations(), "multipliers");
-  check_wanted(reactions, self.num_numbers(), "reactions");
-  self.gather(t, positions, velocities, &self.r, &self.v);
-  self.t = t;
-  self.is_there = false;
-  self.has_solved = true;
-  Outcome solved = self.solve();
+  const std::size_t num_coordinates = self.forms.is_tangent() ? plan().coordinates : 0;
+  check_wanted(wanted.accelerations, self.num_numbers(), "accelerations");
+  check_wanted(wanted.multipliers, num_equations(), "multipliers");
+  check_wanted(wanted.reactions, self.num_numbers(), "reactions");
+  check_wanted(wanted.support_forces, self.num_numbers(), "support_forces");
+  check_wanted(wanted.active_forces, self.num_numbers(), "active_forces");
+  check_wanted(wanted.friction_forces, self.num_numbers(), "friction_forces");
+  check_wanted(wanted.coordinates, num_coordinates, "coordinates");
+  check_wanted(wanted.coordinate_rates, num_coordinates, "coordinate_rates");
+  check_wanted(wanted.coordinate_accelerations, num_coordinates, "coordinate_accelerations");
+  Outcome outcome = self.solve(at);
   SolveReport report = self.form.last_solve();
-  report.outcome = std::move(solved);
+  report.outcome = std::move(outcome);
   if (!report.outcome.ok()) return report;
   if (self.form_wanted == Form::Both) {
-    if (Outcome outcome = self.forms.compare({t, self.r.data(), self.v.data()}, self.demanding, self.w.data(),
-                                             self.eta.data(), &report.forms_disagreement);
-        !outcome.ok()) {
-      report.outcome = std::move(outcome);
+    if (Outcome compared = self.forms.compare({at.time, self.r.data(), self.v.data()}, self.demanding, self.w.data(),
+                                              self.eta.data(), &report.forms_disagreement);
+        !compared.ok()) {
+      report.outcome = std::move(compared);
       return report;
     }
   }
-  if (!accelerations.empty()) self.numbering().scatter_points(self.w, accelerations);
-  if (!multipliers.empty()) self.numbering().scatter_rows(self.lambda, multipliers);
-  if (!reactions.empty()) self.numbering().scatter_points(self.eta, reactions);
+  if (!wanted.accelerations.empty()) self.numbering().scatter_points(self.w, wanted.accelerations);
+  if (!wanted.multipliers.empty()) self.numbering().scatter_rows(self.lambda, wanted.multipliers);
+  if (!wanted.reactions.empty()) self.numbering().scatter_points(self.eta, wanted.reactions);
+  self.write_forces(wanted);
+  self.write_coordinates(wanted);
   return report;
 }
 
-Solution Dynamics::solution(double t, std::span<const double> positions, std::span<const double> velocities) {
-  Solution at = make_solution(system());
-  at.time = t;
-  at.outcome = solve(t, positions, velocities, at.accelerations, at.multipliers, at.reactions).outcome;
-  Implementation& self = *implementation_;
-  self.numbering().scatter_points(self.r, at.positions);
-  self.numbering().scatter_points(self.v, at.velocities);
-  at.position_violation = self.model.position_violation(t, self.r.data());
-  if (at.outcome.ok()) support_forces(at.support_forces);
-  return at;
+Solution Dynamics::solution(const StateView& at) {
+  Implementation& self = live(implementation_, "Dynamics");
+  Solution now = make_solution(system(), self.forms.is_tangent() ? plan().coordinates : 0);
+  now.time = at.time;
+  now.outcome = solve(at, {.accelerations = now.accelerations,
+                           .multipliers = now.multipliers,
+                           .reactions = now.reactions,
+                           .support_forces = now.support_forces,
+                           .coordinates = now.coordinates,
+                           .coordinate_rates = now.coordinate_rates})
+                    .outcome;
+  self.numbering().scatter_points(self.r, now.positions);
+  self.numbering().scatter_points(self.v, now.velocities);
+  now.position_violation = self.model.position_violation(at.time, self.r.data());
+  return now;
 }
 
-RankReport Dynamics::rank(bool thoroughly) {
+RankReport Dynamics::rank(const StateView& at, bool thoroughly) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
+  (void)self.stand_at(at);  // K may be evaluated though it has no solution
   return self.forms.rank(self.r.data(), thoroughly);
 }
 
-void Dynamics::active_forces(std::span<double> forces) const {
-  check_size(forces, live(implementation_, "Dynamics").num_numbers(), "forces");
-  live(implementation_, "Dynamics").numbering().scatter_points(live(implementation_, "Dynamics").model.f, forces);
-}
-
-void Dynamics::friction_forces(std::span<double> forces) const {
-  Implementation& self = live(implementation_, "Dynamics");
-  check_size(forces, self.num_numbers(), "forces");
-  std::vector<double> tau(self.num_numbers());
-  self.forms.friction_forces(tau.data());
-  self.numbering().scatter_points(tau, forces);
-}
-
-void Dynamics::coordinates(std::span<double> q, std::span<double> q_dot, std::span<double> q_ddot) const {
-  const Implementation& self = live(implementation_, "Dynamics");
-  const std::size_t wanted = self.forms.is_tangent() ? plan().coordinates : 0;
-  const auto write = [&](const std::vector<double>& inner, std::span<double> users, const char* name) {
-    if (users.empty()) return;
-    check_size(users, wanted, name);
-    self.model.coordinates.scatter(inner.data(), users.data());
-  };
-  write(self.x, q, "q");
-  write(self.x_dot, q_dot, "q_dot");
-  write(self.x_ddot, q_ddot, "q_ddot");
-}
-
-void Dynamics::support_forces(std::span<double> forces) const {
-  const Implementation& self = live(implementation_, "Dynamics");
-  check_size(forces, self.num_numbers(), "forces");
-  // K lambda + f of the last solve, whatever was projected since
-  for (std::size_t i = 0; i < self.model.num_points(); ++i) {
-    const bool moves = i < self.model.num_moving();
-    store(forces.data(), self.numbering().user_point[i],
-          moves ? Vec3{} : load(self.eta.data(), i) + load(self.model.f.data(), i));
-  }
-}
-
-Split Dynamics::split() {
+Split Dynamics::split(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
   const std::size_t size = self.num_numbers(), moving = 3 * self.numbering().num_moving;
   std::vector<double> w_N(size), f_N(size), rest(size, 0.0);
   Split result;
-  result.outcome = self.split(w_N.data(), f_N.data());
+  result.outcome = self.stand_at(at);
+  if (result.outcome.ok()) result.outcome = self.split(w_N.data(), f_N.data());
   if (!result.outcome.ok()) return result;
   // u_T = u - u_N; supports have no part in either.
   const auto write = [&](const std::vector<double>& u, const std::vector<double>& u_N, std::vector<double>* tangent,
@@ -319,20 +334,20 @@ Split Dynamics::split() {
   return result;
 }
 
-ReactionsByCause Dynamics::reactions_by_cause() {
+ReactionsByCause Dynamics::reactions_by_cause(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  ReactionsByCause result{self.come_back(), {}};
+  ReactionsByCause result{self.stand_at(at), {}};
   if (!result.outcome.ok()) return result;
   if (!self.causes) self.causes = std::make_unique<Causes>(self.forms);
   result.parts = self.causes->find(self.t, self.r.data(), self.v.data(), self.x.data(), self.x_dot.data());
   return result;
 }
 
-FrictionBlocks Dynamics::friction_by_blocks() {
+FrictionBlocks Dynamics::friction_by_blocks(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  FrictionBlocks result{.outcome = self.come_back(), .multipliers = {}, .friction = {}};
+  FrictionBlocks result{.outcome = self.stand_at(at), .multipliers = {}, .friction = {}};
   if (!result.outcome.ok()) return result;
   if (!self.model.has_friction()) throw InputError("/friction", "there is none: (43) has nothing to find");
   constexpr int most_iterations = 2000;
@@ -341,69 +356,65 @@ FrictionBlocks Dynamics::friction_by_blocks() {
   return result;
 }
 
-Certificate Dynamics::certify() {
+Certificate Dynamics::certify(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  if (Outcome outcome = self.solve(); !outcome.ok()) return make_failed_certificate(outcome);
-  self.is_there = false;  // the other form, and other times, are tried
+  if (const Outcome& outcome = self.solve(at); !outcome.ok()) return make_failed_certificate(outcome);
+  self.stands_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
   self.forms.friction_forces(tau.data());
   return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau});
 }
 
-ProjectionReport Dynamics::project_positions(double t, std::span<double> positions) {
+ProjectionReport Dynamics::project_positions(const MutableState& state) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  self.is_there = false;
-  self.gather(t, positions, {}, &self.y, &self.z);
+  self.leave_for({.time = state.time, .positions = state.positions});
   self.before = self.y;
-  ProjectionReport report = self.form.put_positions(t, self.y.data());
-  if (report.outcome.ok()) self.numbering().scatter_points(self.y, positions);
+  ProjectionReport report = self.form.put_positions(state.time, self.y.data());
+  if (report.outcome.ok()) self.numbering().scatter_points(self.y, state.positions);
   report.correction = self.model.largest_move(self.y.data(), self.before.data());
   return report;
 }
 
-ProjectionReport Dynamics::project_velocities(double t, std::span<const double> positions,
-                                              std::span<double> velocities) {
+ProjectionReport Dynamics::project_velocities(const MutableVelocities& state) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  self.is_there = false;
-  self.gather(t, positions, velocities, &self.y, &self.z);
+  check_size(state.velocities, self.num_numbers(), "velocities");
+  self.leave_for({.time = state.time, .positions = state.positions, .velocities = state.velocities});
   self.before = self.z;
-  ProjectionReport report = self.form.put_velocities(t, self.y.data(), self.z.data());
-  if (report.outcome.ok()) self.numbering().scatter_points(self.z, velocities);
+  ProjectionReport report = self.form.put_velocities(state.time, self.y.data(), self.z.data());
+  if (report.outcome.ok()) self.numbering().scatter_points(self.z, state.velocities);
   report.correction = self.model.largest_move(self.z.data(), self.before.data());
   return report;
 }
 
-StartReport Dynamics::start(double t, std::span<double> positions, std::span<double> velocities, StartMode mode) {
+StartReport Dynamics::start(const MutableState& state, StartMode mode) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  self.is_there = false;
   check_enum(mode, StartMode::Project, "/motion/start");
-  self.gather(t, positions, velocities, &self.y, &self.z);
-  StartReport report = self.forms.start(t, self.y.data(), self.z.data(), mode);
+  check_size(state.velocities, self.num_numbers(), "velocities");
+  self.leave_for({.time = state.time, .positions = state.positions, .velocities = state.velocities});
+  StartReport report = self.forms.start(state.time, self.y.data(), self.z.data(), mode);
   if (report.outcome.ok()) {
-    self.numbering().scatter_points(self.y, positions);
-    self.numbering().scatter_points(self.z, velocities);
+    self.numbering().scatter_points(self.y, state.positions);
+    self.numbering().scatter_points(self.z, state.velocities);
   }
   return report;
 }
 
-double Dynamics::position_violation(double t, std::span<const double> positions) {
+double Dynamics::position_violation(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  self.is_there = false;
-  self.gather(t, positions, {}, &self.y, &self.z);
-  return self.model.position_violation(t, self.y.data());
+  self.leave_for(at);
+  return self.model.position_violation(at.time, self.y.data());
 }
 
-double Dynamics::velocity_violation(double t, std::span<const double> positions, std::span<const double> velocities) {
+double Dynamics::velocity_violation(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  self.is_there = false;
-  self.gather(t, positions, velocities, &self.y, &self.z);
-  return self.model.velocity_violation(t, self.y.data(), self.z.data());
+  self.leave_for(at);
+  return self.model.velocity_violation(at.time, self.y.data(), self.z.data());
 }
 
 }  // namespace tanor

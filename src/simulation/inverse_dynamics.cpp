@@ -1,4 +1,4 @@
-#include <tanor/direct_problem.hpp>
+#include <tanor/inverse_dynamics.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -63,7 +63,7 @@ void check_time(double t) {
 
 }  // namespace
 
-struct DirectProblem::Implementation {
+struct InverseDynamics::Implementation {
   Model model;
   std::optional<NormalSpace> normal;    // none: coordinates alone are given
   std::optional<TangentSpace> tangent;  // only where they are
@@ -119,7 +119,7 @@ struct DirectProblem::Implementation {
 };
 
 /// Supports move as prescribed; the given motion is judged by that.
-void DirectProblem::Implementation::put_supports(double t, MotionForces* result) {
+void InverseDynamics::Implementation::put_supports(double t, MotionForces* result) {
   const std::vector<double> r_given = r, v_given = v, w_given = w;
   model.prescribe_all(t, r.data(), v.data());
   std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
@@ -130,7 +130,7 @@ void DirectProblem::Implementation::put_supports(double t, MotionForces* result)
   compare(w_given, w, 1.0, first, end, &result->acceleration);
 }
 
-Outcome DirectProblem::Implementation::measure_constraints(double t, MotionForces* result) {
+Outcome InverseDynamics::Implementation::measure_constraints(double t, MotionForces* result) {
   std::vector<double> position(model.num_rows()), velocity(position), acceleration(position);
   if (!position.empty()) {
     model.constraints.measure(r.data(), v.data(), position.data(), velocity.data());
@@ -152,7 +152,7 @@ Outcome DirectProblem::Implementation::measure_constraints(double t, MotionForce
 }
 
 /// What coordinates say of r, v, w: the nearest r(q, t), A q_dot + r_t, A q_ddot + psi.
-Outcome DirectProblem::Implementation::measure_coordinates(double t, MotionForces* result) {
+Outcome InverseDynamics::Implementation::measure_coordinates(double t, MotionForces* result) {
   std::vector<double> places = r, rates = v, psi(size()), part(size()), rest(size(), 0.0);
   const std::vector<double> no_rates(q.size(), 0.0);
   model.coordinates.locate(r.data(), q.data());
@@ -172,7 +172,7 @@ Outcome DirectProblem::Implementation::measure_coordinates(double t, MotionForce
 }
 
 /// Mw - f - tau = eta + u_T
-Outcome DirectProblem::Implementation::divide_force(double t, MotionForces* result) {
+Outcome InverseDynamics::Implementation::divide_force(double t, MotionForces* result) {
   std::vector<double> force(size(), 0.0), tau(size(), 0.0), eta(size(), 0.0), control(size(), 0.0);
   for (std::size_t i = 0; i < moving(); ++i) force[i] = model.mass[i / 3] * w[i] - model.f[i];
   if (friction) {
@@ -213,7 +213,7 @@ Outcome DirectProblem::Implementation::divide_force(double t, MotionForces* resu
   return {};
 }
 
-MotionForces DirectProblem::Implementation::evaluate(double t, const MotionState& points) {
+MotionForces InverseDynamics::Implementation::evaluate(double t, const MotionState& points) {
   check_time(t);
   check_size(points.value, size(), "positions");
   check_size(points.rate, size(), "velocities");
@@ -235,30 +235,30 @@ MotionForces DirectProblem::Implementation::evaluate(double t, const MotionState
   return result;
 }
 
-DirectProblem::DirectProblem(System system, SolverOptions options)
+InverseDynamics::InverseDynamics(System system, SolverOptions options)
     : implementation_(make_quietly<Implementation>(std::move(system), options)) {}
-DirectProblem::DirectProblem(DirectProblem&&) noexcept = default;
-DirectProblem& DirectProblem::operator=(DirectProblem&&) noexcept = default;
-DirectProblem::~DirectProblem() = default;
+InverseDynamics::InverseDynamics(InverseDynamics&&) noexcept = default;
+InverseDynamics& InverseDynamics::operator=(InverseDynamics&&) noexcept = default;
+InverseDynamics::~InverseDynamics() = default;
 
-const System& DirectProblem::system() const {
-  return live(implementation_, "DirectProblem").model.system;
+const System& InverseDynamics::system() const {
+  return live(implementation_, "InverseDynamics").model.system;
 }
-std::size_t DirectProblem::num_equations() const {
-  return live(implementation_, "DirectProblem").model.numbering.num_user_rows;
+std::size_t InverseDynamics::num_equations() const {
+  return live(implementation_, "InverseDynamics").model.numbering.num_user_rows;
 }
-std::size_t DirectProblem::num_coordinates() const {
-  return live(implementation_, "DirectProblem").coordinate.size();
+std::size_t InverseDynamics::num_coordinates() const {
+  return live(implementation_, "InverseDynamics").coordinate.size();
 }
 
-MotionForces DirectProblem::evaluate(double t, const MotionState& points) {
+MotionForces InverseDynamics::evaluate(double t, const MotionState& points) {
   const QuietTraps quiet;
-  return live(implementation_, "DirectProblem").evaluate(t, points);
+  return live(implementation_, "InverseDynamics").evaluate(t, points);
 }
 
-MotionState DirectProblem::place(double t, const MotionState& coordinates) {
+MotionState InverseDynamics::place(double t, const MotionState& coordinates) {
   const QuietTraps quiet;
-  Implementation& self = live(implementation_, "DirectProblem");
+  Implementation& self = live(implementation_, "InverseDynamics");
   Model& model = self.model;
   check_time(t);
   if (model.coordinates.empty()) throw InputError("/coordinates", "a motion q(t) needs coordinates; none are given");

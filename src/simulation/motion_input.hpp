@@ -5,6 +5,7 @@
 #include <tanor/motion.hpp>
 
 #include "dynamics/mechanics.hpp"
+#include "motion/snapshot.hpp"
 
 namespace tanor {
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <iterator>
 #include <limits>
+#include <optional>
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
@@ -14,15 +15,12 @@
 #include "certificate/certificate.hpp"
 #include "motion/integration.hpp"
 #include "simulation/motion_input.hpp"
+#include "simulation/motion_measures.hpp"
+#include "simulation/saved_state.hpp"
 #include "simulation/solution.hpp"
 #include "system/enum_check.hpp"
 
 namespace tanor {
-
-double EnergyReport::drift_relative() const {
-  const double drift = now - start - work_of_supports - work_of_forces - work_of_friction;
-  return scale > 0.0 ? drift / scale : 0.0;
-}
 
 namespace {
 
@@ -43,14 +41,12 @@ struct Simulation::Implementation {
   ChosenMethod chosen;
   Integration integration;
   State& state = integration.state;
-  // The state in the user's order.
-  std::vector<double> r, v, w, lambda, eta, carried, q, q_dot;
-  struct {
-    std::vector<double> r, v, w;
-  } points;                  // the state [3n] in the inner order
-  std::vector<double> rows;  // [d]
+  Solution now;                 // the state as the last call left it
+  std::optional<System> given;  // where points held rigid by prestress became supports of `model.system`
+  PointState points;            // the state in the inner order
+  std::vector<double> rows;     // [d]
   std::size_t num_events = 0;
-  static constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsilon();
+  MotionMeasures measures{options, model, form, integration, &points, &report};
   bool is_advancing = false;
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
@@ -61,14 +57,11 @@ struct Simulation::Implementation {
         integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
     note_method();
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
-      throw InputError("/motion/step", "method " + std::string(method_name(report.method)) +
+      throw InputError("/motion/step", "method " + std::string(name_of(report.method)) +
                                            " has fixed steps: a positive step, s, is needed");
     }
-    for (std::vector<double>* array : {&points.r, &points.v, &points.w, &r, &v, &w, &eta, &carried}) {
-      array->resize(3 * model.num_points());
-    }
-    for (std::vector<double>* array : {&q, &q_dot}) array->resize(forms.is_tangent() ? form.size() : 0);
-    lambda.resize(model.numbering.num_user_rows);
+    for (std::vector<double>* array : {&points.r, &points.v, &points.w}) array->resize(3 * model.num_points());
+    now = make_solution(model.system, forms.is_tangent() ? form.size() : 0);
     rows.resize(model.num_rows());
 
     state.t = t_start;
@@ -79,8 +72,8 @@ struct Simulation::Implementation {
     outcome = report.start.outcome;
     if (outcome.ok()) outcome = complete_state(nullptr);
     integration.begin();
-    measure_start();
-    if (model.has_friction()) measure_friction();
+    measures.begin();
+    if (model.has_friction()) measures.measure_friction(outcome.ok());
     publish();
   }
 
@@ -98,21 +91,26 @@ struct Simulation::Implementation {
     report.method_reason = integration.explain_stiffness();
   }
 
-  Snapshot snapshot() {
-    write_points();
+  const System& system() const { return given ? *given : model.system; }
+
+  /// Writes nothing of its own.
+  std::vector<std::byte> save() {
+    std::vector<double> r = points.r, v = points.v, w = points.w;
+    form.write_points(state.t, state.x.data(), state.v.data(), state.a.data(), r.data(), v.data(), w.data());
     Snapshot snapshot;
     snapshot.time = state.t;
-    snapshot.positions.resize(points.r.size());
-    snapshot.velocities.resize(points.v.size());
+    snapshot.positions.resize(r.size());
+    snapshot.velocities.resize(v.size());
     snapshot.report = report;
     integration.write(&snapshot);
-    model.numbering.scatter_points(points.r, snapshot.positions);
-    model.numbering.scatter_points(points.v, snapshot.velocities);
-    return snapshot;
+    model.numbering.scatter_points(r, snapshot.positions);
+    model.numbering.scatter_points(v, snapshot.velocities);
+    return pack(snapshot, fingerprint_of(system()));
   }
 
-  void restore(const Snapshot& snapshot) {
+  void restore(std::span<const std::byte> saved) {
     refuse_inside_advance("restore");
+    const Snapshot snapshot = unpack(saved, fingerprint_of(system()));
     check_snapshot(snapshot, points.r.size());
     integration.restore(snapshot);
     report = snapshot.report;
@@ -158,162 +156,11 @@ struct Simulation::Implementation {
                       points.w.data());
   }
 
-  double position_violation() { return model.position_violation(state.t, points.r.data()); }
-  double velocity_violation() { return model.velocity_violation(state.t, points.r.data(), points.v.data()); }
-
-  void measure_start() {
-    const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
-    report.energy.start = energy.kinetic + energy.potential;
-    report.energy.now = report.energy.start;
-    report.energy.potential_at_start = energy.potential;
-    report.energy.scale =
-        std::max(rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall()), energy.kinetic);
-    warn_of_tolerance();
-    report.position_violation = position_violation();
-    report.velocity_violation = velocity_violation();
-    report.acceleration_violation = form.last_solve().residual;
-  }
-
-  /// Projections know what they leave; without them it is measured here.
-  void measure_violations(const StepResult& step) {
-    double position = step.position_violation, velocity = step.velocity_violation;
-    if (options.stabilisation == Stabilisation::None || !step.is_settled) {
-      write_points();
-      position = position_violation();
-      velocity = velocity_violation();
-    }
-    report.position_violation = std::max(report.position_violation, position);
-    report.velocity_violation = std::max(report.velocity_violation, velocity);
-  }
-
-  void measure_step(const StepResult& step) {
-    ++report.steps;
-    report.time = state.t;
-    measure_violations(step);
-    if (step.is_settled && integration.knows_acceleration()) measure_acceleration();
-    const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
-    report.energy.now = energy.kinetic + energy.potential;
-    report.energy.work_of_supports = state.work.supports;
-    report.energy.work_of_forces = state.work.forces;
-    report.energy.work_of_friction = state.work.friction;
-    report.energy.scale =
-        std::max({report.energy.scale, energy.kinetic, std::abs(energy.potential - report.energy.potential_at_start),
-                  rounding_of_energies * std::abs(energy.potential), std::abs(state.work.supports),
-                  std::abs(state.work.forces), std::abs(state.work.friction)});
-    if (model.has_friction()) measure_friction();
-    watch_accuracy();
-    report.counters = model.counters;
-    report.times = model.times;
-  }
-
-  /// K'w + phi of the last accelerations.
-  void measure_acceleration() {
-    report.acceleration_violation = std::max(report.acceleration_violation, form.last_solve().residual);
-  }
-
-  /// What the energies of a motion through the length and at the speed of each neighbourhood would be, J.
-  double energy_of_a_fall() const {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < model.num_moving(); ++i) {
-      const double speed = model.scales.speed(model.scales.of_point(i));
-      sum += 0.5 * model.mass[i] * speed * speed;
-    }
-    return sum;
-  }
-
-  /// An absolute tolerance that leaves a neighbourhood less than four digits.
-  void warn_of_tolerance() {
-    constexpr double coarse = 1e-4;
-    if (!integration.scheme().is_adaptive() || !(options.atol > 0.0)) return;
-    std::size_t smallest = 0;
-    for (std::size_t k = 0; k + 1 < model.scales.size(); ++k)
-      if (model.scales.length(k) < model.scales.length(smallest)) smallest = k;
-    const double length = model.scales.length(smallest);
-    if (!(options.atol > coarse * length)) return;
-    std::array<char, 16> part{};
-    std::snprintf(part.data(), part.size(), "%.3g", options.atol / length);
-    report.accuracy_warning = "the absolute tolerance, " + text(options.atol) + " m, is " + std::string(part.data()) +
-                              " of the size of what moves, " + text(length) + " m; left out, it is 1e-10 of that size";
-  }
-
-  /// What the energy may miss though all velocities and positions are within some thousand tolerances, J: nothing moves
-  /// yet.
-  double tolerated_energy() {
-    constexpr double tolerances = 1e4;
-    if (!integration.scheme().is_adaptive()) return 0.0;
-    write_points();
-    double sum = 0.0;
-    for (std::size_t i = 0; i < model.num_moving(); ++i) {
-      const double speed = norm(load(points.v.data(), i)), atol = model.scales.velocity_tolerance(options.atol, i);
-      // m v dv + m a dr
-      const double of_velocity = (speed + tolerances * atol) * (atol + options.rtol * speed);
-      const double acceleration = model.scales.accelerations()[i];
-      sum +=
-          tolerances * model.mass[i] * (of_velocity + acceleration * model.scales.position_tolerance(options.atol, i));
-    }
-    return sum;
-  }
-
-  /// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.
-  void watch_accuracy() {
-    constexpr double longest_turn = 0.4;
-    std::string& warning = report.accuracy_warning;
-    const bool is_of_drift = warning.find(drifts) != std::string::npos;
-    if (!warning.empty() && !is_of_drift) return;
-    const double turn = integration.scheme().is_adaptive() ? 0.0 : integration.turn();
-    watch_drift(turn);
-    warning = turn > longest_turn
-                  ? "steps may be too long: one turns the motion by " + text(turn) + " rad at t = " + text(state.t)
-                  : explain_drift();
-  }
-
-  static constexpr const char* drifts = "the energy drifts by ";
-
-  void watch_drift(double turn) {
-    const bool is_adaptive = integration.scheme().is_adaptive();
-    EnergyReport& energy = report.energy;
-    const double drift = std::abs(energy.drift_relative()) * energy.scale;
-    if (!(drift > energy.largest_drift) || !(is_adaptive || turn > 0.0) || !(drift > tolerated_energy())) return;
-    energy.largest_drift = drift;
-    energy.largest_drift_time = state.t;
-  }
-
-  /// Beside all that has flowed so far; empty: it is little.
-  std::string explain_drift() const {
-    constexpr double largest_drift = 1e-2, least_drift = 1e-4, drift_of_rtol = 1e4;
-    const bool is_adaptive = integration.scheme().is_adaptive();
-    const double allowed =
-        is_adaptive ? std::clamp(drift_of_rtol * options.rtol, least_drift, largest_drift) : largest_drift;
-    const EnergyReport& energy = report.energy;
-    if (!(energy.largest_drift > allowed * energy.scale)) return "";
-    return std::string(is_adaptive ? "the tolerance may be missed: " : "steps may be too long: ") + drifts +
-           text(energy.largest_drift / energy.scale) + " of its scale at t = " + text(energy.largest_drift_time);
-  }
-
-  /// At a step's end; iterations are counted wherever friction was found.
-  void measure_friction() {
-    const FrictionReport& last = form.last_solve().friction;
-    FrictionSummary& all = report.friction;
-    all.solves = model.counters.friction_solves;
-    const auto iterations = static_cast<double>(model.counters.friction_iterations);
-    all.iterations_mean = all.solves > 0 ? iterations / static_cast<double>(all.solves) : 0.0;
-    all.iterations_max = std::max(all.iterations_max, last.iterations);
-    all.contraction_max = std::max(all.contraction_max, last.contraction);
-    all.residual_max = std::max(all.residual_max, last.residual);
-    all.method_used = std::max(all.method_used, last.method_used);
-    const bool is_first = all.uniqueness == Uniqueness::NotAsked;
-    if (is_first || std::isnan(last.error_bound) || last.error_bound > all.error_bound)
-      all.error_bound = last.error_bound;
-    if (last.uniqueness > all.uniqueness) all.uniqueness_reason = last.uniqueness_reason;
-    all.uniqueness = std::max(all.uniqueness, last.uniqueness);
-    if (outcome.ok() && last.uniqueness == Uniqueness::Several && all.several++ == 0) all.first_several = state.t;
-  }
-
-  /// Points that do not move though K alone would let them.
-  std::vector<Index> find_taut() {
+  /// Points held rigid by prestress: they do not move though K alone would let them.
+  std::vector<Index> find_prestress_rigid_points() {
     constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
     if (!outcome.ok() || model.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
-    return find_rank().taut_points;
+    return find_rank().prestress_rigid_points;
   }
 
   RankReport find_rank() {
@@ -321,28 +168,58 @@ struct Simulation::Implementation {
     return forms.rank(points.r.data(), false);
   }
 
-  /// The state in the user's order.
   void publish() {
     write_points();
-    const Numbering& numbering = model.numbering;
-    numbering.scatter_points(points.r, r);
-    numbering.scatter_points(points.v, v);
-    numbering.scatter_points(points.w, w);
-    if (forms.is_tangent()) {
-      model.coordinates.scatter(state.x.data(), q.data());
-      model.coordinates.scatter(state.v.data(), q_dot.data());
-    }
-    const Outcome known =
-        forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), points.w.data());
+    const Outcome known = write_solution(&now);
     if (outcome.ok()) outcome = known;
-    numbering.scatter_rows(rows, lambda);
-    numbering.scatter_points(points.w, eta);
+    report.counters = model.counters;
+    report.times = model.times;
+  }
+
+  /// The points, the coordinates and the forces that belong to the last accelerations, in the user's order.
+  Outcome write_solution(Solution* at) {
+    const Numbering& numbering = model.numbering;
+    numbering.scatter_points(points.r, at->positions);
+    numbering.scatter_points(points.v, at->velocities);
+    numbering.scatter_points(points.w, at->accelerations);
+    if (forms.is_tangent()) {
+      model.coordinates.scatter(state.x.data(), at->coordinates.data());
+      model.coordinates.scatter(state.v.data(), at->coordinate_rates.data());
+    }
+    Outcome known =
+        forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), points.w.data());
+    numbering.scatter_rows(rows, at->multipliers);
+    numbering.scatter_points(points.w, at->reactions);
     // What supports carry: eta + f there
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) points.w[i] = 0.0;
     for (std::size_t i = 3 * model.num_moving(); i < points.w.size(); ++i) points.w[i] += model.f[i];
-    numbering.scatter_points(points.w, carried);
-    report.counters = model.counters;
-    report.times = model.times;
+    numbering.scatter_points(points.w, at->support_forces);
+    return known;
+  }
+
+  /// Inside an observer accelerations may be those of a stage: they are found at the state, which keeps its own.
+  Solution solve_on_the_way() {
+    Solution at = make_solution(model.system, now.coordinates.size());
+    std::vector<double> at_a(form.size());
+    at.outcome = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, at_a.data());
+    form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), points.r.data(), points.v.data(),
+                      points.w.data());
+    if (at.outcome.ok()) {
+      at.outcome = write_solution(&at);
+    } else {
+      model.numbering.scatter_points(points.r, at.positions);
+      model.numbering.scatter_points(points.v, at.velocities);
+    }
+    return at;
+  }
+
+  Solution solution() {
+    Solution at = is_advancing ? solve_on_the_way() : now;
+    if (!is_advancing) at.outcome = outcome;
+    at.time = state.t;
+    write_points();
+    at.position_violation = model.position_violation(state.t, points.r.data());
+    return at;
   }
 
   Certificate certify() {
@@ -380,11 +257,12 @@ struct Simulation::Implementation {
   /// Its own observers, events and callables look at a step; they cannot make another one.
   void refuse_inside_advance(const char* what) const {
     if (is_advancing)
-      throw InputError("", std::string(what) + " was called inside advance; an observer returns false to stop there");
+      throw InputError("",
+                       std::string(what) + " was called inside advance_to; an observer returns false to stop there");
   }
 
   Outcome advance(double t_end, const Observer& observer) {
-    refuse_inside_advance("advance");
+    refuse_inside_advance("advance_to");
     struct Advancing {
       bool& flag;
       explicit Advancing(bool& is_advancing) : flag(is_advancing) { flag = true; }
@@ -407,7 +285,7 @@ struct Simulation::Implementation {
       const Outcome at_state = refresh(rejected_last ? Gradients::Evaluate : Gradients::Keep);
       if (rejected_last && integration.knows_acceleration()) integration.restore_good_memory();
       if (outcome.ok()) outcome = at_state;
-      if (outcome.ok() && state.t == t_end) measure_acceleration();
+      if (outcome.ok() && state.t == t_end) measures.measure_acceleration();
     }
     publish();
     return outcome;
@@ -416,8 +294,9 @@ struct Simulation::Implementation {
   std::size_t add_event(Event event) {
     if (!event.value) throw InputError("/event", "\"" + event.name + "\" has no function");
     check_enum(event.direction, Event::Direction::Falling, "/event/direction");
-    const auto value = [this, value = std::move(event.value), at_r = std::vector<double>(r.size()),
-                        at_v = std::vector<double>(v.size())](double t, const double* x, const double* x_dot) mutable {
+    const auto value = [this, value = std::move(event.value), at_r = std::vector<double>(points.r.size()),
+                        at_v = std::vector<double>(points.v.size())](double t, const double* x,
+                                                                     const double* x_dot) mutable {
       form.write_points(t, x, x_dot, state.a.data(), points.r.data(), points.v.data(), points.w.data());
       model.numbering.scatter_points(points.r, at_r);
       model.numbering.scatter_points(points.v, at_v);
@@ -430,7 +309,7 @@ struct Simulation::Implementation {
   /// A step that was accepted.
   void take(const StepResult& step) {
     form.recentre(state.t, state.x.data(), state.v.data(), state.a.data());
-    measure_step(step);
+    measures.take(step, outcome.ok());
   }
 };
 
@@ -439,23 +318,26 @@ Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver
   const QuietTraps quiet;
   const std::vector<std::size_t> idle = plan().idle_equations;
   std::vector<Index> all;
-  for (std::vector<Index> taut; !(taut = implementation_->find_taut()).empty();) {
-    all.insert(all.end(), taut.begin(), taut.end());
+  std::optional<System> given;
+  for (std::vector<Index> rigid; !(rigid = implementation_->find_prestress_rigid_points()).empty();) {
+    all.insert(all.end(), rigid.begin(), rigid.end());
     System held = implementation_->model.system;
-    held.supports.push_back({"taut rods", taut, {}});
+    if (!given) given = held;
+    held.supports.push_back({"taut rods", rigid, {}});
     implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, t_start);
   }
   if (all.empty()) return;
+  implementation_->given = std::move(given);
   PlanSummary& plan = implementation_->forms.plan;
-  plan.taut_points = std::move(all);
+  plan.prestress_rigid_points = std::move(all);
   std::set_difference(plan.idle_equations.begin(), plan.idle_equations.end(), idle.begin(), idle.end(),
-                      std::back_inserter(plan.taut_equations));
+                      std::back_inserter(plan.prestress_rigid_equations));
 }
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
-Outcome Simulation::advance(double t_end, const Observer& observer) {
+Outcome Simulation::advance_to(double t_end, const Observer& observer) {
   const QuietTraps quiet;
   return live(implementation_, "Simulation").advance(t_end, observer);
 }
@@ -466,21 +348,21 @@ std::size_t Simulation::add_event(Event event) {
 std::span<const Passage> Simulation::passages() const {
   return live(implementation_, "Simulation").integration.watch().passages();
 }
-Snapshot Simulation::snapshot() const {
+std::vector<std::byte> Simulation::save() const {
   const QuietTraps quiet;
-  return live(implementation_, "Simulation").snapshot();
+  return live(implementation_, "Simulation").save();
 }
 Certificate Simulation::certify() {
   const QuietTraps quiet;
   return live(implementation_, "Simulation").certify();
 }
-void Simulation::restore(const Snapshot& snapshot) {
+void Simulation::restore(std::span<const std::byte> saved) {
   const QuietTraps quiet;
-  live(implementation_, "Simulation").restore(snapshot);
+  live(implementation_, "Simulation").restore(saved);
 }
 
 const System& Simulation::system() const {
-  return live(implementation_, "Simulation").model.system;
+  return live(implementation_, "Simulation").system();
 }
 const PlanSummary& Simulation::plan() const {
   return live(implementation_, "Simulation").forms.plan;
@@ -495,52 +377,42 @@ double Simulation::time() const {
   return live(implementation_, "Simulation").state.t;
 }
 std::span<const double> Simulation::coordinates() const {
-  return live(implementation_, "Simulation").q;
+  return live(implementation_, "Simulation").now.coordinates;
 }
 std::span<const double> Simulation::coordinate_rates() const {
-  return live(implementation_, "Simulation").q_dot;
+  return live(implementation_, "Simulation").now.coordinate_rates;
 }
-RankReport Simulation::rank() const {
+RankReport Simulation::rank() {
   const QuietTraps quiet;
   RankReport report = live(implementation_, "Simulation").find_rank();
-  const std::vector<std::size_t>& taut = plan().taut_equations;
+  const std::vector<std::size_t>& rigid = plan().prestress_rigid_equations;
   for (RowDependence& dependence : report.dependences) {
-    if (std::binary_search(taut.begin(), taut.end(), dependence.row))
+    if (std::binary_search(rigid.begin(), rigid.end(), dependence.row))
       dependence.what = equation_name(system(), dependence.row) + " is taut between supports, its force not determined";
   }
   return report;
 }
 std::span<const double> Simulation::positions() const {
-  return live(implementation_, "Simulation").r;
+  return live(implementation_, "Simulation").now.positions;
 }
 std::span<const double> Simulation::velocities() const {
-  return live(implementation_, "Simulation").v;
+  return live(implementation_, "Simulation").now.velocities;
 }
 std::span<const double> Simulation::accelerations() const {
-  return live(implementation_, "Simulation").w;
+  return live(implementation_, "Simulation").now.accelerations;
 }
-Solution Simulation::solution() const {
-  Implementation& self = live(implementation_, "Simulation");
-  Solution now = make_solution(self.model.system);
-  now.outcome = self.outcome;
-  now.time = self.state.t;
-  now.positions = self.r;
-  now.velocities = self.v;
-  now.accelerations = self.w;
-  now.multipliers = self.lambda;
-  now.reactions = self.eta;
-  now.support_forces = self.carried;
-  now.position_violation = self.position_violation();
-  return now;
+Solution Simulation::solution() {
+  const QuietTraps quiet;
+  return live(implementation_, "Simulation").solution();
 }
 std::span<const double> Simulation::multipliers() const {
-  return live(implementation_, "Simulation").lambda;
+  return live(implementation_, "Simulation").now.multipliers;
 }
 std::span<const double> Simulation::reactions() const {
-  return live(implementation_, "Simulation").eta;
+  return live(implementation_, "Simulation").now.reactions;
 }
 std::span<const double> Simulation::support_forces() const {
-  return live(implementation_, "Simulation").carried;
+  return live(implementation_, "Simulation").now.support_forces;
 }
 
 }  // namespace tanor

@@ -5,11 +5,12 @@
 
 namespace tanor {
 
-Solution make_solution(const System& system) {
+Solution make_solution(const System& system, std::size_t num_coordinates) {
   Solution solution;
   for (std::vector<double>* array : {&solution.positions, &solution.velocities, &solution.accelerations,
                                      &solution.reactions, &solution.support_forces})
     array->resize(3 * system.num_points());
+  for (std::vector<double>* array : {&solution.coordinates, &solution.coordinate_rates}) array->resize(num_coordinates);
   std::size_t row = 0;
   for (const Constraint& constraint : system.constraints) {
     const auto [members, rows] = shape_of(constraint);

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <span>
-#include <vector>
+#include <cstddef>
 
 #include <tanor/dynamics.hpp>
 
 namespace tanor {
 
-/// Room for all arrays of a solution of the system, and where the equations of its members stand.
-Solution make_solution(const System& system);
+/// Room for all arrays of a solution of the system (in so many coordinates), and where the equations of its members
+/// stand.
+Solution make_solution(const System& system, std::size_t num_coordinates);
 
 }  // namespace tanor

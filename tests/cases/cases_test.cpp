@@ -152,7 +152,7 @@ TEST(Dop853Test, WavesOfAChainUnderTension) {
     for (const auto& [k, t] : {std::pair{1U, 0.25 * period}, std::pair{2U, period}}) {
       Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-13, .atol = 1e-15});
 
-      ASSERT_TRUE(simulation.advance(t).ok());
+      ASSERT_TRUE(simulation.advance_to(t).ok());
 
       EXPECT_LT(largest_difference(simulation.positions().subspan(3), vectors(k, "r")), 1e-11) << amplitude;
       EXPECT_LT(largest_difference(simulation.velocities().subspan(3), vectors(k, "v")), 1e-11) << amplitude;
@@ -249,7 +249,10 @@ TEST(CatenaryTest, LibraryFindsRestAndTwelveDigitsOfTheTensions) {
   const System& system = dynamics.system();
   std::vector<double> w(33), lambda(10);
 
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, system.velocities, w, lambda).outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                         {.accelerations = w, .multipliers = lambda})
+                  .outcome.ok());
 
   expect_rest_with_tensions(w, lambda);
 }
@@ -273,7 +276,10 @@ TEST(AtwoodTest, StraightRopesGiveTheSchoolBookAnswer) {
   const System& system = dynamics.system();
   std::vector<double> w(6), lambda(1);
 
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, system.velocities, w, lambda).outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                         {.accelerations = w, .multipliers = lambda})
+                  .outcome.ok());
 
   EXPECT_NEAR(-w[4], number(straight.at("acc(m2 down)")), 1e-14);
   EXPECT_NEAR(w[1], number(straight.at("acc(m2 down)")), 1e-14);
@@ -288,7 +294,10 @@ TEST(RotatingHoopTest, FormulasGiveTheAnswerOfTheBuiltInKinds) {
       formulas(make_rotating_hoop_by_formulas(trajectory.front()));
   const auto solve = [](Dynamics* dynamics, const Instant& instant) {
     std::vector<double> w(3), lambda(2), eta(3);
-    EXPECT_TRUE(dynamics->solve(instant.t, instant.r, instant.v, w, lambda, eta).outcome.ok());
+    EXPECT_TRUE(dynamics
+                    ->solve({.time = instant.t, .positions = instant.r, .velocities = instant.v},
+                            {.accelerations = w, .multipliers = lambda, .reactions = eta})
+                    .outcome.ok());
     w.insert(w.end(), lambda.begin(), lambda.end());
     w.insert(w.end(), eta.begin(), eta.end());
     return w;

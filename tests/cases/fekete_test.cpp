@@ -84,7 +84,7 @@ Multipliers run(const System& system, const MotionOptions& motion, const std::ve
   };
   judge();
   for (const double t : times) {
-    const Outcome outcome = simulation.advance(t);
+    const Outcome outcome = simulation.advance_to(t);
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     judge();
   }
@@ -116,7 +116,7 @@ TEST(FeketeTest, MultipliersOf2000PointsAreTheClosedFormAtEveryTime) {
 TEST(FeketeTest, TwentyPointsComeToRestWhereTheyAreFarthestApart) {
   Simulation simulation(make_fekete(start_of_the_test_set()), {.method = Method::Dopri5, .rtol = 1e-6, .atol = 1e-8});
 
-  ASSERT_TRUE(simulation.advance(200.0).ok());
+  ASSERT_TRUE(simulation.advance_to(200.0).ok());
 
   EXPECT_NEAR(simulation.report().energy.now, -54.011130, 1e-5);
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-4);

@@ -76,7 +76,7 @@ TEST_P(RoughCaseTest, TenDigitsWithConstraintsAloneAndInBothForms) {
     Simulation simulation(system, options, {.form = form});
     for (std::size_t k = 1; k < trajectory.size(); ++k) {
       const Instant& instant = trajectory[k];
-      ASSERT_TRUE(simulation.advance(instant.t).ok()) << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance_to(instant.t).ok()) << simulation.outcome().what;
       expect_near(simulation.positions(), instant.r, 1e-10);
       expect_near(simulation.velocities(), instant.v, 1e-10);
       expect_near(simulation.accelerations(), instant.w, 1e-10);
@@ -96,7 +96,8 @@ TEST_P(RoughCaseTest, BothFormsAgreeAtEveryInstant) {
   Dynamics dynamics(system, {.form = Form::Both});
   for (const Instant& instant : trajectory) {
     std::vector<double> w(3), eta(3), tau(3);
-    const SolveReport report = dynamics.solve(instant.t, instant.r, instant.v, w, {}, eta);
+    const SolveReport report = dynamics.solve({.time = instant.t, .positions = instant.r, .velocities = instant.v},
+                                              {.accelerations = w, .reactions = eta});
     ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
     EXPECT_LE(report.forms_disagreement, 1e-12);
     expect_near(w, instant.w, 1e-13);
@@ -154,7 +155,9 @@ TEST(PainleveRailsTest, TheNumberOfSolutionsIsThatOfTheCase) {
     const System system = make_rails(instance);
     Dynamics dynamics(system);
     std::vector<double> w(6), lambda(5);
-    const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda);
+    const SolveReport report =
+        dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                       {.accelerations = w, .multipliers = lambda});
     const int count = instance.at("n_solutions").get<int>();
     EXPECT_EQ(report.friction.uniqueness, count == 0   ? Uniqueness::None
                                           : count == 1 ? Uniqueness::Proven

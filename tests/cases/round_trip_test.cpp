@@ -1,7 +1,7 @@
 /// The two problems undo each other: a motion that forces made asks for no other force.
 
 #include <gtest/gtest.h>
-#include <tanor/direct_problem.hpp>
+#include <tanor/inverse_dynamics.hpp>
 #include <tanor/motion.hpp>
 
 #include "cases/judge.hpp"
@@ -17,7 +17,7 @@ TEST_P(RoundTripTest, MotionOfTheForcesNeedsNoControlAndHasTheReactionsOfTheCase
   const std::vector<Instant> trajectory = read_trajectory(scene.reference);
   const System system = scene.build(trajectory.front());
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14});
-  DirectProblem problem(system);
+  InverseDynamics problem(system);
   const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };
   const auto masses = [&](const std::vector<double>& all) { return std::span(all).subspan(3 * scene.num_supports); };
 
@@ -25,7 +25,7 @@ TEST_P(RoundTripTest, MotionOfTheForcesNeedsNoControlAndHasTheReactionsOfTheCase
   for (const Instant& instant : trajectory) scale = std::max(scale, largest(scene.reactions(instant)));
   for (const Instant& instant : trajectory) {
     if (instant.t > 0.0) {
-      ASSERT_TRUE(simulation.advance(instant.t).ok()) << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance_to(instant.t).ok()) << simulation.outcome().what;
     }
 
     const MotionForces forces = problem.evaluate(

@@ -115,7 +115,7 @@ TEST_P(CoordinateCaseTest, TenDigitsOfMotionReactionsAndMultipliers) {
   const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };
 
   for (const Instant& instant : judge.instants()) {
-    ASSERT_TRUE(simulation.advance(instant.t).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(instant.t).ok()) << simulation.outcome().what;
 
     const Answer answer{.t = simulation.time(),
                         .positions = copy(simulation.positions()),
@@ -136,9 +136,11 @@ TEST_P(CoordinateCaseTest, BothFormsAgreeToTwelveDigits) {
   std::vector<double> w(system.positions.size());
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14}, {.form = Form::Tangent});
   for (const Instant& instant : judge.instants()) {
-    ASSERT_TRUE(simulation.advance(instant.t).ok());
+    ASSERT_TRUE(simulation.advance_to(instant.t).ok());
 
-    const SolveReport report = dynamics.solve(instant.t, simulation.positions(), simulation.velocities(), w);
+    const SolveReport report =
+        dynamics.solve({.time = instant.t, .positions = simulation.positions(), .velocities = simulation.velocities()},
+                       {.accelerations = w});
 
     ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
     EXPECT_LE(report.forms_disagreement, 1e-12) << "t = " << instant.t;
@@ -159,9 +161,18 @@ TEST(RotatingHoopTest, CoordinatesGiveTheAnswerOfTheConstraints) {
   for (const Instant& instant : trajectory) {
     std::vector<double> w[3] = {instant.w, instant.w, instant.w}, eta[3] = {instant.w, instant.w, instant.w};
 
-    ASSERT_TRUE(built_in.solve(instant.t, instant.r, instant.v, w[0], {}, eta[0]).outcome.ok());
-    ASSERT_TRUE(formulas.solve(instant.t, instant.r, instant.v, w[1], {}, eta[1]).outcome.ok());
-    ASSERT_TRUE(coordinates.solve(instant.t, instant.r, instant.v, w[2], {}, eta[2]).outcome.ok());
+    ASSERT_TRUE(built_in
+                    .solve({.time = instant.t, .positions = instant.r, .velocities = instant.v},
+                           {.accelerations = w[0], .reactions = eta[0]})
+                    .outcome.ok());
+    ASSERT_TRUE(formulas
+                    .solve({.time = instant.t, .positions = instant.r, .velocities = instant.v},
+                           {.accelerations = w[1], .reactions = eta[1]})
+                    .outcome.ok());
+    ASSERT_TRUE(coordinates
+                    .solve({.time = instant.t, .positions = instant.r, .velocities = instant.v},
+                           {.accelerations = w[2], .reactions = eta[2]})
+                    .outcome.ok());
 
     for (const int other : {0, 1}) {
       EXPECT_LE(largest_difference(w[2], w[other]), 1e-12 * largest(w[2])) << "t = " << instant.t;
@@ -204,7 +215,9 @@ TEST_P(CatenaryInCoordinatesTest, FindsRestAndTwelveDigitsOfTheTensions) {
   Dynamics dynamics(system, {.form = GetParam()});
   std::vector<double> w(33), lambda(10);
 
-  const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda);
+  const SolveReport report =
+      dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                     {.accelerations = w, .multipliers = lambda});
 
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
   expect_rest_with_tensions(w, lambda);
@@ -222,7 +235,7 @@ TEST(CatenaryTest, ChainBetweenSupportsStaysAtRestInCoordinates) {
   hold_in_plane(&system);
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12}, {.form = Form::Tangent});
 
-  ASSERT_TRUE(simulation.advance(1.0).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
 
   EXPECT_LT(largest_difference(simulation.positions(), system.positions), 1e-11);
   EXPECT_LT(largest(simulation.velocities()), 1e-10);

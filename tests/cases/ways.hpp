@@ -29,7 +29,7 @@ using Way = Answer (*)(const std::string& scene_name, const System& system, cons
 
 inline Answer through_library(const std::string&, const System& system, const MotionOptions& options, double t_end) {
   Simulation simulation(system, options);
-  if (const Outcome outcome = simulation.advance(t_end); !outcome.ok()) throw std::runtime_error(outcome.what);
+  if (const Outcome outcome = simulation.advance_to(t_end); !outcome.ok()) throw std::runtime_error(outcome.what);
   const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };
   const MotionReport& report = simulation.report();
   return {simulation.time(),
@@ -77,7 +77,7 @@ inline std::string spell(const MotionOptions& options) {
     std::snprintf(buffer, sizeof buffer, "%.17g", x);
     return std::string(buffer);
   };
-  return "--method " + std::string(method_name(options.method)) +
+  return "--method " + std::string(name_of(options.method)) +
          (options.step > 0.0 ? " --step " + digits(options.step)
                              : " --rtol " + digits(options.rtol) + " --atol " + digits(options.atol));
 }

@@ -258,7 +258,7 @@ TEST(FrictionCertificate, StandsAtTheEndOfAMotionThatSlidesAndSticks) {
   for (const System& system : {make_slope(0.3, 1.0), held}) {
     Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12});
     for (const double t : {0.05, 0.4, 1.0}) {
-      ASSERT_TRUE(simulation.advance(t).ok()) << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance_to(t).ok()) << simulation.outcome().what;
       const Certificate certificate = simulation.certify();
       EXPECT_TRUE(certificate.passed()) << certificate.line() << "\n" << errors(certificate);
     }

@@ -134,10 +134,10 @@ RC_GTEST_PROP(Certificate, PassesRandomSystems, ()) {
 
 TEST(Certificate, FindsEveryCorruptedSlotOfS) {
   for (const System& system : {make_driven_chain(), make_chain_with_coordinates()}) {
-    const std::size_t slots =
-        Tampering::num_slots(Tampering::S(Case(system, {.form = Form::Normal, .way = Way::General}).forms));
+    const std::size_t slots = Tampering::num_slots(
+        Tampering::S(Case(system, {.form = Form::Normal, .linear_solver = LinearSolver::General}).forms));
     for (std::size_t slot = 0; slot < slots; ++slot) {
-      Case solved(system, {.form = Form::Normal, .way = Way::General});
+      Case solved(system, {.form = Form::Normal, .linear_solver = LinearSolver::General});
       Tampering::corrupt_slot(Tampering::S(solved.forms), slot, 1e-6);
       EXPECT_FALSE(solved.certify().passed()) << "slot " << slot;
     }
@@ -178,18 +178,18 @@ TEST(Certificate, FindsEveryCorruptedEliminationOfEachWay) {
   struct Eliminated {
     const char* way;
     System system;
-    Way wanted = Way::Auto;
+    LinearSolver wanted = LinearSolver::Auto;
   };
-  const Eliminated all[] = {{"paths", make_pieces(1, 12, false), Way::Paths},
-                            {"paths", make_pieces(1, 9, true), Way::Paths},
-                            {"bundles", make_pieces(3, 3, true), Way::Bundles},
-                            {"trees", make_tree(), Way::Trees}};
+  const Eliminated all[] = {{"paths", make_pieces(1, 12, false), LinearSolver::Paths},
+                            {"paths", make_pieces(1, 9, true), LinearSolver::Paths},
+                            {"batches", make_pieces(3, 3, true), LinearSolver::Batches},
+                            {"trees", make_tree(), LinearSolver::Trees}};
   for (const auto& [way, system, wanted] : all) {
-    const std::size_t numbers = Tampering::K(Case(system, {.way = wanted}).forms).size();
+    const std::size_t numbers = Tampering::K(Case(system, {.linear_solver = wanted}).forms).size();
     std::size_t moving = 0;
     for (std::size_t number = 0; number < numbers; ++number) {
-      Case solved(system, {.way = wanted});
-      ASSERT_EQ(solved.forms.plan.way, way);
+      Case solved(system, {.linear_solver = wanted});
+      ASSERT_EQ(solved.forms.plan.linear_solver(), way);
       EXPECT_TRUE(solved.certify().passed()) << way;
       // Where a number is 0 a change shows only in its square.
       const double by = std::abs(Tampering::K(solved.forms)[number]) < 1e-9 ? 1e-2 : 1e-6;
@@ -363,9 +363,10 @@ TEST(Certificate, Equations9And10FindEachSlotOfSAndOfH) {
   const System system = make_chain_with_coordinates();
   for (const char* equation : {"(9)", "(10)"}) {
     // The form that steps keeps its factor, the other one is made afresh.
-    for (std::size_t slot = 0; slot < Tampering::num_slots(Tampering::S(Case(system, {.way = Way::General}).forms));
+    for (std::size_t slot = 0;
+         slot < Tampering::num_slots(Tampering::S(Case(system, {.linear_solver = LinearSolver::General}).forms));
          ++slot) {
-      Case solved(system, {.form = Form::Normal, .way = Way::General});
+      Case solved(system, {.form = Form::Normal, .linear_solver = LinearSolver::General});
       EXPECT_FALSE(fails(solved.certify(), equation));
       Tampering::corrupt_slot(Tampering::S(solved.forms), slot, 1e-6);
       EXPECT_TRUE(fails(solved.certify(), equation)) << "S " << slot;
@@ -402,7 +403,7 @@ TEST(Certificate, LineWhoseUnitVectorsJumpIsNoFailure) {
   Simulation simulation(system, {.step = 0.01});
 
   for (int k = 1; k <= 30; ++k) {
-    ASSERT_TRUE(simulation.advance(0.1 * k).ok());
+    ASSERT_TRUE(simulation.advance_to(0.1 * k).ok());
     const Certificate certificate = simulation.certify();
     EXPECT_TRUE(certificate.passed()) << simulation.time() << ": " << certificate.line();
   }

@@ -41,7 +41,7 @@ RandomSystem make_heavy_tip(double ratio, double bend) {
   std::normal_distribution<double> normal;
   for (Index c = 0; c < 3 * (rods + 1); ++c) random.velocities.push_back(normal(generator));
   Dynamics dynamics(system);
-  (void)dynamics.project_velocities(0.0, random.positions, random.velocities);
+  (void)dynamics.project_velocities({.time = 0.0, .positions = random.positions, .velocities = random.velocities});
   return random;
 }
 
@@ -155,7 +155,10 @@ TEST_P(HeavyTip, EachBeadMovesAsInQuadruplePrecision) {
   Dynamics dynamics(random.system);
   std::vector<double> w(3 * rods + 3), lambda(rods);
 
-  ASSERT_TRUE(dynamics.solve(0.0, random.positions, random.velocities, w, lambda).outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 0.0, .positions = random.positions, .velocities = random.velocities},
+                         {.accelerations = w, .multipliers = lambda})
+                  .outcome.ok());
 
   for (std::size_t k = 0; k < rods; ++k) {
     Quad residual = exact.curvatures[k];
@@ -208,8 +211,9 @@ RC_GTEST_PROP(NormalForm, ProjectionConvergesAMillionLengthsAway, ()) {
   for (double& x : random.positions) x += 1e6;
   Dynamics dynamics(random.system);
 
-  const ProjectionReport positions = dynamics.project_positions(random.t, random.positions);
-  const ProjectionReport velocities = dynamics.project_velocities(random.t, random.positions, random.velocities);
+  const ProjectionReport positions = dynamics.project_positions({.time = random.t, .positions = random.positions});
+  const ProjectionReport velocities =
+      dynamics.project_velocities({.time = random.t, .positions = random.positions, .velocities = random.velocities});
 
   RC_ASSERT(positions.outcome.ok());
   RC_ASSERT(positions.violation <= 1e-8);

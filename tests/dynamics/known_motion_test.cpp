@@ -85,7 +85,8 @@ class TwoRodsOnAMovingAnchor : public testing::TestWithParam<double> {
 TEST_P(TwoRodsOnAMovingAnchor, AccelerationsAreThoseOfTheMotion) {
   std::vector<double> w(9), lambda(2);
 
-  const SolveReport report = dynamics.solve(t, r, v, w, lambda);
+  const SolveReport report =
+      dynamics.solve({.time = t, .positions = r, .velocities = v}, {.accelerations = w, .multipliers = lambda});
 
   ASSERT_TRUE(report.outcome.ok());
   EXPECT_LE((reference::vector(w) - reference::vector(TwoRods::derivative(t, 2))).norm(), 2e-14);
@@ -104,22 +105,23 @@ TEST_P(TwoRodsOnAMovingAnchor, AccelerationsAreSecondDifferencesOfThePositions) 
   }
   std::vector<double> w(9);
 
-  const SolveReport report = dynamics.solve(t, r, v, w);
+  const SolveReport report = dynamics.solve({.time = t, .positions = r, .velocities = v}, {.accelerations = w});
 
   ASSERT_TRUE(report.outcome.ok());
   EXPECT_LE((reference::vector(w) - difference).norm(), 1e-9);
 }
 
 TEST_P(TwoRodsOnAMovingAnchor, StateOfTheMotionIsAdmissible) {
-  EXPECT_LE(dynamics.position_violation(t, r), 1e-15);
-  EXPECT_LE(dynamics.velocity_violation(t, r, v), 1e-15);
+  EXPECT_LE(dynamics.position_violation({.time = t, .positions = r}), 1e-15);
+  EXPECT_LE(dynamics.velocity_violation({.time = t, .positions = r, .velocities = v}), 1e-15);
 }
 
 TEST_P(TwoRodsOnAMovingAnchor, SupportCarriesThePullOfItsRod) {
-  std::vector<double> w(9), carried(9);
-  ASSERT_TRUE(dynamics.solve(t, r, v, w).outcome.ok());
+  std::vector<double> carried(9);
 
-  dynamics.support_forces(carried);
+  const SolveReport report = dynamics.solve({.time = t, .positions = r, .velocities = v}, {.support_forces = carried});
+
+  ASSERT_TRUE(report.outcome.ok());
 
   // lambda_1 = -2.5 pulls: the anchor is drawn towards r1 by 2.5 N.
   const auto u = TwoRods::e1(t);

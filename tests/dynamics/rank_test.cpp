@@ -71,9 +71,10 @@ TEST(Rank, OverBracedTrussHasTheAccelerationsAndMultipliersOfThePseudoInverse) {
   Dynamics dynamics(system);
   VectorXd w(24), lambda(17), eta(24);
 
-  const SolveReport report =
-      dynamics.solve(0.0, system.positions, system.velocities, {w.data(), 24}, {lambda.data(), 17}, {eta.data(), 24});
-  const RankReport rank = dynamics.rank();
+  const SolveReport report = dynamics.solve(
+      {.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+      {.accelerations = {w.data(), 24}, .multipliers = {lambda.data(), 17}, .reactions = {eta.data(), 24}});
+  const RankReport rank = dynamics.rank({.time = 0.0, .positions = system.positions, .velocities = system.velocities});
 
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
   // lambda = -S^+ (phi + K'M^-1 f): the smallest of all solutions
@@ -103,9 +104,12 @@ TEST(Rank, EachDependenceIsAnEquationBetweenGradients) {
   const Dense dense = make_dense(system);
   Dynamics dynamics(system);
   std::vector<double> w(24);
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, system.velocities, w).outcome.ok());
+  ASSERT_TRUE(
+      dynamics
+          .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w})
+          .outcome.ok());
 
-  const RankReport rank = dynamics.rank();
+  const RankReport rank = dynamics.rank({.time = 0.0, .positions = system.positions, .velocities = system.velocities});
 
   // C = M^-1/2 K with unit columns
   MatrixXd C = dense.inverse_mass.cwiseSqrt().asDiagonal() * dense.K;
@@ -132,13 +136,14 @@ TEST(Rank, StraightChainRaisesNoSuspicion) {
   system.forces = {Gravity{"", {1.0, 0.0, -9.81}}};
   Dynamics dynamics(system);
   std::vector<double> w(3 * (rods + 1));
+  const StateView at_rest{.time = 0.0, .positions = system.positions};
 
-  const SolveReport report = dynamics.solve(0.0, system.positions, std::vector<double>(w.size(), 0.0), w);
+  const SolveReport report = dynamics.solve(at_rest, {.accelerations = w});
 
   ASSERT_TRUE(report.outcome.ok());
   EXPECT_LE(report.residual, 1e-13);
   EXPECT_EQ(dynamics.counters().rank_decisions, 0U);
-  EXPECT_EQ(dynamics.rank(true).rank, 1000U);
+  EXPECT_EQ(dynamics.rank(at_rest, true).rank, 1000U);
   EXPECT_EQ(dynamics.counters().rank_decisions, 1U);
 }
 
@@ -160,9 +165,14 @@ TEST(Rank, MassesThatDifferTakeNoneAway) {
     Dynamics dynamics(system);
     std::vector<double> w(system.positions.size());
 
-    ASSERT_TRUE(dynamics.solve(0.0, system.positions, system.velocities, w).outcome.ok());
+    ASSERT_TRUE(
+        dynamics
+            .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w})
+            .outcome.ok());
 
-    EXPECT_EQ(dynamics.rank(true).rank, 10U) << ratio;
+    EXPECT_EQ(dynamics.rank({.time = 0.0, .positions = system.positions, .velocities = system.velocities}, true).rank,
+              10U)
+        << ratio;
     for (std::size_t i = 1; i <= 10; ++i) EXPECT_NEAR(w[3 * i + 2], -9.81, 1e-9) << ratio;
   }
 }

@@ -27,22 +27,24 @@ struct Solved {
         accelerations(random.positions.size()),
         multipliers(dynamics.num_equations()),
         reactions(random.positions.size()),
-        report(dynamics.solve(random.t, random.positions, random.velocities, accelerations, multipliers, reactions)),
+        report(dynamics.solve(state(),
+                              {.accelerations = accelerations, .multipliers = multipliers, .reactions = reactions})),
         w(dense.pick(accelerations)),
         lambda(reference::vector(multipliers)),
         eta(dense.pick(reactions)),
         accuracy(1e-12 * dense.sqrt_condition()),
         size(1.0 + w.norm() + dense.f.cwiseQuotient(dense.M).norm() + dense.phi.norm()) {}
 
-  Split split() { return dynamics.split(); }
-  std::vector<double> active_forces() const {
+  StateView state() const { return {.time = random.t, .positions = random.positions, .velocities = random.velocities}; }
+  Split split() { return dynamics.split(state()); }
+  std::vector<double> active_forces() {
     std::vector<double> result(accelerations);
-    dynamics.active_forces(result);
+    (void)dynamics.solve(state(), {.active_forces = result});
     return result;
   }
-  std::vector<double> support_forces() const {
+  std::vector<double> support_forces() {
     std::vector<double> result(accelerations);
-    dynamics.support_forces(result);
+    (void)dynamics.solve(state(), {.support_forces = result});
     return result;
   }
 

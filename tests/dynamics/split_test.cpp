@@ -150,11 +150,15 @@ TEST(Split, WithOneMassThePlanSaysThatGammaIsLeftOut) {
   EXPECT_EQ(count(dynamics, "Gamma: S times the one mass (36)"), 1U);
 }
 
-TEST(Split, BeforeAnySolveIsTheCallersMistake) {
-  Dynamics dynamics(make_random_system(5, 1).system);
+TEST(Split, OfAStateThatWasNotSolvedBeforeIsTheSame) {
+  const RandomSystem random = make_random_system(5, 1);
+  const StateView state{.time = random.t, .positions = random.positions, .velocities = random.velocities};
+  Dynamics fresh(random.system), solved(random.system);
+  ASSERT_TRUE(solved.solve(state).outcome.ok());
 
-  EXPECT_THROW((void)dynamics.split(), InputError);
-  EXPECT_THROW((void)dynamics.reactions_by_cause(), InputError);
+  EXPECT_EQ(fresh.split(state).normal_accelerations, solved.split(state).normal_accelerations);
+  EXPECT_EQ(Dynamics(random.system).reactions_by_cause(state).parts[0].reactions,
+            solved.reactions_by_cause(state).parts[0].reactions);
 }
 
 // ---- coordinates alone -------------------------------------------------------------------------------------------
@@ -180,12 +184,13 @@ struct TwoGuides {
     r = {0.6, 0.1, 0.8, 1.9, 0.4, 0.0};
     v = {0.3, -1.0, 0.4, 0.5, 2.0, 0.0};
     Dynamics dynamics(by_constraints);
-    EXPECT_TRUE(dynamics.project_positions(t, r).outcome.ok());
-    EXPECT_TRUE(dynamics.project_velocities(t, r, v).outcome.ok());
+    EXPECT_TRUE(dynamics.project_positions({.time = t, .positions = r}).outcome.ok());
+    EXPECT_TRUE(dynamics.project_velocities({.time = t, .positions = r, .velocities = v}).outcome.ok());
   }
+  StateView state() const { return {.time = t, .positions = r, .velocities = v}; }
   std::vector<double> solve(Dynamics& dynamics) const {
     std::vector<double> w(6), eta(6);
-    EXPECT_TRUE(dynamics.solve(t, r, v, w, {}, eta).outcome.ok());
+    EXPECT_TRUE(dynamics.solve(state(), {.accelerations = w, .reactions = eta}).outcome.ok());
     return eta;
   }
 };
@@ -201,7 +206,7 @@ TEST(Split, ByCoordinatesIsTheSplitByConstraints) {
   guides.solve(by_K);
   guides.solve(by_A);
 
-  const Split expected = by_K.split(), split = by_A.split();
+  const Split expected = by_K.split(guides.state()), split = by_A.split(guides.state());
 
   ASSERT_TRUE(split.outcome.ok());
   expect_near(split.normal_accelerations, expected.normal_accelerations, 1e-13);
@@ -217,7 +222,8 @@ TEST(ReactionsByCause, ByCoordinatesAddUpToEtaAndForcesCountAsByConstraints) {
   guides.solve(by_K);
   const std::vector<double> eta = guides.solve(by_A);
 
-  const ReactionsByCause expected = by_K.reactions_by_cause(), causes = by_A.reactions_by_cause();
+  const ReactionsByCause expected = by_K.reactions_by_cause(guides.state()),
+                         causes = by_A.reactions_by_cause(guides.state());
 
   ASSERT_EQ(causes.parts.size(), 4U);
   std::vector<double> sum(6, 0.0);
@@ -235,7 +241,7 @@ TEST(ReactionsByCause, ByCoordinatesAddUpToEtaAndForcesCountAsByConstraints) {
 RC_GTEST_PROP(ReactionsByCause, AddUpToTheMultipliersAndTheReactions, ()) {
   Solved solved(any_system());
 
-  const ReactionsByCause causes = solved.dynamics.reactions_by_cause();
+  const ReactionsByCause causes = solved.dynamics.reactions_by_cause(solved.state());
 
   RC_ASSERT(causes.outcome.ok());
   VectorXd lambda = VectorXd::Zero(solved.lambda.size()), eta = VectorXd::Zero(solved.eta.size());
@@ -261,9 +267,13 @@ TEST(ReactionsByCause, OfRedundantRodsAddUpToTheSmallestMultipliers) {
   system.forces = {Gravity{"", {5.0, 0.0, -9.81}}};
   Dynamics dynamics(system);
   std::vector<double> w(6), lambda(2);
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, system.velocities, w, lambda).outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                         {.accelerations = w, .multipliers = lambda})
+                  .outcome.ok());
 
-  const ReactionsByCause causes = dynamics.reactions_by_cause();
+  const ReactionsByCause causes =
+      dynamics.reactions_by_cause({.time = 0.0, .positions = system.positions, .velocities = system.velocities});
 
   ASSERT_TRUE(causes.outcome.ok()) << causes.outcome.what;
   for (std::size_t row = 0; row < 2; ++row) {
@@ -277,7 +287,7 @@ TEST(ReactionsByCause, OfRedundantRodsAddUpToTheSmallestMultipliers) {
 RC_GTEST_PROP(ReactionsByCause, EachForceAloneAtRestMakesItsPart, ()) {
   Solved solved(any_system({.time_dependent = false}));
 
-  const ReactionsByCause causes = solved.dynamics.reactions_by_cause();
+  const ReactionsByCause causes = solved.dynamics.reactions_by_cause(solved.state());
 
   RC_ASSERT(causes.outcome.ok());
   const System& system = solved.random.system;
@@ -307,10 +317,10 @@ TEST(ReactionsByCause, BeadUnderARisingSupportByHand) {
   system.constraints = {Rods{"rod", {{0, 1}}, {}, {}}};
   system.forces = {Gravity{"weight", {0.0, 0.0, -9.81}}};
   Dynamics dynamics(system);
-  std::vector<double> w(6);
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector<double>{0, 0, 0, 3, 0, 0}, w).outcome.ok());
+  const std::vector<double> v{0, 0, 0, 3, 0, 0};
 
-  const std::vector<ReactionPart> parts = dynamics.reactions_by_cause().parts;
+  const std::vector<ReactionPart> parts =
+      dynamics.reactions_by_cause({.time = 0.0, .positions = system.positions, .velocities = v}).parts;
 
   ASSERT_EQ(parts.size(), 3U);
   EXPECT_EQ(parts[0].cause, "weight");
@@ -332,10 +342,10 @@ TEST(ReactionsByCause, BeadOnATurningPlaneByHand) {
   system.constraints = {
       Planes{"blade", {0}, {ScalarFunction::formula("-sin(2*t)"), ScalarFunction::formula("cos(2*t)"), 0.0}, 0.0}};
   Dynamics dynamics(system);
-  std::vector<double> w(3);
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector<double>{3, 2, 0}, w).outcome.ok());
+  const std::vector<double> v{3, 2, 0};
 
-  const std::vector<ReactionPart> parts = dynamics.reactions_by_cause().parts;
+  const std::vector<ReactionPart> parts =
+      dynamics.reactions_by_cause({.time = 0.0, .positions = system.positions, .velocities = v}).parts;
 
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_NEAR(parts[0].multipliers[0], 0.0, 1e-13);
@@ -353,7 +363,10 @@ TEST(SinglePoint, ExplicitSolutionOnASphere) {
   const std::vector<double> v = {0.8, 1.0, -0.6};
   Dynamics dynamics(system);
   std::vector<double> w(3), lambda(1);
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, v, w, lambda).outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 0.0, .positions = system.positions, .velocities = v},
+                         {.accelerations = w, .multipliers = lambda})
+                  .outcome.ok());
 
   // |r| - 1: phi = |v|^2/|r| where v is tangent
   const reference::Solution expected =

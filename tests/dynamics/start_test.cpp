@@ -46,7 +46,8 @@ RC_GTEST_PROP(ProjectVelocities, IsTheOrthogonalProjectionInTheMassMetric, ()) {
   Dynamics dynamics(random.system);
   std::vector<double> v = given;
 
-  const ProjectionReport report = dynamics.project_velocities(random.t, random.positions, v);
+  const ProjectionReport report =
+      dynamics.project_velocities({.time = random.t, .positions = random.positions, .velocities = v});
 
   // v - M^-1 K S^-1 (K'v + xi_t)
   RC_ASSERT(report.outcome.ok());
@@ -65,10 +66,11 @@ RC_GTEST_PROP(ProjectVelocities, LeavesAdmissibleVelocitiesAsTheyAre, ()) {
   const RandomSystem random = any_system();
   Dynamics dynamics(random.system);
   std::vector<double> once = disturbed(random, random.velocities, 1.0, 3);
-  (void)dynamics.project_velocities(random.t, random.positions, once);
+  (void)dynamics.project_velocities({.time = random.t, .positions = random.positions, .velocities = once});
   std::vector<double> twice = once;
 
-  const ProjectionReport report = dynamics.project_velocities(random.t, random.positions, twice);
+  const ProjectionReport report =
+      dynamics.project_velocities({.time = random.t, .positions = random.positions, .velocities = twice});
 
   RC_ASSERT(report.outcome.ok());
   const double accuracy = 1e-12 * mechanics_at(random, random.positions, once).sqrt_condition();
@@ -83,7 +85,7 @@ RC_GTEST_PROP(ProjectVelocities, SplitsTheKineticEnergy, ()) {
   const std::vector<double> given = disturbed(random, random.velocities, 1.0, 3);
   std::vector<double> v = given;
 
-  (void)dynamics.project_velocities(random.t, random.positions, v);
+  (void)dynamics.project_velocities({.time = random.t, .positions = random.positions, .velocities = v});
 
   const reference::Mechanics dense = mechanics_at(random, random.positions, given);
   const auto energy = [&](const VectorXd& x) { return 0.5 * x.dot(dense.M.cwiseProduct(x)); };
@@ -101,7 +103,8 @@ TEST(ProjectVelocities, ReportsTheLargestMove) {
   Dynamics dynamics(system);
   std::vector<double> v = {0.0, 0.0, 0.5, 3.0, 0.0, 0.0};
 
-  const ProjectionReport report = dynamics.project_velocities(0.0, system.positions, v);
+  const ProjectionReport report =
+      dynamics.project_velocities({.time = 0.0, .positions = system.positions, .velocities = v});
 
   const double expected[] = {2.0, 0.0, 0.5, 2.0, 0.0, 0.0};
   for (std::size_t c = 0; c < 6; ++c) EXPECT_NEAR(v[c], expected[c], 1e-15);
@@ -116,24 +119,24 @@ RC_GTEST_PROP(ProjectPositions, SmallDisturbancesAreRemovedToRounding, ()) {
   Dynamics dynamics(random.system);
   std::vector<double> r = disturbed(random, random.positions, 1e-4, 5);
 
-  const ProjectionReport report = dynamics.project_positions(random.t, r);
+  const ProjectionReport report = dynamics.project_positions({.time = random.t, .positions = r});
 
   RC_ASSERT(report.outcome.ok());
   RC_ASSERT(report.violation <= 1e-13);
   const auto numbers = reference::evaluate_constraints(random.system, random.t, r, random.velocities);
   RC_ASSERT(numbers.xi.size() == 0 ||
             numbers.xi.lpNorm<Eigen::Infinity>() <= 1e-12 * (1.0 + reference::vector(r).norm()));
-  RC_ASSERT(dynamics.position_violation(random.t, r) <= 1e-13);
+  RC_ASSERT(dynamics.position_violation({.time = random.t, .positions = r}) <= 1e-13);
 }
 
 TEST(ProjectPositions, AdmissiblePositionsStayBitByBit) {
   const RandomSystem random = make_random_system(20, 11);
   Dynamics dynamics(random.system);
   std::vector<double> once = random.positions;
-  ASSERT_TRUE(dynamics.project_positions(random.t, once).outcome.ok());
+  ASSERT_TRUE(dynamics.project_positions({.time = random.t, .positions = once}).outcome.ok());
   std::vector<double> twice = once;
 
-  const ProjectionReport report = dynamics.project_positions(random.t, twice);
+  const ProjectionReport report = dynamics.project_positions({.time = random.t, .positions = twice});
 
   EXPECT_EQ(report.iterations, 0);
   EXPECT_EQ(report.correction, 0.0);
@@ -149,14 +152,14 @@ RC_GTEST_PROP(Start, ProjectFindsTheStationaryPointOfTheDistanceInTheMassMetric,
   const std::vector<double> wanted = disturbed(random, random.positions, 0.02, 5);
   std::vector<double> r = wanted, v = random.velocities;
 
-  const StartReport report = dynamics.start(random.t, r, v, StartMode::Project);
+  const StartReport report = dynamics.start({.time = random.t, .positions = r, .velocities = v}, StartMode::Project);
 
   RC_ASSERT(report.outcome.ok());
   const reference::Mechanics dense = mechanics_at(random, r, v);
   const VectorXd pull = dense.M.cwiseProduct(dense.pick(r) - dense.pick(wanted));
   RC_ASSERT(outside_range(dense.K, pull) <= 1e-9 * dense.M.maxCoeff() * dense.sqrt_condition());
-  RC_ASSERT(dynamics.position_violation(random.t, r) <= 1e-12);
-  RC_ASSERT(dynamics.velocity_violation(random.t, r, v) <= 1e-12);
+  RC_ASSERT(dynamics.position_violation({.time = random.t, .positions = r}) <= 1e-12);
+  RC_ASSERT(dynamics.velocity_violation({.time = random.t, .positions = r, .velocities = v}) <= 1e-12);
 }
 
 TEST(Start, ProjectMovesTwoMassesInInverseProportion) {
@@ -168,7 +171,7 @@ TEST(Start, ProjectMovesTwoMassesInInverseProportion) {
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v = {1.0, 2.0, 0.0, 0.0, 0.0, 0.0};
 
-  const StartReport report = dynamics.start(0.0, r, v, StartMode::Project);
+  const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Project);
 
   ASSERT_TRUE(report.outcome.ok());
   EXPECT_NEAR(r[0], 1.5, 1e-13);
@@ -191,7 +194,7 @@ TEST(Start, ProjectFindsTheNearestPointOfASphereFromFarAway) {
     Dynamics dynamics(system);
     std::vector<double> r = system.positions, v(6, 0.0);
 
-    const StartReport report = dynamics.start(0.0, r, v, StartMode::Project);
+    const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Project);
 
     ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
     EXPECT_NEAR(r[0], 0.6, 1e-13);
@@ -210,7 +213,7 @@ TEST(Start, ProjectFindsTheNearestPointOfACircle) {
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v = {1.0, 1.0, 1.0};
 
-  ASSERT_TRUE(dynamics.start(0.0, r, v, StartMode::Project).outcome.ok());
+  ASSERT_TRUE(dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Project).outcome.ok());
 
   EXPECT_NEAR(r[0], 0.6, 1e-13);
   EXPECT_NEAR(r[1], 0.8, 1e-13);
@@ -257,7 +260,7 @@ TEST(Start, ProjectFindsTheNearestDoublePendulum) {
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v(9, 0.0);
 
-  const StartReport report = dynamics.start(0.0, r, v, StartMode::Project);
+  const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Project);
 
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
   double distance = 0.0;
@@ -279,13 +282,13 @@ TEST(Start, ProjectReachesRodsAThirdAsLongAsTheStartSays) {
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v(r.size(), 0.0);
 
-  const StartReport report = dynamics.start(0.0, r, v, StartMode::Project);
+  const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Project);
 
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
   const reference::Mechanics dense = reference::make_mechanics(system, 0.0, r, v);
   const VectorXd pull = dense.M.cwiseProduct(dense.pick(r) - dense.pick(system.positions));
   EXPECT_LE(outside_range(dense.K, pull), 1e-9);
-  EXPECT_LE(dynamics.position_violation(0.0, r), 1e-12);
+  EXPECT_LE(dynamics.position_violation({.time = 0.0, .positions = r}), 1e-12);
 }
 
 TEST(Start, PositionsAreScaledByTheLengthsAndReported) {
@@ -296,7 +299,7 @@ TEST(Start, PositionsAreScaledByTheLengthsAndReported) {
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v(6, 0.0);
 
-  const StartReport report = dynamics.start(0.0, r, v, StartMode::Check);
+  const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
 
   ASSERT_TRUE(report.outcome.ok());
   EXPECT_NEAR(report.position_correction, 0.00025, 1e-15);
@@ -310,12 +313,12 @@ RC_GTEST_PROP(Start, CheckCorrectsSmallDisturbances, ()) {
   std::vector<double> r = disturbed(random, random.positions, 1e-6, 7),
                       v = disturbed(random, random.velocities, 1e-6, 8);
 
-  const StartReport report = dynamics.start(random.t, r, v, StartMode::Check);
+  const StartReport report = dynamics.start({.time = random.t, .positions = r, .velocities = v}, StartMode::Check);
 
   RC_ASSERT(report.outcome.ok());
   RC_ASSERT(report.relative <= 1e-3);
-  RC_ASSERT(dynamics.position_violation(random.t, r) <= 1e-12);
-  RC_ASSERT(dynamics.velocity_violation(random.t, r, v) <= 1e-12);
+  RC_ASSERT(dynamics.position_violation({.time = random.t, .positions = r}) <= 1e-12);
+  RC_ASSERT(dynamics.velocity_violation({.time = random.t, .positions = r, .velocities = v}) <= 1e-12);
 }
 
 class RefusedStart : public testing::Test {
@@ -335,7 +338,7 @@ class RefusedStart : public testing::Test {
   InputError refusal() {
     Dynamics dynamics(system);
     try {
-      (void)dynamics.start(0.0, r, v, StartMode::Check);
+      (void)dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
     } catch (const InputError& error) {
       return error;
     }
@@ -371,11 +374,11 @@ TEST_F(RefusedStart, ProjectAcceptsTheSameStart) {
   v[4] = 1.0;
   Dynamics dynamics(system);
 
-  const StartReport report = dynamics.start(0.0, r, v, StartMode::Project);
+  const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Project);
 
   EXPECT_TRUE(report.outcome.ok());
-  EXPECT_LE(dynamics.position_violation(0.0, r), 1e-13);
-  EXPECT_LE(dynamics.velocity_violation(0.0, r, v), 1e-13);
+  EXPECT_LE(dynamics.position_violation({.time = 0.0, .positions = r}), 1e-13);
+  EXPECT_LE(dynamics.velocity_violation({.time = 0.0, .positions = r, .velocities = v}), 1e-13);
 }
 
 TEST(Start, SystemWithoutConstraintsStartsAsItIs) {
@@ -385,7 +388,7 @@ TEST(Start, SystemWithoutConstraintsStartsAsItIs) {
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v = {4.0, 5.0, 6.0};
 
-  const StartReport report = dynamics.start(0.0, r, v, StartMode::Check);
+  const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
 
   EXPECT_TRUE(report.outcome.ok());
   EXPECT_EQ(report.relative, 0.0);

@@ -27,7 +27,8 @@ struct Answer {
 
   Answer(const System& system, Form form, double t, const std::vector<double>& r, const std::vector<double>& v)
       : dynamics(system, {.form = form}), w(r.size()), lambda(dynamics.num_equations()), eta(r.size()) {
-    report = dynamics.solve(t, r, v, w, lambda, eta);
+    report = dynamics.solve({.time = t, .positions = r, .velocities = v},
+                            {.accelerations = w, .multipliers = lambda, .reactions = eta});
   }
 };
 
@@ -189,7 +190,7 @@ RC_GTEST_PROP(TangentForm, CoordinatesAndConstraintsThatSayTheSameAreAccepted, (
   for (const Form form : {Form::Auto, Form::Tangent}) {
     Dynamics dynamics(random.system, {.form = form});
 
-    const StartReport report = dynamics.start(0.0, r, v, StartMode::Check);
+    const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
 
     RC_ASSERT(report.outcome.ok());
     RC_ASSERT(report.relative <= 1e-12);
@@ -201,11 +202,12 @@ RC_GTEST_PROP(TangentForm, StateOfTheMotionIsAdmissibleAndStays, ()) {
   Simulation simulation(random.system, {.method = Method::Rk4, .step = 0.01}, {.form = Form::Tangent});
   Dynamics judge(random.system, {.form = Form::Tangent});
 
-  const Outcome outcome = simulation.advance(0.2);
+  const Outcome outcome = simulation.advance_to(0.2);
 
   RC_ASSERT(outcome.ok());
-  RC_ASSERT(judge.position_violation(0.2, simulation.positions()) <= 1e-11);
-  RC_ASSERT(judge.velocity_violation(0.2, simulation.positions(), simulation.velocities()) <= 1e-11);
+  RC_ASSERT(judge.position_violation({.time = 0.2, .positions = simulation.positions()}) <= 1e-11);
+  RC_ASSERT(judge.velocity_violation(
+                {.time = 0.2, .positions = simulation.positions(), .velocities = simulation.velocities()}) <= 1e-11);
 }
 
 // ---- the rotating hoop, by hand ----------------------------------------------------------------------------------
@@ -270,7 +272,8 @@ TEST_P(HoopTest, CoordinatesOfTheSolveAreNotWq) {
   Answer answer(system(), Form::Auto, 0.0, Hoop::place(), Hoop::velocity());
   std::vector<double> q(1), q_dot(1), q_ddot(1);
 
-  answer.dynamics.coordinates(q, q_dot, q_ddot);
+  (void)answer.dynamics.solve({.time = 0.0, .positions = Hoop::place(), .velocities = Hoop::velocity()},
+                              {.coordinates = q, .coordinate_rates = q_dot, .coordinate_accelerations = q_ddot});
 
   // The circle's angle may run the other way.
   const double sign = q_dot[0] > 0.0 ? 1.0 : -1.0;
@@ -293,12 +296,12 @@ TEST(SnapshotTest, MotionInCoordinatesGoesOn) {
   std::get<UserCoordinates>(system.coordinates[0]).q_dot = {9.0};
   const MotionOptions options{.method = Method::Rk4, .step = 1e-3};
   Simulation whole(system, options), first(system, options), second(system, options);
-  ASSERT_TRUE(whole.advance(1.0).ok());
-  ASSERT_TRUE(first.advance(0.4).ok());
+  ASSERT_TRUE(whole.advance_to(1.0).ok());
+  ASSERT_TRUE(first.advance_to(0.4).ok());
 
-  second.restore(first.snapshot());
+  second.restore(first.save());
 
-  ASSERT_TRUE(second.advance(1.0).ok());
+  ASSERT_TRUE(second.advance_to(1.0).ok());
   EXPECT_LE((vector(second.positions()) - vector(whole.positions())).norm(), 1e-11);
 }
 

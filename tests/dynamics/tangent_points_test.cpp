@@ -138,7 +138,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
     Simulation simulation(system, motion, {.form = Form::Tangent});
     const auto as_vector = [](std::span<const double> x) { return std::vector(x.begin(), x.end()); };
     for (const double t : {0.05, 0.1, 0.3}) {
-      ASSERT_TRUE(simulation.advance(t).ok());
+      ASSERT_TRUE(simulation.advance_to(t).ok());
       const std::vector<double> r = as_vector(simulation.positions()), v = as_vector(simulation.velocities()),
                                 eta = as_vector(simulation.reactions());
 
@@ -150,7 +150,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
       form.reactions(exactly.eta.data());
       for (std::size_t c = 0; c < eta.size(); ++c) EXPECT_NEAR(eta[c], exactly.eta[c], 1e-8) << t;
     }
-    EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method);
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << name_of(method);
   }
 }
 

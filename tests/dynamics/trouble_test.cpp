@@ -28,7 +28,8 @@ struct Answer {
 
 Answer solve(Dynamics& dynamics, const std::vector<double>& r, const std::vector<double>& v) {
   Answer answer{{}, std::vector<double>(r.size(), -1.0), std::vector<double>(dynamics.num_equations(), -1.0)};
-  answer.report = dynamics.solve(0.0, r, v, answer.w, answer.lambda);
+  answer.report = dynamics.solve({.time = 0.0, .positions = r, .velocities = v},
+                                 {.accelerations = answer.w, .multipliers = answer.lambda});
   return answer;
 }
 
@@ -51,7 +52,7 @@ TEST(Trouble, DoubledRodIsRedundantAndNamedInEveryOrdering) {
     Dynamics dynamics(system, {.ordering = ordering});
 
     const Answer answer = solve(dynamics, system.positions, std::vector<double>(12, 0.0));
-    const RankReport rank = dynamics.rank();
+    const RankReport rank = dynamics.rank({.time = 0.0, .positions = system.positions});
 
     ASSERT_TRUE(answer.report.outcome.ok()) << answer.report.outcome.what;
     for (std::size_t i = 0; i < 12; ++i) EXPECT_NEAR(answer.w[i], single.w[i], 1e-13);
@@ -81,12 +82,12 @@ TEST(Trouble, TautChainBetweenTwoSupportsIsTold) {
   Dynamics dynamics(system);
 
   const Answer answer = solve(dynamics, system.positions, std::vector<double>(18, 0.0));
-  const RankReport rank = dynamics.rank();
+  const RankReport rank = dynamics.rank({.time = 0.0, .positions = system.positions});
 
   EXPECT_TRUE(answer.report.outcome.ok()) << answer.report.outcome.what;
   EXPECT_EQ(rank.rank, 4U);
   EXPECT_EQ(rank.multipliers_unique, std::vector<bool>(5, false));
-  EXPECT_EQ(rank.taut_points, (std::vector<Index>{1, 2, 3, 4}));
+  EXPECT_EQ(rank.prestress_rigid_points, (std::vector<Index>{1, 2, 3, 4}));
 }
 
 /// A flat square net of unit meshes whose border is held.
@@ -115,14 +116,13 @@ TEST(Trouble, FlatNetInAStiffFrameIsTautEverywhere) {
   std::vector<double> r = system.positions, v(r.size(), 0.0);
   Dynamics dynamics(system);
 
-  const StartReport report = dynamics.start(0.0, r, v, StartMode::Check);
-  (void)solve(dynamics, r, v);
-  const RankReport rank = dynamics.rank();
+  const StartReport report = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
+  const RankReport rank = dynamics.rank({.time = 0.0, .positions = r, .velocities = v});
 
   EXPECT_TRUE(report.outcome.ok()) << report.outcome.what;
   // Four lines each way, held at both ends, and 20 rods of the frame itself.
   EXPECT_EQ(rank.dependences.size(), 8U + 20U);
-  EXPECT_EQ(rank.taut_points.size(), 16U);
+  EXPECT_EQ(rank.prestress_rigid_points.size(), 16U);
 }
 
 TEST(Trouble, PointAtTheSingularPlaceOfAnAngleIsSingular) {
@@ -146,10 +146,9 @@ TEST(Trouble, SplitOfARedundantSystemIsThatOfItsIndependentRows) {
   system.constraints.push_back(Rods{"brace", {{2, 1}}, {}, {}});
   const std::vector<double> v{0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 2.0, 0.0, 1.0, 0.0};
   Dynamics dynamics(system), reference(single);
-  (void)solve(dynamics, system.positions, v);
-  (void)solve(reference, system.positions, v);
+  const StateView state{.time = 0.0, .positions = system.positions, .velocities = v};
 
-  const Split split = dynamics.split(), expected = reference.split();
+  const Split split = dynamics.split(state), expected = reference.split(state);
 
   ASSERT_TRUE(split.outcome.ok()) << split.outcome.what;
   for (std::size_t i = 0; i < 12; ++i) {
@@ -177,7 +176,7 @@ TEST(Trouble, RodsOfOnePairAndTwoLengthsContradictEachOther) {
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v(12, 0.0);
 
-  const StartReport start = dynamics.start(0.0, r, v, StartMode::Check);
+  const StartReport start = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
 
   EXPECT_EQ(start.outcome.status, Status::Contradictory);
   const std::string& what = start.outcome.what;
@@ -235,9 +234,9 @@ TEST_F(BadState, ProjectionsOfBadNumbersAreToldAndForgotten) {
   // First of all calls: nothing may stick.
   std::vector<double> bad = with(system.positions, 3, nan), v = with(at_rest, 4, nan), r = system.positions;
 
-  EXPECT_FALSE(dynamics.project_positions(0.0, bad).outcome.ok());
-  EXPECT_FALSE(dynamics.project_velocities(0.0, bad, v).outcome.ok());
-  EXPECT_FALSE(dynamics.project_velocities(0.0, r, v).outcome.ok());
+  EXPECT_FALSE(dynamics.project_positions({.time = 0.0, .positions = bad}).outcome.ok());
+  EXPECT_FALSE(dynamics.project_velocities({.time = 0.0, .positions = bad, .velocities = v}).outcome.ok());
+  EXPECT_FALSE(dynamics.project_velocities({.time = 0.0, .positions = r, .velocities = v}).outcome.ok());
 
   expect_recovery();
 }
@@ -251,11 +250,16 @@ TEST(Trouble, TimeOutsideATableIsAnInputErrorAndForgotten) {
   Dynamics dynamics(system), fresh(system);
   std::vector<double> w(12), expected(12);
   const std::vector<double> v(12, 0.1);
-  ASSERT_TRUE(fresh.solve(0.5, system.positions, v, expected).outcome.ok());
-  ASSERT_TRUE(dynamics.solve(0.5, system.positions, v, w).outcome.ok());
+  ASSERT_TRUE(fresh.solve({.time = 0.5, .positions = system.positions, .velocities = v}, {.accelerations = expected})
+                  .outcome.ok());
+  ASSERT_TRUE(
+      dynamics.solve({.time = 0.5, .positions = system.positions, .velocities = v}, {.accelerations = w}).outcome.ok());
 
-  EXPECT_THROW((void)dynamics.solve(2.0, system.positions, v, w), InputError);
-  ASSERT_TRUE(dynamics.solve(0.5, system.positions, v, w).outcome.ok());
+  EXPECT_THROW(
+      (void)dynamics.solve({.time = 2.0, .positions = system.positions, .velocities = v}, {.accelerations = w}),
+      InputError);
+  ASSERT_TRUE(
+      dynamics.solve({.time = 0.5, .positions = system.positions, .velocities = v}, {.accelerations = w}).outcome.ok());
 
   EXPECT_EQ(w, expected);
 }
@@ -269,13 +273,17 @@ TEST(Trouble, ATimeThatOneTableRefusesLeavesEarlierTimesUsable) {
   Dynamics dynamics(system), fresh(system);
   std::vector<double> w(12), expected(12);
   const std::vector<double> v(12, 0.1);
-  ASSERT_TRUE(fresh.solve(0.5, system.positions, v, expected).outcome.ok());
-  ASSERT_TRUE(dynamics.solve(0.5, system.positions, v, w).outcome.ok());
+  ASSERT_TRUE(fresh.solve({.time = 0.5, .positions = system.positions, .velocities = v}, {.accelerations = expected})
+                  .outcome.ok());
+  ASSERT_TRUE(
+      dynamics.solve({.time = 0.5, .positions = system.positions, .velocities = v}, {.accelerations = w}).outcome.ok());
 
-  EXPECT_THROW((void)dynamics.solve(2.0, system.positions, v, w), InputError);
-  const double violation = dynamics.position_violation(0.5, system.positions);
+  EXPECT_THROW(
+      (void)dynamics.solve({.time = 2.0, .positions = system.positions, .velocities = v}, {.accelerations = w}),
+      InputError);
+  const double violation = dynamics.position_violation({.time = 0.5, .positions = system.positions});
 
-  EXPECT_EQ(violation, fresh.position_violation(0.5, system.positions));
+  EXPECT_EQ(violation, fresh.position_violation({.time = 0.5, .positions = system.positions}));
 }
 
 TEST(Trouble, SupportsThatMoveApartContradictTheRodBetweenThem) {
@@ -289,7 +297,7 @@ TEST(Trouble, SupportsThatMoveApartContradictTheRodBetweenThem) {
   std::vector<double> r = system.positions, v(9, 0.0);
 
   const Answer answer = solve(dynamics, r, v);
-  const ProjectionReport projected = dynamics.project_positions(0.5, r);
+  const ProjectionReport projected = dynamics.project_positions({.time = 0.5, .positions = r});
 
   EXPECT_EQ(answer.report.outcome.status, Status::Contradictory);
   EXPECT_TRUE(contains(answer.report.outcome.what, "bar[0]")) << answer.report.outcome.what;
@@ -306,8 +314,8 @@ TEST(Trouble, ContradictoryLengthsDoNotConverge) {
   Dynamics dynamics(system);
   std::vector<double> r = system.positions, v(9, 0.0);
 
-  const ProjectionReport projected = dynamics.project_positions(0.0, r);
-  const StartReport start = dynamics.start(0.0, r, v, StartMode::Project);
+  const ProjectionReport projected = dynamics.project_positions({.time = 0.0, .positions = r});
+  const StartReport start = dynamics.start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Project);
 
   EXPECT_FALSE(projected.outcome.ok());
   EXPECT_FALSE(start.outcome.ok());

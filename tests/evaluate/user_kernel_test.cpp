@@ -191,11 +191,13 @@ TEST(UserConstraints, RodsInThreeWaysGiveTheSameMotionAlsoOnASupportThatMoves) {
   const auto solve = [](const Constraint& constraint, std::vector<double>* loads) {
     Dynamics dynamics(make_zigzag(n, constraint));
     std::vector<double> r = dynamics.system().positions, v = random_numbers(3 * n, 4), w(3 * n), lambda(n - 1);
-    EXPECT_TRUE(dynamics.project_positions(0.3, r).outcome.ok());
-    EXPECT_TRUE(dynamics.project_velocities(0.3, r, v).outcome.ok());
-    EXPECT_TRUE(dynamics.solve(0.3, r, v, w, lambda).outcome.ok());
+    EXPECT_TRUE(dynamics.project_positions({.time = 0.3, .positions = r}).outcome.ok());
+    EXPECT_TRUE(dynamics.project_velocities({.time = 0.3, .positions = r, .velocities = v}).outcome.ok());
     loads->resize(3 * n);
-    dynamics.support_forces(*loads);
+    EXPECT_TRUE(dynamics
+                    .solve({.time = 0.3, .positions = r, .velocities = v},
+                           {.accelerations = w, .multipliers = lambda, .support_forces = *loads})
+                    .outcome.ok());
     w.insert(w.end(), lambda.begin(), lambda.end());
     return Eigen::VectorXd(reference::vector(w));
   };

@@ -25,10 +25,11 @@ Answer solve(const System& system, const SolverOptions& options = {}) {
   answer.eta.resize(answer.w.size());
   answer.tau.resize(answer.w.size());
   answer.lambda.resize(num_equations(system));
-  const std::vector<double> rest(system.positions.size(), 0.0);
-  answer.report = dynamics.solve(0.0, system.positions, system.velocities.empty() ? rest : system.velocities, answer.w,
-                                 answer.lambda, answer.eta);
-  if (answer.report.outcome.ok()) dynamics.friction_forces(answer.tau);
+  answer.report = dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                                 {.accelerations = answer.w,
+                                  .multipliers = answer.lambda,
+                                  .reactions = answer.eta,
+                                  .friction_forces = answer.tau});
   return answer;
 }
 

@@ -73,7 +73,8 @@ TEST(FrictionEnumeration, FourHundredScenesHaveAsManyMotionsAsTheLaw) {
       const auto& motions = counted.motions;
       std::vector<double> w(system.positions.size());
       Dynamics dynamics(system);
-      const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+      const SolveReport report = dynamics.solve(
+          {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
       const Simulation run(system);
       SCOPED_TRACE(std::to_string(kind.beads) + " beads, seed " + std::to_string(seed) + ": " +
                    std::to_string(motions.size()) + " motions; " + report.outcome.what);
@@ -271,7 +272,8 @@ TEST(FrictionEnumeration, TenContactsAreCountedAndElevenAreNot) {
       const System system = make_row(seed, count);
       Dynamics dynamics(system);
       std::vector<double> w(3 * count);
-      const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+      const SolveReport report = dynamics.solve(
+          {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
       SCOPED_TRACE("seed " + std::to_string(seed) + ": " + report.outcome.what);
       if (count == 11) {
         if (report.outcome.ok() && report.friction.uniqueness != Uniqueness::Proven) {

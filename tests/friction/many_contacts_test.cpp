@@ -52,11 +52,9 @@ System make_rough_chain(std::size_t count, bool in_ball, unsigned seed) {
 }
 
 /// The worst miss of the law, over the largest limit; `moving`: how many have an acceleration.
-double miss(const System& system, Dynamics* dynamics, const std::vector<double>& w, const std::vector<double>& lambda,
-            std::size_t* moving) {
+double miss(const System& system, const std::vector<double>& w, const std::vector<double>& lambda,
+            const std::vector<double>& tau, std::size_t* moving) {
   const std::size_t count = system.masses.size();
-  std::vector<double> tau(3 * count);
-  dynamics->friction_forces(tau);
   double worst = 0.0, largest = 0.0, fastest = 0.0;
   for (const double a : w) fastest = std::max(fastest, std::abs(a));
   *moving = 0;
@@ -80,9 +78,11 @@ TEST(ManyContacts, AChoiceIsFoundAndObeysTheLaw) {
       const std::size_t count = 11 + 2 * (seed % 12);
       const System system = make_rough_chain(count, in_ball, seed);
       Dynamics dynamics(system);
-      std::vector<double> w(3 * count), lambda(num_equations(system));
+      std::vector<double> w(3 * count), lambda(num_equations(system)), tau(3 * count);
 
-      const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda);
+      const SolveReport report =
+          dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                         {.accelerations = w, .multipliers = lambda, .friction_forces = tau});
 
       ++tried;
       if (!report.outcome.ok()) {
@@ -91,7 +91,7 @@ TEST(ManyContacts, AChoiceIsFoundAndObeysTheLaw) {
       }
       ++found;
       std::size_t moving = 0;
-      EXPECT_LE(miss(system, &dynamics, w, lambda, &moving), 1e-7) << (in_ball ? "ball" : "plane") << ", seed " << seed;
+      EXPECT_LE(miss(system, w, lambda, tau, &moving), 1e-7) << (in_ball ? "ball" : "plane") << ", seed " << seed;
       some_of_both += moving > 0 && moving < count ? 1 : 0;
     }
     EXPECT_EQ(found, tried);

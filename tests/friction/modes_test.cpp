@@ -107,7 +107,8 @@ TEST(FrictionModes, BeadsAtRestHaveAsManyMotionsAsTheLaw) {
     const System system = beads.system();
     Dynamics dynamics(system);
     std::vector<double> w(6);
-    const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+    const SolveReport report = dynamics.solve(
+        {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
     SCOPED_TRACE("seed " + std::to_string(seed) + ": " + std::to_string(all.size()) + " motions; " +
                  report.outcome.what);
     if (all.size() == 1) {
@@ -149,7 +150,8 @@ TEST(FrictionModes, APlaneGivenTwiceSharesItsReactionByConvention) {
     system.velocities[0] = v;
     Dynamics dynamics(system);
     std::vector<double> w(3);
-    const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+    const SolveReport report = dynamics.solve(
+        {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
     ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
     EXPECT_EQ(report.friction.uniqueness, Uniqueness::Unproven);
     EXPECT_NE(report.friction.uniqueness_reason.find("by convention"), std::string::npos);
@@ -194,7 +196,10 @@ TEST(FrictionModes, AStartWithSeveralAccelerationsIsRefusedWithAllOfThem) {
       } else {
         Dynamics dynamics(system);
         std::vector<double> w(6);
-        outcome = dynamics.solve(0.0, system.positions, system.velocities, w).outcome;
+        outcome = dynamics
+                      .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                             {.accelerations = w})
+                      .outcome;
       }
       EXPECT_EQ(outcome.status, Status::NotUnique);
       EXPECT_NE(outcome.what.find("t = 0"), std::string::npos) << outcome.what;
@@ -261,7 +266,7 @@ TEST(FrictionModes, ARunThroughSeveralKeepsTheMotionThatItHasAndCountsThem) {
     std::size_t at_leaving = 0;
     for (int k = 1; k <= 50; ++k) {
       const double t = 0.1 * k;
-      ASSERT_TRUE(simulation.advance(t).ok()) << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance_to(t).ok()) << simulation.outcome().what;
       EXPECT_EQ(simulation.time(), t);
       EXPECT_NEAR(simulation.accelerations()[0], Telescope::acceleration(1.0, t), 1e-9) << t;
       // Simpson's rule, 0.1 s in 100 parts
@@ -306,10 +311,10 @@ TEST(FrictionModes, ARunThatComesToNoneEndsThere) {
     if (method == Method::Rk4) options.step = 1e-3;
     Simulation simulation(Telescope{"1 + 0.5*t^2"}.system(), options);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-    ASSERT_TRUE(simulation.advance(2.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(2.0).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().friction.several, 0u);
 
-    const Outcome outcome = simulation.advance(4.0);
+    const Outcome outcome = simulation.advance_to(4.0);
 
     // Steps that follow a tolerance end where none is short enough, and say why.
     EXPECT_EQ(outcome.status, method == Method::Rk4 ? Status::NoSolution : Status::StepTooSmall) << outcome.what;

@@ -44,9 +44,9 @@ struct Solved {
     const std::size_t size = system.positions.size();
     for (auto* array : {&w, &eta, &tau}) array->resize(size);
     lambda.resize(dynamics.num_equations());
-    report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda, eta);
+    report = dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                            {.accelerations = w, .multipliers = lambda, .reactions = eta, .friction_forces = tau});
     EXPECT_TRUE(report.outcome.ok()) << report.outcome.what;
-    dynamics.friction_forces(tau);
   }
 };
 
@@ -55,7 +55,8 @@ TEST(FrictionParts, SplitIsThatOfTheDenseProjectors) {
   for (const System& system : scenes()) {
     Solved solved(system);
     (solved.report.friction.sticking > 0 ? sticking : sliding) += 1;
-    const Split split = solved.dynamics.split();
+    const Split split =
+        solved.dynamics.split({.time = 0.0, .positions = system.positions, .velocities = system.velocities});
     ASSERT_TRUE(split.outcome.ok());
     reference::Mechanics euclidean = reference::make_mechanics(system, 0.0, system.positions, system.velocities);
     const reference::Paper paper(euclidean);
@@ -76,7 +77,8 @@ TEST(FrictionParts, SplitIsThatOfTheDenseProjectors) {
 TEST(FrictionParts, ReactionsByCauseAddUpWhateverSlidesOrSticks) {
   for (const System& system : scenes()) {
     Solved solved(system);
-    const ReactionsByCause causes = solved.dynamics.reactions_by_cause();
+    const ReactionsByCause causes = solved.dynamics.reactions_by_cause(
+        {.time = 0.0, .positions = system.positions, .velocities = system.velocities});
     ASSERT_TRUE(causes.outcome.ok());
     std::vector<double> lambda(solved.lambda.size(), 0.0), eta(solved.eta.size(), 0.0);
     double size = 0.0;
@@ -101,7 +103,8 @@ TEST(FrictionBlocks, Equation43_ThreeBlocksFindWhatTheSmallestFormFinds) {
     const System system = make_rough_lines(seed, 4, 0.3, seed % 2 == 0);
     if (DenseFriction(system, 0.3).find_all().size() != 1) continue;
     Solved solved(system);
-    const FrictionBlocks blocks = solved.dynamics.friction_by_blocks();
+    const FrictionBlocks blocks = solved.dynamics.friction_by_blocks(
+        {.time = 0.0, .positions = system.positions, .velocities = system.velocities});
     if (!blocks.outcome.ok()) continue;  // no contraction: Theorem B (i) does not hold
     ++tried;
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -124,7 +127,7 @@ TEST(DirectProblemWithFriction, FindsTheFrictionOfEachInstantAndNoControl) {
     if (std::all_of(system.velocities.begin(), system.velocities.begin() + 3, [](double v) { return v == 0.0; }))
       continue;
     ++slid;
-    DirectProblem problem(system);
+    InverseDynamics problem(system);
     const MotionForces forces = problem.evaluate(0.0, {system.positions, system.velocities, solved.w});
     ASSERT_TRUE(forces.outcome.ok()) << forces.outcome.what;
     ASSERT_EQ(forces.multipliers.size(), solved.lambda.size());
@@ -143,7 +146,7 @@ TEST(DirectProblemWithFriction, WhatHoldsAPointAtRestIsPartOfTheControl) {
   system.velocities.assign(3, 0.0);
   Solved solved(system);
   ASSERT_EQ(solved.report.friction.sticking, 1u);
-  DirectProblem problem(system);
+  InverseDynamics problem(system);
   const MotionForces forces = problem.evaluate(0.0, {system.positions, system.velocities, solved.w});
   ASSERT_TRUE(forces.outcome.ok());
   for (std::size_t i = 0; i < 3; ++i) {
@@ -169,14 +172,14 @@ TEST(DirectProblemWithFriction, RoundTripOfASlidingMotionNeedsNoControl) {
   std::vector<std::vector<double>> reactions;
   for (std::size_t k = 0; k <= 200; ++k) {
     if (k > 0) {
-      ASSERT_TRUE(simulation.advance(static_cast<double>(k) * h).ok());
+      ASSERT_TRUE(simulation.advance_to(static_cast<double>(k) * h).ok());
     }
     times.push_back(simulation.time());
     values.insert(values.end(), simulation.positions().begin(), simulation.positions().end());
     reactions.emplace_back(simulation.reactions().begin(), simulation.reactions().end());
   }
   const MotionTable table(times, values, system.positions.size());
-  DirectProblem problem(system);
+  InverseDynamics problem(system);
   double size = 0.0;
   for (std::size_t k = 20; k + 20 < times.size(); ++k) {
     const MotionForces forces = problem.evaluate(times[k], table.at(times[k]));

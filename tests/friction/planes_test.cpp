@@ -208,7 +208,8 @@ TEST(FrictionOnPlanes, BeadsAtRestHaveAsManyMotionsAsTheLaw) {
       if (margin < 1e-6) continue;
       Dynamics dynamics(system);
       std::vector<double> w(3 * count);
-      const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+      const SolveReport report = dynamics.solve(
+          {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
       const Simulation run(system);
       SCOPED_TRACE(std::to_string(count) + " beads, seed " + std::to_string(seed) + ": " + std::to_string(all.size()) +
                    " motions; " + report.outcome.what + report.friction.uniqueness_reason);

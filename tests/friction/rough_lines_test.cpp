@@ -22,7 +22,9 @@ Tally try_scenes(FrictionMethod method) {
     const std::vector<Eigen::VectorXd> all = dense.find_all();
     Dynamics dynamics(system, {.friction = method});
     std::vector<double> w(system.positions.size()), lambda(dynamics.num_equations());
-    const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda);
+    const SolveReport report =
+        dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                       {.accelerations = w, .multipliers = lambda});
     SCOPED_TRACE("seed " + std::to_string(seed) + ": " + report.outcome.what);
     if (all.size() == 1) {
       ++tally.unique;

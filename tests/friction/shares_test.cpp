@@ -68,7 +68,8 @@ TEST(FrictionShares, NoSceneWithOneMotionIsRefusedAndNoAnswerIsWrong) {
       const auto& motions = counted.motions;
       Dynamics dynamics(system);
       std::vector<double> w(system.positions.size());
-      const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+      const SolveReport report = dynamics.solve(
+          {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
       const Simulation run(system);
       SCOPED_TRACE(std::to_string(kind.beads) + " beads, " + std::to_string(kind.lines) + " lines, seed " +
                    std::to_string(seed) + ": " + std::to_string(motions.size()) + " motions; " + report.outcome.what);

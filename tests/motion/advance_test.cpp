@@ -28,10 +28,10 @@ TEST_P(AdvanceTest, ManyOutputTimesAreMetExactlyAndGiveTheSameMotion) {
   Simulation once(scenes::make_chain(5), options);
   Simulation often(scenes::make_chain(5), options);
 
-  ASSERT_TRUE(once.advance(0.5).ok());
+  ASSERT_TRUE(once.advance_to(0.5).ok());
   for (int k = 1; k <= 37; ++k) {
     const double t = k < 37 ? k / 74.0 : 0.5;
-    ASSERT_TRUE(often.advance(t).ok());
+    ASSERT_TRUE(often.advance_to(t).ok());
     ASSERT_EQ(often.time(), t);
     ASSERT_EQ(often.report().time, t);
   }
@@ -45,7 +45,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, AdvanceTest,
                                          MethodAndAccuracy{{.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12},
                                                            1e-9},
                                          MethodAndAccuracy{{.method = Method::Rattle, .step = 1.0 / 2000}, 1e-4}),
-                         [](const auto& instance) { return std::string(method_name(instance.param.options.method)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param.options.method)); });
 
 /// 0.35 is 3.5 steps of 0.1: 4 steps of 0.0875.
 TEST(OutputTimesTest, FixedStepsAreEqualAndNeverLongerThanAsked) {
@@ -53,11 +53,11 @@ TEST(OutputTimesTest, FixedStepsAreEqualAndNeverLongerThanAsked) {
   std::vector<double> times{0.0};
 
   ASSERT_TRUE(simulation
-                  .advance(0.35,
-                           [&](const MotionReport& report) {
-                             times.push_back(report.time);
-                             return true;
-                           })
+                  .advance_to(0.35,
+                              [&](const MotionReport& report) {
+                                times.push_back(report.time);
+                                return true;
+                              })
                   .ok());
 
   ASSERT_EQ(times.size(), 5u);
@@ -70,7 +70,7 @@ TEST(OutputTimesTest, FixedStepsAreEqualAndNeverLongerThanAsked) {
 TEST(OutputTimesTest, AWholeNumberOfStepsStaysThatNumber) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rattle, .step = 1e-3});
   for (int k = 1; k <= 100; ++k) {
-    ASSERT_TRUE(simulation.advance(k * 3e-3).ok());
+    ASSERT_TRUE(simulation.advance_to(k * 3e-3).ok());
 
     EXPECT_EQ(simulation.report().steps, 3u * static_cast<unsigned>(k));
   }
@@ -82,11 +82,11 @@ TEST(OutputTimesTest, AnObserverStopsARunThatCanGoOn) {
     if (method != Method::Dopri5) options.step = 1e-3;
     Simulation stopped(scenes::make_chain(3), options), straight(scenes::make_chain(3), options);
 
-    EXPECT_TRUE(stopped.advance(0.2, scenes::stop_after(5)).ok());
+    EXPECT_TRUE(stopped.advance_to(0.2, scenes::stop_after(5)).ok());
     EXPECT_EQ(stopped.report().steps, 5u);
     EXPECT_LT(stopped.time(), 0.2);
-    EXPECT_TRUE(stopped.advance(0.2).ok());
-    EXPECT_TRUE(straight.advance(0.2).ok());
+    EXPECT_TRUE(stopped.advance_to(0.2).ok());
+    EXPECT_TRUE(straight.advance_to(0.2).ok());
 
     EXPECT_EQ(stopped.time(), 0.2);
     EXPECT_LT(largest_difference(stopped.positions(), straight.positions()), 1e-9);
@@ -99,12 +99,16 @@ TEST(OutputTimesTest, AccelerationsAndMultipliersBelongToTheState) {
     MotionOptions options{.method = method};
     if (method != Method::Dopri5) options.step = 1e-3;
     Simulation simulation(scenes::make_shaken_chain(), options);
-    ASSERT_TRUE(simulation.advance(0.3).ok());
+    ASSERT_TRUE(simulation.advance_to(0.3).ok());
     Dynamics dynamics(scenes::make_shaken_chain());
     std::vector<double> w(dynamics.num_points() * 3), lambda(dynamics.num_equations()), eta(w.size());
 
-    ASSERT_TRUE(dynamics.solve(simulation.time(), simulation.positions(), simulation.velocities(), w, lambda, eta)
-                    .outcome.ok());
+    ASSERT_TRUE(
+        dynamics
+            .solve(
+                {.time = simulation.time(), .positions = simulation.positions(), .velocities = simulation.velocities()},
+                {.accelerations = w, .multipliers = lambda, .reactions = eta})
+            .outcome.ok());
 
     EXPECT_LT(largest_difference(simulation.accelerations(), w), 1e-10);
     EXPECT_LT(largest_difference(simulation.multipliers(), lambda), 1e-11);
@@ -120,7 +124,7 @@ TEST(OutputTimesTest, AMotionMayStartAtAnyTime) {
 
   EXPECT_EQ(simulation.time(), t_start);
   EXPECT_LT(simulation.report().start.position_correction, 1e-13);
-  ASSERT_TRUE(simulation.advance(2.75).ok());
+  ASSERT_TRUE(simulation.advance_to(2.75).ok());
 
   const double now = 0.1 * (1 + 0.2 * std::pow(std::sin(5.5), 2));
   const std::span<const double> r = simulation.positions();
@@ -138,7 +142,7 @@ TEST(MethodTest, AutoIsTaylorWithTolerancesAndRattleWithAStep) {
 TEST(MethodTest, NamesGoBothWaysAndAnUnknownOneListsTheKnown) {
   for (const MethodTraits& each : methods()) {
     EXPECT_EQ(method_from_name(each.name), each.method);
-    EXPECT_EQ(method_name(each.method), each.name);
+    EXPECT_EQ(name_of(each.method), each.name);
   }
   try {
     method_from_name("euler");
@@ -178,13 +182,13 @@ TEST(OptionsTest, AreCheckedOnce) {
 
 TEST(OptionsTest, AnEndBeforeTheTimeReachedIsWrongInput) {
   Simulation simulation(scenes::make_pendulum());
-  ASSERT_TRUE(simulation.advance(0.1).ok());
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
 
   for (const double t_end :
        {0.1, 0.05, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    EXPECT_THROW((void)simulation.advance(t_end), InputError) << t_end;
+    EXPECT_THROW((void)simulation.advance_to(t_end), InputError) << t_end;
   }
-  EXPECT_TRUE(simulation.advance(0.2).ok()) << "the simulation is unharmed";
+  EXPECT_TRUE(simulation.advance_to(0.2).ok()) << "the simulation is unharmed";
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ Losses measure_losses(MotionOptions options) {
   options.start = StartMode::Project;
   Simulation simulation(scenes::make_clusters(4), options);
   const Momenta before = measure_momenta(simulation);
-  const Outcome outcome = simulation.advance(0.5);
+  const Outcome outcome = simulation.advance_to(0.5);
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   const Momenta after = measure_momenta(simulation);
   return {largest_difference(before.linear, after.linear) / largest(before.linear),
@@ -105,7 +105,7 @@ const EnergyScene open_scenes[]{{"shaken_support", [] { return scenes::make_shak
 EnergyReport run(const EnergyScene& scene, MotionOptions options, double t_end = 0.3) {
   options.start = StartMode::Project;
   Simulation simulation(scene.build(), options);
-  const Outcome outcome = simulation.advance(t_end);
+  const Outcome outcome = simulation.advance_to(t_end);
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   return simulation.report().energy;
 }
@@ -159,7 +159,7 @@ TEST(EnergyTest, WorkOfDragIsTheLostKineticEnergy) {
   system.forces = {Drag{"air", {0}, 0.05, 0.0}};
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14});
 
-  ASSERT_TRUE(simulation.advance(std::log(2.0)).ok());
+  ASSERT_TRUE(simulation.advance_to(std::log(2.0)).ok());
 
   const EnergyReport& energy = simulation.report().energy;
   EXPECT_NEAR(energy.start, 0.2, 1e-15);
@@ -178,7 +178,7 @@ TEST(EnergyTest, WorkOfAMovingSupportGoesIntoTheSpring) {
   system.forces = {Springs{"spring", {{0, 1}}, 7.0, 0.0, 0.0}};
   Simulation simulation(system, {.method = Method::Rk4, .step = 0.01});
 
-  ASSERT_TRUE(simulation.advance(1.0).ok());
+  ASSERT_TRUE(simulation.advance_to(1.0).ok());
 
   EXPECT_NEAR(simulation.report().energy.work_of_supports, 0.5 * 7.0 * (0.4 * 0.4 - 0.1 * 0.1), 1e-13);
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-13);
@@ -197,7 +197,7 @@ LongRun run_long(const System& system, double step) {
   constexpr std::size_t steps = 100'000;
   Simulation simulation(system, {.method = Method::Rattle, .step = step});
   LongRun result;
-  const Outcome outcome = simulation.advance(step * steps, [&](const MotionReport& report) {
+  const Outcome outcome = simulation.advance_to(step * steps, [&](const MotionReport& report) {
     const double change = report.energy.now - report.energy.start;
     result.swing = larger(result.swing, std::abs(change));
     if (report.steps <= steps / 10) result.first += change / (steps / 10);
@@ -228,7 +228,7 @@ TEST(RattleTest, EnergyOfARingSwingsButDoesNotDriftOver1e5Steps) {
 /// In 0.1 s, in which beads meet and part.
 EnergyReport run_melt(double step, double* swing) {
   Simulation simulation(scenes::make_melt(8), {.method = Method::Rattle, .step = step, .start = StartMode::Project});
-  const Outcome outcome = simulation.advance(0.1, [&](const MotionReport& report) {
+  const Outcome outcome = simulation.advance_to(0.1, [&](const MotionReport& report) {
     *swing = std::max(*swing, std::abs(report.energy.now - report.energy.start));
     return true;
   });
@@ -250,7 +250,7 @@ TEST(MomentumTest, BeadsThatMeetKeepIt) {
   Simulation simulation(scenes::make_melt(8), {.method = Method::Rattle, .step = 1e-3, .start = StartMode::Project});
   const Momenta before = measure_momenta(simulation);
 
-  ASSERT_TRUE(simulation.advance(0.3).ok());
+  ASSERT_TRUE(simulation.advance_to(0.3).ok());
 
   const Momenta after = measure_momenta(simulation);
   EXPECT_LT(largest_difference(before.linear, after.linear), 1e-13 * scenes::mass * 512);
@@ -263,12 +263,12 @@ TEST(RattleTest, RunsBackToItsStart) {
   const MotionOptions options{.method = Method::Rattle, .step = 1e-3};
 
   Simulation forward(system, options);
-  ASSERT_TRUE(forward.advance(0.3).ok());
+  ASSERT_TRUE(forward.advance_to(0.3).ok());
   System turned = system;
   turned.positions.assign(forward.positions().begin(), forward.positions().end());
   for (std::size_t i = 0; i < turned.velocities.size(); ++i) turned.velocities[i] = -forward.velocities()[i];
   Simulation backward(turned, options);
-  ASSERT_TRUE(backward.advance(0.3).ok());
+  ASSERT_TRUE(backward.advance_to(0.3).ok());
 
   EXPECT_GT(largest_difference(forward.positions(), system.positions), 0.1);
   EXPECT_LT(largest_difference(backward.positions(), system.positions), 1e-11);

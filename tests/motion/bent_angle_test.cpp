@@ -28,9 +28,9 @@ TEST(BentAngle, IsHeldDownToATenMillionth) {
       Simulation simulation(system, {.method = method, .rtol = 1e-9, .atol = 1e-11});
       ASSERT_TRUE(simulation.outcome().ok()) << angle << ": " << simulation.outcome().what;
 
-      const Outcome outcome = simulation.advance(1.0);
+      const Outcome outcome = simulation.advance_to(1.0);
 
-      ASSERT_TRUE(outcome.ok()) << angle << " by " << method_name(method) << ": " << outcome.what;
+      ASSERT_TRUE(outcome.ok()) << angle << " by " << name_of(method) << ": " << outcome.what;
       const std::span<const double> r = simulation.positions();
       const double ax = r[3], az = r[5], bx = r[6] - r[3], bz = r[8] - r[5];
       // The cosine that the start has in double precision tells the angle to eps/angle.

@@ -90,7 +90,7 @@ struct Motion {
 
 Motion run(const System& system, const MotionOptions& options, double t_end, std::size_t count) {
   Simulation simulation(system, options);
-  const Outcome outcome = simulation.advance(t_end);
+  const Outcome outcome = simulation.advance_to(t_end);
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   const auto first = [&](std::span<const double> all) { return std::vector(all.begin(), all.begin() + count); };
   return {first(simulation.positions()), first(simulation.velocities()), simulation.report().steps,
@@ -106,8 +106,7 @@ TEST(Bystanders, DoNotChangeTheMotionOfOthers) {
       const Motion alone = run(system, options, scene.t_end, system.positions.size());
       for (std::size_t k = 0; k < bystanders.size(); ++k) {
         const Motion beside = run(with(bystanders[k], system), options, scene.t_end, system.positions.size());
-        const std::string what =
-            scene.name + ", bystander " + std::to_string(k) + ", " + std::string(method_name(method));
+        const std::string what = scene.name + ", bystander " + std::to_string(k) + ", " + std::string(name_of(method));
         EXPECT_EQ(beside.events, alone.events) << what;
         EXPECT_LE(beside.steps, alone.steps + alone.steps / 2 + 20) << what;
         EXPECT_GE(beside.steps + beside.steps / 2 + 20, alone.steps) << what;
@@ -149,7 +148,8 @@ TEST(Bystanders, DoNotChangeAccelerationsOfAnIllConditionedChain) {
       Dynamics dynamics(of);
       std::vector<double> w(of.positions.size()), v(of.positions.size(), 0.0);
       std::copy(of.velocities.begin(), of.velocities.end(), v.begin());
-      const SolveReport report = dynamics.solve(0.0, of.positions, v, w);
+      const SolveReport report =
+          dynamics.solve({.time = 0.0, .positions = of.positions, .velocities = v}, {.accelerations = w});
       EXPECT_TRUE(report.outcome.ok()) << report.outcome.what;
       w.resize(system.positions.size());
       return w;
@@ -196,7 +196,8 @@ TEST(Bystanders, ABlockSlidesByItsOwnForces) {
     system = with(bystander, system);
     Dynamics dynamics(system);
     std::vector<double> w(6);
-    const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w);
+    const SolveReport report = dynamics.solve(
+        {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
     ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
     EXPECT_NEAR(w[0], 1.1, 1e-13);
   }

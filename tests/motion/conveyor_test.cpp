@@ -29,7 +29,7 @@ TEST(Conveyor, ABeadReachesTheBeltAndGoesAlong) {
     const std::vector<double> events = advance_and_list_events(&simulation, 100.0);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     ASSERT_EQ(events.size(), 1u);
-    EXPECT_NEAR(events[0], t1, 1e-13) << method_name(method);
+    EXPECT_NEAR(events[0], t1, 1e-13) << name_of(method);
     EXPECT_NEAR(simulation.velocities()[0], u, 1e-15);
     EXPECT_NEAR(simulation.positions()[0], r1 + u * (100.0 - t1), 1e-11);
     // mu m g times the way of the bead
@@ -56,10 +56,10 @@ TEST(Conveyor, AVelocityThatChangesCarriesAlongAsFarAsFrictionReaches) {
     const std::vector<double> events = advance_and_list_events(&simulation, 2.0);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     ASSERT_EQ(events.size(), 1u);
-    EXPECT_NEAR(events[0], t1, 1e-11) << method_name(method);
+    EXPECT_NEAR(events[0], t1, 1e-11) << name_of(method);
     const double v = 0.5 * b * t1 * t1 + mu * g * (2.0 - t1);
-    EXPECT_NEAR(simulation.velocities()[0], 0.6 * v, 1e-9) << method_name(method);
-    EXPECT_NEAR(simulation.velocities()[1], 0.8 * v, 1e-9) << method_name(method);
+    EXPECT_NEAR(simulation.velocities()[0], 0.6 * v, 1e-9) << name_of(method);
+    EXPECT_NEAR(simulation.velocities()[1], 0.8 * v, 1e-9) << name_of(method);
   }
 }
 
@@ -84,11 +84,11 @@ TEST(TiltingPlane, ABeadLeavesAtTheInstantOfTheClosedForm) {
     std::vector<double> events = advance_and_list_events(&simulation, 0.9 * instant);
     EXPECT_TRUE(events.empty());
     const auto r = simulation.positions();
-    EXPECT_NEAR(std::hypot(r[0], r[2]), s0, 1e-11) << method_name(method);
+    EXPECT_NEAR(std::hypot(r[0], r[2]), s0, 1e-11) << name_of(method);
     events = advance_and_list_events(&simulation, instant + 0.3);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
     ASSERT_EQ(events.size(), 1u);
-    EXPECT_NEAR(events[0], instant, 1e-10) << method_name(method);
+    EXPECT_NEAR(events[0], instant, 1e-10) << name_of(method);
   }
 }
 
@@ -105,9 +105,9 @@ TEST(Conveyor, WhatSticksKeepsItsPlaceOnTheBelt) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.02;
     Simulation simulation(system, options);
-    ASSERT_TRUE(simulation.advance(100.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(100.0).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().events, 0u);
-    EXPECT_NEAR(simulation.positions()[0], 1.0 - std::cos(100.0), 1e-12) << method_name(method);
+    EXPECT_NEAR(simulation.positions()[0], 1.0 - std::cos(100.0), 1e-12) << name_of(method);
   }
 }
 
@@ -132,11 +132,11 @@ TEST(StickSlipOscillator, PeriodIsTheClosedForm) {
     const double first = mu_s * m * g / (k * u);  // rides with the belt up to there
     const std::vector<double> events = advance_and_list_events(&simulation, first + 5.0 * (sticks + slides) + 0.01);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-    ASSERT_EQ(events.size(), 11u) << method_name(method);
+    ASSERT_EQ(events.size(), 11u) << name_of(method);
     const double allowed = method == Method::Rattle ? 1e-4 : 1e-9;
     for (std::size_t e = 0; e < events.size(); ++e) {
       const double wanted = first + static_cast<double>(e / 2) * (sticks + slides) + (e % 2 == 1 ? slides : 0.0);
-      EXPECT_NEAR(events[e], wanted, allowed) << method_name(method) << " event " << e;
+      EXPECT_NEAR(events[e], wanted, allowed) << name_of(method) << " event " << e;
     }
   }
 }

@@ -60,7 +60,7 @@ System make_dragged_chain(std::size_t count, Bend bend, Pull pull) {
 void expect_to_arrive(const System& system, const MotionOptions& options, double t_end, std::size_t least_events) {
   Simulation simulation(system, options);
 
-  ASSERT_TRUE(simulation.advance(t_end).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(t_end).ok()) << simulation.outcome().what;
 
   EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-8);
   EXPECT_LT(simulation.report().energy.work_of_friction, 0.0);
@@ -103,7 +103,7 @@ TEST(DraggedChain, ChainsPulledToAndFroStopAndLeaveAgain) {
         if (method == Method::Dopri5 && count > 12) continue;
         for (const Bend bend : {Bend::Wave, Bend::Zigzag, Bend::Arc}) {
           SCOPED_TRACE(std::to_string(count) + " beads, bend " + std::to_string(static_cast<int>(bend)) + ", pull " +
-                       std::to_string(static_cast<int>(pull)) + ", " + std::string(method_name(method)));
+                       std::to_string(static_cast<int>(pull)) + ", " + std::string(name_of(method)));
           expect_to_arrive(make_dragged_chain(count, bend, pull), {.method = method, .rtol = 1e-10}, 2.5, 10);
         }
       }
@@ -116,8 +116,8 @@ TEST(DraggedChain, MethodsAgreeOnWhereItEnds) {
   Simulation one(system, {.method = Method::Dopri5, .rtol = 1e-9}),
       other(system, {.method = Method::Dop853, .rtol = 1e-10});
 
-  ASSERT_TRUE(one.advance(2.0).ok()) << one.outcome().what;
-  ASSERT_TRUE(other.advance(2.0).ok()) << other.outcome().what;
+  ASSERT_TRUE(one.advance_to(2.0).ok()) << one.outcome().what;
+  ASSERT_TRUE(other.advance_to(2.0).ok()) << other.outcome().what;
 
   for (std::size_t i = 0; i < 36; ++i) EXPECT_NEAR(one.positions()[i], other.positions()[i], 1e-6) << i;
 }
@@ -144,7 +144,7 @@ TEST(DraggedChain, FiftyBeadsThatSpringsJoinArePulledToAndFroOnALine) {
     system.friction = {Coulomb{.name = "", .at = {"line"}, .coefficient = mu}};
     Simulation simulation(system, {.rtol = 1e-10});
 
-    ASSERT_TRUE(simulation.advance(5.0).ok()) << stiffness << ": " << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(5.0).ok()) << stiffness << ": " << simulation.outcome().what;
 
     EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-8) << stiffness;
     EXPECT_GE(simulation.report().events, 50u);

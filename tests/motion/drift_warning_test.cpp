@@ -45,13 +45,13 @@ TEST(DriftWarning, IsNotGivenWhileNothingFlows) {
         Draw{Method::Dopri5, 8.49, 6.83, 0.497, 1e-8}, Draw{Method::Radau5, 0.21, 3.9, 0.25, 1e-6},
         Draw{Method::Radau5, 0.04, 6.686, 0.0101, 5.3e-11}}) {
     for (const bool is_bob : {false, true}) {
-      SCOPED_TRACE(std::string(method_name(draw.method)) + (is_bob ? ", bob, " : ", block, ") +
+      SCOPED_TRACE(std::string(name_of(draw.method)) + (is_bob ? ", bob, " : ", block, ") +
                    std::to_string(draw.middle));
       const ScalarFunction pulse = make_pulse(draw.height, draw.middle, draw.width);
       Simulation simulation(is_bob ? make_lifted_bob(pulse) : make_lifted_block(pulse),
                             {.method = draw.method, .rtol = draw.rtol});
 
-      const Outcome outcome = simulation.advance(10.0, [&](const MotionReport& report) {
+      const Outcome outcome = simulation.advance_to(10.0, [&](const MotionReport& report) {
         EXPECT_EQ(report.accuracy_warning, "") << report.time;
         return report.accuracy_warning.empty();
       });
@@ -72,9 +72,9 @@ TEST(DriftWarning, IsTakenBackWhereMuchMoreFlowsLater) {
   system.forces = {ConstantForce{"pull", {0}, VectorFunction{ScalarFunction::formula(force), 0.0, 0.0}}};
   Simulation simulation(system, {.method = Method::Rk4, .step = 0.01});
 
-  ASSERT_TRUE(simulation.advance(0.6).ok());
+  ASSERT_TRUE(simulation.advance_to(0.6).ok());
   const std::string early = simulation.report().accuracy_warning;
-  ASSERT_TRUE(simulation.advance(4.0).ok());
+  ASSERT_TRUE(simulation.advance_to(4.0).ok());
 
   EXPECT_NE(early.find("the energy drifts by"), std::string::npos) << early;
   EXPECT_EQ(simulation.report().accuracy_warning, "");

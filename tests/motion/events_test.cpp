@@ -142,7 +142,7 @@ TEST_P(EqualStepsTest, AnEventDoesNotShiftTheTimesOfSteps) {
 INSTANTIATE_TEST_SUITE_P(Methods, EqualStepsTest,
                          testing::Values(Expected{Method::Rk4, 4.0, 1.0 / 120},
                                          Expected{Method::Rattle, 2.0, 1.0 / 24}),
-                         [](const auto& instance) { return std::string(method_name(instance.param.method)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param.method)); });
 
 // ---- a drawn block: sticks until the spring holds F_s, slides with F_d < F_s, sticks again ----
 
@@ -174,7 +174,7 @@ TEST_P(DrawnBlockTest, SticksAndSlipsWhenTheClosedFormDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, DrawnBlockTest, testing::Values(Method::Dopri5, Method::Rk4, Method::Rattle),
-                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 // ---- where in a step ----
 
@@ -288,7 +288,7 @@ TEST(EventWorkTest, IsThatOfTheEquationsBeforeAndAfter) {
 
     const double v = 1.0 + 2.0 * 0.47;
     EXPECT_NEAR(run.integration.state.v[0], v, 1e-14);
-    EXPECT_NEAR(run.integration.state.work.forces, 0.5 * (v * v - 1.0), 1e-14) << method_name(method);
+    EXPECT_NEAR(run.integration.state.work.forces, 0.5 * (v * v - 1.0), 1e-14) << name_of(method);
   }
 }
 
@@ -392,7 +392,7 @@ TEST_P(EventSnapshotTest, ARestoredRunGoesOnBitByBitAcrossEvents) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, EventSnapshotTest, testing::Values(Method::Dopri5, Method::Rk4, Method::Rattle),
-                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 // ---- the parts ----
 

@@ -50,7 +50,7 @@ TEST_P(ExtremeScene, EndsRightWithRodsThatHoldToRounding) {
   Simulation simulation(scene.system, extreme::options_of(scene, method));
 
   for (int k = 1; k <= 8; ++k) {
-    ASSERT_TRUE(simulation.advance(scene.t_end * k / 8.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(scene.t_end * k / 8.0).ok()) << simulation.outcome().what;
     EXPECT_LE(find_violation(scene.system, simulation.positions()), allowed);
   }
 
@@ -121,7 +121,7 @@ TEST(FourBars, ArePassedFlatByStepsThatDoNotShrink) {
     const Case scene = extreme::turn_four_bars(loops);
     Simulation simulation(scene.system, extreme::options_of(scene, Method::Radau5));
 
-    ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(scene.t_end).ok()) << simulation.outcome().what;
 
     EXPECT_LE(scene.error(simulation), 1e-6);
     EXPECT_LT(simulation.report().steps, 4000U);
@@ -135,7 +135,7 @@ TEST(HeavyTip, FallsByImplicitStepsThatConverge) {
     const Case scene = extreme::drop_heavy_tip(ratio);
     Simulation simulation(scene.system, extreme::options_of(scene, Method::Radau5));
 
-    ASSERT_TRUE(simulation.advance(5e-4).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(5e-4).ok()) << simulation.outcome().what;
 
     EXPECT_LE(simulation.report().position_violation, 1e-12);
     EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), 1e-12);
@@ -150,7 +150,7 @@ TEST(HeavyTip, IsNoSingularPlace) {
     system.constraints.push_back(Planes{"sheet", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, Vector3{0, 1, 0}, 0.0});
     Simulation simulation(system, {.method = Method::Rattle, .step = 1e-3});
 
-    ASSERT_TRUE(simulation.advance(0.05).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(0.05).ok()) << simulation.outcome().what;
 
     EXPECT_EQ(simulation.report().singular_passages.count, 0U);
     EXPECT_EQ(simulation.rank().rank, 20U);
@@ -167,7 +167,7 @@ TEST_P(DoubtedSteps, AreThoseThatLoseTheMotion) {
     const Case scene = extreme::turn_fast(angle);
     Simulation simulation(scene.system, extreme::options_of(scene, GetParam()));
 
-    ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(scene.t_end).ok()) << simulation.outcome().what;
 
     EXPECT_EQ(simulation.report().accuracy_warning.empty(), angle < 0.4) << simulation.report().accuracy_warning;
     if (angle < 0.4) {
@@ -180,7 +180,7 @@ TEST_P(DoubtedSteps, AreNotThoseOfAChainThatFallsFromRest) {
   const Case scene = extreme::drop_scaled_chain(0.1);
   Simulation simulation(scene.system, extreme::options_of(scene, GetParam()));
 
-  ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(scene.t_end).ok()) << simulation.outcome().what;
 
   EXPECT_EQ(simulation.report().accuracy_warning, "");
 }
@@ -196,7 +196,7 @@ TEST_P(TooLongSteps, EndWithPlaceAndReason) {
   const Case scene = std::get<0>(GetParam()).make();
   Simulation simulation(scene.system, extreme::options_of(scene, std::get<1>(GetParam())));
 
-  const Outcome outcome = simulation.advance(scene.t_end);
+  const Outcome outcome = simulation.advance_to(scene.t_end);
 
   EXPECT_FALSE(outcome.ok());
   EXPECT_NE(outcome.what.find("t = "), std::string::npos) << outcome.what;

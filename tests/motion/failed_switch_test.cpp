@@ -34,13 +34,13 @@ TEST(FailedSwitch, LeavesAccelerationsAndForcesAsTheyWere) {
   for (const double before : {2.6228, 2.6229, 2.62295, 2.62296}) {
     SCOPED_TRACE(before);
     Simulation simulation(make_telescope(), {.method = Method::Rk4, .step = 0.05});
-    ASSERT_TRUE(simulation.advance(2.5).ok()) << simulation.outcome().what;
-    ASSERT_TRUE(simulation.advance(before).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(2.5).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(before).ok()) << simulation.outcome().what;
     const std::vector<double> r = copy(simulation.positions()), v = copy(simulation.velocities()),
                               w = copy(simulation.accelerations()), lambda = copy(simulation.multipliers()),
                               eta = copy(simulation.reactions());
 
-    ASSERT_FALSE(simulation.advance(2.5 + 1.0).ok());
+    ASSERT_FALSE(simulation.advance_to(2.5 + 1.0).ok());
 
     ASSERT_EQ(simulation.time(), before);
     EXPECT_EQ(copy(simulation.positions()), r);

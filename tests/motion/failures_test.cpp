@@ -43,7 +43,7 @@ TEST_P(FailuresTest, AGeometryThatBecomesImpossibleStopsAtTheLastGoodStep) {
   Simulation simulation(make_impossible_at_half(), motion);
   ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
 
-  const Outcome outcome = simulation.advance(1.0);
+  const Outcome outcome = simulation.advance_to(1.0);
 
   EXPECT_FALSE(outcome.ok());
   EXPECT_EQ(simulation.outcome().status, outcome.status);
@@ -53,7 +53,7 @@ TEST_P(FailuresTest, AGeometryThatBecomesImpossibleStopsAtTheLastGoodStep) {
   EXPECT_EQ(simulation.report().time, simulation.time());
   EXPECT_LE(simulation.report().position_violation, 1e-11);
   expect_finite_state(simulation);
-  EXPECT_EQ(simulation.advance(1.0).status, outcome.status) << "a failed simulation stays failed";
+  EXPECT_EQ(simulation.advance_to(1.0).status, outcome.status) << "a failed simulation stays failed";
 }
 
 /// A force that grows like 1/(1 - t)^2 at its bead's cost.
@@ -63,7 +63,7 @@ TEST_P(FailuresTest, ASingularForceEndsBeforeItsPole) {
   system.forces = {ConstantForce{"pole", {0}, {ScalarFunction::formula("0.1/(1 - t)^2"), 0.0, 0.0}}};
   Simulation simulation(system, options(1.0 / 64));
 
-  const Outcome outcome = simulation.advance(2.0);
+  const Outcome outcome = simulation.advance_to(2.0);
 
   EXPECT_FALSE(outcome.ok());
   EXPECT_LE(simulation.time(), 1.0);
@@ -72,7 +72,7 @@ TEST_P(FailuresTest, ASingularForceEndsBeforeItsPole) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, FailuresTest, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
-                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 /// Two beads of 0.1 kg, 1 m apart, that attract each other with 0.1/D: D'' = -2/D ends at t = sqrt(pi)/2.
 TEST(PairFailuresTest, BeadsThatFallIntoEachOtherEndWhereTheyMeet) {
@@ -82,7 +82,7 @@ TEST(PairFailuresTest, BeadsThatFallIntoEachOtherEndWhereTheyMeet) {
   system.forces = {PairForces{.law = PairLaw::Log, .strength = -0.1}};
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12});
 
-  const Outcome outcome = simulation.advance(2.0);
+  const Outcome outcome = simulation.advance_to(2.0);
 
   EXPECT_EQ(outcome.status, Status::StepTooSmall) << outcome.what;
   EXPECT_NEAR(simulation.time(), 0.5 * std::sqrt(M_PI), 1e-6);
@@ -96,7 +96,7 @@ class FixedStepFailuresTest : public FailuresTest {};
 TEST_P(FixedStepFailuresTest, AFarTooLargeStepIsAnOutcome) {
   Simulation simulation(scenes::make_chain(5), options(10.0));
 
-  const Outcome outcome = simulation.advance(20.0);
+  const Outcome outcome = simulation.advance_to(20.0);
 
   EXPECT_EQ(outcome.status, Status::NotConverged);
   EXPECT_NE(outcome.what.find("t = "), std::string::npos) << outcome.what;
@@ -110,7 +110,7 @@ TEST_P(FixedStepFailuresTest, AFarTooLargeStepIsAnOutcome) {
 TEST(SplitStepTest, AStepThatFailsIsTriedAgainInHalves) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rattle, .step = 1.0});
 
-  const Outcome outcome = simulation.advance(1.0);
+  const Outcome outcome = simulation.advance_to(1.0);
 
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   EXPECT_GT(simulation.report().rejected, 0u);
@@ -121,13 +121,17 @@ TEST(SplitStepTest, AStepThatFailsIsTriedAgainInHalves) {
 /// Some halves of the first steps are good before one fails.
 TEST_P(FixedStepFailuresTest, AccelerationsAndMultipliersAreThoseOfTheLastGoodState) {
   Simulation simulation(scenes::make_chain(5), options(4.0));
-  EXPECT_FALSE(simulation.advance(20.0).ok());
+  EXPECT_FALSE(simulation.advance_to(20.0).ok());
   ASSERT_GT(simulation.report().steps, 0u);
   Dynamics dynamics(simulation.system());
   std::vector<double> w(18), lambda(5);
 
   ASSERT_TRUE(
-      dynamics.solve(simulation.time(), simulation.positions(), simulation.velocities(), w, lambda).outcome.ok());
+      dynamics
+          .solve(
+              {.time = simulation.time(), .positions = simulation.positions(), .velocities = simulation.velocities()},
+              {.accelerations = w, .multipliers = lambda})
+          .outcome.ok());
 
   EXPECT_LT(largest_difference(simulation.accelerations(), w), 1e-10 * largest(w));
   EXPECT_LT(largest_difference(simulation.multipliers(), lambda), 1e-10 * largest(lambda));
@@ -142,7 +146,7 @@ TEST_P(FixedStepFailuresTest, ABlowUpIsNamedAndLeavesTheLastFiniteState) {
   system.forces = {Springs{"spring", {{0, 1}}, 1e6, 0.0, 0.1}};
   Simulation simulation(system, options(0.1));
 
-  const Outcome outcome = simulation.advance(100.0);
+  const Outcome outcome = simulation.advance_to(100.0);
 
   EXPECT_EQ(outcome.status, Status::NotFinite);
   EXPECT_NE(outcome.what.find("t = "), std::string::npos) << outcome.what;
@@ -152,7 +156,7 @@ TEST_P(FixedStepFailuresTest, ABlowUpIsNamedAndLeavesTheLastFiniteState) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, FixedStepFailuresTest, testing::Values(Method::Rk4, Method::Rattle),
-                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 TEST(StartTest, ADoubledRodSwingsAsOneAndSharesItsLoad) {
   const System single = scenes::make_pendulum();
@@ -162,8 +166,8 @@ TEST(StartTest, ADoubledRodSwingsAsOneAndSharesItsLoad) {
   const MotionOptions options{.rtol = 1e-13, .atol = 1e-13};
   Simulation simulation(system, options), reference(single, options);
 
-  ASSERT_TRUE(simulation.advance(0.5).ok()) << simulation.outcome().what;
-  ASSERT_TRUE(reference.advance(0.5).ok());
+  ASSERT_TRUE(simulation.advance_to(0.5).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(reference.advance_to(0.5).ok());
 
   EXPECT_LT(largest_difference(simulation.positions(), reference.positions()), 1e-12);
   EXPECT_NEAR(simulation.multipliers()[0], 0.5 * reference.multipliers()[0], 1e-9);

@@ -21,7 +21,7 @@ double along(const Simulation& simulation) {
 
 TEST(RoughIncline, ABeadSlidesDownByTheClosedForm) {
   Simulation simulation(make_incline(1.0, 0.3), {.rtol = 1e-10, .atol = 1e-12});
-  ASSERT_TRUE(simulation.advance(2.0).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(2.0).ok()) << simulation.outcome().what;
   EXPECT_NEAR(simulation.positions()[0], 5.813260018694220418279570647, 1e-12);
   EXPECT_NEAR(simulation.positions()[1], -3.356287236662397062574362708, 1e-12);
   EXPECT_EQ(simulation.report().events, 0u);
@@ -32,7 +32,7 @@ TEST(RoughIncline, UphillItStopsAndStaysWhereMuIsAboveTheSlope) {
   const double mu = 0.7, alpha = std::numbers::pi / 6.0;
   const double a = g * (std::sin(alpha) + mu * std::cos(alpha)), stop = 1.0 / a;
   Simulation simulation(make_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
-  ASSERT_TRUE(simulation.advance(1.0).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
   EXPECT_EQ(simulation.report().events, 1u);
   EXPECT_NEAR(simulation.report().last_event, stop, 1e-13);
   EXPECT_NEAR(along(simulation), -0.5 / a, 1e-13);
@@ -44,7 +44,7 @@ TEST(RoughIncline, UphillItStopsAndSlidesBackWhereMuIsBelowTheSlope) {
   const double mu = 0.3, alpha = std::numbers::pi / 6.0, stop = 0.1341613276163089975121182181;
   const double back = g * (std::sin(alpha) - mu * std::cos(alpha));
   Simulation simulation(make_incline(-1.0, mu), {.rtol = 1e-10, .atol = 1e-12});
-  ASSERT_TRUE(simulation.advance(1.0).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
   EXPECT_EQ(simulation.report().events, 1u);
   EXPECT_NEAR(simulation.report().last_event, stop, 1e-13);
   EXPECT_NEAR(along(simulation), -0.5 * stop + 0.5 * back * (1.0 - stop) * (1.0 - stop), 1e-12);
@@ -57,7 +57,7 @@ TEST(RoughIncline, BelowTheFrictionAngleNothingCreepsInAHundredSeconds) {
     MotionOptions options{.method = method};
     if (method != Method::Dopri5) options.step = 0.01;
     Simulation simulation(make_incline(0.0, 0.6), options);
-    ASSERT_TRUE(simulation.advance(100.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(100.0).ok()) << simulation.outcome().what;
     EXPECT_NEAR(along(simulation), 0.0, 1e-13);
     for (const double v : simulation.velocities()) EXPECT_NEAR(v, 0.0, 1e-15);
   }
@@ -69,7 +69,7 @@ TEST(RoughIncline, ARegularisedLawCreepsAsItsVelocitySays) {
   System system = make_incline(v, mu);
   std::get<Coulomb>(system.friction[0]).regularisation = v0;
   Simulation simulation(system, {.method = Method::Rk4, .step = 1e-4});
-  ASSERT_TRUE(simulation.advance(0.5).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(0.5).ok()) << simulation.outcome().what;
   EXPECT_NEAR(along(simulation), 0.5 * v, 1e-12);
   EXPECT_EQ(simulation.report().events, 0u);
 }
@@ -85,7 +85,7 @@ TEST(RoughCircle, SpeedDecaysByTheClosedForm) {
   system.friction = {Coulomb{.name = "", .at = {"wire"}, .coefficient = 0.2}};
   Simulation simulation(system, {.rtol = 1e-12, .atol = 1e-14});
   for (const double t : {1.0, 2.0, 5.0}) {
-    ASSERT_TRUE(simulation.advance(t).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(t).ok()) << simulation.outcome().what;
     const double theta = std::log(1.0 + 0.6 * t) / 0.2, v = 3.0 / (1.0 + 0.6 * t);
     EXPECT_NEAR(simulation.positions()[0], std::cos(theta), 1e-10);
     EXPECT_NEAR(simulation.positions()[1], std::sin(theta), 1e-10);
@@ -115,7 +115,7 @@ TEST(BlockOnAPlane, StartsToSlideWhereTheForceLeavesTheFrictionCone) {
   for (const double mu : {0.4, 0.25}) {
     const double mu_s = 0.4, omega = 0.7;
     Simulation simulation(make_block(mu_s, mu, omega), {.rtol = 1e-10, .atol = 1e-12});
-    ASSERT_TRUE(simulation.advance(0.7).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(0.7).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().events, 1u);
     EXPECT_NEAR(simulation.report().last_event, std::atan(mu_s) / omega, 1e-9);
     // v = 12/m int (sin - mu cos) dt along (0.6, 0.8)
@@ -155,7 +155,7 @@ TEST(RowOnALine, GivesWayAtTheSumOfItsStaticLimits) {
                      ConstantForce{"", {3}, VectorFunction{ScalarFunction::formula("20*t"), 0.0, 0.0}}};
     Simulation simulation(system, {.rtol = 1e-10, .atol = 1e-12});
 
-    ASSERT_TRUE(simulation.advance(3.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(3.0).ok()) << simulation.outcome().what;
 
     // M v' = 20 t - sliding from t0 = limit/20 on. Beads that bear all they can are held until 4e-6 above it, which
     // costs the difference of the coefficients for that long, and the square of it where there is none.

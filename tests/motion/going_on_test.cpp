@@ -19,7 +19,7 @@ struct Case {
 };
 
 void PrintTo(const Case& each, std::ostream* out) {
-  *out << each.scene << " by " << method_name(each.options.method);
+  *out << each.scene << " by " << name_of(each.options.method);
 }
 
 /// A shaken chain in air whose springs are damped.
@@ -109,15 +109,15 @@ class GoingOnTest : public testing::TestWithParam<Case> {};
 TEST_P(GoingOnTest, BitByBitFromASnapshot) {
   const auto& [scene, make, options, solver, middle, end] = GetParam();
   Simulation whole(make(), options, solver), first(make(), options, solver), second(make(), options, solver);
-  ASSERT_TRUE(whole.advance(middle).ok()) << whole.outcome().what;
-  ASSERT_TRUE(first.advance(middle).ok());
+  ASSERT_TRUE(whole.advance_to(middle).ok()) << whole.outcome().what;
+  ASSERT_TRUE(first.advance_to(middle).ok());
 
-  second.restore(first.snapshot());
+  second.restore(first.save());
 
   ASSERT_TRUE(second.outcome().ok()) << second.outcome().what;
   expect_same(second, whole, "where it was restored");
-  ASSERT_TRUE(whole.advance(end).ok()) << whole.outcome().what;
-  ASSERT_TRUE(second.advance(end).ok()) << second.outcome().what;
+  ASSERT_TRUE(whole.advance_to(end).ok()) << whole.outcome().what;
+  ASSERT_TRUE(second.advance_to(end).ok()) << second.outcome().what;
   expect_same(second, whole, "at the end");
   EXPECT_GT(whole.report().steps, 2u);
 }
@@ -127,23 +127,24 @@ TEST_P(GoingOnTest, BitByBitFromASnapshotThatAnObserverTook) {
   Simulation whole(make(), options, solver), second(make(), options, solver);
   for (const std::size_t step : {1u, 3u, 4u, 11u}) {
     Simulation first(make(), options, solver);
-    Snapshot snapshot;
+    std::vector<std::byte> saved;
+    double time = 0.0;
     ASSERT_TRUE(first
-                    .advance(end,
-                             [&, left = step](const MotionReport&) mutable {
-                               if (--left == 0) snapshot = first.snapshot();
-                               return left > 0;
-                             })
+                    .advance_to(end,
+                                [&, left = step](const MotionReport&) mutable {
+                                  if (--left == 0) saved = first.save(), time = first.time();
+                                  return left > 0;
+                                })
                     .ok());
-    if (snapshot.positions.empty()) continue;  // fewer steps lead to the end
+    if (saved.empty()) continue;  // fewer steps lead to the end
     if (whole.time() == 0.0) {
-      ASSERT_TRUE(whole.advance(end).ok());
+      ASSERT_TRUE(whole.advance_to(end).ok());
     }
-    if (snapshot.time == end) continue;
+    if (time == end) continue;
 
-    second.restore(snapshot);
+    second.restore(saved);
 
-    ASSERT_TRUE(second.advance(end).ok()) << second.outcome().what;
+    ASSERT_TRUE(second.advance_to(end).ok()) << second.outcome().what;
     expect_same(second, whole, "from step " + std::to_string(step));
   }
 }
@@ -185,7 +186,7 @@ std::vector<Case> list_cases() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, GoingOnTest, testing::ValuesIn(list_cases()), [](const auto& instance) {
-  return instance.param.scene + "_" + std::string(method_name(instance.param.options.method));
+  return instance.param.scene + "_" + std::string(name_of(instance.param.options.method));
 });
 
 }  // namespace

@@ -19,7 +19,7 @@ TEST(LongRunTest, EnergyOfRattleSwingsAMillionStepsWithoutTrend) {
   double least = 0.0, most = 0.0;
   std::size_t k = 0;
 
-  const Outcome outcome = simulation.advance(2e-3 * steps, [&](const MotionReport& report) {
+  const Outcome outcome = simulation.advance_to(2e-3 * steps, [&](const MotionReport& report) {
     const double error = report.energy.now - report.energy.start;
     least = std::min(least, error);
     most = std::max(most, error);
@@ -41,10 +41,10 @@ TEST(LongRunTest, CompositionsKeepThePhaseToo) {
   for (const auto& [method, error] : {std::pair{Method::Rattle4, 2e-6}, std::pair{Method::Rattle6, 5e-9}}) {
     Simulation simulation(scenes::make_pendulum(), {.method = method, .step = 2e-3}, {.threads = 1});
 
-    ASSERT_TRUE(simulation.advance(400.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(400.0).ok()) << simulation.outcome().what;
 
-    EXPECT_NEAR(simulation.positions()[3], 0.1 * std::sin(angle), error) << method_name(method);
-    EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), error) << method_name(method);
+    EXPECT_NEAR(simulation.positions()[3], 0.1 * std::sin(angle), error) << name_of(method);
+    EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), error) << name_of(method);
   }
 }
 

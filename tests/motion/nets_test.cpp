@@ -55,12 +55,12 @@ constexpr double times[] = {0.2, 0.4, 0.6, 0.8};
 
 /// Positions at `times`; fewer where it does not arrive.
 std::vector<std::vector<double>> run(const System& system, const Way& way) {
-  SCOPED_TRACE(method_name(way.method));
+  SCOPED_TRACE(name_of(way.method));
   SCOPED_TRACE(way.accuracy);
   std::vector<std::vector<double>> places;
   Simulation simulation(system, options_of(way));
   for (const double t : times) {
-    const Outcome outcome = simulation.advance(t);
+    const Outcome outcome = simulation.advance_to(t);
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     if (!outcome.ok()) return places;
     places.emplace_back(simulation.positions().begin(), simulation.positions().end());
@@ -101,11 +101,11 @@ void expect_same_motion(Index side, Hold hold, const std::vector<Way>& ways) {
   for (const double each : sensitivity) allowed.push_back(most = std::max(most, each));
   for (const Way& way : ways) {
     const auto others = run(system, way);
-    ASSERT_EQ(others.size(), std::size(times)) << method_name(way.method) << " " << way.accuracy;
+    ASSERT_EQ(others.size(), std::size(times)) << name_of(way.method) << " " << way.accuracy;
     if (has_fixed_steps(way.method)) continue;  // their errors are no tolerance
     for (std::size_t k = 0; k < others.size(); ++k) {
       EXPECT_LE(largest_difference(others[k], places[k]), 100.0 * way.accuracy * allowed[k])
-          << method_name(way.method) << " " << way.accuracy << " at t = " << times[k];
+          << name_of(way.method) << " " << way.accuracy << " at t = " << times[k];
     }
   }
 }

@@ -133,7 +133,7 @@ struct Order {
   double order;
   int steps;
 
-  friend std::ostream& operator<<(std::ostream& out, const Order& one) { return out << method_name(one.method); }
+  friend std::ostream& operator<<(std::ostream& out, const Order& one) { return out << name_of(one.method); }
 };
 
 class OrderTest : public testing::TestWithParam<Order> {};
@@ -158,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, OrderTest,
                          testing::Values(Order{Method::Rk4, 4, 800}, Order{Method::Dopri5, 5, 200},
                                          Order{Method::Rattle, 2, 2000}, Order{Method::Rattle4, 4, 200},
                                          Order{Method::Rattle6, 6, 80}, Order{Method::Taylor, 5, 100}),
-                         [](const auto& instance) { return std::string(method_name(instance.param.method)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param.method)); });
 
 /// The leading term of dop853 is small: the next one, of order 9 (its energy drifts with that order), hides it in long
 /// steps and in long motions, rounding hides it in short steps. Between them are steps that show it in each motion.

@@ -80,7 +80,7 @@ State state_of(const Simulation& simulation) {
 /// The error in units of rtol and atol, with `part` of them.
 Verdict compare(const System& system, Method method, double t_end, const State& right, double part = 1.0) {
   Simulation simulation(system, {.method = method, .rtol = part * rtol, .atol = part * atol}, {.threads = 1});
-  const Outcome outcome = simulation.advance(t_end);
+  const Outcome outcome = simulation.advance_to(t_end);
   return {outcome.what + simulation.report().accuracy_warning,
           std::max(over_tolerance(simulation.positions(), right.r), over_tolerance(simulation.velocities(), right.v)),
           simulation.report().steps};
@@ -233,7 +233,7 @@ Well draw_well(Random& random) {
 class PassingByMethod : public testing::TestWithParam<Method> {};
 INSTANTIATE_TEST_SUITE_P(, PassingByMethod,
                          testing::Values(Method::Auto, Method::Dop853, Method::Dopri5, Method::Radau5),
-                         [](const auto& of) { return std::string(method_name(of.param)); });
+                         [](const auto& of) { return std::string(name_of(of.param)); });
 
 /// Each scene that is drawn, against its closed form.
 void expect_none_is_jumped(Method method, unsigned seed, int draws, Well (*draw_scene)(Random&)) {
@@ -364,12 +364,12 @@ State shift(State state, double gap, double more) {
 
 TEST_P(PassingByMethod, TwoBeadsMeetHoweverFarTheyAre) {
   Simulation exact(make_two_beads(2.0), {.method = Method::Rattle6, .step = 2.5e-4}, {.threads = 1});
-  ASSERT_TRUE(exact.advance(4.0).ok());
+  ASSERT_TRUE(exact.advance_to(4.0).ok());
   ASSERT_LT(exact.velocities()[0], 0.1) << "they have met";
 
   for (double gap = 2.0; gap <= 60.0; gap += 1.0) {
     Simulation simulation(make_two_beads(gap), {.method = GetParam(), .rtol = rtol, .atol = atol}, {.threads = 1});
-    ASSERT_TRUE(simulation.advance(2.0 * gap).ok()) << gap;
+    ASSERT_TRUE(simulation.advance_to(2.0 * gap).ok()) << gap;
 
     // They meet at gap - 2 later, and gap - 2 farther, and fly on for the rest.
     const State right = shift(state_of(exact), gap - 2.0, gap - 2.0);
@@ -384,7 +384,7 @@ State run_in_pieces(const System& system, double t_end, double piece) {
   Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14}, {.threads = 1});
   const int pieces = static_cast<int>(std::ceil(t_end / piece));
   for (int k = 1; k <= pieces; ++k) {
-    const Outcome outcome = simulation.advance(t_end * k / pieces);
+    const Outcome outcome = simulation.advance_to(t_end * k / pieces);
     EXPECT_TRUE(outcome.ok()) << outcome.what;
   }
   return state_of(simulation);
@@ -465,7 +465,7 @@ TEST_P(PassingByMethod, BeadsOfAThinGasMeet) {
       moved.velocities[i] += 10.0 * noise.uniform(-1.0, 1.0) * (atol + rtol * std::abs(moved.velocities[i]));
     MotionOptions options{.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14, .start = StartMode::Project};
     Simulation other(moved, options, {.threads = 1});
-    for (int k = 1; k <= 1000; ++k) ASSERT_TRUE(other.advance(gas.t_end * k / 1000).ok());
+    for (int k = 1; k <= 1000; ++k) ASSERT_TRUE(other.advance_to(gas.t_end * k / 1000).ok());
     const double growth =
         0.1 * std::max(over_tolerance(other.positions(), right.r), over_tolerance(other.velocities(), right.v));
 
@@ -501,7 +501,7 @@ System make_gas_of_sixty() {
 
 State run(const System& system, double tolerance, double t_end) {
   Simulation simulation(system, {.method = Method::Dop853, .rtol = tolerance, .atol = tolerance}, {.threads = 1});
-  EXPECT_TRUE(simulation.advance(t_end).ok());
+  EXPECT_TRUE(simulation.advance_to(t_end).ok());
   return state_of(simulation);
 }
 
@@ -525,12 +525,12 @@ TEST(PassingTest, ARunThatGoesOnFromASnapshotMeetsTheSameBeads) {
   const System gas = make_gas_of_sixty();
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-7, .atol = 1e-9};
   Simulation whole(gas, options, {.threads = 1}), again(gas, options, {.threads = 1});
-  ASSERT_TRUE(whole.advance(30.0).ok());
-  const Snapshot snapshot = whole.snapshot();
-  ASSERT_TRUE(whole.advance(60.0).ok());
+  ASSERT_TRUE(whole.advance_to(30.0).ok());
+  const std::vector<std::byte> snapshot = whole.save();
+  ASSERT_TRUE(whole.advance_to(60.0).ok());
 
   again.restore(snapshot);
-  ASSERT_TRUE(again.advance(60.0).ok());
+  ASSERT_TRUE(again.advance_to(60.0).ok());
 
   EXPECT_EQ(state_of(again).r, state_of(whole).r);
   EXPECT_EQ(again.report().rejected, whole.report().rejected);
@@ -548,11 +548,11 @@ TEST(PassingTest, FixedStepsThatJumpAreWarnedOf) {
     for (const System& system : {make_two_beads(7.3), well}) {
       Simulation jumps(system, {.method = method, .step = 4.0}, {.threads = 1});
       Simulation sees(system, {.method = method, .step = 0.002}, {.threads = 1});
-      ASSERT_TRUE(jumps.advance(12.0).ok());
-      ASSERT_TRUE(sees.advance(12.0).ok());
+      ASSERT_TRUE(jumps.advance_to(12.0).ok());
+      ASSERT_TRUE(sees.advance_to(12.0).ok());
 
-      EXPECT_FALSE(jumps.report().accuracy_warning.empty()) << method_name(method);
-      EXPECT_EQ(sees.report().accuracy_warning, "") << method_name(method);
+      EXPECT_FALSE(jumps.report().accuracy_warning.empty()) << name_of(method);
+      EXPECT_EQ(sees.report().accuracy_warning, "") << name_of(method);
     }
   }
 }
@@ -574,7 +574,7 @@ TEST_P(PassingByMethod, NarrowWindowsOfVelocityAreNotJumped) {
     const double v = distance_after(
         t_end, [=](double at) { return scenes::mass / force(at); }, 25.0, middle, width);
     Simulation simulation(system, {.method = GetParam(), .rtol = rtol, .atol = atol}, {.threads = 1});
-    const Outcome outcome = simulation.advance(t_end);
+    const Outcome outcome = simulation.advance_to(t_end);
 
     tally.add({outcome.what, std::abs(simulation.velocities()[0] - v) / (atol + rtol * v)}, 100.0,
               std::to_string(draw) + ": width " + std::to_string(width) + " at " + std::to_string(middle));
@@ -592,7 +592,7 @@ TEST_P(PassingByMethod, SmoothForcesRejectNothing) {
   planet.forces = {FormulaForce{"sun", {0}, formula_force({"-x" + cube, "-y" + cube, "-z" + cube})}};
   Simulation simulation(planet, {.method = GetParam(), .rtol = rtol, .atol = atol}, {.threads = 1});
 
-  ASSERT_TRUE(simulation.advance(20.0).ok());
+  ASSERT_TRUE(simulation.advance_to(20.0).ok());
 
   EXPECT_LE(simulation.report().rejected, 3u);
   EXPECT_TRUE(simulation.report().accuracy_warning.empty());

@@ -11,7 +11,7 @@ constexpr std::size_t steps = 10'000;
 Simulation run(Method method, Stabilisation stabilisation) {
   constexpr double step = 5e-4;
   Simulation simulation(scenes::make_chain(5), {.method = method, .step = step, .stabilisation = stabilisation});
-  EXPECT_TRUE(simulation.advance(step * steps).ok());
+  EXPECT_TRUE(simulation.advance_to(step * steps).ok());
   EXPECT_EQ(simulation.report().steps, steps);
   return simulation;
 }
@@ -23,8 +23,9 @@ struct Violation {
 
 Violation measure_violation(const Simulation& simulation) {
   Dynamics dynamics(simulation.system());
-  return {dynamics.position_violation(simulation.time(), simulation.positions()),
-          dynamics.velocity_violation(simulation.time(), simulation.positions(), simulation.velocities())};
+  return {dynamics.position_violation({.time = simulation.time(), .positions = simulation.positions()}),
+          dynamics.velocity_violation(
+              {.time = simulation.time(), .positions = simulation.positions(), .velocities = simulation.velocities()})};
 }
 
 void expect_on_constraints(const Simulation& simulation) {
@@ -61,7 +62,7 @@ TEST(ProjectionTest, HoldsTheConstraintsOfEveryKindOverALongRun) {
       if (method != Method::Dopri5) options.step = 1e-3;
       Simulation simulation(build(), options);
 
-      ASSERT_TRUE(simulation.advance(3.0).ok());
+      ASSERT_TRUE(simulation.advance_to(3.0).ok());
 
       expect_on_constraints(simulation);
     }

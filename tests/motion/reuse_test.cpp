@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "motion/saved.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -22,7 +23,7 @@ MotionOptions options_for(Method method) {
 
 Simulation run(const System& system, const MotionOptions& options, const SolverOptions& solver, double t_end) {
   Simulation simulation(system, options, solver);
-  const Outcome outcome = simulation.advance(t_end);
+  const Outcome outcome = simulation.advance_to(t_end);
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   return simulation;
 }
@@ -76,19 +77,23 @@ TEST_P(ReuseTest, OneAndTwoThreadsGiveTheSameBits) {
 
 TEST_P(ReuseTest, ARestoredRunGoesOnBitByBit) {
   Simulation whole(make(), options()), second(make(), options());
-  Snapshot snapshot;
+  std::vector<std::byte> saved;
+  bool has_memory = false;
   ASSERT_TRUE(whole
-                  .advance(0.2,
-                           [&](const MotionReport& report) {
-                             if (report.steps == 5) snapshot = whole.snapshot();
-                             return true;
-                           })
+                  .advance_to(0.2,
+                              [&](const MotionReport& report) {
+                                if (report.steps == 5) {
+                                  saved = whole.save();
+                                  has_memory = !open_saved(whole).memory.empty();
+                                }
+                                return true;
+                              })
                   .ok());
-  ASSERT_FALSE(snapshot.memory.empty());
+  ASSERT_TRUE(has_memory);
 
-  second.restore(snapshot);
+  second.restore(saved);
   ASSERT_LT(second.time(), whole.time());
-  ASSERT_TRUE(second.advance(0.2).ok());
+  ASSERT_TRUE(second.advance_to(0.2).ok());
 
   expect_same_bits(second, whole);
 }
@@ -99,12 +104,12 @@ TEST_P(ReuseTest, CertificatesNeitherNoticeNorDisturb) {
   Simulation watched(make(), options());
 
   ASSERT_TRUE(watched
-                  .advance(0.1,
-                           [&](const MotionReport&) {
-                             const Certificate certificate = watched.certify();
-                             EXPECT_TRUE(certificate.passed());
-                             return true;
-                           })
+                  .advance_to(0.1,
+                              [&](const MotionReport&) {
+                                const Certificate certificate = watched.certify();
+                                EXPECT_TRUE(certificate.passed());
+                                return true;
+                              })
                   .ok());
 
   expect_same_bits(watched, alone);
@@ -124,7 +129,7 @@ TEST(ReuseGainsTest, AFactorServesAWholeStepOfBigSystems) {
       const MotionReport report = run(system, options_for(method), {}, 0.02).report();
 
       EXPECT_GT(report.counters.iterations, 0u);
-      EXPECT_LE(report.counters.factorizations, 2 * (report.steps + report.rejected) + 4) << method_name(method);
+      EXPECT_LE(report.counters.factorizations, 2 * (report.steps + report.rejected) + 4) << name_of(method);
     }
   }
 }
@@ -141,7 +146,7 @@ TEST(ReuseGainsTest, IterationsInKnownNetsStayAsFewAsTheyAre) {
                                            CountedNet{24, Method::Rk4, 203}, CountedNet{70, Method::Rk4, 238}}) {
     const Counters counters = run(make_waving_net(size), options_for(method), {}, 0.02).report().counters;
 
-    EXPECT_LE(counters.iterations, most) << size << " " << method_name(method);
+    EXPECT_LE(counters.iterations, most) << size << " " << name_of(method);
     EXPECT_GE(counters.iterations, most / 2) << "a net that is not solved by iterations proves nothing";
   }
 }
@@ -162,12 +167,13 @@ TEST(ReuseLimitsTest, RedundantRodsHaveAFactorEachTime) {
 /// A cheap factor is made each time: a tree on the general way, linear constraints.
 TEST(ReuseLimitsTest, WhereAFactorCostsLittleNothingIsIterated) {
   const MotionOptions options = options_for(Method::Dop853);
-  const SolverOptions general{.way = Way::General}, never{.way = Way::General, .reuse = false};
+  const SolverOptions general{.linear_solver = LinearSolver::General},
+      never{.linear_solver = LinearSolver::General, .reuse = false};
   const Simulation chain = run(scenes::make_chain(50), options, general, 0.1);
   const Simulation without = run(scenes::make_chain(50), options, never, 0.1);
 
   EXPECT_EQ(chain.report().counters.iterations, 0u);
-  EXPECT_EQ(chain.snapshot().memory.size(), without.snapshot().memory.size());
+  EXPECT_EQ(open_saved(chain).memory.size(), open_saved(without).memory.size());
 }
 
 TEST(ReuseLimitsTest, TaylorHasNoStagesToReuseFor) {
@@ -177,12 +183,12 @@ TEST(ReuseLimitsTest, TaylorHasNoStagesToReuseFor) {
 TEST(ReuseLimitsTest, TheMemoryOfAnotherSystemIsRefused) {
   const MotionOptions options = options_for(Method::Dop853);
   Simulation simulation = run(make_waving_net(), options, {}, 0.05);
-  Snapshot snapshot = simulation.snapshot();
+  Snapshot snapshot = open_saved(simulation);
   ASSERT_FALSE(snapshot.memory.empty());
   snapshot.memory.pop_back();
 
   try {
-    simulation.restore(snapshot);
+    restore(snapshot, &simulation);
     ADD_FAILURE() << "no error";
   } catch (const InputError& error) {
     EXPECT_EQ(error.where(), "/snapshot/memory");

@@ -14,7 +14,7 @@ namespace tanor {
 inline std::vector<double> advance_and_list_events(Simulation* simulation, double t_end) {
   std::vector<double> instants;
   std::size_t known = simulation->report().events;
-  static_cast<void>(simulation->advance(t_end, [&](const MotionReport& report) {
+  static_cast<void>(simulation->advance_to(t_end, [&](const MotionReport& report) {
     if (report.events > known) instants.push_back(report.last_event);
     known = report.events;
     return true;

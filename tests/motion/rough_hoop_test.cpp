@@ -54,7 +54,7 @@ TEST(RoughHoop, SticksInTheIntervalOfTheClosedForm) {
   for (const auto& [theta, holds] :
        {std::pair{low - 1e-7, false}, {low + 1e-7, true}, {middle, true}, {high - 1e-7, true}, {high + 1e-7, false}}) {
     Simulation simulation(make_hoop(theta, "5*t", omega, mu, mu), {.rtol = 1e-10, .atol = 1e-12});
-    ASSERT_TRUE(simulation.advance(0.01).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(0.01).ok()) << simulation.outcome().what;
     if (holds)
       EXPECT_NEAR(angle(simulation), theta, 1e-13);
     else
@@ -71,10 +71,10 @@ TEST(RoughHoop, WhatSticksTurnsWithTheHoopForAHundredSecondsAndDoesNotCreepInThe
     const auto& hoop = std::get<Circles>(system.constraints[0]);
     system.coordinates = {CircleCoordinates{"", {0}, hoop.center, hoop.normal, R}};
     Simulation simulation(system, options, {.form = Form::Tangent});
-    ASSERT_TRUE(simulation.advance(100.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(100.0).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().events, 0u);
-    EXPECT_NEAR(angle(simulation), theta, 1e-10) << method_name(method);
-    EXPECT_NEAR(simulation.positions()[0], R * std::sin(theta) * std::cos(500.0), 1e-10) << method_name(method);
+    EXPECT_NEAR(angle(simulation), theta, 1e-10) << name_of(method);
+    EXPECT_NEAR(simulation.positions()[0], R * std::sin(theta) * std::cos(500.0), 1e-10) << name_of(method);
   }
 }
 
@@ -84,12 +84,12 @@ TEST(RoughHoop, WhatSticksKeepsItsPlaceForAHundredSeconds) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.01;
     Simulation simulation(make_hoop(theta, "5*t", 5.0, 0.3, 0.3), options);
-    ASSERT_TRUE(simulation.advance(100.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(100.0).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().events, 0u);
     // The angle of the hoop rounds by 500 eps, each step by eps.
-    EXPECT_NEAR(angle(simulation), theta, 3e-12) << method_name(method);
-    EXPECT_NEAR(simulation.positions()[0], R * std::sin(theta) * std::cos(500.0), 3e-12) << method_name(method);
-    EXPECT_NEAR(simulation.positions()[1], R * std::sin(theta) * std::sin(500.0), 3e-12) << method_name(method);
+    EXPECT_NEAR(angle(simulation), theta, 3e-12) << name_of(method);
+    EXPECT_NEAR(simulation.positions()[0], R * std::sin(theta) * std::cos(500.0), 3e-12) << name_of(method);
+    EXPECT_NEAR(simulation.positions()[1], R * std::sin(theta) * std::sin(500.0), 3e-12) << name_of(method);
   }
 }
 
@@ -104,9 +104,9 @@ TEST(RoughHoop, WhatSticksOnASphereAndAPlaneKeepsItsPlace) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.01;
     Simulation simulation(system, options);
-    ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
-    EXPECT_NEAR(angle(simulation), theta, 1e-12) << method_name(method);
-    EXPECT_NEAR(simulation.positions()[0], R * std::sin(theta) * std::cos(100.0), 1e-12) << method_name(method);
+    ASSERT_TRUE(simulation.advance_to(20.0).ok()) << simulation.outcome().what;
+    EXPECT_NEAR(angle(simulation), theta, 1e-12) << name_of(method);
+    EXPECT_NEAR(simulation.positions()[0], R * std::sin(theta) * std::cos(100.0), 1e-12) << name_of(method);
   }
 }
 
@@ -125,11 +125,11 @@ TEST(RoughBall, WhatSticksGoesAcrossTheBall) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.01;
     Simulation simulation(system, options);
-    ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
     const auto r = simulation.positions();
     // Along the ball to rounding; across it constraints hold to 1e-13 of the radius, 4.
-    EXPECT_NEAR(std::atan2(r[0], r[2]), a, 1e-14) << method_name(method);
-    EXPECT_NEAR(std::hypot(r[0], r[2]), 4.0, 4e-13) << method_name(method);
+    EXPECT_NEAR(std::atan2(r[0], r[2]), a, 1e-14) << name_of(method);
+    EXPECT_NEAR(std::hypot(r[0], r[2]), 4.0, 4e-13) << name_of(method);
   }
   // c = (s, 0, 0), s = 0.2 sin t: theta_dot = -s_dot cos theta, so gd(theta) = gd(a) - s with gd^-1 = asinh(tan)
   system.velocities = {0.2 * std::sin(a) * std::sin(a), 0.0, 0.2 * std::sin(a) * std::cos(a)};
@@ -138,10 +138,10 @@ TEST(RoughBall, WhatSticksGoesAcrossTheBall) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 0.01;
     Simulation simulation(system, options);
-    ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
     const double s = 0.2 * std::sin(10.0), theta = std::atan(std::sinh(std::asinh(std::tan(a)) - s));
-    EXPECT_NEAR(simulation.positions()[0], s + std::sin(theta), 1e-12) << method_name(method);
-    EXPECT_NEAR(simulation.positions()[2], std::cos(theta), 1e-12) << method_name(method);
+    EXPECT_NEAR(simulation.positions()[0], s + std::sin(theta), 1e-12) << name_of(method);
+    EXPECT_NEAR(simulation.positions()[2], std::cos(theta), 1e-12) << name_of(method);
   }
 }
 
@@ -152,13 +152,13 @@ TEST(RoughHoop, APlaceIsRestoredBitByBit) {
     if (has_fixed_steps(method)) options.step = 0.01;
     const System system = make_hoop(1.0, "5*t", 5.0, 0.3, 0.3);
     Simulation whole(system, options), other(system, options);
-    ASSERT_TRUE(whole.advance(3.7).ok());
-    other.restore(whole.snapshot());
-    ASSERT_TRUE(whole.advance(10.0).ok());
-    ASSERT_TRUE(other.advance(10.0).ok());
+    ASSERT_TRUE(whole.advance_to(3.7).ok());
+    other.restore(whole.save());
+    ASSERT_TRUE(whole.advance_to(10.0).ok());
+    ASSERT_TRUE(other.advance_to(10.0).ok());
     for (std::size_t k = 0; k < 3; ++k) {
-      EXPECT_EQ(other.positions()[k], whole.positions()[k]) << method_name(method);
-      EXPECT_EQ(other.velocities()[k], whole.velocities()[k]) << method_name(method);
+      EXPECT_EQ(other.positions()[k], whole.positions()[k]) << name_of(method);
+      EXPECT_EQ(other.velocities()[k], whole.velocities()[k]) << name_of(method);
     }
   }
 }
@@ -176,8 +176,8 @@ TEST(RoughHoop, LeavesWhereTheHoopHasBecomeTooFast) {
       Simulation simulation(make_hoop(theta, turn, 3.8, 0.25, mu), options);
       const std::vector<double> events = advance_and_list_events(&simulation, static_cast<double>(instant) + 0.05);
       ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-      ASSERT_EQ(events.size(), 1u) << method_name(method);
-      EXPECT_NEAR(events[0], static_cast<double>(instant), 1e-10) << method_name(method);
+      ASSERT_EQ(events.size(), 1u) << name_of(method);
+      EXPECT_NEAR(events[0], static_cast<double>(instant), 1e-10) << name_of(method);
       EXPECT_GT(angle(simulation), theta + 1e-4);
     }
   }

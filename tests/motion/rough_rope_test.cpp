@@ -55,7 +55,9 @@ TEST(Rope, EachBeadMultipliesTheTensionByTheClosedForm) {
     const System system = make_rope(count, 1e-9, total);
     Dynamics dynamics(system);
     std::vector<double> w(3 * count), lambda(num_equations(system));
-    const SolveReport report = dynamics.solve(0.0, system.positions, system.velocities, w, lambda);
+    const SolveReport report =
+        dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                       {.accelerations = w, .multipliers = lambda});
     ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
     for (const double a : w) EXPECT_NEAR(a, 0.0, 1e-11) << count;
     double tension = 1.0;
@@ -85,7 +87,7 @@ TEST(Rope, HoldsUpToTheRatioAndRunsBeyondIt) {
                                       {(1.0 + 1e-6) / total, 0},
                                       {(1.0 - 1e-6) / total, -1}}) {
       Simulation simulation(make_rope(count, 0.0, pull), {.rtol = 1e-9, .atol = 1e-12});
-      ASSERT_TRUE(simulation.advance(0.01).ok())
+      ASSERT_TRUE(simulation.advance_to(0.01).ok())
           << count << " beads, pull " << pull << ": " << simulation.outcome().what;
       const double v = simulation.velocities()[1];
       if (sense == 0) {

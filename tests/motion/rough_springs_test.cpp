@@ -180,13 +180,13 @@ TEST(RoughSprings, HalfTheStepDividesTheErrorAsTheOrderSays) {
     std::array<double, 2> errors{};
     for (const int k : {0, 1}) {
       Simulation simulation(make_beads(), {.method = method, .step = k == 0 ? step : 0.5 * step});
-      ASSERT_TRUE(simulation.advance(t_end).ok()) << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance_to(t_end).ok()) << simulation.outcome().what;
       EXPECT_EQ(simulation.report().events, reference().events.size());
       errors[static_cast<std::size_t>(k)] = error_of_places(simulation);
     }
     const double order = std::log2(errors[0] / errors[1]);
-    EXPECT_GE(order, least) << method_name(method) << " errors " << errors[0] << " and " << errors[1];
-    EXPECT_LE(order, largest) << method_name(method) << " errors " << errors[0] << " and " << errors[1];
+    EXPECT_GE(order, least) << name_of(method) << " errors " << errors[0] << " and " << errors[1];
+    EXPECT_LE(order, largest) << name_of(method) << " errors " << errors[0] << " and " << errors[1];
   }
 }
 
@@ -197,17 +197,17 @@ TEST(RoughSprings, ARestoredMotionGoesOnBitByBit) {
     Simulation whole(make_beads(), options), other(make_beads(), options);
     for (const double t : {0.3, 0.7, 1.1, 1.5}) {
       if (whole.time() < t) {
-        ASSERT_TRUE(whole.advance(t).ok());
+        ASSERT_TRUE(whole.advance_to(t).ok());
       }
-      other.restore(whole.snapshot());
-      ASSERT_TRUE(whole.advance(t + 0.3).ok());
-      ASSERT_TRUE(other.advance(t + 0.3).ok());
+      other.restore(whole.save());
+      ASSERT_TRUE(whole.advance_to(t + 0.3).ok());
+      ASSERT_TRUE(other.advance_to(t + 0.3).ok());
       for (std::size_t i = 0; i < 9; ++i) {
         if (method == Method::Rattle) {
           EXPECT_NEAR(other.positions()[i], whole.positions()[i], 1e-12);
         } else {
-          EXPECT_EQ(other.positions()[i], whole.positions()[i]) << method_name(method) << " t = " << t;
-          EXPECT_EQ(other.velocities()[i], whole.velocities()[i]) << method_name(method) << " t = " << t;
+          EXPECT_EQ(other.positions()[i], whole.positions()[i]) << name_of(method) << " t = " << t;
+          EXPECT_EQ(other.velocities()[i], whole.velocities()[i]) << name_of(method) << " t = " << t;
         }
       }
       EXPECT_EQ(other.report().events, whole.report().events);

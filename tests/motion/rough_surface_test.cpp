@@ -22,8 +22,8 @@ void expect_stop(const System& system, double stop, const Expect& expect) {
     Simulation simulation(system, options);
     const std::vector<double> events = advance_and_list_events(&simulation, stop + 1.0);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-    ASSERT_EQ(events.size(), 1u) << method_name(method);
-    EXPECT_NEAR(events[0], stop, method == Method::Dopri5 ? 1e-9 : 1e-3) << method_name(method);
+    ASSERT_EQ(events.size(), 1u) << name_of(method);
+    EXPECT_NEAR(events[0], stop, method == Method::Dopri5 ? 1e-9 : 1e-3) << name_of(method);
     expect(simulation, method);
   }
 }
@@ -49,8 +49,8 @@ TEST(RoughPlane, ABeadAcrossAForceFollowsTheHodographAndStops) {
     SCOPED_TRACE(k);
     expect_stop(system, stop, [&](const Simulation& simulation, Method method) {
       const double allowed = method == Method::Dopri5 ? 1e-9 : 1e-6;
-      EXPECT_NEAR(simulation.positions()[0], x, allowed) << method_name(method);
-      EXPECT_NEAR(simulation.positions()[1], y, allowed) << method_name(method);
+      EXPECT_NEAR(simulation.positions()[0], x, allowed) << name_of(method);
+      EXPECT_NEAR(simulation.positions()[1], y, allowed) << name_of(method);
     });
   }
 }

@@ -4,6 +4,7 @@
 #include <tanor/tanor.hpp>
 
 #include "motion/rough_guides.hpp"
+#include "motion/saved.hpp"
 
 /// \file Contacts that stick and slide at the same instant.
 namespace tanor {
@@ -38,13 +39,13 @@ TEST(Together, MirroredBeadsStopAtOneInstant) {
     Simulation simulation(system, options);
     const std::vector<double> events = advance_and_list_events(&simulation, 1.0);
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-    ASSERT_EQ(events.size(), 1u) << method_name(method);
+    ASSERT_EQ(events.size(), 1u) << name_of(method);
     // y = x - 1/2: y_ddot = -w^2 y - mu g, w^2 = 2 k/m; v = 0 at tan(w t) = w/(mu g)
     const double w = std::sqrt(2.0 / 0.7), stop = std::atan(w * 1.0 / (0.4 * g)) / w;
-    EXPECT_NEAR(events[0], stop, method == Method::Rattle ? 1e-6 : 1e-11) << method_name(method);
+    EXPECT_NEAR(events[0], stop, method == Method::Rattle ? 1e-6 : 1e-11) << name_of(method);
     for (const double v : simulation.velocities()) EXPECT_NEAR(v, 0.0, 1e-16);
     EXPECT_NEAR(simulation.positions()[0], -simulation.positions()[3], 1e-15);
-    EXPECT_EQ(simulation.snapshot().discrete_state, (std::vector<int>{1, 1}));
+    EXPECT_EQ(open_saved(simulation).discrete_state, (std::vector<int>{1, 1}));
   }
 }
 
@@ -76,17 +77,17 @@ TEST(Together, ARowOfBeadsStopsRestsAndLeavesAsOne) {
         Simulation simulation(system, options);
         std::vector<double> events = advance_and_list_events(&simulation, 0.5 * (stop + leave));
         ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
-        ASSERT_FALSE(events.empty()) << method_name(method) << " " << count;
-        EXPECT_NEAR(events[0], stop, 1e-10) << method_name(method) << " " << count;
+        ASSERT_FALSE(events.empty()) << name_of(method) << " " << count;
+        EXPECT_NEAR(events[0], stop, 1e-10) << name_of(method) << " " << count;
         events = advance_and_list_events(&simulation, leave + 0.3);
         ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().what;
         ASSERT_FALSE(events.empty());
-        EXPECT_NEAR(events.back(), leave, 1e-9) << method_name(method) << " " << count;
+        EXPECT_NEAR(events.back(), leave, 1e-9) << name_of(method) << " " << count;
         // M v = b (t^2 - leave^2)/2 - mu M g (t - leave)
         const double t = leave + 0.3;
         const double v = (0.5 * b * (t * t - leave * leave) - mu * M * g * 0.3) / M;
         for (std::size_t k = 0; k < count; ++k)
-          EXPECT_NEAR(simulation.velocities()[3 * k], v, 1e-8) << method_name(method) << " " << count;
+          EXPECT_NEAR(simulation.velocities()[3 * k], v, 1e-8) << name_of(method) << " " << count;
         EXPECT_LE(std::abs(simulation.report().energy.drift_relative()), method == Method::Rattle ? 5e-5 : 1e-8);
       }
     }

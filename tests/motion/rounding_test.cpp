@@ -29,7 +29,7 @@ std::vector<Result> run_all(const noise::StiffChain& chain, Method method) {
     Simulation simulation(system, {.method = method, .rtol = rtol, .atol = 1e-2 * rtol});
     std::size_t steps = 0;
     // What is chased never ends.
-    const Outcome outcome = simulation.advance(chain.t_end, [&](const MotionReport&) { return ++steps < 40'000; });
+    const Outcome outcome = simulation.advance_to(chain.t_end, [&](const MotionReport&) { return ++steps < 40'000; });
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     EXPECT_EQ(simulation.time(), chain.t_end) << "rtol " << rtol;
     Result run;
@@ -77,7 +77,7 @@ TEST(Warning, SaysWhichToleranceStepsMeet) {
   const noise::StiffChain chain = noise::make_uneven_chain();
   const auto warning_at = [&](double rtol) {
     Simulation simulation(noise::make_system(chain), {.method = Method::Dop853, .rtol = rtol, .atol = 1e-2 * rtol});
-    EXPECT_TRUE(simulation.advance(chain.t_end).ok());
+    EXPECT_TRUE(simulation.advance_to(chain.t_end).ok());
     return simulation.report().accuracy_warning;
   };
 
@@ -94,8 +94,8 @@ TEST(Warning, SaysWhichToleranceStepsMeet) {
 TEST(Warning, IsNotSaidOfAPlainChain) {
   for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
     Simulation simulation(scenes::make_chain(5), {.method = method, .rtol = 1e-13, .atol = 1e-13});
-    ASSERT_TRUE(simulation.advance(0.2).ok());
-    EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method);
+    ASSERT_TRUE(simulation.advance_to(0.2).ok());
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << name_of(method);
   }
 }
 
@@ -103,7 +103,7 @@ TEST(Warning, IsNotSaidOfAPlainChain) {
 TEST(Rounding, IsEachGroupsOwn) {
   const auto end_of_pendulum = [](const System& system) {
     Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-11, .atol = 1e-13});
-    EXPECT_TRUE(simulation.advance(0.3).ok());
+    EXPECT_TRUE(simulation.advance_to(0.3).ok());
     return std::array{simulation.positions()[3], simulation.positions()[5]};
   };
   const System pendulum = scenes::make_pendulum();
@@ -136,14 +136,14 @@ TEST(NextToNoMass, ALightPointMovesWithTheBodyItIsFixedTo) {
   for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5, Method::Radau5}) {
     Simulation simulation(system, {.method = method});
 
-    ASSERT_TRUE(simulation.advance(1.0).ok()) << method_name(method) << ": " << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(1.0).ok()) << name_of(method) << ": " << simulation.outcome().what;
 
-    EXPECT_LT(simulation.report().steps + simulation.report().rejected, 3000U) << method_name(method);
+    EXPECT_LT(simulation.report().steps + simulation.report().rejected, 3000U) << name_of(method);
     const auto r = simulation.positions();
     const std::array force{20.0, 5.0, 3.0}, begin{1.0 / 3.0, 1.0 / 3.0, 0.0};
     for (std::size_t q = 0; q < 3; ++q) {
       const double center = (r[q] + r[3 + q] + r[6 + q]) / 3.0;
-      EXPECT_NEAR(center, begin[q] + 0.5 * force[q] / 3e-2, 3e-8 * 333.0) << method_name(method);
+      EXPECT_NEAR(center, begin[q] + 0.5 * force[q] / 3e-2, 3e-8 * 333.0) << name_of(method);
     }
   }
 }
@@ -155,20 +155,20 @@ TEST(Rounding, ARestoredRunGoesOnBitByBit) {
   for (const Method method : {Method::Taylor, Method::Dop853, Method::Dopri5}) {
     const MotionOptions options{.method = method, .rtol = 1e-13, .atol = 1e-15};
     Simulation straight(system, options), restored(system, options);
-    Snapshot snapshot;
+    std::vector<std::byte> saved;
     int steps = 0;
     ASSERT_TRUE(straight
-                    .advance(chain.t_end,
-                             [&](const MotionReport&) {
-                               if (++steps == 20) snapshot = straight.snapshot();
-                               return true;
-                             })
+                    .advance_to(chain.t_end,
+                                [&](const MotionReport&) {
+                                  if (++steps == 20) saved = straight.save();
+                                  return true;
+                                })
                     .ok());
 
-    restored.restore(snapshot);
-    ASSERT_TRUE(restored.advance(chain.t_end).ok());
+    restored.restore(saved);
+    ASSERT_TRUE(restored.advance_to(chain.t_end).ok());
 
-    EXPECT_TRUE(std::ranges::equal(straight.positions(), restored.positions())) << method_name(method);
+    EXPECT_TRUE(std::ranges::equal(straight.positions(), restored.positions())) << name_of(method);
     EXPECT_EQ(straight.report().accuracy_warning, restored.report().accuracy_warning);
     EXPECT_EQ(straight.report().steps, restored.report().steps);
   }

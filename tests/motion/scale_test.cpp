@@ -31,7 +31,7 @@ System make_pendulum(double length, bool has_rod) {
 /// x/length and z/length after ten times sqrt(length/g).
 std::array<double, 2> swing(double length, bool has_rod, Method method, MotionReport* report) {
   Simulation simulation(make_pendulum(length, has_rod), {.method = method});
-  const Outcome outcome = simulation.advance(10.0 * std::sqrt(length / g));
+  const Outcome outcome = simulation.advance_to(10.0 * std::sqrt(length / g));
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   *report = simulation.report();
   const auto r = simulation.positions();
@@ -45,8 +45,8 @@ TEST(Scale, APendulumOfAnyLengthIsAsRight) {
       const auto [x, z] = swing(0.5, has_rod, method, &usual);
       for (const double length : {5e-10, 1e-12, 5e8}) {
         const auto [other_x, other_z] = swing(length, has_rod, method, &report);
-        EXPECT_NEAR(other_x, x, 1e-10) << length << ", " << method_name(method);
-        EXPECT_NEAR(other_z, z, 1e-10) << length << ", " << method_name(method);
+        EXPECT_NEAR(other_x, x, 1e-10) << length << ", " << name_of(method);
+        EXPECT_NEAR(other_z, z, 1e-10) << length << ", " << name_of(method);
         EXPECT_NEAR(static_cast<double>(report.steps), static_cast<double>(usual.steps), 3.0);
         EXPECT_EQ(report.accuracy_warning, "");
         EXPECT_LT(std::abs(report.energy.drift_relative()), 1e-7);
@@ -77,7 +77,7 @@ TEST(Scale, EachPendulumHasTheToleranceOfItsOwnLength) {
   MotionReport report;
   const auto [x, z] = swing(1e-6, true, Method::Dopri5, &report);
   Simulation both(system, {.method = Method::Dopri5});
-  ASSERT_TRUE(both.advance(10.0 * std::sqrt(1e-6 / g)).ok());
+  ASSERT_TRUE(both.advance_to(10.0 * std::sqrt(1e-6 / g)).ok());
   EXPECT_NEAR(both.positions()[3] / 1e-6, x, 1e-10);
   EXPECT_NEAR(both.positions()[5] / 1e-6, z, 1e-10);
 }
@@ -96,7 +96,7 @@ TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
     const MotionOptions options{.method = Method::Dopri5, .atol = atol};
     Simulation outwards(make_named_chain(true), options), inwards(make_named_chain(false), options);
     for (Simulation* const each : {&outwards, &inwards}) {
-      ASSERT_TRUE(each->advance(0.2).ok());
+      ASSERT_TRUE(each->advance_to(0.2).ok());
       EXPECT_EQ(each->report().accuracy_warning, "");
     }
     EXPECT_EQ(outwards.report().steps, inwards.report().steps);
@@ -109,7 +109,7 @@ TEST(Scale, TheOrderOfARodsPointsChangesNothing) {
 
 TEST(AccuracyWarning, ALooseToleranceThatLosesEnergyIsSaid) {
   Simulation simulation(make_pendulum(0.5, true), {.method = Method::Dopri5, .rtol = 0.03, .atol = 0.03});
-  ASSERT_TRUE(simulation.advance(100.0).ok());
+  ASSERT_TRUE(simulation.advance_to(100.0).ok());
   EXPECT_GT(std::abs(simulation.report().energy.drift_relative()), 1e-2);
   EXPECT_NE(simulation.report().accuracy_warning, "");
 }
@@ -117,8 +117,8 @@ TEST(AccuracyWarning, ALooseToleranceThatLosesEnergyIsSaid) {
 TEST(AccuracyWarning, ATightToleranceIsSilent) {
   for (const Method method : {Method::Taylor, Method::Dopri5, Method::Dop853, Method::Radau5}) {
     Simulation simulation(make_pendulum(0.5, true), {.method = method});
-    ASSERT_TRUE(simulation.advance(20.0).ok());
-    EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method);
+    ASSERT_TRUE(simulation.advance_to(20.0).ok());
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << name_of(method);
   }
 }
 
@@ -142,10 +142,10 @@ TEST(AccuracyWarning, StickSlipIsNoReasonForOne) {
       MotionOptions options{.method = method};
       if (has_fixed_steps(method)) options.step = 1e-2;
       Simulation simulation(make_stick_slip(u), options);
-      ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
-      EXPECT_EQ(simulation.report().accuracy_warning, "") << u << ", " << method_name(method);
+      ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
+      EXPECT_EQ(simulation.report().accuracy_warning, "") << u << ", " << name_of(method);
       EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), method == Method::Rattle ? 1e-2 : 1e-4)
-          << u << ", " << method_name(method);
+          << u << ", " << name_of(method);
     }
   }
 }
@@ -159,8 +159,8 @@ TEST(AccuracyWarning, AStartFromRestIsNoReasonForOne) {
       system.masses = {1.0};
       system.forces = {ConstantForce{.points = {0}, .force = {ScalarFunction::formula("t"), 0.0, 0.0}}};
       Simulation simulation(system, {.method = method, .step = step});
-      ASSERT_TRUE(simulation.advance(2.0).ok()) << simulation.outcome().what;
-      EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method) << ", step " << step;
+      ASSERT_TRUE(simulation.advance_to(2.0).ok()) << simulation.outcome().what;
+      EXPECT_EQ(simulation.report().accuracy_warning, "") << name_of(method) << ", step " << step;
     }
   }
 }
@@ -176,7 +176,7 @@ TEST(AccuracyWarning, ABlockThatIsPushedToAndFroIsNoReasonForOne) {
   system.friction = {Coulomb{.at = {"rail"}, .coefficient = 0.2}};
   for (const double step : {1e-2, 1e-3}) {
     Simulation simulation(system, {.method = Method::Rk4, .step = step});
-    ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(20.0).ok()) << simulation.outcome().what;
     EXPECT_EQ(simulation.report().accuracy_warning, "") << step;
     EXPECT_NEAR(simulation.positions()[0], 0.0103858, 1e-6);
   }
@@ -188,7 +188,7 @@ TEST(AccuracyWarning, TheDriftDoesNotDependOnTheHeight) {
     System system = make_pendulum(0.5, true);
     for (std::size_t k = 2; k < system.positions.size(); k += 3) system.positions[k] += height;
     Simulation simulation(system, {.method = Method::Rk4, .step = 0.02});
-    EXPECT_TRUE(simulation.advance(2.0).ok());
+    EXPECT_TRUE(simulation.advance_to(2.0).ok());
     return simulation.report().energy.drift_relative();
   };
   const double low = drift(0.0);
@@ -212,8 +212,8 @@ TEST(AccuracyWarning, RestIsNoReasonForOne) {
     MotionOptions options{.method = method};
     if (has_fixed_steps(method)) options.step = 1e-2;
     Simulation simulation(system, options);
-    ASSERT_TRUE(simulation.advance(1.0).ok());
-    EXPECT_EQ(simulation.report().accuracy_warning, "") << method_name(method);
+    ASSERT_TRUE(simulation.advance_to(1.0).ok());
+    EXPECT_EQ(simulation.report().accuracy_warning, "") << name_of(method);
     EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-6);
   }
 }

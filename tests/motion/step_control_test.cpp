@@ -11,7 +11,7 @@ double measure_error(double rtol) {
   const auto run = [](double tolerance) {
     Simulation simulation(scenes::make_chain(3),
                           {.method = Method::Dopri5, .rtol = tolerance, .atol = 0.01 * tolerance});
-    EXPECT_TRUE(simulation.advance(0.5).ok());
+    EXPECT_TRUE(simulation.advance_to(0.5).ok());
     return std::vector<double>(simulation.positions().begin(), simulation.positions().end());
   };
   return largest_difference(run(rtol), run(1e-13));
@@ -34,7 +34,7 @@ TEST(ToleranceTest, PositionsAreHeldToItToo) {
   system.forces = {ConstantForce{"push", {0}, {ScalarFunction::formula("1e3*t^3"), 0.0, 0.0}}};
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12});
 
-  ASSERT_TRUE(simulation.advance(1.0).ok());
+  ASSERT_TRUE(simulation.advance_to(1.0).ok());
 
   EXPECT_GT(simulation.report().steps, 50u);
   EXPECT_NEAR(simulation.positions()[0], 1e4 / 20, 1e-8);
@@ -54,7 +54,7 @@ System make_stiff_spring() {
 TEST(StepControlTest, AStiffSpringIsIntegratedByRejectingSteps) {
   Simulation simulation(make_stiff_spring(), {.method = Method::Dopri5, .rtol = 1e-6, .atol = 1e-9});
 
-  const Outcome outcome = simulation.advance(0.05);
+  const Outcome outcome = simulation.advance_to(0.05);
 
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   EXPECT_GT(simulation.report().rejected, 0u);
@@ -68,7 +68,7 @@ TEST(StepControlTest, ASystemAtRestIsDoneInFewSteps) {
   system.positions = {0, 0, 0, 0, 0, -0.1};
   Simulation simulation(system);
 
-  ASSERT_TRUE(simulation.advance(10.0).ok());
+  ASSERT_TRUE(simulation.advance_to(10.0).ok());
 
   EXPECT_LT(simulation.report().steps, 30u);
   EXPECT_EQ(simulation.velocities()[5], 0.0);
@@ -78,10 +78,10 @@ TEST(StepControlTest, AShortLastStepCostsAFewMore) {
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-8, .atol = 1e-10};
   Simulation free(scenes::make_chain(3), options), cut(scenes::make_chain(3), options);
 
-  ASSERT_TRUE(free.advance(1.0).ok());
-  ASSERT_TRUE(cut.advance(0.5).ok());
-  ASSERT_TRUE(cut.advance(0.5 + 1e-7).ok());
-  ASSERT_TRUE(cut.advance(1.0).ok());
+  ASSERT_TRUE(free.advance_to(1.0).ok());
+  ASSERT_TRUE(cut.advance_to(0.5).ok());
+  ASSERT_TRUE(cut.advance_to(0.5 + 1e-7).ok());
+  ASSERT_TRUE(cut.advance_to(1.0).ok());
 
   EXPECT_LE(cut.report().steps, free.report().steps + 12);
 }

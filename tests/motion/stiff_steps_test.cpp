@@ -79,8 +79,8 @@ TEST(StiffSteps, AutoGoesOverToRadau5) {
     Simulation chosen(scene.system), asked(scene.system, {.method = Method::Radau5});
     std::size_t steps = 0;
 
-    ASSERT_TRUE(chosen.advance(scene.t_end, [&](const MotionReport&) { return ++steps < 20'000; }).ok());
-    ASSERT_TRUE(asked.advance(scene.t_end).ok());
+    ASSERT_TRUE(chosen.advance_to(scene.t_end, [&](const MotionReport&) { return ++steps < 20'000; }).ok());
+    ASSERT_TRUE(asked.advance_to(scene.t_end).ok());
 
     EXPECT_EQ(chosen.time(), scene.t_end);
     EXPECT_EQ(chosen.report().method, Method::Radau5);
@@ -100,7 +100,7 @@ TEST(StiffSteps, AreNotSeenWhereAccuracyAsksForThem) {
   for (const System& system : {swinging, scenes::make_chain(5)}) {
     Simulation simulation(system);
 
-    ASSERT_TRUE(simulation.advance(10.0).ok());
+    ASSERT_TRUE(simulation.advance_to(10.0).ok());
 
     EXPECT_GT(simulation.report().steps, 500U);
     EXPECT_EQ(simulation.report().method, Method::Taylor);
@@ -111,14 +111,14 @@ TEST(StiffSteps, AreNotSeenWhereAccuracyAsksForThem) {
 TEST(StiffSteps, AreKnownToARestoredRun) {
   const StiffScene scene = slide_in_a_formula();
   Simulation straight(scene.system), restored(scene.system);
-  ASSERT_TRUE(straight.advance(0.5).ok());
+  ASSERT_TRUE(straight.advance_to(0.5).ok());
   ASSERT_EQ(straight.report().method, Method::Radau5);
 
-  restored.restore(straight.snapshot());
+  restored.restore(straight.save());
   EXPECT_EQ(restored.report().method, Method::Radau5);
   EXPECT_EQ(restored.report().method_reason, straight.report().method_reason);
-  ASSERT_TRUE(restored.advance(1.0).ok());
-  ASSERT_TRUE(straight.advance(1.0).ok());
+  ASSERT_TRUE(restored.advance_to(1.0).ok());
+  ASSERT_TRUE(straight.advance_to(1.0).ok());
 
   EXPECT_NEAR(restored.positions()[1], straight.positions()[1], 1e-9);
 }
@@ -131,7 +131,7 @@ TEST(MassRatios, OfABillionArrive) {
     SCOPED_TRACE(scene.name);
     Simulation simulation(scene.system, {.method = Method::Taylor, .rtol = 1e-8, .atol = 1e-10});
 
-    ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(scene.t_end).ok()) << simulation.outcome().what;
 
     EXPECT_LT(simulation.report().steps, most_steps);
     EXPECT_LE(simulation.report().position_violation, 1e-12);
@@ -145,7 +145,7 @@ TEST(LooseTolerances, CostNoMoreThanTightOnes) {
   double before = 0.0;
   for (const double rtol : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10}) {
     Simulation simulation(scenes::make_chain(20), {.method = Method::Taylor, .rtol = rtol, .atol = 1e-2 * rtol});
-    ASSERT_TRUE(simulation.advance(2.0).ok());
+    ASSERT_TRUE(simulation.advance_to(2.0).ok());
     const Counters& counters = simulation.report().counters;
     const auto cost = static_cast<double>(counters.solves + 2 * counters.factorizations);
     EXPECT_GT(cost, 0.97 * before) << rtol;
@@ -164,12 +164,12 @@ TEST(StiffStepsTest, PairForcesThatAreStiffKeepExplicitSteps) {
                    Springs{.name = "damper", .pairs = {{0, 1}}, .stiffness = 0.0, .damping = 1e3}};
   Simulation by_auto(system), by_stages(system, {.method = Method::Dop853});
 
-  ASSERT_TRUE(by_auto.advance(1.0).ok());
-  ASSERT_TRUE(by_stages.advance(1.0).ok());
+  ASSERT_TRUE(by_auto.advance_to(1.0).ok());
+  ASSERT_TRUE(by_stages.advance_to(1.0).ok());
 
   EXPECT_LE(by_auto.report().steps + by_auto.report().rejected,
             1.2 * static_cast<double>(by_stages.report().steps + by_stages.report().rejected))
-      << method_name(by_auto.report().method);
+      << name_of(by_auto.report().method);
 }
 
 }  // namespace

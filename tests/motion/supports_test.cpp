@@ -22,7 +22,7 @@ TEST_P(SupportsTest, FixedOnesDoNotMoveByABit) {
   Simulation simulation(system, options());
 
   for (int k = 1; k <= 20; ++k) {
-    ASSERT_TRUE(simulation.advance(0.01 * k).ok());
+    ASSERT_TRUE(simulation.advance_to(0.01 * k).ok());
 
     for (const Index corner : system.supports[0].points) {
       for (std::size_t i = 3 * static_cast<std::size_t>(corner); i < 3 * static_cast<std::size_t>(corner) + 3; ++i) {
@@ -49,13 +49,13 @@ TEST_P(SupportsTest, MovingOnesStandWhereTheirFormulaSays) {
   };
 
   for (int k = 1; k <= 100; ++k) {
-    ASSERT_TRUE(simulation.advance(0.007 * k).ok());
+    ASSERT_TRUE(simulation.advance_to(0.007 * k).ok());
     expect_at_formula();
-    ASSERT_TRUE(simulation.advance(1.0, scenes::stop_after(1)).ok());
+    ASSERT_TRUE(simulation.advance_to(1.0, scenes::stop_after(1)).ok());
     expect_at_formula();
     if (simulation.time() >= 0.007 * (k + 1)) break;
   }
-  ASSERT_TRUE(simulation.advance(1.5).ok());
+  ASSERT_TRUE(simulation.advance_to(1.5).ok());
   expect_at_formula();
 }
 
@@ -70,11 +70,10 @@ TEST(SupportsTest, CarryTheirPairForcesOnEachOther) {
     system.forces = {PairForces{.law = law, .epsilon = 2.0, .sigma = 0.5, .strength = 2.0}};
     const double push = law == PairLaw::Wca ? 24.0 * 2.0 / 0.5 : 2.0 / 0.5;
     Simulation simulation(system, {.method = Method::Dop853});
-    ASSERT_TRUE(simulation.advance(0.1).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(0.1).ok()) << simulation.outcome().what;
     Dynamics dynamics(system);
-    std::vector<double> w(12), load(12);
-    ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector<double>(12), w).outcome.ok());
-    dynamics.support_forces(load);
+    std::vector<double> load(12);
+    ASSERT_TRUE(dynamics.solve({.time = 0.0, .positions = system.positions}, {.support_forces = load}).outcome.ok());
 
     for (const std::span<const double> carried : {simulation.support_forces(), std::span<const double>(load)}) {
       EXPECT_NEAR(carried[1], -push, 1e-5 * push);
@@ -95,7 +94,7 @@ TEST_P(SupportsTest, CarryWhatTheyAccelerate) {
   system.forces = {scenes::gravity};
   Simulation simulation(system, options());
 
-  ASSERT_TRUE(simulation.advance(0.5).ok());
+  ASSERT_TRUE(simulation.advance_to(0.5).ok());
 
   EXPECT_NEAR(simulation.positions()[5], -0.1 + 1.5 * 0.25, 1e-12);
   EXPECT_NEAR(simulation.accelerations()[5], 3.0, 1e-12);
@@ -111,7 +110,7 @@ TEST_P(SupportsTest, AFreePointFallsAlongItsParabola) {
   system.forces = {scenes::gravity};
   Simulation simulation(system, options());
 
-  ASSERT_TRUE(simulation.advance(2.0).ok());
+  ASSERT_TRUE(simulation.advance_to(2.0).ok());
 
   const double wanted[]{1.0 + 0.5 * 2, 2.0 - 2.0, 3.0 + 2.0 * 2 - 0.5 * 9.81 * 4};
   EXPECT_LT(largest_difference(simulation.positions(), wanted), 1e-12);
@@ -120,7 +119,7 @@ TEST_P(SupportsTest, AFreePointFallsAlongItsParabola) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, SupportsTest, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
-                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 }  // namespace
 }  // namespace tanor

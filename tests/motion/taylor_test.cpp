@@ -32,7 +32,7 @@ double error_of_pendulum(double t_end, double rtol, MotionReport* report = nullp
   system.constraints = {Rods{"rod", {{0, 1}}}};
   system.forces = {scenes::gravity};
   Simulation simulation(system, {.method = Method::Taylor, .rtol = rtol, .atol = rtol});
-  const Outcome outcome = simulation.advance(t_end);
+  const Outcome outcome = simulation.advance_to(t_end);
   EXPECT_TRUE(outcome.ok()) << outcome.what;
   if (report != nullptr) *report = simulation.report();
   const double angle = elliptic::swing(-0.5 * pi, std::sqrt(9.81), t_end).angle;
@@ -67,7 +67,7 @@ TEST(Taylor, OneFactorizationAStepAndASolveAnOrder) {
 TEST(Taylor, LongSeriesAtALooseToleranceAreHeldInCheckByTheirEnds) {
   Simulation simulation(scenes::make_chain(20), {.method = Method::Taylor, .rtol = 0.1, .atol = 0.01, .order = 24});
 
-  ASSERT_TRUE(simulation.advance(3.0).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(3.0).ok()) << simulation.outcome().what;
 
   EXPECT_GT(simulation.report().rejected, 0U);
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 0.1);
@@ -151,7 +151,7 @@ TEST(Taylor, HigherOrdersTakeLongerSteps) {
   for (const int order : {6, 10, 16, 24}) {
     Simulation simulation(scenes::make_pendulum(),
                           {.method = Method::Taylor, .rtol = 1e-9, .atol = 1e-11, .order = order});
-    ASSERT_TRUE(simulation.advance(3.0).ok());
+    ASSERT_TRUE(simulation.advance_to(3.0).ok());
     EXPECT_LT(simulation.report().steps, last) << order;
     last = simulation.report().steps;
   }
@@ -163,8 +163,8 @@ TEST(Taylor, PassesPlacesWithoutASeries) {
   system.forces.push_back(Drag{"air", {1}, 0.0, 0.5});
   Simulation series(system, {.method = Method::Taylor, .rtol = 1e-11, .atol = 1e-13});
   Simulation other(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14});
-  ASSERT_TRUE(series.advance(1.0).ok()) << series.outcome().what;
-  ASSERT_TRUE(other.advance(1.0).ok());
+  ASSERT_TRUE(series.advance_to(1.0).ok()) << series.outcome().what;
+  ASSERT_TRUE(other.advance_to(1.0).ok());
   EXPECT_LT(distance(series, other), 1e-10);
   EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
 }
@@ -188,7 +188,7 @@ TEST(Taylor, KeepsItsToleranceWhereAPointTurnsRoundAgainstDrag) {
         system.forces = {scenes::gravity, Drag{"air", {0}, 0.0, c}};
         Simulation simulation(system, {.method = Method::Taylor, .rtol = tolerance, .atol = tolerance});
 
-        ASSERT_TRUE(simulation.advance(2.0 * top + 0.1).ok()) << simulation.outcome().what;
+        ASSERT_TRUE(simulation.advance_to(2.0 * top + 0.1).ok()) << simulation.outcome().what;
 
         const double fallen = (top + 0.1) / time, height = u * time * std::log(std::hypot(1.0, v0 / u));
         EXPECT_NEAR(simulation.positions()[2], height - u * time * std::log(std::cosh(fallen)), 5.0 * tolerance);
@@ -214,8 +214,8 @@ TEST(Taylor, StopsAtTheKnotsOfATable) {
   other.method = Method::Dop853;
   other.step = 1e-3;
   Simulation series(system, taylor), second(system, other);
-  ASSERT_TRUE(series.advance(2.0).ok()) << series.outcome().what;
-  ASSERT_TRUE(second.advance(2.0).ok());
+  ASSERT_TRUE(series.advance_to(2.0).ok()) << series.outcome().what;
+  ASSERT_TRUE(second.advance_to(2.0).ok());
   EXPECT_LT(distance(series, second), 1e-9);
   EXPECT_EQ(series.report().rejected, 0u);
   EXPECT_NEAR(series.report().energy.drift_relative(), 0.0, 1e-10);
@@ -229,7 +229,7 @@ TEST(Taylor, WorkOfSupportsAndForcesBalancesTheEnergy) {
   system.forces.push_back(Drag{"air", {1}, 0.05, 0.0});
   system.velocities = {0.21, 0, 0, 0.21, 0, 0};
   Simulation simulation(system, {.method = Method::Taylor, .rtol = 1e-10, .atol = 1e-12, .start = StartMode::Project});
-  ASSERT_TRUE(simulation.advance(3.0).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(3.0).ok()) << simulation.outcome().what;
   EXPECT_GT(std::abs(simulation.report().energy.work_of_supports), 1e-3);
   EXPECT_LT(simulation.report().energy.work_of_forces, -1e-3);
   EXPECT_NEAR(simulation.report().energy.drift_relative(), 0.0, 1e-10);
@@ -238,10 +238,10 @@ TEST(Taylor, WorkOfSupportsAndForcesBalancesTheEnergy) {
 TEST(Taylor, GoesOnFromASnapshotBitByBit) {
   const MotionOptions options{.method = Method::Taylor, .rtol = 1e-9, .atol = 1e-11};
   Simulation whole(scenes::make_pendulum(), options), second(scenes::make_pendulum(), options);
-  ASSERT_TRUE(whole.advance(0.5).ok());
-  second.restore(whole.snapshot());
-  ASSERT_TRUE(whole.advance(1.0).ok());
-  ASSERT_TRUE(second.advance(1.0).ok());
+  ASSERT_TRUE(whole.advance_to(0.5).ok());
+  second.restore(whole.save());
+  ASSERT_TRUE(whole.advance_to(1.0).ok());
+  ASSERT_TRUE(second.advance_to(1.0).ok());
   EXPECT_EQ(distance(whole, second), 0.0);
 }
 

@@ -72,14 +72,14 @@ const BigScene big_scenes[]{
     {"chain_of_20000", [] { return scenes::make_chain(20'000); }, "paths", all_explicit},
     {"net_60x60", [] { return scenes::make_net(60, 60); }, "multifrontal", all_explicit},
     {"ladder_2x3000", [] { return scenes::make_net(2, 3'000); }, "simplicial", all_explicit},
-    {"clusters_of_200", [] { return scenes::make_clusters(200); }, "bundles", all_explicit},
+    {"clusters_of_200", [] { return scenes::make_clusters(200); }, "batches", all_explicit},
     {"lattice_11x11x11", [] { return scenes::make_lattice(11); }, "multifrontal", all_explicit},
-    {"melt_of_8000", [] { return scenes::make_melt(20); }, "bundles", without_series},
-    {"beads_of_6000", [] { return scenes::make_beads(1'500); }, "closed form", all_explicit},
+    {"melt_of_8000", [] { return scenes::make_melt(20); }, "batches", without_series},
+    {"beads_of_6000", [] { return scenes::make_beads(1'500); }, "closed_form", all_explicit},
     {"damped_chain_of_2500", [] { return scenes::make_damped_chain(2'500); }, "paths", all_implicit, 5},
-    {"implicit_beads", [] { return scenes::make_beads(800); }, "closed form", all_implicit, 5},
+    {"implicit_beads", [] { return scenes::make_beads(800); }, "closed_form", all_implicit, 5},
     {"rough_beads", make_rough_beads, "simplicial", without_series},
-    {"beads_in_coordinates", make_beads_in_coordinates, "closed form+simplicial", in_coordinates, 20, Form::Tangent},
+    {"beads_in_coordinates", make_beads_in_coordinates, "closed_form+simplicial", in_coordinates, 20, Form::Tangent},
 };
 
 struct BigRun {
@@ -87,7 +87,7 @@ struct BigRun {
   Method method;
 
   friend std::ostream& operator<<(std::ostream& out, const BigRun& run) {
-    return out << run.scene << " by " << method_name(run.method);
+    return out << run.scene << " by " << name_of(run.method);
   }
 };
 
@@ -100,9 +100,9 @@ class ThreadsTest : public testing::TestWithParam<BigRun> {
     if (has_fixed_steps(method)) options.step = 1e-3;
     if (method == Method::Taylor) options.order = 6;  // which takes more steps
     Simulation simulation(scene.build(), options, {.form = scene.form, .threads = threads});
-    EXPECT_EQ(simulation.plan().factorization, scene.factorization);
+    EXPECT_EQ(simulation.plan().factorization(), scene.factorization);
 
-    const Outcome outcome = simulation.advance(1.0, scenes::stop_after(scene.steps));
+    const Outcome outcome = simulation.advance_to(1.0, scenes::stop_after(scene.steps));
 
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     EXPECT_EQ(simulation.report().steps, scene.steps);
@@ -136,7 +136,7 @@ std::vector<BigRun> list_runs() {
 }
 
 INSTANTIATE_TEST_SUITE_P(BigScenes, ThreadsTest, testing::ValuesIn(list_runs()), [](const auto& instance) {
-  return instance.param.scene.name + "_" + std::string(method_name(instance.param.method));
+  return instance.param.scene.name + "_" + std::string(name_of(instance.param.method));
 });
 
 }  // namespace

@@ -46,12 +46,12 @@ TEST(TurningLine, MultipliersAreThoseOfTheClosedFormByEveryMethod) {
   for (const Way& way : ways) {
     Simulation simulation(make_turning_wire(false), way.motion);
     for (const double t : {0.5, 1.0, 1.5, 2.0, 3.0}) {
-      ASSERT_TRUE(simulation.advance(t).ok()) << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance_to(t).ok()) << simulation.outcome().what;
 
       const double scale = mass * (gravity + 2.0 * std::sinh(t));
-      EXPECT_NEAR(simulation.multipliers()[0], mass * gravity, way.error * scale) << method_name(way.motion.method);
+      EXPECT_NEAR(simulation.multipliers()[0], mass * gravity, way.error * scale) << name_of(way.motion.method);
       EXPECT_NEAR(simulation.multipliers()[1], -2.0 * mass * std::sinh(t), way.error * scale)
-          << method_name(way.motion.method) << " at " << t;
+          << name_of(way.motion.method) << " at " << t;
       EXPECT_TRUE(simulation.certify().passed()) << simulation.certify().line();
     }
   }
@@ -60,7 +60,7 @@ TEST(TurningLine, MultipliersAreThoseOfTheClosedFormByEveryMethod) {
 TEST(TurningLine, BothFormsAreCertifiedAfterEveryStep) {
   for (const Form form : {Form::Normal, Form::Tangent, Form::Both}) {
     Simulation simulation(make_turning_wire(true), {.method = Method::Dop853}, {.form = form});
-    const Outcome outcome = simulation.advance(3.0, [&](const MotionReport&) {
+    const Outcome outcome = simulation.advance_to(3.0, [&](const MotionReport&) {
       const Certificate certificate = simulation.certify();
       EXPECT_TRUE(certificate.passed()) << simulation.time() << ": " << certificate.line();
       return true;
@@ -83,13 +83,13 @@ TEST(TurningLine, MultipliersDoNotDependOnTheStepsTaken) {
   std::vector<Simulation> others;
   for (const Way& way : ways) others.emplace_back(system, way.motion);
   for (int k = 1; k <= 20; ++k) {
-    ASSERT_TRUE(reference.advance(0.1 * k).ok());
+    ASSERT_TRUE(reference.advance_to(0.1 * k).ok());
     for (std::size_t w = 0; w < std::size(ways); ++w) {
       if (k % 5 != 0 && w % 2 == 0) continue;  // some of them in fewer, longer advances
       ASSERT_TRUE(others[w].advance(0.1 * k).ok()) << others[w].outcome().what;
       for (std::size_t a = 0; a < 3; ++a) {
         EXPECT_NEAR(others[w].multipliers()[a], reference.multipliers()[a], 1e3 * ways[w].error)
-            << method_name(ways[w].motion.method) << " at " << 0.1 * k;
+            << name_of(ways[w].motion.method) << " at " << 0.1 * k;
       }
     }
   }
@@ -107,8 +107,8 @@ TEST(TurningLine, SeriesFollowALineThatTumbles) {
   Simulation stages(system, {.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-13});
 
   for (int k = 1; k <= 20; ++k) {
-    ASSERT_TRUE(series.advance(0.1 * k).ok()) << series.outcome().what;
-    ASSERT_TRUE(stages.advance(0.1 * k).ok()) << stages.outcome().what;
+    ASSERT_TRUE(series.advance_to(0.1 * k).ok()) << series.outcome().what;
+    ASSERT_TRUE(stages.advance_to(0.1 * k).ok()) << stages.outcome().what;
 
     for (std::size_t i = 0; i < 3; ++i) {
       const double size = std::hypot(stages.positions()[0], stages.positions()[1], stages.positions()[2]);

@@ -50,10 +50,10 @@ TEST(Unseen, AForceThatTakesABlockAlongAndLetsItGo) {
     system.forces.push_back(ConstantForce{.points = {0}, .force = along_x(ScalarFunction::formula("3*sin(10*t)"))});
     Simulation simulation(system, {.method = method});
 
-    ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(20.0).ok()) << simulation.outcome().what;
 
-    EXPECT_NEAR(simulation.positions()[0], 0.0103858, 1e-7) << method_name(method);
-    EXPECT_EQ(simulation.report().events, 127u) << method_name(method);
+    EXPECT_NEAR(simulation.positions()[0], 0.0103858, 1e-7) << name_of(method);
+    EXPECT_EQ(simulation.report().events, 127u) << name_of(method);
   }
 }
 
@@ -85,10 +85,10 @@ TEST(Unseen, WindowsInWhichTheNormalForceVanishesAreNotJumped) {
       system.forces = {ConstantForce{.points = {0}, .force = {f, 0.0, ScalarFunction::formula(normal)}}};
       Simulation simulation(system, {.method = method});
 
-      ASSERT_TRUE(simulation.advance(20.0).ok()) << simulation.outcome().what;
+      ASSERT_TRUE(simulation.advance_to(20.0).ok()) << simulation.outcome().what;
 
       EXPECT_NEAR(simulation.positions()[0], right, 1e-4 * right + 1e-10)
-          << method_name(method) << ", f = " << f << ", N = " << normal;
+          << name_of(method) << ", f = " << f << ", N = " << normal;
     }
   }
 }
@@ -100,9 +100,9 @@ TEST(Unseen, APulseThatMovesABlockAtRest) {
     system.forces.push_back(FormulaForce{.points = {0}, .kernel = pulse});
     Simulation simulation(system, {.method = method});
 
-    ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
 
-    EXPECT_NEAR(simulation.positions()[0], 0.886431, 1e-6) << method_name(method);
+    EXPECT_NEAR(simulation.positions()[0], 0.886431, 1e-6) << name_of(method);
   }
 }
 
@@ -112,9 +112,9 @@ TEST(Unseen, ABeltThatOvertakesABlock) {
     system.velocities = {5.0, 0.0, 0.0};
     Simulation simulation(system, {.method = method});
 
-    ASSERT_TRUE(simulation.advance(3.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(3.0).ok()) << simulation.outcome().what;
 
-    EXPECT_NEAR(simulation.velocities()[0], 2.5152, 1e-4) << method_name(method);
+    EXPECT_NEAR(simulation.velocities()[0], 2.5152, 1e-4) << name_of(method);
   }
 }
 
@@ -125,10 +125,10 @@ TEST(Unseen, APulseOnAFreePoint) {
     system.forces = {ConstantForce{.points = {0}, .force = along_x(formula_of(pulse))}};
     Simulation simulation(system, {.method = method});
 
-    ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
 
-    EXPECT_NEAR(simulation.velocities()[0], pulse.integral(10.0), 1e-6) << method_name(method);
-    EXPECT_NEAR(simulation.positions()[0], pulse.second_integral(10.0), 1e-5) << method_name(method);
+    EXPECT_NEAR(simulation.velocities()[0], pulse.integral(10.0), 1e-6) << name_of(method);
+    EXPECT_NEAR(simulation.positions()[0], pulse.second_integral(10.0), 1e-5) << name_of(method);
   }
 }
 
@@ -142,15 +142,15 @@ TEST(Unseen, ASupportThatIsPushed) {
   system.constraints = {Rods{.pairs = {{0, 1}}}};
   system.forces = {Gravity{.acceleration = {0.0, 0.0, -9.81}}};
   Simulation fine(system, {.method = Method::Dop853, .max_step = 0.02, .rtol = 1e-12, .atol = 1e-13});
-  ASSERT_TRUE(fine.advance(10.0).ok());
+  ASSERT_TRUE(fine.advance_to(10.0).ok());
 
   for (const Method method : {Method::Auto, Method::Dopri5, Method::Dop853, Method::Radau5}) {
     Simulation simulation(system, {.method = method});
 
-    ASSERT_TRUE(simulation.advance(10.0).ok()) << simulation.outcome().what;
+    ASSERT_TRUE(simulation.advance_to(10.0).ok()) << simulation.outcome().what;
 
     EXPECT_GT(std::abs(simulation.positions()[3]), 0.01);
-    EXPECT_NEAR(simulation.positions()[3], fine.positions()[3], 1e-6) << method_name(method);
+    EXPECT_NEAR(simulation.positions()[3], fine.positions()[3], 1e-6) << name_of(method);
   }
 }
 
@@ -164,15 +164,15 @@ TEST(Unseen, NoStepIsLongerThanMaxStep) {
     double longest = 0.0;
 
     ASSERT_TRUE(simulation
-                    .advance(2.0,
-                             [&](const MotionReport& report) {
-                               longest = std::max(longest, report.last_step);
-                               return true;
-                             })
+                    .advance_to(2.0,
+                                [&](const MotionReport& report) {
+                                  longest = std::max(longest, report.last_step);
+                                  return true;
+                                })
                     .ok());
 
-    EXPECT_LE(longest, 0.0625 * (1.0 + 1e-12)) << method_name(method);
-    EXPECT_NEAR(static_cast<double>(simulation.report().steps), 32.0, 1.0) << method_name(method);
+    EXPECT_LE(longest, 0.0625 * (1.0 + 1e-12)) << name_of(method);
+    EXPECT_NEAR(static_cast<double>(simulation.report().steps), 32.0, 1.0) << name_of(method);
   }
 }
 
@@ -199,7 +199,7 @@ TEST(Unseen, MaxStepFindsWhatABlackBoxDoes) {
   system.forces = {FormulaForce{.points = {0}, .kernel = black_box}};
   Simulation simulation(system, {.max_step = 0.1});
 
-  ASSERT_TRUE(simulation.advance(10.0).ok());
+  ASSERT_TRUE(simulation.advance_to(10.0).ok());
 
   EXPECT_NEAR(simulation.velocities()[0], pulse.integral(10.0), 1e-7);
 }
@@ -214,10 +214,10 @@ TEST(Unseen, FixedStepsTellWhatTheyPassedOver) {
       system.forces = {ConstantForce{.name = "wind", .points = {0}, .force = along_x(formula_of(pulse))}};
       Simulation simulation(system, {.method = method, .step = 0.1});
 
-      ASSERT_TRUE(simulation.advance(10.0).ok());
+      ASSERT_TRUE(simulation.advance_to(10.0).ok());
 
       const bool is_warned = simulation.report().accuracy_warning.find("wind") != std::string::npos;
-      EXPECT_EQ(is_warned, width < 0.1) << method_name(method) << " " << simulation.report().accuracy_warning;
+      EXPECT_EQ(is_warned, width < 0.1) << name_of(method) << " " << simulation.report().accuracy_warning;
     }
   }
 }
@@ -230,17 +230,17 @@ TEST(Unseen, ARestoredRunGoesOnBitByBit) {
     const ScalarFunction f = ScalarFunction::formula("4*exp(-((t-5)/0.05)^2) + sin(t)");
     system.forces = {ConstantForce{.points = {0}, .force = along_x(f)}};
     Simulation all(system, {.method = method}), first(system, {.method = method});
-    ASSERT_TRUE(all.advance(3.0).ok());
-    ASSERT_TRUE(all.advance(10.0).ok());
-    ASSERT_TRUE(first.advance(3.0).ok());
+    ASSERT_TRUE(all.advance_to(3.0).ok());
+    ASSERT_TRUE(all.advance_to(10.0).ok());
+    ASSERT_TRUE(first.advance_to(3.0).ok());
     Simulation second(system, {.method = method}, {}, 1.0);
 
-    second.restore(first.snapshot());
-    ASSERT_TRUE(second.advance(10.0).ok());
+    second.restore(first.save());
+    ASSERT_TRUE(second.advance_to(10.0).ok());
 
-    EXPECT_EQ(second.positions()[0], all.positions()[0]) << method_name(method);
-    EXPECT_EQ(second.velocities()[0], all.velocities()[0]) << method_name(method);
-    EXPECT_EQ(second.report().steps, all.report().steps) << method_name(method);
+    EXPECT_EQ(second.positions()[0], all.positions()[0]) << name_of(method);
+    EXPECT_EQ(second.velocities()[0], all.velocities()[0]) << name_of(method);
+    EXPECT_EQ(second.report().steps, all.report().steps) << name_of(method);
   }
 }
 
@@ -273,7 +273,7 @@ constexpr double rtol = 1e-8, atol = 1e-10;
 
 Result compare(Simulation* simulation, double end, double x, double v, double x_size, double v_size,
                const std::string& scene, double periods) {
-  const Outcome outcome = simulation->advance(end);
+  const Outcome outcome = simulation->advance_to(end);
   Result result{scene, 0.0, std::max(100.0, 10.0 * periods),
                 !outcome.ok() || !simulation->report().accuracy_warning.empty()};
   result.scene += ": " + outcome.what + simulation->report().accuracy_warning;
@@ -299,7 +299,7 @@ Result draw_one(unsigned seed) {
   scene.precision(17);
   const double periods = shape == Shape::Wave ? end / width : 0.0;
   const auto describe = [&](const char* what, const Unseen& g) {
-    scene << "draw " << seed << ": " << what << " " << g.text() << " to t = " << end << " by " << method_name(method);
+    scene << "draw " << seed << ": " << what << " " << g.text() << " to t = " << end << " by " << name_of(method);
     return scene.str();
   };
 

@@ -25,9 +25,7 @@ struct Accuracy {
   MotionOptions options;
   double error;  // s, of the passages
 
-  friend std::ostream& operator<<(std::ostream& out, const Accuracy& one) {
-    return out << method_name(one.options.method);
-  }
+  friend std::ostream& operator<<(std::ostream& out, const Accuracy& one) { return out << name_of(one.options.method); }
 };
 
 class UserEventsTest : public testing::TestWithParam<Accuracy> {};
@@ -36,7 +34,7 @@ TEST_P(UserEventsTest, APendulumPassesTheVerticalWhenEllipticIntegralsSay) {
   Simulation simulation(scenes::make_pendulum(), GetParam().options);
   simulation.add_event(through_the_vertical());
 
-  ASSERT_TRUE(simulation.advance(10.0 * quarter).ok()) << simulation.outcome().what;
+  ASSERT_TRUE(simulation.advance_to(10.0 * quarter).ok()) << simulation.outcome().what;
 
   ASSERT_EQ(simulation.passages().size(), 5U);
   for (std::size_t k = 0; k < 5; ++k) {
@@ -55,7 +53,7 @@ TEST_P(UserEventsTest, AStoppingOneEndsTheAdvanceAndTheNextOneGoesOn) {
   const std::size_t vertical = watched.add_event(through_the_vertical(Event::Direction::Rising, true));
 
   for (const double wanted : {3.0 * quarter, 7.0 * quarter}) {
-    ASSERT_TRUE(watched.advance(10.0).ok()) << watched.outcome().what;
+    ASSERT_TRUE(watched.advance_to(10.0).ok()) << watched.outcome().what;
     EXPECT_NEAR(watched.time(), wanted, GetParam().error);
     EXPECT_EQ(watched.passages().back().event, vertical);
     EXPECT_EQ(watched.passages().back().time, watched.time());
@@ -75,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, UserEventsTest,
                                          Accuracy{{.method = Method::Rk4, .step = 1e-4}, 1e-10},
                                          Accuracy{{.method = Method::Rattle6, .step = 1e-3}, 1e-8},
                                          Accuracy{{.method = Method::Rattle, .step = 1e-4}, 1e-5}),
-                         [](const auto& instance) { return std::string(method_name(instance.param.options.method)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param.options.method)); });
 
 TEST(UserEventsTest, CoordinatesGiveTheSameInstants) {
   System system = scenes::make_pendulum();
@@ -84,7 +82,7 @@ TEST(UserEventsTest, CoordinatesGiveTheSameInstants) {
   Simulation simulation(system, {.method = Method::Dop853, .rtol = 1e-13, .atol = 1e-15});
   simulation.add_event(through_the_vertical());
 
-  ASSERT_TRUE(simulation.advance(4.0 * quarter).ok());
+  ASSERT_TRUE(simulation.advance_to(4.0 * quarter).ok());
 
   ASSERT_EQ(simulation.passages().size(), 2U);
   EXPECT_NEAR(simulation.passages()[0].time, quarter, 1e-10);
@@ -97,8 +95,8 @@ TEST(UserEventsTest, LookingChangesNoMotion) {
   watched.add_event(
       {"first rod upright", [](double, std::span<const double> r, std::span<const double>) { return r[3] - r[0]; }});
 
-  ASSERT_TRUE(plain.advance(1.0).ok());
-  ASSERT_TRUE(watched.advance(1.0).ok());
+  ASSERT_TRUE(plain.advance_to(1.0).ok());
+  ASSERT_TRUE(watched.advance_to(1.0).ok());
 
   EXPECT_GT(watched.passages().size(), 0U);
   EXPECT_EQ(watched.report().steps, plain.report().steps);
@@ -114,10 +112,10 @@ TEST(UserEventsTest, FunctionsOfTimeAreFoundToRounding) {
       {"bell", [](double t, std::span<const double>, std::span<const double>) { return std::sin(t); }, {}, true});
 
   for (const double wanted : {pi, 2.0 * pi}) {
-    ASSERT_TRUE(simulation.advance(7.0).ok());
+    ASSERT_TRUE(simulation.advance_to(7.0).ok());
     EXPECT_NEAR(simulation.time(), wanted, 1e-14);
   }
-  ASSERT_TRUE(simulation.advance(7.0).ok());
+  ASSERT_TRUE(simulation.advance_to(7.0).ok());
   EXPECT_EQ(simulation.time(), 7.0);
 }
 
@@ -131,7 +129,7 @@ TEST(UserEventsTest, PassagesInStepsThatEndInASwitchAreThoseOfTheMotionBefore) {
   const auto through = [](double x0) { return [x0](double, const double* x, const double*) { return x[0] - x0; }; };
   travel.integration.watch().add({through(-0.7999), Event::Direction::Both, false});
 
-  ASSERT_TRUE(travel.advance(4.0).ok());
+  ASSERT_TRUE(travel.advance_to(4.0).ok());
 
   // x = 0.1 + 0.9 cos(t) until t = pi, then x = -0.1 - 0.7 cos(t - pi)
   ASSERT_EQ(travel.integration.watch().passages().size(), 2U);
@@ -143,7 +141,7 @@ TEST(UserEventsTest, AFunctionThatIsNoNumberIsReported) {
   Simulation simulation(scenes::make_pendulum());
   simulation.add_event({"broken", [](double, std::span<const double>, std::span<const double>) { return NAN; }});
 
-  const Outcome outcome = simulation.advance(1.0);
+  const Outcome outcome = simulation.advance_to(1.0);
 
   EXPECT_EQ(outcome.status, Status::StepTooSmall);
   EXPECT_NE(outcome.what.find("event \"broken\" is not finite"), std::string::npos) << outcome.what;
@@ -159,7 +157,7 @@ TEST(UserEventsTest, AFunctionThatIsNoNumberAtItsRootHasNoPassage) {
                             return std::abs(r[3]) < 1e-6 ? NAN : r[3];
                           }});
 
-    const Outcome outcome = simulation.advance(2.0 * quarter);
+    const Outcome outcome = simulation.advance_to(2.0 * quarter);
 
     EXPECT_FALSE(outcome.ok());
     EXPECT_NE(outcome.what.find("event 0 is not finite"), std::string::npos) << outcome.what;

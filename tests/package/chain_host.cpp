@@ -84,7 +84,9 @@ Answer simulate(double t_end, int num_steps) {
 
   const double h = t_end / num_steps;
   const auto accelerations = [&](double t, const Array& positions, const Array& velocities, Array* w) {
-    answer.ok = answer.ok && dynamics.solve(t, positions, velocities, *w).outcome.ok();
+    answer.ok = answer.ok &&
+                dynamics.solve({.time = t, .positions = positions, .velocities = velocities}, {.accelerations = *w})
+                    .outcome.ok();
   };
   for (int step = 0; step < num_steps; ++step) {
     const double t = step * h;
@@ -98,12 +100,15 @@ Answer simulate(double t_end, int num_steps) {
     add_weighted(h, v, v2, v3, v4, &r);
     add_weighted(h, w1, w2, w3, w4, &v);
 
-    answer.ok = answer.ok && dynamics.project_positions(t + h, r).outcome.ok();
-    answer.ok = answer.ok && dynamics.project_velocities(t + h, r, v).outcome.ok();
+    answer.ok = answer.ok && dynamics.project_positions({.time = t + h, .positions = r}).outcome.ok();
+    answer.ok = answer.ok && dynamics.project_velocities({.time = t + h, .positions = r, .velocities = v}).outcome.ok();
     answer.energy_drift = std::max(answer.energy_drift, std::abs(energy(r, v)));
     answer.violation = std::max(answer.violation, violation(r));
   }
-  answer.ok = answer.ok && dynamics.solve(t_end, r, v, w1, multipliers).outcome.ok();
+  answer.ok = answer.ok && dynamics
+                               .solve({.time = t_end, .positions = r, .velocities = v},
+                                      {.accelerations = w1, .multipliers = multipliers})
+                               .outcome.ok();
   answer.tip_x = r[r.size() - 3];
   answer.tip_y = r[r.size() - 2];
   answer.tension = -multipliers.front();

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "base/checksum.hpp"
 #include "report/array_writer.hpp"
 #include "report/checkpoint.hpp"
-#include "report/checksum.hpp"
 #include "report/friction_parts.hpp"
 #include "report/json_text.hpp"
 #include "report/npy.hpp"
@@ -26,7 +26,7 @@ Simulation make_simulation(std::size_t num_points = 4) {
 void write_frames(int count, Simulation* simulation, Trajectory* trajectory) {
   for (int k = 0; k < count; ++k) {
     if (simulation->time() < 0.1 * k) {
-      ASSERT_TRUE(simulation->advance(0.1 * k).ok());
+      ASSERT_TRUE(simulation->advance_to(0.1 * k).ok());
     }
     trajectory->write_frame(*simulation);
   }
@@ -82,7 +82,7 @@ TEST(TrajectoryTest, GoesOnBehindItsMark) {
   }
 
   Trajectory trajectory(folder.path(), simulation.system(), {}, mark);
-  ASSERT_TRUE(simulation.advance(0.25).ok());
+  ASSERT_TRUE(simulation.advance_to(0.25).ok());
   trajectory.write_frame(simulation);
 
   const std::vector<XyzFrame> frames = read_xyz(folder / "trajectory.xyz");
@@ -114,55 +114,14 @@ Checkpoint make_checkpoint() {
   checkpoint.scene = "0123456789abcdef";
   checkpoint.trajectory = {.frames = 7, .xyz_bytes = 12345678901, .pvd_bytes = 567};
   checkpoint.wall = {.total = 1.0, .setup = 0.25, .output = 0.125};
-  Snapshot& snapshot = checkpoint.snapshot;
-  snapshot.time = 0.1 + 0.2;
-  snapshot.positions = {0.1, 0.2, 0.3, -0.0, 1e-300, 6.0};
-  snapshot.velocities = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
-  snapshot.next_step = 1.0 / 3.0;
-  snapshot.last_error = 2.0 / 3.0;
-  snapshot.advance_begin = 0.1;
-  snapshot.advance_end = 0.7;
-  snapshot.report.method = Method::Rk4;
-  snapshot.report.steps = 42;
-  snapshot.report.events = 5;
-  snapshot.report.last_event = 0.29;
-  snapshot.discrete_state = {-1, 0, 1};
-  snapshot.event_slopes = {-1.0 / 7.0, 1e-300};
-  snapshot.memory = {4.0, 1.0 / 3.0};
-  snapshot.singular_memory = {1.0, 0.25, HUGE_VAL};
-  snapshot.state_before = {0.0, 0.5};
-  snapshot.report.accuracy_warning = "steps may be too long";
-  snapshot.report.rank_changes = {.start = 8, .now = 9, .first = {{0.1, 7}, {1.0 / 3.0, 9}}, .count = 102};
-  snapshot.report.singular_passages = {.first = {{0.1 + 0.2, 1e-17}}, .count = 101};
-  snapshot.report.energy = {.start = -1.5,
-                            .now = -1.25,
-                            .work_of_supports = 0.1,
-                            .work_of_forces = 0.2,
-                            .work_of_friction = -0.3,
-                            .scale = 3.0};
-  snapshot.report.velocity_violation = std::nan("");
-  snapshot.report.counters = {.evaluations = 1,
-                              .factorizations = 2,
-                              .solves = 3,
-                              .iterations = 4,
-                              .friction_solves = 5,
-                              .friction_iterations = 6};
-  snapshot.report.times = {.evaluate = 0.1, .assemble = 0.2, .factor = 0.3, .solve = 0.4, .friction = 0.5};
-  snapshot.report.friction = {.solves = 8,
-                              .iterations_mean = 2.5,
-                              .iterations_max = 9,
-                              .contraction_max = 0.75,
-                              .error_bound = 1e-9,
-                              .uniqueness = Uniqueness::Several,
-                              .method_used = FrictionMethod::Newton,
-                              .residual_max = 1e-13};
+  checkpoint.time = 0.1 + 0.2;
+  for (int k = 0; k < 500; ++k) checkpoint.state.push_back(static_cast<std::byte>(k * k));
   return checkpoint;
 }
 
-std::string error_of(const Folder& folder, const std::string& fingerprint = "0123456789abcdef",
-                     std::size_t num_points = 2) {
+std::string error_of(const Folder& folder, const std::string& fingerprint = "0123456789abcdef") {
   try {
-    return read_checkpoint(folder.path(), fingerprint, num_points) ? "no error" : "no checkpoint";
+    return read_checkpoint(folder.path(), fingerprint) ? "no error" : "no checkpoint";
   } catch (const InputError& error) {
     EXPECT_EQ(error.where(), (folder / "checkpoint").string());
     return error.what();
@@ -175,56 +134,14 @@ TEST(CheckpointTest, ReadsBackBitByBit) {
 
   write_checkpoint(folder.path(), written);
 
-  const Checkpoint read = read_checkpoint(folder.path(), written.scene, 2).value();
+  const Checkpoint read = read_checkpoint(folder.path(), written.scene).value();
   EXPECT_EQ(read.trajectory.frames, 7u);
   EXPECT_EQ(read.trajectory.xyz_bytes, 12345678901u);
   EXPECT_EQ(read.trajectory.pvd_bytes, 567u);
   EXPECT_EQ(read.wall.output, 0.125);
-  const Snapshot& snapshot = read.snapshot;
-  EXPECT_EQ(snapshot.time, 0.1 + 0.2);
-  EXPECT_EQ(snapshot.positions, written.snapshot.positions);
-  EXPECT_EQ(snapshot.velocities, written.snapshot.velocities);
-  EXPECT_EQ(snapshot.next_step, 1.0 / 3.0);
-  EXPECT_EQ(snapshot.last_error, 2.0 / 3.0);
-  EXPECT_EQ(snapshot.advance_begin, 0.1);
-  EXPECT_EQ(snapshot.advance_end, 0.7);
-  EXPECT_EQ(snapshot.report.method, Method::Rk4);
-  EXPECT_EQ(snapshot.report.steps, 42u);
-  EXPECT_EQ(snapshot.report.events, 5u);
-  EXPECT_EQ(snapshot.report.last_event, 0.29);
-  EXPECT_EQ(snapshot.discrete_state, written.snapshot.discrete_state);
-  EXPECT_EQ(snapshot.event_slopes, written.snapshot.event_slopes);
-  EXPECT_EQ(snapshot.memory, written.snapshot.memory);
-  EXPECT_EQ(snapshot.singular_memory, written.snapshot.singular_memory);
-  EXPECT_EQ(snapshot.state_before, written.snapshot.state_before);
-  EXPECT_EQ(snapshot.report.accuracy_warning, written.snapshot.report.accuracy_warning);
-  EXPECT_EQ(snapshot.report.rank_changes.start, 8u);
-  EXPECT_EQ(snapshot.report.rank_changes.now, 9u);
-  EXPECT_EQ(snapshot.report.rank_changes.count, 102u);
-  ASSERT_EQ(snapshot.report.rank_changes.first.size(), 2u);
-  EXPECT_EQ(snapshot.report.rank_changes.first[1].time, 1.0 / 3.0);
-  EXPECT_EQ(snapshot.report.rank_changes.first[1].rank, 9u);
-  EXPECT_EQ(snapshot.report.singular_passages.count, 101u);
-  ASSERT_EQ(snapshot.report.singular_passages.first.size(), 1u);
-  EXPECT_EQ(snapshot.report.singular_passages.first[0].time, 0.1 + 0.2);
-  EXPECT_EQ(snapshot.report.singular_passages.first[0].reciprocal_condition, 1e-17);
-  EXPECT_EQ(snapshot.report.energy.work_of_forces, 0.2);
-  EXPECT_TRUE(std::isnan(snapshot.report.velocity_violation));
-  EXPECT_EQ(snapshot.report.counters.solves, 3u);
-  EXPECT_EQ(snapshot.report.times.solve, 0.4);
-  EXPECT_EQ(snapshot.report.times.friction, 0.5);
-  EXPECT_EQ(snapshot.report.energy.work_of_friction, -0.3);
-  EXPECT_EQ(snapshot.report.counters.friction_solves, 5u);
-  EXPECT_EQ(snapshot.report.counters.friction_iterations, 6u);
-  const FrictionSummary& friction = snapshot.report.friction;
-  EXPECT_EQ(friction.solves, 8u);
-  EXPECT_EQ(friction.iterations_mean, 2.5);
-  EXPECT_EQ(friction.iterations_max, 9);
-  EXPECT_EQ(friction.contraction_max, 0.75);
-  EXPECT_EQ(friction.error_bound, 1e-9);
-  EXPECT_EQ(friction.uniqueness, Uniqueness::Several);
-  EXPECT_EQ(friction.method_used, FrictionMethod::Newton);
-  EXPECT_EQ(friction.residual_max, 1e-13);
+  EXPECT_EQ(read.wall.total, 1.0);
+  EXPECT_EQ(read.time, 0.1 + 0.2);
+  EXPECT_EQ(read.state, written.state);
   EXPECT_EQ(list_names(folder.path()), std::vector<std::string>{"checkpoint"});
 }
 
@@ -236,7 +153,6 @@ TEST(CheckpointTest, OnlyTheRunsOwnIsTaken) {
   EXPECT_EQ(error_of(folder), "no error");
   EXPECT_EQ(error_of(folder, "another"),
             "belongs to another scene, or one of its files was changed; run without --resume");
-  EXPECT_EQ(error_of(folder, "0123456789abcdef", 3), "holds another number of points than the scene");
   const std::string text = read_text(folder / "checkpoint");
   write_text(folder / "checkpoint", text.substr(0, text.size() - 1));
   EXPECT_EQ(error_of(folder), "is damaged: its checksum is another one; run without --resume");
@@ -276,8 +192,8 @@ TEST(CheckpointTest, AFlippedBitIsSeen) {
 /// A checkpoint's text with another number in its head, and the checksum that belongs to it.
 std::string forge(const std::string& text, const std::string& key, const std::string& value) {
   std::string content = text.substr(0, text.rfind("checksum "));
-  const std::size_t begin = content.find("\"" + key + "\": ") + key.size() + 4;
-  content.replace(begin, content.find_first_of(",\n", begin) - begin, value);
+  const std::size_t begin = content.find("\"" + key + "\":") + key.size() + 3;
+  content.replace(begin, content.find_first_of(",}", begin) - begin, value);
   Checksum sum;
   sum.add(content);
   return content + "checksum " + sum.text() + "\n";
@@ -292,28 +208,19 @@ TEST(CheckpointTest, NumbersThatNoRunHasAreRefused) {
     write_text(folder / "checkpoint", forge(good, key, value));
     return error_of(folder) != "no error";
   };
-  ASSERT_FALSE(refuses("steps", "43")) << "the forger knows his trade";
+  ASSERT_FALSE(refuses("frames", "8")) << "the forger knows his trade";
 
-  for (const std::string key :
-       {"frames", "xyz_bytes", "pvd_bytes", "steps", "rejected", "events", "rank_start", "rank_now", "num_rank_changes",
-        "num_singular_passages", "evaluations", "factorizations", "solves", "iterations", "friction_solves",
-        "friction_iterations_max", "friction_uniqueness", "friction_method_used"}) {
+  for (const std::string key : {"frames", "xyz_bytes", "pvd_bytes"}) {
     for (const std::string value : {"-1", "1.5", "null", "\"1\"", "1e999", "18446744073709551616", "[]", "true"})
       EXPECT_TRUE(refuses(key, value)) << key << ": " << value;
   }
-  for (const std::string key : {"friction_uniqueness", "friction_method_used", "friction_iterations_max"})
-    EXPECT_TRUE(refuses(key, "4000000000")) << key;
-  for (const std::string key : {"time", "next_step", "last_error", "advance_begin", "advance_end", "last_step",
-                                "wall_total", "wall_setup", "wall_output", "evaluate_s", "friction_s"}) {
+  for (const std::string key : {"time", "wall_total", "wall_setup", "wall_output"}) {
     for (const std::string value : {"null", "\"1\"", "1e999", "[]", "true"})
       EXPECT_TRUE(refuses(key, value)) << key << ": " << value;
   }
-  for (const std::string key : {"next_step", "last_error", "wall_total", "solve_s"})
-    EXPECT_TRUE(refuses(key, "-0.5")) << key;
+  EXPECT_TRUE(refuses("wall_total", "-0.5"));
   EXPECT_TRUE(refuses("frames", "0"));
   EXPECT_TRUE(refuses("frames", "568")) << "more than the list has bytes";
-  EXPECT_TRUE(refuses("method", "\"euler\""));
-  EXPECT_TRUE(refuses("energy_start", "\"much\""));
 }
 
 TEST(CheckpointTest, TheFingerprintSeesAllFilesAndTheirPoints) {
@@ -344,7 +251,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   using Keys = std::vector<std::string>;
   const Folder folder;
   Simulation simulation = make_simulation();
-  ASSERT_TRUE(simulation.advance(0.1).ok());
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
 
   write_summary(folder.path(), {}, simulation);
 
@@ -402,7 +309,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
 TEST(SummaryTest, TellsWhatTheSimulationKnows) {
   const Folder folder;
   Simulation simulation = make_simulation();
-  ASSERT_TRUE(simulation.advance(0.1).ok());
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
 
   RunFacts facts;
   facts.scene = "chain";
@@ -483,8 +390,8 @@ TEST(SummaryTest, WhatFrictionDidNotNeedIsNull) {
 
 TEST(SummaryTest, WorkAndTimeOfFrictionAreNumbersWhereThereIsSome) {
   const Folder folder;
-  const Simulation simulation(make_rough_chain(Coulomb{.at = {"floor"}, .coefficient = 0.3}),
-                              {.method = Method::Rk4, .step = 0.01});
+  Simulation simulation(make_rough_chain(Coulomb{.at = {"floor"}, .coefficient = 0.3}),
+                        {.method = Method::Rk4, .step = 0.01});
 
   write_summary(folder.path(), {}, simulation);
 
@@ -496,7 +403,7 @@ TEST(SummaryTest, WorkAndTimeOfFrictionAreNumbersWhereThereIsSome) {
 
 TEST(SummaryTest, WhatWasNotComputedIsNull) {
   const Folder folder;
-  const Simulation simulation = make_simulation();
+  Simulation simulation = make_simulation();
   RunFacts facts;
   facts.has_started = false;
 
@@ -533,7 +440,7 @@ TEST(SummaryTest, CertificateIsTheOneThatWasMadeOrNull) {
 
 TEST(SummaryTest, LargeArraysGoToFilesBesideIt) {
   const Folder folder;
-  const Simulation simulation = make_simulation(largest_inline + 1);
+  Simulation simulation = make_simulation(largest_inline + 1);
 
   write_summary(folder.path(), {}, simulation);
 

@@ -53,18 +53,28 @@ TEST(Scene, HasTheDefaultsOfTheContract) {
   EXPECT_EQ(scene.t_end, 0.0);
   EXPECT_EQ(scene.output_every, 0.0);
   EXPECT_TRUE(scene.output_points.empty()) << "all";
-  EXPECT_EQ(scene.solver.way, Way::Auto);
+  EXPECT_EQ(scene.solver.linear_solver, LinearSolver::Auto);
   EXPECT_TRUE(scene.solver.reuse);
   EXPECT_EQ(scene.solver.ordering, Ordering::Auto);
   EXPECT_EQ(scene.solver.threads, 0);
   EXPECT_EQ(scene.certificate.when, CertificatePolicy::When::Final);
 }
 
+TEST(Scene, OldNamesAreReadAndTold) {
+  const Scene old = parse(three_points(R"("solver": {"way": "bundles"})"));
+  EXPECT_EQ(old.solver.linear_solver, LinearSolver::Batches);
+  EXPECT_EQ(old.old_names, (std::vector<std::string>{"/solver/way: its name is linear_solver",
+                                                     "/solver/way: \"bundles\" is \"batches\""}));
+  const Scene now = parse(three_points(R"("solver": {"linear_solver": "batches"})"));
+  EXPECT_EQ(now.solver.linear_solver, LinearSolver::Batches);
+  EXPECT_TRUE(now.old_names.empty());
+}
+
 TEST(Scene, ReadsMotionAndSolver) {
   const Scene scene = parse(three_points(R"(
     "motion": {"method": "rk4", "step": 1e-3, "max_step": 0.25, "rtol": 1e-6, "atol": 1e-7, "t_end": 2, "output_every": 0.5,
                "output_points": {"first": 1}, "stabilisation": "none", "start": "project"},
-    "solver": {"form": "normal", "way": "general", "ordering": "metis", "reuse": false, "threads": 2,
+    "solver": {"form": "normal", "linear_solver": "general", "ordering": "metis", "reuse": false, "threads": 2,
                "certificate": {"every": 10}})"));
 
   EXPECT_EQ(scene.motion.method, Method::Rk4);
@@ -77,7 +87,7 @@ TEST(Scene, ReadsMotionAndSolver) {
   EXPECT_EQ(scene.output_points, (std::vector<Index>{1, 2}));
   EXPECT_EQ(scene.motion.stabilisation, Stabilisation::None);
   EXPECT_EQ(scene.motion.start, StartMode::Project);
-  EXPECT_EQ(scene.solver.way, Way::General);
+  EXPECT_EQ(scene.solver.linear_solver, LinearSolver::General);
   EXPECT_FALSE(scene.solver.reuse);
   EXPECT_EQ(scene.solver.ordering, Ordering::Metis);
   EXPECT_EQ(scene.solver.threads, 2);

@@ -60,7 +60,8 @@ TEST(Ways, PathsAgreeWithTheGeneralWay) {
       const System system = make_random_chain(num_points, ends, 1e2, &random);
       if (num_points == 2 && ends == Ends::Both) continue;
 
-      const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
+      const Answer general = solve(system, {.linear_solver = LinearSolver::General}),
+                   paths = solve(system, {.linear_solver = LinearSolver::Paths});
 
       ASSERT_TRUE(paths.report.outcome.ok()) << paths.report.outcome.what;
       refined += paths.report.refinements;
@@ -78,7 +79,8 @@ TEST(Ways, PathsAgreeWhereMassesAreFarApart) {
   for (const Ends ends : {Ends::Free, Ends::First, Ends::Both}) {
     const System system = make_random_chain(300, ends, 1e6, &random);
 
-    const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
+    const Answer general = solve(system, {.linear_solver = LinearSolver::General}),
+                 paths = solve(system, {.linear_solver = LinearSolver::Paths});
 
     EXPECT_LE(paths.report.residual, 1e-14);
     EXPECT_LE(relative_difference(paths.w, general.w), 1e-12);
@@ -101,7 +103,7 @@ TEST(Ways, HangingPathCarriesTheWeightBelow) {
   system.constraints = {rods};
   system.forces = {Gravity{"", {0.0, 0.0, -g}}};
 
-  const Answer answer = solve(system, {.way = Way::Paths});
+  const Answer answer = solve(system, {.linear_solver = LinearSolver::Paths});
 
   ASSERT_TRUE(answer.report.outcome.ok());
   double weight = 0.0, whole = g * std::accumulate(system.masses.begin() + 1, system.masses.end(), 0.0);
@@ -143,7 +145,8 @@ TEST(Ways, PathsKnowLengthsThatMoveOffsetsAndForces) {
   for (int repetition = 0; repetition < 3; ++repetition) {
     const System system = make_driven_chain(&random);
 
-    const Answer general = solve(system, {.way = Way::General}, 0.4), paths = solve(system, {.way = Way::Paths}, 0.4);
+    const Answer general = solve(system, {.linear_solver = LinearSolver::General}, 0.4),
+                 paths = solve(system, {.linear_solver = LinearSolver::Paths}, 0.4);
 
     ASSERT_TRUE(paths.report.outcome.ok()) << paths.report.outcome.what;
     EXPECT_LE(relative_difference(paths.w, general.w), 1e-12);
@@ -166,7 +169,8 @@ TEST(Ways, PathsSideBySideAgreeWithTheGeneralWay) {
   }
   system.constraints = {rods};
 
-  const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
+  const Answer general = solve(system, {.linear_solver = LinearSolver::General}),
+               paths = solve(system, {.linear_solver = LinearSolver::Paths});
 
   EXPECT_LE(relative_difference(paths.w, general.w), 1e-12);
   EXPECT_LE(relative_difference(paths.lambda, general.lambda), 1e-12);
@@ -185,7 +189,8 @@ TEST(Ways, FreePointsBesidePathsFall) {
     j += 3;
   }
 
-  const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
+  const Answer general = solve(system, {.linear_solver = LinearSolver::General}),
+               paths = solve(system, {.linear_solver = LinearSolver::Paths});
 
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(paths.w[3 * i + 2], -9.81);
   EXPECT_LE(relative_difference(paths.w, general.w), 1e-12);
@@ -195,9 +200,9 @@ TEST(Ways, ThreadsChangeNoBit) {
   std::mt19937 random(10);
   for (const Ends ends : {Ends::Free, Ends::Both}) {
     const System system = make_random_chain(20011, ends, 1e1, &random);
-    const Answer one = solve(system, {.way = Way::Paths, .threads = 1});
+    const Answer one = solve(system, {.linear_solver = LinearSolver::Paths, .threads = 1});
     for (const int threads : {2, 3, 7}) {
-      const Answer several = solve(system, {.way = Way::Paths, .threads = threads});
+      const Answer several = solve(system, {.linear_solver = LinearSolver::Paths, .threads = threads});
       EXPECT_EQ(several.w, one.w) << threads;
       EXPECT_EQ(several.lambda, one.lambda) << threads;
       EXPECT_EQ(several.report.residual, one.report.residual) << threads;
@@ -223,12 +228,13 @@ System make_taut_path(double bend) {
 
 TEST(Ways, TautPathIsLeftToTheGeneralWay) {
   const System taut = make_taut_path(0.0), bent = make_taut_path(0.1);
-  Dynamics dynamics(taut, {.way = Way::Paths});
+  Dynamics dynamics(taut, {.linear_solver = LinearSolver::Paths});
   std::vector<double> w(18), lambda(5);
 
-  const SolveReport report = dynamics.solve(0.0, taut.positions, taut.velocities, w, lambda);
-  const RankReport rank = dynamics.rank();
-  const Answer general = solve(taut, {.way = Way::General});
+  const SolveReport report = dynamics.solve({.time = 0.0, .positions = taut.positions, .velocities = taut.velocities},
+                                            {.accelerations = w, .multipliers = lambda});
+  const RankReport rank = dynamics.rank(state_of(taut));
+  const Answer general = solve(taut, {.linear_solver = LinearSolver::General});
 
   ASSERT_TRUE(report.outcome.ok()) << report.outcome.what;
   EXPECT_EQ(rank.rank, 4u);
@@ -237,16 +243,20 @@ TEST(Ways, TautPathIsLeftToTheGeneralWay) {
   EXPECT_EQ(lambda, general.lambda);
 
   // And back on its own way where the rank is full.
-  ASSERT_TRUE(dynamics.solve(0.0, bent.positions, bent.velocities, w, lambda).outcome.ok());
-  EXPECT_EQ(dynamics.rank().rank, 5u);
-  EXPECT_LE(relative_difference(w, solve(bent, {.way = Way::General}).w), 1e-12);
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 0.0, .positions = bent.positions, .velocities = bent.velocities},
+                         {.accelerations = w, .multipliers = lambda})
+                  .outcome.ok());
+  EXPECT_EQ(dynamics.rank(state_of(bent)).rank, 5u);
+  EXPECT_LE(relative_difference(w, solve(bent, {.linear_solver = LinearSolver::General}).w), 1e-12);
 }
 
 TEST(Ways, NearlyTautPathIsAsGoodAsOnTheGeneralWay) {
   for (const double bend : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
     const System system = make_taut_path(bend);
 
-    const Answer general = solve(system, {.way = Way::General}), paths = solve(system, {.way = Way::Paths});
+    const Answer general = solve(system, {.linear_solver = LinearSolver::General}),
+                 paths = solve(system, {.linear_solver = LinearSolver::Paths});
 
     ASSERT_TRUE(paths.report.outcome.ok() && general.report.outcome.ok());
     EXPECT_LE(paths.report.residual, 1e-14);
@@ -263,9 +273,10 @@ TEST(Ways, PathsStepAsTheGeneralWayDoes) {
     motion.start = StartMode::Project;
     if (method == Method::Rattle) motion.step = 1e-3;
     motion.rtol = motion.atol = 1e-10;
-    Simulation general(system, motion, {.way = Way::General}), paths(system, motion, {.way = Way::Paths});
+    Simulation general(system, motion, {.linear_solver = LinearSolver::General}),
+        paths(system, motion, {.linear_solver = LinearSolver::Paths});
 
-    ASSERT_TRUE(general.advance(0.05).ok() && paths.advance(0.05).ok());
+    ASSERT_TRUE(general.advance_to(0.05).ok() && paths.advance_to(0.05).ok());
 
     const std::vector<double> r(paths.positions().begin(), paths.positions().end());
     EXPECT_LE(relative_difference(r, {general.positions().begin(), general.positions().end()}), 1e-10);
@@ -275,14 +286,19 @@ TEST(Ways, PathsStepAsTheGeneralWayDoes) {
 TEST(Ways, WrongNumbersAreToldAsOnTheGeneralWay) {
   System system = make_taut_path(0.1);
   system.velocities[7] = std::numeric_limits<double>::infinity();
-  for (const Way way : {Way::General, Way::Paths}) {
-    Dynamics dynamics(make_taut_path(0.1), {.way = way});
+  for (const LinearSolver way : {LinearSolver::General, LinearSolver::Paths}) {
+    Dynamics dynamics(make_taut_path(0.1), {.linear_solver = way});
     std::vector<double> w(18);
-    EXPECT_EQ(dynamics.solve(0.0, system.positions, system.velocities, w).outcome.status, Status::NotFinite);
+    EXPECT_EQ(
+        dynamics
+            .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w})
+            .outcome.status,
+        Status::NotFinite);
     // One rod without direction
     std::vector<double> positions = make_taut_path(0.1).positions;
     std::copy_n(positions.begin() + 6, 3, positions.begin() + 9);
-    EXPECT_EQ(dynamics.solve(0.0, positions, {}, w).outcome.status, Status::NotFinite);
+    EXPECT_EQ(dynamics.solve({.time = 0.0, .positions = positions}, {.accelerations = w}).outcome.status,
+              Status::NotFinite);
   }
 }
 
@@ -298,13 +314,14 @@ TEST(Ways, WhatDoesNotServeIsRefused) {
     return "";
   };
 
-  EXPECT_NE(message(tree, {.way = Way::Paths}).find("/solver/way"), std::string::npos);
+  EXPECT_NE(message(tree, {.linear_solver = LinearSolver::Paths}).find("/solver/linear_solver"), std::string::npos);
   EXPECT_EQ(message(tree, {}), "");
-  EXPECT_NE(message(make_taut_path(0.1), {.way = Way::Paths, .ordering = Ordering::Amd}).find("ordering"),
-            std::string::npos);
-  EXPECT_EQ(Dynamics(make_taut_path(0.1), {.ordering = Ordering::Amd}).plan().way, "general");
-  EXPECT_EQ(Dynamics(make_taut_path(0.1)).plan().way, "general");  // a few rows
-  EXPECT_EQ(Dynamics(make_taut_path(0.1), {.way = Way::Paths}).plan().way, "paths");
+  EXPECT_NE(
+      message(make_taut_path(0.1), {.linear_solver = LinearSolver::Paths, .ordering = Ordering::Amd}).find("ordering"),
+      std::string::npos);
+  EXPECT_EQ(Dynamics(make_taut_path(0.1), {.ordering = Ordering::Amd}).plan().linear_solver(), "general");
+  EXPECT_EQ(Dynamics(make_taut_path(0.1)).plan().linear_solver(), "general");  // a few rows
+  EXPECT_EQ(Dynamics(make_taut_path(0.1), {.linear_solver = LinearSolver::Paths}).plan().linear_solver(), "paths");
 }
 
 }  // namespace

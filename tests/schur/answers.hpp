@@ -19,12 +19,18 @@ struct Answer {
   std::vector<double> w, lambda, eta;
 };
 
+/// Where `solve` solves.
+inline StateView state_of(const System& system, double t = 0.0) {
+  return {.time = t, .positions = system.positions, .velocities = system.velocities};
+}
+
 inline Answer solve(Dynamics* dynamics, const System& system, double t = 0.0) {
   Answer answer{{},
                 std::vector<double>(system.positions.size()),
                 std::vector<double>(dynamics->num_equations()),
                 std::vector<double>(system.positions.size())};
-  answer.report = dynamics->solve(t, system.positions, system.velocities, answer.w, answer.lambda, answer.eta);
+  answer.report = dynamics->solve(state_of(system, t),
+                                  {.accelerations = answer.w, .multipliers = answer.lambda, .reactions = answer.eta});
   return answer;
 }
 

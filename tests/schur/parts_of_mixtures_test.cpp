@@ -86,7 +86,7 @@ class PartsOfMixtures : public testing::TestWithParam<std::string> {
       std::ranges::set_difference(before, left_, std::back_inserter(*own));
     };
     take("points", [&] { return PointSolver::make(problem, &left_); });
-    take("bundles", [&] { return BatchSolver::make(problem, 1, false, &left_); });
+    take("batches", [&] { return BatchSolver::make(problem, 1, false, &left_); });
     take("paths", [&] { return PathSolver::make(problem, &left_); });
     take("trees", [&] { return TreeSolver::make(problem, &left_); });
     if (part == nullptr) {
@@ -206,7 +206,7 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   expect_own_points(v);
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, PartsOfMixtures, testing::Values("points", "bundles", "paths", "trees", "general"),
+INSTANTIATE_TEST_SUITE_P(Ways, PartsOfMixtures, testing::Values("points", "batches", "paths", "trees", "general"),
                          [](const auto& instance) { return instance.param; });
 
 }  // namespace

@@ -69,7 +69,7 @@ struct Rows {
       : model(system, {.threads = threads}, t),
         solver(
             make_schur_solver({model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass},
-                              {.way = Way::Paths})),
+                              {.linear_solver = LinearSolver::Paths})),
         r(3 * model.num_points()),
         v(r.size()),
         here(model.num_rows()),

@@ -73,7 +73,8 @@ void append(const System& more, System* system) {
 
 /// The numbers come out without being mended: tests/schur/path_rings_test.cpp.
 void expect_agreement(const System& system) {
-  const Answer general = solve(system, {.way = Way::General}, 0.4), paths = solve(system, {.way = Way::Paths}, 0.4);
+  const Answer general = solve(system, {.linear_solver = LinearSolver::General}, 0.4),
+               paths = solve(system, {.linear_solver = LinearSolver::Paths}, 0.4);
   EXPECT_TRUE(paths.report.outcome.ok()) << paths.report.outcome.what;
   EXPECT_LE(paths.report.residual, rounding);
   EXPECT_LE(relative_difference(paths.w, general.w), rounding);
@@ -109,7 +110,9 @@ TEST(Rings, BesidePathsAgreeWithTheGeneralWay) {
     append(one, &system);
   }
   expect_agreement(system);
-  EXPECT_NE(Dynamics(system, {.way = Way::Paths}).plan().way_reason.find("30 paths of rods, 31 rings of rods"),
+  EXPECT_NE(Dynamics(system, {.linear_solver = LinearSolver::Paths})
+                .plan()
+                .linear_solver_reason.find("30 paths of rods, 31 rings of rods"),
             std::string::npos);
 }
 
@@ -130,7 +133,7 @@ TEST(Rings, TurningOnePullsAsClosedFormSays) {
     }
     system.constraints = {rods};
 
-    const Answer answer = solve(system, {.way = Way::Paths});
+    const Answer answer = solve(system, {.linear_solver = LinearSolver::Paths});
 
     const double tension = mass * speed * speed * radius / (2.0 * std::sin(std::numbers::pi / n));
     for (const double lambda : answer.lambda) EXPECT_NEAR(lambda, -tension, 1e-12 * tension);
@@ -140,9 +143,9 @@ TEST(Rings, TurningOnePullsAsClosedFormSays) {
 TEST(Rings, ThreadsChangeNoBit) {
   AnyNumbers any(24);
   const System system = make_ring(20011, 0.5, &any);
-  const Answer one = solve(system, {.way = Way::Paths, .threads = 1});
+  const Answer one = solve(system, {.linear_solver = LinearSolver::Paths, .threads = 1});
   for (const int threads : {2, 3, 7}) {
-    const Answer several = solve(system, {.way = Way::Paths, .threads = threads});
+    const Answer several = solve(system, {.linear_solver = LinearSolver::Paths, .threads = threads});
     EXPECT_EQ(several.w, one.w) << threads;
     EXPECT_EQ(several.lambda, one.lambda) << threads;
     EXPECT_EQ(several.report.residual, one.report.residual) << threads;
@@ -156,9 +159,10 @@ TEST(Rings, MotionIsThatOfTheGeneralWay) {
   for (const Method method : {Method::Rattle, Method::Dop853, Method::Taylor}) {
     MotionOptions motion{.method = method, .rtol = 1e-10, .atol = 1e-10, .start = StartMode::Project};
     if (method == Method::Rattle) motion.step = 1e-3;
-    Simulation rings(system, motion, {.way = Way::Paths}), general(system, motion, {.way = Way::General});
+    Simulation rings(system, motion, {.linear_solver = LinearSolver::Paths}),
+        general(system, motion, {.linear_solver = LinearSolver::General});
 
-    ASSERT_TRUE(rings.advance(0.05).ok() && general.advance(0.05).ok());
+    ASSERT_TRUE(rings.advance_to(0.05).ok() && general.advance_to(0.05).ok());
 
     const std::vector<double> r(rings.positions().begin(), rings.positions().end());
     EXPECT_LE(relative_difference(r, {general.positions().begin(), general.positions().end()}), 1e-10);
@@ -170,7 +174,8 @@ TEST(Rings, MotionIsThatOfTheGeneralWay) {
 TEST(Rings, SingularOneIsLeftToTheGeneralWay) {
   const System system = make_stretched_ring();
 
-  const Answer paths = solve(system, {.way = Way::Paths}), general = solve(system, {.way = Way::General});
+  const Answer paths = solve(system, {.linear_solver = LinearSolver::Paths}),
+               general = solve(system, {.linear_solver = LinearSolver::General});
 
   EXPECT_EQ(paths.report.outcome.status, general.report.outcome.status);
   EXPECT_EQ(paths.w, general.w);
@@ -181,12 +186,12 @@ TEST(Rings, SingularOneIsLeftToTheGeneralWay) {
 TEST(Rings, OneWithABranchIsNone) {
   AnyNumbers any(26);
   System system = make_ring(200, 0.5, &any);
-  EXPECT_EQ(Dynamics(system).plan().way, "paths");
+  EXPECT_EQ(Dynamics(system).plan().linear_solver(), "paths");
   const Index mate = add_point({0.0, 0.0, 3.0}, &any, &system);
   std::get<Rods>(system.constraints[0]).pairs.push_back({7, mate});
 
-  EXPECT_EQ(Dynamics(system).plan().way, "trees");
-  EXPECT_THROW((void)Dynamics(system, {.way = Way::Paths}), InputError);
+  EXPECT_EQ(Dynamics(system).plan().linear_solver(), "trees");
+  EXPECT_THROW((void)Dynamics(system, {.linear_solver = LinearSolver::Paths}), InputError);
 }
 
 }  // namespace

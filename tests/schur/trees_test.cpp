@@ -73,7 +73,8 @@ System make_tree(const Shape& shape, AnyNumbers* any) {
 
 /// Returns the refinements that it took.
 int expect_agreement(const System& system, double tolerance) {
-  const Answer general = solve(system, {.way = Way::General}, 0.2), trees = solve(system, {.way = Way::Trees}, 0.2);
+  const Answer general = solve(system, {.linear_solver = LinearSolver::General}, 0.2),
+               trees = solve(system, {.linear_solver = LinearSolver::Trees}, 0.2);
   EXPECT_TRUE(general.report.outcome.ok()) << general.report.outcome.what;
   EXPECT_TRUE(trees.report.outcome.ok()) << trees.report.outcome.what;
   EXPECT_LE(trees.report.residual, rounding);
@@ -128,8 +129,8 @@ TEST(Trees, ManyOfThemAgreeAndThreadsGiveTheSameBits) {
       std::get<Rods>(system.constraints[0]).pairs.push_back({shift + i, shift + j});
   }
   (void)expect_agreement(system, rounding);
-  const Answer a = solve(system, {.way = Way::Trees, .threads = 1}),
-               b = solve(system, {.way = Way::Trees, .threads = 2});
+  const Answer a = solve(system, {.linear_solver = LinearSolver::Trees, .threads = 1}),
+               b = solve(system, {.linear_solver = LinearSolver::Trees, .threads = 2});
   EXPECT_EQ(a.w, b.w);
   EXPECT_EQ(a.lambda, b.lambda);
 }
@@ -138,8 +139,9 @@ TEST(Trees, MotionIsThatOfTheGeneralWay) {
   AnyNumbers any(6);
   const System system = make_tree({60, 2, 1, 3}, &any);
   MotionOptions motion{.method = Method::Dop853, .rtol = 1e-10, .atol = 1e-12, .start = StartMode::Project};
-  Simulation trees(system, motion, {.way = Way::Trees}), general(system, motion, {.way = Way::General, .reuse = false});
-  for (Simulation* each : {&trees, &general}) ASSERT_TRUE(each->advance(0.1).ok());
+  Simulation trees(system, motion, {.linear_solver = LinearSolver::Trees}),
+      general(system, motion, {.linear_solver = LinearSolver::General, .reuse = false});
+  for (Simulation* each : {&trees, &general}) ASSERT_TRUE(each->advance_to(0.1).ok());
   const auto as_vector = [](std::span<const double> x) { return std::vector(x.begin(), x.end()); };
   EXPECT_LE(relative_difference(as_vector(trees.positions()), as_vector(general.positions())), 1e-9);
   EXPECT_LE(trees.report().position_violation, 1e-12);
@@ -148,7 +150,8 @@ TEST(Trees, MotionIsThatOfTheGeneralWay) {
 /// A flat ring of four rods, stretched to a line: its rods depend on one another, which the general way decides.
 TEST(Trees, SingularRingsAreLeftToTheGeneralWay) {
   const System system = make_stretched_ring();
-  const Answer trees = solve(system, {.way = Way::Trees}), general = solve(system, {.way = Way::General});
+  const Answer trees = solve(system, {.linear_solver = LinearSolver::Trees}),
+               general = solve(system, {.linear_solver = LinearSolver::General});
   EXPECT_EQ(trees.report.outcome.status, general.report.outcome.status);
   EXPECT_LE(relative_difference(trees.w, general.w), rounding);
 }
@@ -156,9 +159,9 @@ TEST(Trees, SingularRingsAreLeftToTheGeneralWay) {
 TEST(Trees, MoreRingsAreForTheGeneralWay) {
   AnyNumbers any(7);
   const System system = make_tree({200, 9, 1}, &any);
-  EXPECT_THROW((void)Dynamics(system, {.way = Way::Trees}), InputError);
-  EXPECT_EQ(Dynamics(system).plan().way, "general");
-  EXPECT_EQ(Dynamics(make_tree({200, 3, 1}, &any)).plan().way, "trees");
+  EXPECT_THROW((void)Dynamics(system, {.linear_solver = LinearSolver::Trees}), InputError);
+  EXPECT_EQ(Dynamics(system).plan().linear_solver(), "general");
+  EXPECT_EQ(Dynamics(make_tree({200, 3, 1}, &any)).plan().linear_solver(), "trees");
 }
 
 }  // namespace

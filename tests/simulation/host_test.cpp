@@ -34,7 +34,9 @@ TEST(Dynamics, SinglePointFallsFreely) {
   Dynamics dynamics(falling_points(1));
   std::vector<double> w(3, nan), eta(3, nan);
 
-  const SolveReport report = dynamics.solve(0.0, dynamics.system().positions, dynamics.system().velocities, w, {}, eta);
+  const SolveReport report = dynamics.solve(
+      {.time = 0.0, .positions = dynamics.system().positions, .velocities = dynamics.system().velocities},
+      {.accelerations = w, .reactions = eta});
 
   EXPECT_TRUE(report.outcome.ok());
   EXPECT_EQ(w, (std::vector{0.0, 0.0, -9.81}));
@@ -51,7 +53,10 @@ TEST(Dynamics, SinglePointOnAnInclinedPlaneSlidesDown) {
   Dynamics dynamics(system);
   std::vector<double> w(3), lambda(1), eta(3);
 
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector(3, 0.0), w, lambda, eta).outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 0.0, .positions = system.positions, .velocities = std::vector(3, 0.0)},
+                         {.accelerations = w, .multipliers = lambda, .reactions = eta})
+                  .outcome.ok());
 
   EXPECT_NEAR(w[1], -g * sine * cosine, 1e-14);
   EXPECT_NEAR(w[2], -g * sine * sine, 1e-14);
@@ -71,8 +76,10 @@ TEST(Dynamics, PendulumHangsOnItsTension) {
   const double tension = 2.0 * (9.81 + 3.0 * 3.0 / 0.5);
 
   ASSERT_TRUE(
-      dynamics.solve(0.0, system.positions, std::vector{0.0, 0.0, 0.0, 3.0, 0.0, 0.0}, w, lambda, eta).outcome.ok());
-  dynamics.support_forces(carried);
+      dynamics
+          .solve({.time = 0.0, .positions = system.positions, .velocities = std::vector{0.0, 0.0, 0.0, 3.0, 0.0, 0.0}},
+                 {.accelerations = w, .multipliers = lambda, .reactions = eta, .support_forces = carried})
+          .outcome.ok());
 
   EXPECT_NEAR(lambda[0], -tension, 1e-13);
   EXPECT_NEAR(w[5], 3.0 * 3.0 / 0.5, 1e-13);
@@ -87,7 +94,10 @@ TEST(Dynamics, FreePointsBesideConstrainedOnesFallFreely) {
   Dynamics dynamics(system);
   std::vector<double> w(15);
 
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector(15, 0.0), w).outcome.ok());
+  ASSERT_TRUE(
+      dynamics
+          .solve({.time = 0.0, .positions = system.positions, .velocities = std::vector(15, 0.0)}, {.accelerations = w})
+          .outcome.ok());
 
   for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(w[3 * i + 2], -9.81, 1e-14) << "point " << i;
 }
@@ -99,8 +109,10 @@ TEST(Dynamics, SystemOfSupportsAloneCarriesWhatActsOnIt) {
   Dynamics dynamics(system);
   std::vector<double> w(6), carried(6);
 
-  ASSERT_TRUE(dynamics.solve(1.0, system.positions, std::vector(6, 0.0), w).outcome.ok());
-  dynamics.support_forces(carried);
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 1.0, .positions = system.positions, .velocities = std::vector(6, 0.0)},
+                         {.accelerations = w, .support_forces = carried})
+                  .outcome.ok());
 
   EXPECT_EQ(w, (std::vector{2.0, 0.0, 0.0, 2.0, 0.0, 0.0}));
   EXPECT_EQ(carried, (std::vector{0.0, 0.0, 0.0, 1.0, 2.0, 3.0}));
@@ -114,7 +126,10 @@ TEST(Dynamics, RowBetweenSupportsIsIdle) {
   Dynamics dynamics(system);
   std::vector<double> w(9), lambda(2, nan), eta(9);
 
-  ASSERT_TRUE(dynamics.solve(0.0, system.positions, std::vector(9, 1.0), w, lambda, eta).outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = 0.0, .positions = system.positions, .velocities = std::vector(9, 1.0)},
+                         {.accelerations = w, .multipliers = lambda, .reactions = eta})
+                  .outcome.ok());
 
   EXPECT_EQ(dynamics.plan().idle_equations, std::vector<std::size_t>{0});
   EXPECT_EQ(lambda[0], 0.0);
@@ -139,7 +154,9 @@ RC_GTEST_PROP(Dynamics, WhatTheHostSaysAboutSupportsDoesNotMatter, ()) {
   Dynamics dynamics(random.system);
   std::vector<double> w(random.positions.size()), lambda(dynamics.num_equations());
 
-  const SolveReport report = dynamics.solve(random.t, random.positions, random.velocities, w, lambda);
+  const SolveReport report =
+      dynamics.solve({.time = random.t, .positions = random.positions, .velocities = random.velocities},
+                     {.accelerations = w, .multipliers = lambda});
 
   RC_ASSERT(report.outcome.ok());
   RC_ASSERT(w == expected.accelerations);
@@ -151,8 +168,14 @@ TEST(Dynamics, EmptySpansAreNotComputed) {
   Dynamics dynamics(random.system);
   std::vector<double> alone(dynamics.num_equations()), together(alone), w(36), eta(36);
 
-  ASSERT_TRUE(dynamics.solve(random.t, random.positions, random.velocities, {}, alone).outcome.ok());
-  ASSERT_TRUE(dynamics.solve(random.t, random.positions, random.velocities, w, together, eta).outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = random.t, .positions = random.positions, .velocities = random.velocities},
+                         {.multipliers = alone})
+                  .outcome.ok());
+  ASSERT_TRUE(dynamics
+                  .solve({.time = random.t, .positions = random.positions, .velocities = random.velocities},
+                         {.accelerations = w, .multipliers = together, .reactions = eta})
+                  .outcome.ok());
 
   EXPECT_EQ(alone, together);
 }
@@ -172,24 +195,46 @@ TEST(Dynamics, ArrayOfTheWrongSizeIsNamed) {
     return std::string("no error");
   };
 
-  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, bad, good, good); }), "positions has 5 numbers; 6 are needed");
-  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, r, bad, good); }), "velocities has 5 numbers; 6 are needed");
-  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, r, good, bad); }), "accelerations has 5 numbers; 6 are needed");
-  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, r, good, good, bad); }),
+  EXPECT_EQ(message_of([&] {
+              (void)dynamics.solve({.time = 0.0, .positions = bad, .velocities = good}, {.accelerations = good});
+            }),
+            "positions has 5 numbers; 6 are needed");
+  EXPECT_EQ(message_of([&] {
+              (void)dynamics.solve({.time = 0.0, .positions = r, .velocities = bad}, {.accelerations = good});
+            }),
+            "velocities has 5 numbers; 6 are needed");
+  EXPECT_EQ(message_of([&] {
+              (void)dynamics.solve({.time = 0.0, .positions = r, .velocities = good}, {.accelerations = bad});
+            }),
+            "accelerations has 5 numbers; 6 are needed");
+  EXPECT_EQ(message_of([&] {
+              (void)dynamics.solve({.time = 0.0, .positions = r, .velocities = good},
+                                   {.accelerations = good, .multipliers = bad});
+            }),
             "multipliers has 5 numbers; 1 are needed");
-  EXPECT_EQ(message_of([&] { (void)dynamics.solve(0.0, r, good, good, rows, bad); }),
+  EXPECT_EQ(message_of([&] {
+              (void)dynamics.solve({.time = 0.0, .positions = r, .velocities = good},
+                                   {.accelerations = good, .multipliers = rows, .reactions = bad});
+            }),
             "reactions has 5 numbers; 6 are needed");
-  EXPECT_EQ(message_of([&] { dynamics.support_forces(bad); }), "forces has 5 numbers; 6 are needed");
+  EXPECT_EQ(message_of([&] { (void)dynamics.solve({.time = 0.0, .positions = r}, {.support_forces = bad}); }),
+            "support_forces has 5 numbers; 6 are needed");
 }
 
 TEST(Dynamics, MovedObjectGoesOn) {
   RandomSystem random = make_random_system(10, 4);
   Dynamics first(random.system);
   std::vector<double> before(30), after(30);
-  ASSERT_TRUE(first.solve(random.t, random.positions, random.velocities, before).outcome.ok());
+  ASSERT_TRUE(first
+                  .solve({.time = random.t, .positions = random.positions, .velocities = random.velocities},
+                         {.accelerations = before})
+                  .outcome.ok());
 
   Dynamics second = std::move(first);
-  ASSERT_TRUE(second.solve(random.t, random.positions, random.velocities, after).outcome.ok());
+  ASSERT_TRUE(second
+                  .solve({.time = random.t, .positions = random.positions, .velocities = random.velocities},
+                         {.accelerations = after})
+                  .outcome.ok());
 
   EXPECT_EQ(before, after);
 }
@@ -199,8 +244,10 @@ TEST(Dynamics, CountsItsWork) {
   Dynamics dynamics(random.system);
   std::vector<double> w(30);
 
-  (void)dynamics.solve(random.t, random.positions, random.velocities, w);
-  (void)dynamics.solve(random.t, random.positions, random.velocities, w);
+  (void)dynamics.solve({.time = random.t, .positions = random.positions, .velocities = random.velocities},
+                       {.accelerations = w});
+  (void)dynamics.solve({.time = random.t, .positions = random.positions, .velocities = random.velocities},
+                       {.accelerations = w});
 
   EXPECT_EQ(dynamics.counters().evaluations, 2U);
   EXPECT_EQ(dynamics.counters().factorizations, 2U);
@@ -214,7 +261,9 @@ TEST(Dynamics, ConstantGradientsAreFactorizedOnce) {
   Dynamics dynamics(system);
   std::vector<double> w(12);
 
-  for (int k = 0; k < 3; ++k) (void)dynamics.solve(0.1 * k, system.positions, std::vector(12, 0.0), w);
+  for (int k = 0; k < 3; ++k)
+    (void)dynamics.solve({.time = 0.1 * k, .positions = system.positions, .velocities = std::vector(12, 0.0)},
+                         {.accelerations = w});
 
   EXPECT_EQ(dynamics.counters().factorizations, 1U);
 }
@@ -355,10 +404,13 @@ TEST(Dynamics, TwoThreadsGiveTheSameBits) {
                   std::vector<double>(size),
                   std::vector<double>(size)};
     for (std::size_t c = 0; c < size; ++c) result.r[c] += 1e-4 * velocities[c];
-    EXPECT_TRUE(dynamics.project_positions(0.0, result.r).outcome.ok());
-    EXPECT_TRUE(dynamics.project_velocities(0.0, result.r, result.v).outcome.ok());
-    EXPECT_TRUE(dynamics.solve(0.0, result.r, result.v, result.w, result.lambda, result.eta).outcome.ok());
-    const Split split = dynamics.split();
+    EXPECT_TRUE(dynamics.project_positions({.time = 0.0, .positions = result.r}).outcome.ok());
+    EXPECT_TRUE(dynamics.project_velocities({.time = 0.0, .positions = result.r, .velocities = result.v}).outcome.ok());
+    EXPECT_TRUE(dynamics
+                    .solve({.time = 0.0, .positions = result.r, .velocities = result.v},
+                           {.accelerations = result.w, .multipliers = result.lambda, .reactions = result.eta})
+                    .outcome.ok());
+    const Split split = dynamics.split({.time = 0.0, .positions = result.r, .velocities = result.v});
     EXPECT_TRUE(split.outcome.ok());
     result.w_T = split.tangent_accelerations;
     result.w_N = split.normal_accelerations;
@@ -375,7 +427,7 @@ TEST(Dynamics, PlanTellsWhatTheSystemNeeds) {
   System system = falling_points(6);
   system.supports = {{"", {0}, {}}};
   system.constraints = {Rods{"", {{0, 1}, {1, 2}, {0, 3}, {3, 4}}, {}, {}}};
-  const Dynamics dynamics(system, {.way = Way::General});
+  const Dynamics dynamics(system, {.linear_solver = LinearSolver::General});
 
   const PlanSummary& plan = dynamics.plan();
 
@@ -386,15 +438,16 @@ TEST(Dynamics, PlanTellsWhatTheSystemNeeds) {
   EXPECT_EQ(plan.parts, 1U);
   EXPECT_EQ(plan.pattern_nonzeros, 6U);
   EXPECT_EQ(plan.factor_nonzeros, 6U);
-  EXPECT_EQ(plan.ordering, "natural");
-  EXPECT_EQ(plan.factorization, "simplicial");
+  EXPECT_EQ(plan.ordering(), "natural");
+  EXPECT_EQ(plan.factorization(), "simplicial");
   EXPECT_EQ(std::count(plan.left_out.begin(), plan.left_out.end(), "spring forces: none"), 1);
   EXPECT_EQ(std::count(plan.left_out.begin(), plan.left_out.end(), "refactorization: K is constant"), 0);
 }
 
-// ---- what the last solve left ------------------------------------------------------------------------------------
+// ---- calls at one state after others
+// ------------------------------------------------------------------------------------
 
-TEST(Dynamics, SplitIsThatOfTheLastSolveWhateverWasAskedInBetween) {
+TEST(Dynamics, SplitIsThatOfItsStateWhateverWasAskedInBetween) {
   RandomSystem random = make_random_system(12, 3);
   Solved solved(random);
   const Split expected = solved.split();
@@ -402,8 +455,8 @@ TEST(Dynamics, SplitIsThatOfTheLastSolveWhateverWasAskedInBetween) {
   std::vector<double> elsewhere = random.positions, velocities = random.velocities;
   for (double& x : elsewhere) x *= 1.01;
 
-  (void)solved.dynamics.position_violation(random.t + 1.0, elsewhere);
-  (void)solved.dynamics.velocity_violation(random.t + 1.0, elsewhere, velocities);
+  (void)solved.dynamics.position_violation({.time = random.t + 1.0, .positions = elsewhere});
+  (void)solved.dynamics.velocity_violation({.time = random.t + 1.0, .positions = elsewhere, .velocities = velocities});
   const Split split = solved.split();
 
   EXPECT_EQ(split.normal_accelerations, expected.normal_accelerations);
@@ -411,7 +464,7 @@ TEST(Dynamics, SplitIsThatOfTheLastSolveWhateverWasAskedInBetween) {
   EXPECT_EQ(solved.support_forces(), carried);
 }
 
-TEST(Dynamics, ReactionsAtSupportsAreThoseOfTheLastSolveWhateverWasProjectedSince) {
+TEST(Dynamics, ReactionsAtSupportsAreThoseOfTheirStateWhateverWasProjectedSince) {
   RandomSystem random = make_random_system(12, 3);
   Solved solved(random);
   const Split expected = solved.split();
@@ -419,7 +472,7 @@ TEST(Dynamics, ReactionsAtSupportsAreThoseOfTheLastSolveWhateverWasProjectedSinc
   std::vector<double> elsewhere = random.positions;
   for (double& x : elsewhere) x *= 1.001;
 
-  ASSERT_TRUE(solved.dynamics.project_positions(random.t, elsewhere).outcome.ok());
+  ASSERT_TRUE(solved.dynamics.project_positions({.time = random.t, .positions = elsewhere}).outcome.ok());
   const Split split = solved.split();
 
   EXPECT_EQ(solved.support_forces(), carried);

@@ -1,6 +1,6 @@
 /// Forces from a given motion: closed forms, round trips, and motions that are none of the system's.
 
-#include <tanor/direct_problem.hpp>
+#include <tanor/inverse_dynamics.hpp>
 
 #include <cmath>
 
@@ -35,8 +35,8 @@ MotionState turn(double t) {
   return {row(0), row(1), row(2)};
 }
 
-TEST(DirectProblem, ControlOfAPendulumByItsClosedForm) {
-  DirectProblem problem(make_pendulum());
+TEST(InverseDynamics, ControlOfAPendulumByItsClosedForm) {
+  InverseDynamics problem(make_pendulum());
 
   const MotionForces forces = problem.evaluate(0.7, turn(0.7));
 
@@ -58,11 +58,11 @@ TEST(DirectProblem, ControlOfAPendulumByItsClosedForm) {
   EXPECT_LT(forces.acceleration.largest, 1e-14);
 }
 
-TEST(DirectProblem, CoordinatesAloneGiveTheSameForces) {
+TEST(InverseDynamics, CoordinatesAloneGiveTheSameForces) {
   System system = make_pendulum();
   system.constraints.clear();
   system.coordinates = {ChainAngles{"angle", {1}, 0, {}, {0.0, 0.0, 1.0}}};
-  DirectProblem by_constraints(make_pendulum()), by_coordinates(system);
+  InverseDynamics by_constraints(make_pendulum()), by_coordinates(system);
 
   const MotionForces expected = by_constraints.evaluate(0.3, turn(0.3));
   const MotionForces forces = by_coordinates.evaluate(0.3, turn(0.3));
@@ -79,7 +79,7 @@ TEST(DirectProblem, CoordinatesAloneGiveTheSameForces) {
   }
 }
 
-TEST(DirectProblem, PlacesAreThoseOfTheCoordinatesInTheUsersOrder) {
+TEST(InverseDynamics, PlacesAreThoseOfTheCoordinatesInTheUsersOrder) {
   // Entries listed against the inner order of kinds: a line, then a free point.
   System system;
   system.positions = {0.0, 0.0, 0.0, 5.0, 6.0, 7.0};
@@ -87,7 +87,7 @@ TEST(DirectProblem, PlacesAreThoseOfTheCoordinatesInTheUsersOrder) {
   system.coordinates = {
       LineCoordinates{"slide", {0}, {ScalarFunction::formula("t^2"), 0.0, 0.0}, Vector3{0.0, 2.0, 0.0}},
       FreeCoordinates{"free", {1}}};
-  DirectProblem problem(system);
+  InverseDynamics problem(system);
 
   const MotionState points = problem.place(3.0, {{0.5, 1.0, 2.0, 3.0}, {0.25, 4.0, 5.0, 6.0}, {0.125, 7.0, 8.0, 9.0}});
 
@@ -109,14 +109,14 @@ struct RoundTrip {
     std::vector<std::vector<double>> reactions_there;
     for (std::size_t k = 0; k <= steps; ++k) {
       if (k > 0) {
-        EXPECT_TRUE(simulation.advance(static_cast<double>(k) * h).ok());
+        EXPECT_TRUE(simulation.advance_to(static_cast<double>(k) * h).ok());
       }
       times.push_back(simulation.time());
       values.insert(values.end(), simulation.positions().begin(), simulation.positions().end());
       reactions_there.emplace_back(simulation.reactions().begin(), simulation.reactions().end());
     }
     const MotionTable table(times, values, system.positions.size());
-    DirectProblem problem(system);
+    InverseDynamics problem(system);
     for (std::size_t k = 20; k + 20 < times.size(); ++k) {
       const MotionForces forces = problem.evaluate(times[k], table.at(times[k]));
       EXPECT_TRUE(forces.outcome.ok());
@@ -138,7 +138,7 @@ System make_double_pendulum() {
   return system;
 }
 
-TEST(DirectProblem, RoundTripOfAChainNeedsNoControlAndFindsItsReactions) {
+TEST(InverseDynamics, RoundTripOfAChainNeedsNoControlAndFindsItsReactions) {
   const RoundTrip trip(make_double_pendulum(), 0.002, 300);
 
   EXPECT_LT(trip.control, 1e-6);
@@ -146,13 +146,13 @@ TEST(DirectProblem, RoundTripOfAChainNeedsNoControlAndFindsItsReactions) {
   EXPECT_LT(trip.position, 1e-11);
 }
 
-TEST(DirectProblem, RoundTripErrorFallsWithTheFourthPowerOfTheSampling) {
+TEST(InverseDynamics, RoundTripErrorFallsWithTheFourthPowerOfTheSampling) {
   const RoundTrip coarse(make_double_pendulum(), 0.008, 75), fine(make_double_pendulum(), 0.004, 150);
 
   EXPECT_GT(coarse.control / fine.control, 10.0);  // 16 in the limit
 }
 
-TEST(DirectProblem, RoundTripOfARodOfChangingLength) {
+TEST(InverseDynamics, RoundTripOfARodOfChangingLength) {
   System system = make_pendulum();
   system.constraints = {Rods{"rod", {{0, 1}}, ScalarFunction::formula("1 + 0.3*sin(2*t)"), {}}};
   system.velocities = {0, 0, 0, 0.6, 0.0, 0.0};
@@ -163,9 +163,9 @@ TEST(DirectProblem, RoundTripOfARodOfChangingLength) {
   EXPECT_LT(trip.reactions, 1e-6 * trip.size);
 }
 
-TEST(DirectProblem, ControlForceAppliedBringsTheProgrammedMotionBack) {
+TEST(InverseDynamics, ControlForceAppliedBringsTheProgrammedMotionBack) {
   System system = make_pendulum();
-  DirectProblem problem(system);
+  InverseDynamics problem(system);
   std::vector<double> times, control[3];
   for (int k = 0; k <= 400; ++k) {
     times.push_back(0.005 * k);
@@ -180,7 +180,7 @@ TEST(DirectProblem, ControlForceAppliedBringsTheProgrammedMotionBack) {
                      ScalarFunction::table(times, control[2])}});
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-13});
 
-  ASSERT_TRUE(simulation.advance(2.0).ok());
+  ASSERT_TRUE(simulation.advance_to(2.0).ok());
 
   const MotionState wanted = turn(2.0);
   for (std::size_t i = 0; i < 6; ++i) {
@@ -191,8 +191,8 @@ TEST(DirectProblem, ControlForceAppliedBringsTheProgrammedMotionBack) {
 
 // ---- motions that are none ---------------------------------------------------------------------------------------
 
-TEST(DirectProblem, NamesTheRowThatAMotionBreaksAndByHowMuch) {
-  DirectProblem problem(make_double_pendulum());
+TEST(InverseDynamics, NamesTheRowThatAMotionBreaksAndByHowMuch) {
+  InverseDynamics problem(make_double_pendulum());
   // The second rod 1 % too long, its bead 0.25 m/s off, 3 m/s^2 off along it.
   const double l = std::sqrt(1.04);
   MotionState state{make_double_pendulum().positions, std::vector<double>(9, 0.0), std::vector<double>(9, 0.0)};
@@ -215,8 +215,8 @@ TEST(DirectProblem, NamesTheRowThatAMotionBreaksAndByHowMuch) {
   EXPECT_TRUE(forces.outcome.ok());
 }
 
-TEST(DirectProblem, SupportsThatDoNotMoveAsPrescribedAreNamed) {
-  DirectProblem problem(make_pendulum());
+TEST(InverseDynamics, SupportsThatDoNotMoveAsPrescribedAreNamed) {
+  InverseDynamics problem(make_pendulum());
   MotionState state = turn(0.0);
   state.value[2] = 0.5;  // the scene is 1 m large
 
@@ -226,13 +226,13 @@ TEST(DirectProblem, SupportsThatDoNotMoveAsPrescribedAreNamed) {
   EXPECT_EQ(forces.position.where, "point 0");
 }
 
-TEST(DirectProblem, RedundantRodsShareTheLoadInEqualParts) {
+TEST(InverseDynamics, RedundantRodsShareTheLoadInEqualParts) {
   System system = make_pendulum();
   system.constraints.push_back(Rods{"twin", {{1, 0}}, {}, {}});
-  DirectProblem problem(system);
+  InverseDynamics problem(system);
 
   const MotionForces forces = problem.evaluate(0.7, turn(0.7));
-  const MotionForces single = DirectProblem(make_pendulum()).evaluate(0.7, turn(0.7));
+  const MotionForces single = InverseDynamics(make_pendulum()).evaluate(0.7, turn(0.7));
 
   ASSERT_TRUE(forces.outcome.ok()) << forces.outcome.what;
   ASSERT_EQ(forces.multipliers.size(), 2U);

@@ -46,7 +46,7 @@ TEST(RigidBodyTest, FreeTopKeepsEnergyMomentumAndShape) {
   Simulation simulation(system, {.rtol = 1e-13, .atol = 1e-14});
   const Eigen::Vector3d before = angular_momentum(system, simulation.positions(), simulation.velocities());
 
-  ASSERT_TRUE(simulation.advance(10.0).ok());
+  ASSERT_TRUE(simulation.advance_to(10.0).ok());
 
   const Eigen::Vector3d after = angular_momentum(system, simulation.positions(), simulation.velocities());
   EXPECT_LE((after - before).norm(), 1e-10 * before.norm());
@@ -76,7 +76,7 @@ TEST(RigidBodyTest, SymmetricTopPrecessesAsEulerSays) {
   Simulation simulation(system, {.rtol = 1e-13, .atol = 1e-14});
   const double t_end = 4.0;
 
-  ASSERT_TRUE(simulation.advance(t_end).ok());
+  ASSERT_TRUE(simulation.advance_to(t_end).ok());
 
   const Eigen::Vector3d L(I1 * wobble, 0.0, I3 * spin);
   const Eigen::Vector3d axis = Eigen::AngleAxisd(L.norm() / I1 * t_end, L.normalized()) * Eigen::Vector3d::UnitZ();
@@ -99,7 +99,7 @@ TEST(SphereTest, FreeBeadRunsOnItsGreatCircle) {
   system.coordinates = {SphereCoordinates{"", {0}, Vector3{0, 0, 0}, 1.0}};
   Simulation simulation(system, {.method = Method::Rk4, .step = 1e-3});
 
-  ASSERT_TRUE(simulation.advance(t_end).ok());
+  ASSERT_TRUE(simulation.advance_to(t_end).ok());
 
   EXPECT_NEAR(simulation.positions()[0], std::sin(speed * t_end), 1e-9);
   EXPECT_EQ(simulation.positions()[1], 0.0);
@@ -124,8 +124,8 @@ TEST(TurningNormalTest, MotionIsThatOfTheNormalForm) {
   Simulation by_constraints(system, options), by_coordinates(both, options, {.form = Form::Tangent});
 
   for (const double t : {0.7, 1.5, 3.0}) {
-    ASSERT_TRUE(by_constraints.advance(t).ok());
-    ASSERT_TRUE(by_coordinates.advance(t).ok());
+    ASSERT_TRUE(by_constraints.advance_to(t).ok());
+    ASSERT_TRUE(by_coordinates.advance_to(t).ok());
 
     EXPECT_LE((vector(by_coordinates.positions()) - vector(by_constraints.positions())).norm(), 1e-9) << "t = " << t;
     EXPECT_LE((vector(by_coordinates.reactions()) - vector(by_constraints.reactions())).norm(), 1e-7) << "t = " << t;
@@ -207,20 +207,27 @@ TEST(RefusalTest, ConstraintsThatTheCoordinatesBreak) {
   std::vector<double> r = system.positions, v(9, 0.0);
   for (const Form form : {Form::Auto, Form::Normal, Form::Tangent}) {
     system.constraints = {Circles{"rim", {1}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, 1.0}};
-    EXPECT_EQ(error_of([&] { (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check); }), "no error");
+    EXPECT_EQ(error_of([&] {
+                (void)Dynamics(system, {.form = form})
+                    .start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
+              }),
+              "no error");
     system.constraints = {Circles{"rim", {1}, Vector3{0, 0, 0}, Vector3{0, 0, 1}, ScalarFunction::formula("1 + t^2")}};
     EXPECT_NE(error_of([&] {
-                (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+                (void)Dynamics(system, {.form = form})
+                    .start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
               }).find("/coordinates: the accelerations that the coordinates describe violate rim[0].1"),
               std::string::npos);
     system.constraints = {Rods{"spoke", {{0, 1}}, 1.1, {}}};
     EXPECT_NE(error_of([&] {
-                (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+                (void)Dynamics(system, {.form = form})
+                    .start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
               }).find("/coordinates: the places that the coordinates describe violate spoke[0]"),
               std::string::npos);
     system.constraints = {Linears{"wall", {{1}}, {{1, 1, 0}}, 1.0}};
     EXPECT_NE(error_of([&] {
-                (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+                (void)Dynamics(system, {.form = form})
+                    .start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
               }).find("/coordinates: K'A is not 0: the coordinates move along the gradient of wall[0]"),
               std::string::npos);
   }
@@ -230,7 +237,7 @@ TEST(RefusalTest, ConstraintsThatTheCoordinatesBreak) {
 std::string complaint_at_start(const System& system, Form form) {
   return error_of([&] {
     std::vector<double> r = system.positions, v(r.size(), 0.0);
-    (void)Dynamics(system, {.form = form}).start(0.0, r, v, StartMode::Check);
+    (void)Dynamics(system, {.form = form}).start({.time = 0.0, .positions = r, .velocities = v}, StartMode::Check);
   });
 }
 
@@ -289,7 +296,8 @@ TEST(RefusalTest, CoordinateThatMovesNothingIsNamed) {
   Dynamics dynamics(system);
   std::vector<double> w(3);
 
-  const SolveReport report = dynamics.solve(0.0, system.positions, std::vector<double>(3, 0.0), w);
+  const SolveReport report = dynamics.solve(
+      {.time = 0.0, .positions = system.positions, .velocities = std::vector<double>(3, 0.0)}, {.accelerations = w});
 
   EXPECT_EQ(report.outcome.status, Status::Singular);
   EXPECT_NE(report.outcome.what.find("coordinate wheel[1] moves no point"), std::string::npos) << report.outcome.what;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "motion/saved.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
@@ -54,15 +55,15 @@ class SnapshotTest : public testing::TestWithParam<MotionOptions> {};
 TEST_P(SnapshotTest, ARestoredRunGoesOnBitByBit) {
   Simulation whole(make_system(), GetParam()), first(make_system(), GetParam()), second(make_system(), GetParam());
 
-  ASSERT_TRUE(whole.advance(0.3).ok());
-  ASSERT_TRUE(first.advance(0.3).ok());
-  second.restore(first.snapshot());
+  ASSERT_TRUE(whole.advance_to(0.3).ok());
+  ASSERT_TRUE(first.advance_to(0.3).ok());
+  second.restore(first.save());
 
   ASSERT_TRUE(second.outcome().ok());
   expect_same_bits(second, whole);
   expect_same_history(second.report(), whole.report());
-  ASSERT_TRUE(whole.advance(0.7).ok());
-  ASSERT_TRUE(second.advance(0.7).ok());
+  ASSERT_TRUE(whole.advance_to(0.7).ok());
+  ASSERT_TRUE(second.advance_to(0.7).ok());
   expect_same_bits(second, whole);
   expect_same_history(second.report(), whole.report());
 }
@@ -74,11 +75,11 @@ TEST_P(SnapshotTest, ARestoredMeltGoesOnBitByBit) {
   Simulation whole(scenes::make_melt(8), options), first(scenes::make_melt(8), options),
       second(scenes::make_melt(8), options);
 
-  ASSERT_TRUE(whole.advance(0.1).ok());
-  ASSERT_TRUE(first.advance(0.1).ok());
-  second.restore(first.snapshot());
-  ASSERT_TRUE(whole.advance(0.2).ok());
-  ASSERT_TRUE(second.advance(0.2).ok());
+  ASSERT_TRUE(whole.advance_to(0.1).ok());
+  ASSERT_TRUE(first.advance_to(0.1).ok());
+  second.restore(first.save());
+  ASSERT_TRUE(whole.advance_to(0.2).ok());
+  ASSERT_TRUE(second.advance_to(0.2).ok());
 
   EXPECT_GT(largest_difference(whole.positions(), whole.system().positions), 0.02) << "lists were made anew";
   expect_same_bits(second, whole);
@@ -89,22 +90,23 @@ TEST_P(SnapshotTest, ARestoredMeltGoesOnBitByBit) {
 /// elsewhere.
 TEST_P(SnapshotTest, ARunStoppedOnItsWayTakesTheStepsThatWereLeft) {
   Simulation whole(make_system(), GetParam()), first(make_system(), GetParam()), second(make_system(), GetParam());
-  ASSERT_TRUE(whole.advance(0.1).ok());
-  ASSERT_TRUE(first.advance(0.1).ok());
-  Snapshot snapshot;
+  ASSERT_TRUE(whole.advance_to(0.1).ok());
+  ASSERT_TRUE(first.advance_to(0.1).ok());
+  std::vector<std::byte> saved;
   const auto stop_at_the_seventh_step = [&, left = 7](const MotionReport&) mutable {
-    if (--left == 0) snapshot = first.snapshot();
+    if (--left == 0) saved = first.save();
     return left > 0;
   };
 
-  ASSERT_TRUE(first.advance(0.7, stop_at_the_seventh_step).ok());
+  ASSERT_TRUE(first.advance_to(0.7, stop_at_the_seventh_step).ok());
   ASSERT_LT(first.time(), 0.7);
-  EXPECT_EQ(snapshot.time, first.time());
-  expect_same_bits(snapshot.positions, first.positions());
-  second.restore(snapshot);
-  ASSERT_TRUE(whole.advance(0.7).ok());
-  ASSERT_TRUE(first.advance(0.7).ok());
-  ASSERT_TRUE(second.advance(0.7).ok());
+  const Snapshot inside = unpack(saved, fingerprint_of(first.system()));
+  EXPECT_EQ(inside.time, first.time());
+  expect_same_bits(inside.positions, first.positions());
+  second.restore(saved);
+  ASSERT_TRUE(whole.advance_to(0.7).ok());
+  ASSERT_TRUE(first.advance_to(0.7).ok());
+  ASSERT_TRUE(second.advance_to(0.7).ok());
 
   expect_same_bits(first, whole);
   expect_same_bits(second, whole);
@@ -120,20 +122,20 @@ INSTANTIATE_TEST_SUITE_P(Methods, SnapshotTest,
                                                        .atol = 1e-8,
                                                        .stabilisation = Stabilisation::None}),
                          [](const auto& instance) {
-                           return std::string(method_name(instance.param.method)) +
+                           return std::string(name_of(instance.param.method)) +
                                   (instance.param.stabilisation == Stabilisation::None ? "_drifting" : "");
                          });
 
 TEST(SnapshotOfRattleTest, RestoringTwiceGivesTheSameMotion) {
   Simulation simulation(make_system(), {.method = Method::Rattle, .step = 0.001});
-  ASSERT_TRUE(simulation.advance(0.1).ok());
-  const Snapshot snapshot = simulation.snapshot();
+  ASSERT_TRUE(simulation.advance_to(0.1).ok());
+  const std::vector<std::byte> saved = simulation.save();
 
-  simulation.restore(snapshot);
-  ASSERT_TRUE(simulation.advance(0.2).ok());
+  simulation.restore(saved);
+  ASSERT_TRUE(simulation.advance_to(0.2).ok());
   const std::vector<double> once(simulation.positions().begin(), simulation.positions().end());
-  simulation.restore(snapshot);
-  ASSERT_TRUE(simulation.advance(0.2).ok());
+  simulation.restore(saved);
+  ASSERT_TRUE(simulation.advance_to(0.2).ok());
 
   expect_same_bits(simulation.positions(), once);
 }
@@ -141,11 +143,11 @@ TEST(SnapshotOfRattleTest, RestoringTwiceGivesTheSameMotion) {
 TEST(SnapshotReportTest, WorkIsCountedOn) {
   const MotionOptions options{.method = Method::Rk4, .step = 0.01};
   Simulation first(make_system(), options), second(make_system(), options);
-  ASSERT_TRUE(first.advance(0.1).ok());
-  Snapshot snapshot = first.snapshot();
+  ASSERT_TRUE(first.advance_to(0.1).ok());
+  Snapshot snapshot = open_saved(first);
   snapshot.report.times = {.evaluate = 100, .assemble = 200, .factor = 300, .solve = 400};
 
-  second.restore(snapshot);
+  restore(snapshot, &second);
 
   EXPECT_EQ(second.report().counters.factorizations, first.report().counters.factorizations);
   EXPECT_EQ(second.report().counters.evaluations, first.report().counters.evaluations);
@@ -156,11 +158,11 @@ TEST(SnapshotReportTest, WorkIsCountedOn) {
 /// A bead half a rod too far out: nothing is projected.
 TEST(SnapshotStateTest, IsTakenAsItIs) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.01});
-  Snapshot snapshot = simulation.snapshot();
+  Snapshot snapshot = open_saved(simulation);
   snapshot.positions[3] = 0.15;
   snapshot.velocities[3] = 2.0;
 
-  simulation.restore(snapshot);
+  restore(snapshot, &simulation);
 
   EXPECT_EQ(simulation.positions()[3], 0.15);
   EXPECT_EQ(simulation.velocities()[3], 2.0);
@@ -173,15 +175,15 @@ TEST(SnapshotStateTest, NothingIsLeftOfTheMotionBefore) {
   system.forces.push_back(Springs{"spring", {{0, 1}}, 5.0, 0.0, {}});
   const MotionOptions options{.method = Method::Rattle, .step = 0.01};
   Simulation moved(system, options), fresh(system, options);
-  ASSERT_TRUE(moved.advance(0.1).ok());
-  Snapshot snapshot = moved.snapshot();
+  ASSERT_TRUE(moved.advance_to(0.1).ok());
+  Snapshot snapshot = open_saved(moved);
   for (const std::size_t i : {3u, 4u, 5u}) snapshot.positions[i] = i == 4 ? 0.1 : 0.0;
   for (double& v : snapshot.velocities) v = 0.0;
 
-  moved.restore(snapshot);
-  fresh.restore(snapshot);
-  ASSERT_TRUE(moved.advance(0.2).ok());
-  ASSERT_TRUE(fresh.advance(0.2).ok());
+  restore(snapshot, &moved);
+  restore(snapshot, &fresh);
+  ASSERT_TRUE(moved.advance_to(0.2).ok());
+  ASSERT_TRUE(fresh.advance_to(0.2).ok());
 
   expect_same_bits(moved, fresh);
 }
@@ -189,7 +191,7 @@ TEST(SnapshotStateTest, NothingIsLeftOfTheMotionBefore) {
 std::string error_of(const Snapshot& snapshot) {
   Simulation simulation(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.01});
   try {
-    simulation.restore(snapshot);
+    restore(snapshot, &simulation);
   } catch (const InputError& error) {
     EXPECT_EQ(simulation.time(), 0.0);
     EXPECT_EQ(simulation.positions()[3], 0.1) << "a bad snapshot changes nothing";
@@ -199,7 +201,7 @@ std::string error_of(const Snapshot& snapshot) {
 }
 
 TEST(SnapshotErrorTest, NamesWhatDoesNotFit) {
-  const Snapshot good = Simulation(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.01}).snapshot();
+  const Snapshot good = open_saved(Simulation(scenes::make_pendulum(), {.method = Method::Rk4, .step = 0.01}));
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   const auto with = [&](const auto& change) {
     Snapshot snapshot = good;

@@ -21,7 +21,7 @@ TEST_P(StepWithEventsTest, AllocatesOnlyWhereEquationsAreSwitched) {
   std::size_t turns = 0, steps = 0, allocations = 0;
   block.switch_times.reserve(100);
 
-  const Outcome outcome = travel.advance(
+  const Outcome outcome = travel.advance_to(
       20.0, [&, events = std::size_t{0}, before = allocation::AllocationCounter()](const MotionReport& report) mutable {
         const std::size_t now = before.count();
         if (report.events == events && report.steps > 1) {
@@ -49,13 +49,13 @@ TEST_P(StepPastSingularPlacesTest, AllocatesNothing) {
   MotionOptions options{.method = GetParam(), .rtol = 1e-8, .atol = 1e-10};
   if (has_fixed_steps(options.method)) options.step = 1e-2;
   Simulation simulation(scene.system, options, {.threads = 1});
-  const Snapshot start = simulation.snapshot();
-  ASSERT_TRUE(simulation.advance(scene.t_end).ok()) << simulation.outcome().what;
+  const std::vector<std::byte> start = simulation.save();
+  ASSERT_TRUE(simulation.advance_to(scene.t_end).ok()) << simulation.outcome().what;
   simulation.restore(start);
   std::size_t allocations = 0;
   std::unique_ptr<allocation::AllocationCounter> counter;
 
-  const Outcome outcome = simulation.advance(scene.t_end, [&](const MotionReport& report) {
+  const Outcome outcome = simulation.advance_to(scene.t_end, [&](const MotionReport& report) {
     if (counter == nullptr && report.singular_passages.count == 1)
       counter = std::make_unique<allocation::AllocationCounter>();
     if (counter != nullptr) allocations = counter->count();
@@ -69,10 +69,10 @@ TEST_P(StepPastSingularPlacesTest, AllocatesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, StepPastSingularPlacesTest,
                          testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Rattle),
-                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 INSTANTIATE_TEST_SUITE_P(Methods, StepWithEventsTest, testing::Values(Method::Rk4, Method::Dopri5, Method::Rattle),
-                         [](const auto& instance) { return std::string(method_name(instance.param)); });
+                         [](const auto& instance) { return std::string(name_of(instance.param)); });
 
 }  // namespace
 }  // namespace tanor

@@ -13,7 +13,7 @@ TEST(ImplicitStepTest, AllocatesNothing) {
     if (method == Method::GeneralizedAlpha) options.step = 1e-3;
     Simulation simulation(scenes::make_damped_chain(100), options, {.threads = 1});
 
-    EXPECT_EQ(allocation::count_in_steady_steps(&simulation), 0u) << method_name(method);
+    EXPECT_EQ(allocation::count_in_steady_steps(&simulation), 0u) << name_of(method);
   }
 }
 

@@ -60,7 +60,7 @@ TEST_P(SteadyStepTest, AllocatesNothingWhereEachIsAnAdvance) {
   Simulation simulation(scene.build(), make_options(method), {.threads = threads});
   const auto advance = [&](int from, int to) {
     for (int k = from; k <= to; ++k) {
-      if (!simulation.advance(1e-3 * k).ok()) return false;
+      if (!simulation.advance_to(1e-3 * k).ok()) return false;
     }
     return true;
   };

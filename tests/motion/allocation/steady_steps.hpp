@@ -27,14 +27,14 @@ using Steps = std::tuple<Scene, Method, int>;
 
 inline std::string name_steps(const testing::TestParamInfo<Steps>& instance) {
   const auto& [scene, method, threads] = instance.param;
-  return scene.name + "_" + std::string(method_name(method)) + "_" + std::to_string(threads);
+  return scene.name + "_" + std::string(name_of(method)) + "_" + std::to_string(threads);
 }
 
 /// Allocations in 20 steps of a simulation, after 3 to warm up; one more follows, so that the count falls between two.
 inline std::size_t count_in_steady_steps(Simulation* simulation) {
   std::size_t count = 0;
   std::unique_ptr<AllocationCounter> counter;
-  const Outcome outcome = simulation->advance(1.0, [&](const MotionReport& report) {
+  const Outcome outcome = simulation->advance_to(1.0, [&](const MotionReport& report) {
     if (report.steps == 3) counter = std::make_unique<AllocationCounter>();
     if (report.steps == 23) count = counter->count();
     return report.steps < 24;

@@ -1,0 +1,178 @@
+#include "simulation/motion_measures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+
+#include "base/text.hpp"
+#include "base/vec3.hpp"
+
+namespace tanor {
+
+double EnergyReport::drift_relative() const {
+  const double drift = now - start - work_of_supports - work_of_forces - work_of_friction;
+  return scale > 0.0 ? drift / scale : 0.0;
+}
+
+namespace {
+
+constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsilon();
+constexpr const char* drifts = "the energy drifts by ";
+
+}  // namespace
+
+void MotionMeasures::begin() {
+  const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
+  report_.energy.start = energy.kinetic + energy.potential;
+  report_.energy.now = report_.energy.start;
+  report_.energy.potential_at_start = energy.potential;
+  report_.energy.scale =
+      std::max(rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall()), energy.kinetic);
+  warn_of_tolerance();
+  report_.position_violation = model_.position_violation(state_.t, points_.r.data());
+  report_.velocity_violation = model_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
+  report_.acceleration_violation = form_.last_solve().residual;
+}
+
+/// Projections know what they leave; without them it is measured here.
+void MotionMeasures::measure_violations(const StepResult& step) {
+  double position = step.position_violation, velocity = step.velocity_violation;
+  if (options_.stabilisation == Stabilisation::None || !step.is_settled) {
+    write_points();
+    position = model_.position_violation(state_.t, points_.r.data());
+    velocity = model_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
+  }
+  report_.position_violation = std::max(report_.position_violation, position);
+  report_.velocity_violation = std::max(report_.velocity_violation, velocity);
+}
+
+void MotionMeasures::take(const StepResult& step, bool is_sound) {
+  ++report_.steps;
+  report_.time = state_.t;
+  measure_violations(step);
+  if (step.is_settled && integration_.knows_acceleration()) measure_acceleration();
+  const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
+  report_.energy.now = energy.kinetic + energy.potential;
+  report_.energy.work_of_supports = state_.work.supports;
+  report_.energy.work_of_forces = state_.work.forces;
+  report_.energy.work_of_friction = state_.work.friction;
+  report_.energy.scale =
+      std::max({report_.energy.scale, energy.kinetic, std::abs(energy.potential - report_.energy.potential_at_start),
+                rounding_of_energies * std::abs(energy.potential), std::abs(state_.work.supports),
+                std::abs(state_.work.forces), std::abs(state_.work.friction)});
+  if (model_.has_friction()) measure_friction(is_sound);
+  watch_accuracy();
+  report_.counters = model_.counters;
+  report_.times = model_.times;
+}
+
+/// K'w + phi of the last accelerations.
+void MotionMeasures::measure_acceleration() {
+  report_.acceleration_violation = std::max(report_.acceleration_violation, form_.last_solve().residual);
+}
+
+/// What the energies of a motion through the length and at the speed of each neighbourhood would be, J.
+double MotionMeasures::energy_of_a_fall() const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const double speed = model_.scales.speed(model_.scales.of_point(i));
+    sum += 0.5 * model_.mass[i] * speed * speed;
+  }
+  return sum;
+}
+
+/// An absolute tolerance that leaves a neighbourhood less than four digits.
+void MotionMeasures::warn_of_tolerance() {
+  constexpr double coarse = 1e-4;
+  if (!integration_.scheme().is_adaptive() || !(options_.atol > 0.0)) return;
+  std::size_t smallest = 0;
+  for (std::size_t k = 0; k + 1 < model_.scales.size(); ++k)
+    if (model_.scales.length(k) < model_.scales.length(smallest)) smallest = k;
+  const double length = model_.scales.length(smallest);
+  if (!(options_.atol > coarse * length)) return;
+  std::array<char, 16> part{};
+  std::snprintf(part.data(), part.size(), "%.3g", options_.atol / length);
+  report_.accuracy_warning = "the absolute tolerance, " + text(options_.atol) + " m, is " + std::string(part.data()) +
+                             " of the size of what moves, " + text(length) + " m; left out, it is 1e-10 of that size";
+}
+
+/// What the energy may miss though all velocities and positions are within some thousand tolerances, J: nothing moves
+/// yet.
+double MotionMeasures::tolerated_energy() {
+  constexpr double tolerances = 1e4;
+  if (!integration_.scheme().is_adaptive()) return 0.0;
+  write_points();
+  double sum = 0.0;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const double speed = norm(load(points_.v.data(), i)), atol = model_.scales.velocity_tolerance(options_.atol, i);
+    // m v dv + m a dr
+    const double of_velocity = (speed + tolerances * atol) * (atol + options_.rtol * speed);
+    const double acceleration = model_.scales.accelerations()[i];
+    sum +=
+        tolerances * model_.mass[i] * (of_velocity + acceleration * model_.scales.position_tolerance(options_.atol, i));
+  }
+  return sum;
+}
+
+/// A motion that its steps cannot follow is told by what it does: a fixed step turns it far, or the energy drifts.
+void MotionMeasures::watch_accuracy() {
+  constexpr double longest_turn = 0.4;
+  std::string& warning = report_.accuracy_warning;
+  const bool is_of_drift = warning.find(drifts) != std::string::npos;
+  if (!warning.empty() && !is_of_drift) return;
+  const double turn = integration_.scheme().is_adaptive() ? 0.0 : integration_.turn();
+  watch_drift(turn);
+  warning = turn > longest_turn
+                ? "steps may be too long: one turns the motion by " + text(turn) + " rad at t = " + text(state_.t)
+                : explain_drift();
+}
+
+void MotionMeasures::watch_drift(double turn) {
+  const bool is_adaptive = integration_.scheme().is_adaptive();
+  EnergyReport& energy = report_.energy;
+  const double drift = std::abs(energy.drift_relative()) * energy.scale;
+  if (!(drift > energy.largest_drift) || !(is_adaptive || turn > 0.0) || !(drift > tolerated_energy())) return;
+  energy.largest_drift = drift;
+  energy.largest_drift_time = state_.t;
+}
+
+/// Beside all that has flowed so far; empty: it is little.
+std::string MotionMeasures::explain_drift() const {
+  constexpr double largest_drift = 1e-2, least_drift = 1e-4, drift_of_rtol = 1e4;
+  const bool is_adaptive = integration_.scheme().is_adaptive();
+  const double allowed =
+      is_adaptive ? std::clamp(drift_of_rtol * options_.rtol, least_drift, largest_drift) : largest_drift;
+  const EnergyReport& energy = report_.energy;
+  if (!(energy.largest_drift > allowed * energy.scale)) return "";
+  return std::string(is_adaptive ? "the tolerance may be missed: " : "steps may be too long: ") + drifts +
+         text(energy.largest_drift / energy.scale) + " of its scale at t = " + text(energy.largest_drift_time);
+}
+
+/// At a step's end; iterations are counted wherever friction was found.
+void MotionMeasures::measure_friction(bool is_sound) {
+  const FrictionReport& last = form_.last_solve().friction;
+  FrictionSummary& all = report_.friction;
+  all.solves = model_.counters.friction_solves;
+  const auto iterations = static_cast<double>(model_.counters.friction_iterations);
+  all.iterations_mean = all.solves > 0 ? iterations / static_cast<double>(all.solves) : 0.0;
+  all.iterations_max = std::max(all.iterations_max, last.iterations);
+  all.contraction_max = std::max(all.contraction_max, last.contraction);
+  all.residual_max = std::max(all.residual_max, last.residual);
+  all.method_used = std::max(all.method_used, last.method_used);
+  const bool is_first = all.uniqueness == Uniqueness::NotAsked;
+  if (is_first || std::isnan(last.error_bound) || last.error_bound > all.error_bound)
+    all.error_bound = last.error_bound;
+  if (last.uniqueness > all.uniqueness) all.uniqueness_reason = last.uniqueness_reason;
+  all.uniqueness = std::max(all.uniqueness, last.uniqueness);
+  if (is_sound && last.uniqueness == Uniqueness::Several && all.several++ == 0) all.first_several = state_.t;
+}
+
+void MotionMeasures::write_points() {
+  form_.write_points(state_.t, state_.x.data(), state_.v.data(), state_.a.data(), points_.r.data(), points_.v.data(),
+                     points_.w.data());
+}
+
+}  // namespace tanor

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tanor/motion.hpp>
+
+#include "dynamics/equations_of_motion.hpp"
+#include "dynamics/model.hpp"
+#include "motion/integration.hpp"
+
+namespace tanor {
+
+/// Positions, velocities and accelerations of all points, [3n] each, in the inner order.
+struct PointState {
+  std::vector<double> r, v, w;
+};
+
+/// Measures a motion for its report: violations, energy and its drift, friction. Warns where these say that the motion
+/// is less exact than what was asked for.
+class MotionMeasures {
+ public:
+  /// All arguments outlive it. `points` is overwritten with the present state wherever it is needed.
+  MotionMeasures(const MotionOptions& options, Model& model, EquationsOfMotion& form, Integration& integration,
+                 PointState* points, MotionReport* report)
+      : options_(options),
+        model_(model),
+        form_(form),
+        integration_(integration),
+        state_(integration.state),
+        points_(*points),
+        report_(*report) {}
+
+  /// At the start, whose points are there.
+  void begin();
+  /// After a step; `is_sound`: nothing failed so far.
+  void take(const StepResult& step, bool is_sound);
+  /// K'w + phi of the last accelerations.
+  void measure_acceleration();
+  /// At a step's end; iterations are counted wherever friction was found.
+  void measure_friction(bool is_sound);
+
+ private:
+  void measure_violations(const StepResult& step);
+  double energy_of_a_fall() const;
+  void warn_of_tolerance();
+  double tolerated_energy();
+  void watch_accuracy();
+  void watch_drift(double turn);
+  std::string explain_drift() const;
+  void write_points();
+
+  const MotionOptions& options_;
+  Model& model_;
+  EquationsOfMotion& form_;
+  Integration& integration_;
+  State& state_;
+  PointState& points_;
+  MotionReport& report_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,18 @@
+#include <tanor/enum_names.hpp>
+
+namespace tanor {
+
+std::string PlanSummary::linear_solver() const {
+  return names_of(linear_solvers);
+}
+
+std::string PlanSummary::ordering() const {
+  return orderings.empty() ? "none" : names_of(orderings);
+}
+
+std::string PlanSummary::factorization() const {
+  if (!factorizations.empty()) return names_of(factorizations);
+  return linear_solvers == std::vector{LinearSolver::General} ? "none" : linear_solver();
+}
+
+}  // namespace tanor

@@ -1,0 +1,227 @@
+#include "simulation/saved_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+#include <type_traits>
+
+#include <tanor/enum_names.hpp>
+
+#include "base/checksum.hpp"
+#include "base/text.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr std::uint32_t format = 1;
+
+struct Header {
+  std::array<char, 8> magic{'t', 'a', 'n', 'o', 'r', ' ', 's', 't'};
+  std::uint32_t version = format;
+  std::uint32_t byte_order = 0x01020304;  // reads otherwise on a machine with another order
+  std::uint64_t fingerprint = 0;
+};
+
+[[noreturn]] void refuse(const std::string& why) {
+  throw InputError("/snapshot", why);
+}
+
+template <class Number>
+concept PlainNumber = std::is_arithmetic_v<Number> || std::is_enum_v<Number>;
+
+template <class Enum>
+bool is_value(Enum value) {
+  return name_of(value) != "?";
+}
+bool is_value(Method method) {
+  return std::ranges::any_of(methods(), [&](const MethodTraits& each) { return each.method == method; });
+}
+
+/// Appends numbers, texts and lists to bytes.
+class Writer {
+ public:
+  explicit Writer(std::vector<std::byte>* bytes) : bytes_(*bytes) {}
+
+  template <class... Values>
+  void operator()(Values&... values) {
+    (put(values), ...);
+  }
+
+ private:
+  template <class Values>
+  void append(const Values& values) {
+    const auto bytes = std::as_bytes(std::span(values));
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  }
+  template <PlainNumber Number>
+  void put(const Number& number) {
+    append(std::span(&number, 1));
+  }
+  /// Of numbers or characters.
+  template <class List>
+  void put(const List& list) {
+    const std::uint64_t size = list.size();
+    put(size);
+    append(list);
+  }
+
+  std::vector<std::byte>& bytes_;
+};
+
+/// Reads back what a Writer wrote.
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> bytes) : left_(bytes) {}
+
+  template <class... Values>
+  void operator()(Values&... values) {
+    (take(values), ...);
+  }
+  void finish() const {
+    if (!left_.empty()) refuse("it holds " + text(left_.size()) + " bytes too many");
+  }
+
+ private:
+  void copy(void* to, std::size_t size) {
+    if (size > left_.size()) refuse("it ends too early");
+    if (size > 0) std::memcpy(to, left_.data(), size);
+    left_ = left_.subspan(size);
+  }
+  template <PlainNumber Number>
+  void take(Number& number) {
+    copy(&number, sizeof number);
+    if constexpr (std::is_enum_v<Number>) {
+      if (!is_value(number)) refuse("it holds " + text(static_cast<int>(number)) + ", no value of an enumeration");
+    }
+  }
+  template <class List>
+  void take(List& list) {
+    std::uint64_t size = 0;
+    take(size);
+    if (size > left_.size() / sizeof(typename List::value_type)) refuse("it ends too early");
+    list.resize(size);
+    copy(list.data(), size * sizeof(typename List::value_type));
+  }
+
+  std::span<const std::byte> left_;
+};
+
+/// archive(number …) for everything in a snapshot, in one order for both directions.
+template <class Archive, class Counters>
+void exchange_counters(Archive& archive, Counters& counters) {
+  archive(counters.evaluations, counters.factorizations, counters.solves, counters.iterations,
+          counters.split_factorizations, counters.rank_decisions, counters.friction_solves,
+          counters.friction_iterations);
+}
+
+template <class Archive, class Energy>
+void exchange_energy(Archive& archive, Energy& energy) {
+  archive(energy.start, energy.now, energy.potential_at_start, energy.work_of_supports, energy.work_of_forces,
+          energy.work_of_friction, energy.scale, energy.largest_drift, energy.largest_drift_time);
+}
+
+template <class Archive, class Friction>
+void exchange_friction(Archive& archive, Friction& friction) {
+  archive(friction.solves, friction.iterations_mean, friction.iterations_max, friction.contraction_max,
+          friction.error_bound, friction.uniqueness, friction.method_used, friction.residual_max, friction.several,
+          friction.first_several, friction.uniqueness_reason);
+}
+
+template <class Archive, class Report>
+void exchange_report(Archive& archive, Report& report) {
+  archive(report.method, report.method_reason, report.time, report.steps, report.rejected, report.last_step,
+          report.accuracy_warning, report.events, report.last_event);
+  archive(report.start.position_correction, report.start.velocity_correction, report.start.relative);
+  archive(report.position_violation, report.velocity_violation, report.acceleration_violation,
+          report.reciprocal_condition, report.reciprocal_condition_time);
+  archive(report.rank_changes.start, report.rank_changes.now, report.rank_changes.count, report.rank_changes.first);
+  archive(report.singular_passages.count, report.singular_passages.first);
+  archive(report.times.evaluate, report.times.assemble, report.times.factor, report.times.solve, report.times.friction);
+  exchange_energy(archive, report.energy);
+  exchange_friction(archive, report.friction);
+  exchange_counters(archive, report.counters);
+}
+
+template <class Archive, class AnySnapshot>
+void exchange(Archive& archive, AnySnapshot& snapshot) {
+  archive(snapshot.time, snapshot.positions, snapshot.velocities);
+  exchange_report(archive, snapshot.report);
+  archive(snapshot.next_step, snapshot.last_error, snapshot.advance_begin, snapshot.advance_end,
+          snapshot.discrete_state, snapshot.event_slopes, snapshot.memory, snapshot.drive_memory,
+          snapshot.singular_memory, snapshot.rounding_memory, snapshot.stiff_memory, snapshot.state_before);
+}
+
+/// The header and the numbers, without the checksum.
+std::span<const std::byte> check_frame(std::span<const std::byte> bytes, std::uint64_t fingerprint) {
+  const Header wanted;
+  Header header;
+  std::uint64_t sum = 0;
+  const std::size_t compared = std::min(bytes.size(), sizeof header.magic);
+  if (compared == 0 || std::memcmp(bytes.data(), wanted.magic.data(), compared) != 0)
+    refuse("these are no bytes that a Simulation saved");
+  if (bytes.size() < sizeof header + sizeof sum) refuse("it ends too early");
+  std::memcpy(&header, bytes.data(), sizeof header);
+  if (header.byte_order != wanted.byte_order) refuse("it was saved on a machine with another order of bytes");
+  if (header.version != wanted.version)
+    refuse("its format is " + text(header.version) + ", this version of tanor reads " + text(wanted.version));
+  Checksum found;
+  found.add(bytes.first(bytes.size() - sizeof sum));
+  std::memcpy(&sum, bytes.last(sizeof sum).data(), sizeof sum);
+  if (sum != found.value()) refuse("it is damaged or cut off: its checksum is another one");
+  if (header.fingerprint != fingerprint) refuse("it belongs to another system");
+  return bytes.subspan(sizeof header, bytes.size() - sizeof header - sizeof sum);
+}
+
+}  // namespace
+
+std::uint64_t fingerprint_of(const System& system) {
+  Checksum sum;
+  const auto add = [&](std::size_t number) { sum.add(std::span<const std::size_t>(&number, 1)); };
+  const auto add_entries = [&](const auto& entries) {
+    add(entries.size());
+    for (const auto& entry : entries) add(entry.index());
+  };
+  add(system.num_points());
+  sum.add(std::span<const double>(system.masses));
+  sum.add(std::span<const double>(system.positions));
+  for (const Support& support : system.supports) {
+    add(support.points.size());
+    sum.add(std::span<const Index>(support.points));
+  }
+  add_entries(system.constraints);
+  for_each_member(system, [&](std::span<const Index> points, int) {
+    add(points.size());
+    sum.add(points);
+  });
+  add_entries(system.forces);
+  add_entries(system.friction);
+  add_entries(system.coordinates);
+  return sum.value();
+}
+
+std::vector<std::byte> pack(const Snapshot& snapshot, std::uint64_t fingerprint) {
+  Header header;
+  header.fingerprint = fingerprint;
+  const auto first = std::as_bytes(std::span(&header, 1));
+  std::vector<std::byte> bytes(first.begin(), first.end());
+  Writer writer(&bytes);
+  exchange(writer, snapshot);
+  Checksum sum;
+  sum.add(bytes);
+  const std::uint64_t value = sum.value();
+  writer(value);
+  return bytes;
+}
+
+Snapshot unpack(std::span<const std::byte> bytes, std::uint64_t fingerprint) {
+  Reader reader(check_frame(bytes, fingerprint));
+  Snapshot snapshot;
+  exchange(reader, snapshot);
+  reader.finish();
+  return snapshot;
+}
+
+}  // namespace tanor
