@@ -186,8 +186,7 @@ struct Simulation::Implementation {
       model.coordinates.scatter(state.x.data(), at->coordinates.data());
       model.coordinates.scatter(state.v.data(), at->coordinate_rates.data());
     }
-    Outcome known =
-        forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), points.w.data());
+    Outcome known = forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), points.w.data());
     numbering.scatter_rows(rows, at->multipliers);
     numbering.scatter_points(points.w, at->reactions);
     // What supports carry: eta + f there
@@ -201,7 +200,7 @@ struct Simulation::Implementation {
   Solution solve_on_the_way() {
     Solution at = make_solution(model.system, now.coordinates.size());
     std::vector<double> at_a(form.size());
-    at.outcome = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, at_a.data());
+    at.outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate), at_a.data());
     form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), points.r.data(), points.v.data(),
                       points.w.data());
     if (at.outcome.ok()) {
