@@ -210,7 +210,7 @@ void NormalForm::remember_gradients() {
 /// s_0 to s_1 is an eigenvalue s_0/s_1 of it: that of the largest one of 1 - C, found by power iteration.
 double NormalForm::compare_gradients() {
   if (before_.blocks.empty()) return 1.0;
-  if (redundancy_.is_found()) return 0.0;
+  if (redundancy_.is_found() || is_compliant_) return 0.0;
   const Stopwatch watch(&model_.times.solve);
   constexpr int most_iterations = 10, least_iterations = 4;
   constexpr double hopeless = 0.7;
@@ -219,7 +219,15 @@ double NormalForm::compare_gradients() {
   x.resize(num_rows());
   y.resize(num_rows());
   move.assign(size(), 0.0);
-  for (std::size_t a = 0; a < x.size(); ++a) x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
+  // Rows without a gradient (of contacts that slide, of supports alone) do not turn. C is 0 there, and the eigenvalue 1
+  // of 1 - C would hide the others.
+  std::fill(x.begin(), x.end(), 0.0);
+  for (const Incidence& incidence : model_.incidences) {
+    const bool moves = model_.inverse_mass[static_cast<std::size_t>(incidence.point)] > 0.0;
+    const auto a = static_cast<std::size_t>(incidence.row);
+    if (moves && norm(load(before_.blocks.data(), incidence.block)) > 0.0)
+      x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
+  }
   double eigenvalue = 0.0;  // of 1 - C
   for (int k = 0; k < most_iterations; ++k) {
     model_.gather.write_scaled(model_.parallel, before_.blocks.data(), x.data(), model_.inverse_mass.data(),
