@@ -179,51 +179,57 @@ std::vector<Index> list_lone_points(const System& system, const Lists<Index>& po
   return result;
 }
 
-}  // namespace
-
-Numbering number(const System& system) {
-  const std::size_t num_points = system.num_points();
-  std::vector<char> is_support(num_points, 0);
-  for (const Support& support : system.supports) {
-    for (const Index point : support.points) is_support[point] = 1;
-  }
-
-  // Members and the moving points that they join.
-  Lists<Index> points_of_member;
-  std::vector<Index> user_first_row{0};  // of each member, and the number of rows
-  const auto add_member = [&](std::span<const Index> points, int rows) {
-    for (const Index point : points) {
-      if (!is_support[point]) points_of_member.entries.push_back(point);
+/// Makes a numbering, island by island.
+class Maker {
+ public:
+  explicit Maker(const System& system) : is_support_(system.num_points(), 0) {
+    for (const Support& support : system.supports) {
+      for (const Index point : support.points) is_support_[point] = 1;
     }
-    points_of_member.end_list();
-    user_first_row.push_back(user_first_row.back() + rows);
-  };
-  for_each_member(system, add_member);
-  Numbering result;
-  result.num_user_rows = static_cast<std::size_t>(user_first_row.back());
-  for (const Contact& contact : list_contacts(system)) {
-    if (contact.can_stick) add_member({&contact.point, 1}, contact.num_tangents());
+    list_members(system);
+    joints_of_point_ = list_joints(points_of_member_, system.num_points());
+    result_.user_point.reserve(system.num_points());
+    result_.inner_point.assign(system.num_points(), -1);
+    result_.user_row.reserve(user_first_row_.back());
+    result_.member_row.assign(points_of_member_.size(), -1);
+    result_.island_start.push_back(0);
   }
-  const Lists<Joint> joints_of_point = list_joints(points_of_member, num_points);
-  const std::size_t num_members = points_of_member.size();
 
-  result.user_point.reserve(num_points);
-  result.inner_point.assign(num_points, -1);
-  result.user_row.reserve(user_first_row.back());
-  result.member_row.assign(num_members, -1);
-  result.island_start.push_back(0);
-  const auto append_point = [&](Index point) {
-    result.inner_point[point] = static_cast<Index>(result.user_point.size());
-    result.user_point.push_back(point);
-  };
+  Numbering make(const System& system) {
+    Islands islands(points_of_member_, joints_of_point_);
+    append_islands(list_lone_points(system, points_of_member_, joints_of_point_), &islands);
+    append_rest(islands);
+    return std::move(result_);
+  }
 
-  const auto append_member = [&](Index member) {
-    result.member_row[member] = static_cast<Index>(result.user_row.size());
-    for (Index row = user_first_row[member]; row < user_first_row[member + 1]; ++row) result.user_row.push_back(row);
-  };
+ private:
+  /// Members and the moving points that they join.
+  void list_members(const System& system) {
+    const auto add_member = [&](std::span<const Index> points, int rows) {
+      for (const Index point : points) {
+        if (!is_support_[point]) points_of_member_.entries.push_back(point);
+      }
+      points_of_member_.end_list();
+      user_first_row_.push_back(user_first_row_.back() + rows);
+    };
+    for_each_member(system, add_member);
+    result_.num_user_rows = static_cast<std::size_t>(user_first_row_.back());
+    for (const Contact& contact : list_contacts(system)) {
+      if (contact.can_stick) add_member({&contact.point, 1}, contact.num_tangents());
+    }
+  }
 
-  // Round a ring, the member between two points after the first one of them.
-  const auto append_ring = [&](const Island& island) {
+  void append_point(Index point) {
+    result_.inner_point[point] = static_cast<Index>(result_.user_point.size());
+    result_.user_point.push_back(point);
+  }
+  void append_member(Index member) {
+    result_.member_row[member] = static_cast<Index>(result_.user_row.size());
+    for (Index row = user_first_row_[member]; row < user_first_row_[member + 1]; ++row) result_.user_row.push_back(row);
+  }
+
+  /// Round a ring, the member between two points after the first one of them.
+  void append_ring(const Island& island) {
     const auto other = [](std::span<const Index> pair, Index one) { return pair[0] == one ? pair[1] : pair[0]; };
     Index point = 0, member = island.members_of_point[0][0];
     for (std::size_t k = 0; k < island.points.size(); ++k) {
@@ -232,15 +238,13 @@ Numbering number(const System& system) {
       point = other(island.points_of_member[member], point);
       member = other(island.members_of_point[point], member);
     }
-  };
+  }
 
-  // Others from a far end (two searches find one), then backwards: what lies farthest comes first.
-  Search search;
-  std::vector<char> is_numbered;  // [member of the island]
-  const auto append_from_far_end = [&](const Island& island) {
-    const Index far_end = search.visit(island, static_cast<Index>(island.points.size()) - 1).back();
-    const std::vector<Index>& order = search.visit(island, far_end);
-    is_numbered.assign(island.members.size(), 0);
+  /// Others from a far end (two searches find one), then backwards: what lies farthest comes first.
+  void append_from_far_end(const Island& island) {
+    const Index far_end = search_.visit(island, static_cast<Index>(island.points.size()) - 1).back();
+    const std::vector<Index>& order = search_.visit(island, far_end);
+    is_numbered_.assign(island.members.size(), 0);
     for (auto point = order.rbegin(); point != order.rend(); ++point) {
       append_point(island.points[*point]);
       // A member is numbered with the first of its points: in a tree that is the rod towards the root. Those of this
@@ -248,36 +252,53 @@ Numbering number(const System& system) {
       for (const bool alone : {true, false}) {
         for (const Index member : island.members_of_point[*point]) {
           if ((island.points_of_member[member].size() == 1) != alone) continue;
-          if (std::exchange(is_numbered[member], 1) == 0) append_member(island.members[member]);
+          if (std::exchange(is_numbered_[member], 1) == 0) append_member(island.members[member]);
         }
       }
     }
-  };
-
-  Islands islands(points_of_member, joints_of_point);
-  std::vector<char> is_alone(num_points, 0);
-  const std::vector<Index> lone_points = list_lone_points(system, points_of_member, joints_of_point);
-  for (const Index point : lone_points) is_alone[point] = 1;
-  auto next_alone = lone_points.begin();
-  for (std::size_t place = 0; place < num_points; ++place) {
-    const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
-    if (islands.have(root) || is_support[root] || joints_of_point[root].empty()) continue;
-    const Island& island = islands.find(root);
-    is_ring(island) ? append_ring(island) : append_from_far_end(island);
-    result.island_start.push_back(static_cast<Index>(result.user_row.size()));
   }
 
-  for (std::size_t member = 0; member < num_members; ++member) {
-    if (result.member_row[member] < 0) append_member(static_cast<Index>(member));
+  /// By their first points; lone points among themselves by their kinds.
+  void append_islands(const std::vector<Index>& lone_points, Islands* islands) {
+    std::vector<char> is_alone(is_support_.size(), 0);
+    for (const Index point : lone_points) is_alone[point] = 1;
+    auto next_alone = lone_points.begin();
+    for (std::size_t place = 0; place < is_support_.size(); ++place) {
+      const Index root = is_alone[place] ? *next_alone++ : static_cast<Index>(place);
+      if (islands->have(root) || is_support_[root] || joints_of_point_[root].empty()) continue;
+      const Island& island = islands->find(root);
+      is_ring(island) ? append_ring(island) : append_from_far_end(island);
+      result_.island_start.push_back(static_cast<Index>(result_.user_row.size()));
+    }
   }
-  for (std::size_t point = 0; point < num_points; ++point) {
-    if (!islands.have(static_cast<Index>(point)) && !is_support[point]) append_point(static_cast<Index>(point));
+
+  /// Members between supports alone, points without constraints, then supports.
+  void append_rest(const Islands& islands) {
+    for (std::size_t member = 0; member < points_of_member_.size(); ++member) {
+      if (result_.member_row[member] < 0) append_member(static_cast<Index>(member));
+    }
+    for (std::size_t point = 0; point < is_support_.size(); ++point) {
+      if (!islands.have(static_cast<Index>(point)) && !is_support_[point]) append_point(static_cast<Index>(point));
+    }
+    result_.num_moving = result_.user_point.size();
+    for (std::size_t point = 0; point < is_support_.size(); ++point) {
+      if (is_support_[point]) append_point(static_cast<Index>(point));
+    }
   }
-  result.num_moving = result.user_point.size();
-  for (std::size_t point = 0; point < num_points; ++point) {
-    if (is_support[point]) append_point(static_cast<Index>(point));
-  }
-  return result;
+
+  std::vector<char> is_support_;
+  Lists<Index> points_of_member_;
+  std::vector<Index> user_first_row_{0};  // of each member, and the number of rows
+  Lists<Joint> joints_of_point_;
+  Search search_;
+  std::vector<char> is_numbered_;  // [member of the island]
+  Numbering result_;
+};
+
+}  // namespace
+
+Numbering number(const System& system) {
+  return Maker(system).make(system);
 }
 
 void Numbering::gather_points(std::span<const double> user, std::span<double> inner, std::size_t width) const {
