@@ -159,6 +159,28 @@ struct Xi {
     };
     return {sum(now) - parameter(linears.value, k, sum)};
   }
+
+  /// (Q - sqrt Q)/sqrt P with Q = a'(sum of u u'/s^2) a, P = a'(sum of u u'/s^4) a over the axes u with radii s.
+  std::vector<Number> operator()(const Ellipsoids& ellipsoids, std::size_t k) const {
+    using Eigen::Vector3d;
+    const Vector3d first = Vector3d(ellipsoids.axis.data()).normalized(), second(ellipsoids.second_axis.data());
+    const Vector3d third = first.cross(second).normalized();
+    const Vector3d axes[] = {first, third.cross(first), third};
+    Eigen::Matrix3d inner = Eigen::Matrix3d::Zero(), outer = inner;
+    for (std::size_t j = 0; j < 3; ++j) {
+      inner += axes[j] * axes[j].transpose() / std::pow(ellipsoids.radii[j], 2);
+      outer += axes[j] * axes[j].transpose() / std::pow(ellipsoids.radii[j], 4);
+    }
+    const Place a = now[ellipsoids.points[k]] - now(ellipsoids.center);
+    const auto square = [&](const Eigen::Matrix3d& form) {
+      Number sum = 0.0;
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) sum += form(i, j) * a[static_cast<std::size_t>(i)] * a[static_cast<std::size_t>(j)];
+      }
+      return sum;
+    };
+    return {(square(inner) - sqrt(square(inner))) / sqrt(square(outer))};
+  }
 };
 
 /// The constraints at one instant.

@@ -6,6 +6,7 @@
 
 #include <tanor/kinds/constraint/angle.hpp>
 #include <tanor/kinds/constraint/circle.hpp>
+#include <tanor/kinds/constraint/ellipsoid.hpp>
 #include <tanor/kinds/constraint/formula.hpp>
 #include <tanor/kinds/constraint/line.hpp>
 #include <tanor/kinds/constraint/linear.hpp>
@@ -35,7 +36,7 @@ namespace tanor {
 
 /// xi(r, t) = 0; built-in ones are lengths (m) with unit gradients, so multipliers are forces (N).
 using Constraint =
-    std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, UserConstraints>;
+    std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, Ellipsoids, UserConstraints>;
 
 /// Active forces f(r, v, t), N.
 using Force = std::variant<Gravity, ConstantForce, Springs, Drag, FormulaForce, PairForces>;
