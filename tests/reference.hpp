@@ -181,6 +181,26 @@ struct Xi {
     };
     return {(square(inner) - sqrt(square(inner))) / sqrt(square(outer))};
   }
+
+  /// The angle of the point, taken apart from that of the wire: 2 rho tan(half the difference), times the cosine of the
+  /// wire's slope.
+  std::vector<Number> operator()(const Helices& helices, std::size_t k) const {
+    const Eigen::Vector3d d = Eigen::Vector3d(helices.axis.data()).normalized();
+    int farthest = 0;
+    d.cwiseAbs().minCoeff(&farthest);
+    const Eigen::Vector3d e = Eigen::Vector3d::Unit(farthest), e1 = (e - d.dot(e) * d).normalized(), e2 = d.cross(e1);
+    const double turns = 2.0 * M_PI / helices.pitch;
+    const auto along = [&](const Configuration& at, const Eigen::Vector3d& u) {
+      return dot(place({u[0], u[1], u[2]}), at[helices.points[k]] - at(helices.origin));
+    };
+    const auto phase = [&](const Configuration& at) {
+      return atan2(along(at, e2), along(at, e1)) - turns * along(at, d);
+    };
+    const Number half = 0.5 * (phase(now) - parameter(helices.phase, k, phase));
+    const Number x = along(now, e1), y = along(now, e2), rho = sqrt(x * x + y * y);
+    const double cosine = 1.0 / std::hypot(1.0, helices.radius * turns);
+    return {rho - helices.radius, 2.0 * cosine * rho * tan(half)};
+  }
 };
 
 /// The constraints at one instant.

@@ -8,6 +8,7 @@
 #include <tanor/kinds/constraint/circle.hpp>
 #include <tanor/kinds/constraint/ellipsoid.hpp>
 #include <tanor/kinds/constraint/formula.hpp>
+#include <tanor/kinds/constraint/helix.hpp>
 #include <tanor/kinds/constraint/line.hpp>
 #include <tanor/kinds/constraint/linear.hpp>
 #include <tanor/kinds/constraint/plane.hpp>
@@ -36,7 +37,7 @@ namespace tanor {
 
 /// xi(r, t) = 0; built-in ones are lengths (m) with unit gradients, so multipliers are forces (N).
 using Constraint =
-    std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, Ellipsoids, UserConstraints>;
+    std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, Ellipsoids, Helices, UserConstraints>;
 
 /// Active forces f(r, v, t), N.
 using Force = std::variant<Gravity, ConstantForce, Springs, Drag, FormulaForce, PairForces>;

@@ -99,6 +99,10 @@ const Kind kinds[] = {
     {"Ellipsoid", [](Random& any) {
        return Ellipsoids{"", {1, 4}, any.vector(), {1.5, 0.8, 1.1}, any.vector(), any.vector()}; }},
     {"EllipsoidMovingCenter", [](Random& any) { return Ellipsoids{"", {1, 4}, any.moving_vector(), {1.5, 0.8, 1.1}}; }},
+    {"HelixInitial", [](Random& any) { return Helices{"", {0, 3}, any.vector(), any.vector(), 1.2, 3.0, {}}; }},
+    {"HelixAllMoves", [](Random& any) {
+       return Helices{"", {0, 3}, any.moving_vector(), any.vector(), 1.2, -4.0,
+                      std::vector{any.length(), any.length()}}; }},
     {"FormulaRod", [](Random&) {
        return UserConstraints{"", {{0, 1}, {5, 2}, {3, 1}},
                               formula_constraint("sqrt((x2-x1)^2 + (y2-y1)^2 + (z2-z1)^2) - 1.2", 2)}; }},
@@ -303,6 +307,7 @@ TEST_P(ConstraintKind, SquaredNormsOfTheBlocksAreKnownWhereTheyNeverChange) {
     }
     const Constraint& constraint = scene.system.constraints[0];
     const bool changes = std::holds_alternative<Angles>(constraint) || std::holds_alternative<Ellipsoids>(constraint) ||
+                         std::holds_alternative<Helices>(constraint) ||
                          std::holds_alternative<UserConstraints>(constraint);
     EXPECT_EQ(squares.size(), changes ? 0 : blocks.size() / 3);
   });
@@ -563,7 +568,7 @@ TEST_F(Knowledge, GradientNormsChangeWithAnglesUsersFunctionsAndKindsWithoutAKer
   for (const Kind& kind : kinds) {
     const std::string name = kind.name;
     const bool changes = name.starts_with("Angle") || name.starts_with("Formula") || name.starts_with("User") ||
-                         name.starts_with("Ellipsoid");
+                         name.starts_with("Ellipsoid") || name.starts_with("Helix");
     EXPECT_EQ(constraints_of(kind.name).gradient_norms_are_constant(), !changes) << kind.name;
   }
 }

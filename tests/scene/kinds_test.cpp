@@ -122,6 +122,21 @@ TEST(Constraints, EllipsoidsHaveRadiiAndAxes) {
   EXPECT_EQ(turned.second_axis, (Vector3{0, 0, 1}));
 }
 
+TEST(Constraints, HelicesHaveAnAxisARadiusAndAPitch) {
+  const auto plain = read_constraint<Helices>(
+      R"("kind": "helix", "points": [1, 2], "origin": [0, 0, 0], "axis": [0, 0, 1], "radius": 2, "pitch": -0.5)");
+  const auto screw = read_constraint<Helices>(
+      R"("kind": "helix", "points": [1], "origin": [0, 0, 0], "axis": [0, 0, 1], "radius": 2, "pitch": 1, )"
+      R"("phase": {"formula": "omega*t"})");
+
+  EXPECT_EQ(plain.points, (std::vector<Index>{1, 2}));
+  EXPECT_EQ(plain.axis, (Vector3{0, 0, 1}));
+  EXPECT_EQ(plain.radius, 2.0);
+  EXPECT_EQ(plain.pitch, -0.5);
+  EXPECT_TRUE(plain.phase.is_initial());
+  EXPECT_EQ(screw.phase.functions.size(), 1u);
+}
+
 TEST(Constraints, AnglesHaveTriplesAndCosine) {
   const auto angles = read_constraint<Angles>(R"("kind": "angle", "triples": [[0, 1, 2]], "cosine": -0.5)");
 
