@@ -65,7 +65,7 @@ def main(arguments: list[str]) -> int:
     lines = subprocess.run([*(nm or ["nm"]), "-D", "--defined-only", "--demangle", library],
                            check=True, capture_output=True, text=True).stdout.splitlines()
     symbols = sorted({re.sub(r"^[0-9a-f]* *\w ", "", line) for line in lines})
-    headers = [file.read_text(encoding="utf-8") for file in pathlib.Path(include_dir, "tanor").iterdir()]
+    headers = [file.read_text(encoding="utf-8") for file in pathlib.Path(include_dir, "tanor").rglob("*.h*")]
     found = complaints(symbols, marked_names(headers))
     print("\n".join(found))
     print(f"{library}: {len(symbols)} names shown, {len(found)} wrong")

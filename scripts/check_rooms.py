@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 # Public headers in the order in which they build on each other: each may include those before it, the standard
 # library and nothing else.
-PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "expression", "time_function", "kernel", "user_kernel", "system",
+PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
+                  "system",
                   "solver_options", "certificate", "dynamics", "inverse_dynamics", "direct_problem", "motion", "enum_names",
                   "tanor"]
 
@@ -25,12 +26,23 @@ class Sees(NamedTuple):
     foreign: str  # headers that belong neither to us nor to the standard library; "x/" is a folder
 
 
+# Headers of a folder of kinds may include one another.
+FOLDER = "kinds/*"
+
+
+def public_name(header: str) -> str:
+    """"tanor/kinds/force/drag.hpp" -> "kinds/*", "tanor/jet.hpp" -> "jet"."""
+    inner = header.removeprefix("tanor/").removesuffix(".hpp").removesuffix(".h")
+    return FOLDER if inner.startswith("kinds/") else inner
+
+
 # room: what it may see. Data flows downwards; look upstream.
 ROOMS = {
     "base":     Sees("", "error", "omp.h"),
     "plan":     Sees("", "export", ""),
     "system":   Sees("base", "system", "Eigen/"),
-    "evaluate": Sees("base system", "system", "Eigen/"),
+    "kinds":    Sees("base system", "system", ""),
+    "evaluate": Sees("base system kinds", "system", "Eigen/"),
     "assembly": Sees("base system evaluate", "system", "Eigen/"),
     "factor":   Sees("base plan", "solver_options", "omp.h cholmod.h SuiteSparseQR.hpp klu.h metis.h Eigen/"),
     "schur":    Sees("base system evaluate assembly factor plan", "solver_options", ""),
@@ -60,7 +72,7 @@ def is_listed(header: str, foreign: str) -> bool:
 
 def wrong_public_header(header: str, last: str) -> str | None:
     """Why `header` (tanor/x.hpp) must not be seen by one who may see the public headers up to `last`."""
-    name = pathlib.PurePath(header).stem
+    name = public_name(header)
     if name not in PUBLIC_HEADERS:
         return "unknown public header: give it its place in PUBLIC_HEADERS"
     if PUBLIC_HEADERS.index(name) > PUBLIC_HEADERS.index(last):
@@ -103,7 +115,8 @@ def wrong_include_of_public_header(own: str, quoted: bool, header: str) -> str |
     if header.startswith("tanor/"):
         if own == "export":
             return "<tanor/export.hpp> stands first"
-        return wrong_public_header(header, PUBLIC_HEADERS[PUBLIC_HEADERS.index(own) - 1])
+        last = own if own == FOLDER else PUBLIC_HEADERS[PUBLIC_HEADERS.index(own) - 1]
+        return wrong_public_header(header, last)
     return None if is_standard(header) else "a user needs the standard library and nothing else"
 
 
@@ -118,7 +131,8 @@ def wrong_arrows(root: pathlib.Path) -> list[str]:
         for match in INCLUDE.finditer(text):
             quoted, header = match[1] == '"', match[2]
             if place.parts[0] == "include":
-                rule = wrong_include_of_public_header(file.stem, quoted, header)
+                own = public_name("/".join(place.parts[1:]))
+                rule = wrong_include_of_public_header(own, quoted, header)
             elif place.parts[1] not in ROOMS:
                 rule = f"src/{place.parts[1]} is no room: give it its line in ROOMS"
             else:
@@ -151,6 +165,8 @@ def self_test() -> int:
         ("src/attic/a.cpp", "#include <vector>"),
         ("include/tanor/system.hpp", "#include <Eigen/Core>"),
         ("include/tanor/system.hpp", "#include <tanor/motion.hpp>"),
+        ("include/tanor/kinds/force/drag.hpp", "#include <tanor/kinds.hpp>"),
+        ("src/kinds/a.hpp", '#include "evaluate/family.hpp"'),
         ("include/tanor/system.hpp", '#include "base/vec3.hpp"'),
         ("include/tanor/unheard_of.hpp", "#include <vector>"),
     ]
@@ -165,6 +181,8 @@ def self_test() -> int:
         ("src/dynamics/mechanics.hpp", '#include "base/parallel.hpp"'),
         ("src/cli/a.cpp", '#include "report/summary.hpp"'),
         ("include/tanor/dynamics.hpp", "#include <tanor/system.hpp>"),
+        ("include/tanor/kinds/force/drag.hpp", "#include <tanor/kinds/kind.hpp>"),
+        ("src/evaluate/a.hpp", "#include <tanor/kinds/line_frame.hpp>"),
         ("include/tanor/dynamics.hpp", "#include <vector>"),
     ]
     failures = 0

@@ -159,6 +159,48 @@ struct Xi {
     };
     return {sum(now) - parameter(linears.value, k, sum)};
   }
+
+  /// (Q - sqrt Q)/sqrt P with Q = a'(sum of u u'/s^2) a, P = a'(sum of u u'/s^4) a over the axes u with radii s.
+  std::vector<Number> operator()(const Ellipsoids& ellipsoids, std::size_t k) const {
+    using Eigen::Vector3d;
+    const Vector3d first = Vector3d(ellipsoids.axis.data()).normalized(), second(ellipsoids.second_axis.data());
+    const Vector3d third = first.cross(second).normalized();
+    const Vector3d axes[] = {first, third.cross(first), third};
+    Eigen::Matrix3d inner = Eigen::Matrix3d::Zero(), outer = inner;
+    for (std::size_t j = 0; j < 3; ++j) {
+      inner += axes[j] * axes[j].transpose() / std::pow(ellipsoids.radii[j], 2);
+      outer += axes[j] * axes[j].transpose() / std::pow(ellipsoids.radii[j], 4);
+    }
+    const Place a = now[ellipsoids.points[k]] - now(ellipsoids.center);
+    const auto square = [&](const Eigen::Matrix3d& form) {
+      Number sum = 0.0;
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) sum += form(i, j) * a[static_cast<std::size_t>(i)] * a[static_cast<std::size_t>(j)];
+      }
+      return sum;
+    };
+    return {(square(inner) - sqrt(square(inner))) / sqrt(square(outer))};
+  }
+
+  /// The angle of the point, taken apart from that of the wire: 2 rho tan(half the difference), times the cosine of the
+  /// wire's slope.
+  std::vector<Number> operator()(const Helices& helices, std::size_t k) const {
+    const Eigen::Vector3d d = Eigen::Vector3d(helices.axis.data()).normalized();
+    int farthest = 0;
+    d.cwiseAbs().minCoeff(&farthest);
+    const Eigen::Vector3d e = Eigen::Vector3d::Unit(farthest), e1 = (e - d.dot(e) * d).normalized(), e2 = d.cross(e1);
+    const double turns = 2.0 * M_PI / helices.pitch;
+    const auto along = [&](const Configuration& at, const Eigen::Vector3d& u) {
+      return dot(place({u[0], u[1], u[2]}), at[helices.points[k]] - at(helices.origin));
+    };
+    const auto phase = [&](const Configuration& at) {
+      return atan2(along(at, e2), along(at, e1)) - turns * along(at, d);
+    };
+    const Number half = 0.5 * (phase(now) - parameter(helices.phase, k, phase));
+    const Number x = along(now, e1), y = along(now, e2), rho = sqrt(x * x + y * y);
+    const double cosine = 1.0 / std::hypot(1.0, helices.radius * turns);
+    return {rho - helices.radius, 2.0 * cosine * rho * tan(half)};
+  }
 };
 
 /// The constraints at one instant.

@@ -79,10 +79,14 @@ void Verifier::turn_pairs_of_lines(const Definitions& definitions, Vector* lambd
   std::vector<char> turns(d_, 0);
   std::size_t first = 0;
   for (const Constraint& constraint : model_.system.constraints) {
-    const auto* const lines = std::get_if<Lines>(&constraint);
-    const bool moves = lines != nullptr && !lines->direction.is_constant();
-    const std::size_t rows = std::visit(
-        []<class Group>(const Group& group) { return num_members(group) * rows_per_member<Group>(); }, constraint);
+    const bool moves = std::visit(
+        []<class Group>(const Group& group) {
+          if constexpr (requires { KindOf<Group>::turning; }) return !(group.*KindOf<Group>::turning).is_constant();
+          return false;
+        },
+        constraint);
+    const auto [members, rows_per_member] = shape_of(constraint);
+    const std::size_t rows = members * rows_per_member;
     std::fill_n(turns.begin() + static_cast<std::ptrdiff_t>(first), rows, moves);
     first += rows;
   }

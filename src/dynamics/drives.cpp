@@ -56,17 +56,7 @@ double length_of(const VectorFunction& a, double t) {
 }
 
 std::size_t num_coordinates(const Coordinates& coordinates) {
-  return std::visit(Overloaded{[](const FreeCoordinates& c) { return 3 * c.points.size(); },
-                               [](const LineCoordinates& c) { return c.points.size(); },
-                               [](const PlaneCoordinates& c) { return 2 * c.points.size(); },
-                               [](const CircleCoordinates& c) { return c.points.size(); },
-                               [](const SphereCoordinates& c) { return 2 * c.points.size(); },
-                               [](const ChainAngles& c) { return (c.normal == Vector3{} ? 2 : 1) * c.points.size(); },
-                               [](const RigidBody&) { return std::size_t{6}; },
-                               [](const UserCoordinates& c) {
-                                 return static_cast<std::size_t>(c.kernel.num_coordinates) * c.tuples.size();
-                               }},
-                    coordinates);
+  return std::visit([]<class Group>(const Group& group) { return KindOf<Group>::num_coordinates(group); }, coordinates);
 }
 
 }  // namespace
@@ -180,35 +170,35 @@ void Drives::add_force(const Force& force, std::span<const double> inverse_mass)
   }
 }
 
+/// Of all members.
+template <class Group>
+std::vector<Index> list_points(const Group& group) {
+  std::vector<Index> points;
+  for (std::size_t k = 0; k < num_members(group); ++k) {
+    for (const Index point : member_points(group, k)) points.push_back(point);
+  }
+  return points;
+}
+
+/// The fields of a group that move its points: places by as much, directions and parameters by a lever.
+template <class Group>
+void Drives::add_fields(const Group& group, double t) {
+  for_each_field<Group>([&]<class Value>(const Field<Group, Value>& field) {
+    const Value& value = group.*field.value;
+    if constexpr (std::is_same_v<Value, VectorFunction>) {
+      const bool turns = field.data.role == Role::Direction;
+      add(value, Level::Position, turns ? lever(value, t) : 1.0, list_points(group));
+    } else if constexpr (std::is_same_v<Value, Parameter>) {
+      double scale = 1.0;
+      if constexpr (requires { KindOf<Group>::leverage(group, t, scene_size_); })
+        scale = KindOf<Group>::leverage(group, t, scene_size_);
+      if (scale > 0.0) add(value, scale, group);
+    }
+  });
+}
+
 void Drives::add_constraint(const Constraint& constraint, double t) {
-  const Level position = Level::Position;
-  std::visit(Overloaded{[&](const Rods& rods) { add(rods.length, 1.0, rods); },
-                        [&](const Planes& planes) {
-                          add(planes.normal, position, lever(planes.normal, t), planes.points);
-                          add(planes.offset, 1.0 / length_of(planes.normal, t), planes);
-                        },
-                        [&](const Spheres& spheres) {
-                          add(spheres.center, position, 1.0, spheres.points);
-                          add(spheres.radius, 1.0, spheres);
-                        },
-                        [&](const Lines& lines) {
-                          add(lines.origin, position, 1.0, lines.points);
-                          add(lines.direction, position, lever(lines.direction, t), lines.points);
-                        },
-                        [&](const Circles& circles) {
-                          add(circles.center, position, 1.0, circles.points);
-                          add(circles.normal, position, lever(circles.normal, t), circles.points);
-                          add(circles.radius, 1.0, circles);
-                        },
-                        [&](const Angles& angles) { add(angles.cosine, scene_size_, angles); },
-                        [&](const Pulleys& pulleys) {
-                          add(pulleys.length, std::max(1.0, 1.0 / std::abs(pulleys.ratio)), pulleys);
-                        },
-                        [&](const Linears& linears) {
-                          double largest = 0.0;
-                          for (const Vector3& c : linears.coefficients) largest = std::max(largest, norm(make_vec3(c)));
-                          if (largest > 0.0) add(linears.value, 1.0 / largest, linears);
-                        },
+  std::visit(Overloaded{[&](const auto& group) { add_fields(group, t); },
                         [&](const UserConstraints& group) {
                           if (group.kernel.expression == nullptr || !group.kernel.depends_on_time) return;
                           for_some(group.tuples.size(), [&](std::size_t k) {
@@ -219,26 +209,7 @@ void Drives::add_constraint(const Constraint& constraint, double t) {
 }
 
 void Drives::add_coordinates(const Coordinates& coordinates, double t, std::size_t first_coordinate) {
-  const Level position = Level::Position;
-  std::visit(Overloaded{[](const FreeCoordinates&) {}, [](const RigidBody&) {},
-                        [&](const LineCoordinates& lines) {
-                          add(lines.origin, position, 1.0, lines.points);
-                          add(lines.direction, position, lever(lines.direction, t), lines.points);
-                        },
-                        [&](const PlaneCoordinates& planes) {
-                          add(planes.normal, position, lever(planes.normal, t), planes.points);
-                          add(planes.offset, 1.0 / length_of(planes.normal, t), planes);
-                        },
-                        [&](const CircleCoordinates& circles) {
-                          add(circles.center, position, 1.0, circles.points);
-                          add(circles.normal, position, lever(circles.normal, t), circles.points);
-                          add(circles.radius, 1.0, circles);
-                        },
-                        [&](const SphereCoordinates& spheres) {
-                          add(spheres.center, position, 1.0, spheres.points);
-                          add(spheres.radius, 1.0, spheres);
-                        },
-                        [&](const ChainAngles& chain) { add(chain.length, 1.0, chain); },
+  std::visit(Overloaded{[&](const auto& group) { add_fields(group, t); },
                         [&](const UserCoordinates& group) {
                           if (group.kernel.expression == nullptr || !group.kernel.depends_on_time) return;
                           for_some(group.tuples.size(), [&](std::size_t k) {

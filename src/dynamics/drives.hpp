@@ -66,6 +66,8 @@ class Drives {
   void add(const Parameter& parameter, double scale, const Group& group);
   void add(const Expression& expression, Program::As as, double scale, std::size_t first_coordinate,
            std::span<const Index> users_points);
+  template <class Group>
+  void add_fields(const Group& group, double t);
   void add_force(const Force& force, std::span<const double> inverse_mass);
   void add_constraint(const Constraint& constraint, double t);
   void add_coordinates(const Coordinates& coordinates, double t, std::size_t first_coordinate);

@@ -13,6 +13,7 @@
 #include "base/text.hpp"
 #include "schur/redundancy.hpp"
 #include "system/enum_check.hpp"
+#include "system/members.hpp"
 
 namespace tanor {
 
@@ -48,18 +49,18 @@ bool closes_loops(const System& system, const Numbering& numbering) {
     parent[static_cast<std::size_t>(a)] = b;
     return false;
   };
-  for (const Constraint& constraint : system.constraints) {
-    if (const auto* rods = std::get_if<Rods>(&constraint)) {
-      for (const auto& [i, j] : rods->pairs) {
-        if (joins_what_is_joined(place(i), place(j))) return true;
+  const auto closes = [&]<class Group>(const Group& group) {
+    if constexpr (requires { KindOf<Group>::is_distance; }) {
+      for (std::size_t k = 0; k < num_members(group); ++k) {
+        const std::span<const Index> points = member_points(group, k);
+        if (joins_what_is_joined(place(points[0]), points.size() == 2 ? place(points[1]) : ground)) return true;
       }
-    } else if (const auto* spheres = std::get_if<Spheres>(&constraint)) {
-      for (const Index point : spheres->points) {
-        if (joins_what_is_joined(place(point), ground)) return true;
-      }
-    } else {
-      return true;
+      return false;
     }
+    return true;
+  };
+  for (const Constraint& constraint : system.constraints) {
+    if (std::visit(closes, constraint)) return true;
   }
   return false;
 }

@@ -2,7 +2,7 @@
 
 #include "evaluate/charts.hpp"
 #include "evaluate/coordinate_family.hpp"
-#include "evaluate/kernels.hpp"
+#include "kinds/tables.hpp"
 
 namespace tanor {
 

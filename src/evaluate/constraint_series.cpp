@@ -50,95 +50,115 @@ std::size_t add_parameter(TimeSeriesTable* table, const Parameter& parameter, st
 
 }  // namespace
 
+/// What the constructor reads.
+struct ConstraintSeries::Source {
+  const System& system;
+  const Numbering& numbering;
+  Definitions definitions;
+  BlockPlaces places;
+
+  Index inner(Index point) const { return numbering.inner_point[static_cast<std::size_t>(point)]; }
+  /// The length of member k in the table, where it moves.
+  std::optional<std::size_t> add_length(TimeSeriesTable* table, const Parameter& length, std::size_t group,
+                                        std::size_t k, std::optional<std::size_t>* shared) const {
+    if (length.functions.empty()) return std::nullopt;
+    return add_parameter(table, length, shared, [&] { return definitions.parameter(group, k); });
+  }
+};
+
 ConstraintSeries::ConstraintSeries(const System& system, const Numbering& numbering,
                                    std::span<const Incidence> incidences, double t0) {
-  const Definitions definitions(system, t0);
-  const BlockPlaces places(incidences, numbering.num_rows());
-  std::size_t member = 0;
+  const Source source{system, numbering, Definitions(system, t0), BlockPlaces(incidences, numbering.num_rows())};
+  std::size_t first_member = 0;
   for (std::size_t g = 0; g < system.constraints.size() && obstacle_.empty(); ++g) {
     std::visit(
-        [&]<class G>(const G& given) {
-          const std::size_t count = num_members(given), first_member = member;
-          member += count;
-          if (count == 0) return;
-          const auto row_of = [&](std::size_t k) { return numbering.member_row[first_member + k]; };
-          const auto inner = [&](Index point) { return numbering.inner_point[static_cast<std::size_t>(point)]; };
-          if constexpr (std::is_same_v<G, Rods>) {
-            const bool is_timed = !given.length.functions.empty();
-            std::optional<std::size_t> shared;
-            for (std::size_t k = 0; k < count; ++k) {
-              const Index i = inner(given.pairs[k][0]), j = inner(given.pairs[k][1]), row = row_of(k);
-              DistanceSeries::Extra extra;
-              if (!given.offsets.empty()) extra.offset = make_vec3(given.offsets[k]);
-              if (is_timed)
-                extra.length =
-                    add_parameter(&table_, given.length, &shared, [&] { return definitions.parameter(g, k); });
-              distances_.append({.i = i, .j = j, .row = row, .block = places.find(row, j)}, extra);
-            }
-          } else if constexpr (std::is_same_v<G, Spheres>) {
-            const bool is_timed = !given.radius.functions.empty();
-            std::optional<std::size_t> shared;
-            std::array<std::size_t, 3> center;
-            for (std::size_t c = 0; c < 3; ++c) center[c] = table_.add(given.center.components[c]);
-            for (std::size_t k = 0; k < count; ++k) {
-              const Index j = inner(given.points[k]), row = row_of(k);
-              DistanceSeries::Extra extra{.center = center[0]};
-              if (is_timed)
-                extra.length =
-                    add_parameter(&table_, given.radius, &shared, [&] { return definitions.parameter(g, k); });
-              distances_.append({.j = j, .row = row, .block = places.find(row, j)}, extra);
-            }
-          } else {
-            // The two unit vectors of a line that turns come from an axis that the instant decides: all three are
-            // ready.
-            std::optional<Turning> turning;
-            if constexpr (std::is_same_v<G, Lines>) {
-              if (!given.direction.is_constant()) {
-                turning.emplace();
-                for (std::size_t c = 0; c < 3; ++c) turning->direction[c] = table_.add(given.direction.components[c]);
-              }
-            }
-            for (LineAxis axis = 0; axis < (turning ? 3 : 1); ++axis) {
-              const std::optional<RecordedDefinition> recorded =
-                  definitions.record(g, turning ? std::optional(axis) : std::nullopt);
-              if (!recorded) {
-                obstacle_ = "constraints[" + text(g) + "] cannot be expanded in time: it is known as a function alone";
-                return;
-              }
-              const int p = static_cast<int>(member_points(given, 0).size());
-              std::vector<SeriesVariable> variables;
-              for (int i = 0; i < 3 * p; ++i) variables.push_back({SeriesVariable::Source::Position, i / 3, i % 3, 0});
-              std::vector<char> is_position(variables.size(), 1);
-              const int num_functions = static_cast<int>(recorded->expression.variables.size()) - 3 * p;
-              for (int i = 0; i < num_functions; ++i) variables.push_back({SeriesVariable::Source::Time, 0, 0, i});
-              is_position.resize(variables.size(), 0);
-              SeriesProgram values(recorded->expression, false);
-              const bool is_linear = values.is_linear_in(is_position);
-              SeriesProgram program(recorded->expression, !is_linear);
-              Group group{.family = ProgramFamily(std::move(program), std::move(variables), p, num_functions),
-                          .is_linear = is_linear};
-              std::vector<std::size_t> slots;
-              for (const ScalarFunction& function : recorded->functions) slots.push_back(table_.add(function));
-              const std::size_t num_shared = slots.size();
-              std::optional<std::size_t> shared;
-              for (std::size_t k = 0; k < count; ++k) {
-                slots.resize(num_shared);
-                if (recorded->has_parameter) slots.push_back(table_.add(definitions.parameter(g, k)));
-                std::vector<Index> points;
-                for (const Index point : member_points(given, k)) points.push_back(inner(point));
-                group.family.append_member(points, slots);
-                group.rows.push_back(row_of(k));
-                for (const Index point : points) group.blocks.push_back(places.find(row_of(k), point));
-              }
-              if (turning) turning->axis = axis;
-              group.turning = turning;
-              groups_.push_back(std::move(group));
-            }
-          }
+        [&](const auto& given) {
+          if (num_members(given) > 0) add_group(source, g, given, first_member);
+          first_member += num_members(given);
         },
         system.constraints[g]);
   }
   if (obstacle_.empty() && table_.has_unknown(t0)) obstacle_ = "a function of time is known as a function alone";
+}
+
+void ConstraintSeries::add_group(const Source& source, std::size_t g, const Rods& rods, std::size_t first_member) {
+  std::optional<std::size_t> shared;
+  for (std::size_t k = 0; k < rods.pairs.size(); ++k) {
+    const Index i = source.inner(rods.pairs[k][0]), j = source.inner(rods.pairs[k][1]);
+    const Index row = source.numbering.member_row[first_member + k];
+    DistanceSeries::Extra extra;
+    if (!rods.offsets.empty()) extra.offset = make_vec3(rods.offsets[k]);
+    extra.length = source.add_length(&table_, rods.length, g, k, &shared);
+    distances_.append({.i = i, .j = j, .row = row, .block = source.places.find(row, j)}, extra);
+  }
+}
+
+void ConstraintSeries::add_group(const Source& source, std::size_t g, const Spheres& spheres,
+                                 std::size_t first_member) {
+  std::optional<std::size_t> shared;
+  std::array<std::size_t, 3> center;
+  for (std::size_t c = 0; c < 3; ++c) center[c] = table_.add(spheres.center.components[c]);
+  for (std::size_t k = 0; k < spheres.points.size(); ++k) {
+    const Index j = source.inner(spheres.points[k]), row = source.numbering.member_row[first_member + k];
+    DistanceSeries::Extra extra{.center = center[0]};
+    extra.length = source.add_length(&table_, spheres.radius, g, k, &shared);
+    distances_.append({.j = j, .row = row, .block = source.places.find(row, j)}, extra);
+  }
+}
+
+/// Every other kind runs on its definition. The two unit vectors of a direction that turns come from an axis that the
+/// instant decides: all three are ready.
+template <class G>
+void ConstraintSeries::add_group(const Source& source, std::size_t g, const G& given, std::size_t first_member) {
+  if constexpr (requires { KindOf<G>::turning; }) {
+    const VectorFunction& direction = given.*KindOf<G>::turning;
+    if (!direction.is_constant()) {
+      Turning turning{};
+      for (std::size_t c = 0; c < 3; ++c) turning.direction[c] = table_.add(direction.components[c]);
+      for (turning.axis = 0; turning.axis < 3 && obstacle_.empty(); ++turning.axis)
+        add_recorded(source, g, given, first_member, turning);
+      return;
+    }
+  }
+  add_recorded(source, g, given, first_member, std::nullopt);
+}
+
+template <class G>
+void ConstraintSeries::add_recorded(const Source& source, std::size_t g, const G& given, std::size_t first_member,
+                                    std::optional<Turning> turning) {
+  const Definitions& definitions = source.definitions;
+  const std::optional<RecordedDefinition> recorded =
+      definitions.record(g, turning ? std::optional(turning->axis) : std::nullopt);
+  if (!recorded) {
+    obstacle_ = "constraints[" + text(g) + "] cannot be expanded in time: it is known as a function alone";
+    return;
+  }
+  const int p = static_cast<int>(member_points(given, 0).size());
+  const int num_functions = static_cast<int>(recorded->expression.variables.size()) - 3 * p;
+  std::vector<SeriesVariable> variables;
+  for (int i = 0; i < 3 * p; ++i) variables.push_back({SeriesVariable::Source::Position, i / 3, i % 3, 0});
+  std::vector<char> is_position(variables.size(), 1);
+  for (int i = 0; i < num_functions; ++i) variables.push_back({SeriesVariable::Source::Time, 0, 0, i});
+  is_position.resize(variables.size(), 0);
+  const bool is_linear = SeriesProgram(recorded->expression, false).is_linear_in(is_position);
+  SeriesProgram program(recorded->expression, !is_linear);
+  Group group{.family = ProgramFamily(std::move(program), std::move(variables), p, num_functions),
+              .is_linear = is_linear,
+              .turning = turning};
+  std::vector<std::size_t> slots;
+  for (const ScalarFunction& function : recorded->functions) slots.push_back(table_.add(function));
+  const std::size_t num_shared = slots.size();
+  for (std::size_t k = 0; k < num_members(given); ++k) {
+    const Index row = source.numbering.member_row[first_member + k];
+    slots.resize(num_shared);
+    if (recorded->has_parameter) slots.push_back(table_.add(definitions.parameter(g, k)));
+    std::vector<Index> points;
+    for (const Index point : member_points(given, k)) points.push_back(source.inner(point));
+    group.family.append_member(points, slots);
+    group.rows.push_back(row);
+    for (const Index point : points) group.blocks.push_back(source.places.find(row, point));
+  }
+  groups_.push_back(std::move(group));
 }
 
 void ConstraintSeries::begin(double t, int order) {

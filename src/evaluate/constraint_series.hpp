@@ -50,6 +50,14 @@ class ConstraintSeries {
     std::optional<Turning> turning{};  // of lines that turn
     bool takes_part = true;            // else its axis is another one's than the rule's
   };
+  struct Source;
+  void add_group(const Source& source, std::size_t g, const Rods& rods, std::size_t first_member);
+  void add_group(const Source& source, std::size_t g, const Spheres& spheres, std::size_t first_member);
+  template <class G>
+  void add_group(const Source& source, std::size_t g, const G& given, std::size_t first_member);
+  template <class G>
+  void add_recorded(const Source& source, std::size_t g, const G& given, std::size_t first_member,
+                    std::optional<Turning> turning);
   void advance_chunk(Group& group, std::size_t chunk, int k, std::span<double* const> coefficients, const double* last,
                      double* blocks, double* rows);
 

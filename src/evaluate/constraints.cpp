@@ -101,10 +101,8 @@ struct Builder {
     }
     return size;
   }
-  Vec3 initial(Index user_point) const { return load(system.positions.data(), user_point); }
-
   template <std::size_t N>
-  std::array<Index, N> inner(const std::array<Index, N>& user) const {
+  std::array<Index, N> inner(std::span<const Index> user) const {
     std::array<Index, N> result;
     for (std::size_t p = 0; p < N; ++p) result[p] = numbering.inner_point[user[p]];
     return result;
@@ -117,143 +115,76 @@ struct Builder {
     for (const Member& member : members_of_kind[kind]) visit(std::get<Group>(system.constraints[member.group]), member);
   }
 
-  template <bool Timed, bool Shifted>
-  void fill(Family<RodKernel<Timed, Shifted>>* family) const {
-    auto& kernel = family->kernel;
-    ParameterReader moving(&kernel.moving_length);
-    for_each<Rods>([&](const Rods& rods, const Member& member) {
-      if (rods.length.functions.empty() == Timed || rods.offsets.empty() == Shifted) return;
-      const auto& pair = rods.pairs[member.index];
-      const auto initial_length = [&] {
-        const Vec3 offset = Shifted ? make_vec3(rods.offsets[member.index]) : Vec3{};
-        return norm(initial(pair[1]) - initial(pair[0]) + offset);
+  /// What an "initial" parameter takes from the start.
+  template <class Kernel, class Group>
+  double initial_number(const Group& group, Index k) const {
+    const std::span<const Index> points = member_points(group, static_cast<std::size_t>(k));
+    if constexpr (requires { Kernel::measure(group, t, Vec3{}); }) {
+      return Kernel::measure(group, t, load(system.positions.data(), points[0]));
+    } else {
+      const auto at = [&](Index point) {
+        const Vec3 r = load(system.positions.data(), point);
+        return TripleOf<double>{r.x, r.y, r.z};
       };
-      family->rows.push_back(member.row);
-      kernel.points.push_back(inner(pair));
-      if constexpr (Shifted) kernel.offset.push_back(make_vec3(rods.offsets[member.index]));
-      if constexpr (Timed) {
-        moving.append(rods.length, member, initial_length);
+      const typename KindOf<Group>::template Definition<double> now(group, Clock<double>{t});
+      return now.measure(MemberPlaces{points, at}, static_cast<std::size_t>(k));
+    }
+  }
+
+  /// The number of each member that has one, into the kernel.
+  template <class Kernel, class Group>
+  void append_number(const Group& group, const Member& member, Kernel* kernel, ParameterReader* numbers) const {
+    if constexpr (requires { KindOf<Group>::parameter; }) {
+      const Parameter& given = group.*KindOf<Group>::parameter;
+      const auto initial = [&] { return initial_number<Kernel>(group, member.index); };
+      if constexpr (requires { kernel->own_constants(); }) {
+        const std::size_t k = given.constants.size() == 1 ? 0 : static_cast<std::size_t>(member.index);
+        kernel->own_constants().push_back(given.constants.empty() ? initial() : given.constants[k]);
       } else {
-        const auto& lengths = rods.length.constants;
-        kernel.length.push_back(lengths.empty() ? initial_length() : lengths[lengths.size() == 1 ? 0 : member.index]);
+        numbers->append(given, member, initial);
       }
-    });
+    }
   }
 
-  void fill(Family<PlaneKernel>* family) const {
+  template <class Kernel>
+  static ScalarTable* own_table(Kernel* kernel) {
+    if constexpr (requires { kernel->own(); }) return &kernel->own();
+    return nullptr;
+  }
+
+  template <class Kernel>
+  void fill(Family<Kernel>* family) const {
+    using Group = typename Kernel::Group;
     auto& kernel = family->kernel;
     GeometryReader geometry;
-    ParameterReader offset(&kernel.offset);
-    for_each<Planes>([&](const Planes& planes, const Member& member) {
-      const Index point = planes.points[member.index];
+    ParameterReader numbers(own_table(&kernel));
+    for_each<Group>([&](const Group& group, const Member& member) {
+      if constexpr (requires { Kernel::takes(group); }) {
+        if (!Kernel::takes(group)) return;
+      }
+      const std::span<const Index> points = member_points(group, static_cast<std::size_t>(member.index));
       family->rows.push_back(member.row);
-      kernel.points.push_back(inner(std::array{point}));
-      kernel.size.push_back(length_around({&point, 1}));
-      kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.normal.add(planes.normal); }));
-      offset.append(planes.offset, member, [&] {
-        const auto n = planes.normal(t);
-        return dot({n[0].value(), n[1].value(), n[2].value()}, initial(point));
-      });
-    });
-  }
-
-  void fill(Family<SphereKernel>* family) const {
-    auto& kernel = family->kernel;
-    GeometryReader geometry;
-    ParameterReader radius(&kernel.radius);
-    for_each<Spheres>([&](const Spheres& spheres, const Member& member) {
-      const Index point = spheres.points[member.index];
-      family->rows.push_back(member.row);
-      kernel.points.push_back(inner(std::array{point}));
-      kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.center.add(spheres.center); }));
-      radius.append(spheres.radius, member,
-                    [&] { return norm(initial(point) - make_moving(spheres.center(t)).value); });
-    });
-  }
-
-  void fill(Family<LineKernel>* family) const {
-    auto& kernel = family->kernel;
-    GeometryReader geometry;
-    for_each<Lines>([&](const Lines& lines, const Member& member) {
-      family->rows.push_back(member.row);
-      kernel.points.push_back(inner(std::array{lines.points[member.index]}));
-      kernel.size.push_back(length_around({&lines.points[member.index], 1}));
-      kernel.geometry.push_back(geometry.slot(member.group, [&] {
-        kernel.origin.add(lines.origin);
-        kernel.normals.add(lines.direction);
-      }));
-    });
-  }
-
-  void fill(Family<CircleKernel>* family) const {
-    auto& kernel = family->kernel;
-    GeometryReader geometry;
-    ParameterReader radius(&kernel.radius);
-    for_each<Circles>([&](const Circles& circles, const Member& member) {
-      const Index point = circles.points[member.index];
-      family->rows.push_back(member.row);
-      kernel.points.push_back(inner(std::array{point}));
-      kernel.geometry.push_back(geometry.slot(member.group, [&] {
-        kernel.center.add(circles.center);
-        kernel.normal.add(circles.normal);
-      }));
-      radius.append(circles.radius, member, [&] {
-        const Vec3 a = initial(point) - make_moving(circles.center(t)).value;
-        const Vec3 n = ToUnit{}(circles.normal(t)).value;
-        return norm(a - dot(n, a) * n);
-      });
-    });
-  }
-
-  void fill(Family<AngleKernel>* family) const {
-    auto& kernel = family->kernel;
-    ParameterReader cosine(&kernel.cosine);
-    for_each<Angles>([&](const Angles& angles, const Member& member) {
-      const auto& [i, j, k] = angles.triples[member.index];
-      family->rows.push_back(member.row);
-      kernel.points.push_back(inner(angles.triples[member.index]));
-      kernel.size.push_back(length_around(angles.triples[member.index]));
-      cosine.append(angles.cosine, member, [&, i = i, j = j, k = k] {
-        const Vec3 a = initial(i) - initial(j), b = initial(k) - initial(j);
-        return dot(a, b) / (norm(a) * norm(b));
-      });
-    });
-  }
-
-  void fill(Family<PulleyKernel>* family) const {
-    auto& kernel = family->kernel;
-    GeometryReader geometry;
-    ParameterReader length(&kernel.length);
-    for_each<Pulleys>([&](const Pulleys& pulleys, const Member& member) {
-      const auto& pair = pulleys.pairs[member.index];
-      const Vec3 a = make_vec3(pulleys.a), b = make_vec3(pulleys.b);
-      family->rows.push_back(member.row);
-      kernel.points.push_back(inner(pair));
-      kernel.size.push_back(length_around(pair));
-      kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.wheels.push_back({a, b, pulleys.ratio}); }));
-      length.append(pulleys.length, member,
-                    [&] { return norm(initial(pair[0]) - a) + pulleys.ratio * norm(initial(pair[1]) - b); });
+      kernel.points.push_back(inner<Kernel::num_points>(points));
+      if constexpr (requires { kernel.size; }) kernel.size.push_back(length_around(points));
+      if constexpr (requires { kernel.geometry; })
+        kernel.geometry.push_back(geometry.slot(member.group, [&] { kernel.add(group); }));
+      if constexpr (requires { kernel.member; }) kernel.member.push_back(member.index);
+      if constexpr (requires { kernel.add_member(group, member.index); }) kernel.add_member(group, member.index);
+      append_number(group, member, &kernel, &numbers);
     });
   }
 
   void fill(LinearFamily* family) const {
-    auto& kernel = family->kernel;
-    ParameterReader value(&kernel.value);
+    LinearKernel& kernel = family->kernel;
+    ParameterReader numbers(&kernel.value);
     for_each<Linears>([&](const Linears& linears, const Member& member) {
-      const auto& tuple = linears.tuples[member.index];
-      double norm2 = 0.0, sum = 0.0;
-      for (std::size_t p = 0; p < tuple.size(); ++p) {
-        const Vec3 c = make_vec3(linears.coefficients[p]);
-        kernel.points.push_back(numbering.inner_point[tuple[p]]);
-        kernel.coefficients.push_back(c);
-        norm2 = std::max(norm2, dot(c, c));
-        sum += dot(c, initial(tuple[p]));
-      }
-      kernel.start.push_back(static_cast<Index>(kernel.points.size()));
-      kernel.norms.push_back(std::sqrt(norm2));
-      kernel.size.push_back(length_around(tuple));
+      const std::span<const Index> points = member_points(linears, static_cast<std::size_t>(member.index));
+      std::vector<Index> own;
+      for (const Index point : points) own.push_back(numbering.inner_point[point]);
+      kernel.add_member(linears, own);
+      kernel.size.push_back(length_around(points));
       family->rows.push_back(member.row);
-      value.append(linears.value, member, [&] { return sum; });
+      append_number(linears, member, &kernel, &numbers);
     });
   }
 
@@ -332,23 +263,54 @@ bool Constraints::gradients_are_constant() const {
   return tangents_.num_blocks() == 0 && gradients_are_constant(everything_);
 }
 
+namespace {
+
+/// Whether |gradient| of a kernel's rows never changes.
+template <class Kernel>
+constexpr bool has_constant_norms = Kernel::unit_gradient || requires(const Kernel kernel) {
+  kernel.squared_norm(0, 0);
+};
+
+/// |g|^2 of the blocks of a family, where it is not 1.
+template <class Kernel>
+void write_squared_norms(const Family<Kernel>& family, std::vector<double>* norms) {
+  if constexpr (!Kernel::unit_gradient && has_constant_norms<Kernel>) {
+    std::size_t block = static_cast<std::size_t>(family.first_block);
+    for (std::size_t k = 0; k < family.size(); ++k) {
+      for (std::size_t p = 0; p < Kernel::num_blocks; ++p) (*norms)[block++] = family.kernel.squared_norm(k, p);
+    }
+  }
+}
+void write_squared_norms(const LinearFamily& linears, std::vector<double>* norms) {
+  const auto& coefficients = linears.kernel.coefficients;
+  for (std::size_t k = 0; k < coefficients.size(); ++k)
+    (*norms)[static_cast<std::size_t>(linears.first_block) + k] = dot(coefficients[k], coefficients[k]);
+}
+void write_squared_norms(const UserFamily&, std::vector<double>*) {}
+
+template <class Kernel>
+constexpr bool norms_are_constant(const Family<Kernel>&) {
+  return has_constant_norms<Kernel>;
+}
+constexpr bool norms_are_constant(const LinearFamily&) {
+  return true;
+}
+constexpr bool norms_are_constant(const UserFamily&) {
+  return false;
+}
+
+}  // namespace
+
 bool Constraints::gradient_norms_are_constant() const {
-  return std::get<Family<AngleKernel>>(families_).size() == 0 && std::get<UserFamily>(families_).size() == 0;
+  bool result = true;
+  for_each_family([&](const auto& family) { result = result && norms_are_constant(family); });
+  return result;
 }
 
 std::vector<double> Constraints::squared_gradient_norms() const {
   if (!gradient_norms_are_constant()) return {};
   std::vector<double> result(num_blocks_, 1.0);
-  const auto& pulleys = std::get<Family<PulleyKernel>>(families_);
-  for (std::size_t k = 0; k < pulleys.size(); ++k) {
-    const double ratio = pulleys.kernel.wheels[static_cast<std::size_t>(pulleys.kernel.geometry[k])].ratio;
-    result[static_cast<std::size_t>(pulleys.first_block) + 2 * k + 1] = ratio * ratio;
-  }
-  const auto& linears = std::get<LinearFamily>(families_);
-  const auto& coefficients = linears.kernel.coefficients;
-  for (std::size_t k = 0; k < coefficients.size(); ++k) {
-    result[static_cast<std::size_t>(linears.first_block) + k] = dot(coefficients[k], coefficients[k]);
-  }
+  for_each_family([&](const auto& family) { write_squared_norms(family, &result); });
   return result;
 }
 

@@ -11,19 +11,41 @@
 #include "evaluate/linear_family.hpp"
 #include "evaluate/tangents.hpp"
 #include "evaluate/user_family.hpp"
+#include "kinds/kernels.hpp"
 #include "system/neighbourhoods.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {
 
+/// The loops over the members of a kernel.
+template <class Kernel>
+struct FamilyOf {
+  using Type = Family<Kernel>;
+};
+template <>
+struct FamilyOf<LinearKernel> {
+  using Type = LinearFamily;
+};
+template <>
+struct FamilyOf<UserKernels> {
+  using Type = UserFamily;
+};
+
+/// The families of all kinds, in the order of their list.
+template <class Kinds>
+struct FamiliesOf;
+template <class... Groups>
+struct FamiliesOf<std::variant<Groups...>> {
+  template <class... Kernels>
+  static std::tuple<typename FamilyOf<Kernels>::Type...> families_of(const std::tuple<Kernels...>&);
+  using Tuple = decltype(std::tuple_cat(families_of(std::declval<typename KernelsOf<Groups>::List>())...));
+};
+
 /// All constraints of a system at one instant. Arrays are in the inner order: r, v, w 3n, point by point; rows d;
 /// K is stored as its blocks, 3 numbers each (`num_blocks`), whose places `list_incidences` tells. Rows of contacts
 /// (see Tangents) use the tangent directions at the last place where gradients were evaluated.
 class Constraints {
-  using Families =
-      std::tuple<Family<RodKernel<false, false>>, Family<RodKernel<false, true>>, Family<RodKernel<true, false>>,
-                 Family<RodKernel<true, true>>, Family<PlaneKernel>, Family<SphereKernel>, Family<LineKernel>,
-                 Family<CircleKernel>, Family<AngleKernel>, Family<PulleyKernel>, LinearFamily, UserFamily>;
+  using Families = FamiliesOf<Constraint>::Tuple;
 
  public:
   /// `t`: where "initial" values stand when they are measured from something that moves.

@@ -12,7 +12,7 @@
 #include "base/parallel.hpp"
 #include "evaluate/place.hpp"
 #include "evaluate/product.hpp"
-#include "evaluate/tables.hpp"
+#include "kinds/tables.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {

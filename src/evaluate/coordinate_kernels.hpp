@@ -4,10 +4,12 @@
 #include <cmath>
 #include <vector>
 
+#include <tanor/kinds/line_frame.hpp>
+
 #include "evaluate/charts.hpp"
 #include "evaluate/circle_kernels.hpp"
 #include "evaluate/coordinate_family.hpp"
-#include "evaluate/kernels.hpp"
+#include "kinds/tables.hpp"
 
 /// \file The built-in coordinates of single points, hand-written; psi is the second derivative along (q + e q', t + e).
 namespace tanor {

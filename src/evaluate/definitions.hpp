@@ -9,7 +9,6 @@
 #include <tanor/system.hpp>
 
 #include "base/parallel.hpp"
-#include "evaluate/line_frame.hpp"
 
 namespace tanor {
 
@@ -21,9 +20,9 @@ struct RecordedDefinition {
   bool has_parameter = false;             ///< the last variable is each member's own, see Definitions::parameter
 };
 
-/// Every constraint a second time: xi written once as the contract of scene files says it, over a scalar type, straight
-/// from the System; all derivatives come from the scalar type. It shares nothing with the families and their
-/// hand-written kernels, so it can be their witness. Users' own kernels are their own definition.
+/// Every constraint a second time: xi as the definition of its kind says it, over a scalar type, straight from the
+/// System; all derivatives come from the scalar type. It shares nothing with the families and their hand-written
+/// kernels, so it can be their witness. Users' own kernels are their own definition.
 ///
 /// Everything stands in the user's order of points and rows. The two unit vectors of a line are those of
 /// line_frame.hpp.

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <vector>
 
+#include <tanor/system.hpp>
+
 #include "base/parallel.hpp"
 #include "base/runs.hpp"
-#include "evaluate/kernels.hpp"
+#include "kinds/kernel.hpp"
 
 namespace tanor {
 
@@ -37,7 +39,7 @@ class Family {
         const auto local = kernel(k, r, r);
         for (int m = 0; m < R; ++m) {
           xi[rows[k] + m] = local.xi[m];
-          worst = larger(worst, std::abs(local.xi[m]) / (norm_of(local) * kernel.scale(k)));
+          worst = larger(worst, std::abs(local.xi[m]) / (norm_of(local, m) * kernel.scale(k)));
         }
       }
       return worst;
@@ -53,7 +55,7 @@ class Family {
         const auto local = kernel(k, r, v);
         for (int m = 0; m < R; ++m) {
           rate[rows[k] + m] = local.rate[m];
-          worst = larger(worst, std::abs(local.rate[m]) / norm_of(local));
+          worst = larger(worst, std::abs(local.rate[m]) / norm_of(local, m));
         }
       }
       return worst;
@@ -79,7 +81,7 @@ class Family {
         for (int m = 0; m < R; ++m) {
           const double value = local.phi[m] + transposed(k, m, local.gradient, w0);
           phi[rows[k] + m] = value;
-          worst = larger(worst, std::abs(value) / norm_of(local));
+          worst = larger(worst, std::abs(value) / norm_of(local, m));
         }
         if constexpr (WithGradients) store_gradient(k, local, blocks);
       }
@@ -94,12 +96,11 @@ class Family {
       double worst = 0.0;
       for (std::size_t k = begin; k < end; ++k) {
         Vec3 gradient[B];
-        double norm2 = 0.0;
-        for (int b = 0; b < B; ++b) {
-          gradient[b] = load(blocks, block(k) + b);
-          if constexpr (!Kernel::unit_gradient) norm2 = std::max(norm2, dot(gradient[b], gradient[b]));
-        }
+        for (int b = 0; b < B; ++b) gradient[b] = load(blocks, block(k) + b);
         for (int m = 0; m < R; ++m) {
+          double norm2 = 0.0;
+          for (int b = m * P; b < (m + 1) * P && !Kernel::unit_gradient; ++b)
+            norm2 = std::max(norm2, dot(gradient[b], gradient[b]));
           const double value = transposed(k, m, gradient, x) + (shift != nullptr ? shift[rows[k] + m] : 0.0);
           y[rows[k] + m] = value;
           worst = larger(worst, Kernel::unit_gradient ? std::abs(value) : std::abs(value) / std::sqrt(norm2));
@@ -114,8 +115,8 @@ class Family {
     for (std::size_t k = 0; k < size(); ++k) {
       const auto local = kernel(k, r, v);
       for (int m = 0; m < R; ++m) {
-        position[rows[k] + m] = std::abs(local.xi[m]) / (norm_of(local) * kernel.scale(k));
-        velocity[rows[k] + m] = std::abs(local.rate[m]) / norm_of(local);
+        position[rows[k] + m] = std::abs(local.xi[m]) / (norm_of(local, m) * kernel.scale(k));
+        velocity[rows[k] + m] = std::abs(local.rate[m]) / norm_of(local, m);
       }
     }
   }
@@ -144,8 +145,8 @@ class Family {
   Index block(std::size_t k) const { return first_block + static_cast<Index>(k) * B; }
 
   template <class L>
-  static double norm_of(const L& local) {
-    return Kernel::unit_gradient ? 1.0 : local.gradient_norm;
+  static double norm_of(const L& local, int m) {
+    return Kernel::unit_gradient ? 1.0 : local.gradient_norm[m];
   }
 
   template <class L>

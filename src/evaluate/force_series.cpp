@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "base/text.hpp"
+#include "system/members.hpp"
 
 namespace tanor {
 
@@ -21,31 +22,21 @@ std::vector<SeriesVariable> list_variables(int num_points, bool with_velocities,
   return variables;
 }
 
-/// On point j: -(k (L - rest) + c dL/dt) a/L with a = r_j - r_i, L = |a|; variables r_i, r_j, v_i, v_j, rest.
-Expression record_spring(double stiffness, double damping, bool has_rest_length) {
-  const auto spring = [&](const std::vector<Traced>& x) {
-    const std::size_t velocities = damping > 0.0 ? 6 : 0;
-    std::vector<Traced> a, b;
-    for (std::size_t c = 0; c < 3; ++c) a.push_back(x[3 + c] - x[c]);
-    for (std::size_t c = 0; c < 3 && damping > 0.0; ++c) b.push_back(x[9 + c] - x[6 + c]);
-    Traced factor = stiffness;
-    if (has_rest_length || damping > 0.0) {
-      const Traced square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
-      if (has_rest_length) factor -= stiffness * x[6 + velocities] / sqrt(square);
-      if (damping > 0.0) factor += damping * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / square;
-    }
-    return std::vector{-factor * a[0], -factor * a[1], -factor * a[2]};
+/// The force on the last point of a member, taken down: variables r of its points, then v and its number where they are
+/// read.
+template <class G>
+Expression take_down(const G& group, int num_points, bool has_velocities, bool has_number) {
+  const auto p = static_cast<std::size_t>(num_points);
+  const auto force = [&](const std::vector<Traced>& x) {
+    std::vector<TripleOf<Traced>> places;
+    for (std::size_t i = 0; i + 2 < x.size(); i += 3) places.push_back({x[i], x[i + 1], x[i + 2]});
+    const std::span<const TripleOf<Traced>> all = places;
+    const typename KindOf<G>::template Definition<Traced> definition(group, Clock<double>{});
+    const TripleOf<Traced> f =
+        definition.force(all.first(p), all.subspan(has_velocities ? p : 0), has_number ? x.back() : Traced(0.0));
+    return std::vector{f.x, f.y, f.z};
   };
-  return *record_expression(6 + (damping > 0.0 ? 6 : 0) + (has_rest_length ? 1 : 0), spring);
-}
-
-/// -(c1 + c2 |v|) v; variables r, v.
-Expression record_drag(double linear, double quadratic) {
-  return *record_expression(6, [&](const std::vector<Traced>& x) {
-    Traced factor = linear;
-    if (quadratic > 0.0) factor += quadratic * sqrt(x[3] * x[3] + x[4] * x[4] + x[5] * x[5]);
-    return std::vector{-factor * x[3], -factor * x[4], -factor * x[5]};
-  });
+  return *record_expression(3 * num_points * (has_velocities ? 2 : 1) + (has_number ? 1 : 0), force);
 }
 
 }  // namespace
@@ -55,64 +46,101 @@ void ForceSeries::append(const std::vector<Index>& points, Index block, bool is_
   if (is_pair) incidences_.push_back({points.front(), 0, block, -1.0});
 }
 
-ForceSeries::ForceSeries(const System& system, const Numbering& numbering, double t0) {
-  const auto inner = [&](Index point) { return numbering.inner_point[static_cast<std::size_t>(point)]; };
-  const auto add_group = [&](Expression expression, int num_points, bool has_velocities, int num_functions) -> Group& {
-    groups_.push_back(
-        {ProgramFamily(SeriesProgram(std::move(expression), false),
-                       list_variables(num_points, has_velocities, num_functions), num_points, num_functions),
-         num_blocks_});
-    return groups_.back();
-  };
-  const auto add_member = [&](Group& group, const std::vector<Index>& points, std::span<const std::size_t> slots) {
+/// Reads the forces of a system, entry by entry.
+class ForceSeries::Reader {
+ public:
+  Reader(ForceSeries* series, const System& system, const Numbering& numbering)
+      : series_(*series), system_(system), numbering_(numbering) {}
+
+  /// False: there is no series.
+  bool add(const Gravity& gravity) {
+    series_.gravity_ = series_.gravity_ + make_vec3(gravity.acceleration);
+    return true;
+  }
+  bool add(const ConstantForce& given) {
+    Expression expression;
+    for (int c = 0; c < 3; ++c) (void)Traced::variable(expression);
+    expression.results = expression.variables;
+    Group& group = add_group(std::move(expression),
+                             {{Source::Time, 0, 0, 0}, {Source::Time, 0, 0, 1}, {Source::Time, 0, 0, 2}}, 1, 3);
+    std::vector<std::size_t> slots;
+    for (const ScalarFunction& component : given.force.components) slots.push_back(series_.table_.add(component));
+    for (const Index point : given.points) add_member(group, {&point, 1}, slots);
+    return true;
+  }
+  bool add(const FormulaForce& formula) {
+    if (!formula.kernel.expression) return false;
+    Group& group = add_group(*formula.kernel.expression, list_variables(1, true, 1), 1, 1);
+    const std::size_t time = series_.table_.add(ScalarFunction::formula("t"));
+    for (const Index point : formula.points) add_member(group, {&point, 1}, {&time, 1});
+    return true;
+  }
+  /// Kinds that have a definition.
+  template <class G>
+  bool add(const G& given) {
+    if constexpr (!requires { sizeof(typename KindOf<G>::template Definition<Traced>); }) {
+      return false;
+    } else {
+      const bool has_velocities = KindOf<G>::reads_velocities(given);
+      bool has_number = false;
+      if constexpr (requires { KindOf<G>::reads_number(given); }) has_number = KindOf<G>::reads_number(given);
+      constexpr int num_points = points_of_member<G>();
+      Group& group =
+          add_group(take_down(given, num_points, has_velocities, has_number),
+                    list_variables(num_points, has_velocities, has_number ? 1 : 0), num_points, has_number ? 1 : 0);
+      for (std::size_t k = 0; k < num_members(given); ++k) {
+        std::vector<std::size_t> slots;
+        if (has_number) slots.push_back(series_.table_.add(number_of(given, k)));
+        add_member(group, member_points(given, k), slots);
+      }
+      return true;
+    }
+  }
+
+ private:
+  Group& add_group(Expression expression, std::vector<SeriesVariable> variables, int num_points, int num_functions) {
+    series_.groups_.push_back(
+        {ProgramFamily(SeriesProgram(std::move(expression), false), std::move(variables), num_points, num_functions),
+         series_.num_blocks_});
+    return series_.groups_.back();
+  }
+  void add_member(Group& group, std::span<const Index> users, std::span<const std::size_t> slots) {
+    std::vector<Index> points;
+    for (const Index point : users) points.push_back(numbering_.inner_point[static_cast<std::size_t>(point)]);
     group.family.append_member(points, slots);
-    append(points, num_blocks_++, points.size() == 2);
-  };
+    series_.append(points, series_.num_blocks_++, points.size() == 2);
+  }
+  /// A constant, as it is at the start.
+  template <class G>
+  double number_of(const G& given, std::size_t k) const {
+    if constexpr (requires { KindOf<G>::parameter; }) {
+      const Parameter& number = given.*KindOf<G>::parameter;
+      const auto pick = [k](const auto& each) { return each[each.size() == 1 ? 0 : k]; };
+      if (!number.constants.empty()) return pick(number.constants);
+      if (!number.functions.empty()) return pick(number.functions)(0.0).value();
+      const auto at = [&](Index point) {
+        const Vec3 r = load(system_.positions.data(), point);
+        return TripleOf<double>{r.x, r.y, r.z};
+      };
+      const typename KindOf<G>::template Definition<double> definition(given, Clock<double>{});
+      return definition.measure(MemberPlaces{member_points(given, k), at}, k);
+    }
+    return 0.0;
+  }
+
+  ForceSeries& series_;
+  const System& system_;
+  const Numbering& numbering_;
+};
+
+ForceSeries::ForceSeries(const System& system, const Numbering& numbering, double t0) {
+  Reader reader(this, system, numbering);
   for (std::size_t g = 0; g < system.forces.size() && obstacle_.empty(); ++g) {
     const Force& force = system.forces[g];
-    if (const auto* gravity = std::get_if<Gravity>(&force)) {
-      gravity_ = gravity_ + make_vec3(gravity->acceleration);
-    } else if (const auto* given = std::get_if<ConstantForce>(&force)) {
-      Expression expression;
-      for (int c = 0; c < 3; ++c) (void)Traced::variable(expression);
-      expression.results = expression.variables;
-      groups_.push_back(
-          {ProgramFamily(SeriesProgram(std::move(expression), false),
-                         {{Source::Time, 0, 0, 0}, {Source::Time, 0, 0, 1}, {Source::Time, 0, 0, 2}}, 1, 3),
-           num_blocks_});
-      std::vector<std::size_t> slots;
-      for (const ScalarFunction& component : given->force.components) slots.push_back(table_.add(component));
-      for (const Index point : given->points) add_member(groups_.back(), {inner(point)}, slots);
-    } else if (const auto* springs = std::get_if<Springs>(&force)) {
-      const Parameter& rest = springs->rest_length;
-      const bool has_rest = rest.is_initial() || rest.constants != std::vector{0.0};
-      Group& group = add_group(record_spring(springs->stiffness, springs->damping, has_rest), 2, springs->damping > 0.0,
-                               has_rest ? 1 : 0);
-      for (std::size_t k = 0; k < springs->pairs.size(); ++k) {
-        const auto [i, j] = springs->pairs[k];
-        const auto pick = [k](const auto& each) { return each[each.size() == 1 ? 0 : k]; };
-        std::vector<std::size_t> slots;
-        if (has_rest) {
-          const double length = rest.is_initial()
-                                    ? norm(load(system.positions.data(), j) - load(system.positions.data(), i))
-                                : rest.functions.empty() ? pick(rest.constants)
-                                                         : pick(rest.functions)(0.0).value();
-          slots.push_back(table_.add(length));
-        }
-        add_member(group, {inner(i), inner(j)}, slots);
-      }
-    } else if (const auto* drag = std::get_if<Drag>(&force)) {
-      Group& group = add_group(record_drag(drag->linear, drag->quadratic), 1, true, 0);
-      for (const Index point : drag->points) add_member(group, {inner(point)}, {});
-    } else if (const auto* formula = std::get_if<FormulaForce>(&force); formula && formula->kernel.expression) {
-      Group& group = add_group(*formula->kernel.expression, 1, true, 1);
-      const std::size_t time = table_.add(ScalarFunction::formula("t"));
-      for (const Index point : formula->points) add_member(group, {inner(point)}, std::span(&time, 1));
-    } else {
-      const bool is_pairs = std::holds_alternative<PairForces>(force);
-      obstacle_ = "forces[" + text(g) + "] cannot be expanded in time: " +
-                  (is_pairs ? "pair forces have no series" : "it is known as a function alone");
-    }
+    if (std::visit([&](const auto& given) { return reader.add(given); }, force)) continue;
+    const bool is_pairs = std::holds_alternative<PairForces>(force);
+    obstacle_ = "forces[" + text(g) + "] cannot be expanded in time: " +
+                (is_pairs ? "pair forces have no series" : "it is known as a function alone");
   }
   if (obstacle_.empty() && table_.has_unknown(t0)) obstacle_ = "a force is known as a function of time alone";
   std::erase_if(groups_, [](const Group& group) { return group.family.size() == 0; });

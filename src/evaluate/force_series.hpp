@@ -39,6 +39,7 @@ class ForceSeries {
     ProgramFamily family;
     Index first_block;
   };
+  class Reader;
   void append(const std::vector<Index>& points, Index block, bool is_pair);
 
   Vec3 gravity_{};

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "kinds/force_kernel.hpp"
+
 namespace tanor {
 
 namespace {
@@ -23,6 +25,17 @@ Forces::Forces(const System& system, const Numbering& numbering)
   std::vector<std::pair<Index, Index>> given_forces, spring_ends, formula_forces;
   std::vector<std::pair<Index, DragNumbers>> drags;
 
+  const auto add_formula = [&](const FormulaForce& formula) {
+    FormulaGroup group{formula.kernel, {}, formula_forces.size()};
+    for (const Index point : formula.points) {
+      group.points.push_back(numbering.inner_point[point]);
+      formula_forces.push_back({group.points.back(), static_cast<Index>(formula_forces.size())});
+    }
+    formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
+    if (auto passages = make_force_passages(group.kernel, list_moving(group.points), mass_))
+      formula_passages_.push_back(std::move(passages));
+    if (!group.points.empty()) formulas_.push_back(std::move(group));
+  };
   for (const Force& force : system.forces) {
     std::visit(
         Overloaded{[&](const Gravity& gravity) { gravity_ = gravity_ + make_vec3(gravity.acceleration); },
@@ -61,21 +74,15 @@ Forces::Forces(const System& system, const Numbering& numbering)
                        drags.push_back({numbering.inner_point[point], {drag.linear, drag.quadratic}});
                      }
                    },
-                   [&](const FormulaForce& formula) {
-                     FormulaGroup group{formula.kernel, {}, formula_forces.size()};
-                     for (const Index point : formula.points) {
-                       group.points.push_back(numbering.inner_point[point]);
-                       formula_forces.push_back({group.points.back(), static_cast<Index>(formula_forces.size())});
-                     }
-                     formulas_depend_on_velocity_ = formulas_depend_on_velocity_ || formula.kernel.depends_on_velocity;
-                     if (auto passages = make_force_passages(group.kernel, list_moving(group.points), mass_))
-                       formula_passages_.push_back(std::move(passages));
-                     if (!group.points.empty()) formulas_.push_back(std::move(group));
-                   },
+                   add_formula,
                    [&](const PairForces& pairs) {
                      pairs_.emplace_back(system, pairs, numbering);
                      PairField of_supports(system, pairs, numbering, PairField::Which::OfSupports);
                      if (!of_supports.empty()) pairs_of_supports_.push_back(std::move(of_supports));
+                   },
+                   // A kind that has no loop of its own.
+                   [&]<class Group>(const Group& group) {
+                     add_formula({.name = group.name, .points = group.points, .kernel = kernel_of_definition(group)});
                    }},
         force);
   }

@@ -10,7 +10,7 @@
 #include "base/parallel.hpp"
 #include "evaluate/formula_passages.hpp"
 #include "evaluate/pair_field.hpp"
-#include "evaluate/tables.hpp"
+#include "kinds/tables.hpp"
 #include "system/numbering.hpp"
 
 namespace tanor {

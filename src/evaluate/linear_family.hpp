@@ -4,30 +4,9 @@
 #include <vector>
 
 #include "evaluate/family.hpp"
+#include "kinds/linear_kernel.hpp"
 
 namespace tanor {
-
-/// sum over the tuple of c.r - value. Gradients are constant.
-struct LinearKernel {
-  std::vector<Index> start{0};     ///< [member] first of its points
-  std::vector<Index> points;       ///< tuples one after the other
-  std::vector<Vec3> coefficients;  ///< beside `points`
-  std::vector<double> norms;       ///< [member] largest |c| of its tuple
-  ScalarTable value;               ///< [member]
-  std::vector<double> size;        ///< [member] m, of the neighbourhood
-
-  void set_time(double t) { value.set_time(t); }
-  bool depends_on_time() const { return !value.is_constant(); }
-  bool gradients_are_constant() const { return true; }
-  double scale(std::size_t k) const { return size[k]; }
-
-  /// Row of K'x.
-  double transposed(std::size_t k, const double* x) const {
-    double sum = 0.0;
-    for (Index i = start[k]; i < start[k + 1]; ++i) sum += dot(coefficients[i], load(x, points[i]));
-    return sum;
-  }
-};
 
 /// Linear constraints on tuples of any size. Same interface as Family.
 class LinearFamily {

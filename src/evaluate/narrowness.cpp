@@ -140,6 +140,127 @@ Intervals angle(const Intervals& y, const Intervals& x) {
   return result;
 }
 
+/// What an instruction may be, and how often it may change its course.
+struct Course {
+  Intervals value;
+  Eight passes;
+};
+
+/// Sums and products of smooth numbers, and choices; false: it is another function.
+TANOR_LANES bool follow_arithmetic(const Instruction& instruction, const Intervals& a, const Intervals& b,
+                                   Course* course) {
+  const Eight zero{};
+  const double constant = instruction.constant;
+  Intervals& value = course->value;
+  switch (instruction.operation) {
+    case Operation::Constant:
+      value = {zero + constant, zero + constant};
+      return true;
+    case Operation::Scale:
+      value = constant >= 0.0 ? Intervals{constant * a.low, constant * a.high}
+                              : Intervals{constant * a.high, constant * a.low};
+      return true;
+    case Operation::Shift:
+      value = {a.low + constant, a.high + constant};
+      return true;
+    case Operation::Add:
+      value = {a.low + b.low, a.high + b.high};
+      return true;
+    case Operation::Subtract:
+      value = {a.low - b.high, a.high - b.low};
+      return true;
+    case Operation::Multiply:
+      if (instruction.a == instruction.b) {
+        const Intervals size = absolute(a);
+        value = {size.low * size.low, size.high * size.high};
+      } else {
+        value = product(a, b);
+      }
+      return true;
+    case Operation::Abs:
+      value = absolute(a);
+      course->passes = count_at_kink(a);
+      return true;
+    case Operation::Min:
+      value = {smaller_of(a.low, b.low), smaller_of(a.high, b.high)};
+      course->passes = count_at_kink({a.low - b.high, a.high - b.low});
+      return true;
+    case Operation::Max:
+      value = {larger_of(a.low, b.low), larger_of(a.high, b.high)};
+      course->passes = count_at_kink({a.low - b.high, a.high - b.low});
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Quotients; of tanh, sinh/cosh, the argument counts (see the constructor), and of 1/exp that of exp.
+TANOR_LANES void follow_quotient(const std::vector<Instruction>& instructions, const Instruction& instruction,
+                                 const Intervals* values, bool asked, Course* course) {
+  const Intervals& a = values[instruction.a];
+  const Intervals& b = values[instruction.b];
+  const Eight none = Eight{} + infinity;
+  if (instruction.c > 0) {
+    if (asked) course->value = rising(values[instruction.c - 1], [](double x) { return std::tanh(x); });
+    return;
+  }
+  if (const Instruction& under = instructions[static_cast<std::size_t>(instruction.b)];
+      under.operation == Operation::Exp && !asked) {
+    course->passes = 2.0 * run_within(values[under.a], -most_exponent, most_exponent);
+    return;
+  }
+  course->passes = count_factors(b);
+  if (!asked) return;
+  const auto has_pole = (b.low <= 0.0) & (b.high >= 0.0);
+  const Intervals quotient = product(a, {1.0 / b.high, 1.0 / b.low});
+  course->value = {has_pole ? -none : quotient.low, has_pole ? none : quotient.high};
+}
+
+/// How often a function of one number changes its course.
+TANOR_LANES Eight count_function(Operation operation, const Intervals& a) {
+  const Eight zero{}, none = zero + infinity;
+  switch (operation) {
+    case Operation::Sqrt:
+      return count_factors(a);
+    case Operation::Exp:
+      return run_within(a, -faint, infinity);
+    case Operation::Log:
+      return a.low > 0.0 ? count_factors(a) : none;
+    case Operation::Sin:
+    case Operation::Cos:
+      return a.high - a.low;
+    case Operation::Sinh:
+    case Operation::Cosh:
+      return run_within(a, -saturated, saturated);
+    case Operation::Asin:
+      return (a.low > -1.0) & (a.high < 1.0) ? zero : none;
+    case Operation::Atan: {
+      const Intervals scaled = rising(a, [](double x) { return std::asinh(x); });
+      return scaled.high - scaled.low;
+    }
+    default:
+      return zero;
+  }
+}
+
+TANOR_LANES Intervals value_of_function(Operation operation, const Intervals& a) {
+  const Eight none = Eight{} + infinity;
+  // clang-format off
+  switch (operation) {
+    case Operation::Sqrt: return rising(a, [](double x) { return std::sqrt(std::max(x, 0.0)); });
+    case Operation::Exp: return rising(a, [](double x) { return std::exp(x); });
+    case Operation::Log: return rising(a, [](double x) { return std::log(std::max(x, 0.0)); });
+    case Operation::Sin: return cosine({a.low - 0.5 * M_PI, a.high - 0.5 * M_PI});
+    case Operation::Cos: return cosine(a);
+    case Operation::Sinh: return rising(a, [](double x) { return std::sinh(x); });
+    case Operation::Cosh: return rising(absolute(a), [](double x) { return std::cosh(x); });
+    case Operation::Asin: return rising(a, [](double x) { return std::asin(std::clamp(x, -1.0, 1.0)); });
+    case Operation::Atan: return rising(a, [](double x) { return std::atan(x); });
+    default: return {-none, none};
+  }
+  // clang-format on
+}
+
 /// values [instruction] of what is asked for, those of variables being there; returns the largest count.
 TANOR_EACH_INSTRUCTION_SET
 void count_all(const std::vector<Instruction>& instructions, const char* counts, const char* is_asked,
@@ -147,116 +268,26 @@ void count_all(const std::vector<Instruction>& instructions, const char* counts,
   const Eight zero{}, none = zero + infinity;
   Eight most = zero;
   for (std::size_t i = 0; i < instructions.size(); ++i) {
-    if (!counts[i]) continue;
     const Instruction& instruction = instructions[i];
+    const Operation operation = instruction.operation;
+    if (!counts[i] || operation == Operation::Variable) continue;
     const Intervals& a = values[instruction.a];
-    const Intervals& b = values[instruction.b];
     const bool asked = is_asked[i] != 0;
-    Intervals value{-none, none};
-    Eight passes = zero;
-    switch (instruction.operation) {
-      case Operation::Variable:
-        continue;
-      case Operation::Constant:
-        value = {zero + instruction.constant, zero + instruction.constant};
-        break;
-      case Operation::Scale:
-        value = instruction.constant >= 0.0 ? Intervals{instruction.constant * a.low, instruction.constant * a.high}
-                                            : Intervals{instruction.constant * a.high, instruction.constant * a.low};
-        break;
-      case Operation::Shift:
-        value = {a.low + instruction.constant, a.high + instruction.constant};
-        break;
-      case Operation::Add:
-        value = {a.low + b.low, a.high + b.high};
-        break;
-      case Operation::Subtract:
-        value = {a.low - b.high, a.high - b.low};
-        break;
-      case Operation::Multiply:
-        if (instruction.a == instruction.b) {
-          const Intervals size = absolute(a);
-          value = {size.low * size.low, size.high * size.high};
-        } else {
-          value = product(a, b);
-        }
-        break;
-      case Operation::Divide:
-        if (instruction.c > 0) {
-          if (asked) value = rising(values[instruction.c - 1], [](double x) { return std::tanh(x); });
-          break;
-        }
-        if (const Instruction& under = instructions[static_cast<std::size_t>(instruction.b)];
-            under.operation == Operation::Exp && !asked) {
-          passes = 2.0 * run_within(values[under.a], -most_exponent, most_exponent);
-          break;
-        }
-        passes = count_factors(b);
-        if (asked) {
-          const auto has_pole = (b.low <= 0.0) & (b.high >= 0.0);
-          const Intervals quotient = product(a, {1.0 / b.high, 1.0 / b.low});
-          value = {has_pole ? -none : quotient.low, has_pole ? none : quotient.high};
-        }
-        break;
-      case Operation::Sqrt:
-        passes = count_factors(a);
-        if (asked) value = rising(a, [](double x) { return std::sqrt(std::max(x, 0.0)); });
-        break;
-      case Operation::Exp:
-        passes = run_within(a, -faint, infinity);
-        if (asked) value = rising(a, [](double x) { return std::exp(x); });
-        break;
-      case Operation::Log:
-        passes = a.low > 0.0 ? count_factors(a) : none;
-        if (asked) value = rising(a, [](double x) { return std::log(std::max(x, 0.0)); });
-        break;
-      case Operation::Sin:
-        passes = a.high - a.low;
-        if (asked) value = cosine({a.low - 0.5 * M_PI, a.high - 0.5 * M_PI});
-        break;
-      case Operation::Cos:
-        passes = a.high - a.low;
-        if (asked) value = cosine(a);
-        break;
-      case Operation::Sinh:
-        passes = run_within(a, -saturated, saturated);
-        if (asked) value = rising(a, [](double x) { return std::sinh(x); });
-        break;
-      case Operation::Cosh:
-        passes = run_within(a, -saturated, saturated);
-        if (asked) value = rising(absolute(a), [](double x) { return std::cosh(x); });
-        break;
-      case Operation::Asin:
-        passes = (a.low > -1.0) & (a.high < 1.0) ? zero : none;
-        if (asked) value = rising(a, [](double x) { return std::asin(std::clamp(x, -1.0, 1.0)); });
-        break;
-      case Operation::Atan: {
-        const Intervals scaled = rising(a, [](double x) { return std::asinh(x); });
-        passes = scaled.high - scaled.low;
-        if (asked) value = rising(a, [](double x) { return std::atan(x); });
-        break;
-      }
-      case Operation::Atan2:
-        value = angle(a, b);
-        passes = value.high - value.low;
-        passes = passes > 6.0 ? none : passes;
-        break;
-      case Operation::Abs:
-        value = absolute(a);
-        passes = count_at_kink(a);
-        break;
-      case Operation::Min:
-        value = {smaller_of(a.low, b.low), smaller_of(a.high, b.high)};
-        passes = count_at_kink({a.low - b.high, a.high - b.low});
-        break;
-      case Operation::Max:
-        value = {larger_of(a.low, b.low), larger_of(a.high, b.high)};
-        passes = count_at_kink({a.low - b.high, a.high - b.low});
-        break;
+    Course course{{-none, none}, zero};
+    if (operation == Operation::Divide) {
+      follow_quotient(instructions, instruction, values, asked, &course);
+    } else if (operation == Operation::Atan2) {
+      course.value = angle(a, values[instruction.b]);
+      course.passes = course.value.high - course.value.low;
+      course.passes = course.passes > 6.0 ? none : course.passes;
+    } else if (!follow_arithmetic(instruction, a, values[instruction.b], &course)) {
+      course.passes = count_function(operation, a);
+      if (asked) course.value = value_of_function(operation, a);
     }
+    const Intervals& value = course.value;
     const auto is_known = value.low <= value.high;
     values[i] = {is_known ? value.low : -none, is_known ? value.high : none};
-    const Eight bound = passes < infinity ? passes : none;  // what is no number is no bound
+    const Eight bound = course.passes < infinity ? course.passes : none;  // what is no number is no bound
     most = larger_of(most, bound);
   }
   *result = most;

@@ -25,11 +25,6 @@ using Lane = SeriesLane;
   *sum = s;
 }
 
-template <class Function>
-[[gnu::always_inline]] inline void map(const Lane& a, const Function& function, Lane* r) {
-  for (std::size_t lane = 0; lane < series_width; ++lane) (*r)[lane] = function(a[lane]);
-}
-
 bool needs_quotient(Operation operation) {
   switch (operation) {
     case Operation::Divide:
@@ -81,143 +76,249 @@ bool SeriesProgram::is_linear_in(const std::vector<char>& counts) const {
 
 namespace {
 
+/// The series that an instruction reads, and the one that it writes.
+struct Operands {
+  const Lane *a, *b, *c;
+  Lane *r, *after;  // `after`: of the next instruction, which is the cosine of a sine
+};
+
+/// Coefficient k of sums, products and choices; false: it is another function.
+[[gnu::always_inline]] inline bool evaluate_arithmetic(const Expression::Instruction& instruction,
+                                                       const Operands& operands, int k) {
+  const auto& [a, b, c, r, after] = operands;
+  Lane sum{};
+  switch (instruction.operation) {
+    case Operation::Variable:
+      return true;
+    case Operation::Constant:
+      r[k] = k == 0 ? sum + instruction.constant : sum;
+      return true;
+    case Operation::Scale:
+      r[k] = instruction.constant * a[k];
+      return true;
+    case Operation::Shift:
+      r[k] = k == 0 ? a[k] + instruction.constant : a[k];
+      return true;
+    case Operation::Add:
+      r[k] = a[k] + b[k];
+      return true;
+    case Operation::Subtract:
+      r[k] = a[k] - b[k];
+      return true;
+    case Operation::Multiply:
+      // r_k = sum over j = 0 … k of a_j b_{k-j}
+      add_products(a, b, k, 0, k, &sum);
+      r[k] = sum;
+      return true;
+    case Operation::Divide:
+      // r b = a
+      add_products(b, r, k, 1, k, &sum);
+      r[k] = (a[k] - sum) / b[0];
+      return true;
+    case Operation::Abs:
+    case Operation::Min:
+    case Operation::Max:
+      for (std::size_t lane = 0; lane < series_width; ++lane) {
+        const bool is_abs = instruction.operation == Operation::Abs;
+        const double x = a[k][lane], y = is_abs ? -x : b[k][lane], p = a[0][lane], q = is_abs ? 0.0 : b[0][lane];
+        const bool takes_y = instruction.operation == Operation::Min ? q < p : p < q;
+        r[k][lane] = takes_y ? y : x;
+      }
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Coefficient 0 of a function: its value.
+[[gnu::always_inline]] inline void evaluate_value(Operation operation, const Operands& operands) {
+  const auto& [a, b, c, r, after] = operands;
+  for (std::size_t lane = 0; lane < series_width; ++lane) {
+    const double x = a[0][lane];
+    double& y = r[0][lane];
+    // clang-format off
+    switch (operation) {
+      case Operation::Sqrt: y = std::sqrt(x); break;
+      case Operation::Exp: y = std::exp(x); break;
+      case Operation::Log: y = std::log(x); break;
+      case Operation::Sin: y = std::sin(x); after[0][lane] = std::cos(x); break;
+      case Operation::Sinh: y = std::sinh(x); after[0][lane] = std::cosh(x); break;
+      case Operation::Asin: y = std::asin(x); break;
+      case Operation::Atan: y = std::atan(x); break;
+      case Operation::Atan2: y = std::atan2(x, b[0][lane]); break;
+      default: break;
+    }
+    // clang-format on
+  }
+}
+
+/// Coefficient k > 0 of a function, from the differential equation that it solves.
+[[gnu::always_inline]] inline void evaluate_function(Operation operation, const Operands& operands, int k) {
+  const auto& [a, b, c, r, after] = operands;
+  const double inverse = 1.0 / k;
+  Lane sum{}, other{}, last{};
+  switch (operation) {
+    case Operation::Sqrt:
+      // r^2 = a
+      add_products(r, r, k, 1, k - 1, &sum);
+      r[k] = (a[k] - sum) / (2.0 * r[0]);
+      break;
+    case Operation::Exp:
+      // r' = a' r
+      add_weighted(a, r, k, 1, k, &sum);
+      r[k] = inverse * sum;
+      break;
+    case Operation::Log:
+      // r' a = a'
+      add_weighted(r, a, k, 1, k - 1, &sum);
+      r[k] = (a[k] - inverse * sum) / a[0];
+      break;
+    case Operation::Sin:
+    case Operation::Sinh:
+      // s' = a' c, c' = -a' s; sinh and cosh: +
+      add_weighted(a, after, k, 1, k, &sum);
+      r[k] = inverse * sum;
+      add_weighted(a, r, k, 1, k, &other);
+      after[k] = (operation == Operation::Sin ? -inverse : inverse) * other;
+      break;
+    case Operation::Asin:
+    case Operation::Atan:
+      // r' b = a'
+      add_weighted(r, b, k, 1, k - 1, &sum);
+      r[k] = (a[k] - inverse * sum) / b[0];
+      break;
+    case Operation::Atan2:
+      // r' (x^2 + y^2) = x y' - y x', y = a, x = b
+      add_weighted(a, b, k, 1, k, &sum);
+      add_weighted(b, a, k, 1, k, &other);
+      add_weighted(r, c, k, 1, k - 1, &last);
+      r[k] = inverse * (sum - other - last) / c[0];
+      break;
+    default:
+      break;  // a cosine: with the sine before it
+  }
+}
+
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_coefficient(const std::vector<Expression::Instruction>& instructions, Lane* lanes, std::size_t length,
                           int k) {
   const auto series = [lanes, length](int number) { return lanes + static_cast<std::size_t>(number) * length; };
-  const double inverse = k > 0 ? 1.0 / k : 0.0;
   for (std::size_t i = 0; i < instructions.size(); ++i) {
     const Expression::Instruction& instruction = instructions[i];
-    const Lane* const a = series(instruction.a);
-    const Lane* const b = series(instruction.b);
     Lane* const r = lanes + i * length;
-    Lane sum{};
-    switch (instruction.operation) {
-      case Operation::Variable:
-        break;
-      case Operation::Constant:
-        r[k] = k == 0 ? sum + instruction.constant : sum;
-        break;
-      case Operation::Scale:
-        r[k] = instruction.constant * a[k];
-        break;
-      case Operation::Shift:
-        r[k] = k == 0 ? a[k] + instruction.constant : a[k];
-        break;
-      case Operation::Add:
-        r[k] = a[k] + b[k];
-        break;
-      case Operation::Subtract:
-        r[k] = a[k] - b[k];
-        break;
-      case Operation::Multiply:
-        // r_k = sum over j = 0 … k of a_j b_{k-j}
-        add_products(a, b, k, 0, k, &sum);
-        r[k] = sum;
-        break;
-      case Operation::Divide:
-        // r b = a
-        add_products(b, r, k, 1, k, &sum);
-        r[k] = (a[k] - sum) / b[0];
-        break;
-      case Operation::Sqrt:
-        // r^2 = a
-        if (k == 0) {
-          map(
-              a[0], [](double x) { return std::sqrt(x); }, &r[0]);
-        } else {
-          add_products(r, r, k, 1, k - 1, &sum);
-          r[k] = (a[k] - sum) / (2.0 * r[0]);
-        }
-        break;
-      case Operation::Exp:
-        // r' = a' r
-        if (k == 0) {
-          map(
-              a[0], [](double x) { return std::exp(x); }, &r[0]);
-        } else {
-          add_weighted(a, r, k, 1, k, &sum);
-          r[k] = inverse * sum;
-        }
-        break;
-      case Operation::Log:
-        // r' a = a'
-        if (k == 0) {
-          map(
-              a[0], [](double x) { return std::log(x); }, &r[0]);
-        } else {
-          add_weighted(r, a, k, 1, k - 1, &sum);
-          r[k] = (a[k] - inverse * sum) / a[0];
-        }
-        break;
-      case Operation::Sin:
-      case Operation::Sinh: {
-        // s' = a' c, c' = -a' s; sinh and cosh: +
-        Lane* const cosine = r + length;
-        const bool is_circular = instruction.operation == Operation::Sin;
-        if (k == 0) {
-          map(
-              a[0], [is_circular](double x) { return is_circular ? std::sin(x) : std::sinh(x); }, &r[0]);
-          map(
-              a[0], [is_circular](double x) { return is_circular ? std::cos(x) : std::cosh(x); }, &cosine[0]);
-        } else {
-          add_weighted(a, cosine, k, 1, k, &sum);
-          r[k] = inverse * sum;
-          sum = Lane{};
-          add_weighted(a, r, k, 1, k, &sum);
-          cosine[k] = (is_circular ? -inverse : inverse) * sum;
-        }
-        break;
-      }
-      case Operation::Cos:
-      case Operation::Cosh:
-        break;  // with the sine before it
-      case Operation::Asin:
-      case Operation::Atan:
-        // r' b = a'
-        if (k == 0) {
-          const bool is_asin = instruction.operation == Operation::Asin;
-          map(
-              a[0], [is_asin](double x) { return is_asin ? std::asin(x) : std::atan(x); }, &r[0]);
-        } else {
-          add_weighted(r, b, k, 1, k - 1, &sum);
-          r[k] = (a[k] - inverse * sum) / b[0];
-        }
-        break;
-      case Operation::Atan2: {
-        // r' (x^2 + y^2) = x y' - y x', y = a, x = b
-        const Lane* const c = series(instruction.c);
-        if (k == 0) {
-          for (std::size_t lane = 0; lane < series_width; ++lane) r[0][lane] = std::atan2(a[0][lane], b[0][lane]);
-        } else {
-          Lane other{}, last{};
-          add_weighted(a, b, k, 1, k, &sum);
-          add_weighted(b, a, k, 1, k, &other);
-          add_weighted(r, c, k, 1, k - 1, &last);
-          r[k] = inverse * (sum - other - last) / c[0];
-        }
-        break;
-      }
-      case Operation::Abs:
-        for (std::size_t lane = 0; lane < series_width; ++lane) {
-          const double x = a[k][lane];
-          r[k][lane] = a[0][lane] < 0.0 ? -x : x;
-        }
-        break;
-      case Operation::Min:
-        for (std::size_t lane = 0; lane < series_width; ++lane) {
-          const double x = a[k][lane], y = b[k][lane];
-          r[k][lane] = b[0][lane] < a[0][lane] ? y : x;
-        }
-        break;
-      case Operation::Max:
-        for (std::size_t lane = 0; lane < series_width; ++lane) {
-          const double x = a[k][lane], y = b[k][lane];
-          r[k][lane] = a[0][lane] < b[0][lane] ? y : x;
-        }
-        break;
-    }
+    const Operands operands{series(instruction.a), series(instruction.b), series(instruction.c), r, r + length};
+    if (evaluate_arithmetic(instruction, operands, k)) continue;
+    if (k == 0)
+      evaluate_value(instruction.operation, operands);
+    else
+      evaluate_function(instruction.operation, operands, k);
   }
+}
+
+/// The series of an instruction and of its operands, and where the adjoints of these gather.
+struct Adjoints {
+  const Lane *a, *b, *c, *r, *self;
+  Lane *to_a, *to_b, *q;  // q: a quotient of series
+};
+
+/// What the adjoint of a sum, product or choice adds to those of its operands; false: it is another function.
+[[gnu::always_inline]] inline bool differentiate_arithmetic(const Expression::Instruction& instruction,
+                                                            const Adjoints& of, int k) {
+  Lane sum{}, other{};
+  switch (instruction.operation) {
+    case Operation::Variable:
+    case Operation::Constant:
+      return true;
+    case Operation::Scale:
+      *of.to_a += instruction.constant * of.self[k];
+      return true;
+    case Operation::Shift:
+      *of.to_a += of.self[k];
+      return true;
+    case Operation::Add:
+      *of.to_a += of.self[k];
+      *of.to_b += of.self[k];
+      return true;
+    case Operation::Subtract:
+      *of.to_a += of.self[k];
+      *of.to_b -= of.self[k];
+      return true;
+    case Operation::Multiply:
+      add_products(of.b, of.self, k, 0, k, &sum);
+      *of.to_a += sum;
+      add_products(of.a, of.self, k, 0, k, &other);
+      *of.to_b += other;
+      return true;
+    case Operation::Abs:
+      for (std::size_t lane = 0; lane < series_width; ++lane)
+        (*of.to_a)[lane] += of.a[0][lane] < 0.0 ? -of.self[k][lane] : of.self[k][lane];
+      return true;
+    case Operation::Min:
+      for (std::size_t lane = 0; lane < series_width; ++lane)
+        (of.b[0][lane] < of.a[0][lane] ? *of.to_b : *of.to_a)[lane] += of.self[k][lane];
+      return true;
+    case Operation::Max:
+      for (std::size_t lane = 0; lane < series_width; ++lane)
+        (of.a[0][lane] < of.b[0][lane] ? *of.to_b : *of.to_a)[lane] += of.self[k][lane];
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// The same of a function.
+[[gnu::always_inline]] inline void differentiate_function(Operation operation, const Adjoints& of, int k) {
+  // q = self/divisor
+  const auto divide = [&](const Lane* divisor) __attribute__((always_inline)) {
+    Lane s{};
+    add_products(divisor, of.q, k, 1, k, &s);
+    of.q[k] = (of.self[k] - s) / divisor[0];
+  };
+  Lane sum{}, other{};
+  switch (operation) {
+    case Operation::Divide:
+      divide(of.b);
+      *of.to_a += of.q[k];
+      add_products(of.r, of.q, k, 0, k, &sum);
+      *of.to_b -= sum;
+      break;
+    case Operation::Sqrt:
+      divide(of.r);
+      *of.to_a += 0.5 * of.q[k];
+      break;
+    case Operation::Exp:
+      add_products(of.r, of.self, k, 0, k, &sum);
+      *of.to_a += sum;
+      break;
+    case Operation::Log:
+    case Operation::Asin:
+    case Operation::Atan:
+      divide(operation == Operation::Log ? of.a : of.b);
+      *of.to_a += of.q[k];
+      break;
+    case Operation::Atan2:
+      divide(of.c);
+      add_products(of.b, of.q, k, 0, k, &sum);
+      *of.to_a += sum;
+      add_products(of.a, of.q, k, 0, k, &other);
+      *of.to_b -= other;
+      break;
+    default:
+      break;
+  }
+}
+
+/// The same of sines and cosines; `length` lies between the series of a pair.
+[[gnu::always_inline]] inline void differentiate_pair(Operation operation, const Adjoints& of, std::size_t length,
+                                                      int k) {
+  const bool is_first = operation == Operation::Sin || operation == Operation::Sinh;
+  if (!is_first && operation != Operation::Cos && operation != Operation::Cosh) return;
+  Lane sum{};
+  add_products(is_first ? of.r + length : of.r - length, of.self, k, 0, k, &sum);
+  if (operation == Operation::Cos)
+    *of.to_a -= sum;
+  else
+    *of.to_a += sum;
 }
 
 TANOR_EACH_INSTRUCTION_SET
@@ -233,102 +334,12 @@ void differentiate_coefficient(const Expression& expression, const std::vector<i
 
   for (std::size_t i = count; i-- > 0;) {
     const Expression::Instruction& instruction = expression.instructions[i];
-    const Lane* const self = adjoints + i * length;
-    const Lane* const r = lanes + i * length;
-    Lane* const to_a = adjoint(instruction.a) + k;
-    Lane* const to_b = adjoint(instruction.b) + k;
-    const Lane* const a = series(instruction.a);
-    const Lane* const b = series(instruction.b);
     Lane* const q = quotient[i] >= 0 ? quotients + static_cast<std::size_t>(quotient[i]) * length : nullptr;
-    // q = self/divisor
-    const auto divide = [ q, k ](const Lane* dividend, const Lane* divisor) __attribute__((always_inline)) {
-      Lane s{};
-      add_products(divisor, q, k, 1, k, &s);
-      q[k] = (dividend[k] - s) / divisor[0];
-    };
-    Lane sum{};
-    switch (instruction.operation) {
-      case Operation::Variable:
-      case Operation::Constant:
-        break;
-      case Operation::Scale:
-        *to_a += instruction.constant * self[k];
-        break;
-      case Operation::Shift:
-        *to_a += self[k];
-        break;
-      case Operation::Add:
-        *to_a += self[k];
-        *to_b += self[k];
-        break;
-      case Operation::Subtract:
-        *to_a += self[k];
-        *to_b -= self[k];
-        break;
-      case Operation::Multiply:
-        add_products(b, self, k, 0, k, &sum);
-        *to_a += sum;
-        sum = Lane{};
-        add_products(a, self, k, 0, k, &sum);
-        *to_b += sum;
-        break;
-      case Operation::Divide:
-        divide(self, b);
-        *to_a += q[k];
-        add_products(r, q, k, 0, k, &sum);
-        *to_b -= sum;
-        break;
-      case Operation::Sqrt:
-        divide(self, r);
-        *to_a += 0.5 * q[k];
-        break;
-      case Operation::Exp:
-        add_products(r, self, k, 0, k, &sum);
-        *to_a += sum;
-        break;
-      case Operation::Log:
-        divide(self, a);
-        *to_a += q[k];
-        break;
-      case Operation::Sin:
-      case Operation::Sinh:
-        add_products(r + length, self, k, 0, k, &sum);
-        *to_a += sum;
-        break;
-      case Operation::Cos:
-        add_products(r - length, self, k, 0, k, &sum);
-        *to_a -= sum;
-        break;
-      case Operation::Cosh:
-        add_products(r - length, self, k, 0, k, &sum);
-        *to_a += sum;
-        break;
-      case Operation::Asin:
-      case Operation::Atan:
-        divide(self, b);
-        *to_a += q[k];
-        break;
-      case Operation::Atan2:
-        divide(self, series(instruction.c));
-        add_products(b, q, k, 0, k, &sum);
-        *to_a += sum;
-        sum = Lane{};
-        add_products(a, q, k, 0, k, &sum);
-        *to_b -= sum;
-        break;
-      case Operation::Abs:
-        for (std::size_t lane = 0; lane < series_width; ++lane)
-          (*to_a)[lane] += a[0][lane] < 0.0 ? -self[k][lane] : self[k][lane];
-        break;
-      case Operation::Min:
-        for (std::size_t lane = 0; lane < series_width; ++lane)
-          (b[0][lane] < a[0][lane] ? *to_b : *to_a)[lane] += self[k][lane];
-        break;
-      case Operation::Max:
-        for (std::size_t lane = 0; lane < series_width; ++lane)
-          (a[0][lane] < b[0][lane] ? *to_b : *to_a)[lane] += self[k][lane];
-        break;
-    }
+    const Adjoints of{series(instruction.a), series(instruction.b),      series(instruction.c),      lanes + i * length,
+                      adjoints + i * length, adjoint(instruction.a) + k, adjoint(instruction.b) + k, q};
+    if (differentiate_arithmetic(instruction, of, k)) continue;
+    differentiate_function(instruction.operation, of, k);
+    differentiate_pair(instruction.operation, of, length, k);
   }
 }
 

@@ -7,7 +7,7 @@
 
 #include "base/vec3.hpp"
 #include "evaluate/family.hpp"
-#include "evaluate/tables.hpp"
+#include "kinds/tables.hpp"
 #include "system/contacts.hpp"
 #include "system/numbering.hpp"
 

@@ -11,19 +11,7 @@ namespace {
 /// Rows that a group of constraints has among the multipliers: a member's rows are side by side.
 std::size_t count_rows(const Constraint& constraint) {
   return std::visit(
-      []<class Group>(const Group& group) -> std::size_t {
-        if constexpr (requires { group.pairs; }) {
-          return group.pairs.size();
-        } else if constexpr (requires { group.triples; }) {
-          return group.triples.size();
-        } else if constexpr (requires { group.tuples; }) {
-          return group.tuples.size();
-        } else if constexpr (std::is_same_v<Group, Lines> || std::is_same_v<Group, Circles>) {
-          return 2 * group.points.size();
-        } else {
-          return group.points.size();
-        }
-      },
+      []<class Group>(const Group& group) { return KindOf<Group>::rows * (group.*KindOf<Group>::members).size(); },
       constraint);
 }
 

@@ -9,62 +9,6 @@
 namespace tanor::scene {
 namespace {
 
-template <class Group>
-Group read_points(const Cursor& entry, const Context& context) {
-  Group group;
-  group.name = entry["name"].string("");
-  group.points = context.points(entry["points"]);
-  return group;
-}
-
-Coordinates read_free(const Cursor& entry, const Context& context) {
-  return read_points<FreeCoordinates>(entry, context);
-}
-
-Coordinates read_lines(const Cursor& entry, const Context& context) {
-  auto lines = read_points<LineCoordinates>(entry, context);
-  lines.origin = context.vector_function(entry["origin"]);
-  lines.direction = context.vector_function(entry["direction"]);
-  return lines;
-}
-
-Coordinates read_planes(const Cursor& entry, const Context& context) {
-  auto planes = read_points<PlaneCoordinates>(entry, context);
-  planes.normal = context.vector_function(entry["normal"]);
-  planes.offset = context.parameter(entry["offset"], planes.points.size(), 0.0);
-  return planes;
-}
-
-Coordinates read_circles(const Cursor& entry, const Context& context) {
-  auto circles = read_points<CircleCoordinates>(entry, context);
-  circles.center = context.vector_function(entry["center"]);
-  circles.normal = context.vector_function(entry["normal"]);
-  circles.radius = context.parameter(entry["radius"], circles.points.size());
-  return circles;
-}
-
-Coordinates read_spheres(const Cursor& entry, const Context& context) {
-  auto spheres = read_points<SphereCoordinates>(entry, context);
-  spheres.center = context.vector_function(entry["center"]);
-  spheres.radius = context.parameter(entry["radius"], spheres.points.size());
-  return spheres;
-}
-
-Coordinates read_chain(const Cursor& entry, const Context& context) {
-  auto chain = read_points<ChainAngles>(entry, context);
-  chain.anchor = context.point(entry["anchor"]);
-  chain.length = context.parameter(entry["length"], chain.points.size());
-  if (const Cursor normal = entry["normal"]) {
-    chain.normal = normal.vector3();
-    if (chain.normal == Vector3{}) normal.fail("a normal that is not zero; without one directions are spatial");
-  }
-  return chain;
-}
-
-Coordinates read_body(const Cursor& entry, const Context& context) {
-  return read_points<RigidBody>(entry, context);
-}
-
 /// Numbers of the named coordinates, in the order of the names; those that are not there are 0.
 std::vector<double> read_rates(const Cursor& rates, const std::vector<std::string>& names) {
   std::vector<double> result(names.size(), 0.0);
@@ -93,56 +37,53 @@ std::vector<std::string> read_texts(const Cursor& axis, std::size_t num_points) 
   return texts;
 }
 
-Coordinates read_formula(const Cursor& entry, const Context& context) {
-  UserCoordinates user;
-  user.name = entry["name"].string("");
-  user.tuples = {context.points(entry["points"])};
-  const std::size_t num_points = user.tuples[0].size();
-  if (num_points == 0) entry["points"].fail("at least one point");
-
-  std::vector<std::string> names;
-  for (const auto& [name, value] : entry["q"].members("an object of numbers: the coordinates at the start")) {
-    names.emplace_back(name);
-    user.q.push_back(value.number());
-  }
-  user.q_dot = read_rates(entry["q_dot"], names);
-
-  constexpr std::array axes = {"x", "y", "z"};
-  std::vector<std::string> components(3 * num_points);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::vector<std::string> texts = read_texts(entry[axes[axis]], num_points);
-    for (std::size_t p = 0; p < num_points; ++p) components[3 * p + axis] = texts[p];
-  }
-  try {
-    user.kernel = formula_coordinates(names, components, context.parameters);
-  } catch (const InputError& error) {
-    if (error.where().empty()) entry["q"].complain(error.what());
-    // "/<component>": the text of an axis of a point
-    const std::size_t component = std::stoul(error.where().substr(1));
-    const Cursor axis = entry[axes[component % 3]];
-    (axis.is_list() ? axis.follow(std::to_string(component / 3)) : axis).complain(error.what());
-  }
-  return user;
-}
-
-const std::vector<Kind<Coordinates>> kinds = {
-    {"free", {"name", "points"}, read_free},
-    {"line", {"name", "points", "origin", "direction"}, read_lines},
-    {"plane", {"name", "points", "normal", "offset"}, read_planes},
-    {"circle", {"name", "points", "center", "normal", "radius"}, read_circles},
-    {"sphere", {"name", "points", "center", "radius"}, read_spheres},
-    {"chain_angles", {"name", "points", "anchor", "length", "normal"}, read_chain},
-    {"rigid_body", {"name", "points"}, read_body},
-    {"formula", {"name", "points", "q", "q_dot", "x", "y", "z"}, read_formula},
-};
-
 }  // namespace
 
+template <>
+struct Extra<ChainAngles> {
+  static void read(const Cursor& entry, const Context&, ChainAngles* chain) {
+    const Cursor normal = entry["normal"];
+    if (normal && chain->normal == Vector3{})
+      normal.fail("a normal that is not zero; without one directions are spatial");
+  }
+};
+
+template <>
+struct Extra<UserCoordinates> {
+  static constexpr std::array<std::string_view, 7> keys{"name", "points", "q", "q_dot", "x", "y", "z"};
+  static constexpr bool read_alone = true;
+  static void read(const Cursor& entry, const Context& context, UserCoordinates* user) {
+    user->tuples = {context.points(entry["points"])};
+    const std::size_t num_points = user->tuples[0].size();
+    if (num_points == 0) entry["points"].fail("at least one point");
+
+    std::vector<std::string> names;
+    for (const auto& [name, value] : entry["q"].members("an object of numbers: the coordinates at the start")) {
+      names.emplace_back(name);
+      user->q.push_back(value.number());
+    }
+    user->q_dot = read_rates(entry["q_dot"], names);
+
+    constexpr std::array axes = {"x", "y", "z"};
+    std::vector<std::string> components(3 * num_points);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::vector<std::string> texts = read_texts(entry[axes[axis]], num_points);
+      for (std::size_t p = 0; p < num_points; ++p) components[3 * p + axis] = texts[p];
+    }
+    try {
+      user->kernel = formula_coordinates(names, components, context.parameters);
+    } catch (const InputError& error) {
+      if (error.where().empty()) entry["q"].complain(error.what());
+      // "/<component>": the text of an axis of a point
+      const std::size_t component = std::stoul(error.where().substr(1));
+      const Cursor axis = entry[axes[component % 3]];
+      (axis.is_list() ? axis.follow(std::to_string(component / 3)) : axis).complain(error.what());
+    }
+  }
+};
+
 std::vector<Coordinates> read_coordinates(const Cursor& list, const Context& context) {
-  std::vector<Coordinates> coordinates;
-  for (const Cursor entry : list.optional_list("a list of coordinates"))
-    coordinates.push_back(read_kind(entry, kinds, {}, context));
-  return coordinates;
+  return read_entries<Coordinates>(list, "a list of coordinates", context);
 }
 
 }  // namespace tanor::scene

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "scene/context.hpp"
 
@@ -27,6 +31,120 @@ Entry read_kind(const Cursor& entry, const std::vector<Kind<Entry>>& kinds,
   std::vector<std::string_view> keys = {"kind"};
   keys.insert(keys.end(), kind.keys.begin(), kind.keys.end());
   return kind.read(entry.object(keys), context);
+}
+
+// ---- kinds whose fields are plain data ----
+
+/// What plain data do not say of a Group: `keys`, all of them where they are more than the fields' names, and
+/// read(entry, context, &group), which reads the rest behind the fields.
+template <class Group>
+struct Extra {};
+
+/// "wire" or ["ball", "hoop"]: names of constraints.
+std::vector<std::string> read_guides(const Cursor& at);
+
+inline void read_members(const Cursor& list, const Context& context, std::vector<Index>* points) {
+  *points = context.points(list);
+}
+template <std::size_t N>
+void read_members(const Cursor& list, const Context& context, std::vector<std::array<Index, N>>* tuples) {
+  *tuples = context.tuples<N>(list);
+}
+
+/// A number that a scene file gives: in its range, as far as the reader refuses others.
+inline double read_number(const Cursor& cursor, const Range& range) {
+  if (range.wanted && !(cursor.is_number() && range.complaint(cursor.number()) == nullptr)) cursor.fail(range.wanted);
+  return cursor.number();
+}
+
+/// One field of a group whose members are known; an absent one keeps the value of its struct.
+template <class Group, class Value>
+void read_field(const Cursor& cursor, const Context& context, const Field<Group, Value>& field, Group* group) {
+  const FieldData& data = field.data;
+  Value& value = group->*field.value;
+  if (!cursor && !data.is_required) return;
+  if constexpr (std::is_same_v<Value, Parameter>) {
+    const std::size_t num_members = (group->*KindOf<Group>::members).size();
+    value = data.is_constant ? context.constant_parameter(cursor, num_members) : context.parameter(cursor, num_members);
+  } else if constexpr (std::is_same_v<Value, VectorFunction>) {
+    value = context.vector_function(cursor);
+  } else if constexpr (std::is_same_v<Value, Vector3>) {
+    value = cursor.vector3();
+  } else if constexpr (std::is_same_v<Value, Index>) {
+    value = context.point(cursor);
+  } else if constexpr (std::is_same_v<Value, std::vector<Vector3>>) {
+    value = context.vectors(cursor);
+    const std::size_t num_members = (group->*KindOf<Group>::members).size();
+    std::string_view one = list_name<Group>();
+    one.remove_suffix(1);
+    if (value.size() != num_members) cursor.fail(fmt::format("{} vectors, one a {}", num_members, one));
+  } else {
+    static_assert(std::is_same_v<Value, double> || std::is_same_v<Value, std::optional<double>>);
+    value = read_number(cursor, data.range);
+  }
+}
+
+template <class Group>
+std::vector<std::string_view> list_keys() {
+  if constexpr (requires { Extra<Group>::keys; }) return {Extra<Group>::keys.begin(), Extra<Group>::keys.end()};
+  std::vector<std::string_view> keys = {"name"};
+  if constexpr (requires(Group group) { group.at; }) keys.emplace_back("at");
+  if constexpr (requires { KindOf<Group>::members; }) keys.emplace_back(list_name<Group>());
+  for_each_field<Group>([&](const auto& field) { keys.emplace_back(field.name); });
+  return keys;
+}
+
+template <class Group>
+Group read_group(const Cursor& entry, const Context& context) {
+  Group group;
+  group.name = entry["name"].string("");
+  if constexpr (requires { Extra<Group>::read_alone; }) {
+    Extra<Group>::read(entry, context, &group);
+  } else {
+    if constexpr (requires { group.at; }) group.at = read_guides(entry["at"]);
+    if constexpr (requires { KindOf<Group>::members; }) {
+      const Cursor list = entry[list_name<Group>()];
+      if (list || !requires { Extra<Group>::members_are_optional; })
+        read_members(list, context, &(group.*KindOf<Group>::members));
+    }
+    for_each_field<Group>([&](const auto& field) { read_field(entry[field.name], context, field, &group); });
+    if constexpr (requires { Extra<Group>::read(entry, context, &group); }) Extra<Group>::read(entry, context, &group);
+  }
+  return group;
+}
+
+/// All kinds of a list of <tanor/kinds.hpp> that scene files have.
+template <class Entry>
+struct KindsOf;
+template <class... Groups>
+struct KindsOf<std::variant<Groups...>> {
+  using Entry = std::variant<Groups...>;
+
+  static std::vector<Kind<Entry>> list() {
+    std::vector<Kind<Entry>> kinds;
+    (append<Groups>(&kinds), ...);
+    return kinds;
+  }
+
+ private:
+  template <class Group>
+  static void append(std::vector<Kind<Entry>>* kinds) {
+    if constexpr (!requires { Extra<Group>::is_left_out; }) {
+      const auto read = [](const Cursor& entry, const Context& context) -> Entry {
+        return read_group<Group>(entry, context);
+      };
+      kinds->push_back({KindOf<Group>::name, list_keys<Group>(), read});
+    }
+  }
+};
+
+/// A list of entries, each of some kind; `wanted` says what the list should be.
+template <class Entry>
+std::vector<Entry> read_entries(const Cursor& list, std::string_view wanted, const Context& context) {
+  static const std::vector<Kind<Entry>> kinds = KindsOf<Entry>::list();
+  std::vector<Entry> entries;
+  for (const Cursor entry : list.optional_list(wanted)) entries.push_back(read_kind(entry, kinds, {}, context));
+  return entries;
 }
 
 }  // namespace tanor::scene

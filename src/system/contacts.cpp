@@ -8,21 +8,23 @@
 
 namespace tanor {
 
-namespace {
-
-bool is_without_effect(const Friction& friction) {
-  if (const auto* coulomb = std::get_if<Coulomb>(&friction))
-    return coulomb->coefficient == 0.0 && coulomb->static_coefficient.value_or(0.0) == 0.0;
-  if (const auto* viscous = std::get_if<Viscous>(&friction)) return viscous->coefficient == 0.0;
-  return false;
-}
-
 bool sticks(const Friction& friction) {
-  const auto* coulomb = std::get_if<Coulomb>(&friction);
-  return coulomb != nullptr && !coulomb->regularisation;
+  return std::visit(
+      []<class Law>(const Law& law) {
+        if constexpr (requires { KindOf<Law>::sticks(law); }) return KindOf<Law>::sticks(law);
+        return false;
+      },
+      friction);
 }
 
-}  // namespace
+static bool is_without_effect(const Friction& friction) {
+  return std::visit(
+      []<class Law>(const Law& law) {
+        if constexpr (requires { KindOf<Law>::is_without_effect(law); }) return KindOf<Law>::is_without_effect(law);
+        return false;
+      },
+      friction);
+}
 
 std::vector<Contact> list_contacts(const System& system) {
   std::vector<Contact> result;

@@ -16,6 +16,9 @@ struct Contact {
   int num_tangents() const { return 3 - static_cast<int>(guide_rows.size()); }
 };
 
+/// Whether points stick by this law: its force at rest is not a function of the velocity.
+bool sticks(const Friction& friction);
+
 /// All contacts, entry by entry, point by point. Supports have none (nothing moves them), nor have points that three
 /// equations hold in place, nor a friction whose coefficient is 0.
 std::vector<Contact> list_contacts(const System& system);

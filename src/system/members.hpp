@@ -10,49 +10,50 @@ namespace tanor {
 /// Rows (scalar equations) of one member of a constraint group: a rod is 1, a point on a line 2.
 template <class Group>
 constexpr int rows_per_member() {
-  return std::is_same_v<Group, Lines> || std::is_same_v<Group, Circles> ? 2 : 1;
+  return KindOf<Group>::rows;
 }
 
-// The members of a group, whatever it calls them: rods have pairs, planes have points, ...
-inline std::size_t num_members(const Rods& group) {
-  return group.pairs.size();
+/// The list of what a group holds: points, pairs, triples or tuples.
+template <class Group>
+const auto& list_of(const Group& group) {
+  return group.*KindOf<Group>::members;
 }
-inline std::size_t num_members(const Angles& group) {
-  return group.triples.size();
-}
-inline std::size_t num_members(const Pulleys& group) {
-  return group.pairs.size();
-}
-inline std::size_t num_members(const Linears& group) {
-  return group.tuples.size();
-}
-inline std::size_t num_members(const UserConstraints& group) {
-  return group.tuples.size();
-}
+
 template <class Group>
 std::size_t num_members(const Group& group) {
-  return group.points.size();
+  return list_of(group).size();
 }
 
-inline std::span<const Index> member_points(const Rods& group, std::size_t k) {
-  return group.pairs[k];
+/// Points of a member of a kind whose members have a fixed number of them.
+template <class Group>
+constexpr int points_of_member() {
+  if constexpr (has_single_points<Group>)
+    return 1;
+  else
+    return static_cast<int>(
+        std::tuple_size_v<
+            typename std::remove_cvref_t<decltype(std::declval<Group>().*KindOf<Group>::members)>::value_type>);
 }
-inline std::span<const Index> member_points(const Angles& group, std::size_t k) {
-  return group.triples[k];
-}
-inline std::span<const Index> member_points(const Pulleys& group, std::size_t k) {
-  return group.pairs[k];
-}
-inline std::span<const Index> member_points(const Linears& group, std::size_t k) {
-  return group.tuples[k];
-}
-inline std::span<const Index> member_points(const UserConstraints& group, std::size_t k) {
-  return group.tuples[k];
-}
+
+/// The user's points of member k.
 template <class Group>
 std::span<const Index> member_points(const Group& group, std::size_t k) {
-  return {&group.points[k], 1};
+  if constexpr (has_single_points<Group>)
+    return {&list_of(group)[k], 1};
+  else
+    return list_of(group)[k];
 }
+
+/// The places of a member's points: r[p] is that of its p-th one. `at`: the place of a point of the user.
+template <class At>
+struct MemberPlaces {
+  std::span<const Index> points;
+  const At& at;
+
+  MemberPlaces(std::span<const Index> given, const At& place_of) : points(given), at(place_of) {}
+
+  auto operator[](std::size_t p) const { return at(points[p]); }
+};
 
 /// visit(points, rows) for every member, group by group: the user's order.
 template <class Visit>

@@ -64,50 +64,43 @@ class Joining {
 template <class Visit>
 void for_each_tie(const System& system, const Visit& visit) {
   for_each_member(system, [&](std::span<const Index> points, int) { visit(points); });
-  for (const Force& force : system.forces) {
-    const auto* springs = std::get_if<Springs>(&force);
-    if (springs == nullptr) continue;
-    for (const auto& pair : springs->pairs) visit(std::span<const Index>(pair));
-  }
-  for (const Coordinates& coordinates : system.coordinates) {
-    if (const auto* chain = std::get_if<ChainAngles>(&coordinates)) {
-      std::vector<Index> points = chain->points;
-      points.push_back(chain->anchor);
+  const auto visit_members = [&]<class Group>(const Group& group) {
+    if constexpr (requires { KindOf<Group>::tied_points(group); }) {
+      const std::vector<Index> points = KindOf<Group>::tied_points(group);
       visit(std::span<const Index>(points));
-    } else if (const auto* body = std::get_if<RigidBody>(&coordinates)) {
-      visit(std::span<const Index>(body->points));
-    } else if (const auto* user = std::get_if<UserCoordinates>(&coordinates)) {
-      for (const std::vector<Index>& tuple : user->tuples) visit(std::span<const Index>(tuple));
+    } else if constexpr (requires { KindOf<Group>::members; }) {
+      for (std::size_t k = 0; k < num_members(group) && !has_single_points<Group>; ++k) visit(member_points(group, k));
     }
-  }
+  };
+  for (const Force& force : system.forces) std::visit(visit_members, force);
+  for (const Coordinates& coordinates : system.coordinates) std::visit(visit_members, coordinates);
 }
 
 Vec3 value_at(const VectorFunction& function, double t) {
   const auto r = function(t);
   return {r[0].value(), r[1].value(), r[2].value()};
 }
+Vec3 value_at(const Vector3& constant, double) {
+  return make_vec3(constant);
+}
+template <class Value>
+Vec3 value_at(const Value&, double) {
+  return {};
+}
 
-/// visit(point, centre) for all that guides have.
+/// visit(point, centre) for all that groups have: their fields of role Center.
 template <class Visit>
 void for_each_centre(const System& system, double t, const Visit& visit) {
-  const auto visit_all = [&](const auto& guides) {
-    const Vec3 centre = value_at(guides.center, t);
-    for (const Index point : guides.points) visit(point, centre);
+  const auto visit_all = [&]<class Group>(const Group& group) {
+    for_each_field<Group>([&](const auto& field) {
+      if (field.data.role != Role::Center) return;
+      const Vec3 centre = value_at(group.*field.value, t);
+      const auto point = static_cast<std::size_t>(field.data.point);
+      for (std::size_t k = 0; k < num_members(group); ++k) visit(member_points(group, k)[point], centre);
+    });
   };
-  for (const Coordinates& coordinates : system.coordinates) {
-    if (const auto* circles = std::get_if<CircleCoordinates>(&coordinates)) visit_all(*circles);
-    if (const auto* spheres = std::get_if<SphereCoordinates>(&coordinates)) visit_all(*spheres);
-  }
-  for (const Constraint& constraint : system.constraints) {
-    if (const auto* circles = std::get_if<Circles>(&constraint)) visit_all(*circles);
-    if (const auto* spheres = std::get_if<Spheres>(&constraint)) visit_all(*spheres);
-    if (const auto* pulleys = std::get_if<Pulleys>(&constraint)) {
-      for (const auto& [i, j] : pulleys->pairs) {
-        visit(i, make_vec3(pulleys->a));
-        visit(j, make_vec3(pulleys->b));
-      }
-    }
-  }
+  for (const Coordinates& coordinates : system.coordinates) std::visit(visit_all, coordinates);
+  for (const Constraint& constraint : system.constraints) std::visit(visit_all, constraint);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 #include "base/text.hpp"
 #include "system/enum_check.hpp"
-#include "system/value_checks.hpp"
+#include "system/field_checks.hpp"
 
 namespace tanor {
 
@@ -44,7 +44,7 @@ void check_box(const PairForces& pairs, const std::string& where) {
   }
   const double least = 2.0 * cutoff_of(pairs);
   for (const double edge : pairs.box) {
-    check_number(edge, Rule::not_negative, where, "box edge");
+    check_number(edge, Range::not_negative, where, "box edge");
     if (edge > 0.0 && edge < least) {
       throw InputError(where, "box edge " + text(edge) + " is shorter than twice the cutoff; " + text(least) +
                                   " or longer is right, or 0 along an axis that is not periodic");
@@ -103,16 +103,11 @@ void check_pair_rules(const System& system, const PairForces& pairs, const std::
                       const std::string& where) {
   const std::vector<Index> points = points_of(system, pairs, where);
   check_enum(pairs.law, PairLaw::Log, (where + "/law").c_str());
-  check_number(pairs.epsilon, Rule::positive, where + "/epsilon", "epsilon");
-  check_number(pairs.sigma, Rule::positive, where + "/sigma", "sigma");
-  check_number(pairs.strength, Rule::any, where + "/strength", "strength");
-  if (pairs.cutoff) {
-    if (pairs.law != PairLaw::Lj) {
-      throw InputError(where + "/cutoff", "cutoff " + text(*pairs.cutoff) + " is given to a law that " +
-                                              (pairs.law == PairLaw::Wca ? "has its own, 2^(1/6) sigma" : "has none") +
-                                              "; leave it out");
-    }
-    check_number(*pairs.cutoff, Rule::positive, where + "/cutoff", "cutoff");
+  check_fields(pairs, 0.0, where);
+  if (pairs.cutoff && pairs.law != PairLaw::Lj) {
+    throw InputError(where + "/cutoff", "cutoff " + text(*pairs.cutoff) + " is given to a law that " +
+                                            (pairs.law == PairLaw::Wca ? "has its own, 2^(1/6) sigma" : "has none") +
+                                            "; leave it out");
   }
   check_box(pairs, where + "/box");
   check_places(system, pairs, points, is_support, where);

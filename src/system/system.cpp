@@ -10,64 +10,9 @@ namespace tanor {
 
 namespace {
 
-template <class Group>
-constexpr std::string_view kind;
-template <>
-constexpr std::string_view kind<Rods> = "rod";
-template <>
-constexpr std::string_view kind<Planes> = "plane";
-template <>
-constexpr std::string_view kind<Spheres> = "sphere";
-template <>
-constexpr std::string_view kind<Lines> = "line";
-template <>
-constexpr std::string_view kind<Circles> = "circle";
-template <>
-constexpr std::string_view kind<Angles> = "angle";
-template <>
-constexpr std::string_view kind<Pulleys> = "pulley";
-template <>
-constexpr std::string_view kind<Linears> = "linear";
-template <>
-constexpr std::string_view kind<UserConstraints> = "formula";
-template <>
-constexpr std::string_view kind<Gravity> = "gravity";
-template <>
-constexpr std::string_view kind<ConstantForce> = "constant";
-template <>
-constexpr std::string_view kind<Springs> = "spring";
-template <>
-constexpr std::string_view kind<Drag> = "drag";
-template <>
-constexpr std::string_view kind<FormulaForce> = "formula";
-template <>
-constexpr std::string_view kind<Coulomb> = "coulomb";
-template <>
-constexpr std::string_view kind<Viscous> = "viscous";
-template <>
-constexpr std::string_view kind<UserFriction> = "formula";
-template <>
-constexpr std::string_view kind<FreeCoordinates> = "free";
-template <>
-constexpr std::string_view kind<LineCoordinates> = "line";
-template <>
-constexpr std::string_view kind<PlaneCoordinates> = "plane";
-template <>
-constexpr std::string_view kind<CircleCoordinates> = "circle";
-template <>
-constexpr std::string_view kind<SphereCoordinates> = "sphere";
-template <>
-constexpr std::string_view kind<ChainAngles> = "chain_angles";
-template <>
-constexpr std::string_view kind<RigidBody> = "rigid_body";
-template <>
-constexpr std::string_view kind<UserCoordinates> = "formula";
-template <>
-constexpr std::string_view kind<PairForces> = "pair";
-
 template <class Entry>
 std::string_view kind_of(const Entry& entry) {
-  return std::visit([]<class Group>(const Group&) { return kind<Group>; }, entry);
+  return std::visit([]<class Group>(const Group&) { return KindOf<Group>::name; }, entry);
 }
 
 /// Its own name, or `<kind><index>`.

@@ -7,45 +7,16 @@
 
 #include "base/text.hpp"
 #include "base/vec3.hpp"
+#include "system/field_checks.hpp"
 #include "system/members.hpp"
 #include "system/pair_rules.hpp"
-#include "system/surface_checks.hpp"
 #include "system/tuples.hpp"
 #include "system/validate_coordinates.hpp"
 #include "system/validate_friction.hpp"
-#include "system/value_checks.hpp"
 
 namespace tanor {
 
-// Springs have members as rods do, though they are no constraint.
-static std::size_t num_members(const Springs& group) {
-  return group.pairs.size();
-}
-static std::span<const Index> member_points(const Springs& group, std::size_t k) {
-  return group.pairs[k];
-}
-
 namespace {
-
-/// How the scene file calls the list of members, and why the points of a member differ.
-struct Wording {
-  const char* list;
-  const char* distinct;
-};
-template <class Group>
-constexpr Wording wording{"points", ""};
-template <>
-constexpr Wording wording<Rods>{"pairs", "a rod joins two different points"};
-template <>
-constexpr Wording wording<Springs>{"pairs", "a spring joins two different points"};
-template <>
-constexpr Wording wording<Pulleys>{"pairs", "a pulley joins two different points"};
-template <>
-constexpr Wording wording<Angles>{"triples", "an angle needs three different points"};
-template <>
-constexpr Wording wording<Linears>{"tuples", "the points of a tuple differ"};
-template <>
-constexpr Wording wording<UserConstraints>{"points", "the points of a tuple differ"};
 
 /// One walk over the system in the order of the scene file; every value is looked at once.
 /// `where` is the JSON pointer of an entry; those of its members are spelled out only when something is wrong.
@@ -58,11 +29,10 @@ class Validation {
     check_supports();
     check_masses();
     for (std::size_t i = 0; i < system_.constraints.size(); ++i) {
-      std::visit([&](const auto& group) { check_constraint(group, element("/constraints", i)); },
-                 system_.constraints[i]);
+      std::visit([&](const auto& group) { check_group(group, element("/constraints", i)); }, system_.constraints[i]);
     }
     for (std::size_t i = 0; i < system_.forces.size(); ++i) {
-      std::visit([&](const auto& force) { check_force(force, element("/forces", i)); }, system_.forces[i]);
+      std::visit([&](const auto& force) { check_group(force, element("/forces", i)); }, system_.forces[i]);
     }
     check_names();
     validate_friction(system_, support_of_point_, t_);
@@ -117,75 +87,25 @@ class Validation {
     for (std::size_t i = 0; i < num_points(); ++i) {
       const double mass = system_.masses[i];
       const bool is_right = is_in_range(mass) && (mass > 0.0 || is_support(static_cast<Index>(i)));
-      if (!is_right) check_number(mass, Rule::positive, element("/points/masses", i), "mass");
+      if (!is_right) check_number(mass, Range::positive, element("/points/masses", i), "mass");
     }
   }
 
   // ---- constraints ----
 
   template <class Group>
-  void check_constraint(const Group& group, const std::string& where) {
-    check_members(group, where);
+  void check_group(const Group& group, const std::string& where) {
+    if constexpr (requires { KindOf<Group>::members; }) check_members(group, where);
     check_values(group, where);
   }
 
-  void check_values(const Rods& rods, const std::string& where) const {
-    check_parameter(rods.length, rods.pairs.size(), Rule::positive, t_, where + "/length", "length");
-    if (!rods.offsets.empty() && rods.offsets.size() != rods.pairs.size()) {
-      throw InputError(where + "/offsets", text_of_count(rods.offsets.size(), "offset") + " for " +
-                                               text_of_count(rods.pairs.size(), "rod") + "; one for each is right");
-    }
-    for (std::size_t k = 0; k < rods.offsets.size(); ++k) {
-      if (!is_in_range(rods.offsets[k])) check_vector(rods.offsets[k], element(where + "/offsets", k), "offset");
-    }
-    if (!rods.length.is_initial()) return;
-    for (std::size_t k = 0; k < rods.pairs.size(); ++k) {
-      const Vec3 offset = rods.offsets.empty() ? Vec3{} : make_vec3(rods.offsets[k]);
-      const auto [i, j] = rods.pairs[k];
-      if (!(norm(position(j) - position(i) + offset) > 0.0)) {
-        fail_member(rods, k, where, "the initial length is 0; a rod's length is positive");
-      }
-    }
-  }
-
-  void check_values(const Planes& planes, const std::string& where) const { check_plane(planes, t_, where); }
-  void check_values(const Lines& lines, const std::string& where) const { check_line(lines, t_, where); }
-  void check_values(const Spheres& spheres, const std::string& where) const {
-    check_sphere(spheres, system_.positions, t_, where);
-  }
-  void check_values(const Circles& circles, const std::string& where) const {
-    check_circle(circles, system_.positions, t_, where);
-  }
-
-  void check_values(const Angles& angles, const std::string& where) const {
-    check_parameter(angles.cosine, angles.triples.size(), Rule::cosine, t_, where + "/cosine", "cosine");
-    check_parameter(angles.cosine, angles.triples.size(), Rule::not_straight, t_, where + "/cosine", "cosine");
-    if (!angles.cosine.is_initial()) return;
-    for (std::size_t k = 0; k < angles.triples.size(); ++k) {
-      const auto [i, j, l] = angles.triples[k];
-      const Vec3 a = position(i) - position(j), b = position(l) - position(j);
-      if (!(norm(a) > 0.0 && norm(b) > 0.0 && norm(a - b) > 0.0)) {
-        fail_member(angles, k, where, "two of the points are at the same place: there is no initial angle");
-      }
-      const double cosine = dot(a, b) / (norm(a) * norm(b));
-      if (!Rule::not_straight.holds(cosine)) {
-        fail_member(angles, k, where, "the initial cosine " + text(cosine) + " " + Rule::not_straight.complaint);
-      }
-    }
-  }
-
-  void check_values(const Pulleys& pulleys, const std::string& where) const {
-    check_vector(pulleys.a, where + "/a", "a");
-    check_vector(pulleys.b, where + "/b", "b");
-    check_parameter(pulleys.length, pulleys.pairs.size(), Rule::any, t_, where + "/length", "length");
-    check_number(pulleys.ratio, Rule::not_zero, where + "/ratio", "ratio");
-    const Vec3 a = make_vec3(pulleys.a), b = make_vec3(pulleys.b);
-    for (std::size_t k = 0; k < pulleys.pairs.size(); ++k) {
-      const auto [i, j] = pulleys.pairs[k];
-      if (!(norm(position(i) - a) > 0.0))
-        fail_member(pulleys, k, where, "the first point is at a; the rope has no direction");
-      if (!(norm(position(j) - b) > 0.0))
-        fail_member(pulleys, k, where, "the second point is at b; the rope has no direction");
+  /// As the kind says; some have rules of their own.
+  template <class Group>
+  void check_values(const Group& group, const std::string& where) const {
+    check_fields(group, t_, where);
+    if constexpr (requires { KindOf<Group>::members; }) {
+      check_start(system_, group, t_,
+                  [&](std::size_t k, const std::string& problem) { fail_member(group, k, where, problem); });
     }
   }
 
@@ -209,7 +129,7 @@ class Validation {
             place, "coefficient " + text(linears.coefficients[k]) + complaint + "; leave the point out of the tuples");
       }
     }
-    check_parameter(linears.value, linears.tuples.size(), Rule::any, t_, where + "/value", "value");
+    check_parameter(linears.value, linears.tuples.size(), Range::any, t_, where + "/value", "value");
   }
 
   /// The function, its derivatives along the initial motion and its gradient are numbers, and the gradient is not zero.
@@ -261,8 +181,7 @@ class Validation {
 
   // ---- forces ----
 
-  void check_force(const FormulaForce& force, const std::string& where) {
-    check_members(force, where);
+  void check_values(const FormulaForce& force, const std::string& where) const {
     if (force.kernel.evaluate == nullptr) throw InputError(where + "/x", "is missing: there is no function to call");
     const std::vector<double> at_rest(3, 0.0);
     for (std::size_t k = 0; k < force.points.size(); ++k) {
@@ -274,36 +193,7 @@ class Validation {
     }
   }
 
-  void check_force(const Gravity& gravity, const std::string& where) {
-    check_vector(gravity.acceleration, where + "/acceleration", "acceleration");
-  }
-
-  void check_force(const ConstantForce& constant, const std::string& where) {
-    check_members(constant, where);
-    check_function(constant.force, t_, where + "/force", "force");
-  }
-
-  void check_force(const Springs& springs, const std::string& where) {
-    check_members(springs, where);
-    check_number(springs.stiffness, Rule::not_negative, where + "/stiffness", "stiffness");
-    check_number(springs.damping, Rule::not_negative, where + "/damping", "damping");
-    for (const ScalarFunction& length : springs.rest_length.functions) {
-      if (!length.is_constant()) {
-        throw InputError(where + "/rest_length", "rest_length depends on time; that of a spring is constant");
-      }
-    }
-    check_parameter(springs.rest_length, springs.pairs.size(), Rule::not_negative, t_, where + "/rest_length",
-                    "rest_length");
-  }
-
-  void check_force(const Drag& drag, const std::string& where) {
-    check_members(drag, where);
-    check_number(drag.linear, Rule::not_negative, where + "/linear", "linear");
-    check_number(drag.quadratic, Rule::not_negative, where + "/quadratic", "quadratic");
-  }
-
-  void check_force(const PairForces& pairs, const std::string& where) {
-    check_members(pairs, where);
+  void check_values(const PairForces& pairs, const std::string& where) const {
     check_pair_rules(
         system_, pairs, [this](Index point) { return is_support(point); }, where);
   }
@@ -316,12 +206,14 @@ class Validation {
     if (last_member_of_point_.empty()) last_member_of_point_.assign(num_points(), none);
     for (std::size_t k = 0; k < num_members(group); ++k, ++num_members_seen_) {
       for (const Index point : member_points(group, k)) {
-        check_range(point, where, wording<Group>.list, k);
+        check_range(point, where, list_name<Group>(), k);
         std::size_t& last_member = last_member_of_point_[point];
         if (last_member == num_members_seen_) {
-          throw InputError(
-              element(where + "/" + wording<Group>.list, k),
-              text(member_points(group, k)) + " names point " + text(point) + " twice; " + wording<Group>.distinct);
+          if constexpr (requires { KindOf<Group>::distinct; }) {
+            throw InputError(
+                element(where + "/" + list_name<Group>(), k),
+                text(member_points(group, k)) + " names point " + text(point) + " twice; " + KindOf<Group>::distinct);
+          }
         }
         last_member = num_members_seen_;
       }
@@ -342,7 +234,7 @@ class Validation {
                                 const std::string& problem) const {
     const std::span<const Index> points = member_points(group, k);
     const std::string member = points.size() == 1 ? "point " + text(points[0]) : text(points);
-    throw InputError(element(where + "/" + wording<Group>.list, k), member + ": " + problem);
+    throw InputError(element(where + "/" + list_name<Group>(), k), member + ": " + problem);
   }
 
   // ---- names ----

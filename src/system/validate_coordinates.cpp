@@ -5,11 +5,15 @@
 #include <unordered_map>
 #include <vector>
 
-#include "system/surface_checks.hpp"
+#include "system/field_checks.hpp"
 
 namespace tanor {
 
 namespace {
+
+[[noreturn]] void fail_point(Index point, std::size_t k, const std::string& where, const std::string& problem) {
+  throw InputError(element(where + "/points", k), "point " + text(point) + ": " + problem);
+}
 
 /// One walk over the entries, in the order of the scene file.
 class CoordinateValidation {
@@ -28,39 +32,12 @@ class CoordinateValidation {
  private:
   // ---- kinds ----
 
-  void check(const FreeCoordinates& free, const std::string& where) { cover(free.points, where); }
-
-  void check(const LineCoordinates& lines, const std::string& where) {
-    cover(lines.points, where);
-    check_line(lines, t_, where);
-  }
-
-  void check(const PlaneCoordinates& planes, const std::string& where) {
-    cover(planes.points, where);
-    check_plane(planes, t_, where);
-  }
-
-  void check(const CircleCoordinates& circles, const std::string& where) {
-    cover(circles.points, where);
-    check_circle(circles, system_.positions, t_, where);
-    const Vec3 center = make_vec3(check_function(circles.center, t_, where + "/center", "center"));
-    const Vec3 normal = make_vec3(check_direction(circles.normal, t_, where + "/normal", "normal"));
-    for (std::size_t k = 0; k < circles.points.size(); ++k) {
-      if (!(norm(cross(normal, position(circles.points[k]) - center)) > 0.0)) {
-        fail_point(circles.points[k], k, where, "it is on the axis and has no angle there");
-      }
-    }
-  }
-
-  void check(const SphereCoordinates& spheres, const std::string& where) {
-    cover(spheres.points, where);
-    check_sphere(spheres, system_.positions, t_, where);
-    const Vec3 center = make_vec3(check_function(spheres.center, t_, where + "/center", "center"));
-    for (std::size_t k = 0; k < spheres.points.size(); ++k) {
-      if (!(norm(position(spheres.points[k]) - center) > 0.0)) {
-        fail_point(spheres.points[k], k, where, "it is at the center and has no direction there");
-      }
-    }
+  template <class Group>
+  void check(const Group& group, const std::string& where) {
+    cover(group.points, where);
+    check_fields(group, t_, where);
+    check_start(system_, group, t_,
+                [&](std::size_t k, const std::string& problem) { fail_point(group.points[k], k, where, problem); });
   }
 
   void check(const ChainAngles& chain, const std::string& where) {
@@ -70,8 +47,7 @@ class CoordinateValidation {
                        "point " + text(chain.anchor) + " is not a support; a chain's anchor is one, fixed or moving");
     }
     cover(chain.points, where);
-    check_parameter(chain.length, chain.points.size(), Rule::positive, t_, where + "/length", "length");
-    check_vector(chain.normal, where + "/normal", "normal");
+    check_fields(chain, t_, where);
     const bool is_zero = chain.normal == Vector3{};
     if (const char* complaint = is_zero ? nullptr : zero_complaint(chain.normal)) {
       throw InputError(where + "/normal", "normal " + text(chain.normal) + complaint);
@@ -154,7 +130,7 @@ class CoordinateValidation {
       throw InputError(where, text_of_count(numbers.size(), "number") + "; one for each coordinate of each tuple, " +
                                   text(wanted) + ", are right");
     }
-    for (std::size_t i = 0; i < numbers.size(); ++i) check_number(numbers[i], Rule::any, element(where, i), noun);
+    for (std::size_t i = 0; i < numbers.size(); ++i) check_number(numbers[i], Range::any, element(where, i), noun);
   }
 
   // ---- points ----

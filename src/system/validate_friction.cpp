@@ -5,10 +5,10 @@
 #include <unordered_map>
 
 #include "base/text.hpp"
+#include "system/contacts.hpp"
 #include "system/enum_check.hpp"
-#include "system/members.hpp"
+#include "system/field_checks.hpp"
 #include "system/validate_coordinates.hpp"
-#include "system/value_checks.hpp"
 
 namespace tanor {
 
@@ -17,12 +17,22 @@ namespace {
 constexpr int most_guide_equations = 2;  // of one point: a wire; three hold it in place
 
 template <class Group>
-constexpr bool guides_single_points(const Group&) {
-  return std::is_same_v<Group, Planes> || std::is_same_v<Group, Spheres> || std::is_same_v<Group, Lines> ||
-         std::is_same_v<Group, Circles>;
+bool guides_single_points(const Group& group) {
+  if constexpr (std::is_same_v<Group, UserConstraints>)
+    return group.kernel.num_points == 1;
+  else
+    return has_single_points<Group>;
 }
-bool guides_single_points(const UserConstraints& user) {
-  return user.kernel.num_points == 1;
+
+/// "a plane, sphere, … or formula of single points": what can be a guide.
+template <class... Groups>
+std::string list_guides(const std::variant<Groups...>*) {
+  std::string list = "a";
+  const auto append = [&]<class Group>(const Group*) {
+    if (has_single_points<Group>) list += (list == "a" ? " " : ", ") + std::string(KindOf<Group>::name);
+  };
+  (append(static_cast<const Groups*>(nullptr)), ...);
+  return list + " or formula of single points";
 }
 
 /// One walk over the entries, in the order of the scene file.
@@ -40,8 +50,8 @@ class FrictionValidation {
           [&](const auto& friction) {
             check_guides(friction.at, where + "/at");
             if (sticks(system_.friction[i])) claim_guides(friction.at, where);
+            check_fields(friction, t_, where);
             check_values(friction, where);
-            check_function(friction.velocity, t_, where + "/velocity", "velocity");
           },
           system_.friction[i]);
     }
@@ -83,11 +93,6 @@ class FrictionValidation {
     return found->second;
   }
 
-  static bool sticks(const Friction& friction) {
-    const auto* coulomb = std::get_if<Coulomb>(&friction);
-    return coulomb != nullptr && !coulomb->regularisation;
-  }
-
   /// Two laws with stick at one guide could share the force that holds a point in any way.
   void claim_guides(const std::vector<std::string>& at, const std::string& where) {
     for (std::size_t k = 0; k < at.size(); ++k) {
@@ -118,10 +123,8 @@ class FrictionValidation {
 
   static void check_values(const Coulomb& coulomb, const std::string& where) {
     check_enum(coulomb.reaction, Coulomb::Reaction::Full, (where + "/reaction").c_str());
-    check_number(coulomb.coefficient, Rule::not_negative, where + "/coefficient", "coefficient");
     if (coulomb.static_coefficient) {
       const double value = *coulomb.static_coefficient;
-      check_number(value, Rule::not_negative, where + "/static_coefficient", "static_coefficient");
       if (value < coulomb.coefficient) {
         throw InputError(where + "/static_coefficient", "static_coefficient " + text(value) +
                                                             " is less than the coefficient " +
@@ -129,7 +132,7 @@ class FrictionValidation {
       }
     }
     if (coulomb.regularisation) {
-      check_number(*coulomb.regularisation, Rule::positive, where + "/law/regularised", "regularised");
+      check_number(*coulomb.regularisation, Range::positive, where + "/law/regularised", "regularised");
       if (coulomb.static_coefficient) {
         throw InputError(where + "/static_coefficient",
                          "stands beside a regularised law, which has no stick; leave it out, or take the exact law");
@@ -137,9 +140,8 @@ class FrictionValidation {
     }
   }
 
-  static void check_values(const Viscous& viscous, const std::string& where) {
-    check_number(viscous.coefficient, Rule::not_negative, where + "/coefficient", "coefficient");
-  }
+  template <class Law>
+  static void check_values(const Law&, const std::string&) {}
 
   void check_values(const UserFriction& user, const std::string& where) const {
     if (user.kernel.evaluate == nullptr) throw InputError(where + "/law", "is missing: there is no function to call");
@@ -156,8 +158,7 @@ class FrictionValidation {
   }
   static std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
-  static constexpr const char* wanted = "a plane, sphere, line, circle or formula of single points";
-
+  const std::string wanted = list_guides(static_cast<const Constraint*>(nullptr));
   const System& system_;
   const std::span<const std::size_t> support_of_point_;
   const double t_;

@@ -35,10 +35,10 @@ double check_component(const ScalarFunction& function, double t, const std::stri
                               (are_finite(jets) ? "; their squares must stay finite" : "; all must be finite"));
 }
 
-void check_scalar_function(const ScalarFunction& function, const Rule& rule, double t, const std::string& where,
+void check_scalar_function(const ScalarFunction& function, const Range& range, double t, const std::string& where,
                            const std::string& noun) {
   const double value = check_component(function, t, where, noun);
-  check_number(value, rule, where, function.is_constant() ? noun : noun + " at t = " + text(t) + ":");
+  check_number(value, range, where, function.is_constant() ? noun : noun + " at t = " + text(t) + ":");
 }
 
 }  // namespace
@@ -60,9 +60,10 @@ const char* zero_complaint(const Vector3& vector) {
   return vector == Vector3{} ? " is zero" : " is too short: its square is zero";
 }
 
-void check_number(double number, const Rule& rule, const std::string& where, const std::string& noun) {
+void check_number(double number, const Range& range, const std::string& where, const std::string& noun) {
   if (!is_in_range(number)) throw InputError(where, noun + " " + text(number) + range_complaint({&number, 1}));
-  if (!rule.holds(number)) throw InputError(where, noun + " " + text(number) + " " + rule.complaint);
+  if (const char* complaint = range.complaint(number))
+    throw InputError(where, noun + " " + text(number) + " " + complaint);
 }
 
 void check_vector(const Vector3& vector, const std::string& where, const std::string& noun) {
@@ -78,6 +79,11 @@ Vector3 check_function(const VectorFunction& function, double t, const std::stri
   return value;
 }
 
+void check_nonzero(const Vector3& vector, const std::string& where, const std::string& noun) {
+  if (const char* complaint = zero_complaint(vector))
+    throw InputError(where, noun + " " + text(vector) + complaint + "; it must have a direction");
+}
+
 Vector3 check_direction(const VectorFunction& function, double t, const std::string& where, const std::string& noun) {
   const Vector3 value = check_function(function, t, where, noun);
   if (const char* complaint = zero_complaint(value)) {
@@ -87,7 +93,7 @@ Vector3 check_direction(const VectorFunction& function, double t, const std::str
   return value;
 }
 
-void check_parameter(const Parameter& parameter, std::size_t num_members, const Rule& rule, double t,
+void check_parameter(const Parameter& parameter, std::size_t num_members, const Range& range, double t,
                      const std::string& where, const std::string& noun) {
   const auto& [constants, functions] = parameter;
   if (!constants.empty() && !functions.empty()) {
@@ -101,9 +107,9 @@ void check_parameter(const Parameter& parameter, std::size_t num_members, const 
   const auto place = [&](std::size_t k) { return size == 1 ? where : element(where, k); };
   for (std::size_t k = 0; k < constants.size(); ++k) {
     // The place is spelled out only for a wrong value: lists are long.
-    if (!is_in_range(constants[k]) || !rule.holds(constants[k])) check_number(constants[k], rule, place(k), noun);
+    if (!is_in_range(constants[k]) || range.complaint(constants[k])) check_number(constants[k], range, place(k), noun);
   }
-  for (std::size_t k = 0; k < functions.size(); ++k) check_scalar_function(functions[k], rule, t, place(k), noun);
+  for (std::size_t k = 0; k < functions.size(); ++k) check_scalar_function(functions[k], range, t, place(k), noun);
 }
 
 }  // namespace tanor

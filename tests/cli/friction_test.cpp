@@ -196,7 +196,7 @@ TEST(FrictionTest, BadFrictionIsOneLineAndNothingIsWritten) {
               "tanor: negative.json: /friction/0/coefficient: found number -0.5, wanted a number >= 0\n");
     EXPECT_EQ(complaint(folder, {command, "unknown.json"}),
               "tanor: unknown.json: /friction/0/at: \"rails\" is the name of no constraint; a plane, sphere, line, "
-              "circle or formula of single points is right\n");
+              "circle, ellipsoid, helix or formula of single points is right\n");
   }
 }
 

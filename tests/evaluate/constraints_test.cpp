@@ -97,6 +97,13 @@ const Kind kinds[] = {
     {"LinearMovingValue", [](Random& any) {
        return Linears{"", {{0, 1, 2, 5}, {3, 4, 0, 1}},
                       {any.vector(), any.vector(), any.vector(), any.vector()}, any.length()}; }},
+    {"Ellipsoid", [](Random& any) {
+       return Ellipsoids{"", {1, 4}, any.vector(), {1.5, 0.8, 1.1}, any.vector(), any.vector()}; }},
+    {"EllipsoidMovingCenter", [](Random& any) { return Ellipsoids{"", {1, 4}, any.moving_vector(), {1.5, 0.8, 1.1}}; }},
+    {"HelixInitial", [](Random& any) { return Helices{"", {0, 3}, any.vector(), any.vector(), 1.2, 3.0, {}}; }},
+    {"HelixAllMoves", [](Random& any) {
+       return Helices{"", {0, 3}, any.moving_vector(), any.vector(), 1.2, -4.0,
+                      std::vector{any.length(), any.length()}}; }},
     {"FormulaRod", [](Random&) {
        return UserConstraints{"", {{0, 1}, {5, 2}, {3, 1}},
                               formula_constraint("sqrt((x2-x1)^2 + (y2-y1)^2 + (z2-z1)^2) - 1.2", 2)}; }},
@@ -299,8 +306,10 @@ TEST_P(ConstraintKind, SquaredNormsOfTheBlocksAreKnownWhereTheyNeverChange) {
     for (std::size_t k = 0; k < squares.size(); ++k) {
       EXPECT_NEAR(reference::point(blocks, static_cast<Index>(k)).squaredNorm(), squares[k], 1e-14 * squares[k]);
     }
-    const bool changes = std::holds_alternative<Angles>(scene.system.constraints[0]) ||
-                         std::holds_alternative<UserConstraints>(scene.system.constraints[0]);
+    const Constraint& constraint = scene.system.constraints[0];
+    const bool changes = std::holds_alternative<Angles>(constraint) || std::holds_alternative<Ellipsoids>(constraint) ||
+                         std::holds_alternative<Helices>(constraint) ||
+                         std::holds_alternative<UserConstraints>(constraint);
     EXPECT_EQ(squares.size(), changes ? 0 : blocks.size() / 3);
   });
 }
@@ -556,10 +565,11 @@ TEST_F(Knowledge, GradientsAreConstantOnPlanesLinesAndLinearConstraintsThatDoNot
   }
 }
 
-TEST_F(Knowledge, GradientNormsChangeOnlyWithAnglesAndUsersFunctions) {
+TEST_F(Knowledge, GradientNormsChangeWithAnglesUsersFunctionsAndKindsWithoutAKernel) {
   for (const Kind& kind : kinds) {
     const std::string name = kind.name;
-    const bool changes = name.starts_with("Angle") || name.starts_with("Formula") || name.starts_with("User");
+    const bool changes = name.starts_with("Angle") || name.starts_with("Formula") || name.starts_with("User") ||
+                         name.starts_with("Ellipsoid") || name.starts_with("Helix");
     EXPECT_EQ(constraints_of(kind.name).gradient_norms_are_constant(), !changes) << kind.name;
   }
 }

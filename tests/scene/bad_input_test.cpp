@@ -138,10 +138,10 @@ const BadInput bad_inputs[] = {
      R"(scene.json: /supports/1/points/1: point 0 belongs to /supports/0 already; a point has one prescribed motion)"},
     {"ConstraintHasNoKind", three_points(R"("constraints": [{"pairs": [[0,1]]}])"),
      R"(scene.json: /constraints/0/kind: missing, wanted one of rod, plane, sphere, line, circle, angle, pulley, )"
-     R"(linear, formula)"},
+     R"(linear, ellipsoid, helix, formula)"},
     {"ConstraintKindIsUnknown", three_points(R"("constraints": [{"kind": "rods", "pairs": [[0,1]]}])"),
      R"(scene.json: /constraints/0/kind: found string "rods", wanted one of rod, plane, sphere, line, circle, )"
-     R"(angle, pulley, linear, formula)"},
+     R"(angle, pulley, linear, ellipsoid, helix, formula)"},
     {"EquationHasAnError", three_points(R"json("constraints": [{"kind": "formula", "points": [[0, 1]], )json"
     R"json("equation": "sqrt(x1 +* y2)"}])json"),
      R"json(scene.json: /constraints/0/equation: formula "sqrt(x1 +* y2)": column 10: found '*', expected a )json"
@@ -203,6 +203,26 @@ const BadInput bad_inputs[] = {
     {"DirectionIsZero", three_points(R"("constraints": [{"kind": "line", "points": [0], "origin": [0,0,0], )"
     R"("direction": [0,0,0]}])"),
      R"(scene.json: /constraints/0/direction: direction [0, 0, 0] is zero; it must have a direction)"},
+    {"RadiiAreMissing", three_points(R"("constraints": [{"kind": "ellipsoid", "points": [1], "center": [0,0,0]}])"),
+     R"(scene.json: /constraints/0/radii: missing, wanted 3 numbers [x, y, z])"},
+    {"ARadiusIsZero", three_points(R"("constraints": [{"kind": "ellipsoid", "points": [1], "center": [0,0,0], )"
+    R"("radii": [1,0,1]}])"),
+     R"(scene.json: /constraints/0/radii: radii y 0 is not positive)"},
+    {"AxesOfAnEllipsoidAreParallel", three_points(R"("constraints": [{"kind": "ellipsoid", "points": [1], "center": )"
+    R"([0,0,0], "radii": [1,2,1], "second_axis": [2,0,0]}])"),
+     R"(scene.json: /constraints/0/points/0: point 1: axis and second_axis are parallel; they span a plane)"},
+    {"RadiusOfAHelixIsNegative", three_points(R"("constraints": [{"kind": "helix", "points": [1], "origin": [0,0,0], )"
+    R"("axis": [0,0,1], "radius": -1, "pitch": 1}])"),
+     R"(scene.json: /constraints/0/radius: found number -1, wanted a number > 0)"},
+    {"PitchIsZero", three_points(R"("constraints": [{"kind": "helix", "points": [1], "origin": [0,0,0], )"
+    R"("axis": [0,0,1], "radius": 1, "pitch": 0}])"),
+     R"(scene.json: /constraints/0/pitch: pitch 0 must not be zero)"},
+    {"AxisOfAHelixIsZero", three_points(R"("constraints": [{"kind": "helix", "points": [1], "origin": [0,0,0], )"
+    R"("axis": [0,0,0], "radius": 1, "pitch": 1}])"),
+     R"(scene.json: /constraints/0/axis: axis [0, 0, 0] is zero; it must have a direction)"},
+    {"BeadIsOnTheAxisOfItsHelix", three_points(R"("constraints": [{"kind": "helix", "points": [0], "origin": )"
+    R"([0,0,0], "axis": [0,0,1], "radius": 1, "pitch": 1}])"),
+     R"(scene.json: /constraints/0/points/0: point 0: it is on the axis and has no angle there)"},
     {"TupleDoesNotFitItsCoefficients", three_points(R"("constraints": [{"kind": "linear", "tuples": [[0,1],[2]], )"
     R"("coefficients": [[1,0,0],[-1,0,0]]}])"),
      R"(scene.json: /constraints/0/tuples/1: found a list of 1, wanted 2 points, one a coefficient)"},

@@ -146,14 +146,14 @@ const BadFriction bad_friction[] = {
     {"ListOfGuidesIsEmpty", R"({"kind": "coulomb", "at": [], "coefficient": 0.3})",
      R"(/friction/0/at: is empty; it names the constraints that the friction acts at)"},
     {"GuideIsUnknown", R"({"kind": "coulomb", "at": "rink", "coefficient": 0.3})",
-     R"(/friction/0/at: "rink" is the name of no constraint; a plane, sphere, line, circle or formula of single )"
+     R"(/friction/0/at: "rink" is the name of no constraint; a plane, sphere, line, circle, ellipsoid, helix or formula of single )"
      R"(points is right)"},
     {"GuideInTheListIsUnknown", R"({"kind": "coulomb", "at": ["floor", "rink"], "coefficient": 0.3})",
-     R"(/friction/0/at/1: "rink" is the name of no constraint; a plane, sphere, line, circle or formula of single )"
+     R"(/friction/0/at/1: "rink" is the name of no constraint; a plane, sphere, line, circle, ellipsoid, helix or formula of single )"
      R"(points is right)"},
     {"RodsGuideNothing", R"({"kind": "viscous", "at": "floor", "coefficient": 1}, {"kind": "coulomb", "at": "rods", )"
     R"("coefficient": 0.3})",
-     R"(/friction/1/at: "rods" is of kind rod; a plane, sphere, line, circle or formula of single points is right)"},
+     R"(/friction/1/at: "rods" is of kind rod; a plane, sphere, line, circle, ellipsoid, helix or formula of single points is right)"},
     {"GuideTwice", R"({"kind": "coulomb", "at": ["floor", "floor"], "coefficient": 0.3})",
      R"(/friction/0/at/1: "floor" is named by /friction/0/at/0 already; a guide is named once)"},
     {"PointCannotSlide", R"({"kind": "coulomb", "at": ["ball", "sheet", "plane4"], "coefficient": 0.3})",
@@ -212,7 +212,7 @@ TEST(BadFrictionSceneTest, CoordinatesAloneHaveNoGuide) {
   EXPECT_EQ(error_of(three_points(R"("coordinates": [{"kind": "free", "points": "all"}],
                                      "friction": [{"kind": "coulomb", "at": "free0", "coefficient": 0.3}])")),
             "scene.json: /friction/0/at: \"free0\" names no constraint: there are none, and coordinates are no guides; "
-            "a plane, sphere, line, circle or formula of single points is right");
+            "a plane, sphere, line, circle, ellipsoid, helix or formula of single points is right");
 }
 
 TEST(BadFrictionSceneTest, MethodIsUnknown) {

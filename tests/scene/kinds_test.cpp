@@ -105,6 +105,38 @@ TEST(Constraints, CirclesHaveCenterNormalAndRadius) {
   EXPECT_TRUE(circles.radius.is_initial());
 }
 
+TEST(Constraints, EllipsoidsHaveRadiiAndAxes) {
+  const auto plain =
+      read_constraint<Ellipsoids>(R"("kind": "ellipsoid", "points": [0], "center": [0, 0, 1], "radii": [1, 2, 3])");
+  const auto turned = read_constraint<Ellipsoids>(
+      R"("kind": "ellipsoid", "points": "all", "center": {"formula": ["t", "0", "0"]}, "radii": [1, 2, 3], )"
+      R"("axis": [1, 1, 0], "second_axis": [0, 0, 1])");
+
+  EXPECT_EQ(plain.points, std::vector<Index>{0});
+  EXPECT_EQ(at(plain.center, 0.0), (Vector3{0, 0, 1}));
+  EXPECT_EQ(plain.radii, (Vector3{1, 2, 3}));
+  EXPECT_EQ(plain.axis, (Vector3{1, 0, 0}));
+  EXPECT_EQ(plain.second_axis, (Vector3{0, 1, 0}));
+  EXPECT_FALSE(turned.center.is_constant());
+  EXPECT_EQ(turned.axis, (Vector3{1, 1, 0}));
+  EXPECT_EQ(turned.second_axis, (Vector3{0, 0, 1}));
+}
+
+TEST(Constraints, HelicesHaveAnAxisARadiusAndAPitch) {
+  const auto plain = read_constraint<Helices>(
+      R"("kind": "helix", "points": [1, 2], "origin": [0, 0, 0], "axis": [0, 0, 1], "radius": 2, "pitch": -0.5)");
+  const auto screw = read_constraint<Helices>(
+      R"("kind": "helix", "points": [1], "origin": [0, 0, 0], "axis": [0, 0, 1], "radius": 2, "pitch": 1, )"
+      R"("phase": {"formula": "omega*t"})");
+
+  EXPECT_EQ(plain.points, (std::vector<Index>{1, 2}));
+  EXPECT_EQ(plain.axis, (Vector3{0, 0, 1}));
+  EXPECT_EQ(plain.radius, 2.0);
+  EXPECT_EQ(plain.pitch, -0.5);
+  EXPECT_TRUE(plain.phase.is_initial());
+  EXPECT_EQ(screw.phase.functions.size(), 1u);
+}
+
 TEST(Constraints, AnglesHaveTriplesAndCosine) {
   const auto angles = read_constraint<Angles>(R"("kind": "angle", "triples": [[0, 1, 2]], "cosine": -0.5)");
 

@@ -124,24 +124,29 @@ const Mistake mistakes[] = {
     {"NoGuides", [](System& s) { oil(s).at.clear(); },
      "/friction/1/at: is empty; it names the constraints that the friction acts at"},
     {"UnknownGuide", [](System& s) { rough(s).at[3] = "rink"; },
-     "/friction/0/at/3: \"rink\" is the name of no constraint; a plane, sphere, line, circle or formula of single "
+     "/friction/0/at/3: \"rink\" is the name of no constraint; a plane, sphere, line, circle, ellipsoid, helix or "
+     "formula of single "
      "points is right"},
     {"NameOfAForce",
      [](System& s) {
        s.forces = {Gravity{"gravity", {0, 0, -9.81}}};
        oil(s).at = {"gravity"};
      },
-     "/friction/1/at/0: \"gravity\" is the name of no constraint; a plane, sphere, line, circle or formula of single "
+     "/friction/1/at/0: \"gravity\" is the name of no constraint; a plane, sphere, line, circle, ellipsoid, helix or "
+     "formula of single "
      "points is right"},
     {"RodsGuideNothing",
      [](System& s) {
        oil(s).at = {"wire", "rods"};
      },
-     "/friction/1/at/1: \"rods\" is of kind rod; a plane, sphere, line, circle or formula of single points is right"},
+     "/friction/1/at/1: \"rods\" is of kind rod; a plane, sphere, line, circle, ellipsoid, helix or formula of single "
+     "points is right"},
     {"LinearGuidesNothing", [](System& s) { oil(s).at = {"sum"}; },
-     "/friction/1/at/0: \"sum\" is of kind linear; a plane, sphere, line, circle or formula of single points is right"},
+     "/friction/1/at/0: \"sum\" is of kind linear; a plane, sphere, line, circle, ellipsoid, helix or formula of "
+     "single points is right"},
     {"FormulaOfTwoPoints", [](System& s) { oil(s).at = {"gear"}; },
-     "/friction/1/at/0: \"gear\" is of kind formula; a plane, sphere, line, circle or formula of single points is "
+     "/friction/1/at/0: \"gear\" is of kind formula; a plane, sphere, line, circle, ellipsoid, helix or formula of "
+     "single points is "
      "right"},
     {"GuideTwice",
      [](System& s) {
@@ -211,7 +216,7 @@ const Mistake mistakes[] = {
        s.coordinates = {FreeCoordinates{"free", {0, 1, 2, 3, 4}}};
      },
      "/friction/0/at/0: \"floor\" names no constraint: there are none, and coordinates are no guides; a plane, sphere, "
-     "line, circle or formula of single points is right"},
+     "line, circle, ellipsoid, helix or formula of single points is right"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Validate, FrictionMistakeTest, testing::ValuesIn(mistakes), name_of);

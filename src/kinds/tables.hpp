@@ -24,9 +24,30 @@ struct AsGiven {
   MovingVec3 operator()(const std::array<Jet<2>, 3>& a) const { return make_moving(a); }
 };
 
+/// Vector to unit length, with its derivatives.
+struct ToUnit {
+  MovingVec3 operator()(const std::array<Jet<2>, 3>& n) const {
+    const Jet<2> length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    return make_moving({n[0] / length, n[1] / length, n[2] / length});
+  }
+};
+
 /// A number with its first two derivatives in time.
 struct MovingScalar {
   double value = 0.0, first = 0.0, second = 0.0;
+};
+
+/// A plane's normal with its length, since the offset is measured along the given normal.
+struct PlaneNormal {
+  struct Value {
+    MovingVec3 unit;
+    MovingScalar inverse_length;
+  };
+  Value operator()(const std::array<Jet<2>, 3>& n) const {
+    const Jet<2> inverse = 1.0 / sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    return {make_moving({n[0] * inverse, n[1] * inverse, n[2] * inverse}),
+            {inverse.value(), inverse.derivative(1), inverse.derivative(2)}};
+  }
 };
 
 /// One number for each member of a family, which may depend on time; members may share one. `set_time` touches only

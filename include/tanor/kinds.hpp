@@ -1,0 +1,108 @@
+#pragma once
+
+/// \file The lists of kinds. A kind is added by its file in this folder and its name in one of these lists.
+
+#include <variant>
+
+#include <tanor/kinds/constraint/angle.hpp>
+#include <tanor/kinds/constraint/circle.hpp>
+#include <tanor/kinds/constraint/ellipsoid.hpp>
+#include <tanor/kinds/constraint/formula.hpp>
+#include <tanor/kinds/constraint/helix.hpp>
+#include <tanor/kinds/constraint/line.hpp>
+#include <tanor/kinds/constraint/linear.hpp>
+#include <tanor/kinds/constraint/plane.hpp>
+#include <tanor/kinds/constraint/pulley.hpp>
+#include <tanor/kinds/constraint/rod.hpp>
+#include <tanor/kinds/constraint/sphere.hpp>
+#include <tanor/kinds/coordinates/chain_angles.hpp>
+#include <tanor/kinds/coordinates/circle.hpp>
+#include <tanor/kinds/coordinates/formula.hpp>
+#include <tanor/kinds/coordinates/free.hpp>
+#include <tanor/kinds/coordinates/line.hpp>
+#include <tanor/kinds/coordinates/plane.hpp>
+#include <tanor/kinds/coordinates/rigid_body.hpp>
+#include <tanor/kinds/coordinates/sphere.hpp>
+#include <tanor/kinds/force/constant.hpp>
+#include <tanor/kinds/force/drag.hpp>
+#include <tanor/kinds/force/formula.hpp>
+#include <tanor/kinds/force/gravity.hpp>
+#include <tanor/kinds/force/pair.hpp>
+#include <tanor/kinds/force/spring.hpp>
+#include <tanor/kinds/friction/coulomb.hpp>
+#include <tanor/kinds/friction/formula.hpp>
+#include <tanor/kinds/friction/viscous.hpp>
+
+namespace tanor {
+
+/// xi(r, t) = 0; built-in ones are lengths (m) with unit gradients, so multipliers are forces (N).
+using Constraint =
+    std::variant<Rods, Planes, Spheres, Lines, Circles, Angles, Pulleys, Linears, Ellipsoids, Helices, UserConstraints>;
+
+/// Active forces f(r, v, t), N.
+using Force = std::variant<Gravity, ConstantForce, Springs, Drag, FormulaForce, PairForces>;
+
+/// Friction tau at points that constraints guide, N.
+///
+/// `at` names the guides: constraints of single points; where several guide one point they form one wire (or one
+/// surface) together. v_rel is the velocity of the point along its guide, relative to it: the guide's own motion across
+/// itself follows from xi_t, `velocity` says how it moves along itself.
+using Friction = std::variant<Coulomb, Viscous, UserFriction>;
+
+/// Generalized coordinates r = r(q, t): the tangent form; together they cover every point that moves once.
+using Coordinates = std::variant<FreeCoordinates, LineCoordinates, PlaneCoordinates, CircleCoordinates,
+                                 SphereCoordinates, ChainAngles, RigidBody, UserCoordinates>;
+
+// ---- what is missing in a kind, said at compile time ----
+
+template <class Group>
+concept HasName = requires {
+  { KindOf<Group>::name } -> std::convertible_to<std::string_view>;
+};
+template <class Group>
+concept HasFields = requires {
+  std::tuple_size<std::remove_cv_t<decltype(KindOf<Group>::fields)>>::value;
+};
+template <class Group>
+concept HasRows = requires {
+  { KindOf<Group>::rows } -> std::convertible_to<int>;
+  KindOf<Group>::members;
+};
+/// Users' own constraints bring a kernel.
+template <class Group>
+concept HasDefinition = requires(const Group& group) {
+  group.kernel;
+}
+|| requires(const Group& group, const TripleOf<Jet<2>> (&r)[3], Jet<2> number) {
+  {
+    typename KindOf<Group>::template Definition<Jet<2>>(group, Clock<Jet<2>>{}).xi(r, number, 0)
+    } -> std::convertible_to<std::array<Jet<2>, static_cast<std::size_t>(KindOf<Group>::rows)>>;
+};
+
+namespace detail {
+
+template <class List>
+struct CheckKinds;
+template <class... Groups>
+struct CheckKinds<std::variant<Groups...>> {
+  static_assert((HasName<Groups> && ...), "KindOf<Group> of each kind has a `name`");
+  static_assert((HasFields<Groups> && ...), "KindOf<Group> of each kind has `fields`, a std::tuple of Field");
+};
+template <class List>
+struct CheckConstraints;
+template <class... Groups>
+struct CheckConstraints<std::variant<Groups...>> {
+  static_assert((HasRows<Groups> && ...), "KindOf<Group> of each constraint has `members` and `rows`");
+  static_assert((HasDefinition<Groups> && ...),
+                "KindOf<Group> of each constraint has a Definition<T> with xi(r, number, k)");
+};
+
+template struct CheckKinds<Constraint>;
+template struct CheckKinds<Force>;
+template struct CheckKinds<Friction>;
+template struct CheckKinds<Coordinates>;
+template struct CheckConstraints<Constraint>;
+
+}  // namespace detail
+
+}  // namespace tanor

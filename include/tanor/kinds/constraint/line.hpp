@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tanor/kinds/kind.hpp>
+#include <tanor/kinds/line_frame.hpp>
+
+namespace tanor {
+
+/// Two distances, along two unit vectors orthogonal to the direction d (two rows a point), which are a function of d
+/// alone: e1 is the part orthogonal to d of the coordinate axis that d is farthest from (of axes as far the first), e2
+/// = d x e1. Where another axis becomes the farthest they jump by a turn around d; K lambda does not.
+struct Lines {
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction origin{};
+  VectorFunction direction{};
+};
+
+template <>
+struct KindOf<Lines> {
+  static constexpr std::string_view name = "line";
+  static constexpr auto members = &Lines::points;
+  static constexpr int rows = 2;
+  static constexpr std::tuple fields{
+      Field("origin", &Lines::origin, {.unit = "m", .role = Role::Place, .is_required = true}),
+      Field("direction", &Lines::direction, {.role = Role::Direction, .is_required = true})};
+  /// The rows stand on the two unit vectors of this direction (line_frame.hpp), which jump where another axis serves.
+  static constexpr auto turning = &Lines::direction;
+
+  template <class T>
+  struct Definition {
+    TripleOf<T> origin, first, second;
+
+    /// `axis` instead of the rule's one.
+    template <class Now>
+    Definition(const Lines& given, const Now& now, std::optional<LineAxis> axis = {}) : origin(now(given.origin)) {
+      const TripleOf<T> along = now(given.direction);
+      const std::array<T, 3> d{along.x, along.y, along.z};
+      const auto [e1, e2] = line_frame(d, axis ? *axis : line_axis(d));
+      first = {e1[0], e1[1], e1[2]};
+      second = {e2[0], e2[1], e2[2]};
+    }
+
+    template <class Points>
+    std::array<T, 2> xi(const Points& r, const T&, std::size_t) const {
+      const TripleOf<T> a = r[0] - origin;
+      return {dot(first, a), dot(second, a)};
+    }
+  };
+};
+
+}  // namespace tanor

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <tanor/kinds/kind.hpp>
+
+namespace tanor {
+
+/// (normal.r - offset)/|normal|
+struct Planes {
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction normal{};
+  Parameter offset = 0.0;
+};
+
+template <>
+struct KindOf<Planes> {
+  static constexpr std::string_view name = "plane";
+  static constexpr auto members = &Planes::points;
+  static constexpr int rows = 1;
+  static constexpr auto parameter = &Planes::offset;
+  static constexpr std::tuple fields{Field("normal", &Planes::normal, {.role = Role::Direction, .is_required = true}),
+                                     Field("offset", &Planes::offset, {.unit = "m"})};
+
+  template <class T>
+  struct Definition {
+    TripleOf<T> normal;
+
+    template <class Now>
+    Definition(const Planes& given, const Now& now) : normal(now(given.normal)) {}
+
+    template <class Points>
+    T measure(const Points& r, std::size_t) const {
+      return dot(normal, r[0]);
+    }
+    template <class Points>
+    std::array<T, 1> xi(const Points& r, const T& offset, std::size_t k) const {
+      return {(measure(r, k) - offset) / norm(normal)};
+    }
+  };
+
+  static double leverage(const Planes& planes, double t, double) {
+    const auto n = planes.normal(t);
+    return 1.0 / std::hypot(n[0].value(), n[1].value(), n[2].value());
+  }
+};
+
+}  // namespace tanor

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tanor/kinds/kind.hpp>
+
+namespace tanor {
+
+/// A chain of rods on a support, link by link: the direction of each in a stereographic chart (two numbers), or, in a
+/// given plane with unit normal n, its angle, rad, from e1 = n x a (to unit length) towards n x e1; a is the coordinate
+/// axis that n is farthest from.
+struct ChainAngles {
+  std::string name{};
+  std::vector<Index> points{};  ///< along the chain, from the anchor on
+  Index anchor = 0;             ///< a support
+  Parameter length{};           ///< m, > 0, one a link
+  Vector3 normal{};             ///< of the plane; 0: directions in space
+};
+
+template <>
+struct KindOf<ChainAngles> {
+  static constexpr std::string_view name = "chain_angles";
+  static constexpr auto members = &ChainAngles::points;
+  static constexpr std::tuple fields{Field("anchor", &ChainAngles::anchor, {.is_required = true}),
+                                     Field("length", &ChainAngles::length, {.unit = "m", .range = Range::positive}),
+                                     Field("normal", &ChainAngles::normal)};
+
+  /// Points that the coordinates tie to one another.
+  static std::vector<Index> tied_points(const ChainAngles& chain) {
+    std::vector<Index> points = chain.points;
+    points.push_back(chain.anchor);
+    return points;
+  }
+  static std::size_t num_coordinates(const ChainAngles& group) {
+    return (group.normal == Vector3{} ? 2 : 1) * group.points.size();
+  }
+};
+
+}  // namespace tanor

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tanor/kinds/kind.hpp>
+
+namespace tanor {
+
+/// r = origin + q direction/|direction|, one a point, m.
+struct LineCoordinates {
+  std::string name{};
+  std::vector<Index> points{};
+  VectorFunction origin{};
+  VectorFunction direction{};
+};
+
+template <>
+struct KindOf<LineCoordinates> {
+  static constexpr std::string_view name = "line";
+  static constexpr auto members = &LineCoordinates::points;
+  static constexpr std::tuple fields{
+      Field("origin", &LineCoordinates::origin, {.unit = "m", .role = Role::Place, .is_required = true}),
+      Field("direction", &LineCoordinates::direction, {.role = Role::Direction, .is_required = true})};
+
+  static std::size_t num_coordinates(const LineCoordinates& group) { return group.points.size(); }
+};
+
+}  // namespace tanor

@@ -1,0 +1,182 @@
+#pragma once
+
+/// \file
+/// What a kind of constraint, force, friction or coordinates says about itself. Each kind is one file of this folder;
+/// <tanor/kinds.hpp> lists them. docs/architecture.md, "How to add a kind", has the steps.
+///
+/// The fields of a kind are plain data: validation, the reader of scene files and the search for moving parts all loop
+/// over them, so nothing else names the kind.
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <tanor/export.hpp>
+#include <tanor/jet.hpp>
+#include <tanor/time_function.hpp>
+
+namespace tanor {
+
+/// Number of a point, 0 … num_points - 1.
+using Index = std::int32_t;
+
+/// One number for each constraint of a group: "initial" (the value that the initial positions have; the default),
+/// one for all, or one each; constant or depending on time.
+struct TANOR_API Parameter {
+  Parameter() = default;
+  Parameter(double constant) : constants{constant} {}                          // NOLINT
+  Parameter(std::vector<double> each) : constants(std::move(each)) {}          // NOLINT
+  Parameter(ScalarFunction function) : functions{std::move(function)} {}       // NOLINT
+  Parameter(std::vector<ScalarFunction> each) : functions(std::move(each)) {}  // NOLINT
+
+  bool is_initial() const { return constants.empty() && functions.empty(); }
+
+  std::vector<double> constants{};          ///< size 1 (for all) or one each
+  std::vector<ScalarFunction> functions{};  ///< likewise; at most one of the two lists is filled
+};
+
+// ---- fields ----
+
+/// What a number must be beyond finite.
+struct Range {
+  const char* (*complaint)(double);  ///< what is wrong with a number, or null
+  const char* wanted = nullptr;      ///< what a scene file wants; null: the reader takes any number
+
+  static const Range any, positive, not_negative, not_zero;
+};
+
+inline constexpr Range Range::any = {[](double) -> const char* { return nullptr; }};
+inline constexpr Range Range::positive = {[](double x) { return x > 0.0 ? nullptr : "is not positive"; },
+                                          "a number > 0"};
+inline constexpr Range Range::not_negative = {[](double x) { return x >= 0.0 ? nullptr : "is negative"; },
+                                              "a number >= 0"};
+inline constexpr Range Range::not_zero = {[](double x) { return x != 0.0 ? nullptr : "must not be zero"; }};
+
+/// What a vector is to the points that it is given for.
+enum class Role {
+  Value,      ///< neither of these
+  Place,      ///< they go where it goes
+  Center,     ///< likewise, and they stay around it: their distance from it is a length of their neighbourhood
+  Direction,  ///< it must not be zero; they turn with it
+};
+
+/// The plain data of a field.
+struct FieldData {
+  const char* unit = "";
+  Range range = Range::any;
+  Role role = Role::Value;
+  bool is_required = false;  ///< of a scene file; else the field has the value that its struct gives it
+  bool is_constant = false;  ///< of a parameter: it must not depend on time
+  int point = 0;             ///< of a member's points, the one that a Center belongs to
+};
+
+/// A field of a group: its name as scene files spell it, where it is, and what it may be.
+template <class Group, class Value>
+struct Field {
+  const char* name;
+  Value Group::*value;
+  FieldData data;
+
+  constexpr Field(const char* n, Value Group::*v, FieldData d = {}) : name(n), value(v), data(d) {}
+};
+
+// ---- definitions ----
+
+/// Three numbers of any scalar type; what definitions are written in.
+template <class T>
+struct TripleOf {
+  T x, y, z;
+
+  friend TripleOf operator+(const TripleOf& a, const TripleOf& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend TripleOf operator-(const TripleOf& a, const TripleOf& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend TripleOf operator*(const T& s, const TripleOf& a) { return {s * a.x, s * a.y, s * a.z}; }
+  friend TripleOf operator/(const TripleOf& a, const T& s) { return {a.x / s, a.y / s, a.z / s}; }
+};
+
+template <class T>
+T dot(const TripleOf<T>& a, const TripleOf<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+T norm(const TripleOf<T>& a) {
+  using std::sqrt;
+  return sqrt(dot(a, a));
+}
+template <class T>
+TripleOf<T> cross(const TripleOf<T>& a, const TripleOf<T>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class T>
+TripleOf<T> triple_of(const Vector3& a) {
+  return {T(a[0]), T(a[1]), T(a[2])};
+}
+
+/// Functions of time at t: a jet runs along with time, every other scalar type sees time standing still.
+template <class T>
+struct Clock {
+  double t;
+
+  T operator()(const ScalarFunction& function) const {
+    if constexpr (std::is_same_v<T, Jet<2>>)
+      return function(t);
+    else
+      return T(function(t).value());
+  }
+  TripleOf<T> operator()(const VectorFunction& function) const {
+    return {(*this)(function.components[0]), (*this)(function.components[1]), (*this)(function.components[2])};
+  }
+};
+
+// ---- kinds ----
+
+/// What a kind says about itself, specialised for each Group (a struct of groups: Rods, Planes, …):
+///
+///     name        as scene files spell it
+///     members     the list of what the group holds: points, pairs, triples or tuples
+///     fields      a std::tuple of Field
+///
+/// A constraint says besides:
+///
+///     rows        equations of a member
+///     parameter   the Parameter among the fields of which each member has a number, xi = measure - number; may be left
+///                 out
+///     Definition<T>   made from a group and a clock for one instant: xi(r, number, k) -> std::array<T, rows>, with
+///     r[p]
+///                 the place of the p-th point of member k, is the constraint; measure(r, k) is what an "initial"
+///                 number takes from the start
+///
+/// It may say: `distinct`, why the points of a member differ; `parameter_range`, what its numbers are besides;
+/// complaint(group, now, r, k), what is wrong with member k at the start, or null; leverage(group, t, size), how far
+/// (m) a point moves for 1 of the parameter.
+template <class Group>
+struct KindOf;
+
+/// Whether the members of a kind are single points.
+template <class Group>
+constexpr bool has_single_points = std::is_same_v<decltype(KindOf<Group>::members), std::vector<Index> Group::*const>;
+
+/// How scene files call the list of members.
+template <class Group>
+constexpr const char* list_name() {
+  if constexpr (requires { KindOf<Group>::list; }) return KindOf<Group>::list;
+  using List = std::remove_cvref_t<decltype(std::declval<Group>().*KindOf<Group>::members)>;
+  if constexpr (std::is_same_v<List, std::vector<std::array<Index, 2>>>) return "pairs";
+  if constexpr (std::is_same_v<List, std::vector<std::array<Index, 3>>>) return "triples";
+  if constexpr (std::is_same_v<List, std::vector<std::vector<Index>>>) return "tuples";
+  return "points";
+}
+
+/// visit(field) for each field of a kind, in the order of its file.
+template <class Group, class Visit>
+void for_each_field(const Visit& visit) {
+  std::apply([&](const auto&... field) { (visit(field), ...); }, KindOf<Group>::fields);
+}
+
+}  // namespace tanor
