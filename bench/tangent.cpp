@@ -110,7 +110,7 @@ struct Instant {
     velocities.resize(r.size());
     forms.model.numbering.gather_points(given.positions, r);
     forms.model.numbering.gather_points(velocities, v);
-    (void)forms.tangent->adopt(0.0, r.data(), v.data(), q.data(), q_dot.data());
+    (void)forms.tangent->set_state(0.0, r.data(), v.data(), q.data(), q_dot.data());
     evaluate();
     assemble();
     (void)factorize();

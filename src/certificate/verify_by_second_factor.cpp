@@ -49,7 +49,7 @@ void Verifier::compare_multipliers(const Vector& lambda) {
   add_point(&result_.second_factorization, std::string("K lambda by ") + second_->name() + " = K lambda",
             worst_point(dw, scale_), refined(rcond_of_S_) + rounding);
 
-  const std::vector<bool> is_unique = forms_.normal->find_rank(answer_.r.data(), false).multipliers_unique;
+  const std::vector<bool> is_unique = forms_.normal->gradient_rank().report(answer_.r.data(), false).multipliers_unique;
   const Vector& lengths = second_->lengths();  // |M^-1/2 k|: lengths times lambda is an acceleration
   Vector size = scale_;
   for (std::size_t a = 0; a < num_rows_; ++a) {

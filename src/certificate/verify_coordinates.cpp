@@ -93,7 +93,8 @@ void Verifier::verify_both() {
   Vector x(model_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(num_rows_);
   for (double& value : x) value = random_number();
   model_.coordinates.apply(model_.parallel, forms_.tangent->blocks().data(), x.data(), Ax.data());
-  model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr, rows.data());
+  model_.constraints.apply_transposed(model_.parallel, forms_.normal->linearization().blocks().data(), Ax.data(),
+                                      nullptr, rows.data());
   Worst worst;
   const double size_of_Ax = model_.largest_norm(Ax.data());
   for (std::size_t a = 0; a < num_rows_; ++a) {

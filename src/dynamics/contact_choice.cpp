@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/text.hpp"
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 
 /// \file Which contacts at rest stick and which begin to slide: islands of contacts as small dense problems, whose
 /// motions are counted (docs/friction.md).
@@ -29,8 +29,9 @@ std::string text(const Vec3& a, double scale) {
 }  // namespace
 
 /// Islands with Coulomb's friction among those that are `wanted` [island]: their contacts, and what they held so far.
-std::vector<ContactChoice> NormalForm::list_choices(const std::vector<char>& at_rest, const std::vector<char>& wanted,
-                                                    std::size_t most_contacts) const {
+std::vector<ContactChoice> MultiplierForm::list_choices(const std::vector<char>& at_rest,
+                                                        const std::vector<char>& wanted,
+                                                        std::size_t most_contacts) const {
   const Tangents& tangents = model_.constraints.tangents();
   const FrictionLaws& laws = friction_->laws();
   std::vector<ContactChoice> result;
@@ -63,12 +64,12 @@ std::vector<ContactChoice> NormalForm::list_choices(const std::vector<char>& at_
 
 /// How reactions and accelerations answer to friction: one solve for the first component of every island at once, one
 /// for the second, …, with the factor of S in which no contact sticks.
-void NormalForm::reduce(double t, const double* r, const double* v, std::vector<ContactChoice>* choices) {
+void MultiplierForm::reduce(double t, const double* r, const double* v, std::vector<ContactChoice>* choices) {
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<double> w(size()), dw(size()), b(num_rows()), lambda(num_rows()), dlambda(num_rows());
   const auto solve = [&](const std::vector<double>& right, std::vector<double>* multipliers) {
-    respond(right.data(), multipliers->data(), dw.data());
-    share_out(multipliers->data());
+    linearization_.solve_refined(right.data(), multipliers->data(), dw.data());
+    linearization_.minimize_multiplier_norm(multipliers->data());
   };
   const auto write_forces = [&](const ContactChoice& choice, const std::vector<double>& from, auto&& column) {
     for (std::size_t c = 0; c < choice.size(); ++c) {
@@ -85,12 +86,9 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
 
   // Without Coulomb's friction.
   double scale = model_.evaluate_free(t, r, v, w.data());
-  scale = larger(scale,
-                 model_.constraints.evaluate_right_side(model_.parallel, r, v, w.data(), right_side_.data(), nullptr));
-  w0_ = w.data();
-  knows_accelerations_ = false;
-  measure_accelerations(scale);
-  b = right_side_;
+  scale = larger(scale, model_.constraints.evaluate_right_side(model_.parallel, r, v, w.data(), b.data(), nullptr));
+  residuals_.begin_instant();
+  residuals_.measure_accelerations({w.data(), b.data(), scale});
   for (ContactChoice& choice : *choices) {
     choice.acceleration_scale = 0.0;
     for (const std::size_t contact : choice.members)
@@ -176,7 +174,7 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
 
 /// Static friction until a contact gives way, then that of sliding, until no other one gives way: `released` [contact]
 /// have done so before. Of several motions the one whose friction is nearest to the one before.
-void NormalForm::solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const {
+void MultiplierForm::solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const {
   const FrictionLaws& laws = friction_->laws();
   ContactProblem& problem = choice->problem;
   Uniqueness worst = Uniqueness::NotAsked;
@@ -221,7 +219,7 @@ void NormalForm::solve_choice(std::vector<char> released, std::size_t most_modes
 }
 
 /// One of several that share a load gives way only where no share bears it: until then nobody has.
-void NormalForm::choose(const std::vector<char>& released, std::size_t most_modes, ContactChoice* choice) const {
+void MultiplierForm::choose(const std::vector<char>& released, std::size_t most_modes, ContactChoice* choice) const {
   const FrictionLaws& laws = friction_->laws();
   const auto gets_weaker = [&](std::size_t c) {
     return released[c] != 0 && laws.static_coefficient(c) > laws.coefficient_of_sliding(c);
@@ -236,7 +234,7 @@ void NormalForm::choose(const std::vector<char>& released, std::size_t most_mode
 }
 
 /// What sticks by x, and how it shares its load.
-void NormalForm::find_share(ContactChoice* choice) const {
+void MultiplierForm::find_share(ContactChoice* choice) const {
   choice->load = std::numeric_limits<double>::quiet_NaN();
   if (choice->x.size() == 0) return;
   const ContactProblem& problem = choice->problem;
@@ -260,8 +258,8 @@ void NormalForm::find_share(ContactChoice* choice) const {
 }
 
 /// The multipliers that belong to what was chosen: where iterations begin. As in `reduce`.
-void NormalForm::guess_multipliers(double t, const double* r, const double* v,
-                                   const std::vector<ContactChoice>& choices) {
+void MultiplierForm::guess_multipliers(double t, const double* r, const double* v,
+                                       const std::vector<ContactChoice>& choices) {
   std::vector<double> w(size()), b(num_rows());
   (void)model_.evaluate_free(t, r, v, w.data());
   model_.constraints.evaluate_right_side(model_.parallel, r, v, w.data(), b.data(), nullptr);
@@ -274,11 +272,11 @@ void NormalForm::guess_multipliers(double t, const double* r, const double* v,
         friction_->add_force(choice.members[c], choice.x(k) * choice.directions[static_cast<std::size_t>(k)], b.data());
     }
   }
-  respond(b.data(), lambda_.data(), w.data());
-  share_out(lambda_.data());
+  linearization_.solve_refined(b.data(), lambda_.data(), w.data());
+  linearization_.minimize_multiplier_norm(lambda_.data());
 }
 
-Outcome NormalForm::explain_choice(double t, const ContactChoice& choice) const {
+Outcome MultiplierForm::explain_choice(double t, const ContactChoice& choice) const {
   const auto& found = choice.solutions.found;
   const auto name = [&](std::size_t member) {
     return "friction at t = " + tanor::text(t) + ": " + model_.name_contact(choice.members[member]);
@@ -308,9 +306,9 @@ Outcome NormalForm::explain_choice(double t, const ContactChoice& choice) const 
 
 /// The motions of contacts at rest, and of those that move, are counted: at a start of all islands, else of those that
 /// are `wanted`. Sets the modes of what has a solution; `choices`: the islands, with what each takes.
-Outcome NormalForm::count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                                  std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                                  std::size_t most_contacts, std::vector<ContactChoice>* choices) {
+Outcome MultiplierForm::count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                                      std::span<const std::size_t> releases, const std::vector<char>& wanted,
+                                      std::size_t most_contacts, std::vector<ContactChoice>* choices) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
   friction_->set_place(t, r, v);
@@ -334,7 +332,7 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
     for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, stuck[c] != 0);
     forget_compliance();
   };
-  if (Outcome outcome = linearise(t, r); !outcome.ok()) {
+  if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) {
     back();
     return outcome;
   }
@@ -393,8 +391,8 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
 /// no acceleration sticks. Where no share leaves a contact anything to spare, all accelerations are still 0, and
 /// nothing tells yet what will move: those are held a little longer, until what they lack rises above rounding
 /// (`overload`).
-Outcome NormalForm::take_choices(double t, const double* r, const std::vector<char>& at_rest, bool all,
-                                 std::vector<ContactChoice>* choices) {
+Outcome MultiplierForm::take_choices(double t, const double* r, const std::vector<char>& at_rest, bool all,
+                                     std::vector<ContactChoice>* choices) {
   Tangents& tangents = model_.constraints.tangents();
   overloads_.resize(at_rest.size(), 0);
   softness_.resize(at_rest.size(), 0);
@@ -434,12 +432,12 @@ Outcome NormalForm::take_choices(double t, const double* r, const std::vector<ch
   }
   if (!has_taken) return {};
   forget_compliance();
-  return linearise(t, r);
+  return linearization_.update(t, r);
 }
 
 /// Islands that were not counted have one motion where friction changes no reaction, or little (`is_monotone`).
-Outcome NormalForm::judge_many(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                               const std::vector<char>& wanted) {
+Outcome MultiplierForm::judge_many(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                                   const std::vector<char>& wanted) {
   constexpr std::size_t most_reduced = 256;  // one solve each
   if (std::none_of(wanted.begin(), wanted.end(), [](char is) { return is != 0; })) return {};
   Tangents& tangents = model_.constraints.tangents();
@@ -460,7 +458,7 @@ Outcome NormalForm::judge_many(double t, const double* r, const double* v, const
     }
   }
   forget_compliance();
-  Outcome outcome = linearise(t, r);
+  Outcome outcome = linearization_.update(t, r);
   if (outcome.ok()) reduce(t, r, v, &choices);
   for (ContactChoice& choice : choices) {
     for (std::size_t c = 0; c < choice.size(); ++c)
@@ -471,11 +469,11 @@ Outcome NormalForm::judge_many(double t, const double* r, const double* v, const
   }
   for (const std::size_t c : stuck) tangents.set_stick(c, true);
   forget_compliance();
-  return linearise(t, r);
+  return linearization_.update(t, r);
 }
 
 /// Contacts that bear all they can do so from now on: what they shared with others that stick is then determined.
-bool NormalForm::set_limits(const std::vector<ContactChoice>& choices) {
+bool MultiplierForm::set_limits(const std::vector<ContactChoice>& choices) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
   bool has_changed = false;
@@ -498,15 +496,15 @@ bool NormalForm::set_limits(const std::vector<ContactChoice>& choices) {
   return has_changed;
 }
 
-void NormalForm::note_verdict(Uniqueness uniqueness, const std::string& reason) {
+void MultiplierForm::note_verdict(Uniqueness uniqueness, const std::string& reason) {
   if (uniqueness <= verdict_) return;
   verdict_ = uniqueness;
   verdict_reason_ = reason;
 }
 
 /// What is known about all modes, and about reactions, into the report of this instant.
-void NormalForm::add_verdict() {
-  FrictionReport& report = last_.friction;
+void MultiplierForm::add_verdict(FrictionReport* of_instant) const {
+  FrictionReport& report = *of_instant;
   const auto add = [&](Uniqueness uniqueness, const std::string& reason) {
     if (uniqueness < report.uniqueness || (uniqueness == report.uniqueness && !report.uniqueness_reason.empty()))
       return;
@@ -524,18 +522,18 @@ void NormalForm::add_verdict() {
 
 /// Dependent constraints share their load in many ways: a contact whose reaction depends on the share has no motion
 /// but by convention. Names it; empty: there is none.
-std::string NormalForm::find_undetermined_reaction() const {
-  if (!redundancy_.is_found()) return {};
+std::string MultiplierForm::find_undetermined_reaction() const {
+  if (!linearization_.rank_factor().redundancy().is_found()) return {};
   const FrictionLaws& laws = friction_->laws();
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<double> lengths(num_rows(), 0.0);  // of gradients in the norm of M^-1
   for (const Incidence& i : model_.incidences) {
-    const Vec3 g = load(blocks_.data(), i.block);
+    const Vec3 g = load(linearization_.blocks().data(), i.block);
     lengths[static_cast<std::size_t>(i.row)] += model_.inverse_mass[static_cast<std::size_t>(i.point)] * dot(g, g);
   }
   for (double& length : lengths) length = length > 0.0 ? std::sqrt(length) : 1.0;
   std::vector<double> z(num_rows(), 0.0);  // K z = 0
-  for (const Redundancy::Found& found : redundancy_.list()) {
+  for (const Redundancy::Found& found : linearization_.rank_factor().redundancy().list()) {
     std::fill(z.begin(), z.end(), 0.0);
     const auto row = static_cast<std::size_t>(found.row);
     z[row] = 1.0 / lengths[row];

@@ -4,16 +4,16 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 
-/// \file Contacts of NormalForm that stick and slide (theory, section 7a): exact Coulomb friction as events.
+/// \file Contacts of MultiplierForm that stick and slide (theory, section 7a): exact Coulomb friction as events.
 ///
 /// A contact sticks as long as |lambda_t| <= mu_s |N|, and slides until its sliding velocity vanishes. At rest the law
 /// holds on the acceleration level: lambda_t in -mu_s |N| Sgn(a_t).
 namespace tanor {
 
-Outcome NormalForm::begin(double t, const double* r, double* v, const Request& request, double* w) {
-  take(request);
+Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request, double* w) {
+  request_ = request;
   if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return settle_contacts(t, r, v, w);
   Request anew = request;
   anew.gradients = Gradients::Evaluate;
@@ -28,32 +28,22 @@ static constexpr double limit_slack = 1e-12;
 static constexpr double speed_slack = 1e-13;
 
 /// The speed beside which sliding there is slow, and the acceleration: those of its own neighbourhood.
-double NormalForm::speed_at(std::size_t contact) const {
+double MultiplierForm::speed_at(std::size_t contact) const {
   const auto point = static_cast<std::size_t>(model_.constraints.tangents()[contact].point);
   return model_.scales.speed(model_.scales.of_point(point));
 }
-double NormalForm::acceleration_at(std::size_t contact) const {
+double MultiplierForm::acceleration_at(std::size_t contact) const {
   const auto point = static_cast<std::size_t>(model_.constraints.tangents()[contact].point);
-  return accelerations_[model_.scales.of_point(point)];
+  return residuals_.accelerations()[model_.scales.of_point(point)];
 }
 
 /// Sliding slower than this is rest: the rounding of projected velocities.
-double NormalForm::sliding_threshold(std::size_t contact) const {
+double MultiplierForm::sliding_threshold(std::size_t contact) const {
   return 1e-11 * speed_at(contact);
 }
 
-/// Other contacts stick than before: whether they hold too much is to be found anew.
-void NormalForm::forget_compliance() {
-  is_compliant_ = false;
-  general().set_compliance(0.0);
-}
-
-/// What sticks may hold more than can move, and then no law divides the load: the least friction that holds. A little
-/// compliance finds it, refinement removes the compliance (refined solutions lie in the range of S). Returns whether S
-/// is to be factorized anew.
-bool NormalForm::make_compliant() {
-  if (friction_ == nullptr || is_compliant_ || friction_->num_sticking() == 0) return false;
-  is_compliant_ = true;
+/// How much each row of contacts that stick gives way where they share a load.
+std::vector<double> MultiplierForm::compliance_weights() const {
   std::vector<double> weights(num_rows() - model_.numbering.num_user_rows, 1.0);
   const Tangents& tangents = model_.constraints.tangents();
   for (std::size_t c = 0; c < tangents.size(); ++c) {
@@ -64,12 +54,17 @@ bool NormalForm::make_compliant() {
       weights[row - model_.numbering.num_user_rows] = std::exp2(-static_cast<double>(softness_[c]) / softness_steps);
     }
   }
-  general().set_compliance(compliance, std::move(weights));
-  return true;
+  return weights;
+}
+
+/// T stands at (r, v).
+void MultiplierForm::prepare(const double* r, const double* v) {
+  restore_senses(r, v);
+  set_sliding_speeds();
 }
 
 /// Contacts that have references hold more than can move.
-bool NormalForm::shares_a_load() const {
+bool MultiplierForm::share_a_load() const {
   const Tangents& tangents = model_.constraints.tangents();
   for (std::size_t c = 0; num_switches_ > 0 && c < tangents.size(); ++c) {
     if (tangents.sticks(c) && norm(friction_->laws().reference(c)) > 0.0) return true;
@@ -80,7 +75,7 @@ bool NormalForm::shares_a_load() const {
 /// Contacts that share a load: each gives way the more, the nearer it is to its limit (Lawson's algorithm for the share
 /// in which the most loaded contact has most to spare). `loads` [contact]: of those that stick, held over limit; else
 /// negative.
-void NormalForm::share_again(const std::vector<double>& loads) {
+void MultiplierForm::share_again(const std::vector<double>& loads) {
   softness_.resize(loads.size(), 0);
   constexpr double least_load = 0.05;
   constexpr int hardest = 12 * softness_steps;
@@ -98,18 +93,13 @@ void NormalForm::share_again(const std::vector<double>& loads) {
   forget_compliance();
 }
 
-/// K as far as its rank is a question: contacts take no part.
-std::vector<double> NormalForm::blocks_of_constraints() const {
-  return num_switches_ > 0 ? model_.without_contacts(blocks_) : blocks_;
-}
-
-void NormalForm::set_sliding_speeds() {
+void MultiplierForm::set_sliding_speeds() {
   constexpr double slow = 3e-7;
   for (std::size_t c = 0; c < model_.constraints.tangents().size(); ++c)
     friction_->laws().set_speeds(c, sliding_threshold(c), slow * speed_at(c));
 }
 
-void NormalForm::evaluate_events(double, const double*, const double* v, double* values) {
+void MultiplierForm::evaluate_events(double, const double*, const double* v, double* values) {
   const Tangents& tangents = model_.constraints.tangents();
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     if (tangents[c].first_row < 0) continue;
@@ -125,7 +115,7 @@ void NormalForm::evaluate_events(double, const double*, const double* v, double*
 }
 
 /// limit^2 - held^2, with mu^2 |N|^2 and |F|^2 quadratic in the multipliers.
-void NormalForm::shape_events(const double* values, double* shapes) const {
+void MultiplierForm::shape_events(const double* values, double* shapes) const {
   const Tangents& tangents = model_.constraints.tangents();
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     if (tangents[c].first_row < 0) continue;
@@ -141,12 +131,12 @@ void NormalForm::shape_events(const double* values, double* shapes) const {
   }
 }
 
-Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double* w) {
+Outcome MultiplierForm::settle_contacts(double t, const double* r, double* v, double* w) {
   Tangents& tangents = model_.constraints.tangents();
   std::vector<char> at_rest(tangents.size(), 0);
   for (std::size_t c = 0; c < tangents.size(); ++c) tangents.set_stick(c, false);
   held_->forget();
-  if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
+  if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return outcome;
   set_sliding_speeds();
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     at_rest[c] = tangents[c].first_row >= 0 && norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c);
@@ -162,9 +152,9 @@ Outcome NormalForm::settle_contacts(double t, const double* r, double* v, double
   return choose_modes(t, r, v, at_rest, {}, all_islands, w);
 }
 
-Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                                     const Request& request, double* w) {
-  take(request);
+Outcome MultiplierForm::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
+                                         const Request& request, double* w) {
+  request_ = request;
   Tangents& tangents = model_.constraints.tangents();
   std::vector<char> at_rest(tangents.size(), 0), is_met(num_switches_, 0), has_changed(friction_->islands().size(), 0);
   for (const std::size_t event : which) is_met[event] = 1;
@@ -187,8 +177,8 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
 }
 
 /// Islands with contacts at rest on surfaces that are too many to be counted, among those that are `wanted`.
-std::vector<char> NormalForm::find_many_on_surfaces(const std::vector<char>& at_rest,
-                                                    const std::vector<char>& wanted) const {
+std::vector<char> MultiplierForm::find_many_on_surfaces(const std::vector<char>& at_rest,
+                                                        const std::vector<char>& wanted) const {
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<char> result(wanted.size(), 0);
   for (std::size_t c = 0; c < at_rest.size(); ++c) {
@@ -200,13 +190,13 @@ std::vector<char> NormalForm::find_many_on_surfaces(const std::vector<char>& at_
 }
 
 /// Of multipliers nu [rows] that changed v at once, J: -nu'xi_t, with what guides and belts move by themselves.
-Power NormalForm::work_of_impulses(const double* r, const double* v, const std::vector<double>& impulses) {
+Power MultiplierForm::work_of_impulses(const double* r, const double* v, const std::vector<double>& impulses) {
   std::vector<double> prescribed(v, v + size()), rates(num_rows());
   std::fill(prescribed.begin(), prescribed.end(), 0.0);
   model_.constraints.evaluate_rates(model_.parallel, r, prescribed.data(), rates.data());
   Power work;
   for (std::size_t a = 0; a < num_rows(); ++a) {
-    const bool is_contact = static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows;
+    const bool is_contact = model_.numbering.is_contact_row(a);
     (is_contact ? work.friction : work.supports) -= impulses[a] * rates[a];
   }
   return work;
@@ -215,7 +205,7 @@ Power NormalForm::work_of_impulses(const double* r, const double* v, const std::
 /// All at rest are at rest exactly, whatever they do next. On a surface a contact may still move across its sense: it
 /// is put to rest, too, unless others would lose more than rounding with it, such as a bead between two contacts on
 /// nearly one line, which moves aside many times as fast as they. Then it slides on, to where it moves.
-Outcome NormalForm::put_to_rest(double t, const double* r, double* v, std::vector<char>* at_rest) {
+Outcome MultiplierForm::put_to_rest(double t, const double* r, double* v, std::vector<char>* at_rest) {
   // Of the speed around (the energy loses its square), or of what is put to rest itself.
   constexpr double little = 1e-6, alike = 10.0;
   Tangents& tangents = model_.constraints.tangents();
@@ -226,9 +216,9 @@ Outcome NormalForm::put_to_rest(double t, const double* r, double* v, std::vecto
     if ((*at_rest)[c] != 0) own = std::max(own, norm(tangents.sliding_velocity(c, v)));
   }
   for (const bool is_again : {false, true}) {
-    if (Outcome outcome = linearise(t, r); !outcome.ok()) return outcome;
+    if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return outcome;
     std::fill(impulses.begin(), impulses.end(), 0.0);
-    const ProjectionReport still = iterate_onto_velocities(t, r, v, impulses.data());
+    const ProjectionReport still = projector_.project_velocities(t, r, v, impulses.data());
     if (!still.outcome.ok()) return still.outcome;
     work_of_rest_ = work_of_impulses(r, v, impulses);
     bool is_little = true;
@@ -267,16 +257,16 @@ Outcome NormalForm::put_to_rest(double t, const double* r, double* v, std::vecto
 /// The modes of all contacts at rest together. Islands of few contacts are counted as a whole; what they choose, or, of
 /// more contacts, that all stick but `releases`, is where the search begins. Where it leads nowhere, islands of many
 /// contacts are solved as a whole, too. `has_changed` [island]: where something is to be chosen.
-Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                                 const std::vector<std::size_t>& releases, const std::vector<char>& has_changed,
-                                 double* w) {
+Outcome MultiplierForm::choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
+                                     const std::vector<std::size_t>& releases, const std::vector<char>& has_changed,
+                                     double* w) {
   Tangents& tangents = model_.constraints.tangents();
   Request at_end = request_;  // judged as at a step's end
   at_end.gradients = Gradients::Keep;
   request_.judgement = Judgement::None;
   const bool is_start = request_.refuses_several;
   work_of_rest_ = {};
-  const bool was_compliant = is_compliant_;
+  const bool was_compliant = is_compliant();
   forget_compliance();
   if (std::count(at_rest.begin(), at_rest.end(), 1) > 0) {
     if (Outcome outcome = put_to_rest(t, r, v, &at_rest); !outcome.ok()) return outcome;
@@ -365,8 +355,8 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
 
 /// What is given as an answer obeys the law, whatever was searched: contacts that stick do not move, and hold what they
 /// can.
-Outcome NormalForm::check_rest(double t, const double* r, const double* v, const double* w,
-                               const std::vector<char>& at_rest) {
+Outcome MultiplierForm::check_rest(double t, const double* r, const double* v, const double* w,
+                                   const std::vector<char>& at_rest) {
   constexpr double largest_miss = 1e-6;
   const Tangents& tangents = model_.constraints.tangents();
   model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
@@ -389,7 +379,7 @@ Outcome NormalForm::check_rest(double t, const double* r, const double* v, const
 }
 
 /// Against what held it.
-void NormalForm::release(std::size_t c) {
+void MultiplierForm::release(std::size_t c) {
   Tangents& tangents = model_.constraints.tangents();
   const Vec3 held = friction_->held(c, lambda_.data());
   const double size = norm(held);
@@ -400,9 +390,9 @@ void NormalForm::release(std::size_t c) {
 /// Contacts that stick and cannot are released against what held them, and what does not slide off then is held again,
 /// until all obey the law (block pivoting), in the islands that are `wanted`. `choices`: those that were solved as a
 /// whole; what has shared a load stands as it is.
-Outcome NormalForm::settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                                 const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
-                                 const std::vector<ContactChoice>& choices, double* w) {
+Outcome MultiplierForm::settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
+                                     const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
+                                     const std::vector<ContactChoice>& choices, double* w) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
@@ -474,7 +464,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
     }
     // Those that share a load may share it otherwise.
     double worst_load = -1.0;
-    for (std::size_t c = 0; is_compliant_ && c < tangents.size(); ++c) {
+    for (std::size_t c = 0; is_compliant() && c < tangents.size(); ++c) {
       const bool is_open = is_known[c] == 0 && wanted[friction_->island_of(c)] != 0;
       const bool counts = at_rest[c] != 0 && tangents.sticks(c) && is_open;
       const double limit = counts ? friction_->static_limit(c, lambda_.data()) : 0.0;
@@ -491,7 +481,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
     last_load = 0.0;
     // No share leaves them anything to spare: they give way together.
     for (std::size_t c = 0; c < tangents.size(); ++c) {
-      if (!is_compliant_ || has_given_way || releases.empty() || loads[c] < 1.0 - 1e-8) continue;
+      if (!is_compliant() || has_given_way || releases.empty() || loads[c] < 1.0 - 1e-8) continue;
       if (is_known[c] != 0) continue;
       release(c);
       has_changed = true;
@@ -534,26 +524,12 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
 
 // ---- where contacts that stick are held ----
 
-/// Largest |T'(r - place)| in `rows_` over the length around it, where the row is one of those that decide.
-double NormalForm::held_violation() const {
-  const Tangents& tangents = model_.constraints.tangents();
-  double worst = 0.0;
-  for (std::size_t c = 0; !is_compliant_ && c < tangents.size(); ++c) {
-    if (!tangents.sticks(c) || !held_->holds(c)) continue;
-    const double length = model_.scales.length(model_.scales.of_point(static_cast<std::size_t>(tangents[c].point)));
-    for (int k = 0; k < tangents[c].num_tangents(); ++k) {
-      const auto row = static_cast<std::size_t>(tangents[c].first_row + k);
-      if (!redundancy_.is_dependent(row)) worst = larger(worst, std::abs(rows_[row]) / length);
-    }
-  }
-  return worst;
-}
-
 /// A step to t was accepted. What other constraints do not let be where it is held gives way: they hold it as well.
-void NormalForm::accept_places(double t, const double* r) {
+void MultiplierForm::accept_places(double t, const double* r) {
   held_->accept(t);
   const Tangents& tangents = model_.constraints.tangents();
-  for (std::size_t c = 0; (is_compliant_ || redundancy_.is_found()) && c < tangents.size(); ++c) {
+  for (std::size_t c = 0;
+       (is_compliant() || linearization_.rank_factor().redundancy().is_found()) && c < tangents.size(); ++c) {
     constexpr double given_way = 1e-12;
     if (!tangents.sticks(c) || !held_->holds(c)) continue;
     const auto point = static_cast<std::size_t>(tangents[c].point);
@@ -583,7 +559,7 @@ enum Mode : int {
 
 /// On a curve the sense of sliding is kept too, as its sign along T: at rest the velocity does not tell it. And how a
 /// load is shared, in multiples of the number of modes.
-std::vector<int> NormalForm::discrete_state() const {
+std::vector<int> MultiplierForm::discrete_state() const {
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<int> state;
   for (std::size_t c = 0; num_switches_ > 0 && c < tangents.size(); ++c) {
@@ -599,7 +575,7 @@ std::vector<int> NormalForm::discrete_state() const {
   return state;
 }
 
-void NormalForm::restore_discrete_state(std::span<const int> state) {
+void MultiplierForm::restore_discrete_state(std::span<const int> state) {
   Tangents& tangents = model_.constraints.tangents();
   const std::size_t wanted = num_switches_ > 0 ? tangents.size() : 0;
   if (state.size() != wanted) {
@@ -621,7 +597,7 @@ void NormalForm::restore_discrete_state(std::span<const int> state) {
 }
 
 /// Where T stands again.
-void NormalForm::restore_senses(const double* r, const double* v) {
+void MultiplierForm::restore_senses(const double* r, const double* v) {
   if (restored_.empty()) return;
   held_->hold(model_.time(), r);
   FrictionLaws& laws = friction_->laws();

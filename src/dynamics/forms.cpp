@@ -17,7 +17,7 @@ Forms::Forms(System system, const SolverOptions& options, double t)
     refuse("the normal form needs constraints; coordinates alone are given");
   if (has_coordinates && !has_constraints && options.form == Form::Both)
     refuse("both forms need constraints too; coordinates alone are given");
-  if (has_constraints || !has_coordinates) normal = std::make_unique<NormalForm>(model, options);
+  if (has_constraints || !has_coordinates) normal = std::make_unique<MultiplierForm>(model, options);
   if (has_coordinates) tangent = std::make_unique<TangentForm>(model, options);
   if (tangent != nullptr && model.has_friction()) tangent->take_friction_from(normal.get());
   choose(options.form);
@@ -93,14 +93,14 @@ Outcome Forms::reactions(const Kinematics& at, const Request& request, double* l
   main->reactions(eta);
   if (!is_tangent()) {
     std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
-    normal->minimize_multipliers(at.x, lambda);
+    normal->linearization().minimize_multiplier_norm(at.x, lambda);
     return {};
   }
   if (normal == nullptr) return {};
   scratch_.resize(3 * model.num_points());
   if (Outcome outcome = normal->accelerations(at, request, scratch_.data()); !outcome.ok()) return outcome;
   std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
-  normal->minimize_multipliers(at.x, lambda);
+  normal->linearization().minimize_multiplier_norm(at.x, lambda);
   // Supports carry what the constraints do there.
   normal->reactions(scratch_.data());
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
@@ -108,14 +108,9 @@ Outcome Forms::reactions(const Kinematics& at, const Request& request, double* l
   return {};
 }
 
-void Forms::friction_forces(double* tau) const {
-  if (normal != nullptr) return normal->friction_forces(tau);
-  std::fill_n(tau, 3 * model.num_points(), 0.0);
-}
-
 RankReport Forms::rank(const double* r, bool thoroughly) {
   if (normal != nullptr) {
-    RankReport report = normal->find_rank(r, thoroughly);
+    RankReport report = normal->gradient_rank().report(r, thoroughly);
     report.taut_points = find_taut_points(model.system, report);
     return report;
   }
@@ -131,7 +126,7 @@ Outcome Forms::solve_other(const Kinematics& at, const Request& request, double*
   EquationsOfMotion* const other = is_tangent() ? static_cast<EquationsOfMotion*>(normal.get()) : tangent.get();
   for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
   std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
-  if (Outcome outcome = other->adopt(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
+  if (Outcome outcome = other->set_state(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
   Outcome outcome = other->accelerations({t, x_.data(), x_dot_.data()}, request, x_ddot_.data());
   if (!outcome.ok()) return outcome;
   other->write_points(t, x_.data(), x_dot_.data(), x_ddot_.data(), places.data(), rates.data(), w);

@@ -54,7 +54,7 @@ void TangentForm::describe(PlanSummary* plan) const {
 
 // ---- one instant ----
 
-void TangentForm::evaluate(double t, const double* q, const double* q_dot, bool with_blocks) const {
+void TangentForm::evaluate(double t, const double* q, const double* q_dot, bool with_blocks) {
   is_complete_ = is_complete_ || with_blocks;
   model_.set_time(t);
   model_.prescribe_all(t, r_.data(), v_.data());
@@ -99,7 +99,7 @@ bool TangentForm::accelerate(double t, const double* q, const double* q_dot, dou
 }
 
 /// r, v, psi, w0, A, the factor of H and q_ddot of the last accelerations.
-void TangentForm::complete() const {
+void TangentForm::complete() {
   if (is_complete_) return;
   const Stopwatch watch(&model_.times.evaluate);
   const double now = model_.time();
@@ -287,7 +287,7 @@ Kinematics TangentForm::find_points(const Kinematics& at, double* r, double* v) 
   return {at.t, r, v};
 }
 
-Power TangentForm::power(const double*, const double*) const {
+Power TangentForm::power(const double*, const double*) {
   complete();
   // M^-1 eta = w - w0
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];
@@ -332,7 +332,7 @@ void TangentForm::locate(const double* r) {
   model_.coordinates.locate(r, q_.data());
 }
 
-Outcome TangentForm::adopt(double t, const double* r, const double* v, double* q, double* q_dot) {
+Outcome TangentForm::set_state(double t, const double* r, const double* v, double* q, double* q_dot) {
   model_.set_time(t);
   locate(r);
   std::copy(q_.begin(), q_.end(), q);
@@ -359,7 +359,7 @@ ProjectionReport TangentForm::project_positions(double t, double* q, Turn) {
   return report;
 }
 
-ProjectionReport TangentForm::put_positions(double t, double* r) {
+ProjectionReport TangentForm::project_point_positions(double t, double* r) {
   model_.set_time(t);
   locate(r);
   evaluate(t, q_.data(), rates_.data(), false);
@@ -367,7 +367,7 @@ ProjectionReport TangentForm::put_positions(double t, double* r) {
   return {.outcome = {}, .correction = 0.0, .violation = model_.position_violation(t, r), .iterations = 1};
 }
 
-ProjectionReport TangentForm::put_velocities(double t, const double* r, double* v) {
+ProjectionReport TangentForm::project_point_velocities(double t, const double* r, double* v) {
   model_.set_time(t);
   locate(r);
   ProjectionReport report;
@@ -426,7 +426,12 @@ void TangentForm::respond(const double* force, double* eta) {
   model_.coordinates.add_support_reactions(eta);
 }
 
-void TangentForm::reactions(double* eta) const {
+void TangentForm::friction_forces(double* tau) const {
+  if (friction_ != nullptr) return friction_->friction_forces(tau);
+  std::fill(tau, tau + 3 * model_.num_points(), 0.0);
+}
+
+void TangentForm::reactions(double* eta) {
   complete();
   // eta = M w - f (24); what the coordinates hold at their supports is the opposite of what they do to their points.
   std::fill(eta, eta + 3 * model_.num_points(), 0.0);

@@ -6,7 +6,6 @@
 
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/model.hpp"
-#include "dynamics/normal_form.hpp"
 #include "schur/gram_solver.hpp"
 
 namespace tanor {
@@ -46,7 +45,7 @@ class TangentForm final : public EquationsOfMotion,
     return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances(), model_.scales.accelerations()};
   }
   double find_passage(PointPath* path) override { return model_.find_passage(model_.coordinate_passages, path); }
-  Power power(const double* q, const double* q_dot) const override;
+  Power power(const double* q, const double* q_dot) override;
   Energy energy(double t, const double* q, const double* q_dot) override;
   std::size_t rank() const override { return model_.rank; }
   /// H = A'MA has its own condition, which tells of singular coordinates; how they turn is not known.
@@ -68,18 +67,19 @@ class TangentForm final : public EquationsOfMotion,
   ImplicitFormulation* implicit_formulation() override { return nullptr; }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
-  ProjectionReport put_positions(double t, double* r) override;
-  ProjectionReport put_velocities(double t, const double* r, double* v) override;
-  Outcome adopt(double t, const double* r, const double* v, double* q, double* q_dot) override;
+  ProjectionReport project_point_positions(double t, double* r) override;
+  ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
+  Outcome set_state(double t, const double* r, const double* v, double* q, double* q_dot) override;
   void write_points(double t, const double* q, const double* q_dot, const double* q_ddot, double* r, double* v,
                     double* w) override;
   void recentre(double t, double* q, double* q_dot, double* q_ddot) override;
   void exchange_memory(Memory& memory) override;
   void resume(const Counters& counters, const PhaseTimes& times) override;
-  void reactions(double* eta) const override;
-  /// Takes tau from the normal form at every instant, and with it what sticks and slides: friction that depends on
-  /// reactions needs their multipliers (42).
-  void take_friction_from(NormalForm* normal) { friction_ = normal; }
+  void reactions(double* eta) override;
+  void friction_forces(double* tau) const override;
+  /// Takes tau at every instant from equations with multipliers, and with it what sticks and slides: friction that
+  /// depends on reactions needs their multipliers (42).
+  void take_friction_from(EquationsOfMotion* with_multipliers) { friction_ = with_multipliers; }
   std::size_t num_events() const override { return friction_events()->num_events(); }
   void evaluate_events(double t, const double* q, const double* q_dot, double* values) override;
   void shape_events(const double* values, double* shapes) const override { std::copy_n(values, num_events(), shapes); }
@@ -111,11 +111,11 @@ class TangentForm final : public EquationsOfMotion,
   /// r(q + h q_dot + h^2/2 q_ddot, t + h) [3n] from the last accelerations.
   void write_place_along(double h, double* r);
   /// Of the last accelerations: A as blocks, psi and w [3n].
-  const std::vector<double>& blocks() const {
+  const std::vector<double>& blocks() {
     complete();
     return blocks_;
   }
-  const std::vector<double>& psi() const {
+  const std::vector<double>& psi() {
     complete();
     return psi_;
   }
@@ -127,12 +127,12 @@ class TangentForm final : public EquationsOfMotion,
   TangentForm(Model& model, const SolverOptions& options, const std::vector<Product>& products);
 
   /// r_, v_, psi_ and A at (t, q, q_dot).
-  void evaluate(double t, const double* q, const double* q_dot, bool with_blocks) const;
+  void evaluate(double t, const double* q, const double* q_dot, bool with_blocks);
   Outcome factorize(double t);
   bool accelerate(double t, const double* q, const double* q_dot, double* q_ddot);
   EventFunctions* friction_events() const { return friction_ != nullptr ? friction_->events() : nullptr; }
   void remember(double t, const double* q, const double* q_dot);
-  void complete() const;
+  void complete();
   void locate(const double* r);
   double relative_correction(double correction, double scale) const;
   double correct(double* q_ddot);
@@ -141,24 +141,25 @@ class TangentForm final : public EquationsOfMotion,
   void check_constraints();
 
   Model& model_;
-  NormalForm* friction_ = nullptr;        // null: constraints are ideal
-  std::vector<double> friction_w_, tau_;  // [3n] of the normal form
+  EquationsOfMotion* friction_ = nullptr;  // null: constraints are ideal
+  std::vector<double> friction_w_, tau_;   // [3n] of the normal form
   std::size_t num_products_;
   bool has_closed_form_;
-  mutable GramSolver solver_;
+  GramSolver solver_;
 
-  // The last instant. Accelerations in closed form leave out what is mutable until somebody asks or charts change.
+  // The last instant. Accelerations in closed form leave A, the factor of H, r, v, psi and w0 out until somebody asks
+  // or charts change.
   double t_ = 0.0;
   SolveReport last_;
-  mutable bool is_complete_ = true;
-  mutable std::vector<double> blocks_;                 // A
-  mutable std::vector<double> r_, v_, psi_, w0_;       // [3n]; w0 = M^-1 f
+  bool is_complete_ = true;
+  std::vector<double> blocks_;                         // A
+  std::vector<double> r_, v_, psi_, w0_;               // [3n]; w0 = M^-1 f
   std::vector<double> w_;                              // [3n]
-  mutable std::vector<double> points_;                 // [3n] scratch
+  std::vector<double> points_;                         // [3n] scratch
   std::vector<double> error_rates_, r_from_, v_from_;  // [3n] of error estimates
   std::vector<double> right_side_, rates_;             // [s]
   std::vector<double> last_q_, last_q_dot_;            // [s] of the last accelerations
-  mutable std::vector<double> last_q_ddot_;            // likewise
+  std::vector<double> last_q_ddot_;                    // likewise
   std::vector<double> users_q_;                        // [s] scratch
   std::vector<double> q_;                              // where the last (r, v) was found: the next search starts there
 };

@@ -90,7 +90,7 @@ struct Dynamics::Implementation {
 
   /// At t, r, v: w and what the form keeps.
   Outcome solve() {
-    if (Outcome outcome = form.adopt(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
+    if (Outcome outcome = form.set_state(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
     Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, x_ddot.data());
     if (!outcome.ok()) return outcome;
     form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
@@ -120,17 +120,18 @@ Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
   if (Outcome outcome = come_back(); !outcome.ok()) return outcome;
   tau.resize(num_numbers());
   tau_N.assign(num_numbers(), 0.0);
-  forms.friction_forces(tau.data());
+  forms.main->friction_forces(tau.data());
   return forms.normal != nullptr ? split_by_constraints(w_N, f_N) : split_by_coordinates(w_N, f_N);
 }
 
 Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N) {
-  NormalForm& normal = *forms.normal;
+  MultiplierForm& normal = *forms.normal;
   // The factor of S knows what sticks, the split does not.
   const bool one_mass_serves = has_one_mass(model) && normal.events() == nullptr;
-  if (!normal_space) normal_space = std::make_unique<NormalSpace>(model, one_mass_serves ? &normal : nullptr);
-  if (normal.events() != nullptr) split_blocks = model.without_contacts(normal.blocks());
-  const std::vector<double>& blocks = normal.events() != nullptr ? split_blocks : normal.blocks();
+  if (!normal_space)
+    normal_space = std::make_unique<NormalSpace>(model, one_mass_serves ? &normal.linearization() : nullptr);
+  if (normal.events() != nullptr) split_blocks = model.without_contacts(normal.linearization().blocks());
+  const std::vector<double>& blocks = normal.events() != nullptr ? split_blocks : normal.linearization().blocks();
   if (Outcome outcome = normal_space->factorize(t, r.data(), blocks.data()); !outcome.ok()) return outcome;
   std::vector<double> c(model.num_rows()), mu(model.num_rows()), given(num_numbers(), 0.0);
   std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
@@ -139,7 +140,7 @@ Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N)
   model.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), given.data(), c.data(), nullptr);
   for (double& each : c) each = -each;
   for (std::size_t a = 0; a < c.size(); ++a) {
-    if (static_cast<std::size_t>(numbering().user_row[a]) >= numbering().num_user_rows) c[a] = 0.0;
+    if (numbering().is_contact_row(a)) c[a] = 0.0;
   }
   normal_space->find_least(c.data(), w_N, mu.data());
   normal_space->project(model.f.data(), f_N, mu.data());
@@ -156,7 +157,7 @@ Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N)
 }
 
 Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N) {
-  const TangentForm& tangent = *forms.tangent;
+  TangentForm& tangent = *forms.tangent;
   if (!tangent_space) tangent_space = std::make_unique<TangentSpace>(model);
   if (Outcome outcome = tangent_space->factorize(t, tangent.blocks().data()); !outcome.ok()) return outcome;
   // u_N = (I - A G^-1 A') u (22)
@@ -267,7 +268,7 @@ void Dynamics::friction_forces(std::span<double> forces) const {
   Implementation& self = live(implementation_, "Dynamics");
   check_size(forces, self.num_numbers(), "forces");
   std::vector<double> tau(self.num_numbers());
-  self.forms.friction_forces(tau.data());
+  self.forms.main->friction_forces(tau.data());
   self.numbering().scatter_points(tau, forces);
 }
 
@@ -347,7 +348,7 @@ Certificate Dynamics::certify() {
   if (Outcome outcome = self.solve(); !outcome.ok()) return make_failed_certificate(outcome);
   self.is_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
-  self.forms.friction_forces(tau.data());
+  self.forms.main->friction_forces(tau.data());
   return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau});
 }
 
@@ -357,7 +358,7 @@ ProjectionReport Dynamics::project_positions(double t, std::span<double> positio
   self.is_there = false;
   self.gather(t, positions, {}, &self.y, &self.z);
   self.before = self.y;
-  ProjectionReport report = self.form.put_positions(t, self.y.data());
+  ProjectionReport report = self.form.project_point_positions(t, self.y.data());
   if (report.outcome.ok()) self.numbering().scatter_points(self.y, positions);
   report.correction = self.model.largest_move(self.y.data(), self.before.data());
   return report;
@@ -370,7 +371,7 @@ ProjectionReport Dynamics::project_velocities(double t, std::span<const double> 
   self.is_there = false;
   self.gather(t, positions, velocities, &self.y, &self.z);
   self.before = self.z;
-  ProjectionReport report = self.form.put_velocities(t, self.y.data(), self.z.data());
+  ProjectionReport report = self.form.project_point_velocities(t, self.y.data(), self.z.data());
   if (report.outcome.ok()) self.numbering().scatter_points(self.z, velocities);
   report.correction = self.model.largest_move(self.z.data(), self.before.data());
   return report;

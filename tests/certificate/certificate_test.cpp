@@ -30,20 +30,23 @@ struct Tampering {
     }
     (void)solver.factorize(Parallel(1));
   }
-  static GramSolver& S(const Forms& forms) { return *forms.normal->solver_; }  // of the general way
+  static GramSolver& S(const Forms& forms) {
+    return forms.normal->linearization_.factor_.gram();
+  }  // of the general way
   static GramSolver& H(const Forms& forms) { return forms.tangent->solver_; }
-  static std::vector<double>& K(const Forms& forms) { return forms.normal->blocks_; }
+  static std::vector<double>& K(const Forms& forms) { return forms.normal->linearization_.blocks_; }
   /// Eliminates once more, with one number of K another one; K itself stays. False: no sweep serves the system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
-    if (!forms.normal->is_of_schur_) return false;
+    Linearization& linearization = forms.normal->linearization_;
+    if (linearization.state_ != FactorState::Composite) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
-    (void)forms.normal->schur_->factorize(Parallel(1), blocks.data());
+    (void)linearization.composite_->factorize(Parallel(1), blocks.data());
     return true;
   }
   /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.
   static Outcome check_rest(Case& solved, const std::vector<double>& w, double factor) {
-    NormalForm& normal = *solved.forms.normal;
+    MultiplierForm& normal = *solved.forms.normal;
     const Tangents& tangents = solved.forms.model.constraints.tangents();
     const std::vector<double> lambda = normal.lambda_;
     for (std::size_t c = 0; c < tangents.size(); ++c) {
@@ -229,7 +232,7 @@ TEST(Certificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
     Model& model = solved.forms.model;
     std::vector<double> rows(model.num_rows(), 0.0), change(solved.w.size(), 0.0);
     rows[a] = 1e-6;
-    solved.forms.normal->solve_negative(rows.data());
+    solved.forms.normal->linearization().solve_negative(rows.data());
     model.gather.add_scaled(model.parallel, Tampering::K(solved.forms).data(), rows.data(), model.inverse_mass.data(),
                             model.num_moving(), change.data());
     for (std::size_t i = 0; i < change.size(); ++i) {

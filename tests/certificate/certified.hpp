@@ -42,7 +42,7 @@ struct Case {
   void solve() {
     const std::size_t size = forms.main->size();
     std::vector<double> x(size), x_dot(size), x_ddot(size);
-    ASSERT_TRUE(forms.main->adopt(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
+    ASSERT_TRUE(forms.main->set_state(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
     const Request to_rounding{.exact = true, .refuses_several = true};
     const Outcome begun =
         forms.main->begin(t, x.data(), x_dot.data(), forms.is_tangent() ? Request{} : to_rounding, x_ddot.data());

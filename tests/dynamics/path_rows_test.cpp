@@ -9,7 +9,7 @@
 #include <random>
 
 #include "dynamics/answers.hpp"
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 #include "schur/schur_solver.hpp"
 
 namespace tanor {

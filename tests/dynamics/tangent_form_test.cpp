@@ -117,7 +117,7 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   };
   gather(0, &r);
   gather(1, &v);
-  RC_ASSERT(forms.tangent->adopt(t, r.data(), v.data(), q.data(), q_dot.data()).ok());
+  RC_ASSERT(forms.tangent->set_state(t, r.data(), v.data(), q.data(), q_dot.data()).ok());
   RC_ASSERT(forms.tangent->accelerations({t, q.data(), q_dot.data()}, {.exact = true}, q_ddot.data()).ok());
   forms.tangent->write_points(t, q.data(), q_dot.data(), q_ddot.data(), r.data(), v.data(), w.data());
   forms.tangent->reactions(eta.data());
