@@ -39,7 +39,7 @@ std::vector<ContactChoice> NormalForm::list_choices(const std::vector<char>& at_
     ContactChoice choice;
     choice.island = island;
     std::vector<double> before;
-    for (const std::size_t c : friction_->islands()[island]) {
+    for (const std::size_t c : friction_->islands().contacts[island]) {
       if (!laws.is_coulomb(c)) continue;
       const bool moves = at_rest[c] == 0;
       const Eigen::Index dimension = moves ? 1 : tangents[c].num_tangents();
@@ -96,7 +96,7 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
     for (const std::size_t contact : choice.members)
       choice.acceleration_scale = std::max(choice.acceleration_scale, acceleration_at(contact));
   }
-  friction_->set_given(t, r, v, lambda_.data());
+  friction_->set_given({t, r, v, blocks_.data()}, lambda_.data());
   friction_->add(1.0, w.data(), b.data());
   solve(b, &lambda);
   for (std::size_t i = 0; i < w.size(); ++i) w[i] += dw[i];
@@ -137,7 +137,7 @@ void NormalForm::reduce(double t, const double* r, const double* v, std::vector<
       while (choice.problem.contacts[member[k]].first + choice.problem.contacts[member[k]].dimension <=
              static_cast<Eigen::Index>(j))
         ++member[k];
-      friction_->add_force(choice.members[member[k]], choice.directions[j], b.data());
+      friction_->coupling().add_force(choice.members[member[k]], choice.directions[j], b.data());
     }
     solve(b, &dlambda);
     for (std::size_t k = 0; k < choices->size(); ++k) {
@@ -255,7 +255,7 @@ void NormalForm::find_share(ContactChoice* choice) const {
   }
   choice->share = choice->x;
   // At a start the least friction of few contacts will do, where it obeys the law.
-  const bool prefers_least = refuses_several_ && choice->size() <= most_contacts_counted;
+  const bool prefers_least = is_start() && choice->size() <= most_contacts_counted;
   choice->load = share_load(problem, choice->sticks, prefers_least, &choice->share, &choice->weights);
 }
 
@@ -265,13 +265,14 @@ void NormalForm::guess_multipliers(double t, const double* r, const double* v,
   std::vector<double> w(size()), b(num_rows());
   (void)model_.evaluate_free(t, r, v, w.data());
   model_.constraints.evaluate_right_side(model_.parallel, r, v, w.data(), b.data(), nullptr);
-  friction_->set_given(t, r, v, lambda_.data());
+  friction_->set_given({t, r, v, blocks_.data()}, lambda_.data());
   friction_->add(1.0, w.data(), b.data());
   for (const ContactChoice& choice : choices) {
     for (std::size_t c = 0; choice.x.size() > 0 && c < choice.size(); ++c) {
       const auto& contact = choice.problem.contacts[c];
       for (Eigen::Index k = contact.first; k < contact.first + contact.dimension; ++k)
-        friction_->add_force(choice.members[c], choice.x(k) * choice.directions[static_cast<std::size_t>(k)], b.data());
+        friction_->coupling().add_force(choice.members[c], choice.x(k) * choice.directions[static_cast<std::size_t>(k)],
+                                        b.data());
     }
   }
   respond(b.data(), lambda_.data(), w.data());
@@ -313,7 +314,7 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
                                   std::size_t most_contacts, std::vector<ContactChoice>* choices) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
-  friction_->set_place(t, r, v);
+  friction_->set_place({t, r, v, blocks_.data()});
   *choices = list_choices(at_rest, wanted, most_contacts);
   if (choices->empty()) return {};
   std::vector<char> stuck(tangents.size(), 0);
@@ -341,7 +342,7 @@ Outcome NormalForm::count_choices(double t, const double* r, const double* v, co
   reduce(t, r, v, choices);
   std::vector<char> released(tangents.size(), 0);
   for (const std::size_t c : releases) released[c] = 1;
-  const bool is_start = refuses_several_;
+  const bool is_start = this->is_start();
   constexpr std::size_t all_modes = 1000000,
                         modes_on_the_way = 20000;  // work of the search: seconds, and some hundredths
   Outcome failed;
@@ -410,7 +411,7 @@ Outcome NormalForm::take_choices(double t, const double* r, const std::vector<ch
     const bool on_curves = std::all_of(problem.contacts.begin(), problem.contacts.end(),
                                        [](const auto& each) { return each.dimension == 1; });
     constexpr double rounding = 1e-11;
-    if (!all && !refuses_several_ && on_curves && problem.W.norm() <= rounding) continue;
+    if (!all && !is_start() && on_curves && problem.W.norm() <= rounding) continue;
     for (std::size_t c = 0; c < choice.size(); ++c) {
       const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
       const std::size_t contact = choice.members[c];
@@ -443,7 +444,7 @@ Outcome NormalForm::judge_many(double t, const double* r, const double* v, const
   constexpr std::size_t most_reduced = 256;  // one solve each
   if (std::none_of(wanted.begin(), wanted.end(), [](char is) { return is != 0; })) return {};
   Tangents& tangents = model_.constraints.tangents();
-  friction_->set_place(t, r, v);
+  friction_->set_place({t, r, v, blocks_.data()});
   std::vector<ContactChoice> choices = list_choices(at_rest, wanted, std::numeric_limits<std::size_t>::max());
   std::erase_if(choices, [&](const ContactChoice& choice) {
     const bool are_too_many = choice.size() > most_reduced;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "dynamics/held_friction.hpp"
 #include "dynamics/normal_form.hpp"
 
 /// \file Contacts of NormalForm that stick and slide (theory, section 7a): exact Coulomb friction as events.
@@ -110,8 +111,8 @@ void NormalForm::evaluate_events(double, const double*, const double* v, double*
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     if (tangents[c].first_row < 0) continue;
     if (tangents.sticks(c)) {
-      const double limit = limit_factor(c) * friction_->static_limit(c, lambda_.data());
-      const double held = norm(friction_->held(c, lambda_.data()));
+      const double limit = limit_factor(c) * static_limit(friction_->laws(), c, lambda_.data());
+      const double held = norm(held_friction(tangents, friction_->laws(), c, lambda_.data()));
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
       const double forward = dot(tangents.sliding_velocity(c, v), friction_->laws().sense(c));
@@ -127,8 +128,8 @@ void NormalForm::shape_events(const double* values, double* shapes) const {
     if (tangents[c].first_row < 0) continue;
     const double value = *values++;
     if (tangents.sticks(c)) {
-      const double limit = limit_factor(c) * friction_->static_limit(c, lambda_.data());
-      const double held = norm(friction_->held(c, lambda_.data()));
+      const double limit = limit_factor(c) * static_limit(friction_->laws(), c, lambda_.data());
+      const double held = norm(held_friction(tangents, friction_->laws(), c, lambda_.data()));
       const double slack = 2.0 * limit_slack * (limit + held);
       *shapes++ = (limit - held + slack) * (limit + held);
     } else {
@@ -168,14 +169,14 @@ Outcome NormalForm::switch_equations(double t, const double* r, double* v, std::
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     if (tangents[c].first_row < 0) continue;
     const bool is_now = is_met[event++] != 0;
-    if (is_now) has_changed[friction_->island_of(c)] = 1;
+    if (is_now) has_changed[friction_->islands().of_contact[c]] = 1;
     if (tangents.sticks(c)) {
       at_rest[c] = 1;
       if (is_now) releases.push_back(c);
     } else if (is_now || norm(tangents.sliding_velocity(c, v)) <= sliding_threshold(c)) {
       at_rest[c] = 1;
       tangents.set_stick(c, true);
-      has_changed[friction_->island_of(c)] = 1;
+      has_changed[friction_->islands().of_contact[c]] = 1;
     }
   }
   return choose_modes(t, r, v, at_rest, releases, has_changed, w);
@@ -187,8 +188,8 @@ std::vector<char> NormalForm::find_many_on_surfaces(const std::vector<char>& at_
   const Tangents& tangents = model_.constraints.tangents();
   std::vector<char> result(wanted.size(), 0);
   for (std::size_t c = 0; c < at_rest.size(); ++c) {
-    const std::size_t island = friction_->island_of(c);
-    const bool are_many = friction_->islands()[island].size() > most_contacts_counted;
+    const std::size_t island = friction_->islands().of_contact[c];
+    const bool are_many = friction_->islands().contacts[island].size() > most_contacts_counted;
     if (at_rest[c] != 0 && tangents[c].num_tangents() == 2 && are_many) result[island] = wanted[island];
   }
   return result;
@@ -266,7 +267,6 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
                                  const std::vector<std::size_t>& releases, const std::vector<char>& has_changed,
                                  double* w) {
   Tangents& tangents = model_.constraints.tangents();
-  const bool judges = judges_friction_, is_start = refuses_several_;
   work_of_rest_ = {};
   const bool was_compliant = is_compliant_;
   forget_compliance();
@@ -276,14 +276,13 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
   // Slow directions begin anew: others hold them now, or no longer.
   for (std::size_t c = 0; c < at_rest.size(); ++c) {
-    const bool moves = at_rest[c] == 0 && has_changed[friction_->island_of(c)] != 0 && !tangents.sticks(c);
+    const bool moves = at_rest[c] == 0 && has_changed[friction_->islands().of_contact[c]] != 0 && !tangents.sticks(c);
     if (moves && tangents[c].num_guides == 1 && norm(tangents.sliding_velocity(c, v)) > sliding_threshold(c))
       friction_->laws().set_sense(c, {});
   }
   friction_->laws().keep_senses(v);
 
   constexpr std::size_t most_at_start = 64, unlimited = std::numeric_limits<std::size_t>::max();
-  judges_friction_ = false;
   std::vector<ContactChoice> choices;
   Outcome found;
   const auto count = [&](const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all) {
@@ -295,27 +294,26 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     return outcome;
   };
   if (num_at_rest > 0) found = count(find_many_on_surfaces(at_rest, has_changed), unlimited, true);
-  if (found.ok() && (num_at_rest > 0 || is_start)) {
+  if (found.ok() && (num_at_rest > 0 || is_start())) {
     std::vector<char> others = has_changed;
     for (const ContactChoice& choice : choices) others[choice.island] = 0;
-    found = count(others, is_start ? most_at_start : most_contacts_counted, false);
+    found = count(others, is_start() ? most_at_start : most_contacts_counted, false);
   }
   const auto is_counted = [&](std::size_t island) {
     return std::any_of(choices.begin(), choices.end(), [&](const auto& choice) { return choice.island == island; });
   };
   std::vector<char> are_counted(has_changed.size(), 0);
   const auto settle = [&] {
-    friction_->set_counted(are_counted);  // several sizes of friction are no several motions there
-    Outcome outcome = settle_modes(t, r, v, at_rest, releases, has_changed, choices, w);
-    friction_->set_counted({});
-    return outcome;
+    // Several sizes of friction are no several motions in islands that were counted.
+    const UniquenessCheck check{false, check_.refuses_several, are_counted};
+    return settle_modes(t, r, v, at_rest, releases, has_changed, choices, check, w);
   };
   bool has_searched = false;
   if (found.ok()) {
     has_searched = true;
     for (const ContactChoice& choice : choices) are_counted[choice.island] = 1;
     for (const std::size_t c : releases) {
-      if (!is_counted(friction_->island_of(c)) && !was_compliant) release(c);
+      if (!is_counted(friction_->islands().of_contact[c]) && !was_compliant) release(c);
     }
     found = settle();
   }
@@ -335,20 +333,18 @@ Outcome NormalForm::choose_modes(double t, const double* r, double* v, std::vect
     Outcome outcome = count(wanted, unlimited, true);
     if (outcome.ok() && choices.size() > before) found = settle();
   }
-  judges_friction_ = judges;
   if (!found.ok()) return found;
   // Islands in which nothing has changed keep their verdict.
   std::vector<char> are_open = has_changed;
   for (std::size_t island = 0; island < are_open.size(); ++island) {
-    const auto& contacts = friction_->islands()[island];
+    const auto& contacts = friction_->islands().contacts[island];
     const bool rests = std::any_of(contacts.begin(), contacts.end(), [&](std::size_t c) { return at_rest[c] != 0; });
     if (are_counted[island] != 0 || !rests) are_open[island] = 0;
   }
   if (found = judge_many(t, r, v, at_rest, are_open); !found.ok()) return found;
   held_->hold(t, r);
-  friction_->set_counted(are_counted);
-  found = accelerations(t, r, v, Gradients::Keep, w);  // judged as at a step's end
-  friction_->set_counted({});
+  const UniquenessCheck check{check_.is_wanted, check_.refuses_several, are_counted};  // as at a step's end
+  found = accelerations(t, r, v, Gradients::Keep, check, w);
   if (found.ok()) last_.outcome = found = check_rest(t, r, v, w, at_rest);
   if (verdict_ == Uniqueness::Several) {
     verdict_ = Uniqueness::Unproven;
@@ -370,8 +366,8 @@ Outcome NormalForm::check_rest(double t, const double* r, const double* v, const
     for (int k = 0; k < tangents[c].num_tangents(); ++k)
       a = larger(a, std::abs(contact_rows_[static_cast<std::size_t>(tangents[c].first_row + k)]));
     const double scale = acceleration_at(c), mass = model_.mass[static_cast<std::size_t>(tangents[c].point)];
-    const double limit = (1.0 + overload) * friction_->static_limit(c, lambda_.data());
-    const double held = norm(friction_->held(c, lambda_.data()));
+    const double limit = (1.0 + overload) * static_limit(friction_->laws(), c, lambda_.data());
+    const double held = norm(held_friction(tangents, friction_->laws(), c, lambda_.data()));
     if (a <= largest_miss * scale && held - limit <= largest_miss * std::max(limit, mass * scale)) continue;
     return {Status::NotConverged,
             "friction at t = " + text(t) + ": what was found misses the law: " + model_.name_contact(c) +
@@ -385,7 +381,7 @@ Outcome NormalForm::check_rest(double t, const double* r, const double* v, const
 /// Against what held it.
 void NormalForm::release(std::size_t c) {
   Tangents& tangents = model_.constraints.tangents();
-  const Vec3 held = friction_->held(c, lambda_.data());
+  const Vec3 held = held_friction(tangents, friction_->laws(), c, lambda_.data());
   const double size = norm(held);
   friction_->laws().set_sense(c, size > 0.0 ? (-1.0 / size) * held : tangents.directions(c)[0]);
   tangents.set_stick(c, false);
@@ -396,7 +392,7 @@ void NormalForm::release(std::size_t c) {
 /// whole; what has shared a load stands as it is.
 Outcome NormalForm::settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                                  const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
-                                 const std::vector<ContactChoice>& choices, double* w) {
+                                 const std::vector<ContactChoice>& choices, const UniquenessCheck& check, double* w) {
   Tangents& tangents = model_.constraints.tangents();
   FrictionLaws& laws = friction_->laws();
   const std::size_t num_at_rest = static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1));
@@ -413,7 +409,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
   }
   // Others share their load anew.
   for (std::size_t c = 0; c < tangents.size(); ++c) {
-    if (wanted[friction_->island_of(c)] != 0 && is_known[c] == 0) laws.set_reference(c, {});
+    if (wanted[friction_->islands().of_contact[c]] != 0 && is_known[c] == 0) laws.set_reference(c, {});
   }
   constexpr int most_shares = 20;
   constexpr double enough_to_spare = 0.9;
@@ -422,7 +418,7 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
   int num_shares = 0;
   bool has_given_way = false, set_limits_once = false;
   for (std::size_t pass = 0; pass < most_passes; ++pass) {
-    if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, w); !outcome.ok()) return outcome;
+    if (Outcome outcome = accelerations(t, r, v, Gradients::Evaluate, check, w); !outcome.ok()) return outcome;
     if (num_at_rest == 0) return {};
     model_.constraints.evaluate_contacts(model_.parallel, r, v, w, Tangents::Which::All, contact_rows_.data());
     bool has_changed = false, has_reached_limit = false;
@@ -431,8 +427,8 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
       if (at_rest[c] == 0 || is_known[c] != 0) continue;
       const double scale = acceleration_at(c);
       if (tangents.sticks(c)) {
-        const double limit = limit_factor(c) * friction_->static_limit(c, lambda_.data());
-        const double held = norm(friction_->held(c, lambda_.data()));
+        const double limit = limit_factor(c) * static_limit(friction_->laws(), c, lambda_.data());
+        const double held = norm(held_friction(tangents, friction_->laws(), c, lambda_.data()));
         const double rounding = 1e-13 * scale * model_.mass[static_cast<std::size_t>(tangents[c].point)];
         if (held - (1.0 + limit_slack) * limit > rounding) too_much.emplace_back((held - limit) / held, c);
         continue;
@@ -467,10 +463,12 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
     // Those that share a load may share it otherwise.
     double worst_load = -1.0;
     for (std::size_t c = 0; is_compliant_ && c < tangents.size(); ++c) {
-      const bool is_open = is_known[c] == 0 && wanted[friction_->island_of(c)] != 0;
+      const bool is_open = is_known[c] == 0 && wanted[friction_->islands().of_contact[c]] != 0;
       const bool counts = at_rest[c] != 0 && tangents.sticks(c) && is_open;
-      const double limit = counts ? friction_->static_limit(c, lambda_.data()) : 0.0;
-      loads[c] = !counts ? -1.0 : limit > 0.0 ? norm(friction_->held(c, lambda_.data())) / limit : 1.0;
+      const double limit = counts ? static_limit(friction_->laws(), c, lambda_.data()) : 0.0;
+      loads[c] = !counts       ? -1.0
+                 : limit > 0.0 ? norm(held_friction(tangents, friction_->laws(), c, lambda_.data())) / limit
+                               : 1.0;
       if (limit > 0.0) worst_load = std::max(worst_load, loads[c]);
     }
     const bool is_asked = !too_much.empty() || num_shares > 0 || (pass == 0 && !releases.empty());
@@ -507,11 +505,12 @@ Outcome NormalForm::settle_modes(double t, const double* r, const double* v, con
     // Those whose event was located a rounding below their limit, or that hold a rounding more, give way, too: else
     // they would be met again at once.
     for (std::size_t c = 0; !has_changed && !releases.empty() && c < tangents.size(); ++c) {
-      const bool is_open = at_rest[c] != 0 && tangents.sticks(c) && wanted[friction_->island_of(c)] != 0;
+      const bool is_open = at_rest[c] != 0 && tangents.sticks(c) && wanted[friction_->islands().of_contact[c]] != 0;
       if (!is_open || is_known[c] != 0 || released[c] != 0) continue;
       const bool is_met = std::find(releases.begin(), releases.end(), c) != releases.end();
-      const double limit = (is_met ? 1.0 - 1e-8 : 1.0 + limit_slack) * friction_->static_limit(c, lambda_.data());
-      if (!(norm(friction_->held(c, lambda_.data())) >= limit)) continue;
+      const double limit =
+          (is_met ? 1.0 - 1e-8 : 1.0 + limit_slack) * static_limit(friction_->laws(), c, lambda_.data());
+      if (!(norm(held_friction(tangents, friction_->laws(), c, lambda_.data())) >= limit)) continue;
       ++released[c];
       release(c);
       has_changed = true;

@@ -36,17 +36,7 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   linearises_cheaply_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
   if (!model.scales.are_one()) norms_.reserve(num_rows());
   if (!model.has_friction()) return;
-  friction_ = std::make_unique<FrictionStage>(model, options.friction, blocks_,
-                                              [this](const double* b, double* x, bool refines) {
-                                                // A compliant factor alone is no answer.
-                                                if (refines || is_compliant_) {
-                                                  respond(b, x, respond_.data());
-                                                } else {
-                                                  ++model_.counters.solves;
-                                                  solve_negative(b, x);
-                                                }
-                                                share_out(x);
-                                              });
+  friction_ = std::make_unique<FrictionSolver>(model, options.friction, static_cast<ContactResponse&>(*this));
   held_ = std::make_unique<HeldPlaces>(model);
   respond_.resize(size());
   solver_->allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
@@ -184,7 +174,17 @@ void NormalForm::correct(double* rows, double* points) {
                            points);
 }
 
+/// Whether the friction is the only one is asked where a step ends.
+UniquenessCheck NormalForm::check_at(Gradients gradients) const {
+  return {check_.is_wanted && (exact_ || gradients == Gradients::Keep), check_.refuses_several};
+}
+
 Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
+  return accelerations(t, r, v, gradients, check_at(gradients), w);
+}
+
+Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients,
+                                  const UniquenessCheck& check, double* w) {
   model_.set_time(t);
   ++model_.counters.evaluations;
   if (gradients == Gradients::Evaluate) model_.constraints.choose_frames();
@@ -220,14 +220,9 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
-  // Whether the friction is the only one is asked where a step ends.
-  const Judgement judgement = !judges_friction_              ? Judgement::None
-                              : exact_                       ? Judgement::Thorough
-                              : gradients == Gradients::Keep ? Judgement::Quick
-                                                             : Judgement::None;
-  if (Outcome outcome = find_friction(t, r, v, judgement, w); !outcome.ok()) return last_.outcome = outcome;
+  if (Outcome outcome = find_friction(t, r, v, check, w); !outcome.ok()) return last_.outcome = outcome;
   double residual = find_multipliers_and_friction(scale, w);
-  if (friction_ != nullptr && judgement != Judgement::None) {
+  if (friction_ != nullptr && check.is_wanted) {
     add_verdict();
     // One motion obeys the law, but modes that were chosen wrongly leave friction that no iteration brings to it.
     constexpr double largest_miss = 1e-4;
@@ -256,14 +251,14 @@ void NormalForm::add_reactions(double* w) const {
 }
 
 /// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
-Outcome NormalForm::find_friction(double t, const double* r, const double* v, Judgement judgement, double* w) {
+Outcome NormalForm::find_friction(double t, const double* r, const double* v, const UniquenessCheck& check, double* w) {
   if (friction_ == nullptr) return {};
   restore_senses(r, v);
   set_sliding_speeds();
   // The null space turns with K.
   if (!model_.constraints.gradients_are_constant()) (void)decide_rank_again(r);
   friction_->set_accelerations(accelerations_);
-  Outcome outcome = friction_->find(t, r, v, right_side_.data(), judgement, lambda_.data());
+  Outcome outcome = friction_->find({t, r, v, blocks_.data()}, right_side_.data(), check, lambda_.data());
   last_.friction = friction_->report();
   if (outcome.ok()) friction_->add(1.0, w, right_side_.data());
   return outcome;
@@ -277,7 +272,7 @@ double NormalForm::find_multipliers_and_friction(double scale, double* w) {
     {
       const Stopwatch watch(&model_.times.friction);
       friction_->add(-1.0, w, right_side_.data());
-      friction_->polish(right_side_.data(), lambda_.data());
+      friction_->refine(right_side_.data(), lambda_.data());
       friction_->add(1.0, w, right_side_.data());
     }
     residual = find_multipliers(scale);
@@ -420,24 +415,18 @@ void NormalForm::reactions(double* eta) const {
   model_.gather.reactions(model_.parallel, blocks_.data(), of_constraints_.data(), eta);
 }
 
-void NormalForm::friction_forces(double* tau, WhichFriction which) const {
-  std::fill(tau, tau + size(), 0.0);
-  if (friction_ == nullptr) return;
-  if (which == WhichFriction::All)
-    friction_->add_all(lambda_.data(), tau);
+void NormalForm::friction_forces(double* tau) const {
+  if (friction_ != nullptr)
+    friction_->write_all(lambda_.data(), tau);
   else
-    friction_->add_given(tau);
+    std::fill_n(tau, size(), 0.0);
 }
 
-void NormalForm::evaluate_friction(const double* lambda, double* tau) {
-  std::fill(tau, tau + size(), 0.0);
-  friction_->add_at(lambda, tau);
-}
-
-void NormalForm::judge_friction(bool judges, bool refuses_several) {
-  judges_friction_ = judges;
-  refuses_several_ = refuses_several;
-  if (friction_ != nullptr) friction_->refuse_several(refuses_several);
+/// A compliant factor alone is no answer.
+void NormalForm::solve_once(const double* b, double* x) {
+  if (is_compliant_) return respond(b, x, respond_.data());
+  ++model_.counters.solves;
+  solve_negative(b, x);
 }
 
 Power NormalForm::power(const double* r, const double* v) const {

@@ -9,7 +9,7 @@
 
 #include "dynamics/contact_choice.hpp"
 #include "dynamics/equations_of_motion.hpp"
-#include "dynamics/friction_stage.hpp"
+#include "dynamics/friction_solver.hpp"
 #include "dynamics/held_places.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/motion_series.hpp"
@@ -28,7 +28,7 @@ namespace tanor {
 ///
 /// with w0 = M^-1 f, and what is prescribed at supports (see Model), in place of M^-1 f. Its variables are r
 /// themselves. With friction, f + tau stands in place of f.
-class NormalForm final : public EquationsOfMotion {
+class NormalForm final : public EquationsOfMotion, private ContactResponse {
  public:
   NormalForm(Model& model, const SolverOptions& options);
 
@@ -89,12 +89,12 @@ class NormalForm final : public EquationsOfMotion {
   /// lambda [d] of the last accelerations.
   const std::vector<double>& multipliers() const { return lambda_; }
   void reactions(double* eta) const override;
-  /// tau [3n] of the last accelerations: of all contacts, or but what the rows of those that stick hold.
-  enum class WhichFriction { All, Given };
-  void friction_forces(double* tau, WhichFriction which = WhichFriction::All) const;
-  /// The law at lambda [3n], at the last accelerations; contacts that stick have none.
-  void evaluate_friction(const double* lambda, double* tau);
-  void judge_friction(bool judges, bool refuses_several);
+  /// tau [3n] of the last accelerations, of all contacts.
+  void friction_forces(double* tau) const;
+  /// Null: constraints are ideal.
+  const FrictionSolver* friction() const { return friction_.get(); }
+  /// Whether the friction is the only one is asked where a step ends; several are refused, or the nearest one is taken.
+  void verify_friction(bool verifies, bool refuses_several) { check_ = {verifies, refuses_several}; }
 
   bool may_pass_forces() const override { return model_.may_be_passed(model_.constraint_passages); }
   PointTolerances point_tolerances() const override {
@@ -171,7 +171,16 @@ class NormalForm final : public EquationsOfMotion {
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
   double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
   Outcome settle_contacts(double t, const double* r, double* v, double* w);
-  Outcome find_friction(double t, const double* r, const double* v, Judgement judgement, double* w);
+  void solve_once(const double* b, double* x) override;
+  void solve_refined(const double* b, double* x, double* dw) override {
+    respond(b, x, dw != nullptr ? dw : respond_.data());
+  }
+  void minimize_multiplier_norm(double* x) override { share_out(x); }
+  Outcome accelerations(double t, const double* r, const double* v, Gradients gradients, const UniquenessCheck& check,
+                        double* w);
+  UniquenessCheck check_at(Gradients gradients) const;
+  bool is_start() const { return check_.is_wanted && check_.refuses_several; }
+  Outcome find_friction(double t, const double* r, const double* v, const UniquenessCheck& check, double* w);
   void restore_senses(const double* r, const double* v);
   double find_multipliers_and_friction(double scale, double* w);
   double sliding_threshold(std::size_t contact) const;
@@ -183,7 +192,7 @@ class NormalForm final : public EquationsOfMotion {
                        const std::vector<std::size_t>& releases, const std::vector<char>& has_changed, double* w);
   Outcome settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
                        const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
-                       const std::vector<ContactChoice>& choices, double* w);
+                       const std::vector<ContactChoice>& choices, const UniquenessCheck& check, double* w);
   std::vector<char> find_many_on_surfaces(const std::vector<char>& at_rest, const std::vector<char>& wanted) const;
   Outcome check_rest(double t, const double* r, const double* v, const double* w, const std::vector<char>& at_rest);
   void share_again(const std::vector<double>& loads);
@@ -265,11 +274,11 @@ class NormalForm final : public EquationsOfMotion {
   std::size_t num_rows() const { return model_.num_rows(); }
 
   Model& model_;
-  std::vector<double> error_x_, error_v_;    // [3n] of a step, the parts that constraints leave; empty: not asked for
-  std::unique_ptr<FrictionStage> friction_;  // null: constraints are ideal
-  std::unique_ptr<HeldPlaces> held_;         // likewise
-  std::size_t num_switches_ = 0;             // contacts that may stick
-  bool judges_friction_ = false, refuses_several_ = false;
+  std::vector<double> error_x_, error_v_;     // [3n] of a step, the parts that constraints leave; empty: not asked for
+  std::unique_ptr<FrictionSolver> friction_;  // null: constraints are ideal
+  std::unique_ptr<HeldPlaces> held_;          // likewise
+  std::size_t num_switches_ = 0;              // contacts that may stick
+  UniquenessCheck check_;
   Uniqueness verdict_ = Uniqueness::NotAsked;  // of all modes, since they were counted last
   std::string verdict_reason_;
   static constexpr int softness_steps = 1 << 20;  // an octave

@@ -212,8 +212,7 @@ ProjectionReport NormalForm::project_step_velocities(double t, double h, const d
 
 /// Some contact slides under a law that reads multipliers.
 bool NormalForm::steps_with_friction() const {
-  return friction_ != nullptr && friction_->laws().depend_on_reactions() &&
-         friction_->num_sticking() < friction_->report().contacts;
+  return friction_ != nullptr && friction_->depends_on_multipliers();
 }
 
 Outcome NormalForm::friction_stalls(double t) const {

@@ -82,7 +82,7 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
   for_each_force(t, r, v, add_force);
   if (model_.has_friction()) {
     std::vector<double> tau(size);
-    normal.friction_forces(tau.data(), NormalForm::WhichFriction::Given);
+    normal.friction()->write_given(tau.data());
     add_force("friction", tau);
   }
 

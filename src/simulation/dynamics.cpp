@@ -67,7 +67,7 @@ struct Dynamics::Implementation {
     lambda.resize(model.num_rows());
     if (forms.normal != nullptr) {
       forms.normal->set_exact(true);
-      forms.normal->judge_friction(true, true);
+      forms.normal->verify_friction(true, true);
     }
     if (forms.tangent != nullptr) forms.tangent->set_exact(true);
   }

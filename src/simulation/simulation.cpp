@@ -135,7 +135,7 @@ struct Simulation::Implementation {
     const bool begins = snapshot == nullptr;
     Outcome found = form.adopt(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
     if (!begins) integration.restore_memory(*snapshot);
-    if (forms.normal != nullptr) forms.normal->judge_friction(true, begins);
+    if (forms.normal != nullptr) forms.normal->verify_friction(true, begins);
     if (found.ok() && begins && (form.num_events() > 0 || model.has_friction())) {
       found = form.begin(state.t, state.x.data(), state.v.data(), state.a.data());
     } else if (found.ok() && integration.is_coasting()) {
@@ -144,7 +144,7 @@ struct Simulation::Implementation {
       if (found.ok()) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = refresh(Gradients::Keep);
     }
-    if (forms.normal != nullptr) forms.normal->judge_friction(true, false);
+    if (forms.normal != nullptr) forms.normal->verify_friction(true, false);
     if (found.ok() && form.has_work() && !integration.is_coasting())
       state.power = form.power(state.x.data(), state.v.data());
     return found;
