@@ -23,7 +23,7 @@ double product(const std::vector<double>& a, const double* b) {
 /// defect never grows, also where rounding leaves it outside the range of S. With a factor that is not compliant:
 /// `correct`.
 void NormalForm::correct_conjugately(bool begins, double* rows, double* points) {
-  if (!is_compliant_) return correct(rows, points);
+  if (!is_compliant()) return correct(rows, points);
   const Stopwatch watch(&model_.times.solve);
   ++model_.counters.solves;
   constexpr std::size_t most_kept = 12;

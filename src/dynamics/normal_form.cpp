@@ -36,13 +36,11 @@ NormalForm::NormalForm(Model& model, const SolverOptions& options)
   linearises_cheaply_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
   if (!model.scales.are_one()) norms_.reserve(num_rows());
   if (!model.has_friction()) return;
-  friction_ = std::make_unique<FrictionSolver>(model, options.friction, static_cast<ContactResponse&>(*this));
-  held_ = std::make_unique<HeldPlaces>(model);
+  auto& self = static_cast<ConstrainedSystem&>(*this);
+  friction_ = std::make_unique<FrictionSolver>(model, options.friction, self);
+  contacts_ = std::make_unique<ContactModes>(model, *friction_, self);
   respond_.resize(size());
   solver_->allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
-  contact_rows_.resize(num_rows());
-  const Tangents& tangents = model.constraints.tangents();
-  for (std::size_t c = 0; c < tangents.size(); ++c) num_switches_ += tangents[c].first_row >= 0 ? 1 : 0;
 }
 
 /// Made when first needed: where a SchurSolver serves all islands it may never be.
@@ -122,7 +120,8 @@ Outcome NormalForm::factorize(double t, const double* r, bool may_use_schur) {
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
   // Where a load is known to be shared S is singular, and a larger number is rounding, too.
   constexpr double hidden_by_rounding = 1e-8;
-  const bool is_hidden = quality.reciprocal_condition < hidden_by_rounding && shares_a_load();
+  const bool is_hidden =
+      quality.reciprocal_condition < hidden_by_rounding && contacts_ != nullptr && contacts_->sharing().is_known();
   if ((!is_fine() || is_hidden) && make_compliant()) quality = factorize_gram();
   is_factorized_ = is_fine();
   if (!is_factorized_) {
@@ -158,7 +157,7 @@ void NormalForm::solve_negative(const double* b, double* x) {
 
 /// With a factor that is compliant S is solved by its refinement alone.
 void NormalForm::solve_negative(double* rows) {
-  if (!is_compliant_) return solve_negative(rows, rows);
+  if (!is_compliant()) return solve_negative(rows, rows);
   const std::vector<double> b(rows, rows + num_rows());
   respond(b.data(), rows, respond_.data());
 }
@@ -174,13 +173,11 @@ void NormalForm::correct(double* rows, double* points) {
                            points);
 }
 
-/// Whether the friction is the only one is asked where a step ends.
-UniquenessCheck NormalForm::check_at(Gradients gradients) const {
-  return {check_.is_wanted && (exact_ || gradients == Gradients::Keep), check_.refuses_several};
-}
-
 Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
-  return accelerations(t, r, v, gradients, check_at(gradients), w);
+  UniquenessCheck check = contacts_ != nullptr ? contacts_->check() : UniquenessCheck{};
+  // Whether the friction is the only one is asked where a step ends.
+  check.is_wanted = check.is_wanted && (exact_ || gradients == Gradients::Keep);
+  return accelerations(t, r, v, gradients, check, w);
 }
 
 Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients,
@@ -223,7 +220,7 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   if (Outcome outcome = find_friction(t, r, v, check, w); !outcome.ok()) return last_.outcome = outcome;
   double residual = find_multipliers_and_friction(scale, w);
   if (friction_ != nullptr && check.is_wanted) {
-    add_verdict();
+    contacts_->add_verdict(&last_.friction);
     // One motion obeys the law, but modes that were chosen wrongly leave friction that no iteration brings to it.
     constexpr double largest_miss = 1e-4;
     if (last_.friction.uniqueness == Uniqueness::Proven && last_.friction.residual > largest_miss) {
@@ -253,8 +250,7 @@ void NormalForm::add_reactions(double* w) const {
 /// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
 Outcome NormalForm::find_friction(double t, const double* r, const double* v, const UniquenessCheck& check, double* w) {
   if (friction_ == nullptr) return {};
-  restore_senses(r, v);
-  set_sliding_speeds();
+  contacts_->prepare(r, v);
   // The null space turns with K.
   if (!model_.constraints.gradients_are_constant()) (void)decide_rank_again(r);
   friction_->set_accelerations(accelerations_);
@@ -279,7 +275,7 @@ double NormalForm::find_multipliers_and_friction(double scale, double* w) {
     friction_->measure(lambda_.data());
   }
   last_.friction = friction_->report();
-  last_.friction.sticking_is_indeterminate = is_compliant_;
+  last_.friction.sticking_is_indeterminate = is_compliant();
   return residual;
 }
 
@@ -300,7 +296,7 @@ double NormalForm::find_multipliers(double scale) {
 
 double NormalForm::refine(double scale) {
   constexpr int patience = 5;
-  const int most_passes = is_compliant_ ? 50 : 5;
+  const int most_passes = is_compliant() ? 50 : 5;
   double residual = 0.0, least = std::numeric_limits<double>::infinity();
   int since_least = 0;
   last_.refinements = 0;
@@ -319,7 +315,7 @@ double NormalForm::refine(double scale) {
     const bool is_little = largest <= good_enough() * scale && residual <= little;
     since_least = residual < 0.5 * least ? 0 : since_least + 1;
     least = std::min(least, residual);
-    const bool stands = is_compliant_ ? since_least == patience : pass > 0 && !(residual < 0.5 * before);
+    const bool stands = is_compliant() ? since_least == patience : pass > 0 && !(residual < 0.5 * before);
     if (is_little || residual <= good_enough() || pass == most_passes || stands) break;
     ++last_.refinements;
     correct_conjugately(pass == 0, rows_.data(), dw_.data());
@@ -396,7 +392,7 @@ void NormalForm::respond(const double* b, double* lambda, double* dw) {
   std::fill(dw, dw + size(), 0.0);
   std::copy(b, b + num_rows(), rows_.begin());
   // rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho
-  const int passes = is_compliant_ ? 5 : 3;
+  const int passes = is_compliant() ? 5 : 3;
   for (int pass = 0; pass < passes && num_rows() > 0; ++pass) {
     correct_conjugately(pass == 0, rows_.data(), dw);
     for (std::size_t a = 0; a < num_rows(); ++a) lambda[a] += rows_[a];
@@ -405,7 +401,7 @@ void NormalForm::respond(const double* b, double* lambda, double* dw) {
 }
 
 void NormalForm::reactions(double* eta) const {
-  if (num_switches_ == 0) return model_.gather.reactions(model_.parallel, blocks_.data(), lambda_.data(), eta);
+  if (num_events() == 0) return model_.gather.reactions(model_.parallel, blocks_.data(), lambda_.data(), eta);
   // What holds a contact that sticks is friction.
   of_constraints_ = lambda_;
   for (std::size_t a = 0; a < num_rows(); ++a) {
@@ -422,9 +418,27 @@ void NormalForm::friction_forces(double* tau) const {
     std::fill_n(tau, size(), 0.0);
 }
 
+const std::vector<double>& NormalForm::measure_accelerations(const double* w0, const double* b, double scale) {
+  w0_ = w0;
+  std::copy(b, b + num_rows(), right_side_.begin());
+  knows_accelerations_ = false;
+  measure_accelerations(scale);
+  return accelerations_;
+}
+
+Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
+  const bool depends_on_reactions = friction_ != nullptr && friction_->laws().depend_on_reactions();
+  return depends_on_reactions ? contacts_->begin(t, r, v, w) : accelerations(t, r, v, Gradients::Evaluate, w);
+}
+
+void NormalForm::restore_discrete_state(std::span<const int> state) {
+  if (contacts_ == nullptr) return ContactState::require_size(state, 0);
+  contacts_->restore_discrete_state(state);
+}
+
 /// A compliant factor alone is no answer.
 void NormalForm::solve_once(const double* b, double* x) {
-  if (is_compliant_) return respond(b, x, respond_.data());
+  if (is_compliant()) return respond(b, x, respond_.data());
   ++model_.counters.solves;
   solve_negative(b, x);
 }
@@ -447,15 +461,7 @@ void NormalForm::exchange_memory(Memory& memory) {
   memory.exchange(have_same_frames);
   if (memory.reads()) step_multipliers_.frames = model_.constraints.frames() + (have_same_frames ? 0 : 1);
   if (reuse_ != nullptr) reuse_->exchange_memory(memory);
-  if (friction_ == nullptr) return;
-  bool is_compliant = is_compliant_;
-  memory.exchange(is_compliant, verdict_);
-  if (memory.reads()) {
-    forget_compliance();
-    if (is_compliant) (void)make_compliant();
-  }
-  held_->exchange_memory(memory);
-  friction_->exchange_memory(memory);
+  if (contacts_ != nullptr) contacts_->exchange_memory(memory);
 }
 
 ErrorRatios NormalForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {

@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/contact_choice.hpp"
+#include "dynamics/contact_modes.hpp"
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/friction_solver.hpp"
-#include "dynamics/held_places.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/motion_series.hpp"
 #include "schur/gram_solver.hpp"
@@ -28,7 +27,7 @@ namespace tanor {
 ///
 /// with w0 = M^-1 f, and what is prescribed at supports (see Model), in place of M^-1 f. Its variables are r
 /// themselves. With friction, f + tau stands in place of f.
-class NormalForm final : public EquationsOfMotion, private ContactResponse {
+class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
  public:
   NormalForm(Model& model, const SolverOptions& options);
 
@@ -79,10 +78,7 @@ class NormalForm final : public EquationsOfMotion, private ContactResponse {
   void write_points(double t, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
                     double* w) override;
   void recentre(double t, double* r, double* v, double*) override {
-    if (friction_ == nullptr) return;
-    if (num_switches_ > 0) accept_places(t, r);
-    set_sliding_speeds();
-    friction_->laws().keep_senses(v);
+    if (contacts_ != nullptr) contacts_->accept(t, r, v);
   }
   void resume(const Counters& counters, const PhaseTimes& times) override;
   void set_exact(bool exact) override { exact_ = exact; }
@@ -94,7 +90,9 @@ class NormalForm final : public EquationsOfMotion, private ContactResponse {
   /// Null: constraints are ideal.
   const FrictionSolver* friction() const { return friction_.get(); }
   /// Whether the friction is the only one is asked where a step ends; several are refused, or the nearest one is taken.
-  void verify_friction(bool verifies, bool refuses_several) { check_ = {verifies, refuses_several}; }
+  void verify_friction(bool verifies, bool refuses_several) {
+    if (contacts_ != nullptr) contacts_->set_check(verifies, refuses_several);
+  }
 
   bool may_pass_forces() const override { return model_.may_be_passed(model_.constraint_passages); }
   PointTolerances point_tolerances() const override {
@@ -113,14 +111,21 @@ class NormalForm final : public EquationsOfMotion, private ContactResponse {
   }
   std::string name_drive(std::size_t drive) const override { return model_.drives.name(drive); }
 
-  // Contacts that slide or stick, in contacts.cpp.
-  std::size_t num_events() const override { return num_switches_; }
-  void evaluate_events(double t, const double* r, const double* v, double* values) override;
-  void shape_events(const double* values, double* shapes) const override;
+  std::size_t num_events() const override { return contacts_ != nullptr ? contacts_->num_events() : 0; }
+  void evaluate_events(double, const double*, const double* v, double* values) override {
+    if (contacts_ != nullptr) contacts_->evaluate_events(v, lambda_.data(), values);
+  }
+  void shape_events(const double* values, double* shapes) const override {
+    if (contacts_ != nullptr) contacts_->shape_events(lambda_.data(), values, shapes);
+  }
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                           double* w) override;
-  Power work_of_switch() const override { return work_of_rest_; }
-  std::vector<int> discrete_state() const override;
+                           double* w) override {
+    return contacts_->switch_equations(t, r, v, which, w);
+  }
+  Power work_of_switch() const override { return contacts_ != nullptr ? contacts_->work_of_switch() : Power{}; }
+  std::vector<int> discrete_state() const override {
+    return contacts_ != nullptr ? contacts_->discrete_state() : std::vector<int>{};
+  }
   void restore_discrete_state(std::span<const int> state) override;
   Outcome begin(double t, const double* r, double* v, double* w) override;
   void describe(PlanSummary* plan) const override;
@@ -138,7 +143,9 @@ class NormalForm final : public EquationsOfMotion, private ContactResponse {
 
   /// A contact whose reaction dependent constraints share by convention, at the last linearisation; empty: there is
   /// none.
-  std::string find_undetermined_reaction() const;
+  std::string find_undetermined_reaction() const {
+    return contacts_ != nullptr ? contacts_->find_undetermined_reaction() : std::string();
+  }
 
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
@@ -148,7 +155,7 @@ class NormalForm final : public EquationsOfMotion, private ContactResponse {
   /// rows := -S^-1 rows with the last factor [d].
   void solve_negative(double* rows);
   /// K as blocks at the last linearisation.
-  const std::vector<double>& blocks() const { return blocks_; }
+  const std::vector<double>& blocks() const override { return blocks_; }
 
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
@@ -167,61 +174,31 @@ class NormalForm final : public EquationsOfMotion, private ContactResponse {
   double find_multipliers(double scale);
   double refine(double scale);
   void add_reactions(double* w) const;
-  static constexpr double compliance = 1e-4;      // rounding grows by its inverse, each refinement wins its digits
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
   double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
-  Outcome settle_contacts(double t, const double* r, double* v, double* w);
+  // What contacts ask, see ConstrainedSystem.
   void solve_once(const double* b, double* x) override;
   void solve_refined(const double* b, double* x, double* dw) override {
     respond(b, x, dw != nullptr ? dw : respond_.data());
   }
   void minimize_multiplier_norm(double* x) override { share_out(x); }
+  ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) override {
+    return iterate_onto_velocities(t, r, v, impulses);
+  }
   Outcome accelerations(double t, const double* r, const double* v, Gradients gradients, const UniquenessCheck& check,
-                        double* w);
-  UniquenessCheck check_at(Gradients gradients) const;
-  bool is_start() const { return check_.is_wanted && check_.refuses_several; }
+                        double* w) override;
+  std::vector<double>& lambda() override { return lambda_; }
+  const std::vector<double>& acceleration_scales() const override { return accelerations_; }
+  const std::vector<double>& measure_accelerations(const double* w0, const double* b, double scale) override;
+  SolveReport& report() override { return last_; }
+  const Redundancy& redundancy() const override { return redundancy_; }
+  void set_compliance(double size, std::vector<double> weights) override {
+    general().set_compliance(size, std::move(weights));
+  }
+  bool is_compliant() const { return contacts_ != nullptr && contacts_->sharing().is_compliant(); }
+  bool make_compliant() { return contacts_ != nullptr && contacts_->sharing().make_compliant(); }
   Outcome find_friction(double t, const double* r, const double* v, const UniquenessCheck& check, double* w);
-  void restore_senses(const double* r, const double* v);
   double find_multipliers_and_friction(double scale, double* w);
-  double sliding_threshold(std::size_t contact) const;
-  double speed_at(std::size_t contact) const;
-  double acceleration_at(std::size_t contact) const;
-  Power work_of_impulses(const double* r, const double* v, const std::vector<double>& impulses);
-  Outcome put_to_rest(double t, const double* r, double* v, std::vector<char>* at_rest);
-  Outcome choose_modes(double t, const double* r, double* v, std::vector<char> at_rest,
-                       const std::vector<std::size_t>& releases, const std::vector<char>& has_changed, double* w);
-  Outcome settle_modes(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                       const std::vector<std::size_t>& releases, const std::vector<char>& wanted,
-                       const std::vector<ContactChoice>& choices, const UniquenessCheck& check, double* w);
-  std::vector<char> find_many_on_surfaces(const std::vector<char>& at_rest, const std::vector<char>& wanted) const;
-  Outcome check_rest(double t, const double* r, const double* v, const double* w, const std::vector<char>& at_rest);
-  void share_again(const std::vector<double>& loads);
-  void release(std::size_t contact);
-  void add_verdict();
-  // What contacts at rest choose, in contact_choice.cpp.
-  std::vector<ContactChoice> list_choices(const std::vector<char>& at_rest, const std::vector<char>& wanted,
-                                          std::size_t most_contacts) const;
-  void reduce(double t, const double* r, const double* v, std::vector<ContactChoice>* choices);
-  void solve_choice(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const;
-  void guess_multipliers(double t, const double* r, const double* v, const std::vector<ContactChoice>& choices);
-  Outcome explain_choice(double t, const ContactChoice& choice) const;
-  void choose(const std::vector<char>& released, std::size_t most_modes, ContactChoice* choice) const;
-  void find_share(ContactChoice* choice) const;
-  Outcome take_choices(double t, const double* r, const std::vector<char>& at_rest, bool all,
-                       std::vector<ContactChoice>* choices);
-  Outcome count_choices(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                        std::span<const std::size_t> releases, const std::vector<char>& wanted,
-                        std::size_t most_contacts, std::vector<ContactChoice>* choices);
-  Outcome judge_many(double t, const double* r, const double* v, const std::vector<char>& at_rest,
-                     const std::vector<char>& wanted);
-  bool set_limits(const std::vector<ContactChoice>& choices);
-  void note_verdict(Uniqueness uniqueness, const std::string& reason);
-  void set_sliding_speeds();
-  double held_violation() const;
-  void accept_places(double t, const double* r);
-  void forget_compliance();
-  bool make_compliant();
-  bool shares_a_load() const;
   std::vector<double> blocks_of_constraints() const;
   void correct(double* rows, double* points);
   void correct_conjugately(bool begins, double* rows, double* points);
@@ -276,20 +253,7 @@ class NormalForm final : public EquationsOfMotion, private ContactResponse {
   Model& model_;
   std::vector<double> error_x_, error_v_;     // [3n] of a step, the parts that constraints leave; empty: not asked for
   std::unique_ptr<FrictionSolver> friction_;  // null: constraints are ideal
-  std::unique_ptr<HeldPlaces> held_;          // likewise
-  std::size_t num_switches_ = 0;              // contacts that may stick
-  UniquenessCheck check_;
-  Uniqueness verdict_ = Uniqueness::NotAsked;  // of all modes, since they were counted last
-  std::string verdict_reason_;
-  static constexpr int softness_steps = 1 << 20;  // an octave
-  // A share is set to 1e-7 of itself: nearer than this to its limit a contact is held until `overload` above it.
-  static constexpr double to_spare = 1e-6, overload = 4e-6;
-  std::vector<char> overloads_;  // [contact] held until `overload` above its limit
-  double limit_factor(std::size_t contact) const {
-    return !overloads_.empty() && overloads_[contact] != 0 ? 1.0 + overload : 1.0;
-  }
-  std::vector<int> softness_;          // [contact] 0: softest; empty: all are alike
-  bool is_compliant_ = false;          // contacts that stick depend on constraints, or on each other
+  std::unique_ptr<ContactModes> contacts_;    // likewise
   std::vector<double> accelerations_;  // [neighbourhood] m/s^2, of what cancels in the last accelerations, where …
   bool knows_accelerations_ = false;   // … somebody has asked
   const double* w0_ = nullptr;         // [3n] of the instant at hand
@@ -306,9 +270,6 @@ class NormalForm final : public EquationsOfMotion, private ContactResponse {
     std::vector<double> y;  // [3n]
     std::size_t num_kept = 0, next = 0;
   } conjugate_;                               // of `correct_conjugately`
-  Power work_of_rest_;                        // J, of the last switch
-  std::vector<int> restored_;                 // discrete state whose senses are still to be found
-  std::vector<double> contact_rows_;          // [d] scratch
   std::vector<double> respond_;               // [3n] scratch
   const Ordering ordering_;                   // wanted
   std::unique_ptr<SchurSolver> schur_;        // null: the sparse factor of all alone

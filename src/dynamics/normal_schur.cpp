@@ -104,7 +104,7 @@ double NormalForm::evaluate_values(const double* r) {
   const Stopwatch watch(&model_.times.evaluate);
   if (schur_ != nullptr) return schur_->evaluate_values(model_.parallel, r, rows_.data());
   const double largest = model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
-  return num_switches_ > 0 ? larger(largest, held_violation()) : largest;
+  return contacts_ != nullptr ? larger(largest, contacts_->held_violation(rows_.data())) : largest;
 }
 
 /// K'v + xi_t into `rows_`; returns the largest one, m/s.

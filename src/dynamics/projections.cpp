@@ -132,7 +132,7 @@ ProjectionReport NormalForm::iterate_onto_positions(double t, double* r, double*
   model_.set_time(t);
   ProjectionReport report;
   if (num_rows() == 0) return report;
-  if (num_switches_ > 0) held_->carry(t);
+  if (contacts_ != nullptr) contacts_->carry_places(t);
   constexpr double target = 1e-13, largest_left = 1e-12;
   constexpr int most_iterations = 100;
   double before = infinity, left_before = infinity;
@@ -247,8 +247,8 @@ ProjectionReport NormalForm::iterate_onto_velocities(double t, const double* r, 
     constexpr int most_conjugate = 100, patience = 5;
     since_least = report.violation < 0.5 * least ? 0 : since_least + 1;
     least = std::min(least, report.violation);
-    const bool stands = is_compliant_ ? since_least == patience : !(report.violation < 0.5 * before);
-    if (is_done || report.iterations == (is_compliant_ ? most_conjugate : 4) || stands) {
+    const bool stands = is_compliant() ? since_least == patience : !(report.violation < 0.5 * before);
+    if (is_done || report.iterations == (is_compliant() ? most_conjugate : 4) || stands) {
       if (!redundancy_.is_found() || decided_here || report.violation <= rounding) return report;
       // A dependent row stays behind: it became independent, or contradicts the others.
       decided_here = true;

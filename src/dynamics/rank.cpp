@@ -18,6 +18,11 @@ constexpr double spread = 1e3;
 
 }  // namespace
 
+/// K as far as its rank is a question: contacts take no part.
+std::vector<double> NormalForm::blocks_of_constraints() const {
+  return num_events() > 0 ? model_.without_contacts(blocks_) : blocks_;
+}
+
 /// Where S has no factor, or one that looks singular.
 Outcome NormalForm::decide_rank(double t, const double* r) {
   if (Outcome outcome = check_gradients(t); !outcome.ok()) return outcome;
@@ -99,7 +104,7 @@ Outcome NormalForm::reconsider_rank(double t, const double* r, double scale) {
     const auto is_poor = [&](double value) { return !(std::abs(value) <= rounding * unit); };
     if (std::none_of(rows_.begin() + rows.first, rows_.begin() + rows.second, is_poor)) continue;
     (void)redundancy_.decide(blocks_of_constraints().data(), rows, model_.rank_tolerances(r));
-    if (!is_compliant_) redundancy_.take_qr(rows);
+    if (!is_compliant()) redundancy_.take_qr(rows);
   }
   general().set_active(redundancy_.rows_for_gram());
   (void)factorize_gram();
