@@ -134,7 +134,7 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
   GramSolver g(model_.coordinates.list_products(unit),
                {model_.coordinates.island_start(), model_.coordinates.num_coordinates()}, Ordering::Auto);
-  const Vector& A = forms_.tangent->blocks();
+  const Vector& A = forms_.tangent->dynamics().blocks();
   g.assemble(model_.parallel, A.data());
   const GramSolver::Quality quality = g.factorize(model_.parallel);
   if (!quality.positive_definite) {

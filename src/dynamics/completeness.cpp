@@ -27,7 +27,7 @@ Missing find_missing(Model& model, MultiplierForm& normal, TangentForm& tangent)
     u[i] = std::sqrt(model.mass[i / 3]) * z(generator);
     M_inverse_u[i] = model.inverse_mass[i / 3] * u[i];
   }
-  tangent.respond(u.data(), rest.data());  // u - M A H^-1 A'u
+  tangent.dynamics().completed().find_reactions(u.data(), rest.data());  // u - M A H^-1 A'u
   model.constraints.apply_transposed(model.parallel, normal.linearization().blocks().data(), M_inverse_u.data(),
                                      nullptr, rows.data());
   normal.linearization().solve_refined(rows.data(), lambda.data(), dw.data());  // -M^-1 K S^-1 K'M^-1 u

@@ -17,7 +17,9 @@ std::unique_ptr<FactorReuse> FactorReuse::make(Model& model, GramSolver& factor)
 }
 
 FactorReuse::FactorReuse(Model& model, const GramOperator& S, GramSolver& factor)
-    : model_(model), reuse_(S, model.incidences, factor), correction_(3 * model.num_points(), 0.0) {}
+    : model_(model), reuse_(S, model.incidences, factor), correction_(3 * model.num_points(), 0.0) {
+  sums_.reserve(model.scales.size());
+}
 
 double FactorReuse::allowed_error(const StepTarget& target) {
   const double h = std::abs(target.h);
@@ -49,7 +51,7 @@ void FactorReuse::note_factor() {
 
 bool FactorReuse::serves(double reciprocal_condition) const {
   constexpr double nearly_singular = 1e-8;
-  return allows_error() && reciprocal_condition > nearly_singular && frames_ == model_.constraints.frames();
+  return allowed_error_ > 0.0 && reciprocal_condition > nearly_singular && frames_ == model_.constraints.frames();
 }
 
 bool FactorReuse::solve(double t, bool is_first, const double* blocks, const double* b, std::vector<double>* lambda,

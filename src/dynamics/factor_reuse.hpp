@@ -26,7 +26,6 @@ class FactorReuse final : public InexactSolves {
   double allowed_error(const StepTarget& target) override;
   /// From here on solutions may have that error; 0: rounding alone.
   void allow_error(double error) { allowed_error_ = error; }
-  bool allows_error() const { return allowed_error_ > 0.0; }
 
   /// The factor was made of the K at hand: what was solved with other unit vectors of lines guesses nothing.
   void note_factor();
@@ -36,8 +35,10 @@ class FactorReuse final : public InexactSolves {
   bool solve(double t, bool is_first, const double* blocks, const double* b, std::vector<double>* lambda, double* dw);
   /// rows := -S^-1 rows, points += M^-1 K rows, with the K of the last solution. False: not soon.
   bool correct(const double* blocks, double* rows, double* points);
-  /// A solution that was found otherwise.
-  void add(double t, const std::vector<double>& lambda) { reuse_.add(t, lambda); }
+  /// A solution at t that was found otherwise: later ones may begin with it.
+  void note(double t, const std::vector<double>& lambda) {
+    if (allowed_error_ > 0.0) reuse_.add(t, lambda);
+  }
 
   void exchange_memory(Memory& memory) { reuse_.exchange_memory(memory); }
 

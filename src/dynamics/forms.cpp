@@ -19,15 +19,16 @@ Forms::Forms(System system, const SolverOptions& options, double t)
     refuse("both forms need constraints too; coordinates alone are given");
   if (has_constraints || !has_coordinates) normal = std::make_unique<MultiplierForm>(model, options);
   if (has_coordinates) tangent = std::make_unique<TangentForm>(model, options);
-  if (tangent != nullptr && model.has_friction()) tangent->take_friction_from(normal.get());
+  if (tangent != nullptr && model.has_friction()) tangent->dynamics().take_friction_from(normal.get());
   choose(options.form);
   make_plan();
 }
 
 /// The cheaper form of those that there are: a mechanism with few coordinates in tangent form, a chain in normal form.
 void Forms::choose(Form wanted) {
-  const bool prefers_tangent = normal == nullptr || (tangent != nullptr && !model.has_friction() &&
-                                                     tangent->predicted_flops() <= normal->predicted_flops());
+  const bool prefers_tangent =
+      normal == nullptr || (tangent != nullptr && !model.has_friction() &&
+                            tangent->dynamics().completed().predicted_flops() <= normal->predicted_flops());
   const bool is_tangent = wanted == Form::Tangent || (wanted != Form::Normal && tangent != nullptr && prefers_tangent);
   reason_ = prefers_tangent == is_tangent ? "more flops" : "the other one was asked for";
   main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();
@@ -52,7 +53,7 @@ void Forms::make_plan() {
   if (normal != nullptr && tangent != nullptr)
     left_out.push_back(std::string(is_tangent() ? "normal" : "tangent") + " form in steps: " + reason_);
   if (normal != nullptr) plan.normal_flops = normal->predicted_flops();
-  if (tangent != nullptr) plan.tangent_flops = tangent->predicted_flops();
+  if (tangent != nullptr) plan.tangent_flops = tangent->dynamics().completed().predicted_flops();
   main->describe(&plan);
   if (!model.has_moving_supports()) left_out.push_back("support motion: every support is fixed");
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");

@@ -20,12 +20,14 @@ ForwardDynamics::ForwardDynamics(Model& model, Linearization& linearization, Res
       b_(model.num_rows()),
       rows_(model.num_rows()) {}
 
-Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, double* w) {
+Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                               double* w) {
   Outcome& outcome = report_.outcome;
   model_.set_time(at.t);
   ++model_.counters.evaluations;
   exact_ = request.exact;
-  if (FactorReuse* const reuse = linearization_.reuse()) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
+  FactorReuse* const reuse = linearization_.reuse();
+  if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
   if (request.gradients == Gradients::Evaluate) model_.constraints.choose_frames();
   if (auto found = solve_at_once(at, request.gradients, w)) return outcome = *std::move(found);
 
@@ -42,12 +44,13 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, dou
     if (!outcome.ok()) return outcome;
   }
   if (outcome = check_idle_rows(at.t); !outcome.ok()) return outcome;
-  if (outcome = find_friction(at, request, w); !outcome.ok()) return outcome;  // tau, then f + tau for f (43)
-  find_multipliers();                                                          // S lambda = -b (31)
+  const UniquenessCheck check{request.judgement != Judgement::None, request.refuses_several, are_counted};
+  if (outcome = find_friction(at, check, w); !outcome.ok()) return outcome;  // tau, then f + tau for f (43)
+  find_multipliers();                                                        // S lambda = -b (31)
   improve_friction(w);
-  if (outcome = verify(at, request.judgement); !outcome.ok()) return outcome;  // K'w + phi = 0
+  if (outcome = verify(at, check.is_wanted); !outcome.ok()) return outcome;  // K'w + phi = 0
   add_reactions(w);  // w = w0 + M^-1 eta, eta = K lambda (23), (25)
-  linearization_.note_solution(at.t, lambda_);
+  if (reuse != nullptr) reuse->note(at.t, lambda_);
   return outcome;
 }
 
@@ -186,15 +189,14 @@ void ForwardDynamics::write_reactions(double* eta) {
 // ---- friction ----
 
 /// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
-Outcome ForwardDynamics::find_friction(const Kinematics& at, const Request& request, double* w) {
+Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessCheck& check, double* w) {
   if (friction_ == nullptr) return {};
   const auto [t, r, v] = at;
-  friction_->refuse_several(request.refuses_several);
   contacts_->prepare(r, v);
   // The null space turns with K.
   if (!model_.constraints.gradients_are_constant()) (void)linearization_.decide_rank_again(r);
   friction_->set_accelerations(residuals_.accelerations());
-  Outcome outcome = friction_->find(t, r, v, b_.data(), request.judgement, lambda_.data());
+  Outcome outcome = friction_->find({t, r, v, linearization_.blocks().data()}, b_.data(), check, lambda_.data());
   report_.friction = friction_->report();
   if (outcome.ok()) friction_->add(1.0, w, b_.data());
   return outcome;
@@ -208,7 +210,7 @@ void ForwardDynamics::improve_friction(double* w) {
     {
       const Stopwatch watch(&model_.times.friction);
       friction_->add(-1.0, w, b_.data());
-      friction_->polish(b_.data(), lambda_.data());
+      friction_->refine(b_.data(), lambda_.data());
       friction_->add(1.0, w, b_.data());
     }
     find_multipliers();
@@ -230,8 +232,8 @@ Outcome ForwardDynamics::verify_friction(double t) {
 
 // ---- what was found ----
 
-Outcome ForwardDynamics::verify(const Kinematics& at, Judgement judgement) {
-  if (friction_ != nullptr && judgement != Judgement::None) {
+Outcome ForwardDynamics::verify(const Kinematics& at, bool verifies_friction) {
+  if (friction_ != nullptr && verifies_friction) {
     if (Outcome outcome = verify_friction(at.t); !outcome.ok()) return outcome;
   }
   if (report_.residual > doubtful_above) {

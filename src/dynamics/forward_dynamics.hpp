@@ -1,26 +1,17 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
-#include "dynamics/friction_stage.hpp"
+#include "dynamics/contact_modes.hpp"
+#include "dynamics/friction_solver.hpp"
 #include "dynamics/instant.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/residuals.hpp"
 
 namespace tanor {
-
-/// What the equations of motion ask of contacts, beside their friction.
-class ContactModes {
- public:
-  virtual ~ContactModes() = default;
-
-  /// T stands at (r, v): senses and speeds of sliding.
-  virtual void prepare(const double* r, const double* v) = 0;
-  /// What is known about the uniqueness of modes goes into the report.
-  virtual void add_verdict(FrictionReport* report) const = 0;
-};
 
 /// Accelerations from forces, and the Lagrange multipliers of the constraints:
 ///
@@ -34,13 +25,15 @@ class ForwardDynamics {
  public:
   /// `report`: of the last solve; it outlives the dynamics, as the others do.
   ForwardDynamics(Model& model, Linearization& linearization, Residuals& residuals, SolveReport* report);
-  void set_friction(FrictionStage* friction, ContactModes* contacts) {
+  void set_friction(FrictionSolver* friction, ContactModes* contacts) {
     friction_ = friction;
     contacts_ = contacts;
   }
 
   /// w [3n] at (t, r, v), with K and the factor of S there or with those that stand.
-  Outcome solve(const Kinematics& at, const Request& request, double* w);
+  Outcome solve(const Kinematics& at, const Request& request, double* w) { return solve(at, request, {}, w); }
+  /// `are_counted` [island of contacts]: its motions are known, see UniquenessCheck; empty: of none.
+  Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted, double* w);
 
   // Of the last solve.
   const SolveReport& report() const { return report_; }
@@ -57,11 +50,11 @@ class ForwardDynamics {
   std::optional<Outcome> solve_at_once(const Kinematics& at, Gradients gradients, double* w);
   void evaluate(const Kinematics& at, bool with_gradients, double* w);
   Outcome check_idle_rows(double t) const;
-  Outcome find_friction(const Kinematics& at, const Request& request, double* w);
+  Outcome find_friction(const Kinematics& at, const UniquenessCheck& check, double* w);
   void find_multipliers();
   void refine();
   void improve_friction(double* w);
-  Outcome verify(const Kinematics& at, Judgement judgement);
+  Outcome verify(const Kinematics& at, bool verifies_friction);
   Outcome verify_friction(double t);
   Outcome reconsider_rank(double t, const double* r);
   void add_reactions(double* w) const;
@@ -70,7 +63,7 @@ class ForwardDynamics {
   Linearization& linearization_;
   Residuals& residuals_;
   SolveReport& report_;
-  FrictionStage* friction_ = nullptr;                  // null: constraints are ideal
+  FrictionSolver* friction_ = nullptr;                 // null: constraints are ideal
   ContactModes* contacts_ = nullptr;                   // likewise
   bool exact_ = false;                                 // the solve at hand is
   std::vector<double> lambda_, dw_;                    // [d]; [3n] w - w0 = M^-1 K lambda

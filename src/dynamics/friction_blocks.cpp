@@ -27,7 +27,7 @@ Outcome iterate_friction_blocks(MultiplierForm& normal, Model& model, const Fric
   bool has_converged = false;
   while (!has_converged && result->iterations < most_iterations) {
     ++result->iterations;
-    normal.evaluate_friction(lambda.data(), tau.data());
+    normal.friction()->write_at(lambda.data(), tau.data());
     // tau^(xi) = Gamma^-1 K'tau, A tau^(q) = tau_T = tau - K tau^(xi)
     space.project(tau.data(), tau_N.data(), tau_xi.data());
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i)

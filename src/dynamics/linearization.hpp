@@ -34,9 +34,6 @@ class Linearization {
   Linearization(const Linearization&) = delete;
   Linearization& operator=(const Linearization&) = delete;
 
-  /// Null: constraints are ideal.
-  void set_contacts(const StickingContacts* contacts) { factor_.set_contacts(contacts); }
-
   // ---- the configuration ----
 
   /// K at (t, r), and the factor of its S. Nothing is done where K is constant.
@@ -61,8 +58,6 @@ class Linearization {
   /// What `solve_at_once` found leaves too large a residual: the factor is not used again.
   void refuse() { state_ = FactorState::None; }
 
-  /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal.
-  double reciprocal_condition() const { return report_.reciprocal_condition; }
   /// K as blocks [3 * num_blocks], at the last configuration.
   const std::vector<double>& blocks() const { return blocks_; }
 
@@ -100,10 +95,6 @@ class Linearization {
 
   /// Null: every configuration has its own factor.
   FactorReuse* reuse() const { return reuse_.get(); }
-  /// A solution at t that was found otherwise: later ones may begin with it.
-  void note_solution(double t, const std::vector<double>& lambda) {
-    if (reuse_ != nullptr && reuse_->allows_error()) reuse_->add(t, lambda);
-  }
   /// lambda [d] and dw [3n] for b with the factor of another configuration, to the error that is allowed. False: K
   /// wants a factor of its own.
   bool solve_with_old_factor(double t, const double* b, std::vector<double>* lambda, double* dw);

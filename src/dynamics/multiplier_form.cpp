@@ -8,39 +8,23 @@
 namespace tanor {
 
 MultiplierForm::MultiplierForm(Model& model, const SolverOptions& options)
-    : model_(model),
+    : PointForm(model),
+      model_(model),
       linearization_(model, options, &last_),
       residuals_(model, linearization_.blocks()),
       projector_(model, linearization_, residuals_),
       dynamics_(model, linearization_, residuals_, &last_),
       steps_(model, linearization_, projector_, dynamics_),
       gradient_rank_(model, linearization_),
-      passages_(model),
-      drives_(model),
-      rounding_(model),
       implicit_(model, dynamics_.multipliers()),
-      rows_(num_rows()),
-      lambda_(dynamics_.multipliers()) {
+      rows_(model.num_rows()),
+      system_(model, linearization_, residuals_, projector_, dynamics_, last_) {
   if (!model.has_friction()) return;
-  friction_ = std::make_unique<FrictionStage>(model, options.friction, linearization_.blocks(),
-                                              [this](const double* b, double* x, bool refines) {
-                                                // A compliant factor alone is no answer.
-                                                if (refines || is_compliant()) {
-                                                  linearization_.solve_refined(b, x, points_.data());
-                                                } else {
-                                                  ++model_.counters.solves;
-                                                  linearization_.solve_negative(b, x);
-                                                }
-                                                linearization_.minimize_multiplier_norm(x);
-                                              });
-  held_ = std::make_unique<HeldPlaces>(model);
-  points_.resize(size());
-  contact_rows_.resize(num_rows());
-  const Tangents& tangents = model.constraints.tangents();
-  for (std::size_t c = 0; c < tangents.size(); ++c) num_switches_ += tangents[c].first_row >= 0 ? 1 : 0;
-  linearization_.set_contacts(this);
-  projector_.set_friction(friction_.get(), num_switches_ > 0 ? held_.get() : nullptr);
-  dynamics_.set_friction(friction_.get(), this);
+  friction_ = std::make_unique<FrictionSolver>(model, options.friction, system_);
+  contacts_ = std::make_unique<ContactModes>(model, *friction_, system_);
+  linearization_.rank_factor().set_sharing(&contacts_->sharing());
+  projector_.set_contacts(contacts_.get());
+  dynamics_.set_friction(friction_.get(), contacts_.get());
   steps_.set_friction(friction_.get());
 }
 
@@ -49,7 +33,8 @@ double MultiplierForm::predicted_flops() const {
   PlanSummary plan;
   linearization_.describe(&plan);
   return plan.factor_flops + 4.0 * static_cast<double>(plan.factor_nonzeros) +
-         flops_an_entry * static_cast<double>(plan.pattern_nonzeros) + flops_a_row * static_cast<double>(num_rows());
+         flops_an_entry * static_cast<double>(plan.pattern_nonzeros) +
+         flops_a_row * static_cast<double>(model_.num_rows());
 }
 
 std::string MultiplierForm::ordering() const {
@@ -61,7 +46,7 @@ std::string MultiplierForm::ordering() const {
 void MultiplierForm::describe(PlanSummary* plan) const {
   linearization_.describe(plan);
   auto& left_out = plan->left_out;
-  if (num_rows() == 0)
+  if (model_.num_rows() == 0)
     left_out.push_back("factorization: no constraints");
   else if (model_.constraints.gradients_are_constant())
     left_out.push_back("refactorization: K is constant");
@@ -71,39 +56,34 @@ void MultiplierForm::describe(PlanSummary* plan) const {
 }
 
 void MultiplierForm::friction_forces(double* tau) const {
+  if (friction_ != nullptr) return friction_->write_all(multipliers().data(), tau);
   std::fill(tau, tau + size(), 0.0);
-  if (friction_ != nullptr) friction_->add_all(lambda_.data(), tau);
-}
-
-void MultiplierForm::given_friction_forces(double* tau) const {
-  std::fill(tau, tau + size(), 0.0);
-  if (friction_ != nullptr) friction_->add_given(tau);
-}
-
-void MultiplierForm::evaluate_friction(const double* lambda, double* tau) {
-  std::fill(tau, tau + size(), 0.0);
-  friction_->add_at(lambda, tau);
 }
 
 Power MultiplierForm::power(const double* r, const double* v) {
   Power result = model_.power(dynamics_.reaction_accelerations().data(), r, v);
   if (friction_ == nullptr) return result;
-  result.friction = friction_->power(lambda_.data(), v);
+  result.friction = friction_->power(multipliers().data(), v);
   // Of what M^-1 K lambda does, that part belongs to contacts that stick.
-  if (model_.is_rheonomic()) result.supports -= friction_->held_power(lambda_.data(), v);
+  if (model_.is_rheonomic()) result.supports -= friction_->held_power(multipliers().data(), v);
   return result;
+}
+
+Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request, double* w) {
+  if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return contacts_->begin(t, r, v, request, w);
+  Request anew = request;
+  anew.gradients = Gradients::Evaluate;
+  if (anew.judgement == Judgement::Quick) anew.judgement = Judgement::None;
+  return accelerations({t, r, v}, anew, w);
 }
 
 /// What starts an iteration, or was decided where the motion has been.
 void MultiplierForm::exchange_memory(Memory& memory) {
   model_.exchange_memory(memory);
-  memory.exchange(lambda_);
+  memory.exchange(dynamics_.multipliers());
   steps_.exchange_memory(memory);
   linearization_.exchange_memory(memory);
-  if (friction_ == nullptr) return;
-  memory.exchange(verdict_);
-  held_->exchange_memory(memory);
-  friction_->exchange_memory(memory);
+  if (contacts_ != nullptr) contacts_->exchange_memory(memory);
 }
 
 ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
@@ -111,7 +91,7 @@ ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, doubl
     // e - M^-1 K S^-1 K'e: what constraints take is rounding most of all.
     const auto take = [&](const double* error, std::vector<double>* left) {
       left->assign(error, error + size());
-      if (num_rows() == 0) return left->data();
+      if (model_.num_rows() == 0) return left->data();
       linearization_.apply_transposed(left->data(), nullptr, rows_.data());
       linearization_.correct(rows_.data(), left->data());
       return left->data();
@@ -132,19 +112,6 @@ ProjectionReport MultiplierForm::project_point_positions(double t, double* r) {
 ProjectionReport MultiplierForm::project_point_velocities(double t, const double* r, double* v) {
   if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
   return projector_.project_velocities(t, r, v);
-}
-
-Outcome MultiplierForm::set_state(double, const double* r, const double* v, double* x, double* x_dot) {
-  std::copy(r, r + size(), x);
-  std::copy(v, v + size(), x_dot);
-  return {};
-}
-
-void MultiplierForm::write_points(double, const double* x, const double* x_dot, const double* x_ddot, double* r,
-                                  double* v, double* w) {
-  std::copy(x, x + size(), r);
-  std::copy(x_dot, x_dot + size(), v);
-  std::copy(x_ddot, x_ddot + size(), w);
 }
 
 StartReport MultiplierForm::start(double t, double* r, double* v, StartMode mode) {

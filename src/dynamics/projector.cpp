@@ -32,7 +32,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, double* sum, 
   model_.set_time(t);
   ProjectionReport report;
   if (model_.num_rows() == 0) return report;
-  if (held_ != nullptr) held_->carry(t);
+  if (contacts_ != nullptr) contacts_->carry_places(t);
   constexpr double target = 1e-13, largest_left = 1e-12;
   constexpr int most_iterations = 100;
   double before = infinity, left_before = infinity;
@@ -91,23 +91,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, double* sum, 
 /// xi into `rows_`; returns the largest |xi|/length.
 double Projector::evaluate_values(const double* r) {
   const double largest = linearization_.evaluate_values(r, rows_.data());
-  return held_ != nullptr ? larger(largest, held_violation()) : largest;
-}
-
-/// Largest |T'(r - place)| in `rows_` over the length around it, where the row is one of those that decide.
-double Projector::held_violation() const {
-  const Tangents& tangents = model_.constraints.tangents();
-  const RankRevealingFactor& factor = linearization_.rank_factor();
-  double worst = 0.0;
-  for (std::size_t c = 0; !factor.is_compliant() && c < tangents.size(); ++c) {
-    if (!tangents.sticks(c) || !held_->holds(c)) continue;
-    const double length = model_.scales.length(model_.scales.of_point(static_cast<std::size_t>(tangents[c].point)));
-    for (int k = 0; k < tangents[c].num_tangents(); ++k) {
-      const auto row = static_cast<std::size_t>(tangents[c].first_row + k);
-      if (!factor.redundancy().is_dependent(row)) worst = larger(worst, std::abs(rows_[row]) / length);
-    }
-  }
-  return worst;
+  return contacts_ != nullptr ? larger(largest, contacts_->held_violation(rows_.data())) : largest;
 }
 
 /// Names the row that is farthest from 0 in `rows_` = xi.
@@ -127,7 +111,7 @@ Outcome Projector::explain_stall(double t, double violation) const {
     if (Outcome outcome = factor.explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok()) return outcome;
   }
   constexpr double poor = 1e-6;
-  const double condition = linearization_.reciprocal_condition();
+  const double condition = factor.reciprocal_condition();
   const std::string why = condition < poor ? "; S has the reciprocal condition " + text(condition) + " there" : "";
   return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place + why};
 }
@@ -140,7 +124,7 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
   if (model_.num_rows() == 0) return report;
   constexpr double target = 1e-13;
   // What sticks stands still: there is no rounding that may add up to a creep.
-  const bool holds_contacts = friction_ != nullptr && friction_->num_sticking() > 0;
+  const bool holds_contacts = model_.constraints.tangents().num_sticking() > 0;
   double before = infinity, least = infinity;
   int since_least = 0;
   bool decided_here = false;

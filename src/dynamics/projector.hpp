@@ -3,8 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "dynamics/friction_stage.hpp"
-#include "dynamics/held_places.hpp"
+#include "dynamics/contact_modes.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/residuals.hpp"
@@ -17,10 +16,7 @@ class Projector {
  public:
   Projector(Model& model, Linearization& linearization, Residuals& residuals);
   /// Constraints with friction: what sticks, and where it is held.
-  void set_friction(FrictionStage* friction, HeldPlaces* held) {
-    friction_ = friction;
-    held_ = held;
-  }
+  void set_contacts(ContactModes* contacts) { contacts_ = contacts; }
 
   /// The configuration nearby; linearises anew where the iterations stall, and after a large turn at r first where that
   /// costs no more than the iterations which it saves.
@@ -37,15 +33,13 @@ class Projector {
 
   ProjectionReport iterate_positions(double t, double* r, double* sum, double far);
   double evaluate_values(const double* r);
-  double held_violation() const;
   Outcome explain_stall(double t, double violation) const;
 
   Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  FrictionStage* friction_ = nullptr;  // null: constraints are ideal
-  HeldPlaces* held_ = nullptr;         // null: no contact may stick
-  std::vector<double> rows_;           // [d] what is violated, then its correction
+  ContactModes* contacts_ = nullptr;  // null: constraints are ideal
+  std::vector<double> rows_;          // [d] what is violated, then its correction
 };
 
 }  // namespace tanor

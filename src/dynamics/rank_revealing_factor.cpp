@@ -13,7 +13,6 @@ namespace {
 constexpr double first_suspicion = 1e-11;
 // Where a load is known to be shared S is singular, and a larger number is rounding, too.
 constexpr double hidden_by_rounding = 1e-8;
-constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
 
 }  // namespace
 
@@ -51,7 +50,7 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
   GramSolver::Quality quality = factorize_rows();
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
   const bool is_hidden =
-      quality.reciprocal_condition < hidden_by_rounding && contacts_ != nullptr && contacts_->share_a_load();
+      quality.reciprocal_condition < hidden_by_rounding && sharing_ != nullptr && sharing_->is_known();
   if ((!is_fine() || is_hidden) && make_compliant()) quality = factorize_rows();
   if (!is_fine()) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
@@ -166,7 +165,7 @@ void RankRevealingFactor::decide_rank_of_poor_parts(const double* r, const std::
     const auto is_poor = [&](double value) { return !(std::abs(value) <= allowed * unit); };
     if (std::none_of(rows.begin() + part.first, rows.begin() + part.second, is_poor)) continue;
     (void)redundancy_.decide(blocks_of_constraints().data(), part, model_.rank_tolerances(r));
-    if (!is_compliant_) redundancy_.take_qr(part);
+    if (!is_compliant()) redundancy_.take_qr(part);
   }
   gram().set_active(redundancy_.rows_for_gram());
   factorize_again();
@@ -235,30 +234,6 @@ Outcome RankRevealingFactor::explain_contradiction(double t, const std::vector<d
   if (!contradiction) return {};
   return {Status::Contradictory, describe(contradiction->found, "contradicts") + " at t = " + text(t) + " (by " +
                                      text(std::abs(contradiction->excess)) + unit + ")"};
-}
-
-// ---- contacts that share a load ----
-
-bool RankRevealingFactor::make_compliant() {
-  if (contacts_ == nullptr || is_compliant_ || contacts_->num_sticking() == 0) return false;
-  is_compliant_ = true;
-  gram().set_compliance(compliance, contacts_->compliance_weights());
-  return true;
-}
-
-void RankRevealingFactor::forget_compliance() {
-  is_compliant_ = false;
-  gram().set_compliance(0.0);
-}
-
-void RankRevealingFactor::exchange_memory(Memory& memory) {
-  memory.exchange(suspect_below_);
-  if (contacts_ == nullptr) return;
-  bool is_compliant = is_compliant_;
-  memory.exchange(is_compliant);
-  if (!memory.reads()) return;
-  forget_compliance();
-  if (is_compliant) (void)make_compliant();
 }
 
 }  // namespace tanor

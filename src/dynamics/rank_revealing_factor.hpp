@@ -4,24 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/load_sharing.hpp"
 #include "dynamics/model.hpp"
 #include "schur/gram_solver.hpp"
 #include "schur/redundancy.hpp"
 #include "schur/schur_solver.hpp"
 
 namespace tanor {
-
-/// What the factor of S has to know of contacts that stick, whose rows are among those of K.
-class StickingContacts {
- public:
-  virtual ~StickingContacts() = default;
-
-  virtual std::size_t num_sticking() const = 0;
-  /// Contacts that stick are known to hold more than can move: S is singular, whatever its pivots say.
-  virtual bool share_a_load() const = 0;
-  /// How much each row of contacts gives way where they share a load, relative [row of contacts].
-  virtual std::vector<double> compliance_weights() const = 0;
-};
 
 /// The factor of S for all rows together, also where rows of K depend on others. S raises the suspicion, QR of K
 /// decides (see Redundancy); rows that depend take no part from then on, until somebody decides anew. Islands whose S
@@ -34,7 +23,7 @@ class RankRevealingFactor final : public SchurFactor {
   RankRevealingFactor(Model& model, Ordering ordering, const std::vector<double>& blocks, SolveReport* report);
 
   /// Null: no contact sticks.
-  void set_contacts(const StickingContacts* contacts) { contacts_ = contacts; }
+  void set_sharing(LoadSharing* sharing) { sharing_ = sharing; }
 
   // ---- the factor ----
 
@@ -61,6 +50,8 @@ class RankRevealingFactor final : public SchurFactor {
 
   // ---- the rank of K ----
 
+  /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal.
+  double reciprocal_condition() const { return report_.reciprocal_condition; }
   const Redundancy& redundancy() const { return redundancy_; }
   /// Where rows depend: are they others at r? Returns whether they are, and then S is factorized without those.
   bool decide_rank_again(const double* r);
@@ -83,15 +74,11 @@ class RankRevealingFactor final : public SchurFactor {
 
   // ---- contacts that share a load ----
 
-  bool is_compliant() const { return is_compliant_; }
-  /// No law divides the load of contacts that hold more than can move: a little compliance finds the least friction
-  /// that holds, refinement removes the compliance (refined solutions lie in the range of S). Returns whether S is to
-  /// be factorized anew.
-  bool make_compliant();
-  /// Other contacts stick than before: whether they hold too much is found anew.
-  void forget_compliance();
+  bool is_compliant() const { return sharing_ != nullptr && sharing_->is_compliant(); }
+  /// Returns whether S is to be factorized anew.
+  bool make_compliant() { return sharing_ != nullptr && sharing_->make_compliant(); }
 
-  void exchange_memory(Memory& memory);
+  void exchange_memory(Memory& memory) { memory.exchange(suspect_below_); }
 
  private:
   GramSolver::Quality factorize_rows();
@@ -104,11 +91,10 @@ class RankRevealingFactor final : public SchurFactor {
   const Ordering ordering_;
   const std::vector<double>& blocks_;
   SolveReport& report_;
-  const StickingContacts* contacts_ = nullptr;
+  LoadSharing* sharing_ = nullptr;
   std::unique_ptr<GramSolver> gram_;
   Redundancy redundancy_;
   double suspect_below_;
-  bool is_compliant_ = false;
   std::vector<double> gradient_norms_;    // [d] at the last decision, where rows depend
   std::vector<double> right_side_of_qr_;  // [d] where QR takes part
 };

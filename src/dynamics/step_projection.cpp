@@ -162,10 +162,8 @@ ProjectionReport StepProjection::project_step_velocities(double t, double h, con
   return report;
 }
 
-/// Some contact slides under a law that reads multipliers.
 bool StepProjection::steps_with_friction() const {
-  return friction_ != nullptr && friction_->laws().depend_on_reactions() &&
-         friction_->num_sticking() < friction_->report().contacts;
+  return friction_ != nullptr && friction_->depends_on_multipliers();
 }
 
 Outcome StepProjection::friction_stalls(double t) const {

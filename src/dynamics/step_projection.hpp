@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "dynamics/forward_dynamics.hpp"
-#include "dynamics/friction_stage.hpp"
+#include "dynamics/friction_solver.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/projector.hpp"
@@ -17,7 +17,7 @@ namespace tanor {
 class StepProjection final : public StepProjector {
  public:
   StepProjection(Model& model, Linearization& linearization, Projector& projector, ForwardDynamics& dynamics);
-  void set_friction(FrictionStage* friction) {
+  void set_friction(FrictionSolver* friction) {
     friction_ = friction;
     lambda_.resize(model_.num_rows());
   }
@@ -50,7 +50,7 @@ class StepProjection final : public StepProjector {
   Linearization& linearization_;
   Projector& projector_;
   ForwardDynamics& dynamics_;
-  FrictionStage* friction_ = nullptr;  // null: constraints are ideal
+  FrictionSolver* friction_ = nullptr;  // null: constraints are ideal
   StepMultipliers step_;
   std::vector<double> lambda_;      // [d] of the step, scratch
   std::vector<double> step_start_;  // [3n] where rows depend

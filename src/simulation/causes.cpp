@@ -83,7 +83,7 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
   for_each_force(t, r, v, add_force);
   if (model_.has_friction()) {
     std::vector<double> tau(size);
-    normal.given_friction_forces(tau.data());
+    normal.friction()->write_given(tau.data());
     add_force("friction", tau);
   }
 
@@ -119,7 +119,7 @@ std::vector<ReactionPart> Causes::find_by_coordinates(double t, const double* r,
   std::vector<double> eta(size), force(size, 0.0);
   // eta = [I - M A H^-1 A'] (M psi - f) (24): what psi has in T takes no part
   const auto add = [&](std::string cause) {
-    forms_.tangent->respond(force.data(), eta.data());
+    forms_.tangent->dynamics().completed().find_reactions(force.data(), eta.data());
     ReactionPart part{std::move(cause), {}, std::vector<double>(size)};
     model_.numbering.scatter_points(eta, part.reactions);
     result.push_back(std::move(part));

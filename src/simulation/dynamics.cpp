@@ -159,20 +159,20 @@ Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N)
 Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N) {
   TangentForm& tangent = *forms.tangent;
   if (!tangent_space) tangent_space = std::make_unique<TangentSpace>(model);
-  if (Outcome outcome = tangent_space->factorize(t, tangent.blocks().data()); !outcome.ok()) return outcome;
+  if (Outcome outcome = tangent_space->factorize(t, tangent.dynamics().blocks().data()); !outcome.ok()) return outcome;
   // u_N = (I - A G^-1 A') u (22)
   const auto normal_part = [&](const std::vector<double>& u, double* u_N) {
     tangent_space->project(u.data(), u_N);
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) u_N[i] = u[i] - u_N[i];
   };
-  normal_part(tangent.psi(), w_N);
+  normal_part(tangent.dynamics().psi(), w_N);
   normal_part(model.f, f_N);
   std::fill(tau_N.begin(), tau_N.end(), 0.0);  // coordinates alone name no guides
 
   // (44): M A x stays in T?
   std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers(), 0.0);
   const std::vector<double> any = random_numbers(tangent.size());
-  model.coordinates.apply(model.parallel, tangent.blocks().data(), any.data(), u.data());
+  model.coordinates.apply(model.parallel, tangent.dynamics().blocks().data(), any.data(), u.data());
   for (std::size_t i = 0; i < u.size(); ++i) u[i] *= model.mass[i / 3];
   normal_part(u, u_N.data());
   mass_coupling = model.largest_norm(u_N.data()) / std::max(model.largest_norm(u.data()), smallest_number);

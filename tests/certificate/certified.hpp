@@ -49,7 +49,7 @@ struct Case {
     ASSERT_TRUE(begun.ok()) << begun.what;
     forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
     ASSERT_TRUE(forms.reactions({t, r.data(), v.data()}, to_rounding, lambda.data(), eta.data()).ok());
-    forms.friction_forces(tau.data());
+    forms.main->friction_forces(tau.data());
   }
   Certificate certify(SecondWay way = SecondWay::Auto) {
     return tanor::certify(forms, {t, r, v, w, eta, lambda, tau}, way);

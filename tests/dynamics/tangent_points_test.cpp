@@ -95,13 +95,13 @@ RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
     RC_ASSERT(quick.outcome.ok() && thorough.outcome.ok());
 
     expect_near(quick.q_ddot, thorough.q_ddot, 1e-11);
-    expect_near(quick.forms.tangent->w(), thorough.forms.tangent->w(), 1e-12);
+    expect_near(quick.forms.tangent->dynamics().w(), thorough.forms.tangent->dynamics().w(), 1e-12);
     // What was left out is there when it is asked for.
     quick.forms.tangent->reactions(quick.eta.data());
     thorough.forms.tangent->reactions(thorough.eta.data());
     expect_near(quick.eta, thorough.eta, 1e-11);
-    expect_near(quick.forms.tangent->blocks(), thorough.forms.tangent->blocks(), 1e-13);
-    expect_near(quick.forms.tangent->psi(), thorough.forms.tangent->psi(), 1e-12);
+    expect_near(quick.forms.tangent->dynamics().blocks(), thorough.forms.tangent->dynamics().blocks(), 1e-13);
+    expect_near(quick.forms.tangent->dynamics().psi(), thorough.forms.tangent->dynamics().psi(), 1e-12);
     const Power power = quick.forms.tangent->power(quick.q.data(), quick.q_dot.data()),
                 wanted = thorough.forms.tangent->power(thorough.q.data(), thorough.q_dot.data());
     RC_ASSERT(std::abs(power.supports - wanted.supports) <= 1e-10 * (1.0 + std::abs(wanted.supports)));
