@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 
 #include "timing.hpp"
 
@@ -82,7 +82,7 @@ System make_hoops(Index beads_a_group) {
 /// A system at its start, in the inner order.
 struct Instant {
   Model model;
-  NormalForm form;
+  MultiplierForm form;
   std::vector<double> r, v, w, b;
 
   explicit Instant(const System& system, FrictionMethod method)
@@ -110,7 +110,7 @@ struct Instant {
     constexpr int times = 10;
     const auto begin = Clock::now();
     for (int k = 0; k < times; ++k) {
-      form.solve_negative(b.data());
+      form.linearization().solve_negative(b.data());
       b[0] += 1.0;
     }
     return std::chrono::duration<double>(Clock::now() - begin).count() / times;

@@ -80,7 +80,7 @@ def main() -> None:
     print("the caches a chain's arrays take as long to pass as all its arithmetic, so exponents above 1 stay.")
     for title, scenes in FAMILIES.items():
         # What makes the scene is no part of an evaluation.
-        profiles = [profile([sys.argv[1], "--repeat", seconds, scene], r"kernels::|Sweep::|NormalForm::")
+        profiles = [profile([sys.argv[1], "--repeat", seconds, scene], r"kernels::|ForwardDynamics::|Linearization::|Projector::")
                     for scene in scenes]
         print(f"\n## {title}")
         print_table(scenes, profiles, LEAST_SHOWN)

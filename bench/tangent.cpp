@@ -110,7 +110,7 @@ struct Instant {
     velocities.resize(r.size());
     forms.model.numbering.gather_points(given.positions, r);
     forms.model.numbering.gather_points(velocities, v);
-    (void)forms.tangent->adopt(0.0, r.data(), v.data(), q.data(), q_dot.data());
+    (void)forms.tangent->set_state(0.0, r.data(), v.data(), q.data(), q_dot.data());
     evaluate();
     assemble();
     (void)factorize();
@@ -195,7 +195,7 @@ std::string compare_with_eigen(int count) {
     ours.accelerations();  // wakes the caches after the other one's work
     mine.push_back(seconds_of([&] { ours.accelerations(); }));
   }
-  const double difference = largest_difference(ours.forms.tangent->w().data(), w, system.positions.size());
+  const double difference = largest_difference(ours.forms.tangent->dynamics().w().data(), w, system.positions.size());
   if (!(difference < 1e-12)) throw std::runtime_error("the two solutions differ");
   const double unit = 1e9 / count;
   return fmt::format("| {} beads on circles | {:.1f} | {:.1f} | {:.1f} | {} |\n", count, unit * median(eigen),

@@ -128,7 +128,7 @@ PointColumns SecondFactor::scaled_columns(const Model& model, const double* bloc
     std::ranges::sort(own, {}, &PointColumns::Entry::point);
     double square = 0.0;
     for (const auto& e : own) square += dot(e.value, e.value);
-    const bool is_contact = static_cast<std::size_t>(model.numbering.user_row[row]) >= model.numbering.num_user_rows;
+    const bool is_contact = model.numbering.is_contact_row(row);
     if (square == 0.0 && is_contact) continue;
     row_of_column_.push_back(static_cast<int>(row));
     if (square > 0.0) lengths_[row] = std::sqrt(square);

@@ -49,7 +49,7 @@ void Verifier::compare_multipliers(const Vector& lambda) {
   add_point(&result_.second_factorization, std::string("K lambda by ") + second_->name() + " = K lambda",
             worst_point(dw, scale_), refined(rcond_of_S_) + rounding);
 
-  const std::vector<bool> is_unique = forms_.normal->find_rank(answer_.r.data(), false).multipliers_unique;
+  const std::vector<bool> is_unique = forms_.normal->gradient_rank().report(answer_.r.data(), false).multipliers_unique;
   const Vector& lengths = second_->lengths();  // |M^-1/2 k|: lengths times lambda is an acceleration
   Vector size = scale_;
   for (std::size_t a = 0; a < num_rows_; ++a) {
@@ -134,7 +134,7 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
   GramSolver g(model_.coordinates.list_products(unit),
                {model_.coordinates.island_start(), model_.coordinates.num_coordinates()}, Ordering::Auto);
-  const Vector& A = forms_.tangent->blocks();
+  const Vector& A = forms_.tangent->dynamics().blocks();
   g.assemble(model_.parallel, A.data());
   const GramSolver::Quality quality = g.factorize(model_.parallel);
   if (!quality.positive_definite) {

@@ -9,11 +9,11 @@ namespace tanor {
 /// A H^-1 A'M u
 Verifier::Vector Verifier::project_by_coordinates(const Vector& u) {
   Vector M_rest(n_, 0.0), x(model_.coordinates.num_coordinates()), change(n_, 0.0), result(n_, 0.0);
-  const Vector& A = forms_.tangent->blocks();
+  const Vector& A = forms_.tangent->dynamics().blocks();
   repeat(most_passes(rcond_of_H_), [&] {
     for (std::size_t i = 0; i < moving_; ++i) M_rest[i] = model_.mass[i / 3] * (u[i] - result[i]);
     model_.coordinates.apply_transposed(model_.parallel, A.data(), M_rest.data(), x.data());
-    forms_.tangent->solve_negative(x.data());
+    forms_.tangent->dynamics().completed().solve_negative(x.data());
     model_.coordinates.apply(model_.parallel, A.data(), x.data(), change.data());
     std::fill(change.begin() + static_cast<std::ptrdiff_t>(moving_), change.end(), 0.0);
     for (std::size_t i = 0; i < moving_; ++i) result[i] -= change[i];
@@ -56,7 +56,7 @@ void Verifier::verify_curve() {
   Vector sum(n_, 0.0), place(n_);
   try {
     for (int k = -4; k <= 4; ++k) {
-      forms_.tangent->write_place_along(k * h, place.data());
+      forms_.tangent->dynamics().write_place_along(k * h, place.data());
       for (std::size_t i = 0; i < moving_; ++i) sum[i] += weights[std::abs(k)] * (place[i] - answer_.r[i]);
     }
   } catch (const InputError&) {
@@ -92,8 +92,9 @@ void Verifier::verify_both() {
   // K'A x = 0 (3)
   Vector x(model_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(num_rows_);
   for (double& value : x) value = random_number();
-  model_.coordinates.apply(model_.parallel, forms_.tangent->blocks().data(), x.data(), Ax.data());
-  model_.constraints.apply_transposed(model_.parallel, forms_.normal->blocks().data(), Ax.data(), nullptr, rows.data());
+  model_.coordinates.apply(model_.parallel, forms_.tangent->dynamics().blocks().data(), x.data(), Ax.data());
+  model_.constraints.apply_transposed(model_.parallel, forms_.normal->linearization().blocks().data(), Ax.data(),
+                                      nullptr, rows.data());
   Worst worst;
   const double size_of_Ax = model_.largest_norm(Ax.data());
   for (std::size_t a = 0; a < num_rows_; ++a) {

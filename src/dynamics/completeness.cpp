@@ -17,7 +17,7 @@ struct Missing {
 
 /// M A H^-1 A'u + K S^-1 K'M^-1 u = u (10), where both forms stand. Its projectors are orthogonal in |M^-1/2 .|, so on
 /// u = M^1/2 z with random z what is missing there is the part of z that belongs to neither T nor N.
-Missing find_missing(Model& model, NormalForm& normal, TangentForm& tangent) {
+Missing find_missing(Model& model, MultiplierForm& normal, TangentForm& tangent) {
   const std::size_t n = 3 * model.num_points(), moving = 3 * model.num_moving();
   std::vector<double> u(n, 0.0), M_inverse_u(n, 0.0), rest(n), rows(model.num_rows()), lambda(rows), dw(n);
   std::mt19937 generator(1);
@@ -27,9 +27,10 @@ Missing find_missing(Model& model, NormalForm& normal, TangentForm& tangent) {
     u[i] = std::sqrt(model.mass[i / 3]) * z(generator);
     M_inverse_u[i] = model.inverse_mass[i / 3] * u[i];
   }
-  tangent.respond(u.data(), rest.data());  // u - M A H^-1 A'u
-  model.constraints.apply_transposed(model.parallel, normal.blocks().data(), M_inverse_u.data(), nullptr, rows.data());
-  normal.respond(rows.data(), lambda.data(), dw.data());  // -M^-1 K S^-1 K'M^-1 u
+  tangent.dynamics().completed().find_reactions(u.data(), rest.data());  // u - M A H^-1 A'u
+  model.constraints.apply_transposed(model.parallel, normal.linearization().blocks().data(), M_inverse_u.data(),
+                                     nullptr, rows.data());
+  normal.linearization().solve_refined(rows.data(), lambda.data(), dw.data());  // -M^-1 K S^-1 K'M^-1 u
   for (std::size_t i = 0; i < model.num_moving(); ++i) {
     const double root = std::sqrt(model.mass[i]);
     const double part = norm((1.0 / root) * load(rest.data(), i) + root * load(dw.data(), i));
@@ -49,15 +50,15 @@ void Forms::check_completeness(double t, const double* r) {
   const auto find_at = [&](double distance, std::vector<double>* places) -> std::optional<Missing> {
     if (!tangent->stand_beside(t, distance, places->data()).ok()) return std::nullopt;
     if (!normal->linearise(t, places->data()).ok()) return std::nullopt;
-    if (distance > 0.0) (void)normal->find_rank(places->data(), true);
+    if (distance > 0.0) (void)normal->gradient_rank().report(places->data(), true);
     return find_missing(model, *normal, *tangent);
   };
   std::vector<double> places(r, r + 3 * model.num_points());
   std::optional<Missing> missing = find_at(0.0, &places);
   if (missing && missing->part <= rounding) return;
-  const std::size_t rank_of_K = normal->find_rank(r, false).rank;
+  const std::size_t rank_of_K = normal->gradient_rank().report(r, false).rank;
   missing = find_at(aside * model.scene_size, &places);
-  if (normal->linearise(t, r).ok()) (void)normal->find_rank(r, true);
+  if (normal->linearise(t, r).ok()) (void)normal->gradient_rank().report(r, true);
   if (!missing || missing->part <= rounding) return;
   throw InputError("/coordinates", "the coordinates are narrower than the constraints, which let point " +
                                        text(model.numbering.user_point[missing->point]) +

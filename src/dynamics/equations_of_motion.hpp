@@ -14,10 +14,10 @@ class EquationsOfMotion : public Mechanics {
   /// Nearest consistent start in the M-norm, into r and v; `StartMode::Check` throws InputError naming the worst place.
   virtual StartReport start(double t, double* r, double* v, StartMode mode) = 0;
   /// Nearest r on the constraints, and nearest v with K'v + xi_t = 0 (K at an admissible r), in the M-norm; [3n].
-  virtual ProjectionReport put_positions(double t, double* r) = 0;
-  virtual ProjectionReport put_velocities(double t, const double* r, double* v) = 0;
+  virtual ProjectionReport project_point_positions(double t, double* r) = 0;
+  virtual ProjectionReport project_point_velocities(double t, const double* r, double* v) = 0;
   /// Its own x and x' of a consistent (r, v), `size()` each.
-  virtual Outcome adopt(double t, const double* r, const double* v, double* x, double* x_dot) = 0;
+  virtual Outcome set_state(double t, const double* r, const double* v, double* x, double* x_dot) = 0;
   /// And back, with x'' of the last `accelerations`.
   virtual void write_points(double t, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
                             double* w) = 0;
@@ -31,7 +31,9 @@ class EquationsOfMotion : public Mechanics {
 
   virtual Energy energy(double t, const double* x, const double* v) = 0;
   /// eta [3n] of the last accelerations; of supports: what the constraints do there.
-  virtual void reactions(double* eta) const = 0;
+  virtual void reactions(double* eta) = 0;
+  /// tau [3n] of the last accelerations, of contacts that slide and of those that stick.
+  virtual void friction_forces(double* tau) const = 0;
 
   /// Adds what it found out about the system.
   virtual void describe(PlanSummary* plan) const = 0;

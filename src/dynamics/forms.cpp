@@ -17,17 +17,18 @@ Forms::Forms(System system, const SolverOptions& options, double t)
     refuse("the normal form needs constraints; coordinates alone are given");
   if (has_coordinates && !has_constraints && options.form == Form::Both)
     refuse("both forms need constraints too; coordinates alone are given");
-  if (has_constraints || !has_coordinates) normal = std::make_unique<NormalForm>(model, options);
+  if (has_constraints || !has_coordinates) normal = std::make_unique<MultiplierForm>(model, options);
   if (has_coordinates) tangent = std::make_unique<TangentForm>(model, options);
-  if (tangent != nullptr && model.has_friction()) tangent->take_friction_from(normal.get());
+  if (tangent != nullptr && model.has_friction()) tangent->dynamics().take_friction_from(normal.get());
   choose(options.form);
   make_plan();
 }
 
 /// The cheaper form of those that there are: a mechanism with few coordinates in tangent form, a chain in normal form.
 void Forms::choose(Form wanted) {
-  const bool prefers_tangent = normal == nullptr || (tangent != nullptr && !model.has_friction() &&
-                                                     tangent->predicted_flops() <= normal->predicted_flops());
+  const bool prefers_tangent =
+      normal == nullptr || (tangent != nullptr && !model.has_friction() &&
+                            tangent->dynamics().completed().predicted_flops() <= normal->predicted_flops());
   const bool is_tangent = wanted == Form::Tangent || (wanted != Form::Normal && tangent != nullptr && prefers_tangent);
   reason_ = prefers_tangent == is_tangent ? "more flops" : "the other one was asked for";
   main = is_tangent ? static_cast<EquationsOfMotion*>(tangent.get()) : normal.get();
@@ -52,7 +53,7 @@ void Forms::make_plan() {
   if (normal != nullptr && tangent != nullptr)
     left_out.push_back(std::string(is_tangent() ? "normal" : "tangent") + " form in steps: " + reason_);
   if (normal != nullptr) plan.normal_flops = normal->predicted_flops();
-  if (tangent != nullptr) plan.tangent_flops = tangent->predicted_flops();
+  if (tangent != nullptr) plan.tangent_flops = tangent->dynamics().completed().predicted_flops();
   main->describe(&plan);
   if (!model.has_moving_supports()) left_out.push_back("support motion: every support is fixed");
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");
@@ -93,14 +94,14 @@ Outcome Forms::reactions(const Kinematics& at, const Request& request, double* l
   main->reactions(eta);
   if (!is_tangent()) {
     std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
-    normal->minimize_multipliers(at.x, lambda);
+    normal->linearization().minimize_multiplier_norm(at.x, lambda);
     return {};
   }
   if (normal == nullptr) return {};
   scratch_.resize(3 * model.num_points());
   if (Outcome outcome = normal->accelerations(at, request, scratch_.data()); !outcome.ok()) return outcome;
   std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
-  normal->minimize_multipliers(at.x, lambda);
+  normal->linearization().minimize_multiplier_norm(at.x, lambda);
   // Supports carry what the constraints do there.
   normal->reactions(scratch_.data());
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
@@ -108,14 +109,9 @@ Outcome Forms::reactions(const Kinematics& at, const Request& request, double* l
   return {};
 }
 
-void Forms::friction_forces(double* tau) const {
-  if (normal != nullptr) return normal->friction_forces(tau);
-  std::fill_n(tau, 3 * model.num_points(), 0.0);
-}
-
 RankReport Forms::rank(const double* r, bool thoroughly) {
   if (normal != nullptr) {
-    RankReport report = normal->find_rank(r, thoroughly);
+    RankReport report = normal->gradient_rank().report(r, thoroughly);
     report.prestress_rigid_points = find_taut_points(model.system, report);
     return report;
   }
@@ -131,7 +127,7 @@ Outcome Forms::solve_other(const Kinematics& at, const Request& request, double*
   EquationsOfMotion* const other = is_tangent() ? static_cast<EquationsOfMotion*>(normal.get()) : tangent.get();
   for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
   std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
-  if (Outcome outcome = other->adopt(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
+  if (Outcome outcome = other->set_state(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
   Outcome outcome = other->accelerations({t, x_.data(), x_dot_.data()}, request, x_ddot_.data());
   if (!outcome.ok()) return outcome;
   other->write_points(t, x_.data(), x_dot_.data(), x_ddot_.data(), places.data(), rates.data(), w);

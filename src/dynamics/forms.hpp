@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dynamics/model.hpp"
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 #include "dynamics/tangent_form.hpp"
 
 namespace tanor {
@@ -18,9 +18,9 @@ class Forms {
   Forms(System system, const SolverOptions& options, double t = 0.0);
 
   Model model;
-  std::unique_ptr<NormalForm> normal;    ///< null: coordinates alone are given
-  std::unique_ptr<TangentForm> tangent;  ///< null: no coordinates are given
-  EquationsOfMotion* main = nullptr;     ///< the form that steps and answers
+  std::unique_ptr<MultiplierForm> normal;  ///< null: coordinates alone are given
+  std::unique_ptr<TangentForm> tangent;    ///< null: no coordinates are given
+  EquationsOfMotion* main = nullptr;       ///< the form that steps and answers
   PlanSummary plan;
 
   double start_time() const { return start_time_; }  ///< where "initial" values stand
@@ -37,8 +37,6 @@ class Forms {
   /// lambda [d] (the smallest where several serve) and eta [3n] that belong to `main`'s last accelerations, at
   /// (t, r, v). The tangent form knows eta; lambda then costs a solve of the normal form.
   Outcome reactions(const Kinematics& at, const Request& request, double* lambda, double* eta);
-  /// tau [3n] that belongs to them, of contacts that slide and of those that stick.
-  void friction_forces(double* tau) const;
   /// w and eta [3n] by the form that does not step, at (t, r, v); both forms are there.
   Outcome solve_other(const Kinematics& at, const Request& request, double* w, double* eta);
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 
 namespace tanor {
 
@@ -13,7 +13,7 @@ struct FrictionPlace {
 };
 
 /// Plain iterations of (43) in its three blocks; Gamma gets a factor of its own. Contacts that stick count as held.
-Outcome iterate_friction_blocks(NormalForm& normal, Model& model, const FrictionPlace& place, int most_iterations,
+Outcome iterate_friction_blocks(MultiplierForm& normal, Model& model, const FrictionPlace& place, int most_iterations,
                                 FrictionBlocks* result);
 
 }  // namespace tanor

@@ -58,10 +58,36 @@ void HeldPlaces::accept(double t) {
   then_time_ = t;
 }
 
-void HeldPlaces::move(std::size_t contact, const double* r) {
-  now_[contact] = then_[contact] = load(r, tangents_[contact].point);
-  now_rest_[contact] = then_rest_[contact] = {};
-  publish();
+void HeldPlaces::give_way(const double* r) {
+  constexpr double given_way = 1e-12;
+  for (const std::size_t c : held_) {
+    if (!tangents_.sticks(c)) continue;
+    const Vec3 away = load(r, tangents_[c].point) - now_[c];
+    double along = 0.0;
+    for (int k = 0; k < tangents_[c].num_tangents(); ++k)
+      along = std::max(along, std::abs(dot(tangents_.directions(c)[static_cast<std::size_t>(k)], away)));
+    if (along <= given_way * length_around(c)) continue;
+    now_[c] = then_[c] = load(r, tangents_[c].point);
+    now_rest_[c] = then_rest_[c] = {};
+    publish();
+  }
+}
+
+double HeldPlaces::largest_violation(const double* rows, const Redundancy& redundancy) const {
+  double worst = 0.0;
+  for (const std::size_t c : held_) {
+    if (!tangents_.sticks(c)) continue;
+    const double length = length_around(c);
+    for (int k = 0; k < tangents_[c].num_tangents(); ++k) {
+      const auto row = static_cast<std::size_t>(tangents_[c].first_row + k);
+      if (!redundancy.is_dependent(row)) worst = larger(worst, std::abs(rows[row]) / length);
+    }
+  }
+  return worst;
+}
+
+double HeldPlaces::length_around(std::size_t contact) const {
+  return model_.scales.length(model_.scales.of_point(static_cast<std::size_t>(tangents_[contact].point)));
 }
 
 void HeldPlaces::list_held() {
@@ -129,8 +155,7 @@ bool HeldPlaces::extrapolate(double t, double h, const Places& from, Places* way
       worst = 0.0;
       for (std::size_t i = 0; i < next.size(); ++i) {
         const Vec3 change = part * (next[i] - before[i]), better = next[i] + change;
-        const auto point = static_cast<std::size_t>(tangents_[held_[i]].point);
-        const double length = model_.scales.length(model_.scales.of_point(point));
+        const double length = length_around(held_[i]);
         const double way_of_time = std::abs(t / h) * norm(better - from[i]);
         const double scale = std::max({norm(better - from[i]), length, way_of_time});
         worst = larger(worst, norm(change) / scale);

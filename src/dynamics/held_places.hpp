@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dynamics/model.hpp"
+#include "schur/redundancy.hpp"
 
 namespace tanor {
 
@@ -28,11 +29,14 @@ class HeldPlaces {
   void carry(double t);
   /// The step to t was accepted: from now on places come from there.
   void accept(double t);
-  /// A contact that cannot be where it is held is held where it is.
-  void move(std::size_t contact, const double* r);
+
+  /// Places that other constraints do not let be reached give way: those contacts are held where they are.
+  void give_way(const double* r);
+  /// Largest |T'(r - place)| over the length around it; `rows` [rows] = xi(r). Rows that depend on others do not
+  /// decide.
+  double largest_violation(const double* rows, const Redundancy& redundancy) const;
 
   bool holds(std::size_t contact) const { return is_held_[contact] != 0; }
-  const Vec3& place(std::size_t contact) const { return now_[contact]; }
 
   void exchange_memory(Memory& memory);
 
@@ -45,6 +49,7 @@ class HeldPlaces {
   bool extrapolate(double t, double h, const Places& from, Places* ways);
   void advance_by_midpoints(double t, double h, int count, const Places& from, Places* to);
   void publish();
+  double length_around(std::size_t contact) const;
 
   Model& model_;
   const Tangents& tangents_;

@@ -3,17 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/check.hpp"
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
-#include "dynamics/normal_form.hpp"
 
 namespace tanor {
-
-std::unique_ptr<ImplicitEquations> NormalForm::make_implicit_equations() {
-  ensure(friction_ == nullptr, "friction was refused before");
-  return std::make_unique<ImplicitForm>(model_, lambda_);
-}
 
 namespace {
 

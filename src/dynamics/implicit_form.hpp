@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "assembly/newton_plan.hpp"
-#include "dynamics/mechanics.hpp"
+#include "dynamics/implicit_equations.hpp"
 #include "dynamics/model.hpp"
 #include "factor/sparse_lu.hpp"
 
 namespace tanor {
 
-/// The equations of the normal form as implicit schemes want them; without friction.
+/// The equations with multipliers as implicit schemes want them; without friction.
 class ImplicitForm final : public ImplicitEquations {
  public:
   /// `multipliers` [d]: of the last accelerations, kept by whoever computes them.
@@ -81,6 +81,24 @@ class ImplicitForm final : public ImplicitEquations {
   Place linearised_at_;
   Factor<double> real_;
   Factor<std::complex<double>> complex_;
+};
+
+/// That equations with multipliers have an implicit form.
+class ImplicitMultiplierForm final : public ImplicitFormulation {
+ public:
+  /// `multipliers` [d]: as ImplicitForm takes them.
+  ImplicitMultiplierForm(Model& model, std::span<const double> multipliers)
+      : model_(model), multipliers_(multipliers) {}
+
+  std::unique_ptr<ImplicitEquations> make_implicit_equations() override {
+    return std::make_unique<ImplicitForm>(model_, multipliers_);
+  }
+  /// Pair forces are no part of the matrix.
+  bool matrix_knows_all_forces() const override { return !model_.forces.has_pairs(); }
+
+ private:
+  Model& model_;
+  std::span<const double> multipliers_;
 };
 
 }  // namespace tanor

@@ -63,7 +63,7 @@ class Mechanics {
   /// Of K, as it was decided last.
   virtual std::size_t rank() const = 0;
   /// At the state of the last `accelerations`.
-  virtual Power power(const double* x, const double* v) const = 0;
+  virtual Power power(const double* x, const double* v) = 0;
 
   /// Projects x onto xi(x, t) = 0 along M^-1 K of the last linearisation, by chord iterations. Linearises anew where
   /// they stall; after a large turn also at x first, where that costs no more than the iterations which it saves.

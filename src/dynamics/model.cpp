@@ -361,7 +361,7 @@ std::vector<double> Model::rank_tolerances(const double* r) {
   std::vector<double> result(num_rows());
   constraints.measure(r, at_rest.data(), result.data(), rows_.data());
   for (std::size_t a = 0; a < num_rows(); ++a) {
-    const bool is_contact = static_cast<std::size_t>(numbering.user_row[a]) >= numbering.num_user_rows;
+    const bool is_contact = numbering.is_contact_row(a);
     result[a] = is_contact ? 0.0 : std::min(largest, spread * result[a]);
   }
   return result;

@@ -43,7 +43,7 @@ class StepProjector {
 class InexactSolves {
  public:
   /// Largest error of accelerations, in the M-norm, that keeps the step within its target.
-  virtual double allowed_error(const StepTarget& target) const = 0;
+  virtual double allowed_error(const StepTarget& target) = 0;
 
  protected:
   ~InexactSolves() = default;

@@ -4,6 +4,7 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
+#include "schur/refinement.hpp"
 
 namespace tanor {
 
@@ -27,7 +28,7 @@ bool has_one_mass(const Model& model) {
 
 // ---- N ----
 
-NormalSpace::NormalSpace(Model& model, NormalForm* one_mass)
+NormalSpace::NormalSpace(Model& model, Linearization* one_mass)
     : model_(model),
       one_mass_(one_mass),
       unit_(unit_masses(model)),
@@ -67,19 +68,20 @@ void NormalSpace::find_least(const double* c, double* x, double* mu) {
   std::transform(c, c + rows_.size(), c_.begin(), [](double a) { return -a; });
   if (one_mass_ != nullptr) {
     // M^-1 K S^-1 c = K Gamma^-1 c, Gamma^-1 c = S^-1 c/m
-    one_mass_->respond(c_.data(), mu, x);
+    one_mass_->solve_refined(c_.data(), mu, x);
     for (std::size_t a = 0; a < rows_.size(); ++a) mu[a] /= model_.mass[0];
     return;
   }
   std::fill(mu, mu + rows_.size(), 0.0);
   rows_ = c_;
   // rho = K'x - c, mu -= Gamma^-1 rho, x -= K Gamma^-1 rho
-  for (int pass = 0; pass < passes; ++pass) {
-    solver_->solve_negative(model_.parallel, rows_.data(), rows_.data());
-    for (std::size_t a = 0; a < rows_.size(); ++a) mu[a] += rows_[a];
-    model_.gather.add_scaled(model_.parallel, blocks_, rows_.data(), unit_.data(), model_.num_moving(), x);
-    model_.constraints.apply_transposed(model_.parallel, blocks_, x, c_.data(), rows_.data());
-  }
+  refine_solution(
+      passes, [&] { model_.constraints.apply_transposed(model_.parallel, blocks_, x, c_.data(), rows_.data()); },
+      [&](int) {
+        solver_->solve_negative(model_.parallel, rows_.data(), rows_.data());
+        for (std::size_t a = 0; a < rows_.size(); ++a) mu[a] += rows_[a];
+        model_.gather.add_scaled(model_.parallel, blocks_, rows_.data(), unit_.data(), model_.num_moving(), x);
+      });
   if (redundancy_.is_found()) redundancy_.minimize_norm(mu);
 }
 

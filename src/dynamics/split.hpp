@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
+#include "dynamics/linearization.hpp"
 #include "dynamics/model.hpp"
-#include "dynamics/normal_form.hpp"
 #include "schur/gram_solver.hpp"
 
 /// \file The Euclidean split u = u_T + u_N (16) of R^{3n}; mass does not enter. Rows of supports have no part in it.
@@ -14,9 +14,9 @@ namespace tanor {
 /// masses.
 class NormalSpace {
  public:
-  /// `one_mass`: null, or the normal form of a system whose masses are all m. Then Gamma = m S (36), and its factor of
-  /// S serves: it must stand at the same configuration.
-  explicit NormalSpace(Model& model, NormalForm* one_mass = nullptr);
+  /// `one_mass`: null, or the linearization of a system whose masses are all m. Then Gamma = m S (36), and its factor
+  /// of S serves: it must stand at the same configuration.
+  explicit NormalSpace(Model& model, Linearization* one_mass = nullptr);
 
   /// At (t, r), with K as blocks, which must live as long as the factor. Rows that depend on others take no part.
   Outcome factorize(double t, const double* r, const double* blocks);
@@ -27,7 +27,7 @@ class NormalSpace {
 
  private:
   Model& model_;
-  NormalForm* one_mass_;
+  Linearization* one_mass_;
   std::vector<double> unit_;            // [point] 1; supports: 0
   std::unique_ptr<GramSolver> solver_;  // null with one mass
   Redundancy redundancy_;               // of K'K

@@ -30,6 +30,89 @@ double any_number(std::size_t j) {
   return std::sin(1.0 + static_cast<double>(j) * 0.7548776662);
 }
 
+/// Throws InputError that names the point whose given position or velocity is farthest from its coordinates'.
+void check_start(const Model& model, const StartReport& report, const std::vector<double>& r_given,
+                 const std::vector<double>& v_given, const double* r, const double* v) {
+  const auto refuse = [&](const char* what, const std::vector<double>& given, const double* found, double by,
+                          const std::string& scale) {
+    const std::size_t point = worst_point(given, std::vector<double>(found, found + given.size()));
+    throw InputError("/motion/start", std::string("the initial ") + what + " of point " +
+                                          text(model.numbering.user_point[point]) +
+                                          " is not one of its coordinates': the nearest lies " + text(by) + scale +
+                                          " away; at most 0.001 of the scale is corrected (\"start\": \"project\" "
+                                          "takes the nearest)");
+  };
+  if (!(report.position_correction <= allowed * model.scene_size)) {
+    refuse("position", r_given, r, report.position_correction,
+           " m (the scene's size is " + text(model.scene_size) + ")");
+  }
+  if (!(report.velocity_correction <= allowed * model.velocity_scale)) {
+    refuse("velocity", v_given, v, report.velocity_correction,
+           " m/s (the velocity scale is " + text(model.velocity_scale) + ")");
+  }
+}
+
+/// Where constraints are given as well: xi(r(q, t), t) = 0, K'v + xi_t = 0 and K'A = 0 (3).
+void check_constraints(Model& model, const TangentLinearization& at) {
+  if (model.num_rows() == 0) return;
+  constexpr double rounding = 1e-9;
+  std::vector<double> position(model.num_rows()), velocity(model.num_rows());
+  model.constraints.measure(at.r().data(), at.v().data(), position.data(), velocity.data());
+  const auto name_worst = [&](const std::vector<double>& values) {
+    const auto worst = std::max_element(values.begin(), values.end());
+    return model.name_row(static_cast<std::size_t>(worst - values.begin())) + " by " + text(*worst);
+  };
+  const double far = std::max(1.0, model.largest_norm(at.r().data()) / model.smallest_length);
+  if (!(*std::max_element(position.begin(), position.end()) <= rounding * far)) {
+    throw InputError("/coordinates", "the places that the coordinates describe violate " + name_worst(position) +
+                                         " of its length; both must describe the same motion");
+  }
+  if (!(*std::max_element(velocity.begin(), velocity.end()) <= rounding * far * model.velocity_scale)) {
+    throw InputError("/coordinates", "the velocities that the coordinates describe violate " + name_worst(velocity) +
+                                         " m/s; both must describe the same motion");
+  }
+  // K'psi + phi = 0: with K'A = 0 the motion stays on the constraints
+  std::vector<double> second(model.num_rows()), nothing(at.r().size(), 0.0);
+  const auto evaluate_second = [&](const std::vector<double>& w) {
+    return model.constraints.evaluate_right_side(model.parallel, at.r().data(), at.v().data(), w.data(), second.data(),
+                                                 nullptr);
+  };
+  const double acceleration_scale = evaluate_second(nothing) + model.largest_norm(at.psi().data()) +
+                                    model.velocity_scale * model.velocity_scale / model.scene_size;
+  if (!(evaluate_second(at.psi()) <= rounding * far * acceleration_scale)) {
+    for (double& each : second) each = std::abs(each);
+    throw InputError("/coordinates", "the accelerations that the coordinates describe violate " + name_worst(second) +
+                                         " m/s^2; both must describe the same motion");
+  }
+  // K'A x = 0 for any x: as many tries as find a wrong column of A with certainty in practice
+  std::vector<double> blocks(3 * model.constraints.num_blocks()), rows(model.num_rows()),
+      x(model.coordinates.num_coordinates()), points(at.r().size(), 0.0);
+  model.constraints.evaluate_gradients(model.parallel, at.r().data(), blocks.data());
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    for (std::size_t j = 0; j < x.size(); ++j) x[j] = any_number(j * static_cast<std::size_t>(attempt + 1));
+    at.apply(x.data(), points.data());
+    const double size_of_Ax = model.largest_norm(points.data());
+    const double worst =
+        model.constraints.apply_transposed(model.parallel, blocks.data(), points.data(), nullptr, rows.data());
+    if (!(worst <= rounding * size_of_Ax)) {
+      for (double& row : rows) row = std::abs(row);
+      const auto row = std::max_element(rows.begin(), rows.end()) - rows.begin();
+      std::size_t point = 0;
+      double along = 0.0;  // the gradient of that row, by one point
+      for (const Incidence& i : model.incidences) {
+        if (i.row != row) continue;
+        const double part = std::abs(dot(load(blocks.data(), i.block), load(points.data(), i.point)));
+        if (!(part > along)) continue;
+        along = part;
+        point = static_cast<std::size_t>(i.point);
+      }
+      throw InputError("/coordinates", "K'A is not 0: the coordinates move along the gradient of " + name_worst(rows) +
+                                           ", at point " + text(model.numbering.user_point[point]) +
+                                           ": they are wider than the constraints; both must describe the same motion");
+    }
+  }
+}
+
 }  // namespace
 
 StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
@@ -41,41 +124,23 @@ StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
   StartReport report;
 
   // q of the given places, but where the user gave q himself
-  locate(r);
+  dynamics_.locate(r, &q_);
   model_.coordinates.write_start(q_.data(), rates_.data());
-  if (report.outcome = find_rates(t, v, q_.data(), q_dot.data()); !report.outcome.ok()) return report;
+  if (report.outcome = linearization_.find_rates(t, v, q_.data(), q_dot.data()); !report.outcome.ok()) return report;
   // There his rates count as well, and what `velocities` say about such points does not.
   model_.coordinates.write_start(q_.data(), q_dot.data());
-  evaluate(t, q_.data(), q_dot.data(), true);
-  model_.coordinates.copy_where_given(v_.data(), v_given.data());
+  linearization_.evaluate(t, q_.data(), q_dot.data(), true);
+  model_.coordinates.copy_where_given(linearization_.v().data(), v_given.data());
 
-  std::copy(r_.begin(), r_.end(), r);
-  std::copy(v_.begin(), v_.end(), v);
+  std::copy(linearization_.r().begin(), linearization_.r().end(), r);
+  std::copy(linearization_.v().begin(), linearization_.v().end(), v);
   model_.measure_velocity_scale(t, r, v);
   report.position_correction = model_.largest_move(r, r_given.data());
   report.velocity_correction = model_.largest_move(v, v_given.data());
   report.relative =
       std::max(report.position_correction / model_.scene_size, report.velocity_correction / model_.velocity_scale);
-  if (mode == StartMode::Check) {
-    const auto refuse = [&](const char* what, const std::vector<double>& given, const double* found, double by,
-                            const std::string& scale) {
-      const std::size_t point = worst_point(given, std::vector<double>(found, found + n));
-      throw InputError("/motion/start", std::string("the initial ") + what + " of point " +
-                                            text(model_.numbering.user_point[point]) +
-                                            " is not one of its coordinates': the nearest lies " + text(by) + scale +
-                                            " away; at most 0.001 of the scale is corrected (\"start\": \"project\" "
-                                            "takes the nearest)");
-    };
-    if (!(report.position_correction <= allowed * model_.scene_size)) {
-      refuse("position", r_given, r, report.position_correction,
-             " m (the scene's size is " + text(model_.scene_size) + ")");
-    }
-    if (!(report.velocity_correction <= allowed * model_.velocity_scale)) {
-      refuse("velocity", v_given, v, report.velocity_correction,
-             " m/s (the velocity scale is " + text(model_.velocity_scale) + ")");
-    }
-  }
-  check_constraints();
+  if (mode == StartMode::Check) check_start(model_, report, r_given, v_given, r, v);
+  check_constraints(model_, linearization_);
   q_ = q;
   return report;
 }
@@ -83,76 +148,15 @@ StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
 Outcome TangentForm::stand_beside(double t, double distance, double* r) {
   std::vector<double> q = q_, at_rest(size(), 0.0);
   if (distance > 0.0) {
-    std::vector<double> x(size()), Ax(r_.size(), 0.0);
+    std::vector<double> x(size()), Ax(linearization_.r().size(), 0.0);
     for (std::size_t j = 0; j < size(); ++j) x[j] = any_number(j);
-    model_.coordinates.apply(model_.parallel, blocks_.data(), x.data(), Ax.data());
+    linearization_.apply(x.data(), Ax.data());
     const double unit = model_.largest_norm(Ax.data());
     for (std::size_t j = 0; j < size(); ++j) q[j] += distance / unit * x[j];
   }
-  evaluate(t, q.data(), at_rest.data(), true);
-  std::copy(r_.begin(), r_.end(), r);
-  return factorize(t);
-}
-
-/// Where constraints are given as well: xi(r(q, t), t) = 0, K'v + xi_t = 0 and K'A = 0 (3).
-void TangentForm::check_constraints() {
-  if (model_.num_rows() == 0) return;
-  constexpr double rounding = 1e-9;
-  std::vector<double> position(model_.num_rows()), velocity(model_.num_rows());
-  model_.constraints.measure(r_.data(), v_.data(), position.data(), velocity.data());
-  const auto name_worst = [&](const std::vector<double>& values) {
-    const auto worst = std::max_element(values.begin(), values.end());
-    return model_.name_row(static_cast<std::size_t>(worst - values.begin())) + " by " + text(*worst);
-  };
-  const double far = std::max(1.0, model_.largest_norm(r_.data()) / model_.smallest_length);
-  if (!(*std::max_element(position.begin(), position.end()) <= rounding * far)) {
-    throw InputError("/coordinates", "the places that the coordinates describe violate " + name_worst(position) +
-                                         " of its length; both must describe the same motion");
-  }
-  if (!(*std::max_element(velocity.begin(), velocity.end()) <= rounding * far * model_.velocity_scale)) {
-    throw InputError("/coordinates", "the velocities that the coordinates describe violate " + name_worst(velocity) +
-                                         " m/s; both must describe the same motion");
-  }
-  // K'psi + phi = 0: with K'A = 0 the motion stays on the constraints
-  std::vector<double> second(model_.num_rows()), nothing(r_.size(), 0.0);
-  const auto evaluate_second = [&](const std::vector<double>& w) {
-    return model_.constraints.evaluate_right_side(model_.parallel, r_.data(), v_.data(), w.data(), second.data(),
-                                                  nullptr);
-  };
-  const double acceleration_scale = evaluate_second(nothing) + model_.largest_norm(psi_.data()) +
-                                    model_.velocity_scale * model_.velocity_scale / model_.scene_size;
-  if (!(evaluate_second(psi_) <= rounding * far * acceleration_scale)) {
-    for (double& each : second) each = std::abs(each);
-    throw InputError("/coordinates", "the accelerations that the coordinates describe violate " + name_worst(second) +
-                                         " m/s^2; both must describe the same motion");
-  }
-  // K'A x = 0 for any x: as many tries as find a wrong column of A with certainty in practice
-  std::vector<double> blocks(3 * model_.constraints.num_blocks()), rows(model_.num_rows()), x(size());
-  model_.constraints.evaluate_gradients(model_.parallel, r_.data(), blocks.data());
-  std::fill(points_.begin(), points_.end(), 0.0);
-  for (int attempt = 0; attempt < 3; ++attempt) {
-    for (std::size_t j = 0; j < size(); ++j) x[j] = any_number(j * static_cast<std::size_t>(attempt + 1));
-    model_.coordinates.apply(model_.parallel, blocks_.data(), x.data(), points_.data());
-    const double size_of_Ax = model_.largest_norm(points_.data());
-    const double worst =
-        model_.constraints.apply_transposed(model_.parallel, blocks.data(), points_.data(), nullptr, rows.data());
-    if (!(worst <= rounding * size_of_Ax)) {
-      for (double& row : rows) row = std::abs(row);
-      const auto row = std::max_element(rows.begin(), rows.end()) - rows.begin();
-      std::size_t point = 0;
-      double along = 0.0;  // the gradient of that row, by one point
-      for (const Incidence& i : model_.incidences) {
-        if (i.row != row) continue;
-        const double part = std::abs(dot(load(blocks.data(), i.block), load(points_.data(), i.point)));
-        if (!(part > along)) continue;
-        along = part;
-        point = static_cast<std::size_t>(i.point);
-      }
-      throw InputError("/coordinates", "K'A is not 0: the coordinates move along the gradient of " + name_worst(rows) +
-                                           ", at point " + text(model_.numbering.user_point[point]) +
-                                           ": they are wider than the constraints; both must describe the same motion");
-    }
-  }
+  linearization_.evaluate(t, q.data(), at_rest.data(), true);
+  std::copy(linearization_.r().begin(), linearization_.r().end(), r);
+  return linearization_.factorize(t);
 }
 
 }  // namespace tanor

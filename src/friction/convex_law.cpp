@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 /// \file Contacts at rest whose limits stand, by an interior point method (Nocedal and Wright, Numerical Optimization,
 /// sections 19.2 and 19.3). With x_c = h_c u_c and multipliers z_c = h_c |a_c|:
@@ -35,6 +37,134 @@ double longest_step(const std::vector<Disk>& disks, const VectorXd& u, const Vec
   return step;
 }
 
+/// The problem in units of the limits, and the point where its iterations are.
+class InteriorPoint {
+ public:
+  InteriorPoint(MatrixXd Q, VectorXd q, std::vector<Disk> disks)
+      : Q_(std::move(Q)),
+        q_(std::move(q)),
+        disks_(std::move(disks)),
+        num_(static_cast<Eigen::Index>(disks_.size())),
+        u_(VectorXd::Zero(q_.size())),
+        z_(VectorXd::Constant(num_, 0.5)),
+        g_(num_),
+        dz_(num_) {}
+
+  /// u, as near to the solution as rounding lets it come.
+  const VectorXd& solve();
+
+ private:
+  bool is_solved();
+  void factorize();
+  VectorXd find_step(double mu);
+  double longest(const VectorXd& du) const;
+  void set_correction(double reached, const VectorXd& du);
+  bool advance();
+  auto part(const VectorXd& x, Eigen::Index c) const {
+    const auto& [first, dimension] = disks_[static_cast<std::size_t>(c)];
+    return x.segment(first, dimension);
+  }
+
+  const MatrixXd Q_;
+  const VectorXd q_;
+  const std::vector<Disk> disks_;
+  const Eigen::Index num_;
+  VectorXd u_, z_, g_, dz_;
+  VectorXd defect_, correction_;  // Q u + q + z u; of second order [disk]
+  double gap_ = 0.0;              // mean of z g
+  Eigen::LDLT<MatrixXd> factor_;
+};
+
+const VectorXd& InteriorPoint::solve() {
+  constexpr int most_steps = 100;
+  for (int pass = 0; pass < most_steps && !is_solved(); ++pass) {
+    factorize();
+    if (!advance()) break;
+  }
+  return u_;
+}
+
+/// Measures the point.
+bool InteriorPoint::is_solved() {
+  constexpr double least_gap = 1e-17, rounding = 1e-14;
+  VectorXd zu(u_.size());
+  for (Eigen::Index c = 0; c < num_; ++c) {
+    const auto& [first, dimension] = disks_[static_cast<std::size_t>(c)];
+    const double size = part(u_, c).norm();
+    g_(c) = 0.5 * (1.0 - size) * (1.0 + size);
+    zu.segment(first, dimension) = z_(c) * part(u_, c);
+  }
+  defect_ = Q_ * u_ + q_ + zu;
+  gap_ = z_.dot(g_) / static_cast<double>(num_);
+  return gap_ <= least_gap && defect_.lpNorm<Eigen::Infinity>() <= rounding;
+}
+
+/// Q + z + (z_c/g_c) u_c u_c'
+void InteriorPoint::factorize() {
+  MatrixXd J = Q_;
+  for (Eigen::Index c = 0; c < num_; ++c) {
+    const auto& [first, dimension] = disks_[static_cast<std::size_t>(c)];
+    const auto own = part(u_, c);
+    auto block = J.block(first, first, dimension, dimension);
+    block += z_(c) / g_(c) * own * own.transpose();
+    block.diagonal().array() += z_(c);
+  }
+  factor_.compute(J);
+}
+
+/// du and dz with z g + g dz - z u'du = mu - (correction).
+VectorXd InteriorPoint::find_step(double mu) {
+  VectorXd right = -defect_;
+  for (Eigen::Index c = 0; c < num_; ++c) {
+    const auto& [first, dimension] = disks_[static_cast<std::size_t>(c)];
+    right.segment(first, dimension) -= (mu - correction_(c) - z_(c) * g_(c)) / g_(c) * part(u_, c);
+  }
+  VectorXd du = factor_.solve(right);
+  for (Eigen::Index c = 0; c < num_; ++c) {
+    const double along = part(u_, c).dot(part(du, c));
+    dz_(c) = (mu - correction_(c) - z_(c) * g_(c) + z_(c) * along) / g_(c);
+  }
+  return du;
+}
+
+/// Largest step <= 1 that keeps |u_c| < 1 and z > 0, and a little away from both.
+double InteriorPoint::longest(const VectorXd& du) const {
+  double step = longest_step(disks_, u_, du);
+  for (Eigen::Index c = 0; c < num_; ++c) {
+    if (dz_(c) < 0.0) step = std::min(step, -0.995 * z_(c) / dz_(c));
+  }
+  return step;
+}
+
+/// What is of second order in the step du, of which the part `reached` can be made (Mehrotra).
+void InteriorPoint::set_correction(double reached, const VectorXd& du) {
+  for (Eigen::Index c = 0; c < num_; ++c) {
+    const double along = part(u_, c).dot(part(du, c));
+    correction_(c) = reached * reached * (-dz_(c) * along - 0.5 * z_(c) * part(du, c).squaredNorm());
+  }
+}
+
+/// One step. Returns false where it is no number.
+bool InteriorPoint::advance() {
+  // The step for mu = 0 says how far mu may fall.
+  correction_ = VectorXd::Zero(num_);
+  const VectorXd du = find_step(0.0);
+  const double reached = longest(du);
+  const double mu = std::pow(1.0 - 0.99 * reached, 3) * gap_;
+  set_correction(reached, du);
+  VectorXd corrected = find_step(mu);
+  double step = longest(corrected);
+  if (step < 0.1 * reached) {
+    correction_.setZero();
+    corrected = find_step(std::max(mu, 0.1 * gap_));
+    step = longest(corrected);
+  }
+  if (!corrected.allFinite()) return false;
+  u_ += step * corrected;
+  z_ += step * dz_;
+  return true;
+}
+
 }  // namespace
 
 VectorXd solve_convex_law(const ContactProblem& problem, const VectorXd& limits) {
@@ -60,76 +190,7 @@ VectorXd solve_convex_law(const ContactProblem& problem, const VectorXd& limits)
   if (!(unit > 0.0)) return x;
   Q /= unit;
   q /= unit;
-
-  constexpr int most_steps = 100;
-  constexpr double least_gap = 1e-17, rounding = 1e-14;
-  const auto num = static_cast<Eigen::Index>(disks.size());
-  VectorXd u = VectorXd::Zero(q.size()), z = VectorXd::Constant(num, 0.5), g(num), dz(num);
-  MatrixXd J;
-  for (int pass = 0; pass < most_steps; ++pass) {
-    VectorXd zu(u.size());
-    for (Eigen::Index c = 0; c < num; ++c) {
-      const auto& [first, dimension] = disks[static_cast<std::size_t>(c)];
-      const double size = u.segment(first, dimension).norm();
-      g(c) = 0.5 * (1.0 - size) * (1.0 + size);
-      zu.segment(first, dimension) = z(c) * u.segment(first, dimension);
-    }
-    const VectorXd defect = Q * u + q + zu;
-    const double gap = z.dot(g) / static_cast<double>(num);
-    if (gap <= least_gap && defect.lpNorm<Eigen::Infinity>() <= rounding) break;
-    J = Q;
-    for (Eigen::Index c = 0; c < num; ++c) {
-      const auto& [first, dimension] = disks[static_cast<std::size_t>(c)];
-      const auto own = u.segment(first, dimension);
-      auto block = J.block(first, first, dimension, dimension);
-      block += z(c) / g(c) * own * own.transpose();
-      block.diagonal().array() += z(c);
-    }
-    const Eigen::LDLT<MatrixXd> factor(J);
-    // z g + g dz - z u'du = mu - (correction)
-    VectorXd correction = VectorXd::Zero(num);
-    const auto solve = [&](double mu) {
-      VectorXd right = -defect;
-      for (Eigen::Index c = 0; c < num; ++c) {
-        const auto& [first, dimension] = disks[static_cast<std::size_t>(c)];
-        right.segment(first, dimension) -= (mu - correction(c) - z(c) * g(c)) / g(c) * u.segment(first, dimension);
-      }
-      VectorXd du = factor.solve(right);
-      for (Eigen::Index c = 0; c < num; ++c) {
-        const auto& [first, dimension] = disks[static_cast<std::size_t>(c)];
-        const double along = u.segment(first, dimension).dot(du.segment(first, dimension));
-        dz(c) = (mu - correction(c) - z(c) * g(c) + z(c) * along) / g(c);
-      }
-      return du;
-    };
-    const auto longest = [&](const VectorXd& du) {
-      double step = longest_step(disks, u, du);
-      for (Eigen::Index c = 0; c < num; ++c) {
-        if (dz(c) < 0.0) step = std::min(step, -0.995 * z(c) / dz(c));
-      }
-      return step;
-    };
-    // The step for mu = 0 says how far mu may fall, and what is of second order (Mehrotra).
-    VectorXd du = solve(0.0);
-    const double reached = longest(du);
-    const double mu = std::pow(1.0 - 0.99 * reached, 3) * gap;
-    for (Eigen::Index c = 0; c < num; ++c) {
-      const auto& [first, dimension] = disks[static_cast<std::size_t>(c)];
-      const double along = u.segment(first, dimension).dot(du.segment(first, dimension));
-      correction(c) = reached * reached * (-dz(c) * along - 0.5 * z(c) * du.segment(first, dimension).squaredNorm());
-    }
-    VectorXd corrected = solve(mu);
-    double step = longest(corrected);
-    if (step < 0.1 * reached) {
-      correction.setZero();
-      corrected = solve(std::max(mu, 0.1 * gap));
-      step = longest(corrected);
-    }
-    if (!corrected.allFinite()) break;
-    u += step * corrected;
-    z += step * dz;
-  }
-  x(rows) = h.cwiseProduct(u);
+  x(rows) = h.cwiseProduct(InteriorPoint(std::move(Q), std::move(q), std::move(disks)).solve());
   return x;
 }
 

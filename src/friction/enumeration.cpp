@@ -110,90 +110,101 @@ void decide(SlidingSolutions* result) {
   }
 }
 
+/// Directions of normal forces to try, corner by corner.
+struct Corners {
+  std::vector<std::vector<Vector3d>> of_contact;  // both directions of a line, or an octagon around a circle
+  bool are_in_planes = true, all_on_lines = true;
+  std::size_t num_choices = 1;
+};
+
+Corners list_corners(const SlidingContacts& contacts) {
+  constexpr int num_corners = 8;
+  Corners corners;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Directions directions = find_directions(contacts, static_cast<Eigen::Index>(c));
+    corners.are_in_planes = corners.are_in_planes && directions.dimension < 3;
+    corners.all_on_lines = corners.all_on_lines && directions.dimension == 1;
+    if (!corners.are_in_planes) break;
+    std::vector<Vector3d>& own = corners.of_contact.emplace_back();
+    if (directions.dimension == 1) own = {directions.first, -directions.first};
+    for (int k = 0; directions.dimension == 2 && k < num_corners; ++k) {
+      const double angle = 2.0 * std::numbers::pi * k / num_corners;
+      own.push_back((std::cos(angle) * directions.first + std::sin(angle) * directions.second) /
+                    std::cos(std::numbers::pi / num_corners));
+    }
+    corners.num_choices *= own.size();
+  }
+  return corners;
+}
+
+/// From the solution of one choice of corners; on circles Newton's method goes on from there. Adds what obeys the law.
+void follow_choice(const SlidingContacts& contacts, const Eigen::PartialPivLU<MatrixXd>& lu, bool is_exact, VectorXd* b,
+                   MatrixXd* J, std::vector<VectorXd>* found) {
+  Matrix3Xd normal;
+  VectorXd s = lu.solve(*b);
+  for (int pass = 0; !is_exact && pass < 20; ++pass) {
+    const VectorXd rest = defect(contacts, s, &normal);
+    if (rest.lpNorm<Eigen::Infinity>() <= 1e-13 * s.lpNorm<Eigen::Infinity>()) break;
+    for (Eigen::Index c = 0; c < s.size(); ++c) normal.col(c).normalize();
+    project(contacts, normal, b, J);
+    s = J->partialPivLu().solve(*b);
+  }
+  const double size = s.lpNorm<Eigen::Infinity>();
+  const bool is_solution = std::isfinite(size) && s.minCoeff() >= -1e-12 * size &&
+                           defect(contacts, s, &normal).lpNorm<Eigen::Infinity>() <= 1e-9 * size;
+  if (is_solution || size == 0.0) add_new(s, found);
+}
+
+/// All choices of corners: on lines each has one candidate; on circles one sign of all determinants proves uniqueness,
+/// and boxes look where there are both.
+void try_corners(const SlidingContacts& contacts, const Corners& corners, std::size_t most_boxes,
+                 SlidingSolutions* result) {
+  const auto m = static_cast<Eigen::Index>(contacts.size());
+  VectorXd b(m);
+  MatrixXd J(m, m);
+  bool is_positive = false, is_negative = false;
+  for_each_choice(corners.of_contact, [&](const Matrix3Xd& n) {
+    project(contacts, n, &b, &J);
+    const Eigen::PartialPivLU<MatrixXd> lu(J);
+    const double determinant = lu.determinant();
+    is_positive = is_positive || determinant > 0.0;
+    is_negative = is_negative || determinant < 0.0;
+    if (determinant != 0.0) follow_choice(contacts, lu, corners.all_on_lines, &b, &J, &result->found);
+  });
+  result->determinant_changes = is_positive && is_negative;
+  result->is_complete = corners.all_on_lines;
+  const bool has_one_sign = !result->determinant_changes && (is_positive || is_negative);
+  if (has_one_sign) result->uniqueness = Uniqueness::Proven;
+  if (!corners.all_on_lines && (!has_one_sign || result->found.empty())) {
+    std::vector<VectorXd> by_boxes;
+    result->is_complete = find_sizes_by_boxes(contacts, most_boxes, &by_boxes);
+    for (const VectorXd& s : by_boxes) add_new(s, &result->found);
+  }
+  if (!has_one_sign) decide(result);
+}
+
 }  // namespace
 
 SlidingSolutions find_sliding(const SlidingContacts& contacts, std::size_t most_boxes) {
+  constexpr std::size_t most_choices = 4096;
   SlidingSolutions result;
-  const auto m = static_cast<Eigen::Index>(contacts.size());
   result.amplification = ContractionBound().amplification(contacts);
   if (!std::isnan(result.amplification)) {
     result.uniqueness = Uniqueness::Proven;
     return result;
   }
   if (contacts.size() > most_enumerated) return result;
-
-  std::vector<std::vector<Vector3d>> corners;
-  bool all_on_lines = true;
-  std::size_t num_choices = 1;
-  for (Eigen::Index c = 0; c < m; ++c) {
-    const Directions directions = find_directions(contacts, c);
-    if (directions.dimension == 3) {
-      result.is_complete = find_sizes_by_boxes(contacts, most_boxes, &result.found);
-      decide(&result);
-      return result;
-    }
-    all_on_lines = all_on_lines && directions.dimension == 1;
-    std::vector<Vector3d>& own = corners.emplace_back();
-    if (directions.dimension == 1) {
-      own = {directions.first, -directions.first};
-    } else {
-      // An octagon around the unit circle.
-      constexpr int num_corners = 8;
-      for (int k = 0; k < num_corners; ++k) {
-        const double angle = 2.0 * std::numbers::pi * k / num_corners;
-        own.push_back((std::cos(angle) * directions.first + std::sin(angle) * directions.second) /
-                      std::cos(std::numbers::pi / num_corners));
-      }
-    }
-    num_choices *= own.size();
-  }
-  if (m == 1 && !all_on_lines) {
+  const Corners corners = list_corners(contacts);
+  const bool is_one_circle = corners.are_in_planes && contacts.size() == 1 && !corners.all_on_lines;
+  if (is_one_circle) {
     solve_quadratic(contacts, &result);
     decide(&result);
-    return result;
-  }
-  constexpr std::size_t most_choices = 4096;
-  if (num_choices > most_choices) {
+  } else if (!corners.are_in_planes || corners.num_choices > most_choices) {
     result.is_complete = find_sizes_by_boxes(contacts, most_boxes, &result.found);
     decide(&result);
-    return result;
+  } else {
+    try_corners(contacts, corners, most_boxes, &result);
   }
-
-  VectorXd b(m);
-  MatrixXd J(m, m);
-  bool is_positive = false, is_negative = false;
-  Matrix3Xd normal;
-  for_each_choice(corners, [&](const Matrix3Xd& n) {
-    project(contacts, n, &b, &J);
-    const Eigen::PartialPivLU<MatrixXd> lu(J);
-    const double determinant = lu.determinant();
-    is_positive = is_positive || determinant > 0.0;
-    is_negative = is_negative || determinant < 0.0;
-    if (determinant == 0.0) return;
-    VectorXd s = lu.solve(b);
-    // On lines each choice has one candidate; else Newton's method goes on from there.
-    for (int pass = 0; !all_on_lines && pass < 20; ++pass) {
-      const VectorXd rest = defect(contacts, s, &normal);
-      if (rest.lpNorm<Eigen::Infinity>() <= 1e-13 * s.lpNorm<Eigen::Infinity>()) break;
-      for (Eigen::Index c = 0; c < m; ++c) normal.col(c).normalize();
-      project(contacts, normal, &b, &J);
-      s = J.partialPivLu().solve(b);
-    }
-    const double size = s.lpNorm<Eigen::Infinity>();
-    const bool is_solution = std::isfinite(size) && s.minCoeff() >= -1e-12 * size &&
-                             defect(contacts, s, &normal).lpNorm<Eigen::Infinity>() <= 1e-9 * size;
-    if (is_solution || size == 0.0) add_new(s, &result.found);
-  });
-  result.determinant_changes = is_positive && is_negative;
-  result.is_complete = all_on_lines;
-  const bool has_one_sign = !result.determinant_changes && (is_positive || is_negative);
-  if (has_one_sign) result.uniqueness = Uniqueness::Proven;
-  if (!all_on_lines && (!has_one_sign || result.found.empty())) {
-    std::vector<VectorXd> by_boxes;
-    result.is_complete = find_sizes_by_boxes(contacts, most_boxes, &by_boxes);
-    for (const VectorXd& s : by_boxes) add_new(s, &result.found);
-  }
-  if (!has_one_sign) decide(&result);
   return result;
 }
 

@@ -31,7 +31,7 @@ struct SlidingSolutions {
 };
 
 constexpr std::size_t most_enumerated = 10;
-constexpr std::size_t few_boxes = 300, many_boxes = 20000;
+constexpr std::size_t few_boxes = 300;
 
 /// Theorem B of the theory: rho < 1; else, for up to `most_enumerated` contacts, all signs where each normal force
 /// keeps to one line, a quadratic equation for one contact on a wire, corners of polygons around the circles of normal

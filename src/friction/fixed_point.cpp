@@ -262,6 +262,17 @@ struct FixedPoint::Krylov {
   Vector solution;                                       // Q' (beta, 0, …); then of R y = that
 };
 
+/// F'(x) dx at the multipliers lambda.
+void FixedPoint::apply_derivative(const Parallel& parallel, const double* lambda, const double* dx, Parts* image) {
+  if (!inverse_unit_.empty()) {
+    for (std::size_t p = 0; p < plain_.size(); ++p) plain_[p] = dx[p] / inverse_unit_[p];
+    dx = plain_.data();
+  }
+  response_.find_change(dx, dlambda_.data());
+  laws_.apply_derivative(parallel, lambda, dlambda_.data(), image->data());
+  for (std::size_t p = 0; p < inverse_unit_.size(); ++p) (*image)[p] *= inverse_unit_[p];
+}
+
 /// (I - F') step = defect by GMRES (Saad and Schultz 1986) at the last x: each F' = -dx/d lambda S^-1 K'M^-1 costs one
 /// solve. Returns what is left of the defect.
 double FixedPoint::find_newton_step(const Parallel& parallel, const double* lambda) {
@@ -283,14 +294,7 @@ double FixedPoint::find_newton_step(const Parallel& parallel, const double* lamb
   double rest = 1.0;
   Eigen::Index k = 0;
   for (; k < most && rest > 1e-10; ++k) {
-    const double* plain = direction(k).data();
-    if (!inverse_unit_.empty()) {
-      for (std::size_t p = 0; p < plain_.size(); ++p) plain_[p] = plain[p] / inverse_unit_[p];
-      plain = plain_.data();
-    }
-    response_.find_change(plain, dlambda_.data());
-    laws_.apply_derivative(parallel, lambda, dlambda_.data(), image.data());
-    for (std::size_t p = 0; p < inverse_unit_.size(); ++p) image[p] *= inverse_unit_[p];
+    apply_derivative(parallel, lambda, direction(k).data(), &image);
     w = direction(k) - as_vector(image);
     for (int pass = 0; pass < 2; ++pass) {
       for (Eigen::Index j = 0; j <= k; ++j) {

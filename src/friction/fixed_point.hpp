@@ -44,6 +44,7 @@ class FixedPoint {
   class History;
   struct Krylov;
   void evaluate(const Parallel& parallel, const Parts& x, double* lambda, Parts* image);
+  void apply_derivative(const Parallel& parallel, const double* lambda, const double* dx, Parts* image);
   double find_newton_step(const Parallel& parallel, const double* lambda);
   void choose_units(Parts* x, Parts* image);
 

@@ -19,8 +19,7 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
   // The rows at each point, for laws that read all of them.
   std::vector<std::vector<Term>> at_point(numbering.num_points());
   for (const Incidence& i : incidences) {
-    const bool is_user =
-        static_cast<std::size_t>(numbering.user_row[static_cast<std::size_t>(i.row)]) < numbering.num_user_rows;
+    const bool is_user = !numbering.is_contact_row(static_cast<std::size_t>(i.row));
     if (is_user) at_point[static_cast<std::size_t>(i.point)].push_back({i.row, i.block, i.sign});
   }
   std::vector<Index> kernel_of_entry(system.friction.size(), -1);

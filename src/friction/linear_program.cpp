@@ -25,64 +25,84 @@ void LinearProgram::add(const Eigen::Ref<const Eigen::RowVectorXd>& row, double 
   g_(count_++) = bound / size;
 }
 
+/// Row `row` of all: those of G, then u_i <= most, then -u_i <= most.
+void LinearProgram::write_row(Eigen::Index row, Eigen::Ref<Eigen::RowVectorXd> values, double* bound) const {
+  const Eigen::Index n = G_.cols();
+  if (row < count_) {
+    values = G_.row(row);
+    *bound = g_(row);
+    return;
+  }
+  values.setZero();
+  values((row - count_) % n) = row < count_ + n ? 1.0 : -1.0;
+  *bound = most;
+}
+
+/// The row that is violated most, or the first one; -1: there is none.
+Eigen::Index LinearProgram::find_violated(const VectorXd& u, bool takes_first) const {
+  const Eigen::Index n = u.size(), count = count_;
+  Eigen::Index worst = -1;
+  double most_violated = rounding;
+  for (Eigen::Index row = 0; row < count + 2 * n; ++row) {
+    const double value = row < count       ? G_.row(row).dot(u) - g_(row)
+                         : row < count + n ? u(row - count) - most
+                                           : -u(row - count - n) - most;
+    const double allowed = row < count ? 0.0 : rounding * most;
+    if (value - allowed <= most_violated) continue;
+    worst = row;
+    most_violated = value - allowed;
+    if (takes_first) break;
+  }
+  return worst;
+}
+
+namespace {
+
+/// The place of the basis that keeps lambda above 0 when y enters; the first one, or of equal ones that with the
+/// largest y. -1: there is none.
+Eigen::Index find_leaving(const VectorXd& lambda, const VectorXd& y, bool takes_first) {
+  const double least_y = 1e-10 * y.lpNorm<Eigen::Infinity>();
+  Eigen::Index leaving = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (Eigen::Index j = 0; j < y.size(); ++j) {
+    if (y(j) <= least_y) continue;
+    const double ratio = std::max(lambda(j), 0.0) / y(j);
+    if (ratio < least || (ratio == least && !takes_first && y(j) > y(leaving))) {
+      least = ratio;
+      leaving = j;
+    }
+  }
+  return leaving;
+}
+
+}  // namespace
+
 LinearProgram::Status LinearProgram::maximize(const VectorXd& c, VectorXd* u) const {
-  const Eigen::Index n = c.size(), count = count_;
+  constexpr int most_pivots = 500, plain_pivots = 100;
+  const Eigen::Index n = c.size();
   if (is_empty_) return Status::Infeasible;
   u->resize(n);
   if (n == 0) return Status::Optimal;
-  // Row count + i: u_i <= most; row count + n + i: -u_i <= most.
-  const auto bound = [&](Eigen::Index row) { return row < count ? g_(row) : most; };
-  std::vector<Eigen::Index> basis(static_cast<std::size_t>(n));
-  MatrixXd B = MatrixXd::Zero(n, n);
-  VectorXd right(n), normal(n);
+  MatrixXd B(n, n);
+  VectorXd right(n);
+  Eigen::RowVectorXd values(n);
   const auto enter = [&](Eigen::Index place, Eigen::Index row) {
-    basis[static_cast<std::size_t>(place)] = row;
-    if (row < count)
-      B.row(place) = G_.row(row);
-    else {
-      B.row(place).setZero();
-      B(place, (row - count) % n) = row < count + n ? 1.0 : -1.0;
-    }
-    right(place) = bound(row);
+    write_row(row, values, &right(place));
+    B.row(place) = values;
   };
-  for (Eigen::Index i = 0; i < n; ++i) enter(i, count + (c(i) < 0.0 ? n : 0) + i);
-  constexpr int most_pivots = 500, plain_pivots = 100;
+  for (Eigen::Index i = 0; i < n; ++i) enter(i, count_ + (c(i) < 0.0 ? n : 0) + i);
   Eigen::PartialPivLU<MatrixXd> lu(n);
   for (int pivot = 0; pivot < most_pivots; ++pivot) {
+    const bool takes_first = pivot > plain_pivots;  // after many pivots, against cycles (Bland)
     lu.compute(B);
     *u = lu.solve(right);
-    // The row that is violated most; after many pivots, against cycles, the first one (Bland).
-    Eigen::Index worst = -1;
-    double most_violated = rounding;
-    for (Eigen::Index row = 0; row < count + 2 * n; ++row) {
-      const double value = row < count       ? G_.row(row).dot(*u) - g_(row)
-                           : row < count + n ? (*u)(row - count) - most
-                                             : -(*u)(row - count - n) - most;
-      const double allowed = row < count ? 0.0 : rounding * most;
-      if (value - allowed <= most_violated) continue;
-      worst = row;
-      most_violated = value - allowed;
-      if (pivot > plain_pivots) break;
-    }
+    const Eigen::Index worst = find_violated(*u, takes_first);
     if (worst < 0) return Status::Optimal;
-    normal.setZero();
-    if (worst < count)
-      normal = G_.row(worst).transpose();
-    else
-      normal((worst - count) % n) = worst < count + n ? 1.0 : -1.0;
     // B'lambda = c, B'y = normal: lambda stays above 0.
-    const VectorXd lambda = lu.transpose().solve(c), y = lu.transpose().solve(normal);
-    const double least_y = 1e-10 * y.lpNorm<Eigen::Infinity>();
-    Eigen::Index leaving = -1;
-    double least = std::numeric_limits<double>::infinity();
-    for (Eigen::Index j = 0; j < n; ++j) {
-      if (y(j) <= least_y) continue;
-      const double ratio = std::max(lambda(j), 0.0) / y(j);
-      if (ratio < least || (ratio == least && pivot <= plain_pivots && y(j) > y(leaving))) {
-        least = ratio;
-        leaving = j;
-      }
-    }
+    double bound = 0.0;
+    write_row(worst, values, &bound);
+    const VectorXd lambda = lu.transpose().solve(c), y = lu.transpose().solve(values.transpose());
+    const Eigen::Index leaving = find_leaving(lambda, y, takes_first);
     if (leaving < 0) return Status::Infeasible;
     enter(leaving, worst);
   }

@@ -19,6 +19,9 @@ class LinearProgram {
   Status maximize(const Eigen::VectorXd& c, Eigen::VectorXd* u) const;
 
  private:
+  void write_row(Eigen::Index row, Eigen::Ref<Eigen::RowVectorXd> values, double* bound) const;
+  Eigen::Index find_violated(const Eigen::VectorXd& u, bool takes_first) const;
+
   Rows G_;
   Eigen::VectorXd g_;
   Eigen::Index count_ = 0;

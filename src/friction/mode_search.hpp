@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -54,6 +55,8 @@ class ModeSearch {
     Eigen::Vector2d nu0;
     Eigen::Matrix2Xd V;  // nu = nu0 + V x
   };
+  static constexpr double equal = 1e-9;  // in units: less is 0
+  static Eigen::Vector2d unit_at(double angle) { return {std::cos(angle), std::sin(angle)}; }
   enum class Verdict { Obeys, SlidesWrongly, HoldsTooMuch };
 
   void set_contacts();
@@ -61,14 +64,25 @@ class ModeSearch {
   void search();
   void visit(const Node& node);
   Eigen::VectorXd come_near(const Node& node, Eigen::VectorXd x);
+
+  // Linear bounds, in mode_bounds.cpp.
   LinearProgram make_program(const Node& node) const;
+  void keep_normal(const Node& node, std::size_t c, LinearProgram* program) const;
+  void bound_sticking(const Node& node, std::size_t c, LinearProgram* program) const;
+  void bound_on_curve(const Node& node, std::size_t c, LinearProgram* program) const;
+  void bound_on_surface(const Node& node, std::size_t c, LinearProgram* program) const;
+  void bound_acceleration(const Eigen::RowVectorXd& row, LinearProgram* program, double slack) const;
   void bound_reaction(const Node& node, std::size_t c, const Eigen::RowVectorXd& size, LinearProgram* program) const;
   void hold(const Node& node, std::size_t c, const Eigen::RowVectorXd& row, double slack, LinearProgram* program) const;
   bool cut_discs(const Node& node, const Eigen::VectorXd& x, LinearProgram* program) const;
+  void add(LinearProgram* program, const Eigen::RowVectorXd& row, double bound, double slack = 0.0) const;
+
+  // The law itself, in mode_equations.cpp.
   bool find_root(const Node& node, Eigen::VectorXd* x) const;
   bool is_regular(const Node& node, const LinearProgram& program);
   bool is_inside(const Node& node, const Eigen::VectorXd& x) const;
   Verdict judge(const Node& node, const Eigen::VectorXd& x) const;
+
   bool branch(const Node& node, const Eigen::VectorXd& x);
 
   Eigen::Vector2d reaction(std::size_t c, const Eigen::VectorXd& x) const {
@@ -76,7 +90,10 @@ class ModeSearch {
   }
   double sign(const Node& node, std::size_t c) const { return contacts_[c].moves ? 1.0 : -node[c].sense; }
   Eigen::VectorXd complete(const Eigen::VectorXd& u) const;
-  void add(LinearProgram* program, const Eigen::RowVectorXd& row, double bound, double slack = 0.0) const;
+  Eigen::RowVectorXd component(Eigen::Index i) const { return Eigen::RowVectorXd::Unit(problem_.size(), i); }
+  Eigen::RowVectorXd along(const Contact& contact, const Eigen::Vector2d& d) const {
+    return d(0) * component(contact.first) + d(1) * component(contact.first + 1);
+  }
 
   const ContactProblem& problem_;
   const std::size_t most_work_;

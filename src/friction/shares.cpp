@@ -151,53 +151,91 @@ void Shares::set_curb(const ContactProblem& problem, const std::vector<Eigen::In
   C_by_y = C * Z;
 }
 
+/// Contacts at rest that share: all their shares are own + Z y.
+struct Sharing {
+  std::vector<std::size_t> members, others;
+  std::vector<Eigen::Index> rows;  // components of the members
+  VectorXd own;                    // of x, with A x = b to rounding
+};
+
+constexpr double rank_rounding = 1e-10;
+
+Sharing list_members(const ContactProblem& problem, const std::vector<char>& shares_it, const VectorXd& x) {
+  Sharing sharing;
+  for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
+    const auto& [first, dimension, moves, mu] = problem.contacts[c];
+    const bool shares = shares_it[c] != 0 && mu * problem.normal_force(c, x).norm() > 0.0;
+    (shares ? sharing.members : sharing.others).push_back(c);
+    for (Eigen::Index k = first; shares && k < first + dimension; ++k) sharing.rows.push_back(k);
+  }
+  return sharing;
+}
+
+/// Those at rest: A x = b, of which U'x = g is all that there is to say. Puts x onto it; Z: what is left free. Returns
+/// false where nothing is.
+bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd* x, MatrixXd* Z) {
+  const auto& rows = sharing->rows;
+  if (rows.empty()) return false;
+  const MatrixXd A = problem.A(rows, rows);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
+  const Eigen::Index rank = (eigen.eigenvalues().array() > rank_rounding * eigen.eigenvalues().maxCoeff()).count();
+  if (rank == A.rows()) return false;
+  const MatrixXd U = eigen.eigenvectors().rightCols(rank);
+  *Z = eigen.eigenvectors().leftCols(A.rows() - rank);
+  // A share that changes the reactions of others would be another motion: theirs is not touched.
+  for (const std::size_t c : sharing->others) {
+    const double mu = problem.contacts[c].mu;
+    const MatrixXd change = mu * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows) * *Z;
+    if (Z->cols() == 0 || change.norm() <= rank_rounding) continue;
+    const Eigen::JacobiSVD<MatrixXd> svd(change, Eigen::ComputeFullV);
+    const Eigen::Index lost = (svd.singularValues().array() > rank_rounding).count();
+    *Z = (*Z * svd.matrixV().rightCols(Z->cols() - lost)).eval();
+  }
+  const VectorXd a = problem.accelerations(*x)(rows);
+  sharing->own = (*x)(rows);
+  sharing->own -= U * (U.transpose() * a).cwiseQuotient(eigen.eigenvalues().tail(rank));
+  (*x)(rows) = sharing->own;
+  return true;
+}
+
+/// The least share, and the largest of its loads.
+double find_least(const ContactProblem& problem, const Sharing& sharing, const MatrixXd& Z, VectorXd* x) {
+  (*x)(sharing.rows) = sharing.own - Z * (Z.transpose() * sharing.own);
+  double load = 0.0;
+  for (const std::size_t c : sharing.members) {
+    const auto& [first, dimension, moves, mu] = problem.contacts[c];
+    load = std::max(load, x->segment(first, dimension).norm() / (mu * problem.normal_force(c, *x).norm()));
+  }
+  return load;
+}
+
+/// Changes are the least in the norm of the Hessian: they follow the centre.
+void set_weights(const Shares& shares, const Sharing& sharing, double level, VectorXd* weights) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < sharing.members.size(); ++k) {
+    const Shares::Contact& contact = shares.contacts[k];
+    const double size = contact.size(sharing.own) * contact.size(sharing.own), q = contact.spare(level, sharing.own);
+    double& weight = (*weights)(static_cast<Eigen::Index>(sharing.members[k]));
+    weight = 2.0 / q + 4.0 * size / (q * q);
+    largest = std::max(largest, weight);
+  }
+  for (const std::size_t c : sharing.members) (*weights)(static_cast<Eigen::Index>(c)) /= largest;
+}
+
 }  // namespace
 
 double share_load(const ContactProblem& problem, const std::vector<char>& shares_it, bool prefers_least, VectorXd* x,
                   VectorXd* weights) {
-  constexpr double rank_rounding = 1e-10;
   constexpr double nothing_to_share = std::numeric_limits<double>::quiet_NaN();
-  // Those at rest: A x = b, of which U'x = g is all that there is to say.
-  std::vector<Eigen::Index> rows;
-  std::vector<std::size_t> members, others;
   weights->setOnes(static_cast<Eigen::Index>(problem.contacts.size()));
-  for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
-    const auto& [first, dimension, moves, mu] = problem.contacts[c];
-    const bool shares = shares_it[c] != 0 && mu * problem.normal_force(c, *x).norm() > 0.0;
-    (shares ? members : others).push_back(c);
-    for (Eigen::Index k = first; shares && k < first + dimension; ++k) rows.push_back(k);
-  }
-  if (rows.empty()) return nothing_to_share;
-  const MatrixXd A = problem.A(rows, rows);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
-  const Eigen::Index rank = (eigen.eigenvalues().array() > rank_rounding * eigen.eigenvalues().maxCoeff()).count();
-  if (rank == A.rows()) return nothing_to_share;
-  const MatrixXd U = eigen.eigenvectors().rightCols(rank);
+  Sharing sharing = list_members(problem, shares_it, *x);
   Shares shares;
-  shares.Z = eigen.eigenvectors().leftCols(A.rows() - rank);
-  // A share that the reactions of others feel would be another motion: theirs is not touched.
-  for (const std::size_t c : others) {
-    const double mu = problem.contacts[c].mu;
-    const MatrixXd felt = mu * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows) * shares.Z;
-    if (shares.Z.cols() == 0 || felt.norm() <= rank_rounding) continue;
-    const Eigen::JacobiSVD<MatrixXd> svd(felt, Eigen::ComputeFullV);
-    const Eigen::Index lost = (svd.singularValues().array() > rank_rounding).count();
-    shares.Z = (shares.Z * svd.matrixV().rightCols(shares.Z.cols() - lost)).eval();
-  }
-  const VectorXd a = problem.accelerations(*x)(rows);
-  VectorXd own = (*x)(rows);
-  own -= U * (U.transpose() * a).cwiseQuotient(eigen.eigenvalues().tail(rank));
-  (*x)(rows) = own;
+  if (!find_free_shares(problem, &sharing, x, &shares.Z)) return nothing_to_share;
 
   if (prefers_least && shares.Z.cols() > 0) {
     constexpr double to_spare = 0.1;
     VectorXd least = *x;
-    least(rows) = own - shares.Z * (shares.Z.transpose() * own);
-    double load = 0.0;
-    for (const std::size_t c : members) {
-      const auto& [first, dimension, moves, mu] = problem.contacts[c];
-      load = std::max(load, least.segment(first, dimension).norm() / (mu * problem.normal_force(c, least).norm()));
-    }
+    const double load = find_least(problem, sharing, shares.Z, &least);
     if (load < 1.0 - to_spare) {
       *x = least;
       return load;
@@ -208,22 +246,14 @@ double share_load(const ContactProblem& problem, const std::vector<char>& shares
   double level = 1.0;
   constexpr int most_turns = 3;
   for (int turn = 0; turn < most_turns; ++turn) {
-    const bool depends = shares.set_limits(problem, members, rows, *x);
-    if (turn == 0 && depends) shares.set_curb(problem, rows, *x);
-    level = shares.find_centre(&own);
-    (*x)(rows) = own;
+    const bool depends = shares.set_limits(problem, sharing.members, sharing.rows, *x);
+    if (turn == 0 && depends) shares.set_curb(problem, sharing.rows, *x);
+    level = shares.find_centre(&sharing.own);
+    (*x)(sharing.rows) = sharing.own;
     if (!depends) break;
   }
-  // Changes are the least in the norm of the Hessian: they follow the centre.
-  for (std::size_t k = 0; k < members.size(); ++k) {
-    const Shares::Contact& contact = shares.contacts[k];
-    const double size = contact.size(own) * contact.size(own), q = contact.spare(level, own);
-    (*weights)(static_cast<Eigen::Index>(members[k])) = 2.0 / q + 4.0 * size / (q * q);
-  }
-  double largest = 0.0;
-  for (const std::size_t c : members) largest = std::max(largest, (*weights)(static_cast<Eigen::Index>(c)));
-  for (const std::size_t c : members) (*weights)(static_cast<Eigen::Index>(c)) /= largest;
-  return shares.load(own);
+  set_weights(shares, sharing, level, weights);
+  return shares.load(sharing.own);
 }
 
 }  // namespace tanor

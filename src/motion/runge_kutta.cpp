@@ -172,7 +172,7 @@ Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerat
   constexpr double nearly_rounding = 1e-12;
   constexpr double none = std::numeric_limits<double>::min();
   const double atol = is_adaptive() ? options_.atol : none, rtol = is_adaptive() ? options_.rtol : nearly_rounding;
-  const InexactSolves* const inexact = mechanics_.inexact_solves();
+  InexactSolves* const inexact = mechanics_.inexact_solves();
   const double allowed =
       inexact != nullptr ? inexact->allowed_error({h, atol, rtol, from.x.data(), from.v.data()}) : 0.0;
   for (std::size_t i = 1; i < tableau_.b.size(); ++i) {

@@ -61,8 +61,7 @@ SparseColumns Redundancy::columns(const double* blocks, Rows rows, Scaling scali
 void Redundancy::stand_alone(Index first_row, SparseColumns* C) const {
   for (std::size_t k = 0; k + 1 < C->start.size(); ++k) {
     const auto begin = C->values.begin() + C->start[k], end = C->values.begin() + C->start[k + 1];
-    const auto row = numbering_.user_row[static_cast<std::size_t>(first_row) + k];
-    const bool is_contact = static_cast<std::size_t>(row) >= numbering_.num_user_rows;
+    const bool is_contact = numbering_.is_contact_row(static_cast<std::size_t>(first_row) + k);
     if (!is_contact || std::any_of(begin, end, [](double x) { return x != 0.0; })) continue;
     *begin = 1.0;
     C->rows[static_cast<std::size_t>(C->start[k])] = C->num_rows++;

@@ -70,17 +70,42 @@ struct SchurProblem {
   std::span<const double> inverse_mass;  ///< [point], 1/kg; 0 for supports
 };
 
-/// Solves S lambda = -b at one configuration for all islands of a system or for some of them, S = K'M^-1K being the
-/// Schur complement of the mass matrix (Delassus operator). A solver reads and writes the rows and the moving points of
-/// its islands alone. Rows and points are in the inner order, K is in blocks with the places of
+/// A factor of S = K'M^-1K, the Schur complement of the mass matrix (Delassus operator), and what is done with it at
+/// one configuration. Rows [d] and points [3n] are in the inner order; K is in blocks with the places of
 /// Constraints::list_incidences. The results have the same bits for any number of threads; no call allocates.
-///
-/// Where S is singular or looks so, where rows come and go, and for pivots in another order NormalForm's own sparse
-/// factor answers.
-class SchurSolver {
+class SchurFactor {
  public:
-  virtual ~SchurSolver() = default;
+  virtual ~SchurFactor() = default;
 
+  /// x := -S^-1 b [d]; x may be b.
+  virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
+  /// rows := -S^-1 rows [d], points += M^-1 K rows [3n].
+  virtual void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) = 0;
+  /// points += M^-1 K rows
+  virtual void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) = 0;
+
+  /// xi [d]; returns the largest |xi|/length, NaN where any number is.
+  virtual double evaluate_values(const Parallel& parallel, const double* r, double* xi) = 0;
+  /// K'v + xi_t [d] with K at r; returns the largest one, m/s, NaN where any number is.
+  virtual double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) = 0;
+
+  /// Adds the reactions of `sum` [d] to r, the first guess, then iterates along the chord until |xi|/length <= target,
+  /// or as far as that leads; `sum` becomes the sum of all multipliers. Null: there is no guess, and no sum is wanted.
+  /// A factor whose islands do not iterate by themselves returns an infinite violation.
+  virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
+                                       double* sum) = 0;
+  /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s.
+  virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
+                                        double* v) = 0;
+};
+
+/// Solves S lambda = -b at one configuration for all islands of a system or for some of them, from the evaluation of K
+/// on. A solver reads and writes the rows and the moving points of its islands alone.
+///
+/// Where S is singular or looks so, where rows come and go, and for pivots in another order RankRevealingFactor
+/// answers.
+class SchurSolver : public SchurFactor {
+ public:
   /// blocks := K at r, S = K'M^-1K factorized, lambda := -S^-1 b [d] with b = phi + K'w0, w := w0 + M^-1 K lambda
   /// [3n], in one pass or two over the memory. `motion.w0` is w, where supports have what is prescribed and stay.
   /// Without a factor lambda and w are anything; `scratch` [d].
@@ -95,26 +120,6 @@ class SchurSolver {
   /// blocks := K at r, and the factor of its S.
   virtual Elimination linearise(const Parallel& parallel, const double* r, double* blocks) = 0;
 
-  /// x := -S^-1 b [d] with the last factor; x may be b.
-  virtual void solve_negative(const Parallel& parallel, const double* b, double* x) = 0;
-  /// rows := -S^-1 rows [d] with the last factor, points += M^-1 K rows [3n].
-  virtual void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) = 0;
-  /// points += M^-1 K rows
-  virtual void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) = 0;
-
-  /// xi [d]; returns the largest |xi|/length, NaN where any number is.
-  virtual double evaluate_values(const Parallel& parallel, const double* r, double* xi) = 0;
-  /// K'v + xi_t [d] with K at r; returns the largest one, m/s, NaN where any number is.
-  virtual double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) = 0;
-
-  /// Chord iterations with the last factor until |xi|/length <= target, or as far as they lead. `sum` [d] is their
-  /// first guess on entry and the sum of all multipliers on return; null: none.
-  virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
-                                       double* sum) = 0;
-  /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s.
-  virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
-                                        double* v) = 0;
-
   struct Summary {
     std::vector<LinearSolver> solvers;                   ///< as PlanSummary::linear_solvers
     std::string reason;                                  ///< "every island is a path of rods"
@@ -125,8 +130,8 @@ class SchurSolver {
   virtual const Summary& summary() const = 0;
 };
 
-/// The composite of the solvers that serve all rows of a system together, or null: the sparse factor of all. Throws
-/// InputError where `wanted` does not serve.
+/// The composite of the solvers that serve all rows of a system together. Null: the sparse factor of all rows is as
+/// good or better. Throws InputError where `wanted` does not serve.
 std::unique_ptr<SchurSolver> make_schur_solver(const SchurProblem& problem, const SolverOptions& wanted);
 
 }  // namespace tanor

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "schur/refinement.hpp"
+
 namespace tanor {
 
 namespace {
@@ -91,16 +93,17 @@ void SparseSolver::refine(const Parallel& parallel, const double* blocks, const 
   constexpr double good_enough = 1e-12;
   constexpr int most_passes = 3;
   group().gather.write_scaled(parallel, blocks, lambda, group().inverse_mass.data(), group().points, dw_.data());
-  for (;; ++found->refinements) {
-    const double before = found->residual;
-    found->residual =
-        group().constraints.apply_transposed(parallel, group().members, blocks, dw_.data(), b, rows_.data());
-    const bool stalls = found->refinements > 0 && !(found->residual < 0.5 * before);
-    if (found->residual <= good_enough * found->largest_right_side || stalls || found->refinements == most_passes)
-      return;
-    correct(parallel, blocks, rows_.data(), dw_.data());
-    group().add_rows(parallel, rows_.data(), lambda);
-  }
+  found->refinements = refine_solution(
+      {most_passes},
+      [&] {
+        return found->residual =
+                   group().constraints.apply_transposed(parallel, group().members, blocks, dw_.data(), b, rows_.data());
+      },
+      [&](double residual) { return residual <= good_enough * found->largest_right_side; },
+      [&](int) {
+        correct(parallel, blocks, rows_.data(), dw_.data());
+        group().add_rows(parallel, rows_.data(), lambda);
+      });
 }
 
 Elimination SparseSolver::factorize(const Parallel& parallel, const double* blocks) {

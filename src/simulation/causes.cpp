@@ -51,19 +51,19 @@ std::vector<ReactionPart> Causes::find(double t, const double* r, const double* 
 }
 
 std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r, const double* v) {
-  NormalForm& normal = *forms_.normal;
+  MultiplierForm& normal = *forms_.normal;
   const std::size_t size = 3 * model_.num_points(), num_rows = model_.num_rows();
   const std::size_t num_user_rows = model_.numbering.num_user_rows;
   std::vector<ReactionPart> result;
   std::vector<double> lambda(num_rows), dw(size), eta(size);
   // S lambda = -b
   const auto add = [&](std::string cause, const std::vector<double>& b) {
-    normal.respond(b.data(), lambda.data(), dw.data());
-    normal.minimize_multipliers(r, lambda.data());
+    normal.linearization().solve_refined(b.data(), lambda.data(), dw.data());
+    normal.linearization().minimize_multiplier_norm(r, lambda.data());
     for (std::size_t a = 0; a < num_rows; ++a) {
-      if (static_cast<std::size_t>(model_.numbering.user_row[a]) >= num_user_rows) lambda[a] = 0.0;
+      if (model_.numbering.is_contact_row(a)) lambda[a] = 0.0;
     }
-    model_.gather.reactions(model_.parallel, normal.blocks().data(), lambda.data(), eta.data());
+    model_.gather.reactions(model_.parallel, normal.linearization().blocks().data(), lambda.data(), eta.data());
     ReactionPart part{std::move(cause), std::vector<double>(num_user_rows), std::vector<double>(size)};
     model_.numbering.scatter_rows(lambda, part.multipliers);
     model_.numbering.scatter_points(eta, part.reactions);
@@ -75,14 +75,15 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
     // b = K'M^-1 f
     for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] = model_.inverse_mass[i / 3] * f[i];
     if (num_rows > 0) {
-      model_.constraints.apply_transposed(model_.parallel, normal.blocks().data(), w0.data(), nullptr, b.data());
+      model_.constraints.apply_transposed(model_.parallel, normal.linearization().blocks().data(), w0.data(), nullptr,
+                                          b.data());
     }
     add(name, b);
   };
   for_each_force(t, r, v, add_force);
   if (model_.has_friction()) {
     std::vector<double> tau(size);
-    normal.friction_forces(tau.data(), NormalForm::WhichFriction::Given);
+    normal.friction()->write_given(tau.data());
     add_force("friction", tau);
   }
 
@@ -104,8 +105,8 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
   std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
             given.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
   if (num_rows > 0) {
-    model_.constraints.apply_transposed(model_.parallel, normal.blocks().data(), given.data(), terms.rest.data(),
-                                        b.data());
+    model_.constraints.apply_transposed(model_.parallel, normal.linearization().blocks().data(), given.data(),
+                                        terms.rest.data(), b.data());
   }
   add("drive", b);
   return result;
@@ -118,7 +119,7 @@ std::vector<ReactionPart> Causes::find_by_coordinates(double t, const double* r,
   std::vector<double> eta(size), force(size, 0.0);
   // eta = [I - M A H^-1 A'] (M psi - f) (24): what psi has in T takes no part
   const auto add = [&](std::string cause) {
-    forms_.tangent->respond(force.data(), eta.data());
+    forms_.tangent->dynamics().completed().find_reactions(force.data(), eta.data());
     ReactionPart part{std::move(cause), {}, std::vector<double>(size)};
     model_.numbering.scatter_points(eta, part.reactions);
     result.push_back(std::move(part));

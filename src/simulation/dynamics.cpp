@@ -103,7 +103,7 @@ struct Dynamics::Implementation {
   }
 
   Outcome find_accelerations() {
-    if (Outcome outcome = form.adopt(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
+    if (Outcome outcome = form.set_state(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
     Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, x_ddot.data());
     if (!outcome.ok()) return outcome;
     form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
@@ -137,17 +137,18 @@ struct Dynamics::Implementation {
 Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
   tau.resize(num_numbers());
   tau_N.assign(num_numbers(), 0.0);
-  forms.friction_forces(tau.data());
+  forms.main->friction_forces(tau.data());
   return forms.normal != nullptr ? split_by_constraints(w_N, f_N) : split_by_coordinates(w_N, f_N);
 }
 
 Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N) {
-  NormalForm& normal = *forms.normal;
+  MultiplierForm& normal = *forms.normal;
   // The factor of S knows what sticks, the split does not.
   const bool one_mass_serves = has_one_mass(model) && normal.events() == nullptr;
-  if (!normal_space) normal_space = std::make_unique<NormalSpace>(model, one_mass_serves ? &normal : nullptr);
-  if (normal.events() != nullptr) split_blocks = model.without_contacts(normal.blocks());
-  const std::vector<double>& blocks = normal.events() != nullptr ? split_blocks : normal.blocks();
+  if (!normal_space)
+    normal_space = std::make_unique<NormalSpace>(model, one_mass_serves ? &normal.linearization() : nullptr);
+  if (normal.events() != nullptr) split_blocks = model.without_contacts(normal.linearization().blocks());
+  const std::vector<double>& blocks = normal.events() != nullptr ? split_blocks : normal.linearization().blocks();
   if (Outcome outcome = normal_space->factorize(t, r.data(), blocks.data()); !outcome.ok()) return outcome;
   std::vector<double> c(model.num_rows()), mu(model.num_rows()), given(num_numbers(), 0.0);
   std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
@@ -156,7 +157,7 @@ Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N)
   model.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), given.data(), c.data(), nullptr);
   for (double& each : c) each = -each;
   for (std::size_t a = 0; a < c.size(); ++a) {
-    if (static_cast<std::size_t>(numbering().user_row[a]) >= numbering().num_user_rows) c[a] = 0.0;
+    if (numbering().is_contact_row(a)) c[a] = 0.0;
   }
   normal_space->find_least(c.data(), w_N, mu.data());
   normal_space->project(model.f.data(), f_N, mu.data());
@@ -173,22 +174,22 @@ Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N)
 }
 
 Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N) {
-  const TangentForm& tangent = *forms.tangent;
+  TangentForm& tangent = *forms.tangent;
   if (!tangent_space) tangent_space = std::make_unique<TangentSpace>(model);
-  if (Outcome outcome = tangent_space->factorize(t, tangent.blocks().data()); !outcome.ok()) return outcome;
+  if (Outcome outcome = tangent_space->factorize(t, tangent.dynamics().blocks().data()); !outcome.ok()) return outcome;
   // u_N = (I - A G^-1 A') u (22)
   const auto normal_part = [&](const std::vector<double>& u, double* u_N) {
     tangent_space->project(u.data(), u_N);
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) u_N[i] = u[i] - u_N[i];
   };
-  normal_part(tangent.psi(), w_N);
+  normal_part(tangent.dynamics().psi(), w_N);
   normal_part(model.f, f_N);
   std::fill(tau_N.begin(), tau_N.end(), 0.0);  // coordinates alone name no guides
 
   // (44): M A x stays in T?
   std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers(), 0.0);
   const std::vector<double> any = random_numbers(tangent.size());
-  model.coordinates.apply(model.parallel, tangent.blocks().data(), any.data(), u.data());
+  model.coordinates.apply(model.parallel, tangent.dynamics().blocks().data(), any.data(), u.data());
   for (std::size_t i = 0; i < u.size(); ++i) u[i] *= model.mass[i / 3];
   normal_part(u, u_N.data());
   mass_coupling = model.largest_norm(u_N.data()) / std::max(model.largest_norm(u.data()), smallest_number);
@@ -362,7 +363,7 @@ Certificate Dynamics::certify(const StateView& at) {
   if (const Outcome& outcome = self.solve(at); !outcome.ok()) return make_failed_certificate(outcome);
   self.stands_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
-  self.forms.friction_forces(tau.data());
+  self.forms.main->friction_forces(tau.data());
   return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau});
 }
 
@@ -371,7 +372,7 @@ ProjectionReport Dynamics::project_positions(const MutableState& state) {
   Implementation& self = live(implementation_, "Dynamics");
   self.leave_for({.time = state.time, .positions = state.positions});
   self.before = self.y;
-  ProjectionReport report = self.form.put_positions(state.time, self.y.data());
+  ProjectionReport report = self.form.project_point_positions(state.time, self.y.data());
   if (report.outcome.ok()) self.numbering().scatter_points(self.y, state.positions);
   report.correction = self.model.largest_move(self.y.data(), self.before.data());
   return report;
@@ -383,7 +384,7 @@ ProjectionReport Dynamics::project_velocities(const MutableVelocities& state) {
   check_size(state.velocities, self.num_numbers(), "velocities");
   self.leave_for({.time = state.time, .positions = state.positions, .velocities = state.velocities});
   self.before = self.z;
-  ProjectionReport report = self.form.put_velocities(state.time, self.y.data(), self.z.data());
+  ProjectionReport report = self.form.project_point_velocities(state.time, self.y.data(), self.z.data());
   if (report.outcome.ok()) self.numbering().scatter_points(self.z, state.velocities);
   report.correction = self.model.largest_move(self.z.data(), self.before.data());
   return report;

@@ -134,7 +134,7 @@ struct Simulation::Implementation {
   /// The state at t from its points, with all that belongs to it: a motion begins, or goes on from a snapshot.
   Outcome complete_state(const Snapshot* snapshot) {
     const bool begins = snapshot == nullptr;
-    Outcome found = form.adopt(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
+    Outcome found = form.set_state(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
     if (!begins) integration.restore_memory(*snapshot);
     if (found.ok() && begins && model.has_friction()) {
       Request at_start = integration.request(Gradients::Keep);
@@ -230,7 +230,7 @@ struct Simulation::Implementation {
     std::vector<double> at_eta(points.r.size()), at_tau(points.r.size());
     found = forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
-    forms.friction_forces(at_tau.data());
+    forms.main->friction_forces(at_tau.data());
     return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau});
   }
 

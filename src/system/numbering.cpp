@@ -289,7 +289,7 @@ void Numbering::scatter_points(std::span<const double> inner, std::span<double> 
 
 void Numbering::scatter_rows(std::span<const double> inner, std::span<double> user) const {
   for (std::size_t a = 0; a < user_row.size(); ++a) {
-    if (static_cast<std::size_t>(user_row[a]) < num_user_rows) user[user_row[a]] = inner[a];
+    if (!is_contact_row(a)) user[user_row[a]] = inner[a];
   }
 }
 

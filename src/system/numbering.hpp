@@ -28,6 +28,10 @@ struct Numbering {
   std::size_t num_rows() const { return user_row.size(); }
   std::size_t first_idle_row() const { return static_cast<std::size_t>(island_start.back()); }
   std::size_t num_islands() const { return island_start.size() - 1; }
+  bool is_contact_row(std::size_t inner_row) const {
+    return static_cast<std::size_t>(user_row[inner_row]) >= num_user_rows;
+  }
+  bool has_contact_rows() const { return num_rows() > num_user_rows; }
 
   /// From the user's order to the inner one and back: `width` numbers a point.
   void gather_points(std::span<const double> user, std::span<double> inner, std::size_t width = 3) const;

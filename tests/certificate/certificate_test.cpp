@@ -30,29 +30,36 @@ struct Tampering {
     }
     (void)solver.factorize(Parallel(1));
   }
-  static GramSolver& S(const Forms& forms) { return *forms.normal->solver_; }  // of the general way
-  static GramSolver& H(const Forms& forms) { return forms.tangent->solver_; }
-  static std::vector<double>& K(const Forms& forms) { return forms.normal->blocks_; }
-  /// Eliminates once more, with one number of K another one; K itself stays. False: no sweep serves the system.
+  static GramSolver& S(const Forms& forms) {
+    return forms.normal->linearization_.factor_.gram();
+  }  // of the general way
+  static GramSolver& H(const Forms& forms) { return forms.tangent->linearization_.solver_; }
+  static std::vector<double>& K(const Forms& forms) { return forms.normal->linearization_.blocks_; }
+  /// Eliminates once more, with one number of K another one; K itself stays. False: no composite of solvers serves the
+  /// system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
-    if (!forms.normal->is_of_schur_) return false;
+    Linearization& linearization = forms.normal->linearization_;
+    if (linearization.state_ != FactorState::Composite) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
-    (void)forms.normal->schur_->factorize(Parallel(1), blocks.data());
+    (void)linearization.composite_->factorize(Parallel(1), blocks.data());
     return true;
   }
   /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.
   static Outcome check_rest(Case& solved, const std::vector<double>& w, double factor) {
-    NormalForm& normal = *solved.forms.normal;
+    MultiplierForm& normal = *solved.forms.normal;
     const Tangents& tangents = solved.forms.model.constraints.tangents();
-    const std::vector<double> lambda = normal.lambda_;
+    std::vector<double>& lambda = normal.dynamics_.multipliers();
+    const std::vector<double> found = lambda;
     for (std::size_t c = 0; c < tangents.size(); ++c) {
       for (int g = 0; g < tangents[c].num_guides; ++g)
-        normal.lambda_[static_cast<std::size_t>(tangents[c].guide_row[static_cast<std::size_t>(g)])] *= factor;
+        lambda[static_cast<std::size_t>(tangents[c].guide_row[static_cast<std::size_t>(g)])] *= factor;
     }
-    const std::vector<char> at_rest(tangents.size(), 1);
-    Outcome outcome = normal.check_rest(0.0, solved.r.data(), solved.v.data(), w.data(), at_rest);
-    normal.lambda_ = lambda;
+    std::vector<double> accelerations = w;
+    ModeSwitch at{0.0, solved.r.data(), solved.v.data(), accelerations.data(), {}};
+    at.at_rest.assign(tangents.size(), 1);
+    Outcome outcome = normal.contacts_->check_rest(at);
+    lambda = found;
     return outcome;
   }
   static void refactorize(Forms& forms) {
@@ -229,7 +236,7 @@ TEST(Certificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
     Model& model = solved.forms.model;
     std::vector<double> rows(model.num_rows(), 0.0), change(solved.w.size(), 0.0);
     rows[a] = 1e-6;
-    solved.forms.normal->solve_negative(rows.data());
+    solved.forms.normal->linearization().solve_negative(rows.data());
     model.gather.add_scaled(model.parallel, Tampering::K(solved.forms).data(), rows.data(), model.inverse_mass.data(),
                             model.num_moving(), change.data());
     for (std::size_t i = 0; i < change.size(); ++i) {
@@ -254,9 +261,9 @@ TEST(Certificate, FindsACorruptedPsi) {
     std::vector<double> force(wrong.w.size(), 0.0), x(model.coordinates.num_coordinates()), change(wrong.w.size(), 0.0);
     // dw = (I - A H^-1 A'M) dpsi
     force[i] = model.mass[i / 3] * 1e-3;
-    const std::vector<double>& A = wrong.forms.tangent->blocks();
+    const std::vector<double>& A = wrong.forms.tangent->dynamics().blocks();
     model.coordinates.apply_transposed(model.parallel, A.data(), force.data(), x.data());
-    wrong.forms.tangent->solve_negative(x.data());
+    wrong.forms.tangent->dynamics().completed().solve_negative(x.data());
     model.coordinates.apply(model.parallel, A.data(), x.data(), change.data());
     change[i] += 1e-3;
     for (std::size_t k = 0; k < 9; ++k) wrong.w[k] += change[k];

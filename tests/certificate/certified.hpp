@@ -42,14 +42,14 @@ struct Case {
   void solve() {
     const std::size_t size = forms.main->size();
     std::vector<double> x(size), x_dot(size), x_ddot(size);
-    ASSERT_TRUE(forms.main->adopt(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
+    ASSERT_TRUE(forms.main->set_state(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
     const Request to_rounding{.exact = true, .refuses_several = true};
     const Outcome begun =
         forms.main->begin(t, x.data(), x_dot.data(), forms.is_tangent() ? Request{} : to_rounding, x_ddot.data());
     ASSERT_TRUE(begun.ok()) << begun.what;
     forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
     ASSERT_TRUE(forms.reactions({t, r.data(), v.data()}, to_rounding, lambda.data(), eta.data()).ok());
-    forms.friction_forces(tau.data());
+    forms.main->friction_forces(tau.data());
   }
   Certificate certify(SecondWay way = SecondWay::Auto) {
     return tanor::certify(forms, {t, r, v, w, eta, lambda, tau}, way);

@@ -8,7 +8,7 @@
 #include <rapidcheck/gtest.h>
 #include <tanor/user_kernel.hpp>
 
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 #include "random_systems.hpp"
 
 namespace tanor {
@@ -17,7 +17,7 @@ namespace {
 /// A system in normal form at one instant, and its series.
 struct Expanded {
   Model model;
-  NormalForm form;
+  MultiplierForm form;
   double t;
   std::vector<std::vector<double>> coefficients;
   Outcome outcome;

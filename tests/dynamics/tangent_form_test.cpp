@@ -118,7 +118,7 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   };
   gather(0, &r);
   gather(1, &v);
-  RC_ASSERT(forms.tangent->adopt(t, r.data(), v.data(), q.data(), q_dot.data()).ok());
+  RC_ASSERT(forms.tangent->set_state(t, r.data(), v.data(), q.data(), q_dot.data()).ok());
   RC_ASSERT(forms.tangent->accelerations({t, q.data(), q_dot.data()}, {.exact = true}, q_ddot.data()).ok());
   forms.tangent->write_points(t, q.data(), q_dot.data(), q_ddot.data(), r.data(), v.data(), w.data());
   forms.tangent->reactions(eta.data());
@@ -126,10 +126,10 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   MatrixXd A = MatrixXd::Zero(size, s);
   for (Eigen::Index j = 0; j < s; ++j) {
     const VectorXd e = VectorXd::Unit(s, j);
-    model.coordinates.apply(model.parallel, forms.tangent->blocks().data(), e.data(), A.col(j).data());
+    model.coordinates.apply(model.parallel, forms.tangent->dynamics().blocks().data(), e.data(), A.col(j).data());
   }
   A = A.topRows(moving).eval();
-  const VectorXd psi = vector(forms.tangent->psi()).head(moving), f = vector(model.f).head(moving);
+  const VectorXd psi = vector(forms.tangent->dynamics().psi()).head(moving), f = vector(model.f).head(moving);
   VectorXd M(moving);
   for (Eigen::Index c = 0; c < moving; ++c) M[c] = model.mass[static_cast<std::size_t>(c / 3)];
   const auto H = MatrixXd(A.transpose() * M.asDiagonal() * A).ldlt();

@@ -72,7 +72,7 @@ struct Solved {
     forms.model.numbering.gather_points(system.positions, r);
     forms.model.numbering.gather_points(system.velocities, v);
     (void)form.start(t, r.data(), v.data(), StartMode::Project);
-    outcome = form.adopt(t, r.data(), v.data(), q.data(), q_dot.data());
+    outcome = form.set_state(t, r.data(), v.data(), q.data(), q_dot.data());
     if (outcome.ok()) outcome = form.accelerations({t, q.data(), q_dot.data()}, {.exact = exactly}, q_ddot.data());
     eta.resize(r.size());
   }
@@ -96,13 +96,13 @@ RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
     RC_ASSERT(quick.outcome.ok() && thorough.outcome.ok());
 
     expect_near(quick.q_ddot, thorough.q_ddot, 1e-11);
-    expect_near(quick.forms.tangent->w(), thorough.forms.tangent->w(), 1e-12);
+    expect_near(quick.forms.tangent->dynamics().w(), thorough.forms.tangent->dynamics().w(), 1e-12);
     // What was left out is there when it is asked for.
     quick.forms.tangent->reactions(quick.eta.data());
     thorough.forms.tangent->reactions(thorough.eta.data());
     expect_near(quick.eta, thorough.eta, 1e-11);
-    expect_near(quick.forms.tangent->blocks(), thorough.forms.tangent->blocks(), 1e-13);
-    expect_near(quick.forms.tangent->psi(), thorough.forms.tangent->psi(), 1e-12);
+    expect_near(quick.forms.tangent->dynamics().blocks(), thorough.forms.tangent->dynamics().blocks(), 1e-13);
+    expect_near(quick.forms.tangent->dynamics().psi(), thorough.forms.tangent->dynamics().psi(), 1e-12);
     const Power power = quick.forms.tangent->power(quick.q.data(), quick.q_dot.data()),
                 wanted = thorough.forms.tangent->power(thorough.q.data(), thorough.q_dot.data());
     RC_ASSERT(std::abs(power.supports - wanted.supports) <= 1e-10 * (1.0 + std::abs(wanted.supports)));
@@ -144,7 +144,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
 
       Solved exactly(system, true, 0.0);
       TangentForm& form = *exactly.forms.tangent;
-      ASSERT_TRUE(form.adopt(t, r.data(), v.data(), exactly.q.data(), exactly.q_dot.data()).ok());
+      ASSERT_TRUE(form.set_state(t, r.data(), v.data(), exactly.q.data(), exactly.q_dot.data()).ok());
       ASSERT_TRUE(
           form.accelerations({t, exactly.q.data(), exactly.q_dot.data()}, {.exact = true}, exactly.q_ddot.data()).ok());
       form.reactions(exactly.eta.data());
@@ -165,7 +165,7 @@ TEST(TangentPoints, AngleFarBeyondAnyTurnIsAPendulumToo) {
   Forms forms(system, {.form = Form::Tangent});
   std::vector<double> r = system.positions, v(3, 0.0);
   double lowest = 0.0, rest = 0.0;
-  ASSERT_TRUE(forms.tangent->adopt(0.0, r.data(), v.data(), &lowest, &rest).ok());
+  ASSERT_TRUE(forms.tangent->set_state(0.0, r.data(), v.data(), &lowest, &rest).ok());
   for (const double turns : {0.0, 1.0, 1e3, 3e5}) {
     for (double angle = 0.1; angle < 6.0; angle += 0.7) {
       const double q = lowest + angle + turns * 2.0 * std::numbers::pi, q_dot = 1.5;

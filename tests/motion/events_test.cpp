@@ -46,7 +46,7 @@ class Free final : public SwitchingToy {
   }
 
   bool has_work() const override { return true; }
-  Power power(const double*, const double* v) const override { return {.forces = acceleration_ * v[0]}; }
+  Power power(const double*, const double* v) override { return {.forces = acceleration_ * v[0]}; }
 
   void forget_events() { functions_.clear(); }
   void push_with(double acceleration) { acceleration_ = acceleration; }

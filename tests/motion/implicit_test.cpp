@@ -23,7 +23,7 @@ class Walk {
     model.numbering.gather_points(model.system.velocities, v);
     EXPECT_TRUE(forms_.start(0.0, r.data(), v.data(), StartMode::Check).outcome.ok());
     for (std::vector<double>* array : {&now_.x, &now_.v, &now_.a}) array->resize(form.size());
-    EXPECT_TRUE(form.adopt(0.0, r.data(), v.data(), now_.x.data(), now_.v.data()).ok());
+    EXPECT_TRUE(form.set_state(0.0, r.data(), v.data(), now_.x.data(), now_.v.data()).ok());
     EXPECT_TRUE(form.linearise(0.0, now_.x.data()).ok());
     EXPECT_TRUE(form.accelerations(now_.at(), {Gradients::Keep}, now_.a.data()).ok());
     if (form.has_work()) now_.power = form.power(now_.x.data(), now_.v.data());

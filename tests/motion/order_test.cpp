@@ -111,7 +111,7 @@ double run(const KnownMotion& motion, Method method, double t_end, int steps) {
   std::vector<double> inner_r(r.size()), inner_v(v.size()), outer(r.size());
   forms.model.numbering.gather_points(r, inner_r);
   forms.model.numbering.gather_points(v, inner_v);
-  Outcome found = form.adopt(0.0, inner_r.data(), inner_v.data(), state.x.data(), state.v.data());
+  Outcome found = form.set_state(0.0, inner_r.data(), inner_v.data(), state.x.data(), state.v.data());
   if (found.ok()) found = form.linearise(0.0, state.x.data());
   if (found.ok()) found = form.accelerations(state.at(), {Gradients::Keep}, state.a.data());
   if (form.has_work()) state.power = form.power(state.x.data(), state.v.data());

@@ -71,7 +71,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
     }
     return result;
   }
-  Power power(const double*, const double*) const override { return {}; }
+  Power power(const double*, const double*) override { return {}; }
   void exchange_memory(Memory&) override {}
   const SolveReport& last_solve() const override { return solve_; }
   const Parallel& parallel() const override { return parallel_; }

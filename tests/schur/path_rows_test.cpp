@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 #include "schur/answers.hpp"
 #include "schur/schur_solver.hpp"
 

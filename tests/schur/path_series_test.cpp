@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "dynamics/normal_form.hpp"
+#include "dynamics/multiplier_form.hpp"
 
 namespace tanor {
 namespace {
@@ -68,7 +68,7 @@ struct RandomPaths {
 
 struct Expanded {
   Model model;
-  NormalForm form;
+  MultiplierForm form;
   std::vector<std::vector<double>> coefficients;
   Outcome outcome;
 
@@ -113,7 +113,7 @@ double compare(const System& system) {
     for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= other.coefficients[k][i];
     worst = larger(worst, largest(difference) * std::pow(h, static_cast<double>(k - 1)) / first);
   }
-  return worst * other.form.estimate_reciprocal_condition() / std::numeric_limits<double>::epsilon();
+  return worst * other.form.linearization().estimate_reciprocal_condition() / std::numeric_limits<double>::epsilon();
 }
 
 constexpr double agreement = 100.0;  // an order rests on those before it

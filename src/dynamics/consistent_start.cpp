@@ -1,0 +1,67 @@
+#include "dynamics/consistent_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+#include "dynamics/nearest_point.hpp"
+
+namespace tanor {
+
+/// Throws InputError that names the constraint which (r, v) violates most, where that is more than is corrected.
+void ConsistentStart::check(const double* r, const double* v) const {
+  constexpr double allowed = 1e-3;
+  std::vector<double> position(model_.num_rows()), velocity(model_.num_rows());
+  model_.constraints.measure(r, v, position.data(), velocity.data());
+  const auto worst_position = std::max_element(position.begin(), position.end());
+  if (!(*worst_position <= allowed)) {
+    throw InputError(
+        "/motion/start",
+        "the initial positions violate " +
+            model_.name_row(static_cast<std::size_t>(worst_position - position.begin())) + " by " +
+            text(*worst_position) +
+            " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
+  }
+  const Scales& scales = model_.scales;
+  std::vector<double> relative = velocity;
+  for (std::size_t a = 0; a < relative.size(); ++a) relative[a] /= scales.speed(scales.of_row(a));
+  const auto worst = static_cast<std::size_t>(std::max_element(relative.begin(), relative.end()) - relative.begin());
+  if (!(relative[worst] <= allowed)) {
+    throw InputError(
+        "/motion/start",
+        "the initial velocities violate " + model_.name_row(worst) + " by " + text(velocity[worst]) +
+            ", the velocity scale is " + text(scales.speed(scales.of_row(worst))) +
+            "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
+  }
+}
+
+StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode) {
+  model_.set_time(t);
+  model_.prescribe_all(t, r, v);
+  StartReport report;
+
+  model_.measure_velocity_scale(t, r, v);
+  if (model_.num_rows() == 0) return report;
+
+  if (mode == StartMode::Check) check(r, v);
+  const std::vector<double> r_given(r, r + 3 * model_.num_points());
+  ProjectionReport positions;
+  if (mode == StartMode::Project) {
+    positions = NearestPoint(model_, linearization_, projector_).find(t, r);
+  } else {
+    positions.outcome = linearization_.update(t, r);
+    if (positions.outcome.ok()) positions = projector_.project_positions(t, r);
+  }
+  report.outcome = positions.outcome;
+  if (!report.outcome.ok()) return report;
+  report.position_correction = model_.largest_move(r, r_given.data());
+  if (report.outcome = linearization_.update(t, r); !report.outcome.ok()) return report;
+  const std::vector<double> v_given(v, v + 3 * model_.num_points());
+  report.outcome = projector_.project_velocities(t, r, v).outcome;
+  report.velocity_correction = model_.largest_move(v, v_given.data());
+  report.relative = std::max(model_.largest_move(r, r_given.data(), model_.scales.lengths()),
+                             model_.largest_move(v, v_given.data(), model_.scales.speeds()));
+  return report;
+}
+
+}  // namespace tanor

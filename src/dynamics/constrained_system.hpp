@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dynamics/contact_response.hpp"
+#include "dynamics/instant.hpp"
+#include "dynamics/mechanics.hpp"
+#include "schur/redundancy.hpp"
+
+namespace tanor {
+
+/// What contacts ask of the constrained system around them while they choose their modes: to linearize, to project, to
+/// solve, always with the contacts that stick now.
+class ConstrainedSystem : public ContactResponse {
+ public:
+  /// K at (t, r), and S with its factor.
+  virtual Outcome linearise(double t, const double* r) = 0;
+  /// v onto K'v + xi_t = 0 in the M-norm, with the linearization at (t, r); `impulses` [rows] += the multipliers, N s.
+  virtual ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) = 0;
+  /// w [3n] by (31) and (25), with friction by (43). `are_counted` [island]: its motions are known, see
+  /// UniquenessCheck.
+  virtual Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                                double* w) = 0;
+
+  /// lambda [rows]: the guess of the next `accelerations`, the answer of the last ones.
+  virtual std::vector<double>& lambda() = 0;
+  /// The accelerations around each neighbourhood [neighbourhood], m/s^2: what cancels in the last `accelerations`.
+  virtual const std::vector<double>& acceleration_scales() const = 0;
+  /// The same for w0 [3n] and b = phi + K'w0 [rows], whose largest number is `scale`.
+  virtual const std::vector<double>& measure_accelerations(const double* w0, const double* b, double scale) = 0;
+  /// The report of the last `accelerations`.
+  virtual SolveReport& report() = 0;
+
+  /// K at the last linearization, and which of its rows depend on others.
+  virtual const std::vector<double>& blocks() const = 0;
+  virtual const Redundancy& redundancy() const = 0;
+  /// A compliance of rows of contacts, over the diagonal of S, with `weights` [rows of contacts], makes S regular where
+  /// contacts hold more than can move; 0: none.
+  virtual void set_compliance(double size, std::vector<double> weights) = 0;
+};
+
+}  // namespace tanor

@@ -1,0 +1,323 @@
+#include "dynamics/contact_choices.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "base/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// All digits but those of rounding; `scale`: the size of what cancels in it.
+std::string text(const Vec3& a, double scale) {
+  const auto digits = [scale](double x) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.13g", std::abs(x) > 1e-13 * scale ? x : 0.0);
+    return std::string(buffer);
+  };
+  return "(" + digits(a.x) + ", " + digits(a.y) + ", " + digits(a.z) + ")";
+}
+
+const char* const too_many = "modes of more than ten contacts are too many to try";
+
+}  // namespace
+
+ContactChoices::ContactChoices(ContactState& state, FrictionSolver& friction, ConstrainedSystem& system,
+                               LoadSharing& sharing)
+    : state_(state), friction_(friction), system_(system), sharing_(sharing), reduction_(state, friction, system) {}
+
+// ---- one island ----
+
+/// Static friction until a contact gives way, then that of sliding, until no other one gives way: `released` [contact]
+/// have done so before. Of several motions the one whose friction is nearest to the one before.
+void ContactChoices::solve(std::vector<char> released, std::size_t most_modes, ContactChoice* choice) const {
+  const FrictionLaws& laws = state_.laws;
+  ContactProblem& problem = choice->problem;
+  ContactVerdict verdict;
+  for (std::size_t pass = 0; pass <= choice->size(); ++pass) {
+    for (std::size_t c = 0; c < choice->size(); ++c) {
+      const std::size_t contact = choice->members[c];
+      if (problem.contacts[c].moves) continue;
+      problem.contacts[c].mu =
+          released[contact] != 0 ? laws.coefficient_of_sliding(contact) : laws.static_coefficient(contact);
+    }
+    ContactSolutions& solutions = choice->solutions =
+        find_all(problem, most_modes, pass == 0 ? choice->before : choice->x);
+    verdict.note(solutions.uniqueness, solutions.reason);
+    choice->x.resize(0);
+    if (solutions.found.empty()) break;
+    const auto nearer = [&](const auto& a, const auto& b) {
+      return (a - choice->before).squaredNorm() < (b - choice->before).squaredNorm();
+    };
+    choice->x = *std::min_element(solutions.found.begin(), solutions.found.end(), nearer);
+    const bool has_released = release_moving(*choice, &released);
+    if (!has_released || verdict.uniqueness == Uniqueness::Several) break;
+  }
+  choice->solutions.uniqueness = verdict.uniqueness;
+  choice->solutions.reason = verdict.reason;
+}
+
+/// What moves at x has the friction of sliding from now on. Returns whether something else does.
+bool ContactChoices::release_moving(const ContactChoice& choice, std::vector<char>* released) const {
+  const FrictionLaws& laws = state_.laws;
+  const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
+  const double least = choice.rest_threshold();
+  bool has_released = false;
+  for (std::size_t c = 0; c < choice.size(); ++c) {
+    const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
+    const std::size_t contact = choice.members[c];
+    if (moves || (*released)[contact] != 0 || a.segment(first, dimension).norm() <= least) continue;
+    if (laws.static_coefficient(contact) <= laws.coefficient_of_sliding(contact)) continue;
+    (*released)[contact] = 1;
+    has_released = true;
+  }
+  return has_released;
+}
+
+/// One of several that share a load gives way only where no share bears it: until then nobody has.
+void ContactChoices::choose(bool is_start, const std::vector<char>& released, ContactChoice* choice) const {
+  // Work of the search: seconds at a start, some hundredths on the way.
+  const std::size_t most_modes = is_start ? 1000000 : 20000;
+  const FrictionLaws& laws = state_.laws;
+  const auto gets_weaker = [&](std::size_t c) {
+    return released[c] != 0 && laws.static_coefficient(c) > laws.coefficient_of_sliding(c);
+  };
+  if (std::any_of(choice->members.begin(), choice->members.end(), gets_weaker)) {
+    solve(std::vector<char>(released.size(), 0), most_modes, choice);
+    find_share(is_start, choice);
+    if (choice->load < 1.0 - ContactState::to_spare) return;
+  }
+  solve(released, most_modes, choice);
+  find_share(is_start, choice);
+}
+
+/// What sticks by x, and how it shares its load.
+void ContactChoices::find_share(bool is_start, ContactChoice* choice) const {
+  choice->load = std::numeric_limits<double>::quiet_NaN();
+  if (!choice->has_solution()) return;
+  const ContactProblem& problem = choice->problem;
+  const Eigen::VectorXd a = problem.accelerations(choice->x);
+  const double least = choice->rest_threshold();
+  choice->sticks.assign(choice->size(), 0);
+  for (std::size_t c = 0; c < choice->size(); ++c) {
+    const auto& [first, dimension, moves, mu] = problem.contacts[c];
+    const Eigen::VectorXd own_a = a.segment(first, dimension), own_x = choice->x.segment(first, dimension);
+    const double limit = choice->limit(c, choice->x), size = own_x.norm();
+    // Small accelerations count where friction is at its limit, and against them.
+    const bool begins = own_a.norm() > 1e-3 * least && size > (1.0 - 1e-9) * limit &&
+                        -own_x.dot(own_a) > (1.0 - 1e-6) * size * own_a.norm();
+    choice->sticks[c] = !moves && own_a.norm() <= least && !begins;
+  }
+  choice->share = choice->x;
+  // At a start the least friction of few contacts will do, where it obeys the law.
+  const bool prefers_least = is_start && choice->size() <= most_contacts_counted;
+  choice->load = share_load(problem, choice->sticks, prefers_least, &choice->share, &choice->weights);
+}
+
+/// Why an island has no motion, or which ones it has.
+Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
+  const auto& found = choice.solutions.found;
+  const auto name = [&](std::size_t member) { return state_.model.name_contact(choice.members[member]); };
+  if (found.size() < 2) {
+    return fail_friction(Status::NoSolution, t,
+                         name(0) + (choice.size() > 1 ? " and others of its island" : "") +
+                             ": no accelerations obey the law (all modes of stick and slip were tried); the "
+                             "velocity would have to jump");
+  }
+  // The contact whose accelerations differ most.
+  std::size_t worst = 0;
+  double most = -1.0;
+  for (std::size_t c = 0; c < choice.size(); ++c) {
+    const double apart = norm(choice.acceleration(c, found[0]) - choice.acceleration(c, found[1]));
+    if (apart <= most) continue;
+    most = apart;
+    worst = c;
+  }
+  std::string what = name(worst) + ": " + std::to_string(found.size()) + " accelerations obey the law: ";
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    what += (k == 0                  ? ""
+             : k + 1 == found.size() ? " and "
+                                     : ", ") +
+            text(choice.acceleration(worst, found[k]), choice.acceleration_scale);
+  }
+  return fail_friction(Status::NotUnique, t, what + " m/s^2; at a start nothing says which");
+}
+
+// ---- all islands ----
+
+Outcome ContactChoices::count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
+                              ContactVerdict* verdict, std::vector<ContactChoice>* choices) {
+  friction_.set_place(place(at));
+  *choices = reduction_.list(at, wanted, most_contacts);
+  if (choices->empty()) return {};
+  const std::vector<std::size_t> stuck = free_members(*choices);
+  Outcome outcome = solve_without_members(at, verdict, choices);
+  hold_again(stuck);
+  if (!outcome.ok()) return outcome;
+  for (const ContactChoice& choice : *choices) {
+    if (choice.has_solution()) set_modes(at, choice);
+  }
+  return {};
+}
+
+/// Members slide while they are reduced; other contacts are left as they are. Returns those that stuck.
+std::vector<std::size_t> ContactChoices::free_members(const std::vector<ContactChoice>& choices) {
+  std::vector<std::size_t> stuck;
+  for (const ContactChoice& choice : choices) {
+    for (const std::size_t c : choice.members) {
+      if (!state_.tangents.sticks(c)) continue;
+      stuck.push_back(c);
+      state_.tangents.set_stick(c, false);
+    }
+  }
+  sharing_.forget();
+  return stuck;
+}
+
+void ContactChoices::hold_again(const std::vector<std::size_t>& contacts) {
+  for (const std::size_t c : contacts) state_.tangents.set_stick(c, true);
+  sharing_.forget();
+}
+
+/// Where no member sticks: reduces the islands, and chooses the motion of each.
+Outcome ContactChoices::solve_without_members(const ModeSwitch& at, ContactVerdict* verdict,
+                                              std::vector<ContactChoice>* choices) {
+  if (Outcome outcome = system_.linearise(at.t, at.r); !outcome.ok()) return outcome;
+  reduction_.reduce(at, choices);
+  std::vector<char> released(state_.size(), 0);
+  for (const std::size_t c : at.releases) released[c] = 1;
+  Outcome failed;
+  for (ContactChoice& choice : *choices) {
+    choose(at.is_start(), released, &choice);
+    const Uniqueness uniqueness = choice.solutions.uniqueness;
+    verdict->note(uniqueness, choice.solutions.reason);
+    const bool is_refused = uniqueness == Uniqueness::None || (uniqueness == Uniqueness::Several && at.is_start());
+    if (is_refused && failed.ok()) failed = explain(at.t, choice);
+  }
+  reduction_.guess_multipliers(at, *choices);
+  if (!failed.ok()) {
+    FrictionReport& report = system_.report().friction;
+    report = {.contacts = state_.size()};
+    report.uniqueness = verdict->uniqueness;
+  }
+  return failed;
+}
+
+/// Those that move at x slide to there, those that were released and are at their limit against their friction; all
+/// others stick.
+void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice) {
+  FrictionLaws& laws = state_.laws;
+  const Eigen::VectorXd a = choice.problem.accelerations(choice.x);
+  const double least = choice.rest_threshold();
+  for (std::size_t c = 0; c < choice.size(); ++c) {
+    const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
+    if (moves) continue;
+    const std::size_t contact = choice.members[c];
+    const Vec3 towards = choice.combine(c, a), against = -choice.combine(c, choice.x);
+    const bool slides = norm(towards) > least;
+    // One that stands below its limit shares its load with others.
+    const double limit = choice.limit(c, choice.x);
+    const bool gives_way = at.is_released(contact) && choice.x.segment(first, dimension).norm() >= (1.0 - 1e-9) * limit;
+    state_.tangents.set_stick(contact, !slides && !gives_way);
+    laws.set_at_limit(contact, false);
+    if (slides)
+      laws.set_sense(contact, (1.0 / norm(towards)) * towards);
+    else if (gives_way && norm(against) > 0.0)
+      laws.set_sense(contact, (1.0 / norm(against)) * against);
+  }
+}
+
+// ---- what is taken ----
+
+/// On curves where friction changes no reaction those that give way are found exactly by the search, on the way.
+bool ContactChoices::is_left_to_search(const ModeSwitch& at, const ContactChoice& choice) const {
+  constexpr double rounding = 1e-11;
+  const bool shares = !std::isnan(choice.load);
+  const bool is_overloaded = std::any_of(choice.members.begin(), choice.members.end(),
+                                         [&](std::size_t contact) { return state_.overloads[contact] != 0; });
+  if (!shares && !is_overloaded) return true;
+  const bool on_curves = std::all_of(choice.problem.contacts.begin(), choice.problem.contacts.end(),
+                                     [](const auto& each) { return each.dimension == 1; });
+  return !at.is_start() && on_curves && choice.problem.W.norm() <= rounding;
+}
+
+Outcome ContactChoices::take(const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices) {
+  state_.overloads.resize(state_.size(), 0);
+  state_.softness.resize(state_.size(), 0);
+  bool has_taken = false;
+  for (ContactChoice& choice : *choices) {
+    if (!choice.has_solution() || (!all && is_left_to_search(at, choice))) continue;
+    take_one(at, &choice);
+    has_taken = true;
+  }
+  if (!has_taken) return {};
+  sharing_.forget();
+  return system_.linearise(at.t, at.r);
+}
+
+void ContactChoices::take_one(const ModeSwitch& at, ContactChoice* choice) {
+  constexpr int steps = ContactState::softness_steps;
+  FrictionLaws& laws = state_.laws;
+  const bool shares = !std::isnan(choice->load);
+  for (std::size_t c = 0; c < choice->size(); ++c) {
+    const std::size_t contact = choice->members[c];
+    const bool moves = choice->problem.contacts[c].moves, sticks = choice->sticks[c] != 0;
+    const Vec3 given = choice->combine(c, choice->x), shared = choice->combine(c, choice->share);
+    if (!moves && !sticks && norm(given) > 0.0) laws.set_sense(contact, (-1.0 / norm(given)) * given);
+    laws.set_reference(contact, sticks ? shared : Vec3{});
+    const double bits = shares ? -steps * std::log2(choice->weights(static_cast<Eigen::Index>(c))) : 0.0;
+    state_.softness[contact] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 10.0 * steps)));
+    const double limit = choice->limit(c, choice->share);
+    state_.overloads[contact] = sticks && norm(shared) > (1.0 - ContactState::to_spare) * limit;
+    if (at.at_rest[contact] != 0) state_.tangents.set_stick(contact, sticks);
+  }
+  choice->has_shared = true;
+}
+
+Outcome ContactChoices::verify_uncounted(const ModeSwitch& at, const std::vector<char>& wanted,
+                                         ContactVerdict* verdict) {
+  constexpr std::size_t most_reduced = 256;  // one solve each
+  if (std::none_of(wanted.begin(), wanted.end(), [](char is) { return is != 0; })) return {};
+  friction_.set_place(place(at));
+  std::vector<ContactChoice> choices = reduction_.list(at, wanted, std::numeric_limits<std::size_t>::max());
+  std::erase_if(choices, [&](const ContactChoice& choice) {
+    const bool are_too_many = choice.size() > most_reduced;
+    if (are_too_many) verdict->note(Uniqueness::Unproven, too_many);
+    return are_too_many;
+  });
+  if (choices.empty()) return {};
+  const std::vector<std::size_t> stuck = free_members(choices);
+  const Outcome outcome = system_.linearise(at.t, at.r);
+  if (outcome.ok()) reduction_.reduce(at, &choices);
+  for (ContactChoice& choice : choices) {
+    for (std::size_t c = 0; c < choice.size(); ++c)
+      choice.problem.contacts[c].mu = state_.laws.static_coefficient(choice.members[c]);
+    const bool is_proven = outcome.ok() && is_monotone(choice.problem);
+    verdict->note(is_proven ? Uniqueness::Proven : Uniqueness::Unproven, is_proven ? "" : too_many);
+  }
+  hold_again(stuck);
+  return system_.linearise(at.t, at.r);
+}
+
+bool ContactChoices::set_limits(const std::vector<ContactChoice>& choices) {
+  FrictionLaws& laws = state_.laws;
+  bool has_changed = false;
+  for (const ContactChoice& choice : choices) {
+    for (std::size_t c = 0; choice.has_solution() && c < choice.size(); ++c) {
+      const auto& [first, dimension, moves, mu] = choice.problem.contacts[c];
+      const std::size_t contact = choice.members[c];
+      const double limit = choice.limit(c, choice.x), size = choice.x.segment(first, dimension).norm();
+      if (moves || !state_.tangents.sticks(contact) || size < (1.0 - 1e-9) * limit || size == 0.0) continue;
+      laws.set_sense(contact, -choice.combine(c, choice.x / size));
+      laws.set_at_limit(contact, laws.static_coefficient(contact) > laws.coefficient_of_sliding(contact));
+      state_.tangents.set_stick(contact, false);
+      has_changed = true;
+    }
+  }
+  return has_changed;
+}
+
+}  // namespace tanor

@@ -1,0 +1,27 @@
+#include "dynamics/contact_islands.hpp"
+
+#include <algorithm>
+
+#include "base/text.hpp"
+
+namespace tanor {
+
+ContactIslands::ContactIslands(const Model& model) : of_contact(model.constraints.tangents().size()) {
+  const Tangents& tangents = model.constraints.tangents();
+  const std::vector<Index>& start = model.numbering.island_start;
+  contacts.resize(model.numbering.num_islands());
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const auto after = std::upper_bound(start.begin(), start.end(), tangents[c].guide_row[0]);
+    contacts[static_cast<std::size_t>(after - start.begin() - 1)].push_back(c);
+  }
+  std::erase_if(contacts, [](const auto& island) { return island.empty(); });
+  for (std::size_t island = 0; island < contacts.size(); ++island) {
+    for (const std::size_t c : contacts[island]) of_contact[c] = island;
+  }
+}
+
+Outcome fail_friction(Status status, double t, const std::string& why) {
+  return {status, "friction at t = " + text(t) + ": " + why};
+}
+
+}  // namespace tanor

@@ -1,0 +1,419 @@
+#include "dynamics/contact_modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "base/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double limit_slack = 1e-12;  // held this much above the limit, relative, is held at it: rounding
+constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
+
+}  // namespace
+
+ContactModes::ContactModes(Model& model, FrictionSolver& friction, ConstrainedSystem& system)
+    : model_(model),
+      friction_(friction),
+      system_(system),
+      state_(model, friction.laws()),
+      sharing_(state_, system),
+      choices_(state_, friction, system, sharing_),
+      pivoting_(state_, system, sharing_, choices_) {}
+
+// ---- events ----
+
+/// Of a contact that sticks, what it has to spare over what it holds; of one that slides, its velocity forward.
+void ContactModes::evaluate_events(double, const double*, const double* v, double* values) {
+  const double* const lambda = system_.lambda().data();
+  // Sliding backwards no faster than this, over the speed around, is the rounding of a start from rest.
+  constexpr double speed_slack = 1e-13;
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (!state_.may_stick(c)) continue;
+    if (state_.tangents.sticks(c)) {
+      const double limit = state_.limit(c, lambda), held = state_.held(c, lambda);
+      *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
+    } else {
+      const double forward = dot(state_.tangents.sliding_velocity(c, v), state_.laws.sense(c));
+      *values++ = forward / model_.scales.speed(state_.neighbourhood(c)) + speed_slack;
+    }
+  }
+}
+
+/// limit^2 - held^2, with mu^2 |N|^2 and |F|^2 quadratic in the multipliers.
+void ContactModes::shape_events(const double* values, double* shapes) const {
+  const double* const lambda = system_.lambda().data();
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (!state_.may_stick(c)) continue;
+    const double value = *values++;
+    if (state_.tangents.sticks(c)) {
+      const double limit = state_.limit(c, lambda), held = state_.held(c, lambda);
+      const double slack = 2.0 * limit_slack * (limit + held);
+      *shapes++ = (limit - held + slack) * (limit + held);
+    } else {
+      *shapes++ = value;
+    }
+  }
+}
+
+// ---- the driver ----
+
+Outcome ContactModes::begin(double t, const double* r, double* v, const Request& request, double* w) {
+  Tangents& tangents = state_.tangents;
+  ModeSwitch at{t, r, v, w, request};
+  at.at_rest.assign(state_.size(), 0);
+  at.has_changed.assign(friction_.islands().size(), 1);
+  for (std::size_t c = 0; c < state_.size(); ++c) tangents.set_stick(c, false);
+  state_.places.forget();
+  if (Outcome outcome = system_.linearise(t, r); !outcome.ok()) return outcome;
+  state_.set_sliding_speeds();
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    at.at_rest[c] = state_.may_stick(c) && state_.is_at_rest(c, v);
+    tangents.set_stick(c, at.at_rest[c] != 0);
+    state_.laws.set_sense(c, {});
+  }
+  state_.laws.keep_senses(v);
+  verdict_.uniqueness = Uniqueness::NotAsked;
+  state_.softness.clear();
+  state_.overloads.clear();
+  std::fill(system_.lambda().begin(), system_.lambda().end(), 0.0);
+  return choose(std::move(at));
+}
+
+Outcome ContactModes::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
+                                       const Request& request, double* w) {
+  Tangents& tangents = state_.tangents;
+  const ContactIslands& islands = friction_.islands();
+  ModeSwitch at{t, r, v, w, request};
+  at.at_rest.assign(state_.size(), 0);
+  at.has_changed.assign(islands.size(), 0);
+  std::vector<char> is_met(num_events(), 0);
+  for (const std::size_t event : which) is_met[event] = 1;
+  std::size_t event = 0;
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (!state_.may_stick(c)) continue;
+    const bool is_now = is_met[event++] != 0;
+    if (is_now) at.has_changed[islands.of_contact[c]] = 1;
+    if (tangents.sticks(c)) {
+      at.at_rest[c] = 1;
+      if (is_now) at.releases.push_back(c);
+    } else if (is_now || state_.is_at_rest(c, v)) {
+      at.at_rest[c] = 1;
+      tangents.set_stick(c, true);
+      at.has_changed[islands.of_contact[c]] = 1;
+    }
+  }
+  return choose(std::move(at));
+}
+
+/// The modes of all contacts at rest together. Islands of few contacts are counted as a whole; what they choose, or, of
+/// more contacts, that all stick but `releases`, is where the search begins.
+Outcome ContactModes::choose(ModeSwitch at) {
+  work_of_rest_ = {};
+  const bool was_compliant = sharing_.is_compliant();
+  sharing_.forget();
+  if (at.num_at_rest() > 0) {
+    if (Outcome outcome = put_to_rest(&at); !outcome.ok()) return outcome;
+  }
+  forget_slow_senses(at);
+  state_.laws.keep_senses(at.v);
+  std::vector<char> are_counted(at.has_changed.size(), 0);
+  if (Outcome outcome = search(at, was_compliant, &are_counted); !outcome.ok()) return outcome;
+  return finish(at, are_counted);
+}
+
+// ---- to rest ----
+
+/// Multipliers nu [rows] that changed v at once do the work -nu'xi_t, J, with what guides and belts move by themselves.
+Power ContactModes::work_of_impulses(const double* r, const std::vector<double>& impulses) const {
+  const std::vector<double> nothing(3 * model_.num_points(), 0.0);
+  std::vector<double> rates(model_.num_rows());
+  model_.constraints.evaluate_rates(model_.parallel, r, nothing.data(), rates.data());
+  Power work;
+  for (std::size_t a = 0; a < rates.size(); ++a) {
+    const bool is_contact = static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows;
+    (is_contact ? work.friction : work.supports) -= impulses[a] * rates[a];
+  }
+  return work;
+}
+
+/// Contacts at rest that slide at v, `times` as fast as rest allows, take no part in the rest: they slide on, to where
+/// they move. Returns whether there were some.
+bool ContactModes::let_slide(const double* v, double times, ModeSwitch* at) {
+  bool some_slide = false;
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (at->at_rest[c] == 0 || state_.sliding_speed(c, v) <= times * state_.sliding_threshold(c)) continue;
+    at->at_rest[c] = 0;
+    state_.let_slide(c);
+    some_slide = true;
+  }
+  if (some_slide) sharing_.forget();
+  return some_slide;
+}
+
+/// No point has lost more than rounding of the speed around it (the energy loses its square), or than what is put to
+/// rest itself, `own`.
+bool ContactModes::is_little(const std::vector<double>& before, const double* v, double own) const {
+  constexpr double little = 1e-6, alike = 10.0;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    const double lost = norm(load(v, i) - load(before.data(), i));
+    if (!(lost <= std::max(little * model_.scales.speed(model_.scales.of_point(i)), alike * own))) return false;
+  }
+  return true;
+}
+
+/// All at rest are at rest exactly, whatever they do next. On a surface a contact may still move across its sense: it
+/// is put to rest, too, unless others would lose more than rounding with it, such as a bead between two contacts on
+/// nearly one line, which moves aside many times as fast as they. Then it slides on, to where it moves.
+Outcome ContactModes::put_to_rest(ModeSwitch* at) {
+  const std::vector<double> before(at->v, at->v + 3 * model_.num_points());
+  std::vector<double> impulses(model_.num_rows());
+  double own = 0.0;
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (at->at_rest[c] != 0) own = std::max(own, state_.sliding_speed(c, at->v));
+  }
+  for (const bool is_again : {false, true}) {
+    if (Outcome outcome = system_.linearise(at->t, at->r); !outcome.ok()) return outcome;
+    std::fill(impulses.begin(), impulses.end(), 0.0);
+    const ProjectionReport still = system_.project_velocities(at->t, at->r, at->v, impulses.data());
+    if (!still.outcome.ok()) return still.outcome;
+    work_of_rest_ = work_of_impulses(at->r, impulses);
+    if (is_again || is_little(before, at->v, own)) {
+      // What constraints do not let be put to rest, such as a bead that only turns others on its line, slides on, too.
+      constexpr double rounding_of_rest = 10.0;
+      (void)let_slide(at->v, rounding_of_rest, at);
+      return {};
+    }
+    if (!let_slide(before.data(), 1.0, at)) return {};
+    std::copy(before.begin(), before.end(), at->v);
+  }
+  return {};
+}
+
+/// Slow directions begin anew: others hold them now, or no longer.
+void ContactModes::forget_slow_senses(const ModeSwitch& at) {
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    const bool is_open = at.has_changed[friction_.islands().of_contact[c]] != 0;
+    const bool slides = is_open && at.at_rest[c] == 0 && !state_.tangents.sticks(c);
+    if (slides && state_.tangents[c].num_guides == 1 && !state_.is_at_rest(c, at.v)) state_.laws.set_sense(c, {});
+  }
+}
+
+// ---- the search ----
+
+/// Islands that have changed, with contacts at rest on surfaces that are too many to be counted.
+std::vector<char> ContactModes::find_many_on_surfaces(const ModeSwitch& at) const {
+  const ContactIslands& islands = friction_.islands();
+  std::vector<char> result(islands.size(), 0);
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    const std::size_t island = islands.of_contact[c];
+    const bool are_many = islands.contacts[island].size() > most_contacts_counted;
+    if (at.at_rest[c] != 0 && state_.tangents[c].num_tangents() == 2 && are_many)
+      result[island] = at.has_changed[island];
+  }
+  return result;
+}
+
+/// Adds what the islands that are `wanted` choose. `takes_all`: it stands as it is, and what has no solution is left
+/// out.
+Outcome ContactModes::count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
+                            bool takes_all, std::vector<ContactChoice>* choices) {
+  std::vector<ContactChoice> counted;
+  Outcome outcome = choices_.count(at, wanted, most_contacts, &verdict_, &counted);
+  if (outcome.ok()) outcome = choices_.take(at, takes_all, &counted);
+  if (takes_all) std::erase_if(counted, [](const auto& choice) { return !choice.has_shared; });
+  choices->insert(choices->end(), std::make_move_iterator(counted.begin()), std::make_move_iterator(counted.end()));
+  return outcome;
+}
+
+/// Many contacts on surfaces, then all others that are few enough.
+Outcome ContactModes::count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices) {
+  constexpr std::size_t most_at_start = 64;
+  const bool rest = at.num_at_rest() > 0;
+  if (rest) {
+    Outcome outcome = count(at, find_many_on_surfaces(at), unlimited, true, choices);
+    if (!outcome.ok()) return outcome;
+  }
+  if (!rest && !at.is_start()) return {};
+  std::vector<char> others = at.has_changed;
+  for (const ContactChoice& choice : *choices) others[choice.island] = 0;
+  return count(at, others, at.is_start() ? most_at_start : most_contacts_counted, false, choices);
+}
+
+/// Several sizes of friction are no several motions in islands that were counted.
+Outcome ContactModes::settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
+                             const std::vector<char>& are_counted) {
+  return pivoting_.settle(at, choices, friction_.islands(), are_counted);
+}
+
+/// Where the search leads nowhere, what was counted stands as it is; then islands of many contacts are solved as a
+/// whole, too. `are_counted` [island]: all of its motions are known.
+Outcome ContactModes::search(const ModeSwitch& at, bool was_compliant, std::vector<char>* are_counted) {
+  std::vector<ContactChoice> choices;
+  Outcome found = count_islands(at, &choices);
+  const bool are_listed = found.ok();
+  if (are_listed) {
+    for (const ContactChoice& choice : choices) (*are_counted)[choice.island] = 1;
+    for (const std::size_t c : at.releases) {
+      const bool is_counted = (*are_counted)[friction_.islands().of_contact[c]] != 0;
+      if (!is_counted && !was_compliant) state_.release(c, system_.lambda().data());
+    }
+    found = settle(at, choices, *are_counted);
+  }
+  const auto may_go_on = [&] { return !found.ok() && found.status != Status::NotUnique; };
+  const auto has_more = [](const ContactChoice& choice) { return choice.has_solution() && !choice.has_shared; };
+  if (may_go_on() && are_listed && std::any_of(choices.begin(), choices.end(), has_more)) {
+    found = choices_.take(at, true, &choices);
+    if (found.ok()) found = settle(at, choices, *are_counted);
+  }
+  if (may_go_on() && at.num_at_rest() > most_contacts_counted) {
+    for (std::size_t c = 0; c < state_.size(); ++c) state_.tangents.set_stick(c, at.at_rest[c] != 0);
+    std::vector<char> wanted = at.has_changed;
+    for (std::size_t island = 0; island < wanted.size(); ++island)
+      wanted[island] = at.has_changed[island] && !(*are_counted)[island];
+    const std::size_t before = choices.size();
+    const Outcome outcome = count(at, wanted, unlimited, true, &choices);
+    if (outcome.ok() && choices.size() > before) found = settle(at, choices, *are_counted);
+  }
+  return found;
+}
+
+bool ContactModes::rests(const ModeSwitch& at, std::size_t island) const {
+  const auto& contacts = friction_.islands().contacts[island];
+  return std::any_of(contacts.begin(), contacts.end(), [&](std::size_t c) { return at.at_rest[c] != 0; });
+}
+
+/// The accelerations of the modes that were found, verified as at a step's end. Islands in which nothing has changed
+/// keep their verdict.
+Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_counted) {
+  std::vector<char> are_open = at.has_changed;
+  for (std::size_t island = 0; island < are_open.size(); ++island) {
+    if (are_counted[island] != 0 || !rests(at, island)) are_open[island] = 0;
+  }
+  if (Outcome outcome = choices_.verify_uncounted(at, are_open, &verdict_); !outcome.ok()) return outcome;
+  state_.places.hold(at.t, at.r);
+  Request at_end = at.request;
+  at_end.gradients = Gradients::Keep;
+  Outcome found = system_.accelerations({at.t, at.r, at.v}, at_end, are_counted, at.w);
+  if (found.ok()) system_.report().outcome = found = check_rest(at);
+  if (verdict_.uniqueness == Uniqueness::Several) {
+    verdict_.uniqueness = Uniqueness::Unproven;
+    verdict_.reason = "several accelerations obeyed the law at t = " + text(at.t);
+  }
+  return found;
+}
+
+/// What is given as an answer obeys the law, whatever was searched: contacts that stick do not move, and hold what they
+/// can.
+Outcome ContactModes::check_rest(const ModeSwitch& at) const {
+  constexpr double largest_miss = 1e-6;
+  const double* const lambda = system_.lambda().data();
+  std::vector<double> rows(model_.num_rows());  // T'w + phi
+  model_.constraints.evaluate_contacts(model_.parallel, at.r, at.v, at.w, Tangents::Which::All, rows.data());
+  for (std::size_t c = 0; c < state_.size(); ++c) {
+    if (at.at_rest[c] == 0 || !state_.tangents.sticks(c)) continue;
+    double a = 0.0;
+    for (int k = 0; k < state_.tangents[c].num_tangents(); ++k)
+      a = larger(a, std::abs(rows[static_cast<std::size_t>(state_.tangents[c].first_row + k)]));
+    const double scale = system_.acceleration_scales()[state_.neighbourhood(c)];
+    const double limit = (1.0 + ContactState::overload) * static_limit(state_.laws, c, lambda);
+    const double held = state_.held(c, lambda);
+    const bool is_still = a <= largest_miss * scale;
+    if (is_still && held - limit <= largest_miss * std::max(limit, state_.mass(c) * scale)) continue;
+    return fail_friction(
+        Status::NotConverged, at.t,
+        "what was found misses the law: " + model_.name_contact(c) + " sticks, and " +
+            (is_still ? "holds " + text(held) + " N of at most " + text(limit) : "moves by " + text(a) + " m/s^2"));
+  }
+  return {};
+}
+
+// ---- from step to step ----
+
+/// What other constraints do not let be where it is held gives way: they hold it as well.
+void ContactModes::accept(double t, const double* r, const double* v) {
+  if (num_events() > 0) {
+    state_.places.accept(t);
+    if (sharing_.is_compliant() || system_.redundancy().is_found()) state_.places.give_way(r);
+  }
+  state_.set_sliding_speeds();
+  state_.laws.keep_senses(v);
+}
+
+void ContactModes::prepare(const double* r, const double* v) {
+  state_.restore_senses(r, v);
+  state_.set_sliding_speeds();
+}
+
+void ContactModes::carry_places(double t) {
+  if (num_events() > 0) state_.places.carry(t);
+}
+
+double ContactModes::held_violation(const double* rows) const {
+  return sharing_.is_compliant() ? 0.0 : state_.places.largest_violation(rows, system_.redundancy());
+}
+
+void ContactModes::exchange_memory(Memory& memory) {
+  bool is_compliant = sharing_.is_compliant();
+  memory.exchange(is_compliant, verdict_.uniqueness);
+  if (memory.reads()) {
+    sharing_.forget();
+    if (is_compliant) (void)sharing_.make_compliant();
+  }
+  state_.places.exchange_memory(memory);
+  friction_.exchange_memory(memory);
+}
+
+// ---- what is known ----
+
+void ContactModes::add_verdict(FrictionReport* report) const {
+  const auto add = [&](Uniqueness uniqueness, const std::string& reason) {
+    if (uniqueness < report->uniqueness || (uniqueness == report->uniqueness && !report->uniqueness_reason.empty()))
+      return;
+    report->uniqueness = uniqueness;
+    report->uniqueness_reason = reason;
+  };
+  if (const std::string contact = find_undetermined_reaction(); !contact.empty()) {
+    add(Uniqueness::Unproven, "constraints that depend on each other share the reaction of " + contact +
+                                  " by convention, and the motion depends on the share");
+  }
+  if (verdict_.uniqueness > Uniqueness::Proven) add(verdict_.uniqueness, verdict_.reason);
+  // What is not proven has no bound.
+  if (report->uniqueness != Uniqueness::Proven) report->error_bound = std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string ContactModes::find_undetermined_reaction() const {
+  const Redundancy& redundancy = system_.redundancy();
+  if (!redundancy.is_found()) return {};
+  const double* const blocks = system_.blocks().data();
+  std::vector<double> lengths(model_.num_rows(), 0.0);  // of gradients in the norm of M^-1
+  for (const Incidence& i : model_.incidences) {
+    const Vec3 g = load(blocks, i.block);
+    lengths[static_cast<std::size_t>(i.row)] += model_.inverse_mass[static_cast<std::size_t>(i.point)] * dot(g, g);
+  }
+  for (double& length : lengths) length = length > 0.0 ? std::sqrt(length) : 1.0;
+  std::vector<double> z(model_.num_rows(), 0.0);  // K z = 0
+  for (const Redundancy::Found& found : redundancy.list()) {
+    std::fill(z.begin(), z.end(), 0.0);
+    const auto row = static_cast<std::size_t>(found.row);
+    z[row] = 1.0 / lengths[row];
+    double largest = z[row];
+    for (const auto& [other, coefficient] : found.terms) {
+      const auto a = static_cast<std::size_t>(other);
+      z[a] = -coefficient / lengths[a];
+      largest = std::max(largest, std::abs(z[a]));
+    }
+    for (std::size_t c = 0; c < state_.size(); ++c) {
+      constexpr double rounding = 1e-8;
+      if (!state_.laws.is_coulomb(c) || state_.laws.static_coefficient(c) == 0.0) continue;
+      if (norm(state_.laws.normal_force(c, z.data())) > rounding * largest) return model_.name_contact(c);
+    }
+  }
+  return {};
+}
+
+}  // namespace tanor

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dynamics/contact_choices.hpp"
+#include "dynamics/mode_pivoting.hpp"
+#include "dynamics/roles.hpp"
+
+namespace tanor {
+
+/// Contacts that stick and slide (theory, section 7a): exact Coulomb friction as events.
+///
+/// A contact sticks as long as |lambda_t| <= mu_s |N|, and slides until its sliding velocity vanishes. At rest the law
+/// holds on the acceleration level: lambda_t in -mu_s |N| Sgn(a_t).
+class ContactModes final : public EventFunctions {
+ public:
+  /// All must outlive it.
+  ContactModes(Model& model, FrictionSolver& friction, ConstrainedSystem& system);
+
+  std::size_t num_events() const override { return state_.num_switches; }
+  const LoadSharing& sharing() const { return sharing_; }
+  LoadSharing& sharing() { return sharing_; }
+
+  // ---- the modes ----
+
+  /// The modes at a start, with the accelerations w [3n]. v changes where contacts are put to rest exactly.
+  Outcome begin(double t, const double* r, double* v, const Request& request, double* w);
+  void evaluate_events(double t, const double* r, const double* v, double* values) override;
+  void shape_events(const double* values, double* shapes) const override;
+  Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
+                           const Request& request, double* w) override;
+  Power work_of_switch() const override { return work_of_rest_; }
+  /// A step to (t, r, v) was accepted.
+  void accept(double t, const double* r, const double* v);
+  /// Before friction is solved for at (r, v).
+  void prepare(const double* r, const double* v);
+
+  // ---- where contacts that stick are held ----
+
+  /// Places at t, into the rows of the contacts.
+  void carry_places(double t);
+  /// Largest |T'(r - p)| over the length around it; `rows` [rows] = xi(r).
+  double held_violation(const double* rows) const;
+
+  // ---- what is known, and kept ----
+
+  /// What is known about all modes, and about reactions, into the report of one instant.
+  void add_verdict(FrictionReport* report) const;
+  /// Dependent constraints share their load in many ways: a contact whose reaction depends on the share has no motion
+  /// but by convention. Names it; empty: there is none.
+  std::string find_undetermined_reaction() const;
+
+  std::vector<int> discrete_state() const override { return state_.discrete_state(); }
+  void restore_discrete_state(std::span<const int> state) override { state_.restore_discrete_state(state); }
+  void exchange_memory(Memory& memory);
+
+ private:
+  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+  Outcome choose(ModeSwitch at);
+  Outcome put_to_rest(ModeSwitch* at);
+  bool let_slide(const double* v, double times, ModeSwitch* at);
+  bool is_little(const std::vector<double>& before, const double* v, double own) const;
+  Power work_of_impulses(const double* r, const std::vector<double>& impulses) const;
+  void forget_slow_senses(const ModeSwitch& at);
+  Outcome count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all,
+                std::vector<ContactChoice>* choices);
+  Outcome count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices);
+  Outcome search(const ModeSwitch& at, bool was_compliant, std::vector<char>* are_counted);
+  Outcome settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices, const std::vector<char>& are_counted);
+  Outcome finish(const ModeSwitch& at, const std::vector<char>& are_counted);
+  Outcome check_rest(const ModeSwitch& at) const;
+  std::vector<char> find_many_on_surfaces(const ModeSwitch& at) const;
+  bool rests(const ModeSwitch& at, std::size_t island) const;
+
+  Model& model_;
+  FrictionSolver& friction_;
+  ConstrainedSystem& system_;
+  ContactState state_;
+  LoadSharing sharing_;
+  ContactChoices choices_;
+  ModePivoting pivoting_;
+  ContactVerdict verdict_;
+  Power work_of_rest_;  // J, of the last switch
+};
+
+}  // namespace tanor

@@ -1,0 +1,279 @@
+#include "dynamics/forward_dynamics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/stopwatch.hpp"
+#include "base/text.hpp"
+#include "schur/refinement.hpp"
+
+namespace tanor {
+
+ForwardDynamics::ForwardDynamics(Model& model, Linearization& linearization, Residuals& residuals, SolveReport* report)
+    : model_(model),
+      linearization_(linearization),
+      residuals_(residuals),
+      report_(*report),
+      lambda_(model.num_rows(), 0.0),
+      dw_(3 * model.num_points(), 0.0),
+      b_(model.num_rows()),
+      rows_(model.num_rows()) {}
+
+Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                               double* w) {
+  Outcome& outcome = report_.outcome;
+  model_.set_time(at.t);
+  ++model_.counters.evaluations;
+  exact_ = request.exact;
+  FactorReuse* const reuse = linearization_.reuse();
+  if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
+  if (request.gradients == Gradients::Evaluate) model_.constraints.choose_frames();
+  if (auto found = solve_at_once(at, request.gradients, w)) return outcome = *std::move(found);
+
+  const bool is_new = request.gradients == Gradients::Evaluate && linearization_.needs_factor();
+  evaluate(at, is_new, w);  // w0 = M^-1 f, b = phi + K'w0, K
+  if (!std::isfinite(problem_.scale)) return outcome = model_.not_finite(at.t);
+  if (model_.num_rows() == 0) return outcome = {};
+  if (is_new && linearization_.solve_with_old_factor(at.t, b_.data(), &lambda_, dw_.data())) {
+    add_reactions(w);
+    return outcome = check_idle_rows(at.t);
+  }
+  if (is_new) {
+    outcome = linearization_.factorize(at.t, at.x);  // S = K'M^-1K
+    if (!outcome.ok()) return outcome;
+  }
+  if (outcome = check_idle_rows(at.t); !outcome.ok()) return outcome;
+  const UniquenessCheck check{request.judgement != Judgement::None, request.refuses_several, are_counted};
+  if (outcome = find_friction(at, check, w); !outcome.ok()) return outcome;  // tau, then f + tau for f (43)
+  find_multipliers();                                                        // S lambda = -b (31)
+  improve_friction(w);
+  if (outcome = verify(at, check.is_wanted); !outcome.ok()) return outcome;  // K'w + phi = 0
+  add_reactions(w);  // w = w0 + M^-1 eta, eta = K lambda (23), (25)
+  if (reuse != nullptr) reuse->note(at.t, lambda_);
+  return outcome;
+}
+
+/// All of it by the composite. None where that does not serve, where S looks singular, or where K'w = -phi does not
+/// come out: the steps one by one decide.
+std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Gradients gradients, double* w) {
+  const auto [t, r, v] = at;
+  if (!linearization_.solves_at_once(gradients)) return std::nullopt;
+  const Vec3* const uniform = model_.uniform_free();
+  double scale = 0.0;
+  {
+    const Stopwatch watch(&model_.times.evaluate);
+    scale = uniform != nullptr ? model_.write_unconstrained(w) : model_.evaluate_free(t, r, v, w);
+  }
+  const std::optional<Elimination> found =
+      linearization_.solve_at_once({r, v, w, uniform}, gradients, b_.data(), lambda_.data(), w);
+  if (!found) return std::nullopt;
+  scale = larger(scale, found->largest_right_side);
+  residuals_.begin_instant();
+  report_.residual = 0.0;
+  report_.refinements = found->refinements;
+  if (!std::isfinite(scale)) return model_.not_finite(t);
+  report_.residual = found->residual / (scale > 0.0 ? scale : 1.0);
+  // Little beside each island, or beside the slowest neighbourhood, is little beside each neighbourhood.
+  constexpr double little = 1e-12;
+  const Scales& scales = model_.scales;
+  const bool is_little =
+      scales.are_one() || found->own_residual <= little || found->residual <= little * scales.least_acceleration();
+  const bool is_fine = report_.residual <= good_enough() && is_little;
+  if (is_fine && !model_.is_rheonomic()) return Outcome{};
+
+  // Refinement wants w0 and dw apart, and so does the power of the reactions.
+  linearization_.write_reactions(lambda_.data(), dw_.data());
+  if (is_fine) return Outcome{};
+  (void)model_.evaluate_free(t, r, v, w);
+  (void)linearization_.evaluate_right_side(r, v, w, false, b_.data());
+  problem_ = {w, b_.data(), scale};
+  refine();
+  report_.refinements = std::max(report_.refinements, found->refinements);
+  if (!(report_.residual <= doubtful_above)) {
+    if (gradients == Gradients::Evaluate) linearization_.refuse();
+    return std::nullopt;
+  }
+  add_reactions(w);
+  return Outcome{};
+}
+
+/// w0 = M^-1 f into w, b = phi + K'w0, and K where it is wanted.
+void ForwardDynamics::evaluate(const Kinematics& at, bool with_gradients, double* w) {
+  double scale = 0.0;
+  {
+    const Stopwatch watch(&model_.times.evaluate);
+    scale = model_.evaluate_free(at.t, at.x, at.v, w);
+    scale = larger(scale, linearization_.evaluate_right_side(at.x, at.v, w, with_gradients, b_.data()));
+  }
+  report_.residual = 0.0;
+  report_.refinements = 0;
+  problem_ = {w, b_.data(), scale};
+  residuals_.begin_instant();
+  if (friction_ != nullptr) residuals_.measure_accelerations(problem_);
+}
+
+/// Rows that join supports alone take no part in S: what is prescribed must satisfy them by itself.
+Outcome ForwardDynamics::check_idle_rows(double t) const {
+  constexpr double allowed = 1e-8;
+  for (std::size_t a = model_.numbering.first_idle_row(); a < model_.num_rows(); ++a) {
+    // phi + K'w0 with the supports' accelerations in w0
+    if (std::abs(b_[a]) <= allowed * problem_.scale) continue;
+    return {Status::Contradictory,
+            model_.name_row(a) + " joins supports alone, and their prescribed motion breaks it at t = " + text(t) +
+                " (by " + text(b_[a]) + " on the acceleration level)"};
+  }
+  return {};
+}
+
+// ---- multipliers ----
+
+/// S lambda = -b, dw = M^-1 K lambda, refined.
+void ForwardDynamics::find_multipliers() {
+  {
+    const Stopwatch watch(&model_.times.solve);
+    ++model_.counters.solves;
+    linearization_.solve_negative(b_.data(), lambda_.data());
+    linearization_.write_reactions(lambda_.data(), dw_.data());
+  }
+  refine();
+  // Friction depends on the multipliers; if they are not unique, those of the least norm serve.
+  if (friction_ != nullptr) linearization_.minimize_multiplier_norm(lambda_.data());
+}
+
+/// Refinement in w: rho = K'dw + b = K'w + phi, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho. Reports |rho| over its
+/// scale.
+void ForwardDynamics::refine() {
+  const RankRevealingFactor& factor = linearization_.rank_factor();
+  double largest = 0.0;
+  const auto measure = [&] {
+    largest = linearization_.apply_transposed(dw_.data(), b_.data(), rows_.data());
+    report_.residual = residuals_.relative_residual(problem_, rows_, largest);
+    // What dependent rows leave over is not for the others to mend.
+    if (!factor.redundancy().is_found()) return report_.residual;
+    return factor.largest_active(rows_, residuals_.measure_accelerations(problem_));
+  };
+  // Exact beside all, good enough beside its own neighbourhood.
+  constexpr double little = 1e-12;
+  const auto is_enough = [&](double residual) {
+    const bool is_little = largest <= good_enough() * problem_.scale && residual <= little;
+    return is_little || residual <= good_enough();
+  };
+  const RefinementLimits limits = factor.is_compliant() ? RefinementLimits{50, 5} : RefinementLimits{5};
+  report_.refinements = refine_solution(limits, measure, is_enough, [&](int pass) {
+    linearization_.correct_conjugately(pass == 0, rows_.data(), dw_.data());
+    for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
+  });
+}
+
+/// w = w0 + M^-1 K lambda (25)
+void ForwardDynamics::add_reactions(double* w) const {
+  model_.parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) w[i] += dw_[i];
+  });
+}
+
+void ForwardDynamics::write_reactions(double* eta) {
+  const double* lambda = lambda_.data();
+  if (model_.numbering.has_contact_rows()) {
+    // What holds a contact that sticks is friction.
+    rows_ = lambda_;
+    for (std::size_t a = 0; a < rows_.size(); ++a) {
+      if (model_.numbering.is_contact_row(a)) rows_[a] = 0.0;
+    }
+    lambda = rows_.data();
+  }
+  model_.gather.reactions(model_.parallel, linearization_.blocks().data(), lambda, eta);
+}
+
+// ---- friction ----
+
+/// tau at lambda, from the last one on; then it is a part of w0 and b = phi + K'w0.
+Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessCheck& check, double* w) {
+  if (friction_ == nullptr) return {};
+  const auto [t, r, v] = at;
+  contacts_->prepare(r, v);
+  // The null space turns with K.
+  if (!model_.constraints.gradients_are_constant()) (void)linearization_.decide_rank_again(r);
+  friction_->set_accelerations(residuals_.accelerations());
+  Outcome outcome = friction_->find({t, r, v, linearization_.blocks().data()}, b_.data(), check, lambda_.data());
+  report_.friction = friction_->report();
+  if (outcome.ok()) friction_->add(1.0, w, b_.data());
+  return outcome;
+}
+
+/// Where tau(lambda) is another friction than the one that lambda was found with: once more from there.
+void ForwardDynamics::improve_friction(double* w) {
+  if (friction_ == nullptr) return;
+  constexpr double settled = 1e-12;
+  if (friction_->measure(lambda_.data()) > settled) {
+    {
+      const Stopwatch watch(&model_.times.friction);
+      friction_->add(-1.0, w, b_.data());
+      friction_->refine(b_.data(), lambda_.data());
+      friction_->add(1.0, w, b_.data());
+    }
+    find_multipliers();
+    friction_->measure(lambda_.data());
+  }
+  report_.friction = friction_->report();
+  report_.friction.sticking_is_indeterminate = linearization_.rank_factor().is_compliant();
+}
+
+/// One motion obeys the law, but modes that were chosen wrongly leave friction that no iteration brings to it.
+Outcome ForwardDynamics::verify_friction(double t) {
+  contacts_->add_verdict(&report_.friction);
+  constexpr double largest_miss = 1e-4;
+  const FrictionReport& friction = report_.friction;
+  if (friction.uniqueness != Uniqueness::Proven || friction.residual <= largest_miss) return {};
+  return {Status::NotConverged, "friction at t = " + text(t) + ": what was found misses the law by " +
+                                    text(friction.residual) + " of the largest friction"};
+}
+
+// ---- what was found ----
+
+Outcome ForwardDynamics::verify(const Kinematics& at, bool verifies_friction) {
+  if (friction_ != nullptr && verifies_friction) {
+    if (Outcome outcome = verify_friction(at.t); !outcome.ok()) return outcome;
+  }
+  if (report_.residual > doubtful_above) {
+    if (Outcome outcome = reconsider_rank(at.t, at.x); !outcome.ok()) return outcome;
+  }
+  return std::isfinite(report_.residual) ? Outcome{} : model_.not_finite(at.t);
+}
+
+/// K'w + phi is not 0 in all rows. Off xi = 0 dependent rows may differ; else the rank changed, or the rows contradict
+/// each other, or S is too poor.
+Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
+  /// On the way to xi = 0 and back, by how much K may differ from the one there, for each unit of violation.
+  constexpr double spread = 1e3, rounding = doubtful_above;
+  if (linearization_.make_compliant()) {
+    find_multipliers();
+    if (report_.residual <= rounding) return {};
+  }
+  const RankRevealingFactor& factor = linearization_.rank_factor();
+  std::vector<double> xi(model_.num_rows());
+  const double violation = model_.constraints.evaluate_values(model_.parallel, r, xi.data());
+  const double allowed = std::max(rounding, spread * violation);
+  const std::vector<double>& accelerations = residuals_.measure_accelerations(problem_);
+  const auto are_fine = [&] {
+    return factor.largest_active(rows_, accelerations) <= rounding &&
+           factor.largest_dependent(rows_, accelerations) <= allowed;
+  };
+  if (are_fine()) return {};
+
+  if (linearization_.decide_rank_again(r)) {
+    find_multipliers();
+    if (are_fine()) return {};
+  }
+  if (factor.redundancy().is_found()) {
+    Outcome outcome = factor.explain_contradiction(t, b_, accelerations, allowed, " m/s^2");
+    if (!outcome.ok()) return outcome;
+  }
+  if (violation > rounding) return {};  // not where rank has a meaning: the step's error decides
+  linearization_.decide_rank_of_poor_parts(r, rows_, accelerations, rounding);
+  find_multipliers();
+  return {};
+}
+
+}  // namespace tanor

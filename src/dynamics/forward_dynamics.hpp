@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "dynamics/contact_modes.hpp"
+#include "dynamics/friction_solver.hpp"
+#include "dynamics/instant.hpp"
+#include "dynamics/linearization.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/residuals.hpp"
+
+namespace tanor {
+
+/// Accelerations from forces, and the Lagrange multipliers of the constraints:
+///
+///   S lambda = -(phi + K'M^-1 f)        S = K'M^-1K      (31)
+///   eta = K lambda                                        (23)
+///   w = M^-1 (f + eta)                                    (25)
+///
+/// with w0 = M^-1 f, and what is prescribed at supports (see Model), in place of M^-1 f. With friction, f + tau stands
+/// in place of f.
+class ForwardDynamics {
+ public:
+  /// `report`: of the last solve; it outlives the dynamics, as the others do.
+  ForwardDynamics(Model& model, Linearization& linearization, Residuals& residuals, SolveReport* report);
+  void set_friction(FrictionSolver* friction, ContactModes* contacts) {
+    friction_ = friction;
+    contacts_ = contacts;
+  }
+
+  /// w [3n] at (t, r, v), with K and the factor of S there or with those that stand.
+  Outcome solve(const Kinematics& at, const Request& request, double* w) { return solve(at, request, {}, w); }
+  /// `are_counted` [island of contacts]: its motions are known, see UniquenessCheck; empty: of none.
+  Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted, double* w);
+
+  // Of the last solve.
+  const SolveReport& report() const { return report_; }
+  const std::vector<double>& multipliers() const { return lambda_; }         ///< lambda [d]
+  std::vector<double>& multipliers() { return lambda_; }                     ///< where iterations of friction begin
+  const std::vector<double>& reaction_accelerations() const { return dw_; }  ///< M^-1 K lambda [3n]
+  /// eta = K lambda [3n] (23) of the user's constraints; of supports: what the constraints do there.
+  void write_reactions(double* eta);
+
+ private:
+  static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
+  double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
+
+  std::optional<Outcome> solve_at_once(const Kinematics& at, Gradients gradients, double* w);
+  void evaluate(const Kinematics& at, bool with_gradients, double* w);
+  Outcome check_idle_rows(double t) const;
+  Outcome find_friction(const Kinematics& at, const UniquenessCheck& check, double* w);
+  void find_multipliers();
+  void refine();
+  void improve_friction(double* w);
+  Outcome verify(const Kinematics& at, bool verifies_friction);
+  Outcome verify_friction(double t);
+  Outcome reconsider_rank(double t, const double* r);
+  void add_reactions(double* w) const;
+
+  Model& model_;
+  Linearization& linearization_;
+  Residuals& residuals_;
+  SolveReport& report_;
+  FrictionSolver* friction_ = nullptr;                 // null: constraints are ideal
+  ContactModes* contacts_ = nullptr;                   // likewise
+  bool exact_ = false;                                 // the solve at hand is
+  std::vector<double> lambda_, dw_;                    // [d]; [3n] w - w0 = M^-1 K lambda
+  std::vector<double> b_, rows_;                       // [d] phi + K'w0; K'w + phi
+  Residuals::Problem problem_{nullptr, nullptr, 0.0};  // of the solve at hand
+};
+
+}  // namespace tanor

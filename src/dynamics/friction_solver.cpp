@@ -1,0 +1,242 @@
+#include "dynamics/friction_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/stopwatch.hpp"
+#include "base/text.hpp"
+#include "dynamics/held_friction.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double poor_contraction = 0.1;  // Newton's method is asked instead
+
+/// Deep where contacts are few, so that they are solved like a linear system; shallow where vectors are long: what they
+/// cost is more than the iterations that they save.
+int anderson_depth(std::size_t num_contacts) {
+  return num_contacts <= 1000 ? FixedPoint::most_depth : 3;
+}
+
+}  // namespace
+
+FrictionSolver::FrictionSolver(Model& model, FrictionMethod method, ContactResponse& response)
+    : model_(model),
+      tangents_(model.constraints.tangents()),
+      method_(method),
+      response_(response),
+      laws_(model.system, model.numbering, tangents_, model.incidences),
+      islands_(model),
+      coupling_(model, laws_),
+      scales_(model, laws_),
+      fixed_point_(laws_, *this, model.num_rows()),
+      sliding_(model, laws_, islands_, *this),
+      right_side_(model.num_rows()),
+      b_touched_(coupling_.num_touched_rows()),
+      change_(model.num_rows(), 0.0),
+      lambda_(model.num_rows()),
+      now_{std::vector<double>(laws_.num_parts(), 0.0), std::vector<double>(3 * tangents_.size(), 0.0)},
+      before_(now_) {}
+
+void FrictionSolver::set_accelerations(const std::vector<double>& accelerations) {
+  scales_.set_accelerations(accelerations);
+  if (scales_.are_several()) fixed_point_.set_groups(scales_.group_of_part(), scales_.least());
+}
+
+// ---- the response of S ----
+
+/// x and tau from now on.
+void FrictionSolver::set_forces(const double* lambda) {
+  laws_.evaluate(model_.parallel, lambda, now_.x.data());
+  laws_.write_forces(now_.x.data(), now_.tau.data());
+}
+
+void FrictionSolver::set_right_side(const double* b) {
+  std::copy(b, b + right_side_.size(), right_side_.begin());
+  coupling_.gather(b, b_touched_.data());
+}
+
+/// lambda = -S^-1 (b + K'M^-1 tau(x))
+void FrictionSolver::find_multipliers(const double* x, double* lambda) {
+  coupling_.write_sum(b_touched_.data(), x, right_side_.data());
+  if (refines_)
+    response_.solve_refined(right_side_.data(), lambda, nullptr);
+  else
+    response_.solve_once(right_side_.data(), lambda);
+  response_.minimize_multiplier_norm(lambda);
+}
+
+/// lambda = -S^-1 K'M^-1 tau(x)
+void FrictionSolver::find_change(const double* x, double* lambda) {
+  coupling_.write(x, change_.data());
+  response_.solve_once(change_.data(), lambda);
+  response_.minimize_multiplier_norm(lambda);
+}
+
+// ---- one instant ----
+
+void FrictionSolver::set_place(const ContactPlace& place) {
+  laws_.set_state(model_.parallel, place.t, place.r, place.v, place.blocks);
+  coupling_.set_place(place.blocks);
+}
+
+Outcome FrictionSolver::find(const ContactPlace& place, const double* b, const UniquenessCheck& check,
+                             const double* lambda) {
+  const Stopwatch watch(&model_.times.friction);
+  set_place(place);
+  set_right_side(b);
+  report_ = {.contacts = tangents_.size()};
+  amplification_ = std::numeric_limits<double>::quiet_NaN();
+  report_.sticking = num_sticking();
+  std::copy(lambda, lambda + lambda_.size(), lambda_.begin());
+  if (depends_on_multipliers()) {
+    ++model_.counters.friction_solves;
+    Outcome outcome = iterate(place.t, check, lambda, lambda_.data());
+    if (outcome.ok() && check.is_wanted && report_.uniqueness == Uniqueness::NotAsked)
+      outcome = sliding_.verify_uniqueness(place.t, check, lambda_.data(), &report_, &amplification_);
+    model_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
+    if (!outcome.ok()) return outcome;
+  } else if (check.is_wanted) {
+    report_.uniqueness = Uniqueness::Proven;  // a given force
+    amplification_ = 1.0;
+  }
+  set_forces(lambda_.data());
+  return std::isfinite(largest_of(now_.x)) ? Outcome{} : model_.not_finite(place.t);
+}
+
+void FrictionSolver::set_given(const ContactPlace& place, const double* lambda) {
+  set_place(place);
+  laws_.evaluate(model_.parallel, lambda, now_.x.data());
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (laws_.is_coulomb(c))
+      std::fill_n(now_.x.data() + laws_.first_part(c), laws_.end_part(c) - laws_.first_part(c), 0.0);
+  }
+  laws_.write_forces(now_.x.data(), now_.tau.data());
+}
+
+bool FrictionSolver::converges(FrictionMethod method, double poor, const double* guess, double* lambda) {
+  const Parallel& parallel = model_.parallel;
+  const int depth = method == FrictionMethod::Anderson ? anderson_depth(tangents_.size()) : 0;
+  const FixedPoint::Result result = method == FrictionMethod::Newton
+                                        ? fixed_point_.solve_by_newton(parallel, lambda)
+                                        : fixed_point_.iterate(parallel, depth, lambda, poor);
+  report_.method_used = method;
+  report_.iterations += result.iterations;
+  report_.contraction = std::max(report_.contraction, result.contraction);
+  if (!result.has_converged) std::copy(guess, guess + lambda_.size(), lambda);
+  return result.has_converged;
+}
+
+Outcome FrictionSolver::iterate(double t, const UniquenessCheck& check, const double* guess, double* lambda) {
+  const auto converges = [&](FrictionMethod method, double poor = std::numeric_limits<double>::infinity()) {
+    return this->converges(method, poor, guess, lambda);
+  };
+  const bool are_few = tangents_.size() <= most_enumerated;
+  switch (method_) {
+    case FrictionMethod::FixedPoint:
+      if (converges(FrictionMethod::FixedPoint)) return {};
+      return fail_friction(
+          Status::NotConverged, t,
+          "(43) does not converge by itself (contraction " + text(report_.contraction) + "); others may");
+    case FrictionMethod::Auto:
+      // A step of Newton's method for few contacts is a few solves: less than slow iterations are.
+      if (are_few && converges(FrictionMethod::Anderson, poor_contraction)) return {};
+      if (are_few && converges(FrictionMethod::Newton)) return {};
+      if (converges(FrictionMethod::Anderson)) return {};
+      if (!are_few && converges(FrictionMethod::Newton)) return {};
+      break;
+    case FrictionMethod::Anderson:
+      if (converges(FrictionMethod::Anderson)) return {};
+      break;
+    case FrictionMethod::Newton:
+      if (converges(FrictionMethod::Newton)) return {};
+      if (!are_few && converges(FrictionMethod::Anderson)) return {};
+      break;
+    case FrictionMethod::Enumeration:
+      break;
+  }
+  return sliding_.enumerate(t, check, lambda, &report_);
+}
+
+/// Rounding of a single solve with an ill-conditioned S is more than the law may miss: Newton's method with refined
+/// solves.
+void FrictionSolver::refine(const double* b, const double* lambda) {
+  set_right_side(b);
+  refines_ = true;
+  constexpr double wanted = 1e-15;
+  std::copy(lambda, lambda + lambda_.size(), lambda_.begin());
+  const FixedPoint::Result result = fixed_point_.solve_by_newton(model_.parallel, lambda_.data(), wanted);
+  refines_ = false;
+  if (result.has_converged) set_forces(lambda_.data());
+}
+
+void FrictionSolver::add(double sign, double* w0, double* b) const {
+  coupling_.add_to_points(sign, now_.tau.data(), w0);
+  coupling_.add_to_rows(sign, now_.x.data(), b);
+}
+
+double FrictionSolver::change_to(const double* lambda, double s, double* y) {
+  std::swap(now_, before_);
+  set_forces(lambda);
+  add_change(s, y);
+  return scales_.relative_change(now_.x, before_.x);
+}
+
+void FrictionSolver::add_change(double s, double* y) const {
+  coupling_.add_change(s, now_.tau.data(), before_.tau.data(), y);
+}
+
+double FrictionSolver::measure(const double* lambda) {
+  laws_.evaluate(model_.parallel, lambda, before_.x.data());
+  report_.residual = scales_.relative_change(now_.x, before_.x);
+  report_.error_bound = amplification_ * largest_difference(now_.x, before_.x);
+  return report_.residual;
+}
+
+// ---- outputs ----
+
+Vec3 FrictionSolver::force(std::size_t contact, const double* lambda) const {
+  return tangents_.sticks(contact) ? held_friction(tangents_, laws_, contact, lambda) : load(now_.tau.data(), contact);
+}
+
+void FrictionSolver::write_all(const double* lambda, double* tau) const {
+  std::fill_n(tau, 3 * model_.num_points(), 0.0);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, force(c, lambda));
+}
+
+void FrictionSolver::write_given(double* tau) const {
+  write_points(now_.tau.data(), tau);
+}
+
+void FrictionSolver::write_at(const double* lambda, double* tau) const {
+  std::vector<double> x(now_.x.size()), forces(now_.tau.size());
+  laws_.evaluate(model_.parallel, lambda, x.data());
+  laws_.write_forces(x.data(), forces.data());
+  write_points(forces.data(), tau);
+}
+
+void FrictionSolver::write_points(const double* of_contacts, double* tau) const {
+  std::fill_n(tau, 3 * model_.num_points(), 0.0);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, load(of_contacts, c));
+}
+
+double FrictionSolver::power(const double* lambda, const double* v) const {
+  double sum = held_power(lambda, v);
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (!tangents_.sticks(c)) sum += dot(load(now_.tau.data(), c), load(v, tangents_[c].point));
+  }
+  return sum;
+}
+
+double FrictionSolver::held_power(const double* lambda, const double* v) const {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < tangents_.size(); ++c) {
+    if (tangents_.sticks(c)) sum += dot(held_friction(tangents_, laws_, c, lambda), load(v, tangents_[c].point));
+  }
+  return sum;
+}
+
+}  // namespace tanor

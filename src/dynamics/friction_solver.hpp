@@ -1,0 +1,112 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dynamics/contact_coupling.hpp"
+#include "dynamics/contact_islands.hpp"
+#include "dynamics/contact_response.hpp"
+#include "dynamics/friction_scales.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/sliding_islands.hpp"
+#include "friction/fixed_point.hpp"
+#include "friction/laws.hpp"
+
+namespace tanor {
+
+/// Positions and velocities [3n] at one instant, and K there as blocks.
+struct ContactPlace {
+  double t;
+  const double *r, *v, *blocks;
+};
+
+/// Friction as a part of the equations (31): finds tau(r, v, t, lambda) such that
+///
+///   S lambda + K'M^-1 tau(lambda) = -(phi + K'M^-1 f)                         (*), (43)
+///
+/// Each evaluation of tau(lambda) is one solve with the factor of S that stands; Newton's steps take more of them. With
+/// tau found, it is a given force.
+class FrictionSolver final : private Response {
+ public:
+  /// `model` and `response` must outlive it.
+  FrictionSolver(Model& model, FrictionMethod method, ContactResponse& response);
+
+  FrictionLaws& laws() { return laws_; }
+  const FrictionLaws& laws() const { return laws_; }
+  const ContactIslands& islands() const { return islands_; }
+  const ContactCoupling& coupling() const { return coupling_; }
+
+  /// Accelerations beside which others are small [neighbourhood], m/s^2: what friction is measured by where it
+  /// vanishes.
+  void set_accelerations(const std::vector<double>& accelerations);
+  /// Directions of sliding, with K there.
+  void set_place(const ContactPlace& place);
+  /// tau at `place` for b = phi + K'w0 [rows]; `lambda` [rows]: a guess.
+  Outcome find(const ContactPlace& place, const double* b, const UniquenessCheck& check, const double* lambda);
+  /// Once more from lambda near the answer, with refined solves; b without friction.
+  void refine(const double* b, const double* lambda);
+  /// tau of what does not follow Coulomb's law alone: given forces, and a user's laws at lambda.
+  void set_given(const ContactPlace& place, const double* lambda);
+
+  /// tau into w0 [3n] and b [rows]: w0 += sign M^-1 tau, b += sign K'M^-1 tau.
+  void add(double sign, double* w0, double* b) const;
+  /// tau := tau(lambda), y += s M^-1 dtau [3n]; returns |dtau| over the largest friction. And the same change again.
+  double change_to(const double* lambda, double s, double* y);
+  void add_change(double s, double* y) const;
+  /// |tau(lambda) - tau| over the largest friction, into the report.
+  double measure(const double* lambda);
+
+  /// Friction of a contact now, whether it sticks or slides, N.
+  Vec3 force(std::size_t contact, const double* lambda) const;
+  /// tau [3n], N: of all contacts; without what the rows of contacts that stick hold; and the law at lambda.
+  void write_all(const double* lambda, double* tau) const;
+  void write_given(double* tau) const;
+  void write_at(const double* lambda, double* tau) const;
+  /// Power of all friction, W; and of the contacts that stick alone.
+  double power(const double* lambda, const double* v) const;
+  double held_power(const double* lambda, const double* v) const;
+
+  std::size_t num_sticking() const { return tangents_.num_sticking(); }
+  /// Some contact slides under a law that reads multipliers.
+  bool depends_on_multipliers() const { return laws_.depend_on_reactions() && num_sticking() < tangents_.size(); }
+  const FrictionReport& report() const { return report_; }
+
+  void exchange_memory(Memory& memory) {
+    memory.exchange(now_.x, now_.tau);
+    laws_.exchange_memory(memory);
+  }
+
+ private:
+  struct Friction {
+    std::vector<double> x;    // [parts]
+    std::vector<double> tau;  // [3 contacts], of x
+  };
+  void find_multipliers(const double* x, double* lambda) override;
+  void find_change(const double* x, double* lambda) override;
+  void set_right_side(const double* b);
+  void set_forces(const double* lambda);
+  Outcome iterate(double t, const UniquenessCheck& check, const double* guess, double* lambda);
+  bool converges(FrictionMethod method, double poor, const double* guess, double* lambda);
+  void write_points(const double* of_contacts, double* tau) const;
+
+  Model& model_;
+  const Tangents& tangents_;
+  const FrictionMethod method_;
+  ContactResponse& response_;
+  FrictionLaws laws_;
+  const ContactIslands islands_;
+  ContactCoupling coupling_;
+  FrictionScales scales_;
+  FixedPoint fixed_point_;
+  SlidingIslands sliding_;
+  bool refines_ = false;            // solves are refined
+  double amplification_ = 0.0;      // 1/(1 - L), L proven; else NaN
+  std::vector<double> right_side_;  // [rows] b where nothing is touched
+  std::vector<double> b_touched_;   // [touched row]
+  std::vector<double> change_;      // [rows] 0 where nothing is touched
+  std::vector<double> lambda_;      // [rows] of the iterations
+  Friction now_, before_;
+  FrictionReport report_;
+};
+
+}  // namespace tanor

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/linearization.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/roles.hpp"
+
+namespace tanor {
+
+/// The rank of K: what is told about it, and how near K came to losing it between two configurations.
+class GradientRank final : public RankMonitor {
+ public:
+  GradientRank(Model& model, Linearization& linearization) : model_(model), linearization_(linearization) {}
+
+  /// Rank of K at the last linearisation, at r: as it was decided where S raised a suspicion, else d. `thoroughly`:
+  /// decides now.
+  RankReport report(const double* r, bool thoroughly);
+
+  double mass_ratio() const override { return model_.mass_ratio; }
+  void remember_gradients() override;
+  double compare_gradients() override;
+
+ private:
+  bool depends_on_contacts(const Redundancy::Found& found) const;
+
+  Model& model_;
+  Linearization& linearization_;
+  std::vector<double> before_;        // K that is remembered; empty: none, or rows depended
+  std::vector<double> x_, y_, move_;  // [d], [d], [3n] scratch
+};
+
+}  // namespace tanor

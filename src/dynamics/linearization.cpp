@@ -1,0 +1,216 @@
+#include "dynamics/linearization.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "schur/condition.hpp"
+#include "schur/refinement.hpp"
+
+namespace tanor {
+
+namespace {
+
+SchurProblem problem_of(const Model& model) {
+  return {model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass};
+}
+
+}  // namespace
+
+Linearization::Linearization(Model& model, const SolverOptions& options, SolveReport* report)
+    : model_(model),
+      report_(*report),
+      blocks_(3 * model.constraints.num_blocks()),
+      composite_(make_schur_solver(problem_of(model), options)),
+      factor_(model, options.ordering, blocks_, report),
+      conjugate_(model, factor_, blocks_),
+      rows_(model.num_rows()) {
+  if (composite_ == nullptr) (void)factor_.gram();
+  if (composite_ == nullptr && options.reuse) reuse_ = FactorReuse::make(model, factor_.gram());
+  PlanSummary plan;
+  describe(&plan);
+  is_cheap_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
+}
+
+// ---- the configuration ----
+
+/// A factor of the composite that looks singular is none: the factor of all rows decides.
+bool Linearization::note_composite(double reciprocal_condition) {
+  const bool is_fine = reciprocal_condition > factor_.suspect_below();
+  state_ = is_fine ? FactorState::Composite : FactorState::None;
+  return is_fine;
+}
+
+/// Returns what it is given: whether the factor of all rows was made anew.
+bool Linearization::note_sparse(bool is_factorized) {
+  if (!is_factorized) return false;
+  state_ = FactorState::Sparse;
+  if (reuse_ != nullptr) reuse_->note_factor();
+  return true;
+}
+
+Outcome Linearization::update(double t, const double* r) {
+  model_.set_time(t);
+  if (model_.num_rows() == 0 || !needs_factor()) return {};
+  model_.constraints.choose_frames();
+  if (has_composite()) {
+    const Stopwatch watch(&model_.times.factor);
+    ++model_.counters.factorizations;
+    report_.reciprocal_condition = composite_->linearise(model_.parallel, r, blocks_.data()).reciprocal_condition;
+    if (note_composite(report_.reciprocal_condition)) return {};
+  }
+  {
+    const Stopwatch watch(&model_.times.evaluate);
+    model_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
+  }
+  if (Outcome outcome = model_.check_contacts(t); !outcome.ok()) return outcome;
+  return factorize(t, r);
+}
+
+Outcome Linearization::factorize(double t, const double* r) {
+  Outcome outcome = factor_.factorize(t, r);
+  (void)note_sparse(true);
+  if (!outcome.ok()) state_ = FactorState::None;
+  return outcome;
+}
+
+std::optional<Elimination> Linearization::solve_at_once(const FreeMotion& motion, Gradients gradients, double* b,
+                                                        double* lambda, double* w) {
+  const bool keeps = gradients == Gradients::Keep;
+  const Stopwatch watch(&model_.times.solve);
+  if (!keeps && needs_factor()) ++model_.counters.factorizations;
+  ++model_.counters.solves;
+  const Elimination found = keeps ? composite_->solve_again(model_.parallel, motion, blocks_.data(), b, lambda, w)
+                                  : composite_->solve(model_.parallel, motion, blocks_.data(), b, lambda, w);
+  model_.counters.solves += static_cast<std::size_t>(found.refinements);
+  if (!keeps) report_.reciprocal_condition = found.reciprocal_condition;
+  if (std::isfinite(found.largest_right_side) && !note_composite(report_.reciprocal_condition)) return std::nullopt;
+  return found;
+}
+
+// ---- solutions ----
+
+void Linearization::solve_negative(const double* b, double* x) {
+  if (state_ == FactorState::Stale) {
+    factor_.factorize_again();
+    (void)note_sparse(true);
+  }
+  standing().solve_negative(model_.parallel, b, x);
+}
+
+/// A compliant factor solves S x = -b by its refinement alone.
+void Linearization::solve_negative(double* rows) {
+  if (!factor_.is_compliant()) return solve_negative(rows, rows);
+  right_side_.assign(rows, rows + model_.num_rows());
+  points_.resize(3 * model_.num_points());
+  solve_refined(right_side_.data(), rows, points_.data());
+}
+
+/// rho = K'dw + b, lambda -= S^-1 rho, dw -= M^-1 K S^-1 rho
+void Linearization::solve_refined(const double* b, double* lambda, double* dw) {
+  const std::size_t num_rows = model_.num_rows();
+  std::fill(lambda, lambda + num_rows, 0.0);
+  std::fill(dw, dw + 3 * model_.num_points(), 0.0);
+  std::copy(b, b + num_rows, rows_.begin());
+  if (num_rows == 0) return;
+  refine_solution(
+      factor_.is_compliant() ? 5 : 3, [&] { apply_transposed(dw, b, rows_.data()); },
+      [&](int pass) {
+        correct_conjugately(pass == 0, rows_.data(), dw);
+        for (std::size_t a = 0; a < num_rows; ++a) lambda[a] += rows_[a];
+      });
+}
+
+void Linearization::correct(double* rows, double* points) {
+  const Stopwatch watch(&model_.times.solve);
+  ++model_.counters.solves;
+  if (state_ == FactorState::Stale) {
+    if (reuse_->correct(blocks_.data(), rows, points)) return;
+    factor_.factorize_again();
+    (void)note_sparse(true);
+  }
+  standing().correct(model_.parallel, blocks_.data(), rows, points);
+}
+
+void Linearization::correct_conjugately(bool begins, double* rows, double* points) {
+  if (factor_.is_compliant()) return conjugate_.correct(begins, rows, points);
+  correct(rows, points);
+}
+
+void Linearization::add_reactions(const double* rows, double* points) {
+  standing().add_reactions(model_.parallel, blocks_.data(), rows, points);
+}
+
+void Linearization::write_reactions(const double* rows, double* points) const {
+  model_.gather.write_scaled(model_.parallel, blocks_.data(), rows, model_.inverse_mass.data(), model_.num_moving(),
+                             points);
+}
+
+// ---- violations ----
+
+double Linearization::evaluate_values(const double* r, double* xi) {
+  const Stopwatch watch(&model_.times.evaluate);
+  return evaluator().evaluate_values(model_.parallel, r, xi);
+}
+
+double Linearization::evaluate_rates(const double* r, const double* v, double* rates) {
+  const Stopwatch watch(&model_.times.evaluate);
+  return evaluator().evaluate_rates(model_.parallel, r, v, rates);
+}
+
+Projection Linearization::project_positions(double target, double* r, double* sum) {
+  const Stopwatch watch(&model_.times.solve);
+  const Projection found = standing().project_positions(model_.parallel, blocks_.data(), target, r, sum);
+  model_.counters.solves += static_cast<std::size_t>(found.iterations);
+  return found;
+}
+
+Projection Linearization::project_velocities(double target, const double* r, double* v) {
+  const Stopwatch watch(&model_.times.solve);
+  const Projection found = standing().project_velocities(model_.parallel, blocks_.data(), target, r, v);
+  model_.counters.solves += static_cast<std::size_t>(found.iterations);
+  return found;
+}
+
+// ---- factors of other configurations ----
+
+bool Linearization::solve_with_old_factor(double t, const double* b, std::vector<double>* lambda, double* dw) {
+  const bool serves = reuse_ != nullptr && state_ != FactorState::None && !factor_.redundancy().is_found() &&
+                      reuse_->serves(report_.reciprocal_condition);
+  if (!serves) return false;
+  if (!reuse_->solve(t, state_ == FactorState::Sparse, blocks_.data(), b, lambda, dw)) return false;
+  state_ = FactorState::Stale;
+  return true;
+}
+
+bool Linearization::make_compliant() {
+  if (!factor_.make_compliant()) return false;
+  factor_.factorize_again();
+  return note_sparse(true);
+}
+
+// ---- what it costs ----
+
+void Linearization::describe(PlanSummary* plan) const {
+  if (composite_ == nullptr) return describe_factor(factor_.summary(), plan);
+  const SchurSolver::Summary& summary = composite_->summary();
+  plan->linear_solvers = summary.solvers;
+  plan->linear_solver_reason = summary.reason;
+  plan->orderings = summary.orderings;
+  plan->parts = summary.parts;
+  plan->pattern_nonzeros = summary.pattern_nonzeros;
+  plan->factor_nonzeros = summary.factor_nonzeros;
+  plan->factor_flops = summary.flops;
+}
+
+double Linearization::estimate_reciprocal_condition() {
+  if (state_ != FactorState::Composite) return factor_.gram().estimate_reciprocal_condition();
+  return tanor::estimate_reciprocal_condition(problem_of(model_), model_.parallel, blocks_.data(), *composite_);
+}
+
+void Linearization::exchange_memory(Memory& memory) {
+  factor_.exchange_memory(memory);
+  if (reuse_ != nullptr) reuse_->exchange_memory(memory);
+}
+
+}  // namespace tanor

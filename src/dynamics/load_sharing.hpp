@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/constrained_system.hpp"
+#include "dynamics/contact_state.hpp"
+
+namespace tanor {
+
+/// Contacts that stick may hold more than can move, and then no law divides the load among them: the least friction
+/// that holds is taken. A little compliance of their rows finds it, and refinement removes the compliance again
+/// (refined solutions lie in the range of S).
+class LoadSharing {
+ public:
+  /// Both must outlive it.
+  LoadSharing(ContactState& state, ConstrainedSystem& system) : state_(state), system_(system) {}
+
+  /// Contacts that stick depend on constraints, or on each other: their rows are compliant in the factor of S.
+  bool is_compliant() const { return is_compliant_; }
+  /// Returns whether S is to be factorized anew: false where nothing sticks, or rows are compliant already.
+  bool make_compliant();
+  /// The set of contacts that stick has changed, or their shares: check again whether they hold too much.
+  void forget();
+
+  /// Contacts that have references hold more than can move.
+  bool is_known() const;
+  /// Each gives way the more, the nearer it is to its limit (Lawson's algorithm for the share in which the most loaded
+  /// contact has most to spare). `loads` [contact]: of those that stick, held over limit; else negative.
+  void share_again(const std::vector<double>& loads);
+
+ private:
+  static constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
+
+  ContactState& state_;
+  ConstrainedSystem& system_;
+  bool is_compliant_ = false;
+};
+
+}  // namespace tanor

@@ -1,0 +1,134 @@
+#include "dynamics/multiplier_form.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/consistent_start.hpp"
+
+namespace tanor {
+
+MultiplierForm::MultiplierForm(Model& model, const SolverOptions& options)
+    : PointForm(model),
+      model_(model),
+      linearization_(model, options, &last_),
+      residuals_(model, linearization_.blocks()),
+      projector_(model, linearization_, residuals_),
+      dynamics_(model, linearization_, residuals_, &last_),
+      steps_(model, linearization_, projector_, dynamics_),
+      gradient_rank_(model, linearization_),
+      implicit_(model, dynamics_.multipliers()),
+      rows_(model.num_rows()),
+      system_(model, linearization_, residuals_, projector_, dynamics_, last_) {
+  if (!model.has_friction()) return;
+  friction_ = std::make_unique<FrictionSolver>(model, options.friction, system_);
+  contacts_ = std::make_unique<ContactModes>(model, *friction_, system_);
+  linearization_.rank_factor().set_sharing(&contacts_->sharing());
+  projector_.set_contacts(contacts_.get());
+  dynamics_.set_friction(friction_.get(), contacts_.get());
+  steps_.set_friction(friction_.get());
+}
+
+double MultiplierForm::predicted_flops() const {
+  constexpr double flops_an_entry = 6.0, flops_a_row = 60.0;
+  PlanSummary plan;
+  linearization_.describe(&plan);
+  return plan.factor_flops + 4.0 * static_cast<double>(plan.factor_nonzeros) +
+         flops_an_entry * static_cast<double>(plan.pattern_nonzeros) +
+         flops_a_row * static_cast<double>(model_.num_rows());
+}
+
+std::vector<Ordering> MultiplierForm::orderings() const {
+  PlanSummary plan;
+  linearization_.describe(&plan);
+  return plan.orderings;
+}
+
+void MultiplierForm::describe(PlanSummary* plan) const {
+  linearization_.describe(plan);
+  auto& left_out = plan->left_out;
+  if (model_.num_rows() == 0)
+    left_out.push_back("factorization: no constraints");
+  else if (model_.constraints.gradients_are_constant())
+    left_out.push_back("refactorization: K is constant");
+  if (plan->linear_solvers == std::vector{LinearSolver::ClosedForm} ||
+      plan->factorizations == std::vector{Factorization::ClosedForm})
+    left_out.push_back("sparse factorization: closed form, row by row");
+  if (model_.constraints.gradient_norms_are_constant()) left_out.push_back("rescaling of S: its diagonal is constant");
+  if (!model_.constraints.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
+}
+
+void MultiplierForm::friction_forces(double* tau) const {
+  if (friction_ != nullptr) return friction_->write_all(multipliers().data(), tau);
+  std::fill(tau, tau + size(), 0.0);
+}
+
+Power MultiplierForm::power(const double* r, const double* v) {
+  Power result = model_.power(dynamics_.reaction_accelerations().data(), r, v);
+  if (friction_ == nullptr) return result;
+  result.friction = friction_->power(multipliers().data(), v);
+  // Of what M^-1 K lambda does, that part belongs to contacts that stick.
+  if (model_.is_rheonomic()) result.supports -= friction_->held_power(multipliers().data(), v);
+  return result;
+}
+
+Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request, double* w) {
+  if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return contacts_->begin(t, r, v, request, w);
+  Request anew = request;
+  anew.gradients = Gradients::Evaluate;
+  if (anew.judgement == Judgement::Quick) anew.judgement = Judgement::None;
+  return accelerations({t, r, v}, anew, w);
+}
+
+/// What starts an iteration, or was decided where the motion has been.
+void MultiplierForm::exchange_memory(Memory& memory) {
+  model_.exchange_memory(memory);
+  memory.exchange(dynamics_.multipliers());
+  steps_.exchange_memory(memory);
+  linearization_.exchange_memory(memory);
+  if (contacts_ != nullptr) contacts_->exchange_memory(memory);
+}
+
+ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
+  if (model_.joints.allows_rounding() && !errors.are_of_projections) {
+    // e - M^-1 K S^-1 K'e: what constraints take is rounding most of all.
+    const auto take = [&](const double* error, std::vector<double>* left) {
+      left->assign(error, error + size());
+      if (model_.num_rows() == 0) return left->data();
+      linearization_.apply_transposed(left->data(), nullptr, rows_.data());
+      linearization_.correct(rows_.data(), left->data());
+      return left->data();
+    };
+    StepErrors left = errors;
+    left.x = take(errors.x, &error_x_);
+    left.v = take(errors.v, &error_v_);
+    return model_.error_ratios(left, atol, rtol);
+  }
+  return model_.error_ratios(errors, atol, rtol);
+}
+
+ProjectionReport MultiplierForm::project_point_positions(double t, double* r) {
+  if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
+  return projector_.project_positions(t, r);
+}
+
+ProjectionReport MultiplierForm::project_point_velocities(double t, const double* r, double* v) {
+  if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
+  return projector_.project_velocities(t, r, v);
+}
+
+StartReport MultiplierForm::start(double t, double* r, double* v, StartMode mode) {
+  return ConsistentStart(model_, linearization_, projector_).find(t, r, v, mode);
+}
+
+void MultiplierForm::resume(const Counters& counters, const PhaseTimes& times) {
+  steps_.forget_steps();
+  model_.counters = counters;
+  model_.times = times;
+}
+
+SeriesExpansion* MultiplierForm::series() {
+  if (series_ == nullptr) series_ = std::make_unique<MultiplierSeries>(model_, linearization_, dynamics_);
+  return series_->obstacle().empty() ? series_.get() : nullptr;
+}
+
+}  // namespace tanor

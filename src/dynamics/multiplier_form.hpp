@@ -1,0 +1,104 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/contact_modes.hpp"
+#include "dynamics/forward_dynamics.hpp"
+#include "dynamics/friction_solver.hpp"
+#include "dynamics/gradient_rank.hpp"
+#include "dynamics/implicit_form.hpp"
+#include "dynamics/linearization.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/multiplier_series.hpp"
+#include "dynamics/multiplier_system.hpp"
+#include "dynamics/point_form.hpp"
+#include "dynamics/projector.hpp"
+#include "dynamics/residuals.hpp"
+#include "dynamics/step_projection.hpp"
+
+namespace tanor {
+
+/// The equations of motion in the positions r themselves, with Lagrange multipliers: the paper's normal form (31),
+/// (25). Wires together the objects that answer.
+class MultiplierForm final : public PointForm {
+ public:
+  MultiplierForm(Model& model, const SolverOptions& options);
+
+  bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work() || friction_ != nullptr; }
+  Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
+  Outcome accelerations(const Kinematics& at, const Request& request, double* w) override {
+    return dynamics_.solve(at, request, w);
+  }
+  const SolveReport& last_solve() const override { return last_; }
+  Power power(const double* r, const double* v) override;
+  ProjectionReport project_positions(double t, double* r, Turn turn = Turn::Small) override {
+    return projector_.project_positions(t, r, turn);
+  }
+  ProjectionReport project_velocities(double t, const double* r, double* v) override {
+    return projector_.project_velocities(t, r, v);
+  }
+  ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
+  void exchange_memory(Memory& memory) override;
+
+  StepProjector* step_projector() override { return &steps_; }
+  InexactSolves* inexact_solves() override { return linearization_.reuse(); }
+  RankMonitor* rank_monitor() override { return model_.may_lose_rank ? &gradient_rank_ : nullptr; }
+  /// Friction remembers what it was asked last: there nobody asks for more.
+  RoundingGroups* rounding_groups() override { return friction_ == nullptr ? rounding() : nullptr; }
+  SeriesExpansion* series() override;
+  std::string why_no_series() const override {
+    return series_ != nullptr ? series_->obstacle() : MultiplierSeries::find_obstacle(model_);
+  }
+  EventFunctions* events() override {
+    return contacts_ != nullptr && contacts_->num_events() > 0 ? contacts_.get() : nullptr;
+  }
+  ImplicitFormulation* implicit_formulation() override { return friction_ == nullptr ? &implicit_ : nullptr; }
+
+  StartReport start(double t, double* r, double* v, StartMode mode) override;
+  ProjectionReport project_point_positions(double t, double* r) override;
+  ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
+  Outcome begin(double t, const double* r, double* v, const Request& request, double* w) override;
+  void recentre(double t, double* r, double* v, double*) override {
+    if (contacts_ != nullptr) contacts_->accept(t, r, v);
+  }
+  void resume(const Counters& counters, const PhaseTimes& times) override;
+  void reactions(double* eta) override { dynamics_.write_reactions(eta); }
+  void friction_forces(double* tau) const override;
+  void describe(PlanSummary* plan) const override;
+
+  /// Whatever is solved at the configuration of the last linearisation.
+  Linearization& linearization() { return linearization_; }
+  GradientRank& gradient_rank() { return gradient_rank_; }
+  /// lambda [d] of the last accelerations.
+  const std::vector<double>& multipliers() const { return dynamics_.multipliers(); }
+  /// Null: constraints are ideal.
+  const FrictionSolver* friction() const { return friction_.get(); }
+  const ContactModes* contacts() const { return contacts_.get(); }
+
+  /// Predicted flops of one evaluation and solve.
+  double predicted_flops() const;
+  /// Of S, part by part: `Natural` where elimination makes no fill.
+  std::vector<Ordering> orderings() const;
+
+ private:
+  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+  Model& model_;
+  SolveReport last_;
+  Linearization linearization_;
+  Residuals residuals_;
+  Projector projector_;
+  ForwardDynamics dynamics_;
+  StepProjection steps_;
+  GradientRank gradient_rank_;
+  ImplicitMultiplierForm implicit_;
+  std::unique_ptr<MultiplierSeries> series_;  // made where somebody asks
+  std::vector<double> error_x_, error_v_;     // [3n] of a step, the parts that constraints leave
+  std::vector<double> rows_;                  // [d] scratch
+  MultiplierSystem system_;                   // as contacts see it
+  std::unique_ptr<FrictionSolver> friction_;  // null: constraints are ideal
+  std::unique_ptr<ContactModes> contacts_;    // likewise
+};
+
+}  // namespace tanor

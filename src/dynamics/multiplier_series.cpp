@@ -1,0 +1,87 @@
+#include "dynamics/multiplier_series.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/stopwatch.hpp"
+
+namespace tanor {
+
+namespace {
+
+std::unique_ptr<PathSeries> make_path_series(const Model& model) {
+  return PathSeries::make(model.system, model.numbering, model.incidences, model.inverse_mass);
+}
+
+}  // namespace
+
+MultiplierSeries::MultiplierSeries(Model& model, Linearization& linearization, const ForwardDynamics& dynamics)
+    : model_(model),
+      linearization_(linearization),
+      dynamics_(dynamics),
+      path_series_(make_path_series(model)),
+      right_side_(model.num_rows()),
+      rows_(model.num_rows()) {
+  if (path_series_ == nullptr) series_ = std::make_unique<MotionSeries>(model);
+}
+
+std::string MultiplierSeries::find_obstacle(const Model& model) {
+  return make_path_series(model) != nullptr ? std::string{} : MotionSeries(model).obstacle();
+}
+
+Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
+                                 double* smooth_until) {
+  const std::size_t size = 3 * model_.num_points();
+  std::copy(at.x, at.x + size, coefficients[0]);
+  std::copy(at.v, at.v + size, coefficients[1]);
+  if (w != coefficients[2]) std::copy(w, w + size, coefficients[2]);
+  for (std::size_t i = 0; i < size; ++i) coefficients[2][i] *= 0.5;
+  // As many as w took.
+  const int passes = 1 + dynamics_.report().refinements;
+  if (path_series_ != nullptr) {
+    *smooth_until = std::numeric_limits<double>::infinity();
+    const Stopwatch watch(&model_.times.solve);
+    path_series_->expand(model_.parallel, coefficients, dynamics_.multipliers().data(), passes);
+    model_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
+  } else {
+    {
+      const Stopwatch watch(&model_.times.evaluate);
+      series_->begin(at.t, coefficients);
+    }
+    *smooth_until = series_->smooth_until();
+    lambda_ = dynamics_.multipliers();
+    for (int k = 0; k + 2 < static_cast<int>(coefficients.size()); ++k) {
+      {
+        const Stopwatch watch(&model_.times.evaluate);
+        series_->advance(k, coefficients, lambda_.data(), right_side_.data());
+      }
+      if (k > 0 && model_.num_rows() > 0) solve_order(k, passes, coefficients[static_cast<std::size_t>(k) + 2]);
+    }
+  }
+  const double* const last = coefficients.back();
+  const bool is_finite = std::all_of(last, last + size, [](double x_i) { return std::isfinite(x_i); });
+  return is_finite ? Outcome{} : model_.not_finite(at.t);
+}
+
+/// M^-1 eta = w - M^-1 f
+Power MultiplierSeries::power_along(const Kinematics& at, const double* w) {
+  reaction_.resize(3 * model_.num_points());
+  model_.evaluate_free(at.t, at.x, at.v, reaction_.data());
+  for (std::size_t i = 0; i < reaction_.size(); ++i) reaction_[i] = w[i] - reaction_[i];
+  return model_.power(reaction_.data(), at.x, at.v);
+}
+
+/// S mu = -(K_0'r_{k+2} + the lower ones), r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu
+void MultiplierSeries::solve_order(int k, int passes, double* next) {
+  std::fill(lambda_.begin(), lambda_.end(), 0.0);
+  for (int pass = 0; pass < passes; ++pass) {
+    linearization_.apply_transposed(next, right_side_.data(), rows_.data());
+    linearization_.correct(rows_.data(), next);
+    for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
+  }
+  const double factor = (k + 1.0) * (k + 2.0);
+  for (double& lambda : lambda_) lambda *= factor;
+}
+
+}  // namespace tanor

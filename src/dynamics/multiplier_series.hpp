@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dynamics/forward_dynamics.hpp"
+#include "dynamics/linearization.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/motion_series.hpp"
+#include "dynamics/roles.hpp"
+#include "schur/path_series.hpp"
+
+namespace tanor {
+
+/// The motion of points as a power series in time: coefficient k + 2 of r from S lambda_k = -b_k, with the one factor
+/// of S at the beginning (see MotionSeries; PathSeries where all islands are paths of rods).
+class MultiplierSeries final : public SeriesExpansion {
+ public:
+  MultiplierSeries(Model& model, Linearization& linearization, const ForwardDynamics& dynamics);
+
+  /// Why a system has no series; empty: it has.
+  static std::string find_obstacle(const Model& model);
+  std::string obstacle() const { return series_ == nullptr ? std::string{} : series_->obstacle(); }
+
+  Outcome expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
+                 double* smooth_until) override;
+  Power power_along(const Kinematics& at, const double* w) override;
+  std::size_t num_accelerations() const override { return model_.counters.evaluations; }
+  std::span<const Index> neighbourhoods() const override { return model_.scales.of_points(); }
+
+ private:
+  void solve_order(int k, int passes, double* next);
+
+  Model& model_;
+  Linearization& linearization_;
+  const ForwardDynamics& dynamics_;
+  std::unique_ptr<PathSeries> path_series_;  // null: it does not serve
+  std::unique_ptr<MotionSeries> series_;     // where the other one does not serve
+  std::vector<double> lambda_;               // [d] lambda_k of the last order
+  std::vector<double> right_side_, rows_;    // [d] scratch
+  std::vector<double> reaction_;             // [3n] scratch
+};
+
+}  // namespace tanor

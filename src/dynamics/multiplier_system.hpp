@@ -1,0 +1,69 @@
+#pragma once
+
+#include "dynamics/constrained_system.hpp"
+#include "dynamics/forward_dynamics.hpp"
+#include "dynamics/linearization.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/projector.hpp"
+#include "dynamics/residuals.hpp"
+
+namespace tanor {
+
+/// The constrained system as contacts see it, in equations with multipliers.
+class MultiplierSystem final : public ConstrainedSystem {
+ public:
+  MultiplierSystem(Model& model, Linearization& linearization, Residuals& residuals, Projector& projector,
+                   ForwardDynamics& dynamics, SolveReport& report)
+      : model_(model),
+        linearization_(linearization),
+        residuals_(residuals),
+        projector_(projector),
+        dynamics_(dynamics),
+        report_(report) {}
+
+  void solve_once(const double* b, double* x) override {
+    // A compliant factor alone is no answer.
+    if (linearization_.rank_factor().is_compliant()) return solve_refined(b, x, nullptr);
+    ++model_.counters.solves;
+    linearization_.solve_negative(b, x);
+  }
+  void solve_refined(const double* b, double* x, double* dw) override {
+    points_.resize(3 * model_.num_points());
+    linearization_.solve_refined(b, x, dw != nullptr ? dw : points_.data());
+  }
+  void minimize_multiplier_norm(double* x) override { linearization_.minimize_multiplier_norm(x); }
+
+  Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
+  ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) override {
+    return projector_.project_velocities(t, r, v, impulses);
+  }
+  Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                        double* w) override {
+    return dynamics_.solve(at, request, are_counted, w);
+  }
+
+  std::vector<double>& lambda() override { return dynamics_.multipliers(); }
+  const std::vector<double>& acceleration_scales() const override { return residuals_.accelerations(); }
+  const std::vector<double>& measure_accelerations(const double* w0, const double* b, double scale) override {
+    residuals_.begin_instant();
+    return residuals_.measure_accelerations({w0, b, scale});
+  }
+  SolveReport& report() override { return report_; }
+
+  const std::vector<double>& blocks() const override { return linearization_.blocks(); }
+  const Redundancy& redundancy() const override { return linearization_.rank_factor().redundancy(); }
+  void set_compliance(double size, std::vector<double> weights) override {
+    linearization_.rank_factor().gram().set_compliance(size, std::move(weights));
+  }
+
+ private:
+  Model& model_;
+  Linearization& linearization_;
+  Residuals& residuals_;
+  Projector& projector_;
+  ForwardDynamics& dynamics_;
+  SolveReport& report_;
+  std::vector<double> points_;  // [3n] scratch
+};
+
+}  // namespace tanor

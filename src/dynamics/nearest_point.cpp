@@ -1,0 +1,111 @@
+#include "dynamics/nearest_point.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace tanor {
+
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+/// Some place on xi = 0, from anywhere: Newton's method in small moves, the last digits by chord iterations.
+ProjectionReport NearestPoint::reach_constraints(double t, double* r) {
+  model_.set_time(t);
+  constexpr int most_iterations = 100;
+  constexpr double near = 1e-3;
+  std::vector<double> next;  // big systems mostly start near enough
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    const double violation = model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
+    if (violation <= near || !std::isfinite(violation)) break;
+    if (Outcome outcome = linearization_.update(t, r); !outcome.ok())
+      return {std::move(outcome), 0.0, violation, iteration};
+    next.assign(r, r + 3 * model_.num_points());
+    linearization_.correct(rows_.data(), next.data());
+    // A full step may overshoot: at most a quarter of the neighbourhood at once.
+    for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) next[i] -= r[i];
+    const std::vector<double> moves = model_.largest_norms(next.data());
+    for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+      const std::size_t k = model_.scales.of_point(i);
+      add_to(r, i, std::min(1.0, 0.25 * model_.scales.length(k) / moves[k]) * load(next.data(), i));
+    }
+  }
+  if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
+  return projector_.project_positions(t, r);
+}
+
+/// d = (I - M^-1 K S^-1 K')(r* - r): minus the slope of |r - r*|^2/2 on xi = 0, all in the M-norm.
+Outcome NearestPoint::find_slope(const std::vector<double>& wanted, double t, const double* r, double* d) {
+  if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return outcome;
+  for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) d[i] = wanted[i] - r[i];
+  linearization_.apply_transposed(d, nullptr, rows_.data());
+  linearization_.correct(rows_.data(), d);
+  return {};
+}
+
+/// What is left to go is little beside the way that each neighbourhood went, its length, and the rounding of places.
+bool NearestPoint::is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const {
+  std::vector<double> way(r, r + 3 * model_.num_points());
+  for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) way[i] -= wanted[i];
+  const std::vector<double> left = model_.largest_norms(d), ways = model_.largest_norms(way.data()),
+                            places = model_.largest_norms(r);
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    const double nearly_0 = std::max({1e-10 * ways[k], 1e-13 * model_.scales.length(k), 4.0 * eps * places[k]});
+    if (!(left[k] <= nearly_0)) return false;
+  }
+  return true;
+}
+
+/// a'M b over the points that move.
+double NearestPoint::product(const double* a, const double* b) const {
+  return model_.parallel.sum(model_.num_moving(),
+                             [&](std::size_t i) { return model_.mass[i] * dot(load(a, i), load(b, i)); });
+}
+
+ProjectionReport NearestPoint::find(double t, double* r) {
+  if (model_.num_rows() == 0) return {};
+  const std::vector<double> wanted(r, r + 3 * model_.num_points());
+  ProjectionReport report = reach_constraints(t, r);
+  if (!report.outcome.ok()) return report;
+
+  // Down the slope along xi = 0; full steps where r* is near, step lengths of Barzilai & Borwein (1988) where the
+  // curvature of the constraints counts: s's/s'y with s the last move and y the change of the slope.
+  constexpr int most_iterations = 1000;
+  constexpr double slack = 1.0 + 1e-11;  // rounding of xi = 0 shows in the distance
+  const auto distance = [&](const double* x) {
+    return model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
+      const Vec3 away = load(x, i) - load(wanted.data(), i);
+      return model_.mass[i] * dot(away, away);
+    });
+  };
+  std::vector<double> d(wanted.size()), trial, trial_d;
+  if (report.outcome = find_slope(wanted, t, r, d.data()); !report.outcome.ok()) return report;
+  double length = 1.0;
+  for (; report.iterations < most_iterations && length > 1e-6; ++report.iterations) {
+    if (is_nearest(r, wanted, d.data())) break;
+    for (std::vector<double>* array : {&trial, &trial_d}) array->resize(wanted.size());
+    for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) trial[i] = r[i] + length * d[i];
+    const ProjectionReport reached = projector_.project_positions(t, trial.data());
+    const bool is_nearer = reached.outcome.ok() && distance(trial.data()) <= slack * distance(r);
+    if (!is_nearer || !find_slope(wanted, t, trial.data(), trial_d.data()).ok()) {
+      length *= 0.25;
+      continue;
+    }
+    report.violation = reached.violation;
+    for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) {
+      d[i] -= trial_d[i];
+      r[i] = trial[i] - r[i];
+    }
+    const double curvature = product(r, d.data());
+    length = curvature > 0.0 ? product(r, r) / curvature : 1.0;
+    std::copy(trial.begin(), trial.end(), r);
+    d = trial_d;
+  }
+  return report;
+}
+
+}  // namespace tanor

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "dynamics/linearization.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/projector.hpp"
+
+namespace tanor {
+
+/// Moves r [3n] to the nearest configuration on xi = 0 in the M-norm, however far: to some one by Newton's method, then
+/// down the slope of the distance along xi = 0.
+class NearestPoint {
+ public:
+  NearestPoint(Model& model, Linearization& linearization, Projector& projector)
+      : model_(model), linearization_(linearization), projector_(projector), rows_(model.num_rows()) {}
+
+  ProjectionReport find(double t, double* r);
+
+ private:
+  ProjectionReport reach_constraints(double t, double* r);
+  Outcome find_slope(const std::vector<double>& wanted, double t, const double* r, double* d);
+  bool is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const;
+  double product(const double* a, const double* b) const;
+
+  Model& model_;
+  Linearization& linearization_;
+  Projector& projector_;
+  std::vector<double> rows_;  // [d] scratch
+};
+
+}  // namespace tanor

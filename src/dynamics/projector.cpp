@@ -1,0 +1,169 @@
+#include "dynamics/projector.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "base/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double rounding = 1e-9;  // of velocities, relative; more is no rounding
+
+}  // namespace
+
+Projector::Projector(Model& model, Linearization& linearization, Residuals& residuals)
+    : model_(model), linearization_(linearization), residuals_(residuals), rows_(model.num_rows()) {}
+
+// ---- positions ----
+
+ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
+  // Less than this takes one or two iterations along any slope.
+  constexpr double far = 1e-10;
+  return iterate_positions(t, r, nullptr, turn == Turn::Large && linearization_.is_cheap() ? far : infinity);
+}
+
+/// Chord iterations along M^-1 K of the last configuration, or of the one at r where the violation is above `far`.
+/// `sum` is their guess and becomes the sum of the multipliers; then the slope is never renewed, since they belong to
+/// one K.
+ProjectionReport Projector::iterate_positions(double t, double* r, double* sum, double far) {
+  model_.set_time(t);
+  ProjectionReport report;
+  if (model_.num_rows() == 0) return report;
+  if (contacts_ != nullptr) contacts_->carry_places(t);
+  constexpr double target = 1e-13, largest_left = 1e-12;
+  constexpr int most_iterations = 100;
+  double before = infinity, left_before = infinity;
+  bool linearised_here = false, decided_here = false;
+  const Projection by_islands = linearization_.project_positions(target, r, sum);
+  report.iterations = by_islands.iterations;
+  report.violation = by_islands.violation;
+  if (report.violation <= target) return report;
+  if (std::isfinite(report.violation) && residuals_.beyond_rounding(r, report.violation, target, 1.0) == 0.0)
+    return report;
+  for (;; ++report.iterations) {
+    report.violation = evaluate_values(r);
+    if (!std::isfinite(report.violation)) {
+      report.outcome = model_.not_finite(t);
+      return report;
+    }
+    if (report.violation <= target) return report;
+    bool stalls = report.violation > 0.3 * before, stands = report.violation > 0.99 * before;
+    if (stalls) {
+      // Some neighbourhood may be at its rounding while others are on their way.
+      const double left = residuals_.beyond_rounding(r, report.violation, target, 1.0);
+      if (left == 0.0) return report;
+      stalls = left > 0.3 * left_before || left == report.violation;
+      stands = stalls && left > 0.99 * std::min(before, left_before);
+      left_before = left;
+    }
+    const bool hopeless = stands && (linearised_here || sum != nullptr);
+    if (report.iterations == most_iterations || hopeless) {
+      const double left_over = residuals_.beyond_rounding(r, report.violation, largest_left, 2.0);
+      // Rows that depended when K was seen last may be independent here.
+      if (left_over > 0.0 && sum == nullptr && !decided_here) {
+        decided_here = true;
+        before = left_before = infinity;
+        if (linearization_.decide_rank_again(r)) continue;
+      }
+      if (left_over > 0.0) report.outcome = explain_stall(t, report.violation);
+      return report;
+    }
+    const bool is_far = report.iterations == 0 && report.violation > far;
+    if ((stalls || is_far) && sum == nullptr) {
+      // The chord's slope is too old: Newton's own.
+      if (report.outcome = linearization_.update(t, r); !report.outcome.ok()) return report;
+      linearised_here = true;
+    }
+    before = report.violation;
+    // S mu = -xi, r += M^-1 K mu
+    linearization_.correct(rows_.data(), r);
+    if (sum != nullptr) {
+      model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t a = begin; a < end; ++a) sum[a] += rows_[a];
+      });
+    }
+  }
+}
+
+/// xi into `rows_`; returns the largest |xi|/length.
+double Projector::evaluate_values(const double* r) {
+  const double largest = linearization_.evaluate_values(r, rows_.data());
+  return contacts_ != nullptr ? larger(largest, contacts_->held_violation(rows_.data())) : largest;
+}
+
+/// Names the row that is farthest from 0 in `rows_` = xi.
+Outcome Projector::explain_stall(double t, double violation) const {
+  const auto worst =
+      std::max_element(rows_.begin(), rows_.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const auto row = static_cast<std::size_t>(worst - rows_.begin());
+  const std::string place = model_.name_row(row) + " at t = " + text(t) + ", violation " + text(violation);
+  if (row >= model_.numbering.first_idle_row()) {
+    return {Status::Contradictory, "what is prescribed at supports breaks " + place};
+  }
+  // The independent rows are satisfied, what depends on them is not.
+  const std::vector<double>& lengths = model_.scales.lengths();
+  const RankRevealingFactor& factor = linearization_.rank_factor();
+  if (factor.largest_active(rows_, lengths) < 1e-3 * factor.largest_dependent(rows_, lengths)) {
+    const std::vector<double> nothing(model_.scales.size(), 0.0);
+    if (Outcome outcome = factor.explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok()) return outcome;
+  }
+  constexpr double poor = 1e-6;
+  const double condition = factor.reciprocal_condition();
+  const std::string why = condition < poor ? "; S has the reciprocal condition " + text(condition) + " there" : "";
+  return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place + why};
+}
+
+// ---- velocities ----
+
+ProjectionReport Projector::project_velocities(double t, const double* r, double* v, double* sum) {
+  model_.set_time(t);
+  ProjectionReport report;
+  if (model_.num_rows() == 0) return report;
+  constexpr double target = 1e-13;
+  // What sticks stands still: there is no rounding that may add up to a creep.
+  const bool holds_contacts = model_.constraints.tangents().num_sticking() > 0;
+  double before = infinity, least = infinity;
+  int since_least = 0;
+  bool decided_here = false;
+  const RankRevealingFactor& factor = linearization_.rank_factor();
+  if (sum == nullptr) {
+    const double speed = model_.scales.least_speed();
+    const Projection by_islands = linearization_.project_velocities(target * speed, r, v);
+    report.iterations = by_islands.iterations;
+    report.violation = by_islands.violation / speed;
+    if (report.violation <= target) return report;
+  }
+  for (;; ++report.iterations) {
+    const double rate = linearization_.evaluate_rates(r, v, rows_.data());
+    report.violation = residuals_.relative_rates(rows_, rate);
+    if (!std::isfinite(rate)) {
+      report.outcome = model_.not_finite(t);
+      return report;
+    }
+    // Linear in v: with the factor at r one solve is exact up to rounding, more only refine.
+    const bool is_done = report.violation <= target && !(holds_contacts && report.iterations == 0);
+    // Conjugate residuals may rest for some steps.
+    constexpr int most_conjugate = 100, patience = 5;
+    since_least = report.violation < 0.5 * least ? 0 : since_least + 1;
+    least = std::min(least, report.violation);
+    const bool stands = factor.is_compliant() ? since_least == patience : !(report.violation < 0.5 * before);
+    if (is_done || report.iterations == (factor.is_compliant() ? most_conjugate : 4) || stands) {
+      if (!factor.redundancy().is_found() || decided_here || report.violation <= rounding) return report;
+      // A dependent row stays behind: it became independent, or contradicts the others.
+      decided_here = true;
+      if (!linearization_.decide_rank_again(r)) {
+        report.outcome = factor.explain_contradiction(t, rows_, model_.scales.speeds(), rounding, " m/s");
+        return report;
+      }
+    }
+    before = report.violation;
+    // S nu = -(K'v + xi_t), v += M^-1 K nu
+    linearization_.correct_conjugately(report.iterations == 0, rows_.data(), v);
+    for (std::size_t a = 0; sum != nullptr && a < model_.num_rows(); ++a) sum[a] += rows_[a];
+  }
+}
+
+}  // namespace tanor

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "dynamics/contact_modes.hpp"
+#include "dynamics/linearization.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/residuals.hpp"
+
+namespace tanor {
+
+/// Projections onto xi = 0 and onto K'v + xi_t = 0 along M^-1 K, which is orthogonal in the M-norm: chord iterations
+/// with the factor of S that stands.
+class Projector {
+ public:
+  Projector(Model& model, Linearization& linearization, Residuals& residuals);
+  /// Constraints with friction: what sticks, and where it is held.
+  void set_contacts(ContactModes* contacts) { contacts_ = contacts; }
+
+  /// The configuration nearby; linearises anew where the iterations stall, and after a large turn at r first where that
+  /// costs no more than the iterations which it saves.
+  ProjectionReport project_positions(double t, double* r, Turn turn = Turn::Small);
+  /// The same along the K that stands, whatever happens. `sum` [d]: a guess of the multipliers, then their sum.
+  ProjectionReport project_along_gradients(double t, double* r, double* sum) {
+    return iterate_positions(t, r, sum, infinity);
+  }
+  /// With K at r. Adds the multipliers that change v to `sum` [d] unless it is null.
+  ProjectionReport project_velocities(double t, const double* r, double* v, double* sum = nullptr);
+
+ private:
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+
+  ProjectionReport iterate_positions(double t, double* r, double* sum, double far);
+  double evaluate_values(const double* r);
+  Outcome explain_stall(double t, double violation) const;
+
+  Model& model_;
+  Linearization& linearization_;
+  Residuals& residuals_;
+  ContactModes* contacts_ = nullptr;  // null: constraints are ideal
+  std::vector<double> rows_;          // [d] what is violated, then its correction
+};
+
+}  // namespace tanor

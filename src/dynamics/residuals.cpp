@@ -1,0 +1,102 @@
+#include "dynamics/residuals.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tanor {
+
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+Residuals::Residuals(const Model& model, const std::vector<double>& blocks) : model_(model), blocks_(blocks) {
+  if (!model.scales.are_one()) norms_.reserve(model.num_rows());
+}
+
+/// Of the rows of K at hand; 1 where a contact slides.
+const std::vector<double>& Residuals::gradient_norms() {
+  norms_.assign(model_.num_rows(), 0.0);
+  for (const Incidence& incidence : model_.incidences) {
+    double& own = norms_[static_cast<std::size_t>(incidence.row)];
+    own = std::max(own, norm(load(blocks_.data(), incidence.block)));
+  }
+  for (double& own : norms_) own = own > 0.0 ? own : 1.0;
+  return norms_;
+}
+
+const std::vector<double>& Residuals::measure_accelerations(const Problem& problem) {
+  const auto& [w0, b, scale] = problem;
+  if (knows_accelerations_) return accelerations_;
+  knows_accelerations_ = true;
+  const Scales& scales = model_.scales;
+  accelerations_.assign(scales.size(), scale > 0.0 ? scale : 1.0);
+  if (scales.are_one()) return accelerations_;
+  model_.largest_norms(w0, &accelerations_);
+  accelerations_.back() = scale;
+  const std::vector<double>& norms = gradient_norms();
+  for (std::size_t a = 0; a < model_.num_rows(); ++a) {
+    double& own = accelerations_[scales.of_row(a)];
+    own = larger(own, std::abs(b[a]) / norms[a]);
+  }
+  // Where all cancels nothing is left but what v itself brings about.
+  for (std::size_t k = 0; k < accelerations_.size(); ++k) {
+    if (!(accelerations_[k] > 0.0)) accelerations_[k] = scales.speed(k) * scales.speed(k) / scales.length(k);
+  }
+  return accelerations_;
+}
+
+double Residuals::relative_residual(const Problem& problem, const std::vector<double>& rows, double largest) {
+  constexpr double little = 1e-13;
+  const Scales& scales = model_.scales;
+  const double relative = largest / (problem.scale > 0.0 ? problem.scale : 1.0);
+  if (scales.are_one() || largest <= little * scales.least_acceleration()) return relative;
+  measure_accelerations(problem);
+  const std::vector<double>& norms = gradient_norms();
+  double worst = 0.0;
+  for (std::size_t a = 0; a < model_.num_rows(); ++a)
+    worst = larger(worst, std::abs(rows[a]) / (norms[a] * accelerations_[scales.of_row(a)]));
+  return worst;
+}
+
+double Residuals::relative_rates(const std::vector<double>& rows, double largest) {
+  constexpr double little = 1e-14;
+  const Scales& scales = model_.scales;
+  if (scales.are_one()) return largest / scales.speed(0);
+  if (largest <= little * scales.least_speed()) return largest / scales.least_speed();
+  const std::vector<double>& norms = gradient_norms();
+  double worst = 0.0;
+  for (std::size_t a = 0; a < model_.num_rows(); ++a)
+    worst = larger(worst, std::abs(rows[a]) / (norms[a] * scales.speed(scales.of_row(a))));
+  return worst;
+}
+
+/// |xi|/length cannot be smaller than the rounding of the positions: eps |r|/L, where that is largest.
+double Residuals::rounding_floor(const double* r) const {
+  return 4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length);
+}
+
+double Residuals::beyond_rounding(const double* r, double violation, double allowed, double times) {
+  const Scales& scales = model_.scales;
+  if (!(violation <= std::max(allowed, times * rounding_floor(r)))) return violation;
+  if (scales.are_one()) return 0.0;
+  auto& [places, at_rest, position, rates, lengths] = beyond_;
+  model_.largest_norms(r, &places);
+  at_rest.resize(3 * model_.num_points(), 0.0);
+  for (std::vector<double>* array : {&position, &rates}) array->resize(model_.num_rows());
+  lengths.assign(model_.num_rows(), 0.0);
+  model_.constraints.measure(r, at_rest.data(), position.data(), rates.data());
+  model_.constraints.write_lengths(lengths.data());
+  double worst = 0.0;
+  for (std::size_t a = 0; a < model_.num_rows(); ++a) {
+    if (!(lengths[a] > 0.0)) continue;
+    const double far = std::max(1.0, places[scales.of_row(a)] / lengths[a]);
+    const double rounding = times * 4.0 * eps * far;
+    if (!(position[a] <= std::max(allowed, rounding))) worst = larger(worst, position[a]);
+  }
+  return worst;
+}
+
+}  // namespace tanor

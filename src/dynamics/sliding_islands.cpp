@@ -1,0 +1,259 @@
+#include "dynamics/sliding_islands.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/held_friction.hpp"
+
+namespace tanor {
+
+SlidingIslands::SlidingIslands(const Model& model, const FrictionLaws& laws, const ContactIslands& islands,
+                               Response& response)
+    : model_(model),
+      tangents_(model.constraints.tangents()),
+      laws_(laws),
+      numbered_(islands),
+      response_(response),
+      islands_(islands.size()) {
+  for (std::size_t number = 0; number < islands_.size(); ++number) islands_[number].number = number;
+}
+
+/// The contacts that slide under laws that read multipliers, island by island.
+void SlidingIslands::list_members() {
+  for (Island& island : islands_) {
+    island.members.clear();
+    for (const std::size_t c : numbered_.contacts[island.number]) {
+      if (!tangents_.sticks(c) && !laws_.is_given(c)) island.members.push_back(c);
+    }
+  }
+}
+
+/// N0 and W of each island, from the multipliers without their friction and from those that one newton against the
+/// sliding of each contact adds: of the j-th contact of every island at once, since islands do not see each other.
+void SlidingIslands::reduce() {
+  std::size_t most = 0;
+  for (const Island& island : islands_) most = std::max(most, island.members.size());
+  const auto as_eigen = [](Vec3 a) { return Eigen::Vector3d(a.x, a.y, a.z); };
+  force_.resize(laws_.num_parts());
+  lambda_.assign(model_.num_rows(), 0.0);
+  const auto fill = [&](const Island& island, Eigen::Matrix3Xd* N) {
+    N->resize(3, static_cast<Eigen::Index>(island.members.size()));
+    for (std::size_t c = 0; c < island.members.size(); ++c)
+      N->col(static_cast<Eigen::Index>(c)) = as_eigen(laws_.normal_force(island.members[c], lambda_.data()));
+  };
+  laws_.evaluate(model_.parallel, lambda_.data(), force_.data());  // what reads no multiplier stays
+  response_.find_multipliers(force_.data(), lambda_.data());
+  for (Island& island : islands_) {
+    island.contacts.mu.clear();
+    for (const std::size_t c : island.members) island.contacts.mu.push_back(laws_.coefficient(c));
+    fill(island, &island.contacts.N0);
+    island.contacts.W.resize(island.members.size());
+  }
+  for (std::size_t j = 0; j < most; ++j) {
+    std::fill(force_.begin(), force_.end(), 0.0);
+    for (const Island& island : islands_) {
+      if (j < island.members.size()) force_[laws_.first_part(island.members[j])] = 1.0;
+    }
+    response_.find_change(force_.data(), lambda_.data());
+    for (Island& island : islands_) {
+      if (j < island.members.size()) fill(island, &island.contacts.W[j]);
+    }
+  }
+}
+
+bool SlidingIslands::are_coulomb(const Island& island) const {
+  return std::all_of(island.members.begin(), island.members.end(), [&](std::size_t c) { return laws_.is_coulomb(c); });
+}
+
+/// Coulomb friction alone, of few contacts each.
+bool SlidingIslands::are_small() const {
+  return std::all_of(islands_.begin(), islands_.end(), [&](const Island& island) {
+    return island.members.size() <= most_enumerated && are_coulomb(island);
+  });
+}
+
+/// Theorem A: a law by full reactions is a contraction in the norm of M^-1, |tau(e1) - tau(e2)| <= mu |e1 - e2|,
+/// whatever S is. Returns 1/(1 - mu) with what the norm may hide; NaN where some law is another one.
+double SlidingIslands::amplification_of_full_reactions() const {
+  double mu = 0.0;
+  for (const Island& island : islands_) {
+    for (const std::size_t c : island.members) {
+      if (!laws_.is_coulomb(c) || !laws_.reads_full_reaction(c)) return std::numeric_limits<double>::quiet_NaN();
+      mu = std::max(mu, laws_.coefficient(c));
+    }
+  }
+  if (!(mu < 1.0)) return std::numeric_limits<double>::quiet_NaN();
+  const auto end = model_.mass.begin() + static_cast<std::ptrdiff_t>(model_.num_moving());
+  const auto [lightest, heaviest] = std::minmax_element(model_.mass.begin(), end);
+  return std::sqrt(static_cast<double>(tangents_.size()) * *heaviest / *lightest) / (1.0 - mu);
+}
+
+std::string SlidingIslands::name(const Island& island) const {
+  return model_.name_contact(island.members.front()) + (island.members.size() > 1 ? " and others of its island" : "");
+}
+
+/// With these sizes of friction in the island and those at the multipliers `at` elsewhere, contacts of the island that
+/// stick bear no more than they can.
+bool SlidingIslands::holds_what_sticks(const Island& island, const Eigen::VectorXd& sizes, const double* at) {
+  const auto& all = numbered_.contacts[island.number];
+  if (std::none_of(all.begin(), all.end(), [&](std::size_t c) { return tangents_.sticks(c); })) return true;
+  std::vector<double> force(laws_.num_parts()), lambda(model_.num_rows(), 0.0);
+  laws_.evaluate(model_.parallel, at, force.data());
+  for (std::size_t c = 0; c < island.members.size(); ++c)
+    force[laws_.first_part(island.members[c])] = sizes(static_cast<Eigen::Index>(c));
+  response_.find_multipliers(force.data(), lambda.data());
+  constexpr double slack = 1.0 + 1e-9;
+  return std::all_of(all.begin(), all.end(), [&](std::size_t c) {
+    return !tangents_.sticks(c) ||
+           norm(held_friction(tangents_, laws_, c, lambda.data())) <= slack * static_limit(laws_, c, lambda.data());
+  });
+}
+
+Outcome SlidingIslands::note_several(const Island& island, std::size_t count, double t, const UniquenessCheck& check,
+                                     FrictionReport* report) const {
+  report->uniqueness = Uniqueness::Several;
+  if (!check.refuses_several) return {};
+  return fail_friction(Status::NotUnique, t,
+                       name(island) + ": " + std::to_string(count) + " accelerations obey the law");
+}
+
+/// Islands of many contacts whose friction changes no reaction, W = 0, have one solution: one solve for any friction of
+/// all contacts tells it. Their members are done with.
+void SlidingIslands::leave_out_uncoupled(std::size_t least_contacts) {
+  const auto is_many = [&](const Island& island) { return island.members.size() >= least_contacts; };
+  if (std::none_of(islands_.begin(), islands_.end(), is_many)) return;
+  force_.assign(laws_.num_parts(), 0.0);
+  lambda_.assign(model_.num_rows(), 0.0);
+  constexpr double golden = 0.6180339887498949;
+  double turn = 0.0;
+  for (const Island& island : islands_) {
+    for (const std::size_t c : island.members) {
+      turn += golden - (turn + golden >= 1.0 ? 1.0 : 0.0);
+      force_[laws_.first_part(c)] = 0.5 + turn;  // of no pattern
+    }
+  }
+  response_.find_change(force_.data(), lambda_.data());
+  constexpr double rounding = 1e-11;
+  for (Island& island : islands_) {
+    const bool is_uncoupled = std::all_of(island.members.begin(), island.members.end(), [&](std::size_t c) {
+      return laws_.is_coulomb(c) && laws_.coefficient(c) * norm(laws_.normal_force(c, lambda_.data())) <= rounding;
+    });
+    if (is_many(island) && is_uncoupled) island.members.clear();
+  }
+}
+
+/// All solutions of an island. Two sizes of friction are no two motions where one of them is more than what sticks can
+/// bear.
+SlidingSolutions SlidingIslands::count(const Island& island, const double* at) {
+  SlidingSolutions solutions = find_sliding(island.contacts);
+  if (solutions.uniqueness != Uniqueness::Several) return solutions;
+  std::erase_if(solutions.found, [&](const Eigen::VectorXd& s) { return !holds_what_sticks(island, s, at); });
+  if (solutions.found.size() < 2)
+    solutions.uniqueness = solutions.is_complete ? Uniqueness::Proven : Uniqueness::Unproven;
+  return solutions;
+}
+
+Outcome SlidingIslands::verify_uniqueness(double t, const UniquenessCheck& check, const double* lambda,
+                                          FrictionReport* report, double* amplification) {
+  constexpr std::size_t most_verified = 64;  // contacts of an island, one solve each
+  report->uniqueness = Uniqueness::Unproven;
+  list_members();
+  *amplification = amplification_of_full_reactions();
+  if (!std::isnan(*amplification)) {
+    report->uniqueness = Uniqueness::Proven;
+    return {};
+  }
+  bool is_proven = true;
+  const auto leave_open = [&](Island* island, const std::string& why) {
+    if (is_proven) report->uniqueness_reason = name(*island) + ": " + why;
+    is_proven = false;
+    island->members.clear();
+  };
+  leave_out_uncoupled(most_enumerated + 1);
+  for (Island& island : islands_) {
+    if (!are_coulomb(island))
+      leave_open(&island, "solutions of laws other than Coulomb's are not counted");
+    else if (island.members.size() > most_verified)
+      leave_open(&island, "so many contacts that slide and change each other's reactions are not judged");
+  }
+  reduce();
+  *amplification = is_proven ? 1.0 : std::numeric_limits<double>::quiet_NaN();
+  for (Island& island : islands_) {
+    if (island.members.empty()) continue;
+    const double own = contraction_.amplification(island.contacts);
+    *amplification = larger(*amplification, own);
+    // One motion, or all were counted before.
+    if (!std::isnan(own) || is_counted(island, check)) continue;
+    const SlidingSolutions solutions = count(island, lambda);
+    if (solutions.uniqueness == Uniqueness::Several) {
+      is_proven = false;
+      Outcome outcome = note_several(island, solutions.found.size(), t, check, report);
+      if (!outcome.ok()) return outcome;
+    } else if (solutions.uniqueness != Uniqueness::Proven) {
+      leave_open(&island, island.members.size() > most_enumerated
+                              ? "(43) is no contraction, and modes of more than ten contacts are too many to try"
+                              : "(43) is no contraction, and the search for other sizes of friction became too long");
+    }
+  }
+  if (is_proven && report->uniqueness != Uniqueness::Several) report->uniqueness = Uniqueness::Proven;
+  return {};
+}
+
+Outcome SlidingIslands::enumerate(double t, const UniquenessCheck& check, double* lambda, FrictionReport* report) {
+  list_members();
+  if (!are_small()) {
+    return fail_friction(
+        Status::NotConverged, t,
+        "its iterations do not converge, and contacts are too many to try all signs of their normal forces, or "
+        "their law is not Coulomb's");
+  }
+  reduce();
+  report->method_used = FrictionMethod::Enumeration;
+  std::vector<double> force(laws_.num_parts());
+  const std::vector<double> nothing(model_.num_rows(), 0.0);
+  laws_.evaluate(model_.parallel, nothing.data(), force.data());
+  for (const Island& island : islands_) {
+    if (island.members.empty()) continue;
+    Outcome outcome = choose_nearest(island, t, check, lambda, force.data(), report);
+    if (!outcome.ok()) return outcome;
+  }
+  response_.find_multipliers(force.data(), lambda);
+  ++report->iterations;
+  return {};
+}
+
+/// The solution of one island nearest to the friction at lambda, into `force` [parts].
+Outcome SlidingIslands::choose_nearest(const Island& island, double t, const UniquenessCheck& check,
+                                       const double* lambda, double* force, FrictionReport* report) const {
+  SlidingSolutions solutions = find_sliding(island.contacts);
+  if (solutions.uniqueness == Uniqueness::None) {
+    report->uniqueness = Uniqueness::None;
+    return fail_friction(
+        Status::NoSolution, t,
+        name(island) + ": no accelerations obey the law (" +
+            (solutions.determinant_changes ? "the determinant changes its sign, Painleve" : "all signs were tried") +
+            "); the rods jam, and the velocity would have to jump");
+  }
+  if (solutions.uniqueness == Uniqueness::Several && !is_counted(island, check)) {
+    Outcome outcome = note_several(island, solutions.found.size(), t, check, report);
+    if (!outcome.ok()) return outcome;
+  }
+  if (solutions.found.empty()) add_by_iteration(island.contacts, &solutions.found);
+  if (solutions.found.empty()) return fail_friction(Status::NotConverged, t, name(island) + ": no iteration converges");
+  const auto distance = [&](const Eigen::VectorXd& s) {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < island.members.size(); ++c) {
+      const double before = island.contacts.mu[c] * norm(laws_.normal_force(island.members[c], lambda));
+      sum += std::pow(s(static_cast<Eigen::Index>(c)) - before, 2);
+    }
+    return sum;
+  };
+  const auto nearest = std::min_element(solutions.found.begin(), solutions.found.end(),
+                                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  for (std::size_t c = 0; c < island.members.size(); ++c)
+    force[laws_.first_part(island.members[c])] = (*nearest)(static_cast<Eigen::Index>(c));
+  return {};
+}
+
+}  // namespace tanor

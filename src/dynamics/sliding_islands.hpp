@@ -1,0 +1,70 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dynamics/contact_islands.hpp"
+#include "dynamics/model.hpp"
+#include "friction/contraction.hpp"
+#include "friction/enumeration.hpp"
+#include "friction/laws.hpp"
+#include "friction/response.hpp"
+
+namespace tanor {
+
+/// What is asked about other solutions than the one that was found.
+struct UniquenessCheck {
+  bool is_wanted = false;
+  bool refuses_several = true;          ///< else the one nearest to the guess is taken, and the report says so
+  std::span<const char> are_counted{};  ///< [island] its motions were counted already; empty: none were
+};
+
+/// Contacts that slide, island by island, as small dense problems: what their normal forces make of friction. Such a
+/// problem tells whether friction is unique, and all its solutions can be found.
+class SlidingIslands {
+ public:
+  /// All must outlive it; `response` at the place where `laws` stand.
+  SlidingIslands(const Model& model, const FrictionLaws& laws, const ContactIslands& islands, Response& response);
+
+  /// Is the solution lambda [rows] the only one? Into the report; `amplification`: 1/(1 - L) where a contraction
+  /// constant L < 1 is proven, else NaN.
+  Outcome verify_uniqueness(double t, const UniquenessCheck& check, const double* lambda, FrictionReport* report,
+                            double* amplification);
+  /// By trying, where iterations fail: of several solutions the one nearest to `lambda`, into `lambda`.
+  Outcome enumerate(double t, const UniquenessCheck& check, double* lambda, FrictionReport* report);
+
+ private:
+  struct Island {
+    std::size_t number = 0;
+    std::vector<std::size_t> members;  // contacts that slide; may be empty
+    SlidingContacts contacts;
+  };
+  void list_members();
+  void reduce();
+  bool are_small() const;
+  bool are_coulomb(const Island& island) const;
+  double amplification_of_full_reactions() const;
+  std::string name(const Island& island) const;
+  bool is_counted(const Island& island, const UniquenessCheck& check) const {
+    return !check.are_counted.empty() && check.are_counted[island.number] != 0;
+  }
+  bool holds_what_sticks(const Island& island, const Eigen::VectorXd& sizes, const double* at);
+  Outcome note_several(const Island& island, std::size_t count, double t, const UniquenessCheck& check,
+                       FrictionReport* report) const;
+  void leave_out_uncoupled(std::size_t least_contacts);
+  SlidingSolutions count(const Island& island, const double* at);
+  Outcome choose_nearest(const Island& island, double t, const UniquenessCheck& check, const double* lambda,
+                         double* force, FrictionReport* report) const;
+
+  const Model& model_;
+  const Tangents& tangents_;
+  const FrictionLaws& laws_;
+  const ContactIslands& numbered_;
+  Response& response_;
+  std::vector<Island> islands_;  // kept from step to step
+  ContractionBound contraction_;
+  std::vector<double> force_, lambda_;  // [parts], [rows], scratch
+};
+
+}  // namespace tanor

@@ -1,0 +1,173 @@
+#include "dynamics/step_projection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/stopwatch.hpp"
+#include "base/text.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double friction_is_settled = 1e-11;  // relative
+constexpr int most_friction_iterations = 100;
+
+}  // namespace
+
+StepProjection::StepProjection(Model& model, Linearization& linearization, Projector& projector,
+                               ForwardDynamics& dynamics)
+    : model_(model),
+      linearization_(linearization),
+      projector_(projector),
+      dynamics_(dynamics),
+      step_{std::vector<double>(model.num_rows()), std::vector<double>(model.num_rows()),
+            std::vector<double>(model.num_rows())} {}
+
+void StepProjection::forget_steps() {
+  std::fill(step_.last.begin(), step_.last.end(), 0.0);
+  std::fill(step_.before.begin(), step_.before.end(), 0.0);
+}
+
+/// What starts the iteration of the next step.
+void StepProjection::exchange_memory(Memory& memory) {
+  memory.exchange(step_.last, step_.before, step_.last_h, step_.before_h);
+  bool have_same_frames = step_.frames == model_.constraints.frames();
+  memory.exchange(have_same_frames);
+  if (memory.reads()) step_.frames = model_.constraints.frames() + (have_same_frames ? 0 : 1);
+}
+
+Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& request, double* w) {
+  if (friction_ != nullptr) {
+    // M^-1 (f + tau) = w - M^-1 eta: what holds a contact that sticks is a force like the others
+    if (Outcome outcome = dynamics_.solve(at, request, w); !outcome.ok()) return outcome;
+    eta_.resize(3 * model_.num_points());
+    dynamics_.write_reactions(eta_.data());
+    for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w[i] -= model_.inverse_mass[i / 3] * eta_[i];
+    return {};
+  }
+  const Stopwatch watch(&model_.times.evaluate);
+  if (linearization_.solves_at_once(Gradients::Evaluate) && model_.uniform_free() != nullptr) {
+    model_.write_uniform(w);
+    return {};
+  }
+  return std::isfinite(model_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : model_.not_finite(at.t);
+}
+
+/// The sum of the multipliers is h^2 times a smooth function of time (half of lambda): extrapolated from the last two
+/// steps it saves iterations, the solution is the same.
+void StepProjection::guess_step(double h) {
+  const double scale = h * h;
+  if (const std::size_t frames = model_.constraints.frames(); frames != step_.frames) {
+    forget_steps();
+    step_.frames = frames;
+  }
+  // Over the square of a short step they are rounding, as where one was cut at an event.
+  constexpr double short_step = 0.1;
+  const bool can_guess = std::min(step_.last_h, step_.before_h) >= short_step * std::abs(h);
+  model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      step_.sum[a] = can_guess ? scale * (2.0 * step_.last[a] - step_.before[a]) : 0.0;
+    }
+  });
+}
+
+/// For the next guess; the sum over h, which the velocity takes.
+void StepProjection::keep_step(double h) {
+  step_.before_h = std::exchange(step_.last_h, std::abs(h));
+  const double scale = h * h;
+  model_.parallel.for_ranges(model_.num_rows(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      step_.before[a] = step_.last[a];
+      step_.last[a] = step_.sum[a] / scale;
+      step_.sum[a] /= h;
+    }
+  });
+}
+
+ProjectionReport StepProjection::project_step(double t, double h, double* r, double* step_velocity) {
+  guess_step(h);
+  const bool has_dependent_rows = linearization_.rank_factor().redundancy().is_found();
+  if (has_dependent_rows) step_start_.assign(r, r + 3 * model_.num_points());
+  ProjectionReport report = projector_.project_along_gradients(t, r, step_.sum.data());
+  if (!report.outcome.ok() && has_dependent_rows) {
+    // Rows that depended when K was seen last may be independent where the step begins.
+    if (!linearization_.decide_rank_again(step_start_.data())) return project_singular_step(t, h, r, step_velocity);
+    std::copy(step_start_.begin(), step_start_.end(), r);
+    std::fill(step_.sum.begin(), step_.sum.end(), 0.0);
+    report = projector_.project_along_gradients(t, r, step_.sum.data());
+  }
+  if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
+  keep_step(h);
+  // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
+  linearization_.add_reactions(step_.sum.data(), step_velocity);
+  return steps_with_friction() ? settle_step_friction(t, h, r, step_velocity, report) : report;
+}
+
+/// The step's own multipliers, lambda = 2 sum/h^2, say what its friction is: (43), each iteration one projection from
+///
+///   r += h^2/2 M^-1 dtau,   v1/2 += h/2 M^-1 dtau
+ProjectionReport StepProjection::settle_step_friction(double t, double h, double* r, double* step_velocity,
+                                                      ProjectionReport report) {
+  for (int k = 0; k < most_friction_iterations; ++k) {
+    for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 * step_.last[a];
+    const Stopwatch watch(&model_.times.friction);
+    const double change = friction_->change_to(lambda_.data(), 0.5 * h, step_velocity);
+    friction_->add_change(0.5 * h * h, r);
+    if (change <= friction_is_settled) return report;
+    ++model_.counters.friction_iterations;
+    std::fill(step_.sum.begin(), step_.sum.end(), 0.0);
+    const ProjectionReport again = projector_.project_along_gradients(t, r, step_.sum.data());
+    report.iterations += again.iterations;
+    report.violation = again.violation;
+    if (report.outcome = again.outcome; !report.outcome.ok()) return report;
+    for (std::size_t a = 0; a < model_.num_rows(); ++a) {
+      step_.last[a] += step_.sum[a] / (h * h);
+      step_.sum[a] /= h;
+    }
+    linearization_.add_reactions(step_.sum.data(), step_velocity);
+  }
+  report.outcome = friction_stalls(t);
+  return report;
+}
+
+/// Away from a place where K has less rank than around it: its range does not lead onto xi = 0, Newton's own does.
+ProjectionReport StepProjection::project_singular_step(double t, double h, double* r, double* step_velocity) {
+  std::copy(step_start_.begin(), step_start_.end(), r);
+  if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
+  ProjectionReport report = projector_.project_positions(t, r, Turn::Small);
+  if (!report.outcome.ok()) return report;
+  for (std::size_t i = 0; i < step_start_.size(); ++i) step_velocity[i] += (r[i] - step_start_[i]) / h;
+  return report;
+}
+
+/// The same with the multipliers of the second half of a step, lambda = 2 nu/h.
+ProjectionReport StepProjection::project_step_velocities(double t, double h, const double* r, double* v) {
+  if (!steps_with_friction()) return projector_.project_velocities(t, r, v);
+  std::vector<double>& sum = step_.sum;
+  std::fill(sum.begin(), sum.end(), 0.0);
+  ProjectionReport report;
+  for (int k = 0; k < most_friction_iterations; ++k) {
+    const ProjectionReport again = projector_.project_velocities(t, r, v, sum.data());
+    report.iterations += again.iterations;
+    report.violation = again.violation;
+    if (report.outcome = again.outcome; !report.outcome.ok()) return report;
+    for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 / h * sum[a];
+    const Stopwatch watch(&model_.times.friction);
+    if (friction_->change_to(lambda_.data(), 0.5 * h, v) <= friction_is_settled) return report;
+    ++model_.counters.friction_iterations;
+  }
+  report.outcome = friction_stalls(t);
+  return report;
+}
+
+bool StepProjection::steps_with_friction() const {
+  return friction_ != nullptr && friction_->depends_on_multipliers();
+}
+
+Outcome StepProjection::friction_stalls(double t) const {
+  return {Status::NotConverged, "friction at t = " + text(t) + ": the iteration for the step's multipliers stalls"};
+}
+
+}  // namespace tanor

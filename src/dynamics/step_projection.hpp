@@ -1,0 +1,60 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "dynamics/forward_dynamics.hpp"
+#include "dynamics/friction_solver.hpp"
+#include "dynamics/linearization.hpp"
+#include "dynamics/model.hpp"
+#include "dynamics/projector.hpp"
+#include "dynamics/roles.hpp"
+
+namespace tanor {
+
+/// Both halves of a step of RATTLE in positions and velocities of points. A step begins from the multipliers of the
+/// last ones, and friction becomes that of the step's own multipliers.
+class StepProjection final : public StepProjector {
+ public:
+  StepProjection(Model& model, Linearization& linearization, Projector& projector, ForwardDynamics& dynamics);
+  void set_friction(FrictionSolver* friction) {
+    friction_ = friction;
+    lambda_.resize(model_.num_rows());
+  }
+
+  bool depends_on_velocity() const override { return model_.forces.depends_on_velocity() || friction_ != nullptr; }
+  Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
+  ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
+  ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
+
+  /// Earlier steps are unknown.
+  void forget_steps();
+  void exchange_memory(Memory& memory);
+
+ private:
+  struct StepMultipliers {
+    std::vector<double> sum;           // of this step's iterations
+    std::vector<double> last, before;  // of the last two steps, over h^2; 0 after a jump of
+    std::size_t frames = 0;            // the unit vectors of lines
+    double last_h = std::numeric_limits<double>::max(), before_h = last_h;  // s, of those steps
+  };
+
+  void guess_step(double h);
+  void keep_step(double h);
+  ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
+  ProjectionReport settle_step_friction(double t, double h, double* r, double* step_velocity, ProjectionReport report);
+  bool steps_with_friction() const;
+  Outcome friction_stalls(double t) const;
+
+  Model& model_;
+  Linearization& linearization_;
+  Projector& projector_;
+  ForwardDynamics& dynamics_;
+  FrictionSolver* friction_ = nullptr;  // null: constraints are ideal
+  StepMultipliers step_;
+  std::vector<double> lambda_;      // [d] of the step, scratch
+  std::vector<double> step_start_;  // [3n] where rows depend
+  std::vector<double> eta_;         // [3n] scratch
+};
+
+}  // namespace tanor

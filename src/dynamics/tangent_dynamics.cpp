@@ -1,0 +1,212 @@
+#include "dynamics/tangent_dynamics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/stopwatch.hpp"
+
+namespace tanor {
+
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double good_enough = 1e-12;  // error of w, of the largest acceleration
+
+}  // namespace
+
+TangentDynamics::TangentDynamics(Model& model, TangentLinearization& linearization, SolveReport* report)
+    : model_(model),
+      linearization_(linearization),
+      report_(*report),
+      has_closed_form_(model.coordinates.has_closed_form()) {
+  for (std::vector<double>* array : {&last_q_, &last_q_dot_, &last_q_ddot_, &columns_})
+    array->resize(model.coordinates.num_coordinates());
+  for (std::vector<double>* array : {&w_, &w0_, &points_}) array->resize(3 * model.num_points(), 0.0);
+}
+
+Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, double* q_ddot) {
+  const auto [t, q, q_dot] = at;
+  ++model_.counters.evaluations;
+  const bool has_closed_form = !request.exact && friction_ == nullptr && has_closed_form_;
+  if (has_closed_form && solve_in_closed_form(at, q_ddot)) {
+    remember(at);
+    return report_.outcome = {};
+  }
+  double scale = 0.0;
+  {
+    const Stopwatch watch(&model_.times.evaluate);
+    linearization_.evaluate(t, q, q_dot, true);
+    scale = larger(model_.evaluate_free(t, linearization_.r().data(), linearization_.v().data(), w0_.data()),
+                   model_.largest_norm(linearization_.psi().data()));
+  }
+  report_.residual = 0.0;
+  report_.refinements = 0;
+  if (!std::isfinite(scale)) return report_.outcome = model_.not_finite(t);
+  if (Outcome outcome = add_friction(t, request); !outcome.ok()) return report_.outcome = outcome;
+  if (Outcome outcome = linearization_.factorize(t); !outcome.ok()) return report_.outcome = outcome;
+  refine(scale, request.exact, q_ddot);
+  remember(at);
+  std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
+  return report_.outcome = std::isfinite(report_.residual) ? Outcome{} : model_.not_finite(t);
+}
+
+/// rho = A'(M w - f) from w = psi on; q_ddot -= H^-1 rho, w follows; again with what is left of it (refinement in w). A
+/// well conditioned H needs no second look: its error stays below `good_enough`.
+void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
+  const Stopwatch watch(&model_.times.solve);
+  const double enough = exact ? 4.0 * eps : good_enough;
+  const double expected = eps / report_.reciprocal_condition;
+  constexpr int most_passes = 5;
+  std::fill(q_ddot, q_ddot + size(), 0.0);
+  w_ = linearization_.psi();
+  double correction = scale;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    const double before = correction;
+    correction = correct(q_ddot);
+    report_.refinements = pass;
+    report_.residual = pass == 0 ? expected : relative_correction(correction, scale);
+    if (report_.residual <= enough || (pass > 1 && !(correction < 0.5 * before))) break;
+  }
+  if (!std::isfinite(correction)) report_.residual = correction;
+}
+
+/// Where every member moves a point of its own. False: where H looks singular, or A'M (w - w0) may not come out.
+bool TangentDynamics::solve_in_closed_form(const Kinematics& at, double* q_ddot) {
+  const auto [t, q, q_dot] = at;
+  const Vec3* const uniform = model_.uniform_free();
+  const Stopwatch watch(&model_.times.solve);
+  if (uniform == nullptr) {
+    linearization_.evaluate(t, q, q_dot, false);
+    (void)model_.evaluate_free(t, linearization_.r().data(), linearization_.v().data(), w0_.data());
+  } else {
+    linearization_.prescribe(t);
+  }
+  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+            w_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  const double condition =
+      model_.coordinates.accelerate(model_.parallel, q, q_dot, w0_.data(), uniform, q_ddot, w_.data());
+  report_.reciprocal_condition = 1.0 / condition;
+  report_.residual = std::numeric_limits<double>::epsilon() * condition;
+  report_.refinements = 0;
+  if (!(report_.residual <= good_enough)) return false;
+  ++model_.counters.factorizations;
+  ++model_.counters.solves;
+  linearization_.leave_out_blocks();
+  return true;
+}
+
+void TangentDynamics::complete() {
+  if (linearization_.has_blocks()) return;
+  const Stopwatch watch(&model_.times.evaluate);
+  const double now = model_.time();
+  linearization_.evaluate(t_, last_q_.data(), last_q_dot_.data(), true);
+  (void)model_.evaluate_free(t_, linearization_.r().data(), linearization_.v().data(), w0_.data());
+  linearization_.factorize_again();
+  (void)model_.coordinates.accelerate(model_.parallel, last_q_.data(), last_q_dot_.data(), w0_.data(), nullptr,
+                                      last_q_ddot_.data(), points_.data());
+  if (now != t_) model_.set_time(now);
+}
+
+void TangentDynamics::remember(const Kinematics& at) {
+  t_ = at.t;
+  std::copy(at.x, at.x + size(), last_q_.begin());
+  std::copy(at.v, at.v + size(), last_q_dot_.begin());
+}
+
+/// The last correction of w over the accelerations of its neighbourhood, the worst one; `correction`, `scale`: of all.
+double TangentDynamics::relative_correction(double correction, double scale) const {
+  if (!(scale > 0.0)) return 0.0;
+  if (model_.scales.are_one()) return correction / scale;
+  const std::vector<double> changes = model_.largest_norms(points_.data()), free = model_.largest_norms(w0_.data()),
+                            psi = model_.largest_norms(linearization_.psi().data());
+  double worst = 0.0;
+  for (std::size_t k = 0; k < changes.size(); ++k) {
+    const double own = std::max(free[k], psi[k]);
+    if (changes[k] > 0.0) worst = larger(worst, own > 0.0 ? changes[k] / own : 1.0);
+  }
+  return worst;
+}
+
+/// w0 += M^-1 tau
+Outcome TangentDynamics::add_friction(double t, const Request& request) {
+  if (friction_ == nullptr) return {};
+  friction_w_.resize(w0_.size());
+  tau_.resize(w0_.size());
+  Request anew = request;
+  anew.gradients = Gradients::Evaluate;
+  if (anew.judgement == Judgement::Quick) anew.judgement = Judgement::None;
+  Outcome outcome =
+      friction_->accelerations({t, linearization_.r().data(), linearization_.v().data()}, anew, friction_w_.data());
+  report_.friction = friction_->last_solve().friction;
+  if (!outcome.ok()) return outcome;
+  friction_->friction_forces(tau_.data());
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0_[i] += model_.inverse_mass[i / 3] * tau_[i];
+  return outcome;
+}
+
+void TangentDynamics::write_place_along(double h, double* r) {
+  complete();
+  std::vector<double> q(size()), rates(3 * model_.num_points());
+  for (std::size_t j = 0; j < size(); ++j) q[j] = last_q_[j] + h * last_q_dot_[j] + 0.5 * h * h * last_q_ddot_[j];
+  model_.set_time(t_ + h);
+  model_.prescribe_all(t_ + h, r, rates.data());
+  model_.coordinates.evaluate(model_.parallel, q.data(), last_q_dot_.data(), r, nullptr, nullptr, nullptr);
+}
+
+/// q_ddot -= H^-1 A'(M w - f), w the same way; returns the largest change of w.
+double TangentDynamics::correct(double* q_ddot) {
+  const Parallel& parallel = model_.parallel;
+  ++model_.counters.solves;
+  parallel.for_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      store(points_.data(), i, model_.mass[i] * (load(w_.data(), i) - load(w0_.data(), i)));
+    }
+  });
+  linearization_.apply_transposed(points_.data(), columns_.data());
+  linearization_.solve_negative(columns_.data());
+  for (std::size_t j = 0; j < size(); ++j) q_ddot[j] += columns_[j];
+  linearization_.apply(columns_.data(), points_.data());
+  return parallel.max_over_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 change = load(points_.data(), i);
+      store(w_.data(), i, load(w_.data(), i) + change);
+      worst = larger(worst, dot(change, change));
+    }
+    return std::sqrt(worst);
+  });
+}
+
+Power TangentDynamics::power() {
+  complete();
+  // M^-1 eta = w - w0
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];
+  Power result = model_.power(points_.data(), linearization_.r().data(), linearization_.v().data());
+  if (friction_ == nullptr) return result;
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) result.friction += tau_[i] * linearization_.v()[i];
+  return result;
+}
+
+void TangentDynamics::write_friction(double* tau) const {
+  if (friction_ != nullptr) return friction_->friction_forces(tau);
+  std::fill(tau, tau + 3 * model_.num_points(), 0.0);
+}
+
+void TangentDynamics::write_reactions(double* eta) {
+  complete();
+  // eta = M w - f (24); what the coordinates hold at their supports is the opposite of what they do to their points.
+  std::fill(eta, eta + 3 * model_.num_points(), 0.0);
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    store(eta, i, model_.mass[i] * (load(w_.data(), i) - load(w0_.data(), i)));
+  }
+  model_.coordinates.add_support_reactions(eta);
+}
+
+/// w and w0 as they were found in the charts before, and what friction keeps.
+void TangentDynamics::exchange_memory(Memory& memory) {
+  memory.exchange(w_, w0_);
+  if (friction_ != nullptr) friction_->exchange_memory(memory);
+}
+
+}  // namespace tanor

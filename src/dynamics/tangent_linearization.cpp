@@ -1,0 +1,96 @@
+#include "dynamics/tangent_linearization.hpp"
+
+#include <algorithm>
+
+#include "base/text.hpp"
+
+namespace tanor {
+
+TangentLinearization::TangentLinearization(Model& model, const SolverOptions& options, SolveReport* report)
+    : TangentLinearization(model, options, model.coordinates.list_products(model.mass), report) {}
+
+TangentLinearization::TangentLinearization(Model& model, const SolverOptions& options,
+                                           const std::vector<Product>& products, SolveReport* report)
+    : model_(model),
+      report_(*report),
+      num_products_(products.size()),
+      solver_(products, {model.coordinates.island_start(), model.coordinates.num_coordinates()}, options.ordering),
+      blocks_(3 * model.coordinates.num_blocks()),
+      columns_(model.coordinates.num_coordinates()) {
+  for (std::vector<double>* array : {&r_, &v_, &psi_, &points_, &moved_}) array->resize(3 * model.num_points(), 0.0);
+}
+
+void TangentLinearization::prescribe(double t) {
+  model_.set_time(t);
+  model_.prescribe_all(t, r_.data(), v_.data());
+}
+
+void TangentLinearization::evaluate(double t, const double* q, const double* q_dot, bool with_blocks) {
+  has_blocks_ = has_blocks_ || with_blocks;
+  prescribe(t);
+  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+            psi_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
+  model_.coordinates.evaluate(model_.parallel, q, q_dot, r_.data(), v_.data(), psi_.data(),
+                              with_blocks ? blocks_.data() : nullptr);
+}
+
+Outcome TangentLinearization::factorize(double t) {
+  const GramSolver::Quality quality = model_.factorize(&solver_, blocks_.data());
+  report_.reciprocal_condition = quality.reciprocal_condition;
+  if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
+  return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " +
+                                model_.coordinates.name_coordinate(model_.system, quality.weakest_row) +
+                                " moves no point, or others move the points the same way"};
+}
+
+void TangentLinearization::factorize_again() {
+  solver_.assemble(model_.parallel, blocks_.data());
+  (void)solver_.factorize(model_.parallel);
+}
+
+/// H q_dot = A'M (v - r_t): the nearest rates in the M-norm. r_ are the places.
+Outcome TangentLinearization::find_rates(double t, const double* v, const double* q, double* q_dot) {
+  std::fill(q_dot, q_dot + columns_.size(), 0.0);
+  evaluate(t, q, q_dot, true);
+  if (Outcome outcome = factorize(t); !outcome.ok()) return outcome;
+  // v_ = r_t; A q_dot of what has been found is added, and the rest found again
+  const auto missing = [&](std::size_t i) {
+    store(points_.data(), i, model_.mass[i] * (load(v_.data(), i) + load(moved_.data(), i) - load(v, i)));
+  };
+  std::fill(moved_.begin(), moved_.end(), 0.0);
+  for (int pass = 0; pass < 2; ++pass) {
+    if (pass > 0) apply(q_dot, moved_.data());
+    model_.parallel.for_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) missing(i);
+    });
+    apply_transposed(points_.data(), columns_.data());
+    solve_negative(columns_.data());
+    for (std::size_t j = 0; j < columns_.size(); ++j) q_dot[j] += columns_[j];
+  }
+  return {};
+}
+
+void TangentLinearization::find_reactions(const double* force, double* eta) {
+  const std::size_t moving = 3 * model_.num_moving();
+  std::fill(eta, eta + 3 * model_.num_points(), 0.0);
+  std::copy(force, force + moving, eta);
+  // eta -= M A H^-1 A'eta, until A'eta = 0 to rounding
+  constexpr int passes = 3;
+  for (int pass = 0; pass < passes; ++pass) {
+    ++model_.counters.solves;
+    apply_transposed(eta, columns_.data());
+    solve_negative(columns_.data());
+    apply(columns_.data(), points_.data());
+    for (std::size_t i = 0; i < moving; ++i) eta[i] += model_.mass[i / 3] * points_[i];
+  }
+  model_.coordinates.add_support_reactions(eta);
+}
+
+double TangentLinearization::predicted_flops() const {
+  const GramSolver::Summary& summary = solver_.summary();
+  constexpr double flops_a_product = 6.0, flops_a_point = 60.0;
+  return summary.flops + 4.0 * summary.factor_nonzeros + flops_a_product * static_cast<double>(num_products_) +
+         flops_a_point * static_cast<double>(model_.num_moving());
+}
+
+}  // namespace tanor

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dynamics/model.hpp"
+#include "schur/gram_solver.hpp"
+
+namespace tanor {
+
+/// Where coordinates put the points at one instant: r(q, t), v and psi [3n]; A = dr/dq' there, as blocks, and the
+/// factor of H = A'MA. H is made of one block for each member of the coordinates.
+class TangentLinearization {
+ public:
+  /// `report`: gets the condition of H of each factorization; it outlives the linearization, as the model does.
+  TangentLinearization(Model& model, const SolverOptions& options, SolveReport* report);
+
+  /// r, v and psi at (t, q, q_dot), and A where it is wanted.
+  void evaluate(double t, const double* q, const double* q_dot, bool with_blocks);
+  /// What is prescribed at supports at t, into r and v.
+  void prescribe(double t);
+  /// The factor of H with the A at hand.
+  Outcome factorize(double t);
+  /// The same uncounted and without a report: it was good before.
+  void factorize_again();
+  /// A and the factor of H belong to another instant than the last accelerations, which leave them out.
+  void leave_out_blocks() { has_blocks_ = false; }
+  bool has_blocks() const { return has_blocks_; }
+
+  const std::vector<double>& r() const { return r_; }
+  const std::vector<double>& v() const { return v_; }
+  const std::vector<double>& psi() const { return psi_; }
+  const std::vector<double>& blocks() const { return blocks_; }
+
+  /// x := -H^-1 x [s]
+  void solve_negative(double* x) { solver_.solve_negative(model_.parallel, x, x); }
+  double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
+  /// points = A x [3n], of points that move.
+  void apply(const double* x, double* points) const {
+    model_.coordinates.apply(model_.parallel, blocks_.data(), x, points);
+  }
+  /// x = A'points [s]
+  void apply_transposed(const double* points, double* x) const {
+    model_.coordinates.apply_transposed(model_.parallel, blocks_.data(), points, x);
+  }
+
+  /// H q_dot = A'M (v - r_t): the rates [s] at (t, q) nearest to v [3n] in the M-norm.
+  Outcome find_rates(double t, const double* v, const double* q, double* q_dot);
+  /// eta = [I - M A H^-1 A'] force [3n] (24), refined to rounding; of supports: what the coordinates do there.
+  void find_reactions(const double* force, double* eta);
+
+  void describe(PlanSummary* plan) const { describe_factor(solver_.summary(), plan); }
+  /// Predicted flops of one evaluation and solve.
+  double predicted_flops() const;
+
+ private:
+  friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+
+  TangentLinearization(Model& model, const SolverOptions& options, const std::vector<Product>& products,
+                       SolveReport* report);
+
+  Model& model_;
+  SolveReport& report_;
+  const std::size_t num_products_;
+  GramSolver solver_;
+  bool has_blocks_ = true;
+  std::vector<double> blocks_;          // A
+  std::vector<double> r_, v_, psi_;     // [3n]
+  std::vector<double> points_, moved_;  // [3n] scratch
+  std::vector<double> columns_;         // [s] scratch
+};
+
+}  // namespace tanor

@@ -1,0 +1,41 @@
+#include "dynamics/tangent_roles.hpp"
+
+namespace tanor {
+
+Kinematics TangentPassages::find_points(const Kinematics& at, double* r, double* v) {
+  const double t_before = model_.time();
+  model_.set_time(at.t);
+  model_.prescribe_all(at.t, r, v);
+  model_.coordinates.evaluate(model_.parallel, at.x, at.v, r, v, nullptr, nullptr);
+  model_.set_time(t_before);
+  return {at.t, r, v};
+}
+
+DriveReport TangentDrives::look_at_drives(const DrivenStep& step) {
+  users_q_.resize(model_.coordinates.num_coordinates());
+  for (std::vector<double>* array : {&r_, &v_}) array->resize(3 * model_.num_points());
+  model_.coordinates.scatter(step.x, users_q_.data());
+  const double t_now = model_.time();
+  model_.set_time(step.t);
+  model_.prescribe_all(step.t, r_.data(), v_.data());
+  model_.coordinates.evaluate(model_.parallel, step.x, step.v, r_.data(), v_.data(), nullptr, nullptr);
+  model_.set_time(t_now);
+  return model_.drives.look(step, {r_.data(), v_.data(), users_q_.data(), model_.scales});
+}
+
+// ---- events ----
+
+void TangentEvents::evaluate_events(double t, const double*, const double*, double* values) {
+  others().evaluate_events(t, linearization_.r().data(), linearization_.v().data(), values);
+}
+
+Outcome TangentEvents::switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
+                                        const Request& request, double* q_ddot) {
+  linearization_.evaluate(t, q, q_dot, false);
+  std::vector<double> v = linearization_.v(), w(v.size());
+  Outcome outcome = others().switch_equations(t, linearization_.r().data(), v.data(), which, request, w.data());
+  if (outcome.ok()) outcome = linearization_.find_rates(t, v.data(), q, q_dot);
+  return outcome.ok() ? dynamics_.solve({t, q, q_dot}, request, q_ddot) : outcome;
+}
+
+}  // namespace tanor

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "dynamics/roles.hpp"
+#include "dynamics/tangent_dynamics.hpp"
+
+/// \file Roles of equations of motion in coordinates.
+namespace tanor {
+
+/// H = A'MA has its own condition, which tells of singular coordinates; how they turn is not known.
+class TangentRank final : public RankMonitor {
+ public:
+  double mass_ratio() const override { return 1.0; }
+  void remember_gradients() override {}
+  double compare_gradients() override { return 1.0; }
+};
+
+class TangentPassages final : public ForcePassages {
+ public:
+  explicit TangentPassages(Model& model) : model_(model) {}
+  std::size_t num_points() const override { return model_.num_points(); }
+  Kinematics find_points(const Kinematics& at, double* r, double* v) override;
+  double find_passage(PointPath* path) override { return model_.find_passage(model_.coordinate_passages, path); }
+
+ private:
+  Model& model_;
+};
+
+class TangentDrives final : public DriveMonitor {
+ public:
+  explicit TangentDrives(Model& model) : model_(model) {}
+  DriveReport look_at_drives(const DrivenStep& step) override;
+  std::string name_drive(std::size_t drive) const override { return model_.drives.name(drive); }
+
+ private:
+  Model& model_;
+  std::vector<double> users_q_, r_, v_;  // [s], [3n], [3n] scratch
+};
+
+/// Those of the equations with multipliers that friction is taken from.
+class TangentEvents final : public EventFunctions {
+ public:
+  TangentEvents(TangentLinearization& linearization, TangentDynamics& dynamics)
+      : linearization_(linearization), dynamics_(dynamics) {}
+  bool has_some() const { return dynamics_.friction() != nullptr && dynamics_.friction()->events() != nullptr; }
+
+  std::size_t num_events() const override { return others().num_events(); }
+  void evaluate_events(double t, const double* q, const double* q_dot, double* values) override;
+  void shape_events(const double* values, double* shapes) const override { std::copy_n(values, num_events(), shapes); }
+  Outcome switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
+                           const Request& request, double* q_ddot) override;
+  Power work_of_switch() const override { return others().work_of_switch(); }
+  std::vector<int> discrete_state() const override { return others().discrete_state(); }
+  void restore_discrete_state(std::span<const int> state) override { others().restore_discrete_state(state); }
+
+ private:
+  EventFunctions& others() const { return *dynamics_.friction()->events(); }
+
+  TangentLinearization& linearization_;
+  TangentDynamics& dynamics_;
+};
+
+}  // namespace tanor

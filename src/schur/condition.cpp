@@ -1,0 +1,44 @@
+#include "schur/condition.hpp"
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+namespace tanor {
+
+double estimate_reciprocal_condition(const SchurProblem& problem, const Parallel& parallel, const double* blocks,
+                                     SchurFactor& factor) {
+  constexpr int iterations = 4;
+  std::vector<double> scale(problem.constraints.num_rows(), 0.0), x(scale.size());
+  std::vector<double> dw(3 * problem.inverse_mass.size(), 0.0);
+  for (const auto& [point, row, block, sign] : problem.incidences) {
+    const Vec3 g = load(blocks, block);
+    scale[static_cast<std::size_t>(row)] += problem.inverse_mass[static_cast<std::size_t>(point)] * dot(g, g);
+  }
+  for (double& each : scale) each = std::sqrt(each);
+  const auto find_largest = [&](const auto& apply) {
+    double eigenvalue = 1.0;
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
+    for (int k = 0; k <= iterations; ++k) {
+      eigenvalue = std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
+      for (double& each : x) each /= eigenvalue;
+      apply();
+    }
+    return eigenvalue;
+  };
+  const double largest = find_largest([&] {
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] /= scale[a];
+    problem.gather.write_scaled(parallel, blocks, x.data(), problem.inverse_mass.data(), problem.numbering.num_moving,
+                                dw.data());
+    problem.constraints.apply_transposed(parallel, blocks, dw.data(), nullptr, x.data());
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] /= scale[a];
+  });
+  const double largest_of_inverse = find_largest([&] {
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];
+    factor.solve_negative(parallel, x.data(), x.data());
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] *= scale[a];
+  });
+  return 1.0 / (largest * largest_of_inverse);
+}
+
+}  // namespace tanor

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+namespace tanor {
+
+/// Ends the refinement of a solution: after `most_passes` corrections, or once the residual was `patience` times in a
+/// row no less than half of the least one.
+struct RefinementLimits {
+  int most_passes;
+  int patience = 1;
+};
+
+/// Iterative refinement: measure() evaluates what is left over and returns its size, correct(pass) solves for it with
+/// the factor at hand and adds the solution. Ends where is_enough(residual) holds. Returns the number of corrections.
+template <class Measure, class IsEnough, class Correct>
+int refine_solution(const RefinementLimits& limits, const Measure& measure, const IsEnough& is_enough,
+                    const Correct& correct) {
+  double least = std::numeric_limits<double>::infinity();
+  int num_without_gain = 0;
+  for (int pass = 0;; ++pass) {
+    const double residual = measure();
+    num_without_gain = pass == 0 || residual < 0.5 * least ? 0 : num_without_gain + 1;
+    least = std::min(least, residual);
+    if (is_enough(residual) || pass == limits.most_passes || num_without_gain == limits.patience) return pass;
+    correct(pass);
+  }
+}
+
+/// The same with a fixed number of corrections, from the residual at hand on.
+template <class Measure, class Correct>
+void refine_solution(int passes, const Measure& measure, const Correct& correct) {
+  for (int pass = 0; pass < passes; ++pass) {
+    if (pass > 0) measure();
+    correct(pass);
+  }
+}
+
+}  // namespace tanor

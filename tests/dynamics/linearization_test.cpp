@@ -1,0 +1,157 @@
+/// Linearization and Projector against dense algebra on random systems.
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "dynamics/linearization.hpp"
+#include "dynamics/projector.hpp"
+#include "linearised.hpp"
+
+namespace tanor {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::vector<double> any_numbers(std::size_t size, std::uint32_t seed) {
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> normal;
+  std::vector<double> result(size);
+  for (double& x : result) x = normal(generator);
+  return result;
+}
+
+/// A random system, linearized at its state by the library and once more as dense matrices.
+struct AtState {
+  Model model;
+  Linearised dense;
+  SolveReport report;
+  Linearization linearization;
+  Residuals residuals;
+  Projector projector;
+  double t;
+  Outcome outcome;
+
+  explicit AtState(const RandomSystem& random)
+      : model(random.system, {.threads = 1}, random.t),
+        dense(random),
+        linearization(model, {.threads = 1}, &report),
+        residuals(model, linearization.blocks()),
+        projector(model, linearization, residuals),
+        t(random.t) {
+    model.set_time(t);
+    model.prescribe_all(t, dense.r.data(), dense.v.data());
+    model.measure_velocity_scale(t, dense.r.data(), dense.v.data());
+    outcome = linearization.update(t, dense.r.data());
+  }
+
+  VectorXd vector(const std::vector<double>& x) const { return reference::vector(x); }
+  /// x [3n] of points that move, in the M-norm.
+  double norm(const VectorXd& x) const {
+    double square = 0.0;
+    for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(3 * model.num_moving()); ++i)
+      square += model.mass[static_cast<std::size_t>(i / 3)] * x[i] * x[i];
+    return std::sqrt(square);
+  }
+  /// What rounding errors of a solve with S are multiplied with at least.
+  double sqrt_condition() const {
+    const VectorXd inverse_M = dense.inverse_M().head(static_cast<Eigen::Index>(3 * model.num_moving()));
+    reference::Mechanics mechanics;
+    mechanics.K = dense.K().topRows(inverse_M.size());
+    mechanics.M = inverse_M.cwiseInverse();
+    return mechanics.sqrt_condition();
+  }
+};
+
+RC_GTEST_PROP(Linearization, RefinedSolutionIsThatOfTheDenseS, ()) {
+  AtState state(any_system());
+  RC_ASSERT(state.outcome.ok());
+  const std::vector<double> b = any_numbers(state.model.num_rows(), 1);
+  std::vector<double> lambda(b.size()), dw(state.dense.r.size());
+
+  state.linearization.solve_refined(b.data(), lambda.data(), dw.data());
+
+  const MatrixXd S = state.dense.S();
+  const VectorXd root = S.diagonal().cwiseSqrt(), x = state.vector(lambda), right = state.vector(b);
+  const double accuracy = 1e-13 * state.sqrt_condition();
+  RC_ASSERT((S * x + right).cwiseQuotient(root).norm() <= accuracy * (root.cwiseProduct(x).norm() + 1.0));
+  const VectorXd wanted = state.dense.inverse_M().asDiagonal() * (state.dense.K() * x);
+  RC_ASSERT((state.vector(dw) - wanted).norm() <= accuracy * (wanted.norm() + 1.0));
+}
+
+RC_GTEST_PROP(Linearization, CorrectionTakesFromPointsWhatTheConstraintsForbid, ()) {
+  AtState state(any_system());
+  RC_ASSERT(state.outcome.ok());
+  std::vector<double> points = any_numbers(state.dense.r.size(), 2), rows(state.model.num_rows());
+  std::fill(points.begin() + static_cast<std::ptrdiff_t>(3 * state.model.num_moving()), points.end(), 0.0);
+  const VectorXd before = state.vector(points);
+
+  state.linearization.apply_transposed(points.data(), nullptr, rows.data());
+  state.linearization.correct(rows.data(), points.data());
+
+  // K'x = 0 is left, and x is orthogonal in the M-norm to what was taken.
+  const VectorXd after = state.vector(points), taken = before - after;
+  const double accuracy = 1e-12 * state.sqrt_condition() * state.sqrt_condition();
+  const VectorXd root = state.dense.S().diagonal().cwiseSqrt();
+  RC_ASSERT((state.dense.K().transpose() * after).cwiseQuotient(root).norm() <= accuracy * state.norm(before));
+  const double whole = state.norm(before), left = state.norm(after), part = state.norm(taken);
+  RC_ASSERT(std::abs(whole * whole - left * left - part * part) <= accuracy * whole * whole);
+}
+
+TEST(Linearization, ConstantGradientsAreFactorizedOnce) {
+  System system;
+  system.positions = {0.0, 0.0, 1.0, 1.0, 0.0, 1.0};
+  system.masses = {1.0, 2.0};
+  system.velocities.assign(6, 0.0);
+  system.constraints = {Planes{"floor", {0, 1}, Vector3{0.0, 0.0, 1.0}, 1.0}};
+  AtState state({system, 0.0, system.positions, system.velocities});
+  ASSERT_TRUE(state.outcome.ok());
+  const std::size_t factorizations = state.model.counters.factorizations;
+
+  ASSERT_TRUE(state.linearization.update(1.0, system.positions.data()).ok());
+
+  EXPECT_EQ(state.model.counters.factorizations, factorizations);
+}
+
+RC_GTEST_PROP(Projector, VelocitiesMoveAlongMInverseKAlone, ()) {
+  AtState state(any_system());
+  RC_ASSERT(state.outcome.ok());
+  const std::vector<double> away = any_numbers(state.dense.v.size(), 3);
+  std::vector<double> v = state.dense.v;
+  for (std::size_t i = 0; i < 3 * state.model.num_moving(); ++i) v[i] += 0.1 * away[i];
+  const VectorXd before = state.vector(v);
+
+  const ProjectionReport report = state.projector.project_velocities(state.t, state.dense.r.data(), v.data());
+
+  RC_ASSERT(report.outcome.ok());
+  RC_ASSERT(state.model.velocity_violation(state.t, state.dense.r.data(), v.data()) <= 1e-11);
+  // v - v* = M^-1 K nu: what is left of it beside the range of M^-1/2 K is rounding.
+  const VectorXd moved = state.vector(v) - before;
+  const Eigen::Index size = static_cast<Eigen::Index>(3 * state.model.num_moving());
+  const VectorXd root_M = state.dense.inverse_M().head(size).cwiseInverse().cwiseSqrt();
+  const VectorXd u = root_M.cwiseProduct(moved.head(size));
+  MatrixXd C = root_M.cwiseInverse().asDiagonal() * state.dense.K().topRows(size);
+  if (C.cols() == 0) return;
+  const VectorXd along = C * C.colPivHouseholderQr().solve(u);
+  RC_ASSERT((u - along).norm() <= 1e-11 * (u.norm() + root_M.cwiseProduct(before.head(size)).norm()));
+}
+
+RC_GTEST_PROP(Projector, PositionsNearbyEndOnTheConstraints, ()) {
+  AtState state(any_system({.time_dependent = false}));
+  RC_ASSERT(state.outcome.ok());
+  const std::vector<double> away = any_numbers(state.dense.r.size(), 4);
+  std::vector<double> r = state.dense.r;
+  for (std::size_t i = 0; i < 3 * state.model.num_moving(); ++i) r[i] += 1e-5 * away[i];
+
+  const ProjectionReport report = state.projector.project_positions(state.t, r.data());
+
+  RC_ASSERT(report.outcome.ok());
+  RC_ASSERT(state.model.position_violation(state.t, r.data()) <= 1e-11);
+}
+
+}  // namespace
+}  // namespace tanor
