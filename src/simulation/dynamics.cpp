@@ -237,7 +237,7 @@ void Dynamics::Implementation::write_forces(const SolveArrays& wanted) {
   if (!wanted.active_forces.empty()) numbering().scatter_points(model.f, wanted.active_forces);
   if (wanted.friction_forces.empty()) return;
   std::vector<double> friction(num_numbers());
-  forms.friction_forces(friction.data());
+  forms.main->friction_forces(friction.data());
   numbering().scatter_points(friction, wanted.friction_forces);
 }
 

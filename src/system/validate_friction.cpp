@@ -49,7 +49,7 @@ class FrictionValidation {
       std::visit(
           [&](const auto& friction) {
             check_guides(friction.at, where + "/at");
-            if (sticks(system_.friction[i])) claim_guides(friction.at, where);
+            if (can_stick(system_.friction[i])) claim_guides(friction.at, where);
             check_fields(friction, t_, where);
             check_values(friction, where);
           },

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -14,7 +14,7 @@ class EllipsoidMotion : public testing::TestWithParam<Method> {
  protected:
   Simulation run(System system, double t_end) const {
     Simulation simulation(std::move(system), {.method = GetParam(), .rtol = 1e-11, .atol = 1e-12});
-    const Outcome outcome = simulation.advance(t_end);
+    const Outcome outcome = simulation.advance_to(t_end);
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     return simulation;
   }
@@ -78,7 +78,7 @@ TEST_P(EllipsoidMotion, AgreesWithTheSurfaceAsAFormula) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, EllipsoidMotion, testing::Values(Method::Taylor, Method::Dop853),
-                         [](const auto& method) { return std::string(method_name(method.param)); });
+                         [](const auto& method) { return std::string(name_of(method.param)); });
 
 /// The same surface twice: one row too many, and the multipliers share the load.
 TEST(Ellipsoid, TwiceTheSameIsRedundant) {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <tanor/motion.hpp>
 
-#include "motion/scenes.hpp"
+#include "scenes.hpp"
 
 namespace tanor {
 namespace {
@@ -34,7 +34,7 @@ class HelixMotion : public testing::TestWithParam<Method> {
  protected:
   Simulation run(System system, double t_end) const {
     Simulation simulation(std::move(system), {.method = GetParam(), .rtol = 1e-11, .atol = 1e-12});
-    const Outcome outcome = simulation.advance(t_end);
+    const Outcome outcome = simulation.advance_to(t_end);
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     return simulation;
   }
@@ -80,7 +80,7 @@ TEST_P(HelixMotion, NegativePitchWindsTheOtherWay) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, HelixMotion, testing::Values(Method::Taylor, Method::Dop853),
-                         [](const auto& method) { return std::string(method_name(method.param)); });
+                         [](const auto& method) { return std::string(name_of(method.param)); });
 
 /// A helix is a guide: with -c v along the wire, z'' = -g sin^2 - k z', k = c/m.
 TEST(Helix, ViscousFrictionSlowsTheBead) {
@@ -90,7 +90,7 @@ TEST(Helix, ViscousFrictionSlowsTheBead) {
   constexpr double t_end = 2.0, k = 0.2 / scenes::mass;
   const double z = -g * sine2 / (k * k) * (k * t_end - 1.0 + std::exp(-k * t_end));
 
-  ASSERT_TRUE(simulation.advance(t_end).ok());
+  ASSERT_TRUE(simulation.advance_to(t_end).ok());
 
   expect_at_height(simulation, z, 0.0, 1e-8);
 }
@@ -103,7 +103,7 @@ TEST(Helix, RoughWireHoldsItsBead) {
     system.friction = {Coulomb{.name = "rough", .at = {"wire"}, .coefficient = mu}};
     Simulation simulation(system, {.rtol = 1e-9, .atol = 1e-11});
 
-    ASSERT_TRUE(simulation.advance(0.5).ok());
+    ASSERT_TRUE(simulation.advance_to(0.5).ok());
 
     if (mu > slope)
       EXPECT_EQ(simulation.positions()[2], 0.0);
