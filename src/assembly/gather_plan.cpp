@@ -132,7 +132,7 @@ GatherPlan::GatherPlan(std::span<const Product> products, std::size_t num_rows, 
   scale_weights();
 }
 
-/// Folds the scale into the weights, for good.
+/// Folds the scale into the weights once and for all.
 void GatherPlan::scale_weights() {
   std::size_t extra = 0;
   for (std::size_t column = 0; column < scale_.size(); ++column) {
@@ -153,7 +153,7 @@ void GatherPlan::assemble(const double* blocks, double* values) {
   for (const auto& [slot, term] : extras_) values[slot] += value(term);
   if (weights_are_scaled_) return;
 
-  // A row without gradient keeps its 0: the factorization stops there.
+  // A row without a gradient keeps its 0, and the factorization stops there.
   for (std::size_t j = 0; j < scale_.size(); ++j) {
     const double diagonal = values[diagonal_[j]];
     scale_[j] = diagonal == 0.0 ? 1.0 : 1.0 / std::sqrt(diagonal);

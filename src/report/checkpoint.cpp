@@ -33,7 +33,7 @@ fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";
 }
 
-/// visit(name, number) for every number of the head, to write them and to read them back.
+/// Calls visit(name, number) for every number of the head. The same list serves to write them and to read them back.
 template <class Checkpoint, class Visit>
 void for_each_number(Checkpoint& checkpoint, const Visit& visit) {
   auto& snapshot = checkpoint.snapshot;
@@ -106,7 +106,7 @@ void read_number(const json& value, const char* name, double& number) {
   number = value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
 }
 
-/// A JSON reader takes -1 and 1.5 for counts, too, and makes something of them.
+/// Refuses -1 and 1.5, which a JSON reader would convert to a count.
 template <std::integral Integer>
 void read_number(const json& value, const char* name, Integer& number) {
   const bool is_count = value.is_number_unsigned() &&
@@ -149,7 +149,7 @@ constexpr FrictionMethod last_choice(FrictionMethod) {
   return FrictionMethod::Enumeration;
 }
 
-/// Choices are kept as their numbers.
+/// Choices are stored as their numbers.
 template <class Choice>
 requires std::is_enum_v<Choice>
 void read_number(const json& value, const char* name, Choice& choice) {
@@ -161,7 +161,7 @@ void read_number(const json& value, const char* name, Choice& choice) {
   choice = static_cast<Choice>(number);
 }
 
-/// Numbers that are 0 or more, whatever the run was. (Simulation::restore looks at the rest of the snapshot.)
+/// Refuses numbers that no run can have. Simulation::restore checks the rest of the snapshot.
 void require_sound(const Checkpoint& checkpoint) {
   const Snapshot& snapshot = checkpoint.snapshot;
   const MotionReport& report = snapshot.report;
@@ -198,7 +198,7 @@ auto as_number(const Number& number) {
     return number;
 }
 
-/// Plain numbers of any count, in the order in which they are written.
+/// The memories of a snapshot, each of any size, in the order in which they are written.
 auto memories_of(auto& snapshot) {
   return std::array{&snapshot.memory,          &snapshot.drive_memory, &snapshot.singular_memory,
                     &snapshot.rounding_memory, &snapshot.stiff_memory, &snapshot.state_before};
@@ -210,7 +210,7 @@ std::vector<double> read_points(std::string_view* bytes, std::size_t num_points)
   return std::move(array.numbers);
 }
 
-/// The file: a line with the format, the content, and a line with the sum of everything before it.
+/// The file has a line with the format, the content, and a line with the checksum of everything before it.
 constexpr std::string_view first_words = "tanor checkpoint ";
 constexpr std::string_view last_words = "checksum ";
 
@@ -222,7 +222,7 @@ std::string last_line(const Checksum& sum) {
   return fmt::format("{}{}\n", last_words, sum.text());
 }
 
-/// The content of a checkpoint's text. Throws InputError where one byte of it is not what was written.
+/// Returns the content of a checkpoint's text. Throws InputError where a byte of it is not what was written.
 std::string_view open_content(std::string_view text) {
   if (!text.starts_with(first_line())) {
     const bool is_other = text.starts_with(first_words) || text.starts_with("{\n  \"tanor_checkpoint\"");

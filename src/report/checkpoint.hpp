@@ -25,12 +25,13 @@ struct Checkpoint {
 /// 16 hexadecimal digits of the bytes of a scene's files and of the start that they led to (FNV-1a, 64 bits).
 std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system);
 
-/// Replaces `directory/checkpoint`: a line with the format's number; a JSON object with all numbers; .npy arrays,
-/// positions, velocities and memories; a line with the checksum (FNV-1a, 64 bits) of everything before.
+/// Replaces `directory/checkpoint`. The file has a line with the format's number, a JSON object with all numbers, the
+/// positions, velocities and memories as .npy arrays, and a line with the checksum (FNV-1a, 64 bits) of everything
+/// before.
 void write_checkpoint(const std::filesystem::path& directory, const Checkpoint& checkpoint, Wait wait = Wait::ForDisk);
 
-/// None where there is no checkpoint. Throws InputError for one that is damaged, holds an impossible number, or belongs
-/// to another scene.
+/// Reads `directory/checkpoint`, if there is one. Throws InputError where it is damaged, holds an impossible number, or
+/// belongs to another scene.
 std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& directory, const std::string& fingerprint,
                                           std::size_t num_points);
 

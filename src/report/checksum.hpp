@@ -9,8 +9,8 @@
 
 namespace tanor::report {
 
-/// FNV-1a, 64 bits, of bytes that come in pieces. Each byte acts on the sum one to one: a change of one byte alone, for
-/// instance of one bit, always gives another sum.
+/// FNV-1a, 64 bits, of bytes that come in pieces. Each byte changes the sum one to one, so a change of a single byte
+/// always gives another sum.
 class Checksum {
  public:
   void add(std::string_view bytes) {

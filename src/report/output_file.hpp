@@ -21,7 +21,7 @@ class WriteError : public std::runtime_error {
   WriteError(const std::string& path, const std::string& reason);
 };
 
-/// A file being written. Every failure, also a late one of a full disk, is a WriteError.
+/// A file that is being written. Every failure is a WriteError, also that of a full disk which shows late.
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& path);
@@ -29,11 +29,11 @@ class OutputFile {
 
   void write(std::string_view bytes);
   void write(std::span<const double> numbers);
-  /// From now on what is written is also added to a sum, which must outlive the file.
+  /// Adds everything that is written from now on to a checksum, which must outlive the file.
   void sum_into(Checksum* sum) { sum_ = sum; }
   void flush();        ///< hands everything written so far to the operating system
   void synchronize();  ///< waits until the disk has it
-  void close();        ///< the last word on success; the destructor closes without a word
+  void close();        ///< throws where the file is not complete; the destructor closes silently
 
  private:
   using Handle = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
@@ -44,18 +44,18 @@ class OutputFile {
   Checksum* sum_ = nullptr;
 };
 
-/// Replaces a whole file: who reads it sees the old one or the new one, never a part, whenever the program stops.
+/// Replaces a whole file. A reader sees the old file or the new one, never a part, whenever the program stops.
 void replace_file(const std::filesystem::path& path, const std::function<void(OutputFile*)>& write_content);
 
-/// Whether to wait until the disk has a file (some milliseconds): then also a machine that stops leaves the old one or
-/// the new one.
+/// Whether to wait until the disk has a file, which takes some milliseconds. Then a machine that stops leaves the old
+/// file or the new one, too.
 enum class Wait { No, ForDisk };
 void replace_file(const std::filesystem::path& path, Wait wait, const std::function<void(OutputFile*)>& write_content);
 
 /// Makes a folder and the folders above it.
 void make_folder(const std::filesystem::path& path);
 
-/// Removes a file of ours, and what a program that was killed left of its replacement; neither need exist.
+/// Removes a file of ours, and what a program that was killed has left of its replacement. Neither need exist.
 void remove_file(const std::filesystem::path& path);
 
 }  // namespace tanor::report

@@ -6,7 +6,7 @@
 
 namespace tanor::report {
 
-/// A run on one page of text: what it was, what it did, where the time went, how good it is.
+/// Describes a run on one page of text: what it was, what it did, where the time went, and how good it is.
 std::string format_page(const RunFacts& facts, const Simulation& simulation);
 
 }  // namespace tanor::report

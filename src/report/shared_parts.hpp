@@ -15,7 +15,7 @@ namespace tanor::report {
 
 /// "normal" or "tangent": the form that answers.
 std::string_view name_form(const PlanSummary& plan);
-/// Coordinates alone have reactions, but no multipliers.
+/// Whether there are multipliers. A system of coordinates alone has reactions, but no multipliers.
 bool has_multipliers(const PlanSummary& plan);
 
 /// The object `certificate` of docs/scene-format.md, with every check; without a certificate every member is null.

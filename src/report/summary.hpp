@@ -8,12 +8,12 @@
 
 namespace tanor::report {
 
-/// Wall clock of a run, s, over all its parts when it was resumed.
+/// Wall-clock times of a run, s. Those of a resumed run cover all its parts.
 struct WallTimes {
   double total = 0.0, setup = 0.0, output = 0.0;
 };
 
-/// What is told about a run that a Simulation does not know itself.
+/// What the summary tells about a run that its Simulation does not know.
 struct RunFacts {
   std::string scene;                       ///< its name
   std::string source;                      ///< where its points come from
@@ -24,7 +24,8 @@ struct RunFacts {
   WallTimes wall;
 };
 
-/// Writes `directory/summary.json` as the contract has it, and arrays above `largest_inline` points beside it.
+/// Writes `directory/summary.json` (docs/scene-format.md has its keys), and arrays above `largest_inline` points beside
+/// it.
 void write_summary(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation);
 
 /// Removes the summary of an earlier run, with its arrays.
