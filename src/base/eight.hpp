@@ -15,10 +15,47 @@ namespace tanor {
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 inline constexpr std::size_t num_lanes = 8;
-using Eight [[gnu::vector_size(num_lanes * sizeof(double)), gnu::aligned(num_lanes * sizeof(double))]] = double;
-struct Eight3 {
-  Eight x, y, z;
+
+template <class T, std::size_t N>
+struct PackOf {
+  using Type [[gnu::vector_size(N * sizeof(T)), gnu::aligned(N * sizeof(T))]] = T;
 };
+/// N numbers side by side in one vector register. It is aligned, since a load that is not would touch two cache lines.
+template <class T, std::size_t N>
+using Pack = typename PackOf<T, N>::Type;
+
+/// N points side by side: a pack for each component.
+template <class T, std::size_t N>
+struct Pack3 {
+  Pack<T, N> x, y, z;
+
+  [[gnu::always_inline]] friend Pack3 operator+(const Pack3& a, const Pack3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  [[gnu::always_inline]] friend Pack3 operator-(const Pack3& a, const Pack3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  [[gnu::always_inline]] friend Pack3 operator*(const Pack<T, N>& s, const Pack3& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
+  [[gnu::always_inline]] friend Pack3 operator*(const Pack3& a, const Pack3& b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+  }
+  [[gnu::always_inline]] friend Pack<T, N> dot(const Pack3& a, const Pack3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  }
+  [[gnu::always_inline]] Pack<T, N> sum() const { return x + y + z; }
+  /// Copies component by component. gcc copies a whole Pack3 by way of the stack, in other pieces than it stood there.
+  [[gnu::always_inline]] void write(Pack3* to) const {
+    to->x = x;
+    to->y = y;
+    to->z = z;
+  }
+};
+
+/// The widest packs that every kernel uses.
+using Eight = Pack<double, num_lanes>;
+using Eight3 = Pack3<double, num_lanes>;
 
 /// Loads and stores eight numbers at any address.
 using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
