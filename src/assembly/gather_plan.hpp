@@ -8,28 +8,29 @@
 
 namespace tanor {
 
-/// Those of points that have a weight, grouped by point.
+/// The incidences of points that have a weight, grouped by point.
 std::vector<Incidence> group_by_point(std::span<const Incidence> incidences, std::span<const double> weights);
 
-/// Triangle (row >= column) of all products, in a fixed order; equal pairs of blocks are joined (a rod's two ends).
-/// `incidences` are grouped by point, `weights` [point]; `first_row` is subtracted from the rows.
-/// Throws std::length_error where there are more than 2^31 - 1.
+/// Lists all products of one triangle (row >= column) in a fixed order. Products of the same two blocks, such as those
+/// at the two ends of a rod, are joined. `incidences` are grouped by point, `weights` has one number a point, and
+/// `first_row` is subtracted from the rows. Throws std::length_error where there are more than 2^31 - 1 products.
 std::vector<Product> list_products(std::span<const Incidence> incidences, std::span<const double> weights,
                                    int first_row);
 
 enum class Triangle { Lower, Upper };
 
-/// Writes S straight into the triangle that the factorization reads, rows in the order of elimination: every entry is a
-/// gather over the blocks of K, no search and no sparse product. Made once a topology.
+/// Writes S straight into the triangle that the factorization reads, with its rows in the order of elimination. Every
+/// entry is a gather over the blocks of K: there is no search and no sparse product. A plan is made once for each
+/// topology.
 ///
 ///   values[slot] = scale_i scale_j * sum over its products of weight * (g_a . g_b)
 ///
-/// S is scaled to a unit diagonal: scale_i = 1/sqrt(S_ii). Where the lengths of the blocks never change the scale is
-/// part of the weights from the start: results do not depend on the states that were seen before.
+/// S is scaled to a unit diagonal: scale_i = 1/sqrt(S_ii). Where the lengths of the blocks never change, the scale is
+/// part of the weights from the start, so that results do not depend on the states that were seen before.
 class GatherPlan {
  public:
-  /// `place` [row] -> place in the elimination (empty: as it is). `squared_norms` [block]: |g|^2, empty where they
-  /// change.
+  /// `place` gives each row its place in the elimination (empty: the rows stay as they are). `squared_norms` has |g|^2
+  /// of each block, and is empty where these change.
   GatherPlan(std::span<const Product> products, std::size_t num_rows, std::span<const int> place, Triangle triangle,
              std::span<const double> squared_norms = {});
 
@@ -39,7 +40,7 @@ class GatherPlan {
   /// Cost a slot: 6 numbers read, 1 written, 6 flops; without constant norms 2 more reads and flops.
   void assemble(const double* blocks, double* values);
 
-  /// scale_i by place in the elimination, of the last `assemble`.
+  /// scale_i of the last `assemble`, by place in the elimination.
   const std::vector<double>& scale() const { return scale_; }
 
  private:

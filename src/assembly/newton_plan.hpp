@@ -10,28 +10,28 @@
 
 namespace tanor {
 
-/// How a row gives way: multiplier = -stiffness xi - damping dxi/dt.
+/// The compliance of a row: multiplier = -stiffness xi - damping dxi/dt.
 struct Compliance {
   double stiffness, damping;
 };
 
-/// Writes Newton's matrix of an implicit step straight into the pattern that the factorization reads: the unknowns are
-/// 3 numbers for each moving point, then one for each row,
+/// Writes Newton's matrix of an implicit step straight into the pattern that the factorization reads. The unknowns are
+/// 3 numbers for each moving point, then one for each row:
 ///
 ///   [ N  -K ]     N = a M - b df/dv - c (df/dr + d(K lambda)/dr)
 ///   [ K'  E ]     E = 1/(b damping + c stiffness), diagonal
 ///
-/// where E of the rows of constraints is 0, or, where they may depend on each other, a tiny compliance: those that do
-/// have a factor too, and what is consistent is still solved, by Newton's iteration itself; with mass ratios near the
-/// inverse of the compliance slowly. Made once a topology; every entry knows its slot.
+/// E is 0 for the rows of constraints. Where rows may depend on each other, E is a tiny compliance instead, so that the
+/// matrix has a factor. Newton's iteration then still solves what is consistent, slowly where mass ratios come near the
+/// inverse of the compliance. A plan is made once for each topology; every entry knows its slot.
 class NewtonPlan {
  public:
-  /// Supports (points from `masses.size()` on) take no part. `compliances`: of the last rows, the first are those of
-  /// constraints.
+  /// Supports, which are the points from `masses.size()` on, take no part. The first rows are those of constraints;
+  /// `compliances` are those of the rows behind them.
   NewtonPlan(std::span<const double> masses, std::size_t num_rows, std::span<const Coupling> couplings,
              std::span<const Incidence> incidences, std::span<const Compliance> compliances, bool rows_may_depend);
 
-  /// Pattern by columns, rows increasing.
+  /// The pattern by columns, with increasing rows.
   const std::vector<int>& column_start() const { return start_; }
   const std::vector<int>& rows() const { return rows_; }
 

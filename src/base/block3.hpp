@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-/// 3 x 3 numbers, row by row: how a force on one point answers to a move of one point.
+/// 3 x 3 numbers, row by row: the derivative of the force on one point with respect to the place of one point.
 struct Block3 {
   std::array<double, 9> entries{};
 
@@ -30,8 +30,8 @@ inline Vec3 operator*(const Block3& a, Vec3 x) {
           a(2, 0) * x.x + a(2, 1) * x.y + a(2, 2) * x.z};
 }
 
-/// Two points whose forces on each other depend on r_j - r_i and v_j - v_i alone: with B the derivative of the force on
-/// j in r_j, the other three are -B, -B and B.
+/// The derivatives of the forces that two points exert on each other, where these depend on r_j - r_i and v_j - v_i
+/// alone. With B the derivative of the force on j in r_j, the other three are -B, -B and B.
 struct Coupling {
   int i, j;
 };

@@ -7,20 +7,57 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 
-/// \file Eight numbers, or points, side by side in one vector, for functions that are made for each instruction set
-/// (instruction_sets.hpp).
+/// \file Eight numbers, or eight points, side by side in one vector register. The functions that use them are compiled
+/// once for each instruction set (instruction_sets.hpp).
 namespace tanor {
 
 // Functions that take or return lanes are all inlined: there is no binary interface to keep.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 inline constexpr std::size_t num_lanes = 8;
-using Eight [[gnu::vector_size(num_lanes * sizeof(double)), gnu::aligned(num_lanes * sizeof(double))]] = double;
-struct Eight3 {
-  Eight x, y, z;
+
+template <class T, std::size_t N>
+struct PackOf {
+  using Type [[gnu::vector_size(N * sizeof(T)), gnu::aligned(N * sizeof(T))]] = T;
+};
+/// N numbers side by side in one vector register. It is aligned, since a load that is not would touch two cache lines.
+template <class T, std::size_t N>
+using Pack = typename PackOf<T, N>::Type;
+
+/// N points side by side: a pack for each component.
+template <class T, std::size_t N>
+struct Pack3 {
+  Pack<T, N> x, y, z;
+
+  [[gnu::always_inline]] friend Pack3 operator+(const Pack3& a, const Pack3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  [[gnu::always_inline]] friend Pack3 operator-(const Pack3& a, const Pack3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  [[gnu::always_inline]] friend Pack3 operator*(const Pack<T, N>& s, const Pack3& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
+  [[gnu::always_inline]] friend Pack3 operator*(const Pack3& a, const Pack3& b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+  }
+  [[gnu::always_inline]] friend Pack<T, N> dot(const Pack3& a, const Pack3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+  }
+  [[gnu::always_inline]] Pack<T, N> sum() const { return x + y + z; }
+  /// Copies component by component. gcc copies a whole Pack3 by way of the stack, in other pieces than it stood there.
+  [[gnu::always_inline]] void write(Pack3* to) const {
+    to->x = x;
+    to->y = y;
+    to->z = z;
+  }
 };
 
-/// Those at any address.
+/// The widest packs that every kernel uses.
+using Eight = Pack<double, num_lanes>;
+using Eight3 = Pack3<double, num_lanes>;
+
+/// Loads and stores eight numbers at any address.
 using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
 [[gnu::always_inline]] inline const EightAnywhere& eight_at(const double* place) {
   return *reinterpret_cast<const EightAnywhere*>(place);
@@ -29,7 +66,7 @@ using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = 
   return *reinterpret_cast<EightAnywhere*>(place);
 }
 
-/// Half of them, whose shuffles AVX2 has as well as AVX-512.
+/// Four numbers. Both AVX2 and AVX-512 can shuffle them.
 using Four [[gnu::vector_size(32)]] = double;
 using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
 [[gnu::always_inline]] inline const FourAnywhere& four_at(const double* place) {
@@ -39,7 +76,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   return *reinterpret_cast<FourAnywhere*>(place);
 }
 
-/// Four points that follow one another: x y z x | y z x y | z x y z
+/// Loads four points that follow one another: x y z x | y z x y | z x y z
 [[gnu::always_inline]] inline void load_four_points(const double* from, Four* x, Four* y, Four* z) {
   const Four a = four_at(from), b = four_at(from + 4), c = four_at(from + 8);
   const Four ab = __builtin_shufflevector(a, b, 0, 1, 6, 3), x_0321 = __builtin_shufflevector(ab, c, 0, 5, 2, 3);
@@ -60,7 +97,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   four_at(to + 8) = __builtin_shufflevector(zx, y_1032, 0, 1, 6, 3);
 }
 
-/// Eight points that follow one another: x y z x y z …
+/// Loads eight points that follow one another: x y z x y z …
 [[gnu::always_inline]] inline void load_points(const double* from, Eight* x, Eight* y, Eight* z) {
   Four x0, y0, z0, x1, y1, z1;
   load_four_points(from, &x0, &y0, &z0);
@@ -77,7 +114,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   store_four_points(x1, y1, z1, to + 12);
 }
 
-/// Lane k of the i-th becomes lane i of the k-th.
+/// Transposes: lane k of the i-th vector becomes lane i of the k-th.
 [[gnu::always_inline]] inline void transpose(Four* a, Four* b, Four* c, Four* d) {
   const Four ab_02 = __builtin_shufflevector(*a, *b, 0, 4, 2, 6), ab_13 = __builtin_shufflevector(*a, *b, 1, 5, 3, 7);
   const Four cd_02 = __builtin_shufflevector(*c, *d, 0, 4, 2, 6), cd_13 = __builtin_shufflevector(*c, *d, 1, 5, 3, 7);
@@ -87,7 +124,7 @@ using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = d
   *d = __builtin_shufflevector(ab_13, cd_13, 2, 3, 6, 7);
 }
 
-/// Likewise: pairs, then fours, then eights change places.
+/// Transposes eight vectors: pairs of lanes change places, then fours, then eights.
 [[gnu::always_inline]] inline void transpose(Eight (&a)[8]) {
   Eight b[8];
   for (std::size_t i = 0; i < 8; i += 2) {
@@ -127,7 +164,7 @@ inline void set_lane(Eight3* points, std::size_t lane, Vec3 value) {
   *z *= *inverse;
 }
 
-/// A list of them, which lies where whole vectors can be read at once.
+/// A list of such vectors, aligned so that each can be read at once.
 class Eights {
  public:
   void resize(std::size_t size) { cells_.resize(size); }
@@ -141,9 +178,9 @@ class Eights {
   std::vector<Cell> cells_;
 };
 
-/// Largest |.| that was seen; a NaN stays.
+/// The largest absolute value that was seen. A NaN stays NaN.
 struct Largest {
-  Eight value{}, zero{};  // zero: 0 times what was seen
+  Eight value{}, zero{};  // zero is 0 times each number seen: NaN if one was not finite
 
   void see(const Eight& magnitudes) {
     value = magnitudes > value ? magnitudes : value;

@@ -1,10 +1,10 @@
 #pragma once
 
-/// \file One function body for each instruction set, chosen when the library is loaded: packaged binaries are for the
-/// baseline of their architecture, hot loops should not be.
+/// \file One function body for each instruction set, chosen when the library is loaded. Packaged binaries are built
+/// for the baseline of their architecture; hot loops need more.
 ///
-/// Such a function that other files call stands in namespace tanor_kernels: gcc shows it whatever its visibility, and
-/// libtanor.map shows namespace tanor.
+/// A function of this kind that other files call stands in namespace tanor_kernels. gcc exports it whatever its
+/// visibility, and libtanor.map exports namespace tanor alone.
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)

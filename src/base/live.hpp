@@ -6,7 +6,8 @@
 
 namespace tanor {
 
-/// What a public object stands on; `name` says which one was moved from where there is nothing.
+/// The implementation that a public object points to. Throws InputError with the object's `name` where the object was
+/// moved from.
 template <class Pointer>
 auto& live(const Pointer& implementation, const char* name) {
   if (implementation == nullptr) {

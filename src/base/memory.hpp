@@ -13,9 +13,9 @@
 
 namespace tanor {
 
-/// What a running simulation keeps beside its state, as plain numbers. One function of each part exchanges its members
-/// in a fixed order: they are appended to a snapshot, or read back from it, so that the two cannot differ. Sizes are
-/// those that the part has; a snapshot of another system does not fit, which `finish` says.
+/// What a running simulation keeps beside its state, as plain numbers. Each part has one function that exchanges its
+/// members in a fixed order. The same function appends them to a snapshot and reads them back, so the two cannot
+/// differ. Sizes are those that the part has; `finish` refuses a snapshot of another system, which does not fit.
 class Memory {
  public:
   explicit Memory(std::vector<double>* appended) : appended_(appended) {}
@@ -32,7 +32,7 @@ class Memory {
       misses_some_ = true;
     }
   }
-  /// Flags, counts and numbered choices.
+  /// Exchanges a flag, a count or a numbered choice.
   template <class Number>
   requires std::integral<Number> || std::is_enum_v<Number>
   void exchange(Number& number) {
@@ -57,7 +57,7 @@ class Memory {
   template <class... Members>
   requires(sizeof...(Members) > 1) void exchange(Members&... members) { (exchange(members), ...); }
 
-  /// The numbers cannot be what a part wrote.
+  /// Refuses numbers that no part can have written.
   [[noreturn]] static void refuse() {
     throw InputError("/snapshot/memory", "is of another system, or of other options");
   }

@@ -13,23 +13,23 @@
 
 namespace tanor {
 
-/// The larger of two, where a NaN wins: it must not hide in a maximum.
+/// The larger of two numbers. A NaN wins, so that it cannot hide in a maximum.
 inline double larger(double a, double b) {
   return (b > a || std::isnan(b)) ? b : a;
 }
 
 /// Loops over index ranges with a given number of threads.
 ///
-/// Work is cut into ranges, one a thread. Results must not depend on where the cuts lie (each index writes its own
-/// output; maxima are associative), so 1 and 2 threads give the same bits. An exception inside is rethrown after the
-/// loop.
+/// The indices are cut into ranges, one for each thread. Results must not depend on where the cuts lie: each index
+/// writes its own output, and maxima are associative. One and two threads then give the same bits. An exception inside
+/// a loop is rethrown after it.
 class Parallel {
  public:
   explicit Parallel(int threads = 0) : threads_(threads > 0 ? threads : omp_get_max_threads()) {}
 
   int threads() const { return threads_; }
 
-  /// body(begin, end) for a partition of [0, count); ranges shorter than `grain` are not worth a thread.
+  /// Calls body(begin, end) for a partition of [0, count). Ranges shorter than `grain` are not worth a thread.
   template <class Body>
   void for_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
     const std::size_t ranges = num_ranges(count, grain);
@@ -41,7 +41,7 @@ class Parallel {
     const int threads = static_cast<int>(ranges);
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
     for (std::size_t k = 0; k < ranges; ++k) {
-      const QuietTraps quiet;  // of a thread that the host may have made
+      const QuietTraps quiet;  // this thread may be one of the host's
       try {
         body(count * k / ranges, count * (k + 1) / ranges);
       } catch (...) {
@@ -52,7 +52,7 @@ class Parallel {
     if (failure) std::rethrow_exception(failure);
   }
 
-  /// max over the ranges of body(begin, end), at least 0; NaN if any is.
+  /// The largest body(begin, end) over the ranges, at least 0. It is NaN if one of them is.
   template <class Body>
   double max_over_ranges(std::size_t count, const Body& body, std::size_t grain = 2048) const {
     double result = 0.0;
@@ -71,11 +71,12 @@ class Parallel {
     return result;
   }
 
-  /// Sum of term(k) over [0, count) in an order that no number of threads changes: 64 parts, then the parts.
+  /// The sum of term(k) over [0, count). Its order does not depend on the number of threads: 64 parts are summed, then
+  /// their sums.
   template <class Term>
   double sum(std::size_t count, const Term& term, std::size_t grain = 2048) const {
     std::array<double, 64> parts;
-    if (count <= parts.size()) {  // a part has one term at most
+    if (count <= parts.size()) {  // each part has one term at most
       double result = 0.0;
       for (std::size_t k = 0; k < count; ++k) result += term(k);
       return result;
@@ -90,7 +91,7 @@ class Parallel {
     return std::accumulate(parts.begin(), parts.end(), 0.0);
   }
 
-  /// body(k) for a few big tasks of unequal size.
+  /// Calls body(k) for a few large tasks of unequal size.
   template <class Body>
   void for_tasks(std::size_t count, const Body& body) const {
     if (threads_ <= 1 || count <= 1) {
@@ -113,7 +114,7 @@ class Parallel {
 
  private:
   std::size_t num_ranges(std::size_t count, std::size_t grain) const {
-#ifdef TANOR_SMALLEST_RANGES  // for the thread sanitizer: small systems are divided as well
+#ifdef TANOR_SMALLEST_RANGES  // the thread sanitizer divides small systems as well
     grain = std::min<std::size_t>(grain, 4);
 #endif
     return std::min<std::size_t>(static_cast<std::size_t>(threads_), count / grain);

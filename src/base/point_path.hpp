@@ -9,7 +9,8 @@
 
 namespace tanor {
 
-/// Where all points are during one step: known at knots that lie evenly in time, and between them on cubics in time.
+/// The places of all points during one step. They are known at knots that lie evenly in time, and between two knots
+/// each point follows a cubic in time.
 class PointPath {
  public:
   virtual ~PointPath() = default;
@@ -29,7 +30,7 @@ class PointPath {
   std::vector<const double*> variables, rates;       ///< [knot] the mechanics' own numbers; those of points, or others
   std::span<const double> accelerations;             ///< [point] m/s^2: as much as may act; empty: nothing is known
 
-  /// More knots, until the cubics miss the motion by no more than this part of what each number moves.
+  /// Adds knots until the cubics miss the motion by no more than this part of what each number moves.
   virtual void refine(double error) = 0;
 
   template <class Integer>
@@ -49,7 +50,7 @@ class PointPath {
   std::size_t num_pieces() const { return positions.size() - 1; }
   double knot(std::size_t k) const { return static_cast<double>(k) / static_cast<double>(num_pieces()); }
 
-  /// Point i at the fraction s of the step.
+  /// Where point i is at the fraction s of the step.
   template <class Integer>
   Place at(Integer i, double s) const {
     const std::size_t pieces = num_pieces();
@@ -88,7 +89,7 @@ class PointPath {
   }
 };
 
-/// How far a cubic with the ends a and b, passed in the time H, leaves its chord at most:
+/// The largest distance of a cubic from its chord. It has the ends a and b and is passed in the time H:
 ///
 ///   4/27 (|H v_a - e| + |H v_b - e|),   e = r_b - r_a
 inline double sagitta(const PointPath::Place& a, const PointPath::Place& b, double length) {

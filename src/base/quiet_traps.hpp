@@ -6,8 +6,9 @@
 
 namespace tanor {
 
-/// While it lives the thread's floating-point traps are off: a host that has them on sees infinities and NaN of ours,
-/// which we test for, as little as the flags that they leave behind. Costs next to nothing where none is on.
+/// Switches the thread's floating-point traps off while it lives. A host that has traps on then does not notice our
+/// infinities and NaN, which we test for ourselves, nor the flags that they leave behind. It costs next to nothing
+/// where no trap is on.
 class QuietTraps {
  public:
 #if defined(__GLIBC__)
@@ -29,7 +30,7 @@ class QuietTraps {
   [[maybe_unused]] const int enabled_{};
 };
 
-/// A new object, made without traps.
+/// Makes a new object while the traps are off.
 template <class T, class... Arguments>
 std::unique_ptr<T> make_quietly(Arguments&&... arguments) {
   const QuietTraps quiet;

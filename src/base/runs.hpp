@@ -8,17 +8,17 @@
 
 namespace tanor {
 
-/// Some of the numbers 0, 1, 2, …, as runs [begin, end) from the lowest to the highest: a loop over them is one over a
-/// few ranges.
+/// A set of numbers 0, 1, 2, …, kept as index ranges [begin, end) from the lowest to the highest. A loop over the set
+/// is a loop over a few ranges.
 class Runs {
  public:
   Runs() = default;
-  /// All below `count`.
+  /// All numbers below `count`.
   explicit Runs(std::size_t count) {
     if (count > 0) runs_.push_back({0, count, 0});
   }
 
-  /// One more, above all others.
+  /// Adds a number above all others.
   void append(std::size_t number) {
     if (runs_.empty() || runs_.back().end != number) runs_.push_back({number, number, size()});
     ++runs_.back().end;
@@ -36,7 +36,7 @@ class Runs {
 
   bool contains(std::size_t number) const { return count_below(number + 1) > count_below(number); }
 
-  /// visit(begin, end) for the pieces of runs that hold the numbers from place `first` to before place `last`.
+  /// Calls visit(begin, end) for the pieces of ranges that hold the numbers from place `first` to before place `last`.
   template <class Visit>
   void for_pieces(std::size_t first, std::size_t last, const Visit& visit) const {
     const auto is_before = [&](const Run& run) { return run.before + (run.end - run.begin) <= first; };
@@ -48,13 +48,13 @@ class Runs {
     }
   }
 
-  /// visit(begin, end) for each run.
+  /// Calls visit(begin, end) for each range.
   template <class Visit>
   void for_each(const Visit& visit) const {
     for (const Run& run : runs_) visit(run.begin, run.end);
   }
 
-  /// As Parallel's, over these numbers.
+  /// As Parallel::for_ranges, over the numbers of this set.
   template <class Body>
   void for_ranges(const Parallel& parallel, const Body& body) const {
     parallel.for_ranges(size(), [&](std::size_t first, std::size_t last) { for_pieces(first, last, body); });
@@ -63,7 +63,7 @@ class Runs {
   double max_over_ranges(const Parallel& parallel, const Body& body) const {
     return max_over_places(parallel, 0, size(), body);
   }
-  /// The same over those in [begin, end).
+  /// The same over the numbers in [begin, end).
   template <class Body>
   double max_over_ranges(const Parallel& parallel, std::size_t begin, std::size_t end, const Body& body) const {
     return max_over_places(parallel, count_below(begin), count_below(end), body);
@@ -71,7 +71,7 @@ class Runs {
 
  private:
   struct Run {
-    std::size_t begin, end, before;  // before: how many are in earlier runs
+    std::size_t begin, end, before;  // before: how many numbers are in earlier ranges
   };
 
   template <class Body>

@@ -6,11 +6,12 @@
 
 namespace tanor {
 
-/// Beyond it the reduction of `sine_cosine` loses digits.
+/// Beyond this angle the reduction in `sine_cosine` loses digits.
 inline constexpr double largest_angle = 1e6;
 
-/// sin x and cos x to about 1 ulp for |x| <= largest_angle, without branches: loops over it run in lanes. Remainder of
-/// x by pi/2 (W. J. Cody, W. Waite 1980), polynomials of fdlibm (Sun Microsystems 1993).
+/// sin x and cos x to about 1 ulp for |x| <= largest_angle. There are no branches, so loops over it run in vector
+/// lanes. The remainder of x by pi/2 is found as W. J. Cody and W. Waite (1980) do, and the polynomials are those of
+/// fdlibm (Sun Microsystems 1993).
 [[gnu::always_inline]] inline void sine_cosine(double x, double* sine, double* cosine) {
   // n = round(2x/pi): its last bits stand at the end of 2x/pi + 1.5 * 2^52
   constexpr double shift = 6755399441055744.0, two_over_pi = 6.36619772367581382433e-01;

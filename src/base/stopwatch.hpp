@@ -8,11 +8,12 @@ namespace tanor {
 namespace detail {
 
 #if defined(__x86_64__)
-/// The processor's own counter: asking the system for the time takes as long as an order of a small system's series.
+/// Reads the processor's own counter. Asking the operating system for the time would take as long as one order of a
+/// small system's series.
 inline std::int64_t count_ticks() {
   return static_cast<std::int64_t>(__builtin_ia32_rdtsc());
 }
-/// Compared once with the system's clock, to about 1e-3.
+/// Seconds of one tick, measured once against the system's clock to about 1e-3.
 double seconds_per_tick();
 #else
 inline std::int64_t count_ticks() {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file Values as messages show them.
+/// \file How messages show values.
 
 #include <array>
 #include <charconv>
@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// Shortest text that reads back as the same number; a NaN shows no sign.
+/// The shortest text that reads back as the same number. A NaN has no sign.
 template <class Number>
 std::string text(Number number) {
   if (number != number) return "nan";

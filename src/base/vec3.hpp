@@ -6,7 +6,7 @@
 
 namespace tanor {
 
-/// Three numbers in registers; the arithmetic of the kernels.
+/// Three numbers in registers, and the arithmetic of the kernels on them.
 struct Vec3 {
   double x = 0.0, y = 0.0, z = 0.0;
 

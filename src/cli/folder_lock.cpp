@@ -18,7 +18,7 @@ namespace tanor::cli {
 
 namespace {
 
-/// The number that the holder has written; it may be about to.
+/// Reads the number that the holder of the lock has written. It may not have written it yet.
 std::string read_holder(int descriptor) {
   std::array<char, 32> bytes;
   const ssize_t size = pread(descriptor, bytes.data(), bytes.size(), 0);
@@ -26,7 +26,7 @@ std::string read_holder(int descriptor) {
   return text.empty() ? "another process" : fmt::format("process {}", text.substr(0, text.find('\n')));
 }
 
-/// Whether the file is still the one of that name: its last holder removes it.
+/// Whether the file is still the one of that name. Its last holder removes it.
 bool is_named(int descriptor, const std::filesystem::path& path) {
   struct stat opened = {}, named = {};
   return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&

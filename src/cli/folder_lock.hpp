@@ -5,10 +5,10 @@
 
 namespace tanor::cli {
 
-/// While it lives no other process of the same command writes into the folder.
+/// Keeps other processes of the same command out of a folder while it lives.
 ///
-/// The lock is an flock on `<folder>/.<command>.lock`, which holds the number of its process; it ends with the process,
-/// however that ends. The file goes with the lock.
+/// The lock is an flock on `<folder>/.<command>.lock`, a file that holds the number of its process. It ends with the
+/// process, however that ends, and the file goes with it.
 class FolderLock {
  public:
   /// The folder is there. Throws InputError that names the process which holds it, WriteError where no file can be

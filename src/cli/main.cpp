@@ -14,7 +14,7 @@ namespace tanor::cli {
 
 namespace {
 
-/// An exception that nobody may catch, for instance in a thread of a library.
+/// Handles an exception that nobody catches, for instance in a thread of a library.
 [[noreturn]] void end_with_last_words() {
   const Failure failure =
       std::current_exception() ? describe_current_exception() : Failure{ExitCode::MachineFailure, "ended by a library"};

@@ -6,8 +6,9 @@ namespace tanor::cli {
 
 /// The first of the output times k * output_every (k = 1, 2, …) and t_end that lies after `time`.
 ///
-/// Products, not a running sum: frame k of every run, also of a resumed one, has the same time to the last bit. What is
-/// within a millionth of an interval counts as the same time, so that no sliver of a step is left before t_end.
+/// They are products, not a running sum, so that frame k of every run, also of a resumed one, has the same time to the
+/// last bit. Times within a millionth of an interval count as the same, so that no sliver of a step is left before
+/// t_end.
 inline double next_output_time(double time, double output_every, double t_end) {
   if (output_every <= 0.0) return t_end;
   const double k = std::floor(time / output_every + 1e-6) + 1.0;

@@ -43,7 +43,7 @@ struct Common {
   }
 };
 
-/// CHOLMOD's view of our arrays; nothing is copied.
+/// CHOLMOD's view of our arrays. Nothing is copied.
 cholmod_sparse view(const TrianglePattern& pattern, double* values, bool lower) {
   cholmod_sparse a{};
   a.nrow = a.ncol = pattern.size();
@@ -134,8 +134,8 @@ struct Cholesky::Implementation {
   ~Implementation() { cholmod_free_factor(&factor, &common.c); }
 };
 
-/// L = (L D^-1) D with D its diagonal: solves then divide by nothing, and the chain of dependent operations along a
-/// path is one multiplication and one subtraction a row.
+/// Splits L = (L D^-1) D with its diagonal D. Solves then need no division, and the chain of dependent operations along
+/// a path has one multiplication and one subtraction for each row.
 void Cholesky::Implementation::prepare_solves() {
   const auto [n, start, count, rows, l] = simplicial();
   unit_lower.resize(factor->nzmax);
@@ -147,7 +147,7 @@ void Cholesky::Implementation::prepare_solves() {
   }
 }
 
-/// In place; cholmod_solve2 would copy x twice.
+/// Solves in place; cholmod_solve2 would copy x twice.
 void Cholesky::Implementation::solve_simplicial(double* x) const {
   const auto [n, start, count, rows, l] = simplicial();
   const double* const u = unit_lower.data();
@@ -208,7 +208,7 @@ Cholesky::Quality Cholesky::factorize() {
     return {false, self.factor->minor, 0.0};
   }
   self.prepare_solves();
-  // The smallest pivot: where a matrix that is singular to rounding shows it.
+  // A matrix that is singular to rounding shows it at its smallest pivot.
   const auto weakest = std::max_element(self.inverse_pivots.begin(), self.inverse_pivots.end());
   return {true, static_cast<std::size_t>(weakest - self.inverse_pivots.begin()), cholmod_rcond(self.factor, &c)};
 }

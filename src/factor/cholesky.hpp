@@ -8,8 +8,8 @@
 
 namespace tanor {
 
-/// Pattern of one triangle of a symmetric n x n matrix, by columns: entries of column j are start[j] … start[j + 1] -
-/// 1, rows increasing, the diagonal always present.
+/// Pattern of one triangle of a symmetric n x n matrix, by columns. The entries of column j are start[j] …
+/// start[j + 1] - 1, with increasing rows. The diagonal is always present.
 struct TrianglePattern {
   std::vector<int> start{0};
   std::vector<int> rows;
@@ -26,13 +26,14 @@ struct SymbolicAnalysis {
   bool supernodal = false;
 };
 
-/// Orders and analyzes a pattern (lower triangle). Auto: the given order if it makes no fill, else AMD, and METIS where
-/// AMD predicts much work (more than 50 flops a nonzero of L) and METIS saves some. Throws std::bad_alloc, and
-/// std::length_error where L has more than 2^31 - 1 nonzeros.
+/// Orders and analyzes a pattern (lower triangle). Ordering::Auto keeps the given order if that makes no fill. Else it
+/// takes AMD, and METIS where AMD predicts more than 50 flops a nonzero of L and METIS saves some of them. Throws
+/// std::bad_alloc, and std::length_error where L has more than 2^31 - 1 nonzeros.
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted);
 
-/// L L' = S of a matrix whose rows already stand in the order of elimination; symbolic once, numeric many times.
-/// The door to CHOLMOD: one cholmod_common each, so different objects may work in different threads.
+/// Factorizes L L' = S, where the rows of S already stand in the order of elimination: the symbolic analysis is made
+/// once, the numeric factorization many times. This class is the door to CHOLMOD. Each object has a cholmod_common of
+/// its own, so different objects may work in different threads.
 class Cholesky {
  public:
   /// Simplicial factors take the upper triangle, which CHOLMOD reads without a transpose, supernodal ones the lower.

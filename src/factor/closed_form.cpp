@@ -16,7 +16,7 @@ ClosedForm::ClosedForm(TrianglePattern upper)
 Cholesky::Quality ClosedForm::factorize() {
   double smallest = std::numeric_limits<double>::infinity(), largest = 0.0;
   std::size_t weakest = 0;
-  // A pivot of 0, below 0 or NaN ends it.
+  // A pivot that is 0, negative or NaN ends the factorization.
   const auto see = [&](double pivot, std::size_t row) {
     if (!(pivot > 0.0)) return false;
     if (pivot < smallest) weakest = row;

@@ -7,8 +7,8 @@
 
 namespace tanor {
 
-/// L L' = S where no sparse factorization is needed: S diagonal (beads on surfaces of their own), or of one point,
-/// which has at most three rows. Takes the upper triangle; otherwise as Cholesky.
+/// Factorizes L L' = S where no sparse factorization is needed: S is diagonal (beads on surfaces of their own), or it
+/// belongs to one point, which has at most three rows. Takes the upper triangle; all else is as in Cholesky.
 class ClosedForm {
  public:
   static bool serves(const TrianglePattern& upper);

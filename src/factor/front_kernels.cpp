@@ -54,7 +54,7 @@ template <std::size_t columns>
   if (i < end) subtract_tile<1, columns>(terms, a + i, b, stride, c + i, c_stride);
 }
 
-/// Calls body with the number of columns, 1 … tile, as a constant.
+/// Calls body with the number of columns, 1 … tile, as a constant of the compiler.
 template <class Body>
 [[gnu::always_inline]] inline void with_columns(std::size_t columns, const Body& body) {
   if (columns >= 4) return body(std::integral_constant<std::size_t, 4>{});
@@ -84,8 +84,8 @@ template <class Body>
   }
 }
 
-/// L of the columns j … j + columns - 1, from which all before them have been subtracted. False: a pivot is not
-/// positive, its number in `failed`.
+/// Computes L of the columns j … j + columns - 1, from which all columns before them have been subtracted. Returns
+/// false where a pivot is not positive, with its number in `failed`.
 template <std::size_t columns>
 [[gnu::always_inline]] inline bool factorize_tile(std::size_t j, std::size_t stride, double* panel,
                                                   std::size_t* failed) {

@@ -2,14 +2,15 @@
 
 #include <cstddef>
 
-/// \file Dense arithmetic of Multifrontal, compiled for each instruction set. Columns stand `stride` numbers apart, a
-/// multiple of `front_width`, and are filled up with zeros; up to that many numbers behind an array are read.
+/// \file Dense arithmetic of Multifrontal, compiled for each instruction set. Columns stand `stride` numbers apart,
+/// which is a multiple of `front_width`, and are filled up with zeros. Up to `front_width` numbers behind an array are
+/// read.
 namespace tanor_kernels {
 
 inline constexpr std::size_t front_width = 8;
 
-/// L of the first columns of a front whose lower triangle stands in `panel`, in place; what is above its diagonal
-/// becomes 0. Returns the first column without a positive pivot, or `columns`.
+/// Replaces the first columns of a front, whose lower triangle stands in `panel`, by those of L. What is above the
+/// diagonal becomes 0. Returns the first column without a positive pivot, or `columns`.
 std::size_t factorize_panel(std::size_t columns, std::size_t stride, double* panel);
 
 /// update -= a a', lower triangle; a [rows, depth], update [rows, rows].

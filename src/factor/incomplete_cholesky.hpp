@@ -7,9 +7,9 @@
 
 namespace tanor {
 
-/// U'D U ~ S with U on the pattern of S, a unit triangle: Cholesky's method without its fill (J. A. Meijerink, H. A.
-/// van der Vorst 1977). Exact where the elimination in the given order makes no fill: along chains, trees, straight
-/// lines. The symbolic work is done once, in the constructor.
+/// Incomplete factorization U'D U ~ S, where U is a unit triangle on the pattern of S: Cholesky's method without its
+/// fill (J. A. Meijerink, H. A. van der Vorst 1977). It is exact where the elimination in the given order makes no
+/// fill, as along chains and trees. The constructor does the symbolic work once.
 class IncompleteCholesky {
  public:
   /// Upper triangle by columns.
@@ -17,8 +17,8 @@ class IncompleteCholesky {
 
   double* values() { return values_.data(); }  ///< beside the pattern's rows; to be filled before `factorize`
 
-  /// Where a pivot falls too low the diagonal is raised, for all of them (T. A. Manteuffel 1980). False: that did not
-  /// help.
+  /// Where a pivot falls too low, the whole diagonal is raised (T. A. Manteuffel 1980). Returns false where that did
+  /// not help.
   [[nodiscard]] bool factorize();
 
   /// x = -D (U'D U)^-1 D b [n] with D = diag(scale). x may be b.

@@ -19,7 +19,7 @@ struct Front {
   int next = -1;  // another one that waits at the same column
 };
 
-/// Fronts that wait at columns; their memory goes from one to the next.
+/// Fronts that wait at columns. The memory of one is reused by the next.
 class WaitingRoom {
  public:
   explicit WaitingRoom(std::size_t num_columns) : first_(num_columns, -1) {}

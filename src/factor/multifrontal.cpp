@@ -46,7 +46,7 @@ Multifrontal::Multifrontal(const TrianglePattern& lower, Supernodes supernodes) 
   find_entries(lower);
 }
 
-/// The front whose columns have the first row below.
+/// Finds the parent: the front whose columns hold the first row below.
 void Multifrontal::find_parents() {
   std::vector<int> front_of(pivots_.size());
   for (std::size_t s = 0; s < fronts_.size(); ++s)
@@ -63,7 +63,7 @@ void Multifrontal::find_parents() {
   }
 }
 
-/// Depth first: what stands on a stack of updates longest is needed last.
+/// Orders fronts depth first, so that the update that stands on a stack longest is needed last.
 void Multifrontal::find_order() {
   std::vector<int> next(fronts_.size());
   for (std::size_t s = 0; s < fronts_.size(); ++s) next[s] = fronts_[s].first_child;
@@ -89,7 +89,7 @@ void Multifrontal::place_updates() {
     front.update = top[here];
     top[here] += front.update_stride * (front.rows - front.columns);
     highest[here] = std::max(highest[here], top[here]);
-    // The children's go; the one that was placed first stands lowest.
+    // The updates of the children go; the one that was placed first stands lowest.
     for (int child = front.first_child; child >= 0; child = fronts_[static_cast<std::size_t>(child)].next_sibling)
       top[1 - here] = std::min(top[1 - here], fronts_[static_cast<std::size_t>(child)].update);
   }
@@ -124,7 +124,7 @@ void Multifrontal::find_entries(const TrianglePattern& lower) {
   }
 }
 
-/// The front of S's columns and of its children's updates.
+/// Assembles a front from the columns of S and the updates of its children.
 void Multifrontal::assemble(const Front& front, const TrianglePattern& lower, const double* values) {
   double* const panel = panels_.data() + front.panel;
   std::fill_n(panel, front.stride * front.columns, 0.0);

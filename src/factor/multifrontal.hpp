@@ -20,14 +20,14 @@ struct Supernodes {
 ///   [ L11    ]   its columns, from S and the updates of its children
 ///   [ L21  U ]   U = updates of its children - L21 L21',   for its parent
 ///
-/// CHOLMOD's supernodal numeric factorization enters several parallel regions a supernode, and BLAS for each small
-/// block: three quarters of its time on nets.
+/// It replaces CHOLMOD's supernodal numeric factorization, which enters several parallel regions for each supernode and
+/// BLAS for each small block. That is three quarters of its time on nets.
 class Multifrontal {
  public:
-  /// `lower`: of S, in the order of elimination.
+  /// `lower` is the lower triangle of S in the order of elimination.
   Multifrontal(const TrianglePattern& lower, Supernodes supernodes);
 
-  /// From the values beside the pattern's rows. Returns the column whose pivot is not positive, or n.
+  /// Factorizes the values that stand beside the pattern's rows. Returns the column whose pivot is not positive, or n.
   std::size_t factorize(const TrianglePattern& lower, const double* values);
   /// Diagonal of L, [n].
   const std::vector<double>& pivots() const { return pivots_; }

@@ -56,7 +56,7 @@ double dot_column(const SparseColumns& A, int j, const double* y) {
   return sum;
 }
 
-/// QR of some columns of A; columns of the factor are numbered as those of A.
+/// QR of some columns of A. The columns of the factor keep their numbers in A.
 TriangularFactor factorize_columns(const SparseColumns& A, const std::vector<int>& wanted, double tolerance) {
   TriangularFactor factor = factorize_qr(columns_of(A, wanted), tolerance);
   for (int& j : factor.independent) j = wanted[static_cast<std::size_t>(j)];
@@ -101,7 +101,7 @@ SingularPair find_smallest_singular_value(const TriangularFactor& R) {
   SingularPair smallest{std::numeric_limits<double>::infinity(), std::vector<double>(R.rank())};
   std::vector<double>& v = smallest.vector;
   if (v.empty()) return smallest;
-  // Any start that no structure of a scene is orthogonal to.
+  // A start vector that no structure of a scene is orthogonal to.
   for (std::size_t k = 0; k < v.size(); ++k) v[k] = 1.0 + std::sin(12.9898 * static_cast<double>(k + 1));
   normalize(v);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
@@ -142,8 +142,9 @@ RankSolver::RankSolver(SparseColumns C, double least_tolerance) : C_(std::move(C
   drop_rounding();
 }
 
-/// Heath's method, with one column fewer for each singular value that it missed. What it drops after a miss is not
-/// trusted: the rounding that it took for a direction may have used up that of a later, independent column.
+/// Heath's method, with one column fewer for each singular value that it missed. A column that it drops after a miss is
+/// not trusted: Heath's method may have taken rounding for a direction and so used up that of a later, independent
+/// column.
 void RankSolver::find_independent_columns() {
   std::vector<int> left_out;
   while (true) {
@@ -205,7 +206,7 @@ void RankSolver::combine_dependent_columns() {
   }
 }
 
-/// Returns whether it exchanged any; then R11 is that of the new independent columns.
+/// Returns whether it exchanged any column; R11 is then that of the new independent columns.
 bool RankSolver::exchange_columns() {
   constexpr double largest_coefficient = 2.0, rounding = 1e-6;
   std::map<int, std::map<int, double>> X;  // dependent column -> independent column -> coefficient
@@ -276,7 +277,7 @@ void RankSolver::span_null_space() {
   null_factor_ = factorize_qr(null_space_, -1.0);
 }
 
-/// X is known to eps/sigma_min: what is near that may be a zero. The largest terms come first.
+/// X is known to eps/sigma_min, so a coefficient near that may be a zero. The largest terms come first.
 void RankSolver::drop_rounding() {
   const double least = 1e3 * eps / std::min(smallest_singular_value_, 1.0);
   for (Dependence& dependence : dependences_) {

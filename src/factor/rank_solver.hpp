@@ -17,9 +17,10 @@ struct Dependence {
   std::vector<Term> terms;  ///< largest first; none: a column of zeros
 };
 
-/// S = C'C for columns that may depend on each other, C = M^-1/2 K of one island, [m x d].
+/// Solves S x = b with S = C'C, where the columns of C = M^-1/2 K of one island, [m x d], may depend on each other.
 ///
-/// With D scaling the columns to unit length and I the independent ones, C D = (C D)_I [1 X]: QR of (C D)_I, no S.
+/// D scales the columns to unit length and I names the independent ones, so that C D = (C D)_I [1 X]. S is never
+/// formed; what is factorized is (C D)_I, by QR:
 ///  1. SuiteSparseQR leaves out each column closer than the tolerance to those before it (Heath).
 ///  2. A dependence spread over many columns is found by the smallest singular value of R11 (inverse iteration), and
 ///     its largest column left out (Foster and Davis, Algorithm 933, ACM TOMS 40, 2013).
@@ -37,17 +38,17 @@ class RankSolver {
   double smallest_singular_value() const { return smallest_singular_value_; }  ///< of R11, from above
   double largest_defect() const { return largest_defect_; }  ///< max |(C D)_j - (C D)_I X_j| over dependent j
 
-  /// One for each dependent column, by increasing column; terms that are rounding are left out.
+  /// One dependence for each dependent column, by increasing column. Terms that are rounding are left out.
   const std::vector<Dependence>& dependences() const { return dependences_; }
   /// Is multiplier k the same in every solution? [d]
   std::vector<bool> unique() const;
 
-  /// x := a solution of S x = x, [d], x = 0 at the dependent columns, whose right sides are not read. Rounding comes
-  /// back with cond(R11) eps of the right side: refine from outside.
+  /// Replaces the right side in x, [d], by a solution that is 0 at the dependent columns, whose right sides are not
+  /// read. Its rounding is cond(R11) eps of the right side; the caller refines.
   void solve(double* x) const;
 
-  /// x := the solution of the same equations with the smallest Euclidean norm: its part along the null space of C is
-  /// taken away. [d]
+  /// Turns the solution x, [d], into the one with the smallest Euclidean norm by taking away its part along the null
+  /// space of C.
   void minimize_norm(double* x) const;
 
   /// What the right side asks beyond the range of C', for each dependent column: b_j - sum of coefficient b_i.

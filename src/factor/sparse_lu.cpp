@@ -13,7 +13,7 @@ namespace tanor {
 template <class T>
 struct SparseLu<T>::Implementation {
   static constexpr bool is_complex = !std::is_same_v<T, double>;
-  /// Pivots of another matrix serve while no column of U grows further than this beyond A's.
+  /// The pivots of another matrix serve while no column of U grows further than this beyond the column of A.
   static constexpr double least_growth = 1e-8;
 
   SquarePattern pattern;
@@ -54,7 +54,7 @@ struct SparseLu<T>::Implementation {
       klu_free_numeric(&numeric, &common);
   }
 
-  /// With new pivots.
+  /// Factorizes with new pivots.
   bool factorize_anew() {
     free_numeric();
     ++num_pivotings;
@@ -66,7 +66,7 @@ struct SparseLu<T>::Implementation {
     return numeric != nullptr && common.status == KLU_OK && is_finite();
   }
 
-  /// With the pivots that are there.
+  /// Factorizes with the pivots of an earlier factorization.
   bool factorize_again() {
     if (numeric == nullptr) return false;
     int* const start = pattern.start.data();

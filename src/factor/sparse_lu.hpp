@@ -15,11 +15,11 @@ struct SquarePattern {
   std::size_t size() const { return start.size() - 1; }
 };
 
-/// P A Q = L U of a general square matrix, T = double or std::complex<double>; symbolic once, numeric many times. The
-/// door to KLU.
+/// Factorizes P A Q = L U of a general square matrix, T = double or std::complex<double>. The symbolic analysis is made
+/// once, the numeric factorization many times. This class is the door to KLU.
 ///
-/// Pivots are chosen by the first factorization and kept by the next ones, which then allocate nothing, as long as they
-/// serve; where one of them is too small they are chosen anew.
+/// The first factorization chooses the pivots. The next ones keep them as long as they serve, and then allocate
+/// nothing; where a pivot is too small, all are chosen anew.
 template <class T>
 class SparseLu {
  public:

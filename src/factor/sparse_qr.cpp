@@ -23,7 +23,7 @@ struct LongCommon {
   LongCommon& operator=(const LongCommon&) = delete;
 };
 
-/// What SuiteSparseQR hands out, freed with the object.
+/// An object that SuiteSparseQR hands out, freed with this one.
 struct Result {
   LongCommon common;
   cholmod_sparse* R = nullptr;

@@ -7,25 +7,25 @@
 
 namespace tanor::report {
 
-/// A problem whose answer is known, and what was found.
+/// A problem whose answer is known, and the answer that was found.
 struct DigitsRow {
   std::string name;
-  std::string known;      ///< from where: a closed form, published digits
-  std::string method;     ///< that found the answer
+  std::string known;      ///< the source: a closed form, published digits
+  std::string method;     ///< the method that found the answer
   double promised = 0.0;  ///< digits
   double error = 0.0;     ///< relative
   double wall_s = 0.0;
   Outcome outcome{};  ///< why there is no answer
 
-  /// -log10 of the relative error, 0 … 16; 0 where there is no answer.
+  /// Digits of the answer: -log10 of the relative error, 0 … 16. It is 0 where there is no answer.
   double won() const;
   bool keeps_promise() const { return outcome.ok() && won() >= promised; }
 };
 
-/// The table as text, a line each.
+/// Returns the table as text, one line for each problem.
 std::string format_digits(const std::vector<DigitsRow>& rows);
 
-/// Ok, or which problems miss what they promise and why.
+/// Returns Ok, or names the problems that miss what they promise, with the reasons.
 Outcome judge_digits(const std::vector<DigitsRow>& rows);
 
 }  // namespace tanor::report

@@ -15,22 +15,22 @@ namespace {
 
 constexpr int rows_per_method = 4;
 constexpr double coarsest_tolerance = 1e-3;
-constexpr double short_run = 0.1;  // s; made three times
+constexpr double short_run = 0.1;  // s; a shorter run is repeated three times
 
-// A judge begins a hundredth of a tolerance behind the finest row of its own method, which then tells its own error at
-// no cost.
+// A reference run begins with a hundredth of the tolerance of the finest row of its own method. That row then tells the
+// error of the reference at no cost.
 constexpr int first_judge_level = rows_per_method;
 constexpr int most_refinements = 4;
 constexpr double judge_share = 0.1;         // of the smallest error that it judges
 constexpr double finest_tolerance = 1e-13;  // below, rounding decides
 
-/// Who may judge a method, never itself, the best first.
+/// The methods that may make the reference for another method, the best first. No method is its own reference.
 std::array<Method, 2> judges_of(Method method) {
   if (method == Method::Taylor) return {Method::Dop853, Method::Dopri5};
   return {Method::Taylor, method == Method::Dop853 ? Method::Dopri5 : Method::Dop853};
 }
 
-/// The coarsest step: the scene's own, else a hundredth of the time.
+/// The coarsest step: the step of the scene, else a hundredth of the time.
 double coarsest_step(const scene::Scene& scene) {
   return scene.motion.step > 0.0 ? scene.motion.step : scene.t_end / 100.0;
 }
@@ -49,7 +49,7 @@ double small_size(const System& system) {
   return square > 0.0 ? std::min(1.0, std::sqrt(square)) : 1.0;
 }
 
-/// Level 0 is the coarsest; each next one has half the step or a hundredth of the tolerance.
+/// Level 0 is the coarsest. Each further level has half the step or a hundredth of the tolerance.
 MotionOptions options_of(const scene::Scene& scene, Method method, int level) {
   MotionOptions options = scene.motion;
   options.method = method;
@@ -89,7 +89,7 @@ Run run_once(const scene::Scene& scene, const MotionOptions& options) {
   return result;
 }
 
-/// Short runs three times: the middle of their times.
+/// Repeats short runs three times and takes the middle one of their times.
 Run run(const scene::Scene& scene, const MotionOptions& options) {
   Run first = run_once(scene, options);
   if (!first.outcome.ok() || first.row.wall_s > short_run) return first;
@@ -99,7 +99,7 @@ Run run(const scene::Scene& scene, const MotionOptions& options) {
   return first;
 }
 
-/// Runs of a scene by method and level, each done once, when it is asked for.
+/// Runs of a scene by method and level. Each is made once, when it is asked for.
 class Runs {
  public:
   Runs(const scene::Scene& scene, std::vector<Index> points, const std::function<void(const std::string&)>& say)
@@ -113,7 +113,7 @@ class Runs {
     return made;
   }
 
-  /// Why a method cannot step this scene; empty: it can.
+  /// Says why a method cannot step this scene; empty where it can.
   const std::string& refusal(Method method) {
     const auto [found, is_new] = refusals_.try_emplace(method);
     if (is_new) {
@@ -127,7 +127,7 @@ class Runs {
     return found->second;
   }
 
-  /// Largest distance of a point that is compared.
+  /// The largest distance among the points that are compared.
   double distance(const std::vector<double>& a, const std::vector<double>& b) const {
     double worst = 0.0;
     for (const Index point : points_) {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double certain_above = 3.0;  // errors of the judge
 
-/// Within three errors of the judge all that is certain is a bound.
+/// Within three errors of the judge only a bound is certain.
 std::string describe_error(const ErrorTimeRow& row) {
   const bool is_certain = row.error >= certain_above * row.judge_error;
   return is_certain ? in_words(row.error, "{:.2e}") : "<= " + in_words(row.error + row.judge_error, "{:.2e}");
@@ -26,7 +26,7 @@ std::string describe_order(const ErrorTimeRow& row) {
   return row.order != 0.0 ? in_words(row.order, "{:.2f}") : "";
 }
 
-/// Who judged whom, and what was left out.
+/// Lists which run judged which methods, and what was left out.
 std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
   std::vector<std::string> remarks;
   for (const auto& [judged, setting, error] : table.judges) {
@@ -44,7 +44,7 @@ std::string quote(const std::string& text) {
   return quoted + "\"";
 }
 
-/// A field without a number is empty: that is how tables say it.
+/// A field without a number is empty.
 std::string field(double number) {
   return std::isfinite(number) ? fmt::to_string(number) : "";
 }

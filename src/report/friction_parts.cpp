@@ -32,7 +32,7 @@ std::string name_contacts(std::size_t count) {
   return fmt::format("{} contact{}", count, count == 1 ? "" : "s");
 }
 
-/// Null where no friction depends on reactions: nothing was iterated.
+/// Null where no friction depends on reactions, because nothing was iterated then.
 Json name_method(FrictionMethod method) {
   return method == FrictionMethod::Auto ? Json() : Json(name_of(method));
 }

@@ -24,7 +24,7 @@ std::string describe_friction(const FrictionReport& report);
 
 /// "3.2 iterations an instant, 7 at most (anderson), contraction 0.31, uniqueness proven"
 std::string describe_friction(const FrictionSummary& summary);
-/// That the motion was not the only one; empty: nothing is known of others.
+/// Says that the motion was not the only possible one; empty where no other is known.
 std::string describe_several(const FrictionSummary& summary);
 
 }  // namespace tanor::report

@@ -20,7 +20,7 @@ int open_or_throw(const fs::path& path, int flags) {
   return descriptor;
 }
 
-/// All bytes at a place of a file; false, with the reason in errno, where not all could be written.
+/// Writes all bytes at a place of a file. Returns false, with the reason in errno, where not all could be written.
 bool write_at(int descriptor, std::uint64_t place, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(place));
@@ -65,7 +65,7 @@ void GrowingFile::append(std::string_view part) {
     return;
   }
   const int reason = errno;
-  end_body();  // needs no room that the file did not have
+  end_body();  // this needs no more room than the file had before
   throw WriteError(name_, std::strerror(reason));
 }
 

@@ -7,13 +7,14 @@
 
 namespace tanor::report {
 
-/// A file to whose body parts are appended; the same words end it after every part. A part is in it as a whole or not
-/// at all, also on a full disk, and nothing waits in a buffer: `body_size` never counts what the system has not taken.
+/// A file to whose body parts are appended. The same tail ends it after every part. A part is in the file as a whole or
+/// not at all, also on a full disk. Nothing waits in a buffer, so `body_size` never counts what the system has not
+/// taken.
 class GrowingFile {
  public:
   /// A new file, which begins with `head`.
   GrowingFile(const std::filesystem::path& path, std::string_view head, std::string_view tail);
-  /// An existing file of at least `body_size` bytes; what stands behind them goes.
+  /// Opens an existing file of at least `body_size` bytes and removes what stands behind them.
   GrowingFile(const std::filesystem::path& path, std::uint64_t body_size, std::string_view tail);
   ~GrowingFile();
   GrowingFile(const GrowingFile&) = delete;
@@ -29,7 +30,8 @@ class GrowingFile {
   std::uint64_t body_size() const { return body_size_; }
 
  private:
-  /// The tail behind the body, and nothing behind the tail; false, with the reason in errno, where that fails.
+  /// Writes the tail behind the body and cuts the file there. Returns false, with the reason in errno, where that
+  /// fails.
   bool end_body();
 
   std::string name_, tail_;

@@ -13,12 +13,12 @@ constexpr double width = 640.0, height = 440.0, left = 80.0, right = 20.0, top =
 constexpr std::array colors{"#0b6e99", "#c1440e", "#4c8c2b", "#7b4fa3", "#8a6d00",
                             "#222222", "#d1498b", "#2aa198", "#9a9a9a", "#5d4037"};
 
-/// Both numbers have a logarithm.
+/// Whether both numbers have a logarithm.
 bool is_shown(const std::array<double, 2>& point) {
   return std::all_of(point.begin(), point.end(), [](double x) { return x > 0.0 && std::isfinite(x); });
 }
 
-/// Whole decades around the data.
+/// The whole decades around the data.
 struct Axis {
   double low = 0.0, high = 1.0;  // exponents of ten
 
@@ -35,7 +35,7 @@ struct Axis {
     low = std::floor(std::log10(least));
     high = std::max(low + 1.0, std::ceil(std::log10(most)));
   }
-  /// Where 10^exponent stands; the number itself may be beyond all doubles.
+  /// Where 10^exponent stands on the axis. The number itself may be too large for a double.
   double fraction(double exponent) const { return (exponent - low) / (high - low); }
   /// Decades from label to label.
   double stride() const { return std::max(1.0, std::ceil((high - low) / 16.0)); }

@@ -24,7 +24,7 @@ Json describe_sample(double t, const MotionForces& sample) {
           {"outcome", is_found ? "ok" : sample.outcome.what}};
 }
 
-/// One row a sample; where a sample has none: NaN, which JSON shows as null.
+/// One row for each sample. A sample without an array has a row of NaN, which JSON shows as null.
 std::vector<double> stack(const ForcesOfMotion& forces, std::vector<double> MotionForces::*array, std::size_t columns) {
   std::vector<double> result;
   result.reserve(forces.samples.size() * columns);

@@ -18,7 +18,7 @@ struct ForcesOfMotion {
   std::vector<MotionForces> samples;  ///< one a time
   double acceleration_scale = 0.0;    ///< m/s^2, the largest of w, eta/m and u/m in the motion
 
-  /// The sample whose number is largest; `number` of a MotionForces.
+  /// The sample for which `number`, a function of a MotionForces, is largest.
   template <class Number>
   std::size_t find_worst(const Number& number) const {
     std::size_t worst = 0;
@@ -29,8 +29,8 @@ struct ForcesOfMotion {
   }
 };
 
-/// `forces.json` in a folder, which is made; arrays over time (samples x 3 points, samples x equations) stand in it,
-/// or, above `largest_inline` rows of points, in `forces_<key>.npy` beside it. What was not found is null.
+/// Writes `forces.json` into a folder, which is made. Arrays over time (samples x 3 points, samples x equations) stand
+/// in it, or, above `largest_inline` rows of points, in `forces_<key>.npy` beside it. What was not found is null.
 void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& forces);
 
 }  // namespace tanor::report

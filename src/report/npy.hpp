@@ -10,11 +10,11 @@
 /// Writes NumPy's file format for one array: '<f8', C order, version 1.0 (numpy.lib.format). scene/npy.hpp reads it.
 namespace tanor::report {
 
-/// `numbers` as rows of `columns`; one column: a plain vector.
+/// Writes `numbers` as rows of `columns` numbers; with one column the array is a plain vector.
 void write_npy(OutputFile* file, std::span<const double> numbers, std::size_t columns = 1);
 void write_npy(const std::filesystem::path& path, std::span<const double> numbers, std::size_t columns = 1);
 
-/// A vector of booleans, '|b1'.
+/// Writes a vector of booleans, '|b1'.
 void write_npy_booleans(const std::filesystem::path& path, const std::vector<bool>& values);
 
 }  // namespace tanor::report

@@ -12,7 +12,7 @@ namespace tanor::report {
 
 namespace {
 
-/// Rods among the constraints: what most scenes are made of.
+/// Counts the rods, of which most scenes are made.
 std::size_t count_rods(const System& system) {
   std::size_t count = 0;
   for (const Constraint& constraint : system.constraints) {
@@ -64,7 +64,7 @@ std::string line(const std::string& key, const std::string& text) {
   return fmt::format("  {:14}{}\n", key, text);
 }
 
-/// How near the motion came to a singular place, how well it keeps the constraints and its energy.
+/// Tells how near the motion came to a singular configuration, and how well it keeps the constraints and its energy.
 std::string describe_quality(const MotionReport& report) {
   std::string text = line("condition", fmt::format("reciprocal condition {} (estimate), smallest at t = {} s",
                                                    in_words(report.reciprocal_condition, "{:.1e}"),

@@ -8,24 +8,24 @@
 
 namespace tanor::report {
 
-/// Tells on stderr how far a run is: a bar on a terminal, else a line for every tenth of the time, at most ten.
+/// Tells on stderr how far a run is: by a bar on a terminal, else by a line for every tenth of the time, at most ten.
 class Progress {
  public:
   enum class Style { Quiet, Lines, Bar };
   using Clock = std::chrono::steady_clock;
 
-  /// Bar on a terminal, lines elsewhere.
+  /// Returns Bar on a terminal and Lines elsewhere, unless the run is quiet.
   static Style choose_style(bool is_quiet);
 
-  /// `now` tells the time.
+  /// `now` is the clock.
   Progress(Style style, double t_start, double t_end, std::function<Clock::time_point()> now = &Clock::now);
   ~Progress() { end(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// To be called after every step; costs a look at the clock (30 ns) while there is nothing new to say.
+  /// Call this after every step. It costs a look at the clock (30 ns) while there is nothing new to say.
   void update(const MotionReport& report);
-  /// Takes the bar away, so that other lines may follow.
+  /// Removes the bar, so that other lines may follow.
   void end();
 
  private:

@@ -8,14 +8,14 @@ namespace tanor::report {
 
 namespace {
 
-/// Rows that a group of constraints has among the multipliers: a member's rows are side by side.
+/// Counts the rows of a group of constraints among the multipliers, where the rows of a member stand side by side.
 std::size_t count_rows(const Constraint& constraint) {
   return std::visit(
       []<class Group>(const Group& group) { return KindOf<Group>::rows * (group.*KindOf<Group>::members).size(); },
       constraint);
 }
 
-/// Its place behind the points.
+/// Adds the image of a point and returns its place behind the points.
 std::int32_t add_image(std::int32_t point, const Vector3& offset, ShownParts* shown) {
   shown->images.push_back({point, offset});
   return static_cast<std::int32_t>(shown->num_points + shown->images.size() - 1);

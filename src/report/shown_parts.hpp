@@ -19,8 +19,8 @@ struct ShownParts {
   std::vector<std::size_t> rod_rows;              ///< row of each rod among the multipliers
   std::vector<std::int32_t> loose_points;         ///< places in `points` that no shown rod touches
 
-  /// The end r_j + offset of a rod across the edge of a periodic sample: so it is drawn beside its point i, not across
-  /// the sample.
+  /// The end r_j + offset of a rod across the edge of a periodic sample. The rod is drawn beside its point i, not
+  /// across the sample.
   struct Image {
     std::int32_t point;  ///< place of j in `points`
     Vector3 offset;      ///< m
@@ -28,15 +28,15 @@ struct ShownParts {
   std::vector<Image> images;
 };
 
-/// `chosen`: points to show in this order; empty: all.
+/// Chooses what is shown. `chosen` names the points in their order; empty: all points.
 ShownParts choose_parts(const System& system, std::span<const Index> chosen);
 
-/// Rows of the shown points, one behind the other. `all` is 3n; the result is 3m and reuses `rows`.
+/// Copies the rows of the shown points. `all` has 3n numbers; the result has 3m and reuses `rows`.
 void gather_points(const ShownParts& shown, std::span<const double> all, std::vector<double>* rows);
 
-/// Rows of the shown points (3m), with those of their images behind them.
+/// Appends the rows of the images to those of the shown points (3m).
 std::vector<double> append_images(const ShownParts& shown, std::span<const double> rows);
-/// The same of positions: images are shifted.
+/// The same for positions: the images are shifted.
 std::vector<double> append_shifted_images(const ShownParts& shown, std::span<const double> positions);
 
 }  // namespace tanor::report

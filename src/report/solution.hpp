@@ -13,7 +13,7 @@
 
 namespace tanor::report {
 
-/// One answer of the dynamics, arrays in the user's order.
+/// One answer of the dynamics, with arrays in the user's order.
 struct Solution {
   std::size_t num_points = 0;
   Numbers positions, velocities, accelerations;
@@ -31,10 +31,10 @@ struct Solution {
   std::vector<std::string> left_out;
 };
 
-/// Prints a solution, all arrays inline.
+/// Prints a solution with all arrays inline.
 void print_solution(const Solution& solution);
 
-/// Writes a solution to a file, arrays above `largest_inline` points to `<stem>_<key>.npy` beside it.
+/// Writes a solution to a file. Arrays above `largest_inline` points go to `<stem>_<key>.npy` beside it.
 void write_solution(const std::filesystem::path& path, const Solution& solution);
 
 }  // namespace tanor::report

@@ -39,7 +39,7 @@ void require_size(const fs::path& path, std::uint64_t size) {
   }
 }
 
-/// A folder whose files hold all that the mark promises; until that is known nothing there is touched.
+/// Checks that the files of a folder hold all that the mark promises. Nothing there is touched before that is known.
 fs::path require_marked(const fs::path& directory, const TrajectoryMark& mark) {
   require_size(directory / xyz_name, mark.xyz_bytes);
   require_size(directory / collection_name, mark.pvd_bytes);
@@ -51,7 +51,7 @@ fs::path require_marked(const fs::path& directory, const TrajectoryMark& mark) {
 void remove_trajectory(const fs::path& directory) {
   remove_file(directory / xyz_name);
   remove_file(directory / collection_name);
-  std::error_code error;  // no folder, no frames
+  std::error_code error;  // without a folder there are no frames
   for (const fs::directory_entry& entry : fs::directory_iterator(directory / frame_folder, error)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("frame_") && (name.ends_with(".vtp") || name.ends_with(".vtp.part"))) {

@@ -14,7 +14,7 @@
 
 namespace tanor::report {
 
-/// How far a trajectory was written: what a checkpoint has to know to go on behind it.
+/// How far a trajectory was written. A checkpoint keeps it, so that a resumed run goes on behind it.
 struct TrajectoryMark {
   std::size_t frames = 0;
   std::uint64_t xyz_bytes = 0;
@@ -26,14 +26,14 @@ void remove_trajectory(const std::filesystem::path& directory);
 
 /// The frames of a run in a folder: `trajectory.xyz`, and `trajectory.pvd` with `trajectory/frame_*.vtp`.
 ///
-/// Whenever the program stops, everything there is readable: frames are complete before the list names them, and a
-/// frame that could not be written is in none of the files.
+/// Everything there is readable whenever the program stops: a frame is complete before the list names it, and a frame
+/// that could not be written is in none of the files.
 class Trajectory {
  public:
-  /// Starts anew in a folder without a trajectory. `chosen`: points to show, empty: all.
+  /// Starts anew in a folder without a trajectory. `chosen` names the points to show; empty: all points.
   Trajectory(const std::filesystem::path& directory, const System& system, std::span<const Index> chosen);
-  /// Goes on behind a mark; what was written after it goes. Throws InputError where the files are not those of the
-  /// mark.
+  /// Goes on behind a mark and removes what was written after it. Throws InputError where the files are not those of
+  /// the mark.
   Trajectory(const std::filesystem::path& directory, const System& system, std::span<const Index> chosen,
              const TrajectoryMark& mark);
 

@@ -7,7 +7,7 @@
 
 namespace tanor::report {
 
-/// What one .vtp file holds: rows of the shown points (3m) and the multipliers of all constraints (d).
+/// The numbers of one .vtp file: rows of the shown points (3m) and the multipliers of all constraints (d).
 struct VtpFrame {
   double time = 0.0;
   std::span<const double> positions, velocities, accelerations;

@@ -8,7 +8,7 @@
 
 namespace tanor::report {
 
-/// A number for people, in a format such as "{:.1e}"; where it is none, a word that says so.
+/// Formats a number for people, in a format such as "{:.1e}". A number that is not finite becomes a word.
 inline std::string in_words(double number, std::string_view format = "{}") {
   if (std::isfinite(number)) return fmt::format(fmt::runtime(format), number);
   if (std::isnan(number)) return "undefined";

@@ -18,14 +18,14 @@ namespace tanor::report {
 class XyzTrajectory {
  public:
   explicit XyzTrajectory(const std::filesystem::path& path);
-  /// Goes on behind the first `size` bytes of an existing file.
+  /// Opens an existing file and goes on behind its first `size` bytes.
   XyzTrajectory(const std::filesystem::path& path, std::uint64_t size);
 
   /// `positions` and `velocities` of the shown points, 3m. Throws WriteError; the file then ends with the frame before.
   void write(double time, const ShownParts& shown, std::span<const double> positions,
              std::span<const double> velocities);
 
-  /// Forgets what stands behind the first `size` bytes.
+  /// Removes what stands behind the first `size` bytes.
   void cut(std::uint64_t size) { file_.cut(size); }
   void synchronize() { file_.synchronize(); }
 

@@ -13,11 +13,11 @@
 
 namespace tanor::scene {
 
-/// What the meaning of a value depends on: where files lie, constants of formulas, how many points there are.
-/// Its readers throw InputError as those of Cursor do.
+/// Reads values whose meaning depends on the scene: on the place of its files, the constants of its formulas, and the
+/// number of its points. The readers throw InputError as those of Cursor do.
 struct Context {
   std::filesystem::path directory;            ///< of the scene file
-  std::vector<std::filesystem::path>* files;  ///< where those that are read are listed
+  std::vector<std::filesystem::path>* files;  ///< the list of all files that were read
   Constants parameters;
   std::size_t num_points = 0;
   double t_end = 0.0;          ///< s; a table must reach it

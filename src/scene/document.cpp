@@ -15,14 +15,14 @@ namespace {
 
 constexpr Document::Node open_end = std::numeric_limits<Document::Node>::max();
 
-/// Long texts end in "…", never inside a character of UTF-8.
+/// Cuts a long text and ends it in "…", never inside a character of UTF-8.
 std::string cut(std::string_view text, std::size_t longest) {
   if (text.size() <= longest) return std::string(text);
   while ((text[longest] & 0xC0) == 0x80) --longest;
   return std::string(text.substr(0, longest)) + "…";
 }
 
-/// Control characters as JSON escapes them, so that a message stays one line.
+/// Escapes control characters as JSON does, so that a message stays on one line.
 std::string escape(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -34,7 +34,7 @@ std::string escape(std::string_view text) {
   return escaped;
 }
 
-/// The word that the text has just before a position, to its end.
+/// The word of the text that stands at a position, to its end.
 std::string_view word_at(std::string_view text, std::size_t position) {
   constexpr std::string_view delimiters = " \t\r\n,:[]{}\"";
   const std::size_t before = text.substr(0, position).find_last_of(delimiters);
@@ -42,7 +42,7 @@ std::string_view word_at(std::string_view text, std::size_t position) {
   return text.substr(0, text.find_first_of(delimiters));
 }
 
-/// Does the word try to say NaN or infinity, which JSON does not have?
+/// Whether the word means NaN or infinity, which JSON does not have.
 bool spells_not_finite(std::string_view word) {
   if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
   std::string small(word);
@@ -50,7 +50,7 @@ bool spells_not_finite(std::string_view word) {
   return small == "nan" || small == "inf" || small == "infinity";
 }
 
-/// What nlohmann's message says that it expected.
+/// Extracts from nlohmann's message what the parser expected.
 std::string_view expected(std::string_view message) {
   const std::size_t found = message.rfind("; expected ");
   return found == std::string_view::npos ? "" : message.substr(found);

@@ -62,7 +62,7 @@ class Sketch {
   Rods rods{.name = "rods", .pairs = {}, .length = {}, .offsets = {}};
 };
 
-/// Refuses what this machine has no room for, before a point is made.
+/// Refuses, before a point is made, what this machine has no room for.
 void check_room(std::int64_t num_points) {
   constexpr double bytes_a_point = 660.0;  // of a chain whose dynamics were planned and no more, measured
   const double needed = bytes_a_point * static_cast<double>(num_points), there = measure_memory();
@@ -172,8 +172,9 @@ PointSet generate_clusters(const Cursor& entry, const Context&) {
   return std::move(sketch).finish();
 }
 
-/// Takes out what would change the lengths of a chain's rods, v <- v - K (K'K)^-1 K'v (equal masses cancel). K'K is
-/// tridiagonal: 2 on the diagonal, -e_k.e_(k+1) beside it, with e_k the direction of rod k.
+/// Removes the part of the velocities that would change the lengths of a chain's rods, v <- v - K (K'K)^-1 K'v (equal
+/// masses cancel). K'K is tridiagonal, with 2 on the diagonal and -e_k.e_(k+1) beside it; e_k is the direction of
+/// rod k.
 void project_chain_velocities(const std::vector<Vector3>& directions, std::vector<Vector3>* velocities) {
   const std::size_t num_rods = directions.size();
   std::vector<double> ratio(num_rods), mu(num_rods);

@@ -12,8 +12,8 @@
 
 namespace tanor::scene {
 
-/// Atoms, bonds and angles of a LAMMPS data file; atoms in the order of their ids, so that ids 1 … n become points 0 …
-/// n - 1.
+/// Atoms, bonds and angles of a LAMMPS data file. The atoms stand in the order of their ids, so that ids 1 … n become
+/// points 0 … n - 1.
 struct LammpsData {
   struct Bond {
     std::int64_t type;

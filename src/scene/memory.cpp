@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The number in a file; infinite where there is none ("max").
+/// Reads the number in a file; it is infinite where the file has none ("max").
 double read_limit(const fs::path& file) {
   std::ifstream stream(file);
   double bytes = 0.0;
   return stream >> bytes ? bytes : std::numeric_limits<double>::infinity();
 }
 
-/// The least limit of a control group and of those above it.
+/// Returns the least limit of a control group and of the groups above it.
 double read_limits(const fs::path& root, std::string group, const char* name) {
   double least = std::numeric_limits<double>::infinity();
   while (true) {

@@ -2,8 +2,8 @@
 
 namespace tanor::scene {
 
-/// Bytes that this process may have: the least of what is installed, of what its control groups allow, and of its limit
-/// on addresses (ulimit -v). How much of it others use is not looked at.
+/// How many bytes this process may have: the least of what is installed, what its control groups allow, and its limit
+/// on addresses (ulimit -v). It does not count what other processes use.
 double measure_memory();
 
 }  // namespace tanor::scene

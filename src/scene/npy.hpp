@@ -13,8 +13,8 @@ struct NpyArray {
   std::vector<double> numbers;  ///< C order: the last index runs fastest
 };
 
-/// Takes one array ('<f8', C order) off the front of `bytes`; others may follow. Throws InputError, `name` in its
-/// `where()`.
+/// Takes one array ('<f8', C order) off the front of `bytes`; other arrays may follow. Throws InputError with `name` in
+/// its `where()`.
 NpyArray read_npy(const std::string& name, std::string_view* bytes);
 
 }  // namespace tanor::scene

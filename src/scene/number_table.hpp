@@ -13,8 +13,8 @@ struct NumberTable {
   double operator()(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
 };
 
-/// Reads `.npy` ('<f8', C order, one or two dimensions) or else comma separated values (an optional header line, blank
-/// lines skipped). Throws InputError naming file and line.
+/// Reads a `.npy` file ('<f8', C order, one or two dimensions), or else comma separated values. These may have a header
+/// line; blank lines are skipped. Throws InputError that names file and line.
 NumberTable read_number_table(const std::filesystem::path& file);
 
 }  // namespace tanor::scene

@@ -8,8 +8,8 @@
 
 namespace tanor::scene {
 
-/// Random numbers that a seed gives alike on every machine: the standard's engine without the standard's
-/// distributions, which each library makes its own way.
+/// Random numbers that are the same for a seed on every machine. They use the engine of the standard, but not its
+/// distributions, which differ between standard libraries.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

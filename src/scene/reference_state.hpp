@@ -8,7 +8,7 @@
 
 namespace tanor::scene {
 
-/// Where points are at one time, as a file says that was made elsewhere.
+/// The places of points at one time, read from a file that another program made.
 struct ReferenceState {
   std::string name;               ///< of the file
   std::vector<Index> points;      ///< of which it speaks: all, or all but supports

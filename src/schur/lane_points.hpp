@@ -17,7 +17,7 @@ namespace tanor {
 template <std::size_t width>
 class LanePoints {
  public:
-  using Vector = Lane3<width>;
+  using Vector = Pack3<double, width>;
 
   /// [points a lane][width] as RodLanes has them; -1: not there.
   explicit LanePoints(std::vector<Index> points) : points_(std::move(points)) {

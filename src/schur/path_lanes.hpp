@@ -9,51 +9,13 @@
 
 namespace tanor {
 
-/// The same number of `width` rods or points, side by side; aligned, or each load would touch two cache lines.
-template <std::size_t width>
-struct LaneOf;
-template <>
-struct LaneOf<8> {
-  using Type = Eight;
-};
-template <>
-struct LaneOf<2> {
-  using Type = double __attribute__((vector_size(16), aligned(16)));
-};
-
-/// Three components.
-template <std::size_t width>
-struct Lane3 {
-  using Lane = typename LaneOf<width>::Type;
-  Lane x, y, z;
-
-  [[gnu::always_inline]] friend Lane3 operator+(const Lane3& a, const Lane3& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-  }
-  [[gnu::always_inline]] friend Lane3 operator-(const Lane3& a, const Lane3& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-  }
-  [[gnu::always_inline]] friend Lane3 operator*(const Lane& s, const Lane3& a) { return {s * a.x, s * a.y, s * a.z}; }
-  [[gnu::always_inline]] friend Lane3 operator*(const Lane3& a, const Lane3& b) {
-    return {a.x * b.x, a.y * b.y, a.z * b.z};
-  }
-  [[gnu::always_inline]] friend Lane dot(const Lane3& a, const Lane3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-  [[gnu::always_inline]] Lane sum() const { return x + y + z; }
-  /// Component by component: gcc copies a whole by way of the stack, in other pieces than it stood there.
-  [[gnu::always_inline]] void write(Lane3* to) const {
-    to->x = x;
-    to->y = y;
-    to->z = z;
-  }
-};
-
 /// Paths in lanes and their series, see PathSeries and RodLanes. `is_cut`: the lanes are pieces of one path, which are
 /// joined by the last rod of each, the separators.
 template <std::size_t lanes, bool is_cut>
 struct PathLanes {
   static constexpr std::size_t width = lanes;
-  using Lane = typename LaneOf<width>::Type;
-  using Vector = Lane3<width>;
+  using Lane = Pack<double, width>;
+  using Vector = Pack3<double, width>;
 
   struct Known {
     Vector force;      // sum of a_j mu_{k-j}
