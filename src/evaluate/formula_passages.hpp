@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <span>
 #include <vector>
@@ -13,6 +14,12 @@
 #include "evaluate/narrowness.hpp"
 
 namespace tanor {
+
+inline double norm_of(std::span<const double> x) {
+  double square = 0.0;
+  for (const double number : x) square += number * number;
+  return std::sqrt(square);
+}
 
 /// What one formula does to its members while a step passes: a well, a bump or a window that is narrow beside the step
 /// may lie between the looks of its scheme. A member is a point with a force, points that a constraint joins, or points

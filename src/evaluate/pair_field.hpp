@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -53,7 +54,12 @@ class PairField {
     std::size_t i, j;
     Vec3 shift;
   };
-  struct Encounter;
+  static constexpr double far_apart2 = 1.25;  // squares of the largest and least distance that a step may lead over
+  /// Where two points are nearest, or the origin in the motion of one relative to the other.
+  struct Encounter {
+    double r = std::numeric_limits<double>::infinity(), s = 0.0;  // m, and the fraction of the step
+    double speed = 0.0;                                           // m/s there
+  };
   class Nearness;
   Reach measure_reach(const Parallel& parallel, const PointPath& path);
   const NeighbourLists* find_near(const Parallel& parallel, double move);

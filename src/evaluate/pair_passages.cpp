@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/gauss_rule.hpp"
 #include "base/instruction_sets.hpp"
 #include "evaluate/pair_field.hpp"
 
@@ -17,9 +16,7 @@ namespace tanor {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double seen_enough = 2.0;    // a force over the largest one at the looks
-constexpr double far_apart2 = 1.25;    // squares of the largest and the least distance, where one step should not lead
-constexpr double allowed_kink = 25.0;  // tolerances that the kink of one pair may cost in a step
+constexpr double seen_enough = 2.0;  // a force over the largest one at the looks
 
 double squared(Vec3 a) {
   return dot(a, a);
@@ -125,12 +122,6 @@ Squares measure_chords(std::size_t first, std::size_t last, const Index* points,
 }
 
 }  // namespace
-
-/// Where two points are nearest, or the origin in the motion of one relative to the other.
-struct PairField::Encounter {
-  double r = infinity, s = 0.0;  // m, and the fraction of the step
-  double speed = 0.0;            // m/s there
-};
 
 /// Sorts out, at the cost of a force, what nearly all pairs are: too far to meet, or along their chord as near at an
 /// end as anywhere.
@@ -298,17 +289,6 @@ const NeighbourLists* PairField::find_near(const Parallel& parallel, double move
   return &*far_;
 }
 
-double PairField::signed_force_at(double r) const {
-  if (r >= cutoff_) return 0.0;
-  if (!neighbours_) return strength_ / r;
-  const double s2 = sigma2_ / (r * r), s6 = s2 * s2 * s2;
-  return 24.0 * epsilon_ * s6 * (2.0 * s6 - 1.0) / r;
-}
-
-double PairField::force_at(double r) const {
-  return std::abs(signed_force_at(r));
-}
-
 /// At distances from the nearest to the farthest.
 double PairField::largest_force(double nearest, double farthest) const {
   if (nearest >= cutoff_) return 0.0;
@@ -466,61 +446,6 @@ double PairField::find_unseen(const PointPath& path, const Approach& approach, c
     return begins > 4.0 * rises ? begins - 0.01 * rises : begins + 0.25 * rises;
   }
   return 1.0;
-}
-
-Vec3 PairField::force_along(const PointPath& path, const Approach& approach, double s) const {
-  const Vec3 d = relative(path, approach, s).r;
-  const double r = norm(d);
-  return r < cutoff_ ? (signed_force_at(r) / r) * d : Vec3{};
-}
-
-/// Where the distance crosses the cutoff between a and b, of which one is inside.
-double PairField::find_crossing(const PointPath& path, const Approach& approach, double a, double b) const {
-  const auto excess = [&](double s) { return squared(relative(path, approach, s).r) - cutoff_ * cutoff_; };
-  double at_a = excess(a), at_b = excess(b);
-  constexpr double near = 1e-10;
-  for (int iteration = 0; iteration < 40 && std::abs(b - a) > near; ++iteration) {
-    const double s = std::clamp(a - at_a * (b - a) / (at_b - at_a), std::min(a, b), std::max(a, b));
-    const double found = excess(s);
-    if (std::abs(found) < near * cutoff_ * cutoff_) return s;
-    if ((found > 0.0) == (at_b > 0.0)) {
-      at_a *= 0.5;  // the Illinois rule
-    } else {
-      a = b;
-      at_a = at_b;
-    }
-    b = s;
-    at_b = found;
-  }
-  return b;
-}
-
-/// A contact that begins or ends inside the step, or of which the step goes through a large part: what the pair's force
-/// does on the path is compared with what the scheme makes of it by its looks,
-///
-///   h (integral F(s) ds - sum_i w_i F(s_i))
-///
-/// and where they differ, the next attempt ends at the kink, with a smooth force on either side.
-double PairField::resolve_kinks(const PointPath& path, const Approach& approach, const Encounter& nearest,
-                                std::span<const double> masses) const {
-  if (!path.follows_tolerance || !neighbours_ || !(nearest.r < cutoff_)) return 1.0;
-  const double r0 = norm(relative(path, approach, 0.0).r), r1 = norm(relative(path, approach, 1.0).r);
-  const bool begins = r0 >= cutoff_, ends = r1 >= cutoff_;
-  if (!begins && !ends && std::max(r0, r1) <= std::sqrt(far_apart2) * nearest.r) return 1.0;
-  const double a = begins ? find_crossing(path, approach, 0.0, nearest.s) : 0.0;
-  const double b = ends ? find_crossing(path, approach, nearest.s, 1.0) : 1.0;
-  Vec3 missed{};
-  for (const auto& [s, weight] : gauss_rule)
-    missed = missed + ((b - a) * weight) * force_along(path, approach, a + s * (b - a));
-  for (std::size_t k = 0; k < path.looks.size(); ++k)
-    missed = missed - path.weights[k] * force_along(path, approach, path.looks[k]);
-  const double error = measure(path, approach, norm(missed) * path.h, masses) / allowed_kink;
-  if (!(error > 1.0)) return 1.0;
-  constexpr double least = 0.02, most = 0.98;
-  for (const double kink : {a, b}) {
-    if (kink > least && kink < most) return kink;
-  }
-  return std::clamp(0.9 / std::sqrt(error), 0.1, 0.9);
 }
 
 }  // namespace tanor

@@ -1,0 +1,162 @@
+#include <cmath>
+#include <utility>
+
+#include "evaluate/formula_passages.hpp"
+
+/// \file What formulas do to the points of their members: the accelerations that FormulaPassages looks at.
+namespace tanor {
+
+namespace {
+
+/// a = f/m
+class ForcePassages final : public FormulaPassages {
+ public:
+  ForcePassages(const ForceKernel& kernel, std::span<const Index> points, std::span<const double> masses)
+      : FormulaPassages(*kernel.expression, Variables::OfPointsAndTheirRates, true),
+        points_(points.begin(), points.end()),
+        masses_(masses) {
+    append_points(points);
+  }
+
+ private:
+  Allowed allow(const PointPath& path, std::size_t member) const override {
+    return FormulaPassages::allow(path, std::span(&points_[member], 1));
+  }
+  std::size_t num_accelerations() const override { return 3; }
+  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
+    const Index point = points_[member];
+    const auto [r, v] = path.at(point, s);
+    const std::array<double, 7> variables{r.x, r.y, r.z, v.x, v.y, v.z, path.t + s * path.h};
+    formula().evaluate(variables.data(), a);
+    for (std::size_t i = 0; i < 3; ++i) a[i] /= masses_[static_cast<std::size_t>(point)];
+  }
+
+  std::vector<Index> points_;
+  std::span<const double> masses_;
+};
+
+/// What holds its points on xi = 0 while they move, and what turns other forces: with the gradient g of xi and the
+/// acceleration G that may act there
+///
+///   -phi g/|g|^2   and   G g/|g|
+class ConstraintPassages final : public FormulaPassages {
+ public:
+  ConstraintPassages(const ConstraintKernel& kernel, std::span<const Index> points)
+      : FormulaPassages(*kernel.expression, Variables::OfPoints, kernel.thread_safe),
+        kernel_(kernel),
+        points_(points.begin(), points.end()) {
+    append_points(points);
+  }
+
+ private:
+  std::span<const Index> own(std::size_t member) const {
+    const auto p = static_cast<std::size_t>(kernel_.num_points);
+    return std::span(points_).subspan(member * p, p);
+  }
+  Allowed allow(const PointPath& path, std::size_t member) const override {
+    return FormulaPassages::allow(path, own(member));
+  }
+  std::size_t num_accelerations() const override { return 2 * num_numbers(); }
+  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
+    thread_local std::vector<double> r, v, gradient;
+    for (std::vector<double>* array : {&r, &v, &gradient}) array->resize(num_numbers());
+    double may_act = 0.0;
+    for (std::size_t i = 0; const Index point : own(member)) {
+      const auto place = path.at(point, s);
+      store(r.data(), i, place.r);
+      store(v.data(), i++, place.v);
+      may_act = std::max(may_act, path.largest_acceleration(point));
+    }
+    double xi = 0.0, rate = 0.0, phi = 0.0;
+    kernel_.evaluate(kernel_.context.get(),
+                     {1, path.t + s * path.h, r.data(), v.data(), &xi, &rate, &phi, gradient.data()});
+    const double length = norm_of(gradient), inverse = length > 0.0 ? 1.0 / length : 0.0;
+    for (std::size_t i = 0; i < num_numbers(); ++i) {
+      const double unit = inverse * gradient[i];
+      a[i] = -inverse * phi * unit;
+      a[num_numbers() + i] = may_act * unit;
+    }
+  }
+
+  ConstraintKernel kernel_;
+  std::vector<Index> points_;  // [member][p]
+};
+
+/// With each column A_j of A, and the acceleration G that may act there
+///
+///   -A_j'psi/|A_j|   and   G A_j/|A_j|
+class CoordinatePassages final : public FormulaPassages {
+ public:
+  CoordinatePassages(const CoordinateKernel& kernel, std::span<const Index> points, Index first_coordinate)
+      : FormulaPassages(*kernel.expression, Variables::OfMechanics, kernel.thread_safe),
+        kernel_(kernel),
+        points_(points.begin(), points.end()) {
+    const std::size_t members = points_.size() / num_points();
+    for (std::size_t i = 0; i < members * num_numbers(); ++i) append_number(first_coordinate + static_cast<Index>(i));
+  }
+
+ private:
+  std::size_t num_points() const { return static_cast<std::size_t>(kernel_.num_points); }
+  std::span<const Index> own(std::size_t member) const {
+    return std::span(points_).subspan(member * num_points(), num_points());
+  }
+  Allowed allow(const PointPath& path, std::size_t member) const override {
+    return FormulaPassages::allow(path, own(member));
+  }
+  std::size_t num_accelerations() const override { return num_numbers() * (1 + 3 * num_points()); }
+  void accelerate(const PointPath& path, std::size_t member, double s, double* a) const override {
+    thread_local std::vector<double> q, q_dot, r, v, psi, tangents;
+    const std::size_t count = num_numbers(), width = 3 * num_points();
+    for (std::vector<double>* array : {&q, &q_dot}) array->resize(count);
+    for (std::vector<double>* array : {&r, &v, &psi}) array->resize(width);
+    tangents.resize(count * width);
+    for (std::size_t i = 0; const Index number : numbers(member)) {
+      const PointPath::Number at = path.number(number, s, true);
+      q[i] = at.x;
+      q_dot[i++] = at.rate;
+    }
+    double may_act = 0.0;
+    for (const Index point : own(member)) may_act = std::max(may_act, path.largest_acceleration(point));
+    kernel_.evaluate(kernel_.context.get(),
+                     {1, path.t + s * path.h, q.data(), q_dot.data(), r.data(), v.data(), psi.data(), tangents.data()});
+    for (std::size_t j = 0; j < count; ++j) {
+      const std::span tangent = std::span(tangents).subspan(j * width, width);
+      const double length = norm_of(tangent), inverse = length > 0.0 ? 1.0 / length : 0.0;
+      double along = 0.0;
+      for (std::size_t i = 0; i < width; ++i) {
+        along += inverse * tangent[i] * psi[i];
+        a[count + j * width + i] = may_act * inverse * tangent[i];
+      }
+      a[j] = -along;
+    }
+  }
+
+  CoordinateKernel kernel_;
+  std::vector<Index> points_;  // [member][p]
+};
+
+std::unique_ptr<FormulaPassages> if_needed(std::unique_ptr<FormulaPassages> passages) {
+  return passages->is_needed() ? std::move(passages) : nullptr;
+}
+
+}  // namespace
+
+std::unique_ptr<FormulaPassages> make_force_passages(const ForceKernel& kernel, std::span<const Index> inner_points,
+                                                     std::span<const double> masses) {
+  if (kernel.expression == nullptr) return nullptr;
+  return if_needed(std::make_unique<ForcePassages>(kernel, inner_points, masses));
+}
+
+std::unique_ptr<FormulaPassages> make_constraint_passages(const ConstraintKernel& kernel,
+                                                          std::span<const Index> inner_points) {
+  if (kernel.expression == nullptr) return nullptr;
+  return if_needed(std::make_unique<ConstraintPassages>(kernel, inner_points));
+}
+
+std::unique_ptr<FormulaPassages> make_coordinate_passages(const CoordinateKernel& kernel,
+                                                          std::span<const Index> inner_points, Index first_coordinate) {
+  if (kernel.expression == nullptr) return nullptr;
+  return if_needed(std::make_unique<CoordinatePassages>(kernel, inner_points, first_coordinate));
+}
+
+}  // namespace tanor
