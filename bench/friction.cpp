@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include <tanor/enum_names.hpp>
+
 #include "dynamics/multiplier_form.hpp"
 
 #include "timing.hpp"
@@ -140,7 +142,7 @@ void measure(const char* name, const System& rough, FrictionMethod method, int r
   std::printf(
       "%-24s %-9s iteration %7.3f ms   back-solve %7.3f ms   ratio %5.2f   iterations %4.1f   residual %.0e   "
       "evaluation %6.2f ms, without friction %6.2f ms\n",
-      name, std::string(name_of(method)).c_str(), 1e3 * median(iteration), 1e3 * median(solve),
+      name, std::string(tanor::name_of(method)).c_str(), 1e3 * median(iteration), 1e3 * median(solve),
       median(iteration) / median(solve),
       static_cast<double>(end.friction_iterations - start.friction_iterations) /
           static_cast<double>(end.friction_solves - start.friction_solves),

@@ -13,6 +13,9 @@
 
 namespace tanor {
 
+/// Squares of the largest and the least distance of a pair that one step may lead over.
+inline constexpr double far_apart2 = 1.25;
+
 /// Pair forces of one group, in the inner order.
 ///
 /// Each point gathers the forces of all its partners, in the order of their numbers: every pair is evaluated from both
@@ -54,7 +57,6 @@ class PairField {
     std::size_t i, j;
     Vec3 shift;
   };
-  static constexpr double far_apart2 = 1.25;  // squares of the largest and least distance that a step may lead over
   /// Where two points are nearest, or the origin in the motion of one relative to the other.
   struct Encounter {
     double r = std::numeric_limits<double>::infinity(), s = 0.0;  // m, and the fraction of the step

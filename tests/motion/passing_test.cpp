@@ -526,15 +526,16 @@ TEST(PassingTest, ARunThatGoesOnFromASnapshotMeetsTheSameBeads) {
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-7, .atol = 1e-9};
   Simulation whole(gas, options, {.threads = 1}), again(gas, options, {.threads = 1});
   ASSERT_TRUE(whole.advance_to(30.0).ok());
-  const std::vector<std::byte> snapshot = whole.save();
+  const std::vector<std::byte> saved = whole.save();
+  const std::size_t rejected = whole.report().rejected;
   ASSERT_TRUE(whole.advance_to(60.0).ok());
 
-  again.restore(snapshot);
+  again.restore(saved);
   ASSERT_TRUE(again.advance_to(60.0).ok());
 
   EXPECT_EQ(state_of(again).r, state_of(whole).r);
   EXPECT_EQ(again.report().rejected, whole.report().rejected);
-  EXPECT_GT(whole.report().rejected, snapshot.report.rejected);
+  EXPECT_GT(whole.report().rejected, rejected);
 }
 
 /// Fixed steps are taken as they were told; the report says where they jump.

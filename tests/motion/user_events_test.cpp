@@ -129,7 +129,7 @@ TEST(UserEventsTest, PassagesInStepsThatEndInASwitchAreThoseOfTheMotionBefore) {
   const auto through = [](double x0) { return [x0](double, const double* x, const double*) { return x[0] - x0; }; };
   travel.integration.watch().add({through(-0.7999), Event::Direction::Both, false});
 
-  ASSERT_TRUE(travel.advance_to(4.0).ok());
+  ASSERT_TRUE(travel.advance(4.0).ok());
 
   // x = 0.1 + 0.9 cos(t) until t = pi, then x = -0.1 - 0.7 cos(t - pi)
   ASSERT_EQ(travel.integration.watch().passages().size(), 2U);

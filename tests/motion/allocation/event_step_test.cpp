@@ -21,7 +21,7 @@ TEST_P(StepWithEventsTest, AllocatesOnlyWhereEquationsAreSwitched) {
   std::size_t turns = 0, steps = 0, allocations = 0;
   block.switch_times.reserve(100);
 
-  const Outcome outcome = travel.advance_to(
+  const Outcome outcome = travel.advance(
       20.0, [&, events = std::size_t{0}, before = allocation::AllocationCounter()](const MotionReport& report) mutable {
         const std::size_t now = before.count();
         if (report.events == events && report.steps > 1) {
