@@ -142,13 +142,13 @@ struct Simulation::Implementation {
       Request at_start = integration.request(Gradients::Keep);
       at_start.refuses_several = true;
       found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.a.data());
-    } else if (found.ok() && integration.is_coasting()) {
+    } else if (found.ok() && integration.is_extrapolating()) {
       found = integration.return_to_constraints();
     } else {
       if (found.ok()) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = refresh(Gradients::Keep);
     }
-    if (found.ok() && form.has_work() && !integration.is_coasting())
+    if (found.ok() && form.has_work() && !integration.is_extrapolating())
       state.power = form.power(state.x.data(), state.v.data());
     return found;
   }
@@ -177,7 +177,7 @@ struct Simulation::Implementation {
   /// Projections know what they leave; without them it is measured here.
   void measure_violations(const StepResult& step) {
     double position = step.position_violation, velocity = step.velocity_violation;
-    if (options.stabilisation == Stabilisation::None || !step.is_settled) {
+    if (options.stabilisation == Stabilisation::None || !step.is_stabilized) {
       write_points();
       position = position_violation();
       velocity = velocity_violation();
@@ -190,7 +190,7 @@ struct Simulation::Implementation {
     ++report.steps;
     report.time = state.t;
     measure_violations(step);
-    if (step.is_settled && integration.knows_acceleration()) measure_acceleration();
+    if (step.is_stabilized && integration.knows_acceleration()) measure_acceleration();
     const Energy energy = form.energy(state.t, state.x.data(), state.v.data());
     report.energy.now = energy.kinetic + energy.potential;
     report.energy.work_of_supports = state.work.supports;
