@@ -4,11 +4,11 @@
 
 namespace tanor {
 
-/// Inside the last step of a scheme, as it interpolates there. Looks at the two states and at what the scheme keeps:
-/// all have to stay as they are.
+/// The inside of the last step of a scheme, as it interpolates there. The two states and what the scheme keeps have to
+/// stay as they are.
 class DenseOutput {
  public:
-  /// `by_ends`: from what both ends know only, whoever made the step; the mechanics then stays where it is.
+  /// `by_ends`: interpolate from what both ends know only, whoever made the step. The mechanics then stays where it is.
   DenseOutput(Scheme& scheme, const State& from, const State& to, bool by_ends = false)
       : scheme_(scheme), from_(from), to_(to), by_ends_(by_ends) {}
 
@@ -16,7 +16,7 @@ class DenseOutput {
   bool has_moved() const { return is_prepared_; }
   double time(double fraction) const { return from_.t + fraction * (to_.t - from_.t); }
 
-  /// x and v at `time(fraction)`, `size()` numbers each. The first time, the mechanics may be moved.
+  /// Writes x and v at `time(fraction)`, `size()` numbers each. The first call may move the mechanics.
   Outcome evaluate(const Parallel& parallel, double fraction, double* x, double* v) {
     if (by_ends_) {
       scheme_.Scheme::interpolate(parallel, from_, to_, fraction, x, v);

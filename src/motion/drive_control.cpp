@@ -11,7 +11,7 @@ namespace {
 
 constexpr int high_degree = 20;
 
-/// How much longer a stretch of time may be for an error of 1, where the error falls with its power of length.
+/// Returns how much longer a stretch of time may be for an error of 1, where the error falls with its power of length.
 double scale_for(double error, int degree) {
   return 0.9 * std::pow(std::max(error, 1e-30), -1.0 / (degree + 2));
 }
@@ -62,7 +62,7 @@ void DriveControl::look(const State& from, double h, int degree) {
       {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
 }
 
-/// No function acts, or a look of before serves.
+/// Says whether no function acts, or an earlier look serves.
 bool DriveControl::has_seen(const State& from, double h) {
   report_ = {};
   const bool has_seen = monitor_ == nullptr || (from.t + h <= seen_until_ && h <= longest_seen_);
@@ -83,7 +83,7 @@ void DriveControl::set_pieces(double h) {
   step_pieces_ = length_ > 0.0 ? static_cast<int>(std::ceil(pieces_ * std::min(1.0, h / length_))) : 1;
 }
 
-/// As far as the last look advises, or half as far, …, while that serves steps of length h.
+/// Looks as far ahead as the last look advises, or half as far, …, while that serves steps of length h.
 template <class Sees>
 bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
   const double part = std::min(1.0, static_cast<double>(degree_) / high_degree);
@@ -97,8 +97,8 @@ bool DriveControl::look_ahead(const State& from, double h, const Sees& sees) {
   return false;
 }
 
-/// Where the error falls with its power of h it says how much shorter; where something is hidden, half of the step is
-/// looked at.
+/// The error says how much shorter a step has to be where it falls with its power of h. Where something is hidden, half
+/// of the step is looked at.
 double DriveControl::shorten(const State& from, double h, double shortest) {
   if (has_seen(from, h)) return h;
   if (!look_ahead(from, h, [this] { return report_.error <= 1.0; })) {

@@ -18,7 +18,7 @@ class DriveControl {
  public:
   DriveControl(const IntegrationOptions& options, const Scheme& scheme, Mechanics& mechanics);
 
-  /// Steps are another scheme's from now on.
+  /// Steps are made by another scheme from now on.
   void follow(const Scheme& scheme);
   /// A motion begins at t.
   void begin(double t);
@@ -33,14 +33,14 @@ class DriveControl {
   /// The longest step from this state, at most h, whose scheme sees all that functions of time do, within its
   /// tolerance. One that is shorter than `shortest` is not asked for.
   double shorten(const State& from, double h, double shortest);
-  /// A fixed step is as long as it was told to be.
+  /// Looks at a fixed step, which is as long as it was told to be.
   void watch(const State& from, double h);
-  /// Of the step that was asked for last: pieces in each of which forces go nearly straight.
+  /// Number of pieces, of the step that was asked for last, in each of which forces go nearly straight.
   int pieces() const { return step_pieces_; }
 
   /// A fixed step of length h from there was accepted.
   void note(const State& from, double h);
-  /// What fixed steps passed over so far, m/s; and in words where most of it was.
+  /// What fixed steps passed over so far, m/s, and in words where most of it was.
   double missed() const { return missed_; }
   std::string describe() const;
 

@@ -12,22 +12,23 @@ namespace tanor {
 
 namespace {
 
-// Values over the largest magnitude of their function in the step
-constexpr double rounding = 1e-13;
-constexpr double vanishing = 1e-10;  // what is below where another function vanishes, vanishes with it
+// All thresholds of events. Values are measured by the largest magnitude of their function in the step.
 
-constexpr double dense_tolerance = 1e-7;  // of the step: the secants of the steps made again do the rest
-constexpr int most_passes = 60;  // steps made again: 2 to 4 where functions are smooth, bisection where they jump
-constexpr int most_secants = 15;
-constexpr int most_probes = 12;  // down to 1/8^12 of the step
-constexpr int most_dips = 6;     // and one for every piece of a step
+constexpr double rounding = 1e-13;  // A value nearer to 0 is 0.
+/// What is below this where another function vanishes vanishes with it, and what starts below this starts at 0.
+constexpr double vanishing = 1e-10;
+/// The step is looked into where its ends hint at a dip below this part of the smaller of them.
+constexpr double hint = 0.5;
+/// What comes so near to 0 inside is looked at, since shapes are parabolas in short pieces alone.
+constexpr double near = 0.05;
+/// The root is narrowed to this part of the step on the dense output. The secants of the steps made again do the rest.
+constexpr double dense_tolerance = 1e-7;
+/// Steps made again are 2 to 4 where functions are smooth. Bisection takes over after `most_secants`, where they jump.
+constexpr int most_passes = 60, most_secants = 15;
+constexpr int most_probes = 12;  // of a rise from 0, down to 1/8^12 of the step
+constexpr int most_dips = 6;     // that are looked at, and one for every piece of a step
 constexpr std::size_t usual_samples = 8;
 constexpr std::size_t most_switches = 50;  // without progress of time
-
-/// Instants that are no further apart are one.
-double resolution(double t, double h) {
-  return 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t), h);
-}
 
 bool are_positive(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double f) { return f > 0.0; });
@@ -60,10 +61,10 @@ void Events::forget() {
 
 void Events::exchange_memory(Memory& memory) {
   resize();
-  memory.exchange(knows_start_, start_, start_shapes_, repeated_, series_begin_);
+  memory.exchange(knows_start_, start_.values, start_.shapes, repeated_, series_begin_);
 }
 
-/// All functions at the state of the last `accelerations`.
+/// Evaluates all functions at the state of the last `accelerations`.
 Outcome Events::evaluate(double t, const double* x, const double* v, double* values) {
   functions_->evaluate_events(t, x, v, values);
   functions_->shape_events(values, shapes_.data());
@@ -75,10 +76,10 @@ Outcome Events::evaluate(double t, const double* x, const double* v, double* val
   return {};
 }
 
-/// As many functions as the present equations have.
+/// Makes room for as many functions as the present equations have.
 void Events::resize() {
   num_ = functions_ != nullptr ? functions_->num_events() : 0;
-  for (std::vector<double>* array : {&start_, &start_shapes_, &shapes_, &scales_, &values_}) array->resize(num_);
+  for (std::vector<double>* array : {&start_.values, &start_.shapes, &shapes_, &scales_, &values_}) array->resize(num_);
   samples_.resize(std::max(samples_.size(), usual_samples));
   for (Sample& sample : samples_) {
     sample.values.resize(num_);
@@ -86,7 +87,8 @@ void Events::resize() {
   }
   is_watched_.resize(num_);
   which_.reserve(num_);
-  for (std::vector<double>* array : {&x_, &v_, &a_}) array->resize(num_ > 0 ? mechanics_.size() : 0);
+  for (std::vector<double>* array : {&inside_.x, &inside_.v, &inside_.a})
+    array->resize(num_ > 0 ? mechanics_.size() : 0);
 }
 
 Outcome Events::start(const State& state) {
@@ -94,29 +96,30 @@ Outcome Events::start(const State& state) {
   resize();
   knows_start_ = true;
   if (num_ == 0) return {};
-  Outcome found = mechanics_.accelerations(state.at(), options_.request(Gradients::Evaluate), a_.data());
-  if (found.ok()) found = evaluate(state.t, state.x.data(), state.v.data(), start_.data());
-  start_shapes_ = shapes_;
+  Outcome found = mechanics_.accelerations(state.at(), options_.request(Gradients::Evaluate), inside_.a.data());
+  if (found.ok()) found = evaluate(state.t, state.x.data(), state.v.data(), start_.values.data());
+  start_.shapes = shapes_;
   return found;
 }
 
-/// The mechanics back to where a step ends, from where it was looked at.
+/// Brings the mechanics back to where a step ends, from where the step was looked at.
 Outcome Events::return_to(State* state) {
   mechanics_.prescribe(state->t, state->x.data(), state->v.data());
-  return mechanics_.accelerations(state->at(), options_.request(Gradients::Evaluate), a_.data());
+  return mechanics_.accelerations(state->at(), options_.request(Gradients::Evaluate), inside_.a.data());
 }
 
 Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* values) {
   const double t = dense->time(fraction);
-  Outcome found = dense->evaluate(mechanics_.parallel(), fraction, x_.data(), v_.data());
+  Outcome found = dense->evaluate(mechanics_.parallel(), fraction, inside_.x.data(), inside_.v.data());
   if (!found.ok()) return found;
-  mechanics_.prescribe(t, x_.data(), v_.data());
-  found = mechanics_.accelerations({t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data());
-  if (found.ok()) found = evaluate(t, x_.data(), v_.data(), values);
+  mechanics_.prescribe(t, inside_.x.data(), inside_.v.data());
+  found = mechanics_.accelerations({t, inside_.x.data(), inside_.v.data()}, options_.request(Gradients::Evaluate),
+                                   inside_.a.data());
+  if (found.ok()) found = evaluate(t, inside_.x.data(), inside_.v.data(), values);
   return found;
 }
 
-/// In its place among the others.
+/// Adds a sample in its place among the others.
 Outcome Events::add_sample(DenseOutput* dense, double fraction) {
   if (num_samples_ == samples_.size()) samples_.push_back({0.0, std::vector<double>(num_), std::vector<double>(num_)});
   Sample& sample = samples_[num_samples_++];
@@ -136,14 +139,14 @@ bool Events::may_dip(double h) const {
   for (std::size_t k = 0; k < num_; ++k) {
     const double rise = slopes_[k] * h, curvature = last[k] - first[k] - rise;
     const bool has_minimum_inside = rise < 0.0 && curvature > -0.5 * rise;
-    if (has_minimum_inside && first[k] - 0.25 * rise * rise / curvature < 0.5 * std::min(first[k], last[k]))
+    if (has_minimum_inside && first[k] - 0.25 * rise * rise / curvature < hint * std::min(first[k], last[k]))
       return true;
   }
   return false;
 }
 
-/// Where a parabola through an inner sample of a shape and its neighbours is lowest, of those that fall below
-/// `margin` there, over the largest shape, ahead of what is not positive already; 0: none does.
+/// Takes the parabolas through each inner sample of a shape and its neighbours, ahead of what is not positive already.
+/// Returns where the lowest of those is least that fall below `margin`, over the largest shape; 0 where none does.
 double Events::find_dip(double margin) const {
   double lowest = margin, place = 0.0;
   const std::size_t end = first_not_positive();
@@ -171,22 +174,20 @@ double Events::find_dip(double margin) const {
   return place;
 }
 
-/// Of the samples after the start.
+/// Returns the first sample after the start that is not positive.
 std::size_t Events::first_not_positive() const {
   std::size_t i = 1;
   while (i < num_samples_ && are_positive(samples_[i].values)) ++i;
   return i;
 }
 
-/// Inside the step, where a function may dip; the values of both ends are there.
+/// Takes samples inside the step where a function may dip. The values of both ends are there.
 Outcome Events::take_samples(DenseOutput* dense, int pieces, double h) {
   if (pieces < 2 && !may_dip(h)) return {};
   const int places = std::max(pieces, 4);
   for (int i = 1; i < places; ++i) {
     if (Outcome found = add_sample(dense, static_cast<double>(i) / places); !found.ok()) return found;
   }
-  // Shapes are parabolas in short pieces alone: what comes near 0 is looked at, too.
-  constexpr double near = 0.05;
   for (int dip = 0; dip < most_dips + pieces; ++dip) {
     const double fraction = find_dip(near);
     if (fraction == 0.0) break;
@@ -203,7 +204,8 @@ void Events::measure_scales() {
   }
 }
 
-/// At the start of the step, as after a switch: what happens to it then says whether it counts.
+/// Says whether a function is 0 at the start of the step, as after a switch. What happens to it then says whether it
+/// counts.
 bool Events::is_at_zero(std::size_t k) const {
   return samples_[0].values[k] <= vanishing * scales_[k];
 }
@@ -215,7 +217,7 @@ bool Events::falls_from_zero(std::span<const double> values) const {
   return false;
 }
 
-/// Over their scales, of those watched: falls through 0 where the first of them does.
+/// Returns the least of the watched values over their scales. It falls through 0 where the first of them does.
 double Events::least(std::span<const double> values) const {
   double result = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < num_; ++k) {
@@ -224,28 +226,28 @@ double Events::least(std::span<const double> values) const {
   return result;
 }
 
-/// The first interval at whose end something is not positive.
+/// Finds the first interval at whose end something is not positive.
 Outcome Events::bracket(DenseOutput* dense, Root* root) {
   *root = Root::None;
   const std::size_t i = first_not_positive();
   if (i == num_samples_) return {};
 
-  low_ = samples_[i - 1].fraction;
-  high_ = samples_[i].fraction;
+  bracket_.low = samples_[i - 1].fraction;
+  bracket_.high = samples_[i].fraction;
   std::span<double> at_low = samples_[i - 1].values, at_high = samples_[i].values;
-  // What is 0 at the start may rise first: its rise is looked for ever nearer to the start.
+  // What is 0 at the start may rise first. Its rise is looked for ever nearer to the start.
   for (int probe = 0; i == 1 && probe < most_probes && falls_from_zero(at_high); ++probe) {
-    const double fraction = high_ / 8.0;
+    const double fraction = bracket_.high / 8.0;
     if (Outcome found = evaluate_inside(dense, fraction, values_.data()); !found.ok()) return found;
     if (are_positive(values_)) {
-      low_ = fraction;
+      bracket_.low = fraction;
       at_low = values_;
       break;
     }
-    high_ = fraction;
+    bracket_.high = fraction;
     std::copy(values_.begin(), values_.end(), at_high.begin());
   }
-  if (low_ == 0.0 && falls_from_zero(at_high)) {
+  if (bracket_.low == 0.0 && falls_from_zero(at_high)) {
     which_.clear();
     for (std::size_t k = 0; k < num_; ++k) {
       if (is_at_zero(k) && at_high[k] <= 0.0) which_.push_back(k);
@@ -253,26 +255,26 @@ Outcome Events::bracket(DenseOutput* dense, Root* root) {
     *root = Root::AtStart;
     return {};
   }
-  for (std::size_t k = 0; k < num_; ++k) is_watched_[k] = low_ > 0.0 || !is_at_zero(k);
-  least_low_ = least(at_low);
-  least_high_ = least(at_high);
+  for (std::size_t k = 0; k < num_; ++k) is_watched_[k] = bracket_.low > 0.0 || !is_at_zero(k);
+  bracket_.least_low = least(at_low);
+  bracket_.least_high = least(at_high);
   *root = Root::Inside;
   return {};
 }
 
-/// Steps from `from` whose length is corrected by secants until the least function vanishes where they end; leaves the
-/// functions there in `values_`.
+/// Makes steps from `from` and corrects their length by secants until the least function vanishes where they end.
+/// Leaves the functions there in `values_`.
 Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, State* to, StepResult* step) {
-  RootBracket inside(low_, least_low_, high_, least_high_, dense_tolerance);
+  RootBracket inside(bracket_.low, bracket_.least_low, bracket_.high, bracket_.least_high, dense_tolerance);
   while (!inside.is_narrow()) {
     const double fraction = inside.next();
     if (Outcome found = evaluate_inside(dense, fraction, values_.data()); !found.ok()) return found;
     inside.narrow(fraction, least(values_));
   }
-  const double end = to->t, whole = end - from.t, finest = resolution(from.t, whole);
+  const double end = to->t, whole = end - from.t, finest = time_resolution(from.t, whole);
   const double narrow = 1.5 * finest;  // instants round
   double slope = inside.slope() / whole, h = inside.root() * whole;
-  double low = 0.0, high = std::max(finest, high_ * whole);
+  double low = 0.0, high = std::max(finest, bracket_.high * whole);
   double last_h = 0.0, last = 0.0;
   for (int pass = 0; pass < most_passes; ++pass) {
     to->t = from.t + std::max(h, finest);
@@ -306,7 +308,7 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
   return {Status::NotConverged, "the instant of an event near t = " + text(to->t) + " is not found"};
 }
 
-/// Those that vanish with the least one.
+/// Chooses the functions that vanish with the least one.
 void Events::choose_vanishing(std::span<const double> values) {
   which_.clear();
   const double bound = std::max(vanishing, least(values));
@@ -315,7 +317,7 @@ void Events::choose_vanishing(std::span<const double> values) {
   }
 }
 
-/// One that fails leaves the equations as they were.
+/// A switch that fails leaves the equations as they were.
 Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   const double h = to->t - from.t;
   const std::vector<int> before = functions_->discrete_state();
@@ -323,10 +325,10 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
                                                options_.request(Gradients::Keep), to->a.data());
   if (found.ok()) {
     resize();
-    found = evaluate(to->t, to->x.data(), to->v.data(), start_.data());
-    start_shapes_ = shapes_;
+    found = evaluate(to->t, to->x.data(), to->v.data(), start_.values.data());
+    start_.shapes = shapes_;
   }
-  if (repeated_ == 0 || to->t - series_begin_ > static_cast<double>(most_switches) * resolution(to->t, h)) {
+  if (repeated_ == 0 || to->t - series_begin_ > static_cast<double>(most_switches) * time_resolution(to->t, h)) {
     series_begin_ = to->t;
     repeated_ = 0;
   }
@@ -353,9 +355,7 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
   if (num_ == 0) return {};
   DenseOutput dense(scheme, from, *to);
   num_samples_ = 2;
-  samples_[0].fraction = 0.0;
-  samples_[0].values = start_;
-  samples_[0].shapes = start_shapes_;
+  samples_[0] = start_;
   samples_[1].fraction = 1.0;
   Meeting meeting;
   Outcome& found = meeting.outcome;
@@ -383,9 +383,9 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
   const double h = to->t - from.t;
   if (root == Root::None) {
     slopes_.resize(num_);
-    for (std::size_t k = 0; k < num_; ++k) slopes_[k] = (shapes_[k] - start_shapes_[k]) / h;
-    std::swap(start_, values_);
-    start_shapes_ = shapes_;
+    for (std::size_t k = 0; k < num_; ++k) slopes_[k] = (shapes_[k] - start_.shapes[k]) / h;
+    std::swap(start_.values, values_);
+    start_.shapes = shapes_;
   } else {
     meeting.asks_for_switch = true;
   }

@@ -16,7 +16,7 @@ namespace tanor {
 /// the step before falls, inside, below half of both end values. Then the function is evaluated at three places inside
 /// and where parabolas through them fall below 0. A dip without such a hint, or narrower than a quarter of the step and
 /// far from a parabola, is missed: only a smaller step or tolerance finds it.
-/// A step that coasts past a singular place is not looked into: an event on its way is met where it ends.
+/// A step that extrapolates past a singular configuration is not looked into: an event on its way is met at its end.
 ///
 /// Allocates nothing, except where the number of functions or of variables grows.
 class Events {
@@ -29,23 +29,24 @@ class Events {
     bool asks_for_switch = false;
   };
 
-  /// To be called before a step from `state`: evaluates the functions there, unless they are known from the last step.
+  /// Evaluates the functions at `state` before a step from there, unless they are known from the last step.
   Outcome start(const State& state);
-  /// The next step does not start where the last one that was met ended.
+  /// The next step does not start where the last one ended.
   void forget();
 
-  /// After a step from `from` to `to` that was accepted: where a function vanishes on the way, the step is made again
-  /// so that it ends at the first such instant, and asks for a switch there; `to` and `step` are then those of the
-  /// shorter step, whose length is 0 where a function falls from 0 at once. On a failed outcome `to` is meaningless.
-  /// `pieces`: of the step, at whose ends functions are evaluated; 1: where something hints at a dip.
+  /// Looks at an accepted step from `from` to `to`. Where a function vanishes on the way, the step is made again so
+  /// that it ends at the first such instant, and asks for a switch there. `to` and `step` are then those of the shorter
+  /// step, whose length is 0 where a function falls from 0 at once. On a failed outcome `to` is meaningless. Functions
+  /// are evaluated at the ends of so many `pieces` of the step; 1: where something hints at a dip.
   Meeting meet(Scheme& scheme, const State& from, int pieces, State* to, StepResult* step);
-  /// Where `meet` asked for it. The next step has to start from `to`; where it fails, no other step helps.
+  /// Switches the equations where `meet` asked for it. The next step has to start from `to`. Where the switch fails, no
+  /// other step helps.
   Outcome switch_equations(Scheme& scheme, const State& from, State* to);
 
   std::size_t count() const { return count_; }
   double last_time() const { return last_time_; }  ///< s, of the last one
 
-  /// Slopes of the functions over the last step, 1/s: what the next one depends on beside the state; empty: unknown.
+  /// Slopes of the functions over the last step, 1/s, on which the next one depends beside the state; empty: unknown.
   const std::vector<double>& slopes() const { return slopes_; }
   void restore(std::size_t count, double last_time, std::span<const double> slopes);
   /// Of the mechanics; empty where equations never change. Throws InputError where the state does not fit.
@@ -83,18 +84,22 @@ class Events {
   EventFunctions* const functions_;  // null: equations never change
   std::size_t num_ = 0;
   bool knows_start_ = false;
-  std::vector<double> start_, start_shapes_;  // at the start of the step
-  std::vector<double> slopes_;                // of the shapes, over the step before
-  std::vector<double> shapes_;                // where functions were evaluated last
-  std::vector<Sample> samples_;               // of this step, in order
+  Sample start_;                 // at the start of the step
+  std::vector<double> slopes_;   // of the shapes, over the step before
+  std::vector<double> shapes_;   // where functions were evaluated last
+  std::vector<Sample> samples_;  // of this step, in order
   std::size_t num_samples_ = 0;
-  std::vector<double> scales_;                 // largest magnitude of each function over the samples
-  std::vector<char> is_watched_;               // not one that has just left 0 upwards
-  double low_ = 0.0, high_ = 0.0;              // fractions between which the first root lies …
-  double least_low_ = 0.0, least_high_ = 0.0;  // … with the least value, over its scale, there
-  std::vector<double> values_;                 // scratch
+  std::vector<double> scales_;    // largest magnitude of each function over the samples
+  std::vector<char> is_watched_;  // not one that has just left 0 upwards
+  struct {
+    double low = 0.0, high = 0.0;              // fractions between which the first root lies …
+    double least_low = 0.0, least_high = 0.0;  // … with the least value, over its scale, there
+  } bracket_;
+  std::vector<double> values_;  // scratch
   std::vector<std::size_t> which_;
-  std::vector<double> x_, v_, a_;         // inside the step
+  struct {
+    std::vector<double> x, v, a;
+  } inside_;                              // the step
   std::size_t count_ = 0, repeated_ = 0;  // switches; those since `series_begin_`, without progress
   double last_time_ = 0.0, series_begin_ = 0.0;
 };

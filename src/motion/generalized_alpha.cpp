@@ -32,7 +32,7 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
     own_ = from.a;
     equations_.write_multipliers(from.x.data(), from.v.data(), lambda_.data());
   }
-  // b_1 = b_0 to begin with
+  // b_1 begins as b_0.
   for (std::size_t k = 0; k < to->x.size(); ++k) to->x[k] = from.x[k] + h * (from.v[k] + 0.5 * h * own_[k]);
   to->v = from.v;
   mechanics_.prescribe(to->t, to->x.data(), to->v.data());
@@ -42,10 +42,10 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
   }
   implicit_.note_convergence();
   to->work = from.work;
-  result = implicit_.finish(to);
+  result = implicit_.finish(to, MovedVelocity::IsNoError);
   if (!result.outcome.ok()) return result;
   if (mechanics_.has_work()) {
-    // Trapezoidal rule, of the scheme's order.
+    // The trapezoidal rule has the scheme's order.
     to->work.supports += 0.5 * h * (from.power.supports + to->power.supports);
     to->work.forces += 0.5 * h * (from.power.forces + to->power.forces);
   }
@@ -55,7 +55,8 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
   return result;
 }
 
-/// Newton's iteration with the matrix that is there; where it stalls, with a new one at the place it came to.
+/// Iterates with the matrix that is there. Where that stalls, a new one is made at the state that the iteration came
+/// to.
 Outcome GeneralizedAlpha::solve_step(const State& from, double h, State* to) {
   constexpr int most_renewals = 2;
   for (int renewals = 0;; ++renewals) {
@@ -109,7 +110,8 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
   }
 }
 
-/// Increments that are rounding of x do not shrink: a few eps |x|, and gamma/(beta h) of it in v. Over the tolerance.
+/// Returns the size of increments that are rounding of x and do not shrink, over the tolerance: a few eps |x|, and
+/// gamma/(beta h) of it in v.
 double GeneralizedAlpha::measure_rounding(const State& from, double h, const State& to) {
   constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
   for (std::size_t k = 0; k < to.x.size(); ++k) {
@@ -119,7 +121,7 @@ double GeneralizedAlpha::measure_rounding(const State& from, double h, const Sta
   return measure(from, to);
 }
 
-/// The increments, over the tolerance.
+/// Returns the size of the increments over the tolerance.
 double GeneralizedAlpha::measure(const State& from, const State& to) {
   return mechanics_
       .error_ratios(from.t,

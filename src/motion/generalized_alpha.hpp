@@ -13,7 +13,7 @@ namespace tanor {
 ///   r_1 = r_0 + h v_0 + h^2 ((1/2 - beta) b_0 + beta b_1),   v_1 = v_0 + h ((1 - gamma) b_0 + gamma b_1)
 ///   (1 - alpha_m) b_1 + alpha_m b_0 = (1 - alpha_f) w_1 + alpha_f w_0,   M w_1 = f_1 + K_1 lambda,   xi(r_1, t_1) = 0
 ///
-/// and v_1 put onto K'v + xi_t = 0 at the end.
+/// and v_1 is put onto K'v + xi_t = 0 at the end.
 class GeneralizedAlpha final : public Scheme {
  public:
   GeneralizedAlpha(const IntegrationOptions& options, Mechanics& mechanics);

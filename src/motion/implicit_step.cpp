@@ -45,13 +45,13 @@ void ImplicitStep::note_convergence() {
   renew_ = newton.rate() > slow;
 }
 
-StepResult ImplicitStep::finish(State* to, std::optional<Tolerance> tolerance) {
+StepResult ImplicitStep::finish(State* to, MovedVelocity moved_velocity) {
   mechanics.prescribe(to->t, to->x.data(), to->v.data());
   if (options_.stabilisation == Stabilisation::Projection && equations->num_constraints() > 0) put_onto_positions(to);
-  return settle(mechanics, options_, to, Turn::Small, tolerance);
+  return stabilize(mechanics, options_, to, moved_velocity);
 }
 
-/// N dx = K mu, K'dx = -xi: chord iterations with the K of the linearisation.
+/// Makes chord iterations N dx = K mu, K'dx = -xi with the K of the linearisation.
 void ImplicitStep::put_onto_positions(State* to) {
   constexpr double target = 1e-13;
   constexpr int most_iterations = 10;

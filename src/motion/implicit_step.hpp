@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "motion/newton_iteration.hpp"
@@ -19,21 +18,21 @@ class ImplicitStep {
   const std::unique_ptr<ImplicitEquations> equations;
   NewtonIteration newton;
 
-  /// The matrices stand at a place of the step that is tried, or at one of an earlier step; where there is none, or one
+  /// The matrices stand at a state of the step that is tried, or at one of an earlier step. Where there is none, or one
   /// that served badly, they want a new one.
   bool wants_linearisation() const { return renew_; }
   void linearise(double t, const double* x, const double* v, const double* lambda);
-  /// They have to be factorized for steps of length h, which is noted.
+  /// Returns whether they have to be factorized for steps of length h, which is noted.
   bool wants_factors(double h);
   void forget_factors() { factorized_for_ = 0.0; }
   void renew() { renew_ = true; }
 
-  /// Newton's iteration of a step converged: a slow one wants a new linearisation for the next.
+  /// Newton's iteration of a step converged. A slow one wants a new linearisation for the next step.
   void note_convergence();
 
-  /// The end of a step, whose x and v are found: onto xi = 0 in the norm of Newton's matrix, which leaves stiff springs
-  /// as they are; then `settle`.
-  StepResult finish(State* to, std::optional<Tolerance> tolerance = {});
+  /// Ends a step whose x and v are found. They are put onto xi = 0 in the norm of Newton's matrix, which leaves stiff
+  /// springs as they are; `stabilize` does the rest.
+  StepResult finish(State* to, MovedVelocity moved_velocity);
 
   void exchange_memory(Memory& memory) {
     memory.exchange(factorized_for_, renew_);

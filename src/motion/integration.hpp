@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <memory>
 
 #include <tanor/motion.hpp>
@@ -11,19 +10,21 @@
 #include "motion/passages.hpp"
 #include "motion/rounding.hpp"
 #include "motion/scheme.hpp"
-#include "motion/singular_places.hpp"
+#include "motion/singular_configurations.hpp"
 #include "motion/snapshot.hpp"
 #include "motion/step_control.hpp"
 #include "motion/stiff_steps.hpp"
+#include "motion/turn_meter.hpp"
 #include "motion/watch.hpp"
 
 namespace tanor {
 
-/// A state on its way through time: a scheme, the lengths of its steps, and the events and singular places on the way.
+/// A state on its way through time: a scheme, the lengths of its steps, and the events and singular configurations on
+/// the way.
 class Integration {
  public:
-  /// Writes steps that were rejected, events, rank changes, singular places and the length of the last step into
-  /// `report`; `method` is not Auto.
+  /// Writes into `report`: rejected steps, events, rank changes, singular configurations and the length of the last
+  /// step. `method` is not Auto.
   Integration(Method method, const IntegrationOptions& options, Mechanics& mechanics, MotionReport* report);
 
   /// After every step, whose end is `state`.
@@ -34,32 +35,31 @@ class Integration {
   const Scheme& scheme() const { return *scheme_; }
   /// How this motion asks for accelerations.
   Request request(Gradients gradients) const { return options_.request(gradients); }
-  /// Steps turned out stiff on the way, and another method took over; says why.
+  /// Steps turned out stiff on the way, and another method took over for a reason.
   bool is_stiff() const { return stiff_steps_.is_stiff(); }
   std::string explain_stiffness() const { return stiff_steps_.explain(); }
-  /// `state` has its acceleration: it comes from a scheme that leaves one, or follows earlier ones.
-  bool knows_acceleration() const { return scheme_->knows_acceleration() || places_.is_coasting(); }
+  /// `state` has its acceleration. It comes from a scheme that leaves one, or was extrapolated.
+  bool knows_acceleration() const { return scheme_->knows_acceleration() || singular_.is_extrapolating(); }
 
-  /// To be called when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
+  /// Call one of these when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
   void begin();
   void resume(const Snapshot& snapshot);
-  /// `state` was restored while it coasts: instead, K says nothing there. The mechanics goes to the state before.
-  bool is_coasting() const { return places_.is_coasting(); }
+  /// `state` was restored while it extrapolates: instead, K says nothing there. The mechanics goes to the state before.
+  bool is_extrapolating() const { return singular_.is_extrapolating(); }
   Outcome return_to_constraints();
 
-  /// What the user looks for on the way.
+  /// The events that the user looks for on the way.
   Watch& watch() { return watch_; }
   const Watch& watch() const { return watch_; }
 
-  /// From state.t to exactly t_end, or to an event that stops there; on a failure `state` stays at the last good step,
-  /// the mechanics does not. An adaptive scheme needs `next_step` > 0.
+  /// Goes from state.t to exactly t_end, or to an event that stops there. On a failure `state` stays at the last good
+  /// step, the mechanics does not. An adaptive scheme needs `next_step` > 0.
   Outcome advance(double t_end, const Taken& taken, const Observer& observer);
 
-  /// How far the last step turned the motion, rad, from what the trapezoidal rule misses in it; 0: it moved too little
-  /// to tell. Of fixed steps.
+  /// How far the last fixed step turned the motion, rad; 0: it moved too little to tell.
   double turn() const;
 
-  /// What fixed steps passed over, as a warning; empty: nothing to speak of.
+  /// A warning that says what fixed steps passed over; empty: nothing to speak of.
   std::string explain_missed() const;
 
   /// What the next step depends on beside the state, to and from a snapshot. After `restore` the owner completes the
@@ -67,10 +67,10 @@ class Integration {
   /// in its last bits.
   void write(Snapshot* snapshot);
   void restore(const Snapshot& snapshot);
-  /// To be called when `state` has its points, before that solve.
+  /// Call this when `state` has its points, before that solve.
   void restore_memory(const Snapshot& snapshot);
-  /// What the last good step left behind, after attempts that failed: to be called before the solve that completes
-  /// `state` again, and after it.
+  /// Restores what the last good step left behind, after attempts that failed. Call this before the solve that
+  /// completes `state` again, and after it.
   void restore_good_memory();
 
   State state;             ///< to be completed by the owner before the first step
@@ -80,13 +80,13 @@ class Integration {
   void exchange_memory(Memory& memory);
   void keep_memory();
 
-  /// What one try to go on says.
+  /// What one attempt to go on says.
   struct Attempt {
     StepResult step;
     double error = 0.0;          // of the whole step, also where an event cut it short
     double part = 1.0;           // below 1: to make instead, since it passes forces unseen
-    bool has_surprised = false;  // a singular place that was not foreseen
-    bool has_coasted = false;
+    bool has_surprised = false;  // by a singular configuration
+    bool is_extrapolated = false;
     bool has_stopped = false;   // at an event of the user's
     bool has_switched = false;  // equations at its end; on a failed outcome no other step helps
 
@@ -94,7 +94,7 @@ class Integration {
   };
 
   Outcome advance_adaptively(double t_end, const Taken& taken, const Observer& observer);
-  Outcome coast_adaptively(double t_end, const Taken& taken);
+  Outcome extrapolate_adaptively(double t_end, const Taken& taken);
   Outcome step_adaptively(double t_end, const Taken& taken);
   void take_scheme(Method method, double first_step);
   Outcome look_for_stiffness(double t_end);
@@ -103,7 +103,7 @@ class Integration {
   Outcome step_too_small(double resolution, const Outcome& reason) const;
   double longest_step() const;
   Attempt try_step(double t, bool may_surprise);
-  Attempt try_coasting(double t, bool takes_least_error = false);
+  Attempt try_extrapolation(double t, bool takes_least_error = false);
   Attempt try_passing(double t);
   Attempt try_step_and_remember(double t, bool may_surprise);
   void look_between(Attempt* attempt);
@@ -118,20 +118,22 @@ class Integration {
   StepControl control_;
   DriveControl drives_;
   Events events_;
-  SingularPlaces places_;
+  SingularConfigurations singular_;
   Rounding rounding_;
   StiffSteps stiff_steps_;
   Watch watch_;
   Passages passages_;
-  bool has_stopped_ = false;                                // the advance, before its end
-  double fastest_ = 0.0;                                    // of all numbers of v so far …
-  double fastest_before_ = 0.0;                             // … and without the last step
-  State trial_;                                             // after a step: the one before, if …
-  bool trial_is_before_ = false;                            // … no other was tried since
-  std::vector<double> good_memory_;                         // at `state`, where contacts switch; else empty
-  State beyond_;                                            // of steps that coast; made by the first of them
-  double limit_ = std::numeric_limits<double>::infinity();  // s, of the next step, whatever its scheme proposes
-  double advance_begin_ = 0.0, advance_end_ = 0.0;          // of the last advance in equal steps
+  TurnMeter turns_;
+  bool has_stopped_ = false;  // the advance, before its end
+  struct {
+    State state;             // after a step: the one before it, if …
+    bool is_before = false;  // … no other was tried since
+    State beyond;            // of extrapolations; made by the first of them
+  } trial_;
+  std::vector<double> good_memory_;  // at `state`, where contacts switch; else empty
+  struct {
+    double begin = 0.0, end = 0.0;
+  } last_advance_;  // s, in equal steps
 };
 
 }  // namespace tanor

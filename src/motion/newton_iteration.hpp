@@ -17,7 +17,8 @@ class NewtonIteration {
   explicit NewtonIteration(double rtol)
       : target_(std::max(10.0 * std::numeric_limits<double>::epsilon() / rtol, std::min(0.03, std::sqrt(rtol)))) {}
 
-  /// Of a step; `same_matrix`: as in the last one, whose rate tells what to expect.
+  /// Begins the iteration of a step. `same_matrix`: the matrix is that of the last step, whose rate tells what to
+  /// expect.
   void begin(bool same_matrix) {
     if (!same_matrix) to_come_ = 1.0;
     count_ = 0;
@@ -45,9 +46,9 @@ class NewtonIteration {
     return count_ == most_iterations ? Verdict::Stalls : Verdict::GoOn;
   }
 
-  /// Increments shrank, though too slowly.
+  /// The increments shrank, though too slowly.
   bool shrinks() const { return count_ > 1 && rate_ < 0.9; }
-  /// By how much an iteration of the last step shortened the increment; 0: one was enough.
+  /// The factor by which an iteration of the last step shortened the increment; 0: one iteration was enough.
   double rate() const { return rate_; }
 
   void exchange_memory(Memory& memory) { memory.exchange(to_come_, rate_, last_, last_ratio_, count_); }

@@ -11,7 +11,7 @@ namespace tanor {
 
 namespace {
 
-/// Of the numbers [begin, end), in lanes.
+/// The numbers [begin, end) of a step, which are looked at in lanes.
 struct Numbers {
   std::size_t begin, end;
   double h, moves_nothing;
@@ -37,14 +37,14 @@ double measure_bend(const Numbers& of, const double* x0, const double* v0, const
 
 Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, bool adapts)
     : mechanics_(mechanics), forces_(mechanics.force_passages()) {
-  // Fixed steps have no tolerance: a percent of a velocity that nobody saw is worth a warning.
+  // Fixed steps have no tolerance. A percent of a velocity that nobody saw is worth a warning.
   constexpr double worth_a_warning = 1e-2;
   follows_tolerance = adapts;
   atol = adapts ? options.atol : 0.0;
   rtol = adapts ? options.rtol : worth_a_warning;
 }
 
-/// How a scheme integrates what depends on time alone is told by its looks: none has more of them than its order, so
+/// The looks of a scheme tell how it integrates what depends on time alone. No scheme has more looks than its order, so
 /// that its weights are those of the interpolating polynomial, w_i = integral of l_i(s) ds.
 void Passages::weigh_looks() {
   if (std::equal(looks.begin(), looks.end(), looks_.begin(), looks_.end())) return;
@@ -61,7 +61,7 @@ void Passages::weigh_looks() {
   weights = weights_;
 }
 
-/// How much the cubic in the middle of the step misses the quintic there, over what each number moves:
+/// Returns how much the cubic misses the quintic in the middle of the step, over what each number moves:
 ///
 ///   h (v0 - v1)/32 + h^2 (a0 + a1)/64
 double Passages::measure_bend() const {
@@ -74,7 +74,7 @@ double Passages::measure_bend() const {
   });
 }
 
-/// Of the mechanics' variables where the scheme puts them, and of the points there.
+/// Sets the mechanics' variables at the knots, where the scheme puts them, and the points there.
 void Passages::set_knots(std::size_t pieces) {
   const std::size_t n = 3 * forces_->num_points();
   for (auto* arrays : {&positions_, &velocities_, &variables_, &rates_})
@@ -107,7 +107,7 @@ void Passages::set_knots(std::size_t pieces) {
   }
 }
 
-/// A cubic misses by the fourth power of its length.
+/// Takes so many cubics that they meet the error: a cubic misses by the fourth power of its length.
 void Passages::refine(double error) {
   constexpr double most_pieces = 64.0;
   const double wanted = std::clamp(std::ceil(std::pow(bend_ / error, 0.25)), 1.0, most_pieces);

@@ -8,14 +8,14 @@
 
 namespace tanor {
 
-/// Looks along a step that was made for forces which act between the looks of its scheme alone: a pair that meets and
-/// parts there, a narrow well that is jumped. An error estimate, which is made of the looks, knows nothing of them.
+/// Looks along a step for forces that act between the looks of its scheme alone: a pair that meets and parts there, a
+/// narrow well that is jumped. An error estimate, which is made of the looks, knows nothing of them.
 class Passages final : private PointPath {
  public:
   Passages(const IntegrationOptions& options, Mechanics& mechanics, bool follows_tolerance);
 
-  /// The part of the step to make instead; 1: it passes nothing unseen. The mechanics stays where it is, and what is
-  /// found depends on the two states and on the scheme alone.
+  /// Returns the part of the step to make instead; 1: the step passes nothing unseen. The mechanics stays where it is,
+  /// and what is found depends on the two states and on the scheme alone.
   double look(Scheme& scheme, const State& from, const State& to);
 
  private:

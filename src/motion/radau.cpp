@@ -44,12 +44,12 @@ StepResult Radau5::step(const State& from, double h, State* to) {
   place_stage(from, h, to->t, 2);
   to->x = x_[2];
   to->v = v_[2];
-  result = implicit_.finish(to, Tolerance{options_.atol, options_.rtol});
+  result = implicit_.finish(to, MovedVelocity::IsError);
   if (result.outcome.ok()) result.error = larger(result.error, estimate_error(from, h, *to));
   return result;
 }
 
-/// From the polynomials through the last stages: v_0 + moved is of degree 3, lambda of degree 2.
+/// Guesses the stages from the polynomials through the last ones: v_0 + moved is of degree 3, lambda of degree 2.
 void Radau5::predict(const State& from, double h) {
   if (!knows_stages_ || (from.t != end_ && from.t != begin_)) return start_anew(from);
   const double last = end_ - begin_, from_u = (from.t - begin_) / last;
@@ -80,7 +80,8 @@ void Radau5::start_anew(const State& from) {
   for (std::vector<double>& stage : lambda_) equations_.write_multipliers(from.x.data(), from.v.data(), stage.data());
 }
 
-/// Newton's iteration with the matrices that are there; where it stalls, with new ones at the place it came to.
+/// Iterates with the matrices that are there. Where that stalls, new ones are made at the state that the iteration came
+/// to.
 Outcome Radau5::solve_stages(const State& from, double h, double t_end) {
   constexpr int most_renewals = 2;
   knows_stages_ = false;
@@ -170,7 +171,7 @@ void Radau5::place_stage(const State& from, double h, double t_end, std::size_t 
   mechanics_.prescribe(stage_time(from, h, t_end, i), x_[i].data(), v_[i].data());
 }
 
-/// Back from the transformed increments; returns the largest one over the tolerance.
+/// Transforms the increments back and adds them. Returns the largest one over the tolerance.
 double Radau5::take_increments(const State& from, double h) {
   const auto back = [&](const RadauCoefficients::Row& row, double first, std::complex<double> pair) {
     return row[0] * first + row[1] * pair.real() + row[2] * pair.imag();
@@ -203,8 +204,8 @@ double Radau5::take_increments(const State& from, double h) {
 ///
 ///   (s M - df/dv - df/dr/s) e_v - K mu = M rho_v + df/dr rho_r/s,   K'e_v = 0,   e_r = (e_v + rho_r)/s
 ///
-/// where that is too much, once more with w at (r_0 + e_r, v_0 + e_v) for w_0: without it what is stiff and already
-/// damped away would count.
+/// Where that is too much, the estimate is made once more with w at (r_0 + e_r, v_0 + e_v) for w_0. Without this, what
+/// is stiff and already damped away would count.
 double Radau5::estimate_error(const State& from, double h, const State& to) {
   const double s = radau_.gamma / h;
   RadauCoefficients::Row e_a{};

@@ -11,7 +11,7 @@ namespace tanor {
 ///   v1   = v1/2 + h/2 M^-1 (f1 + K(r1) mu),  K(r1)'v1 + xi_t = 0
 class Rattle final : public Scheme {
  public:
-  /// `passes`: in which the second half finds v1 where forces depend on it; each is good for one order.
+  /// The second half finds v1 in so many `passes` where forces depend on it. Each is good for one order.
   explicit Rattle(Mechanics& mechanics, int passes = 2);
 
   int order() const override { return 2; }

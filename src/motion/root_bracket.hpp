@@ -21,12 +21,12 @@ class RootBracket {
   double high() const { return high_; }
   bool is_narrow() const { return high_ - low_ <= 2.0 * tolerance_ || value_high_ == 0.0; }
 
-  /// Of the line through both ends; negative.
+  /// Slope of the line through both ends; negative.
   double slope() const { return (value_high_ - value_low_) / (high_ - low_); }
-  /// Where that line vanishes.
+  /// The point where that line vanishes.
   double root() const { return low_ + (high_ - low_) * (value_low_ / (value_low_ - value_high_)); }
 
-  /// Where to evaluate next: the root of the line, moved towards the middle, never far from it for long.
+  /// The point to evaluate next: the root of the line, moved towards the middle, never far from it for long.
   double next() const {
     const double width = high_ - low_, middle = 0.5 * (low_ + high_), line = root();
     const double side = line <= middle ? 1.0 : -1.0;

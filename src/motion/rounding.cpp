@@ -14,7 +14,7 @@ namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
 
-/// -1 or 1, the same for the same i: no pattern of the system agrees with it.
+/// Returns -1 or 1, always the same for the same i, so that no pattern of the system agrees with it.
 double sign_of(std::size_t i) {
   // The finalizer of splitmix64 (Steele, Lea & Flood 2014)
   std::uint64_t z = (static_cast<std::uint64_t>(i) + 1) * 0x9e3779b97f4a7c15u;
@@ -25,7 +25,7 @@ double sign_of(std::size_t i) {
 
 }  // namespace
 
-/// visit(number) for all that is remembered but the levels.
+/// Calls visit(number) for all that is remembered but the levels.
 template <class R, class Visit>
 void Rounding::for_each_number(R& rounding, const Visit& visit) {
   visit(rounding.is_due_);
@@ -65,8 +65,8 @@ void Rounding::note_step(const State& from) {
   if (num_groups_ > 0 && num_steps_ - measured_at_ >= steps_between) is_due_ = 1.0;
 }
 
-/// Where rounding is a good part of the error, a shorter step whose error did not fall with its order says that it is
-/// more than was measured. One rejection says nothing of rounding where there was little.
+/// A shorter step whose error did not fall with its order says that rounding is more than was measured, where it is a
+/// good part of the error. One rejection says nothing of rounding where there was little.
 void Rounding::note_rejection(double h, double error, int order) {
   if (num_groups_ == 0) return;
   if (excess_ > 0.0 || rejected_.h > 0.0) is_due_ = 1.0;
@@ -76,7 +76,7 @@ void Rounding::note_rejection(double h, double error, int order) {
   rejected_ = {h, error};
 }
 
-/// da = a(x + dx, v + dv) - a(x, v) with |dx| = eps |x|, |dv| = eps |v|.
+/// Measures da = a(x + dx, v + dv) - a(x, v) with |dx| = eps |x|, |dv| = eps |v|.
 Outcome Rounding::measure(const State& from) {
   if (is_due_ == 0.0) return {};
   is_due_ = 0.0;
@@ -92,12 +92,12 @@ Outcome Rounding::measure(const State& from) {
       mechanics_.accelerations({from.t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data()).ok();
   if (Outcome found = mechanics_.linearise(from.t, from.x.data()); !found.ok()) return found;
   if (is_known) take_sample(from);
-  // As if nobody had asked.
+  // The mechanics is left as if nobody had asked.
   return mechanics_.accelerations(from.at(), options_.request(Gradients::Keep), a_.data());
 }
 
-/// Levels from da = a_ - a. What breaks constraints is projected away where a step ends: of v + s da - v the part along
-/// them is left, with an s that makes s da as large as v.
+/// Finds the levels from da = a_ - a. What breaks constraints is projected away where a step ends. The part along them
+/// is left of v + s da - v, with an s that makes s da as large as v.
 void Rounding::take_sample(const State& from) {
   const std::size_t n = from.x.size();
   double largest = 0.0, fastest = 0.0;

@@ -20,12 +20,14 @@ class Rounding {
   void note_rejection(double h, double error, int order);
   /// A step from `from` was taken.
   void note_step(const State& from);
-  /// Why the motion is less exact than asked for: which tolerance steps meet, and since when; empty: they meet theirs.
+  /// Says why the motion is less exact than asked for: which tolerance steps meet, and since when; empty: they meet
+  /// theirs.
   std::string explain() const;
 
-  /// Before a step from `from`, which has its acceleration; the mechanics is linearised there, and stays so.
+  /// Measures rounding before a step from `from`, which has its acceleration. The mechanics is linearised there, and
+  /// stays so.
   Outcome measure(const State& from);
-  /// Of a step of length h from there.
+  /// Allows for it in a step of length h from there.
   void allow(const State& from, double h, const RoundingGain& gain);
 
   /// Plain numbers for a snapshot, and back. Throws InputError where they do not fit.

@@ -62,7 +62,7 @@ RungeKutta::RungeKutta(const Tableau& tableau, const IntegrationOptions& options
   for (const std::vector<double>& row : tableau_.a) rows_.push_back(weigh(row));
   rows_.push_back(weigh(tableau_.b));
   for (const std::vector<double>& row : tableau_.dense.a) rows_.push_back(weigh(row));
-  // Stages round apart from each other, each by a little less than a sample shows: 4/5 |b| in the Euclidean norm.
+  // Stages round independently of each other, each by a little less than a sample shows: 4/5 |b| in the Euclidean norm.
   for (const double b : tableau_.b) rounding_gain_ = std::hypot(rounding_gain_, 0.8 * b);
   estimate_ = weigh(tableau_.e);
   estimate3_ = weigh(tableau_.e3);
@@ -110,7 +110,7 @@ void RungeKutta::share_out() {
   }
 }
 
-/// weights'A, by the rows that are there.
+/// Returns weights'A, from the rows that are there.
 RungeKutta::Weights RungeKutta::weigh(const std::vector<double>& weights) const {
   Weights result{weights, std::vector<double>(weights.size(), 0.0)};
   for (std::size_t k = 0; k < weights.size(); ++k) {
@@ -120,7 +120,8 @@ RungeKutta::Weights RungeKutta::weigh(const std::vector<double>& weights) const 
   return result;
 }
 
-/// Of all stages: the first one is where the step begins, the one after the others where it ends.
+/// Lists the accelerations of all stages. The first one is where the step begins, the one after the others where it
+/// ends.
 RungeKutta::Accelerations RungeKutta::accelerations(const State& from, const State& to) const {
   const std::size_t stages = tableau_.b.size();
   Accelerations a{from.a.data()};
@@ -153,13 +154,13 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
   const Weights& b = rows_[stages];
   combine(mechanics_.parallel(), n, from.x.data(), h, from.v.data(), b.x, h * h, a, to->x.data());
   combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), b.v, h, a, to->v.data());
-  if (!is_adaptive()) return settle(mechanics_, options_, to);
-  result = settle(mechanics_, options_, to, Turn::Small, Tolerance{options_.atol, options_.rtol});
+  if (!is_adaptive()) return stabilize(mechanics_, options_, to, MovedVelocity::IsNoError);
+  result = stabilize(mechanics_, options_, to, MovedVelocity::IsError);
   if (result.outcome.ok()) result.error = larger(result.error, estimate_error(from, h, *to));
   return result;
 }
 
-/// All but the first one, with the work that is done on the way.
+/// Evaluates all stages but the first one, and adds the work that is done on the way.
 Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerations& a, Power* work) {
   const bool has_work = mechanics_.has_work();
   const auto add_work = [&](std::size_t i, const Power& power) {
@@ -168,7 +169,7 @@ Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerat
     work->friction += h * tableau_.b[i] * power.friction;
   };
   if (has_work) add_work(0, from.power);
-  // Fixed steps have no tolerance: little more than rounding.
+  // Fixed steps have no tolerance. They allow little more than rounding.
   constexpr double nearly_rounding = 1e-12;
   constexpr double none = std::numeric_limits<double>::min();
   const double atol = is_adaptive() ? options_.atol : none, rtol = is_adaptive() ? options_.rtol : nearly_rounding;
@@ -184,15 +185,15 @@ Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerat
   return {};
 }
 
-/// Over the tolerance, as the mechanics measures it. Two estimates e, e3 of different order make one of the method's
-/// own: e^2 / sqrt(e^2 + e3^2/100) (Hairer, Norsett, Wanner I, II.10).
+/// Returns the error over the tolerance, as the mechanics measures it. Two estimates e, e3 of different order make one
+/// of the method's own: e^2 / sqrt(e^2 + e3^2/100) (Hairer, Norsett, Wanner I, II.10).
 double RungeKutta::estimate_error(const State& from, double h, const State& to) {
   const double e = measure(from, h, to, estimate_);
   if (tableau_.e3.empty() || e == 0.0) return e;
   return e * e / std::hypot(e, 0.1 * measure(from, h, to, estimate3_));
 }
 
-/// The stages' workspaces are free again.
+/// Returns one estimate over the tolerance. The workspaces of the stages are free again.
 double RungeKutta::measure(const State& from, double h, const State& to, const Weights& estimate) {
   const std::size_t n = from.x.size();
   const Parallel& parallel = mechanics_.parallel();

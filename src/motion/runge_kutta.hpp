@@ -26,8 +26,8 @@ Tableau rk4_tableau();
 Tableau dopri5_tableau();
 Tableau dop853_tableau();
 
-/// x'' = a(t, x, v) by an explicit Runge-Kutta method; the new point is put onto the constraints, and the acceleration
-/// there is the first stage of the next step (and the last one of the error estimate).
+/// Integrates x'' = a(t, x, v) by an explicit Runge-Kutta method. The new point is put onto the constraints, and the
+/// acceleration there is the first stage of the next step (and the last one of the error estimate).
 class RungeKutta final : public Scheme {
  public:
   RungeKutta(const Tableau& tableau, const IntegrationOptions& options, Mechanics& mechanics);

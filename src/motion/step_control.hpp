@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tanor {
 
@@ -15,6 +16,9 @@ class StepControl {
   double last_error() const { return last_error_; }
   bool is_after_rejection() const { return after_rejection_; }
 
+  /// The next step is no longer than this, whatever its scheme proposes, s.
+  double limit = std::numeric_limits<double>::infinity();
+
   /// Factor for the next step after an accepted one.
   double accept(double error) {
     const double e = std::max(error, 1e-10);
@@ -27,7 +31,7 @@ class StepControl {
     return std::clamp(factor, 0.2, most);
   }
 
-  /// Factor for trying again.
+  /// Factor for trying again after a rejected one.
   double reject(double error) {
     after_rejection_ = true;
     return std::clamp(0.9 * std::pow(error, -exponent_), 0.1, 0.9);

@@ -11,24 +11,25 @@
 
 namespace tanor {
 
-/// Looks, where `auto` chose an explicit method, for steps that stability holds far below what accuracy asks: then one
-/// of radau5, many times as long, meets the tolerance from where the motion is. That is asked for itself, whatever
-/// makes the system stiff, each time four times as many steps were taken; while few are left to come, or were taken, it
-/// is not worth its factors.
+/// Looks, where `auto` chose an explicit method, for steps that stability holds far below what accuracy asks. A step of
+/// radau5, many times as long, then meets the tolerance from where the motion is. Such a step is tried, whatever makes
+/// the system stiff, each time four times as many steps were taken. While few steps are left to come, or were taken,
+/// the trial is not worth its factors.
 class StiffSteps {
  public:
   StiffSteps(const IntegrationOptions& options, Mechanics& mechanics, Method explicit_method);
 
   void note_step() { ++num_steps_; }
-  /// After a step of length h, with the time `left` to come.
+  /// Says after a step of length h, with the time `left` to come, whether a look is due.
   bool is_due(double h, double left) const;
-  /// Implicit steps are to be taken from here on. The mechanics is then linearised elsewhere.
+  /// Returns whether implicit steps are to be taken from here on. The mechanics is then linearised elsewhere.
   bool look(const State& from, double h, Rounding* rounding);
-  /// Implicit steps fall below those that were given up: back to them, for good. To be asked with the next one.
+  /// Returns whether implicit steps fall below the explicit ones, which are then taken for good. To be asked with the
+  /// next step.
   bool gives_up(double next_step);
 
   bool is_stiff() const { return is_stiff_; }
-  /// Of a step that `look` found.
+  /// Length of the step that `look` found, s.
   double implicit_step() const { return factor * explicit_step_; }
   std::string explain() const;
 

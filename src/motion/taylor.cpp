@@ -20,8 +20,9 @@ namespace {
 
 constexpr int least_order = 6, most_order = 24;
 
-/// Of n numbers. The best order grows with the logarithm of the tolerance (Jorba & Zou 2005): while the series stay in
-/// the caches by 0.7 (bench/rivals, chains and nets), of larger systems less, since every order runs through them all.
+/// Returns the order for a series of n numbers. The best order grows with the logarithm of the tolerance (Jorba & Zou
+/// 2005): by 0.7 while the series stay in the caches (bench/rivals, chains and nets), by less in larger systems, since
+/// every order runs through them all.
 int choose_order(double tolerance, std::size_t n) {
   constexpr std::size_t large = 50000;
   const double order = n < large ? 4.0 - 0.7 * std::log(tolerance) : 3.0 - 0.5 * std::log(tolerance);
@@ -31,7 +32,7 @@ int choose_order(double tolerance, std::size_t n) {
 // A template's Eight forgets its alignment, which copies by memcpy do not need.
 #pragma GCC diagnostic ignored "-Wignored-attributes"
 
-/// x, x' and x'' at h of some numbers: with q = c_2 + c_3 h + … and its derivatives by Horner's scheme
+/// Sums x, x' and x'' of some numbers at h, with q = c_2 + c_3 h + … and its derivatives by Horner's scheme:
 ///
 ///   x = c_0 + h (c_1 + h q),   x' = c_1 + h (2 q + h q'),   x'' = 2 q + h (4 q' + h q'')
 template <class Number>
@@ -64,7 +65,7 @@ template <class Number>
   }
 }
 
-/// Of the numbers [begin, end); the last ones twice where they fill no lanes.
+/// Sums the numbers [begin, end). The last ones are summed twice where they fill no lanes.
 TANOR_EACH_INSTRUCTION_SET
 void sum_series(std::span<double* const> coefficients, double h, std::size_t begin, std::size_t end, double* x,
                 double* v, double* a) {
@@ -77,7 +78,7 @@ void sum_series(std::span<double* const> coefficients, double h, std::size_t beg
     sum_series<Eight>(coefficients, h, std::min(next, end - width), x, v, a);
 }
 
-/// The largest |a_i| and |a_i - b_i|; NaNs are not seen.
+/// Returns the largest |a_i| and |a_i - b_i|. NaNs are not seen.
 struct Comparison {
   double size = 0.0, difference = 0.0;
 };
@@ -107,7 +108,7 @@ Comparison compare(const double* a, const double* b, std::size_t n) {
   return result;
 }
 
-/// b := a - b where it is larger than `noise`, else 0
+/// Sets b := a - b where this is larger than `noise`, else 0.
 TANOR_EACH_INSTRUCTION_SET
 void subtract_from(const double* __restrict a, double noise, std::size_t n, double* __restrict b) {
   for (std::size_t i = 0; i < n; ++i) {
@@ -116,7 +117,7 @@ void subtract_from(const double* __restrict a, double noise, std::size_t n, doub
   }
 }
 
-/// The same with the noise of each neighbourhood, `part` of its largest number in a; `own` [n/3].
+/// Does the same with the noise of each neighbourhood, `part` of its largest number in a; `own` [n/3].
 void subtract_from(const double* a, double part, std::span<const Index> own, std::vector<double>* scratch, double* b) {
   std::vector<double>& noise = *scratch;
   noise.clear();
@@ -129,7 +130,7 @@ void subtract_from(const double* a, double part, std::span<const Index> own, std
     subtract_from(a + 3 * i, noise[static_cast<std::size_t>(own[i])], 3, b + 3 * i);
 }
 
-/// Nodes and weights of Gauss & Legendre on [0, 1], by Newton's method on the polynomial.
+/// Finds the nodes and weights of Gauss & Legendre on [0, 1] by Newton's method on the polynomial.
 void make_quadrature(int count, std::vector<double>* nodes, std::vector<double>* weights) {
   for (int i = 0; i < count; ++i) {
     double x = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5)), slope = 1.0;
@@ -180,7 +181,7 @@ double Taylor::propose_step(const State& from) {
 void Taylor::expand(const State& from) {
   double smooth_until = 0.0;
   const bool knows_acceleration =
-      knows_acceleration_ && end_ == from.t && num_accelerations_ == series_.num_accelerations();
+      acceleration_.is_known && acceleration_.time == from.t && acceleration_.count == series_.num_accelerations();
   const double* const a = knows_acceleration ? from.a.data() : pointers_[2];
   Outcome found;
   if (!knows_acceleration) found = mechanics_.accelerations(from.at(), options_.request(Gradients::Keep), pointers_[2]);
@@ -195,7 +196,7 @@ void Taylor::expand(const State& from) {
   longest_ = std::min(longest_, smooth_until - from.t);
 }
 
-/// All of them, unless rounding has grown above the last ones: near a place where K loses rank the terms of other
+/// Chooses all terms, unless rounding has grown above the last ones: near a singular configuration the terms of other
 /// motions that start within the rounding grow faster than those of the motion itself.
 void Taylor::choose_terms(const State& from) {
   enough_ = order_;
@@ -210,7 +211,7 @@ void Taylor::choose_terms(const State& from) {
   }
 }
 
-/// Of a step that is longer than the series allows: those that leave least over.
+/// Returns the number of terms that leave least over, for a step that is longer than the series allows.
 int Taylor::terms_for(const State& from, double h) {
   if (h <= longest_ || mechanics_.rank_monitor() == nullptr) return enough_;
   // log |term| over the tolerance
@@ -226,12 +227,13 @@ int Taylor::terms_for(const State& from, double h) {
   return best;
 }
 
-/// The longest h for which the last term, and the one before it, stay within the tolerance.
+/// Returns the longest h for which the last term, and the one before it, stay within the tolerance.
 double Taylor::longest_step(const State& from, int terms) {
   return std::exp(std::min(log_of_longest_step(from, terms - 1), log_of_longest_step(from, terms)));
 }
 
-/// Of the longest h for which term k stays within the tolerance, in positions and velocities. Measured once a series.
+/// Returns the logarithm of the longest h for which term k stays within the tolerance, in positions and velocities. It
+/// is measured once a series.
 double Taylor::log_of_longest_step(const State& from, int k) {
   double& log_of_limit = log_of_limits_[static_cast<std::size_t>(k)];
   if (!std::isnan(log_of_limit)) return log_of_limit;
@@ -243,7 +245,7 @@ double Taylor::log_of_longest_step(const State& from, int k) {
   return log_of_limit;
 }
 
-/// x, x' and x'' at h, in pieces that stay in the first cache.
+/// Evaluates x, x' and x'' at h, in pieces that stay in the first cache.
 void Taylor::evaluate(double h, double* x, double* v, double* a) const {
   const std::size_t n = coefficients_[0].size();
   constexpr std::size_t piece = 256;
@@ -269,7 +271,7 @@ Power Taylor::integrate_power(const State& from, double h) {
   return sum;
 }
 
-/// The first omitted term, from what is missing in the acceleration at the new place:
+/// Measures the first omitted term by what is missing in the acceleration at the new state:
 ///
 ///   (P+1) P r_{P+1} h^{P-1} = a - sum,   so   r_{P+1} h^{P+1} = (a - sum) h^2/((P+1) P)
 double Taylor::measure_error(const State& from, double h, const State& to) {
@@ -297,7 +299,7 @@ Outcome Taylor::prepare_inside(const State& from, const State& to) {
   return exists_ ? Outcome{} : other_->prepare_inside(from, to);
 }
 
-/// The series itself.
+/// The series interpolates itself.
 void Taylor::interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                          double* v) const {
   if (!exists_ || series_time_ != from.t) return other_->interpolate(parallel, from, to, fraction, x, v);
@@ -310,11 +312,9 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   terms_ = terms_for(from, h);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
-  StepResult result = settle(mechanics_, options_, to, Turn::Large, Tolerance{options_.atol, options_.rtol});
+  StepResult result = stabilize(mechanics_, options_, to, MovedVelocity::IsError, Turn::Large);
   if (result.outcome.ok()) result.error = larger(result.error, measure_error(from, h, *to));
-  knows_acceleration_ = result.outcome.ok();
-  end_ = to->t;
-  num_accelerations_ = series_.num_accelerations();
+  acceleration_ = {result.outcome.ok(), to->t, series_.num_accelerations()};
   return result;
 }
 

@@ -9,8 +9,8 @@ namespace tanor {
 
 /// The motion as a power series in time, of any order: one factorization a step, one solve an order. The order follows
 /// from the tolerance, the step from the last two coefficients (Jorba & Zou 2005); the acceleration that is found at
-/// the new place says how large the first omitted term really is. Where the series does not exist (a force that is not
-/// analytic at rest) a Runge-Kutta step passes the place.
+/// the new state says how large the first omitted term really is. Where the series does not exist (a force that is not
+/// analytic at rest) a Runge-Kutta step goes on.
 class Taylor final : public Scheme {
  public:
   Taylor(const IntegrationOptions& options, Mechanics& mechanics);
@@ -18,7 +18,7 @@ class Taylor final : public Scheme {
   /// Velocities lose one term.
   int order() const override { return order_ - 1; }
   bool is_adaptive() const override { return true; }
-  /// The series rounds alike from step to step: what its terms know less of than this is in the estimate.
+  /// The series rounds alike from step to step. What its terms know less of than this is in the estimate.
   RoundingGain rounding_gain() const override { return {.factor = 0.2}; }
   double propose_step(const State& from) override;
   bool sees_through(const State& from) override { return propose_step(from) > 0.0; }
@@ -27,7 +27,7 @@ class Taylor final : public Scheme {
   void interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                    double* v) const override;
   bool interpolates_at_once() const override { return exists_ || other_->interpolates_at_once(); }
-  void forget() override { has_series_ = knows_acceleration_ = false; }
+  void forget() override { has_series_ = acceleration_.is_known = false; }
 
  private:
   void expand(const State& from);
@@ -63,10 +63,11 @@ class Taylor final : public Scheme {
     double h = 0.0, missing = 0.0;  // in the acceleration at its end
     bool may_be_noise = false;      // a step half as long will tell
   } rejected_;
-  // The last accelerations were those at a step's end.
-  bool knows_acceleration_ = false;
-  double end_ = 0.0;
-  std::size_t num_accelerations_ = 0;
+  struct {
+    bool is_known = false;  // the last accelerations were those at the end of a step, …
+    double time = 0.0;      // … at this instant, …
+    std::size_t count = 0;  // … when so many had been found
+  } acceleration_;
 };
 
 }  // namespace tanor

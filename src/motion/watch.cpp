@@ -48,7 +48,7 @@ Outcome Watch::report_not_finite(std::size_t k, double t) const {
           "event " + (name.empty() ? text(k) : "\"" + name + "\"") + " is not finite at t = " + text(t)};
 }
 
-/// All functions at all places.
+/// Evaluates all functions at all places.
 Outcome Watch::sample(DenseOutput* output, const State& from, const State& to) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (Outcome found = evaluate_inside(output, places[i], from, to); !found.ok()) return found;
@@ -70,7 +70,8 @@ bool Watch::changes_sign() const {
   return false;
 }
 
-/// Between the place before and this one, where the value has another sign than the one that was kept.
+/// Narrows a passage between the place before and this one, where the value has another sign than the one that was
+/// kept.
 Outcome Watch::narrow(DenseOutput* dense, const State& from, const State& to, std::size_t k, std::size_t place,
                       double sign, double* fraction) {
   const double before = sign * samples_[place - 1][k], after = sign * samples_[place][k];

@@ -15,7 +15,7 @@ namespace tanor {
 /// passages between neighbouring places are missed. A function that begins at 0 does not pass there.
 class Watch {
  public:
-  /// The function in the variables of the mechanics.
+  /// A function in the variables of the mechanics.
   struct Function {
     std::function<double(double t, const double* x, const double* v)> value;
     Event::Direction direction;
@@ -29,14 +29,14 @@ class Watch {
   bool is_empty() const { return functions_.empty(); }
   const std::vector<Passage>& passages() const { return passages_; }
 
-  /// The next step does not start where the last one ended: signs are found anew.
+  /// The next step does not start where the last one ended, so that signs are found anew.
   void forget() { knows_signs_ = false; }
 
-  /// Of a step from `from` to `to` that is good: those on the way, up to the first one that stops, whose time is
-  /// written (infinite: none does). `dense` answers where a passage is narrowed, `ends` where one is looked for; the
-  /// mechanics is at `to` again.
+  /// Looks for passages on the way of a good step, up to the first one that stops, whose time is written (infinite:
+  /// none does). `ends` answers where passages are looked for, `dense` where one is narrowed. The mechanics is at `to`
+  /// again afterwards.
   Outcome look(const State& from, State* to, DenseOutput ends, DenseOutput dense, double* stop);
-  /// The step was accepted: what it passed counts.
+  /// The step was accepted, and its passages count.
   void accept();
 
  private:
@@ -46,7 +46,7 @@ class Watch {
   };
 
   Outcome evaluate_inside(DenseOutput* output, double fraction, const State& from, const State& to);
-  /// "event "vertical" is not finite at t = 1.5"; without a name its number.
+  /// "event "vertical" is not finite at t = 1.5", or the number of the event where it has no name.
   Outcome report_not_finite(std::size_t k, double t) const;
   Outcome sample(DenseOutput* output, const State& from, const State& to);
   bool changes_sign() const;

@@ -40,7 +40,7 @@ void MotionMeasures::begin() {
 /// Projections know what they leave; without them it is measured here.
 void MotionMeasures::measure_violations(const StepResult& step) {
   double position = step.position_violation, velocity = step.velocity_violation;
-  if (options_.stabilisation == Stabilisation::None || !step.is_settled) {
+  if (options_.stabilisation == Stabilisation::None || !step.is_stabilized) {
     write_points();
     position = model_.position_violation(state_.t, points_.r.data());
     velocity = model_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
@@ -53,7 +53,7 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
   ++report_.steps;
   report_.time = state_.t;
   measure_violations(step);
-  if (step.is_settled && integration_.knows_acceleration()) measure_acceleration();
+  if (step.is_stabilized && integration_.knows_acceleration()) measure_acceleration();
   const Energy energy = form_.energy(state_.t, state_.x.data(), state_.v.data());
   report_.energy.now = energy.kinetic + energy.potential;
   report_.energy.work_of_supports = state_.work.supports;

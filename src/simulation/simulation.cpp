@@ -140,13 +140,13 @@ struct Simulation::Implementation {
       Request at_start = integration.request(Gradients::Keep);
       at_start.refuses_several = true;
       found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.a.data());
-    } else if (found.ok() && integration.is_coasting()) {
+    } else if (found.ok() && integration.is_extrapolating()) {
       found = integration.return_to_constraints();
     } else {
       if (found.ok()) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = refresh(Gradients::Keep);
     }
-    if (found.ok() && form.has_work() && !integration.is_coasting())
+    if (found.ok() && form.has_work() && !integration.is_extrapolating())
       state.power = form.power(state.x.data(), state.v.data());
     return found;
   }

@@ -42,7 +42,7 @@ class Ball final : public SwitchingToy {
 /// Steps end at 0.1, 0.6, …: an error of 0 makes every step five times the one before.
 const MotionOptions growing{.step = 0.1, .rtol = 1e-8, .atol = 1e-8};
 
-TEST(SingularEventTest, AMotionWithoutEventsCoastsPastTheSingularPlace) {
+TEST(SingularEventTest, AMotionWithoutEventsIsExtrapolatedPastTheSingularConfiguration) {
   Ball ball;
   Travel travel(ball, Method::Dopri5, growing, {10.0}, {-1.0});
 
@@ -54,7 +54,7 @@ TEST(SingularEventTest, AMotionWithoutEventsCoastsPastTheSingularPlace) {
 }
 
 TEST(SingularEventTest, ASwitchForgetsTheVelocityBeforeIt) {
-  // Turns at 0.4, from where a step of 0.5 would coast along the velocity that it had at 0.1.
+  // Turns at 0.4, from where a step of 0.5 would be extrapolated along the velocity that it had at 0.1.
   Ball ball;
   Travel travel(ball, Method::Dopri5, growing, {0.4}, {-1.0});
 
@@ -80,8 +80,8 @@ TEST(SingularEventTest, AFixedStepGoesOnAfterASwitchWithTheVelocityOfTheNewEquat
   EXPECT_EQ(travel.integration.state.v[0], 1.0);
 }
 
-TEST(SingularEventTest, AnEventWhileItCoastsIsMetWhereThatEnds) {
-  // It coasts from 0.6 over 0.2 + 0.5 (0.5/2) = 0.325.
+TEST(SingularEventTest, AnEventDuringAnExtrapolationIsMetAtItsEnd) {
+  // It is extrapolated from 0.6 over 0.2 + 0.5 (0.5/2) = 0.325.
   Ball ball;
   Travel travel(ball, Method::Dopri5, growing, {0.85}, {-1.0});
 

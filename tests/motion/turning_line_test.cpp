@@ -93,7 +93,7 @@ TEST(TurningLine, MultipliersDoNotDependOnTheStepsTaken) {
       }
     }
   }
-  EXPECT_EQ(reference.report().singular_passages.count, 0u) << "a jump of unit vectors is no singular place";
+  EXPECT_EQ(reference.report().singular_passages.count, 0u) << "a jump of unit vectors is no singular configuration";
 }
 
 /// A direction of any length that tumbles: each axis is the farthest one for a while.

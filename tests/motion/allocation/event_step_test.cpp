@@ -40,11 +40,11 @@ TEST_P(StepWithEventsTest, AllocatesOnlyWhereEquationsAreSwitched) {
   EXPECT_EQ(allocations, 0u);
 }
 
-class StepPastSingularPlacesTest : public testing::TestWithParam<Method> {};
+class StepPastSingularConfigurationsTest : public testing::TestWithParam<Method> {};
 
-/// The second time, after the first place of its report: it coasts, compares K and narrows where K lost rank with what
-/// it has.
-TEST_P(StepPastSingularPlacesTest, AllocatesNothing) {
+/// The second time, after the first passage of its report: it extrapolates, compares K and narrows where K lost rank
+/// with what it has.
+TEST_P(StepPastSingularConfigurationsTest, AllocatesNothing) {
   const extreme::Case scene = extreme::turn_four_bar(0.5, 20.0, "");
   MotionOptions options{.method = GetParam(), .rtol = 1e-8, .atol = 1e-10};
   if (has_fixed_steps(options.method)) options.step = 1e-2;
@@ -67,7 +67,7 @@ TEST_P(StepPastSingularPlacesTest, AllocatesNothing) {
   EXPECT_EQ(allocations, 0u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, StepPastSingularPlacesTest,
+INSTANTIATE_TEST_SUITE_P(Methods, StepPastSingularConfigurationsTest,
                          testing::Values(Method::Rk4, Method::Dopri5, Method::Dop853, Method::Taylor, Method::Rattle),
                          [](const auto& instance) { return std::string(name_of(instance.param)); });
 

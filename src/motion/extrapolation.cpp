@@ -1,6 +1,7 @@
-#include "motion/coasting.hpp"
+#include "motion/extrapolation.hpp"
 
 #include "base/text.hpp"
+#include "motion/singular_thresholds.hpp"
 
 namespace tanor {
 
@@ -17,7 +18,7 @@ struct Polynomial {
 
 }  // namespace
 
-void Coasting::follow(const State& before, const State& from, bool follows_quintic, State* to) {
+void Extrapolation::follow(const State& before, const State& from, bool follows_quintic, State* to) {
   const std::size_t n = from.x.size();
   const double p = from.t - before.t, h = to->t - from.t, u = h / p;
   for (std::vector<double>* array : {&x_error_, &v_error_, &kept_}) array->resize(n);
@@ -44,22 +45,35 @@ void Coasting::follow(const State& before, const State& from, bool follows_quint
 }
 
 /// The velocity that the constraints allow is not the one that was expected.
-bool Coasting::turns_away(const std::vector<double>& found) const {
-  constexpr double allowed = 0.1;
+bool Extrapolation::turns_away(const std::vector<double>& found) const {
   double difference = 0.0, size = 0.0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     difference += (found[i] - kept_[i]) * (found[i] - kept_[i]);
     size += kept_[i] * kept_[i];
   }
-  return difference > allowed * allowed * size;
+  return difference > singular::turn * singular::turn * size;
 }
 
-StepResult Coasting::step(Mechanics& mechanics, const IntegrationOptions& options, const State& before,
-                          const State& from, const How& how, State* to) {
+/// Puts the end onto the constraints, whose K says again where the motion goes.
+StepResult Extrapolation::stabilize_end(Mechanics& mechanics, const IntegrationOptions& options, const State& from,
+                                        State* to) {
+  StepResult result;
+  if (result.outcome = mechanics.linearise(to->t, to->x.data()); !result.outcome.ok()) return result;
+  kept_ = to->v;
+  result = stabilize(mechanics, options, to, MovedVelocity::IsError);
+  if (result.outcome.ok() && turns_away(to->v)) {
+    result.outcome = {Status::Singular, "constraints depend on each other near t = " + text(from.t) +
+                                            ", and no motion goes on smoothly from there"};
+  }
+  return result;
+}
+
+StepResult Extrapolation::step(Mechanics& mechanics, const IntegrationOptions& options, const State& before,
+                               const State& from, const How& how, State* to) {
   follow(before, from, how.follows_quintic, to);
   const double p = from.t - before.t, h = to->t - from.t;
   StepResult result;
-  if (how.ends_there) {
+  if (how.ends_at_singularity) {
     mechanics.prescribe(to->t, to->x.data(), to->v.data());
     if (options.stabilisation == Stabilisation::Projection) {
       // K of `from` leads back what the polynomial missed, and moves little along the direction that vanishes here.
@@ -68,17 +82,10 @@ StepResult Coasting::step(Mechanics& mechanics, const IntegrationOptions& option
       if (!positions.outcome.ok()) to->x = kept_;
     }
     to->power = from.power;
-    result.is_settled = false;
+    result.is_stabilized = false;
   } else {
-    if (result.outcome = mechanics.linearise(to->t, to->x.data()); !result.outcome.ok()) return result;
-    kept_ = to->v;
-    result = settle(mechanics, options, to, Turn::Small, Tolerance{options.atol, options.rtol});
+    result = stabilize_end(mechanics, options, from, to);
     if (!result.outcome.ok()) return result;
-    if (turns_away(to->v)) {
-      result.outcome = {Status::Singular, "constraints depend on each other near t = " + text(from.t) +
-                                              ", and no motion goes on smoothly from there"};
-      return result;
-    }
   }
   result.is_interpolated = false;
   const StepErrors errors{x_error_.data(), v_error_.data(), from.x.data(), from.v.data(), to->x.data(), to->v.data()};

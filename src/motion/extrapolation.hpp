@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "motion/scheme.hpp"
+
+namespace tanor {
+
+/// Steps past a singular configuration. K no longer says there on which branch the motion goes on, but its velocity
+/// does: such a step follows the polynomial through the last two states instead of accelerations. Its end is put onto
+/// the constraints. A step that ends at the singular configuration puts its positions alone there, with the K of
+/// `from`.
+///
+/// The error is of order 5 (3 by the cubic) and is estimated by the polynomial of one degree less. Workspaces are kept.
+class Extrapolation {
+ public:
+  struct How {
+    /// The quintic goes through x, v and a of both states. The cubic leaves out x and a of the first one: they are not
+    /// known, or as coarse as a scheme of order 2, where the quintic's differences would multiply what they miss.
+    bool follows_quintic = true;
+    bool ends_at_singularity = false;
+  };
+  StepResult step(Mechanics& mechanics, const IntegrationOptions& options, const State& before, const State& from,
+                  const How& how, State* to);
+
+ private:
+  void follow(const State& before, const State& from, bool follows_quintic, State* to);
+  StepResult stabilize_end(Mechanics& mechanics, const IntegrationOptions& options, const State& from, State* to);
+  bool turns_away(const std::vector<double>& found) const;
+
+  std::vector<double> x_error_, v_error_;
+  std::vector<double> kept_;  // positions that a projection may lose, or the velocity that was expected
+};
+
+}  // namespace tanor

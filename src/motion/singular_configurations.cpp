@@ -1,0 +1,242 @@
+#include "motion/singular_configurations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <type_traits>
+
+#include "base/text.hpp"
+
+namespace tanor {
+
+void SingularConfigurations::begin(double t) {
+  forget();
+  if (monitor_ != nullptr) regular_ = 1.0 / monitor_->mass_ratio();
+  report_.reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  report_.reciprocal_condition_time = t;
+  report_.rank_changes.start = report_.rank_changes.now = mechanics_.rank();
+  note_end(t);
+}
+
+void SingularConfigurations::resume() {
+  if (!std::isnan(memory_.remembered)) monitor_->remember_gradients();
+}
+
+// ---- snapshots ----
+
+/// Calls visit(number) for all that the next steps depend on.
+template <class M, class Visit>
+void SingularConfigurations::for_each_number(M& memory, const Visit& visit) {
+  SingularForecast::for_each_number(memory.forecast, visit);
+  visit(memory.is_extrapolating);
+  visit(memory.is_at_one);
+  visit(memory.is_in_the_way);
+  visit(memory.is_foreseen);
+  visit(memory.pays_to_approach);
+  visit(memory.approaches);
+  visit(memory.extrapolation_error);
+  visit(memory.last_passage);
+  visit(memory.remembered);
+}
+
+void SingularConfigurations::write(std::vector<double>* numbers) const {
+  numbers->clear();
+  if (monitor_ == nullptr) return;
+  numbers->push_back(regular_);
+  for_each_number(memory_, [&](const auto& number) { numbers->push_back(static_cast<double>(number)); });
+}
+
+void SingularConfigurations::restore(std::span<const double> numbers) {
+  std::size_t count = monitor_ != nullptr ? 1 : 0;
+  if (count > 0) for_each_number(memory_, [&](const auto&) { ++count; });
+  if (numbers.size() != count) {
+    throw InputError("/snapshot/singular_memory",
+                     "holds " + std::to_string(numbers.size()) + " numbers, not " + std::to_string(count));
+  }
+  forget();
+  if (numbers.empty()) return;
+  regular_ = numbers[0];
+  std::size_t next = 1;
+  for_each_number(
+      memory_, [&](auto& number) { number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]); });
+}
+
+// ---- the end of a step ----
+
+void SingularConfigurations::note(Scheme& scheme, const State& from, const State& to, const StepResult& step) {
+  memory_.is_extrapolating = !step.is_stabilized;
+  if (!step.is_stabilized) return;
+  if (!std::isnan(memory_.remembered) && to.t > from.t) {
+    const double ratio = monitor_->compare_gradients();
+    if (ratio < 0.0)
+      find_passages(scheme, from, to, step.is_interpolated);
+    else if (memory_.is_foreseen && ratio > 0.0 && ratio != 1.0)
+      withdraw_passage();
+  }
+  memory_.is_foreseen = false;
+  note_end(to.t);
+}
+
+/// Looks at K where the mechanics stands.
+void SingularConfigurations::note_end(double t) {
+  note_nearest(t);
+  if (monitor_ == nullptr) return;
+  if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
+  const double reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  regular_ = std::max(regular_, reciprocal_condition);
+  memory_.forecast.add(t, reciprocal_condition, regular_);
+  const bool lies_ahead = memory_.forecast.lies_ahead_of(t);
+  memory_.is_in_the_way = lies_ahead && (memory_.is_in_the_way || memory_.approaches > 0);
+  if (!lies_ahead) forget_approaches();
+  if (is_at_one()) note_at_one(t);
+  memory_.is_at_one = is_at_one();
+  if (follows_)
+    remember(t);
+  else
+    memory_.remembered = std::numeric_limits<double>::quiet_NaN();
+  note_rank(t);
+}
+
+void SingularConfigurations::note_nearest(double t) {
+  const double reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  if (!(reciprocal_condition < report_.reciprocal_condition)) return;
+  report_.reciprocal_condition = reciprocal_condition;
+  report_.reciprocal_condition_time = t;
+}
+
+/// The step ended at a singular configuration: a new one, or nearer to the last one than the step before.
+void SingularConfigurations::note_at_one(double t) {
+  const double reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  if (!memory_.is_at_one) {
+    note_passage(t, reciprocal_condition);
+  } else if (keeps_last_passage()) {
+    auto& last = report_.singular_passages.first.back();
+    if (reciprocal_condition < last.reciprocal_condition) last = {t, reciprocal_condition};
+  }
+  memory_.last_passage = t;
+}
+
+void SingularConfigurations::remember(double t) {
+  monitor_->remember_gradients();
+  memory_.remembered = t;
+}
+
+/// Looks into the last step, whose ends tell that there is a passage. A step that began while the state was
+/// extrapolated had a singular configuration right before it, too.
+void SingularConfigurations::find_passages(Scheme& scheme, const State& from, const State& to, bool is_interpolated) {
+  const double largest =
+      std::max(memory_.forecast.reciprocal_condition(), mechanics_.last_solve().reciprocal_condition);
+  // A step that is near all the way is short: K turns little in the whole of it.
+  constexpr int pieces_of_long_step = 8;
+  const int pieces = largest < singular::near * regular_ ? 1 : pieces_of_long_step;
+  const double begin = memory_.remembered < from.t ? -0.5 : 0.0;
+  const double h = to.t - from.t;
+  finder_.find(*monitor_, DenseOutput(scheme, from, to, !is_interpolated), to, {begin, pieces, regular_},
+               [this, h](double t) { note_found(t, h); });
+}
+
+// ---- the report ----
+
+/// At t in a step of length h: a new passage, or the one that was foreseen, or seen at a step's end.
+void SingularConfigurations::note_found(double t, double h) {
+  if (memory_.is_foreseen) {
+    if (keeps_last_passage()) report_.singular_passages.first.back().time = t;
+  } else if (!(std::abs(memory_.last_passage - t) < singular::same * h)) {
+    note_passage(t, mechanics_.last_solve().reciprocal_condition);
+  }
+  memory_.last_passage = t;
+  memory_.is_foreseen = false;
+  memory_.is_at_one = true;  // should the step's end still be near, it is the same one
+}
+
+/// The list is full before the count ends.
+bool SingularConfigurations::keeps_last_passage() const {
+  const SingularPassages& passages = report_.singular_passages;
+  return !passages.first.empty() && passages.first.size() == passages.count;
+}
+
+void SingularConfigurations::note_passage(double t, double reciprocal_condition) {
+  SingularPassages& passages = report_.singular_passages;
+  if (++passages.count == 1) passages.first.reserve(SingularPassages::most_kept);  // here alone
+  if (passages.first.size() < SingularPassages::most_kept) passages.first.push_back({t, reciprocal_condition});
+}
+
+/// The last passage was foreseen, and K has not come to it.
+void SingularConfigurations::withdraw_passage() {
+  SingularPassages& passages = report_.singular_passages;
+  if (passages.first.size() == passages.count) passages.first.pop_back();
+  --passages.count;
+  memory_.last_passage = std::numeric_limits<double>::quiet_NaN();
+}
+
+void SingularConfigurations::note_rank(double t) {
+  RankChanges& changes = report_.rank_changes;
+  if (mechanics_.rank() == changes.now) return;
+  changes.now = mechanics_.rank();
+  ++changes.count;
+  if (changes.first.size() < RankChanges::most_kept) changes.first.push_back({t, changes.now});
+}
+
+// ---- what comes next ----
+
+/// Beside a regular S: masses that differ make S ill-conditioned though K has its rank.
+bool SingularConfigurations::is_at_one() const {
+  return mechanics_.last_solve().reciprocal_condition < singular::reached * regular_;
+}
+
+bool SingularConfigurations::have_surprised() const {
+  return monitor_ != nullptr && memory_.approaches == 0 && mechanics_.rank() == report_.rank_changes.now &&
+         mechanics_.last_solve().reciprocal_condition < singular::surprise * memory_.forecast.reciprocal_condition();
+}
+
+void SingularConfigurations::forget_approaches() {
+  memory_.approaches = 0;
+  memory_.extrapolation_error = std::numeric_limits<double>::infinity();
+}
+
+double SingularConfigurations::extrapolation_length(double t_before, double t) const {
+  const double ahead = memory_.forecast.time() - t, before = t - t_before;
+  return is_extrapolating() ? before * std::pow(0.5, memory_.approaches) : ahead + 0.5 * std::max(ahead, 0.5 * before);
+}
+
+Outcome SingularConfigurations::explain_stop(double t) const {
+  return {Status::StepTooSmall, "constraints depend on each other near t = " + text(memory_.forecast.time()) +
+                                    ", and no step from t = " + text(t) +
+                                    " leads past that place within the tolerance"};
+}
+
+StepResult SingularConfigurations::extrapolate(Scheme& scheme, const State& before, const State& from,
+                                               bool takes_least_error, State* to) {
+  SingularForecast& forecast = memory_.forecast;
+  const double h = to->t - from.t;
+  const Extrapolation::How how{.follows_quintic = scheme.knows_acceleration() && scheme.order() > 2,
+                               .ends_at_singularity = forecast.lies_near(to->t, h)};
+  if (!follows_ && !is_extrapolating()) remember(from.t);
+  const bool by_itself = !how.ends_at_singularity && !is_extrapolating() && scheme.sees_through(from);
+  StepResult step =
+      by_itself ? scheme.step(from, h, to) : extrapolation_.step(mechanics_, options_, before, from, how, to);
+  if (!step.outcome.ok()) return step;
+  // What the polynomial misses falls with the fifth power of its length. What the states at hand miss is divided by
+  // sigma, and grows on the way to 0. Where an error falls less than the length it is about the least.
+  const double error = step.error / h;
+  const double least = std::max(singular::most_missed, singular::most_missed_of_velocity / options_.rtol);
+  const bool is_least = takes_least_error && step.error <= least;
+  memory_.pays_to_approach = error < memory_.extrapolation_error;
+  if (scheme.is_adaptive() && !(step.error <= singular::allowed_error || is_least)) {
+    memory_.extrapolation_error = error;
+    return step;
+  }
+  step.error = 0.0;
+  // What a step passes by itself is found where it ends.
+  if (!by_itself && forecast.time() != memory_.last_passage) {
+    note_passage(forecast.time(), forecast.reciprocal_condition());
+    memory_.last_passage = forecast.time();
+    memory_.is_foreseen = true;
+  }
+  memory_.is_in_the_way = false;
+  forget_approaches();
+  if (step.is_stabilized) forecast.forget();
+  return step;
+}
+
+}  // namespace tanor
