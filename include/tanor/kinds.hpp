@@ -1,6 +1,7 @@
 #pragma once
 
-/// \file The lists of kinds. A kind is added by its file in this folder and its name in one of these lists.
+/// \file
+/// The lists of kinds. A kind is added by its file in tanor/kinds and its name in one of these lists.
 
 #include <variant>
 
@@ -75,7 +76,7 @@ concept HasDefinition = requires(const Group& group) {
 }
 || requires(const Group& group, const TripleOf<Jet<2>> (&r)[3], Jet<2> number) {
   {
-    typename KindOf<Group>::template Definition<Jet<2>>(group, Clock<Jet<2>>{}).xi(r, number, 0)
+    typename KindOf<Group>::template Definition<Jet<2>>(group, ClockOf<Jet<2>>{}).xi(r, number, 0)
     } -> std::convertible_to<std::array<Jet<2>, static_cast<std::size_t>(KindOf<Group>::rows)>>;
 };
 
@@ -86,7 +87,7 @@ struct CheckKinds;
 template <class... Groups>
 struct CheckKinds<std::variant<Groups...>> {
   static_assert((HasName<Groups> && ...), "KindOf<Group> of each kind has a `name`");
-  static_assert((HasFields<Groups> && ...), "KindOf<Group> of each kind has `fields`, a std::tuple of Field");
+  static_assert((HasFields<Groups> && ...), "KindOf<Group> of each kind has `fields`, a std::tuple of FieldOf");
 };
 template <class List>
 struct CheckConstraints;

@@ -183,10 +183,10 @@ std::vector<Index> list_points(const Group& group) {
 /// The fields of a group that move its points: places by as much, directions and parameters by a lever.
 template <class Group>
 void Drives::add_fields(const Group& group, double t) {
-  for_each_field<Group>([&]<class Value>(const Field<Group, Value>& field) {
+  for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
     const Value& value = group.*field.value;
     if constexpr (std::is_same_v<Value, VectorFunction>) {
-      const bool turns = field.data.role == Role::Direction;
+      const bool turns = field.data.role == FieldRole::Direction;
       add(value, Level::Position, turns ? lever(value, t) : 1.0, list_points(group));
     } else if constexpr (std::is_same_v<Value, Parameter>) {
       double scale = 1.0;

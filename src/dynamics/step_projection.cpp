@@ -11,7 +11,7 @@ namespace tanor {
 
 namespace {
 
-constexpr double friction_is_stabilized = 1e-11;  // relative
+constexpr double friction_is_settled = 1e-11;  // relative
 constexpr int most_friction_iterations = 100;
 
 }  // namespace
@@ -115,7 +115,7 @@ ProjectionReport StepProjection::settle_step_friction(double t, double h, double
     const Stopwatch watch(&model_.times.friction);
     const double change = friction_->change_to(lambda_.data(), 0.5 * h, step_velocity);
     friction_->add_change(0.5 * h * h, r);
-    if (change <= friction_is_stabilized) return report;
+    if (change <= friction_is_settled) return report;
     ++model_.counters.friction_iterations;
     std::fill(step_.sum.begin(), step_.sum.end(), 0.0);
     const ProjectionReport again = projector_.project_along_gradients(t, r, step_.sum.data());
@@ -155,7 +155,7 @@ ProjectionReport StepProjection::project_step_velocities(double t, double h, con
     if (report.outcome = again.outcome; !report.outcome.ok()) return report;
     for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 / h * sum[a];
     const Stopwatch watch(&model_.times.friction);
-    if (friction_->change_to(lambda_.data(), 0.5 * h, v) <= friction_is_stabilized) return report;
+    if (friction_->change_to(lambda_.data(), 0.5 * h, v) <= friction_is_settled) return report;
     ++model_.counters.friction_iterations;
   }
   report.outcome = friction_stalls(t);

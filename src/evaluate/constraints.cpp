@@ -126,7 +126,7 @@ struct Builder {
         const Vec3 r = load(system.positions.data(), point);
         return TripleOf<double>{r.x, r.y, r.z};
       };
-      const typename KindOf<Group>::template Definition<double> now(group, Clock<double>{t});
+      const typename KindOf<Group>::template Definition<double> now(group, ClockOf<double>{t});
       return now.measure(MemberPlaces{points, at}, static_cast<std::size_t>(k));
     }
   }

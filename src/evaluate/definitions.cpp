@@ -36,7 +36,7 @@ struct TracingClock {
 template <class T>
 class Given {
  public:
-  Given(const Parameter& parameter, std::span<const double> initial, const Clock<T>& clock)
+  Given(const Parameter& parameter, std::span<const double> initial, const ClockOf<T>& clock)
       : parameter_(parameter), initial_(initial), clock_(clock) {
     if (parameter.functions.size() == 1) shared_ = clock(parameter.functions[0]);
   }
@@ -50,7 +50,7 @@ class Given {
  private:
   const Parameter& parameter_;
   std::span<const double> initial_;
-  Clock<T> clock_;
+  ClockOf<T> clock_;
   T shared_{};
 };
 
@@ -75,7 +75,7 @@ const Parameter& parameter_of(const Group& group) {
 template <class Group, class T>
 class Rows {
  public:
-  Rows(const Group& group, const Clock<T>& clock, std::span<const double> initial)
+  Rows(const Group& group, const ClockOf<T>& clock, std::span<const double> initial)
       : group_(group), definition_(group, clock), numbers_(parameter_of(group), initial, clock) {}
 
   /// `at`: the place of a point.
@@ -166,7 +166,7 @@ Definitions::Definitions(const System& system, double t0) : system_(system), sta
           num_rows_ += num_members(group) * rows_per_member<Group>();
           if constexpr (requires { KindOf<Group>::parameter; }) {
             if (!parameter_of(group).is_initial()) return;
-            const typename KindOf<Group>::template Definition<double> definition(group, Clock<double>{t0});
+            const typename KindOf<Group>::template Definition<double> definition(group, ClockOf<double>{t0});
             for (std::size_t k = 0; k < num_members(group); ++k)
               start.values.push_back(definition.measure(MemberPlaces{member_points(group, k), at}, k));
           }
@@ -253,7 +253,7 @@ void Definitions::for_each_row(const Parallel& parallel, double t, const double*
                              [&](const TupleValues& values) { use_tuples(start.first_row, group, values); });
             });
           } else {
-            const Rows<Group, T> rows(group, Clock<T>{t}, start.values);
+            const Rows<Group, T> rows(group, ClockOf<T>{t}, start.values);
             parallel.for_ranges(num_members(group), [&](std::size_t begin, std::size_t end) {
               for (std::size_t k = begin; k < end; ++k) {
                 std::size_t row = start.first_row + k * rows_per_member<Group>();
@@ -316,7 +316,7 @@ void Definitions::for_each_gradient(double t, std::span<const double> r, const U
                              }
                            });
           } else {
-            const Rows<Group, Forward<3>> rows(group, Clock<Forward<3>>{t}, start.values);
+            const Rows<Group, Forward<3>> rows(group, ClockOf<Forward<3>>{t}, start.values);
             for (std::size_t k = 0; k < num_members(group); ++k) {
               for (const Index point : member_points(group, k)) {
                 std::size_t row = start.first_row + k * rows_per_member<Group>();

@@ -31,7 +31,7 @@ Expression take_down(const G& group, int num_points, bool has_velocities, bool h
     std::vector<TripleOf<Traced>> places;
     for (std::size_t i = 0; i + 2 < x.size(); i += 3) places.push_back({x[i], x[i + 1], x[i + 2]});
     const std::span<const TripleOf<Traced>> all = places;
-    const typename KindOf<G>::template Definition<Traced> definition(group, Clock<double>{});
+    const typename KindOf<G>::template Definition<Traced> definition(group, ClockOf<double>{});
     const TripleOf<Traced> f =
         definition.force(all.first(p), all.subspan(has_velocities ? p : 0), has_number ? x.back() : Traced(0.0));
     return std::vector{f.x, f.y, f.z};
@@ -122,7 +122,7 @@ class ForceSeries::Reader {
         const Vec3 r = load(system_.positions.data(), point);
         return TripleOf<double>{r.x, r.y, r.z};
       };
-      const typename KindOf<G>::template Definition<double> definition(given, Clock<double>{});
+      const typename KindOf<G>::template Definition<double> definition(given, ClockOf<double>{});
       return definition.measure(MemberPlaces{member_points(given, k), at}, k);
     }
     return 0.0;

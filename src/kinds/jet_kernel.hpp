@@ -20,7 +20,7 @@ namespace tanor {
 template <class Group>
 bool depends_on_time(const Group& group) {
   bool result = false;
-  for_each_field<Group>([&]<class Value>(const Field<Group, Value>& field) {
+  for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
     const Value& value = group.*field.value;
     if constexpr (std::is_same_v<Value, VectorFunction>) result = result || !value.is_constant();
     if constexpr (std::is_same_v<Value, Parameter>)
@@ -52,8 +52,8 @@ class JetKernel {
     numbers_.set_time(t);
     for (OfGroup& each : groups_) {
       if (each.along && !tanor::depends_on_time(*each.group)) continue;
-      each.along.emplace(*each.group, Clock<Jet<2>>{t});
-      each.around.emplace(*each.group, Clock<Variable>{t});
+      each.along.emplace(*each.group, ClockOf<Jet<2>>{t});
+      each.around.emplace(*each.group, ClockOf<Variable>{t});
     }
   }
   bool depends_on_time() const {

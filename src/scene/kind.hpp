@@ -52,14 +52,14 @@ void read_members(const Cursor& list, const Context& context, std::vector<std::a
 }
 
 /// A number that a scene file gives: in its range, as far as the reader refuses others.
-inline double read_number(const Cursor& cursor, const Range& range) {
+inline double read_number(const Cursor& cursor, const ValueRange& range) {
   if (range.wanted && !(cursor.is_number() && range.complaint(cursor.number()) == nullptr)) cursor.fail(range.wanted);
   return cursor.number();
 }
 
 /// One field of a group whose members are known; an absent one keeps the value of its struct.
 template <class Group, class Value>
-void read_field(const Cursor& cursor, const Context& context, const Field<Group, Value>& field, Group* group) {
+void read_field(const Cursor& cursor, const Context& context, const FieldOf<Group, Value>& field, Group* group) {
   const FieldData& data = field.data;
   Value& value = group->*field.value;
   if (!cursor && !data.is_required) return;

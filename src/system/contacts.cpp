@@ -8,7 +8,7 @@
 
 namespace tanor {
 
-bool can_stick(const Friction& friction) {
+bool law_sticks(const Friction& friction) {
   return std::visit(
       []<class Law>(const Law& law) {
         if constexpr (requires { KindOf<Law>::sticks(law); }) return KindOf<Law>::sticks(law);
@@ -65,7 +65,7 @@ std::vector<Contact> list_contacts(const System& system) {
     }
     for (auto& [point, rows] : rows_of_point) {
       if (is_support[static_cast<std::size_t>(point)] || rows.size() > 2) continue;
-      result.push_back({static_cast<Index>(f), point, std::move(rows), can_stick(friction)});
+      result.push_back({static_cast<Index>(f), point, std::move(rows), law_sticks(friction)});
     }
   }
   return result;

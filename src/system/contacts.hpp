@@ -17,7 +17,7 @@ struct Contact {
 };
 
 /// Whether points stick by this law: its force at rest is not a function of the velocity.
-bool can_stick(const Friction& friction);
+bool law_sticks(const Friction& friction);
 
 /// All contacts, entry by entry, point by point. Supports have none (nothing moves them), nor have points that three
 /// equations hold in place, nor a friction whose coefficient is 0.

@@ -19,7 +19,7 @@ namespace tanor {
 inline void check_vector_field(const Vector3& vector, const FieldData& data, const std::string& where,
                                const std::string& noun) {
   check_vector(vector, where, noun);
-  if (data.role == Role::Direction) check_nonzero(vector, where, noun);
+  if (data.role == FieldRole::Direction) check_nonzero(vector, where, noun);
   for (std::size_t axis = 0; axis < 3; ++axis)
     check_number(vector[axis], data.range, where, noun + " " + std::string(1, "xyz"[axis]));
 }
@@ -41,7 +41,7 @@ void check_vectors_of_members(const Group& group, const std::vector<Vector3>& ve
 
 /// A field of another type has checks of its own.
 template <class Group, class Value>
-void check_field([[maybe_unused]] const Group& group, const Field<Group, Value>& field, double t,
+void check_field([[maybe_unused]] const Group& group, const FieldOf<Group, Value>& field, double t,
                  const std::string& where_group) {
   const Value& value = group.*field.value;
   const FieldData& data = field.data;
@@ -56,7 +56,7 @@ void check_field([[maybe_unused]] const Group& group, const Field<Group, Value>&
     if constexpr (requires { KindOf<Group>::parameter_range; })
       check_parameter(value, num_members(group), KindOf<Group>::parameter_range, t, where, field.name);
   } else if constexpr (std::is_same_v<Value, VectorFunction>) {
-    if (data.role == Role::Direction)
+    if (data.role == FieldRole::Direction)
       check_direction(value, t, where, field.name);
     else
       check_function(value, t, where, field.name);
@@ -79,9 +79,9 @@ void check_fields(const Group& group, double t, const std::string& where) {
 /// The number that an "initial" parameter has at the start is in its range: else fail(what is wrong).
 template <class Group, class Fail>
 void check_initial(double number, const Fail& fail) {
-  for_each_field<Group>([&]<class Value>(const Field<Group, Value>& field) {
+  for_each_field<Group>([&]<class Value>(const FieldOf<Group, Value>& field) {
     if constexpr (std::is_same_v<Value, Parameter>) {
-      Range range = field.data.range;
+      ValueRange range = field.data.range;
       if constexpr (requires { KindOf<Group>::parameter_range; }) range = KindOf<Group>::parameter_range;
       const char* const complaint = range.complaint(number);
       if (complaint) fail("the initial " + std::string(field.name) + " " + text(number) + " " + complaint);
@@ -99,9 +99,9 @@ void check_start(const System& system, const Group& group, double t, const Fail&
   };
   const auto make_now = [&] {
     if constexpr (requires { sizeof(typename Kind::template Definition<double>); })
-      return typename Kind::template Definition<double>(group, Clock<double>{t});
+      return typename Kind::template Definition<double>(group, ClockOf<double>{t});
     else
-      return Clock<double>{t};
+      return ClockOf<double>{t};
   };
   const auto now = make_now();
   for (std::size_t k = 0; k < num_members(group); ++k) {

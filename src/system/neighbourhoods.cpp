@@ -93,7 +93,7 @@ template <class Visit>
 void for_each_centre(const System& system, double t, const Visit& visit) {
   const auto visit_all = [&]<class Group>(const Group& group) {
     for_each_field<Group>([&](const auto& field) {
-      if (field.data.role != Role::Center) return;
+      if (field.data.role != FieldRole::Center) return;
       const Vec3 centre = value_at(group.*field.value, t);
       const auto point = static_cast<std::size_t>(field.data.point);
       for (std::size_t k = 0; k < num_members(group); ++k) visit(member_points(group, k)[point], centre);

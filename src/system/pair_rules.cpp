@@ -44,7 +44,7 @@ void check_box(const PairForces& pairs, const std::string& where) {
   }
   const double least = 2.0 * cutoff_of(pairs);
   for (const double edge : pairs.box) {
-    check_number(edge, Range::not_negative, where, "box edge");
+    check_number(edge, ValueRange::not_negative, where, "box edge");
     if (edge > 0.0 && edge < least) {
       throw InputError(where, "box edge " + text(edge) + " is shorter than twice the cutoff; " + text(least) +
                                   " or longer is right, or 0 along an axis that is not periodic");

@@ -87,7 +87,7 @@ class Validation {
     for (std::size_t i = 0; i < num_points(); ++i) {
       const double mass = system_.masses[i];
       const bool is_right = is_in_range(mass) && (mass > 0.0 || is_support(static_cast<Index>(i)));
-      if (!is_right) check_number(mass, Range::positive, element("/points/masses", i), "mass");
+      if (!is_right) check_number(mass, ValueRange::positive, element("/points/masses", i), "mass");
     }
   }
 
@@ -129,7 +129,7 @@ class Validation {
             place, "coefficient " + text(linears.coefficients[k]) + complaint + "; leave the point out of the tuples");
       }
     }
-    check_parameter(linears.value, linears.tuples.size(), Range::any, t_, where + "/value", "value");
+    check_parameter(linears.value, linears.tuples.size(), ValueRange::any, t_, where + "/value", "value");
   }
 
   /// The function, its derivatives along the initial motion and its gradient are numbers, and the gradient is not zero.

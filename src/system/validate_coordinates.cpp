@@ -130,7 +130,7 @@ class CoordinateValidation {
       throw InputError(where, text_of_count(numbers.size(), "number") + "; one for each coordinate of each tuple, " +
                                   text(wanted) + ", are right");
     }
-    for (std::size_t i = 0; i < numbers.size(); ++i) check_number(numbers[i], Range::any, element(where, i), noun);
+    for (std::size_t i = 0; i < numbers.size(); ++i) check_number(numbers[i], ValueRange::any, element(where, i), noun);
   }
 
   // ---- points ----

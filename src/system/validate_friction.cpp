@@ -49,7 +49,7 @@ class FrictionValidation {
       std::visit(
           [&](const auto& friction) {
             check_guides(friction.at, where + "/at");
-            if (can_stick(system_.friction[i])) claim_guides(friction.at, where);
+            if (law_sticks(system_.friction[i])) claim_guides(friction.at, where);
             check_fields(friction, t_, where);
             check_values(friction, where);
           },
@@ -132,7 +132,7 @@ class FrictionValidation {
       }
     }
     if (coulomb.regularisation) {
-      check_number(*coulomb.regularisation, Range::positive, where + "/law/regularised", "regularised");
+      check_number(*coulomb.regularisation, ValueRange::positive, where + "/law/regularised", "regularised");
       if (coulomb.static_coefficient) {
         throw InputError(where + "/static_coefficient",
                          "stands beside a regularised law, which has no stick; leave it out, or take the exact law");

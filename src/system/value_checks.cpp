@@ -35,7 +35,7 @@ double check_component(const ScalarFunction& function, double t, const std::stri
                               (are_finite(jets) ? "; their squares must stay finite" : "; all must be finite"));
 }
 
-void check_scalar_function(const ScalarFunction& function, const Range& range, double t, const std::string& where,
+void check_scalar_function(const ScalarFunction& function, const ValueRange& range, double t, const std::string& where,
                            const std::string& noun) {
   const double value = check_component(function, t, where, noun);
   check_number(value, range, where, function.is_constant() ? noun : noun + " at t = " + text(t) + ":");
@@ -60,7 +60,7 @@ const char* zero_complaint(const Vector3& vector) {
   return vector == Vector3{} ? " is zero" : " is too short: its square is zero";
 }
 
-void check_number(double number, const Range& range, const std::string& where, const std::string& noun) {
+void check_number(double number, const ValueRange& range, const std::string& where, const std::string& noun) {
   if (!is_in_range(number)) throw InputError(where, noun + " " + text(number) + range_complaint({&number, 1}));
   if (const char* complaint = range.complaint(number))
     throw InputError(where, noun + " " + text(number) + " " + complaint);
@@ -93,7 +93,7 @@ Vector3 check_direction(const VectorFunction& function, double t, const std::str
   return value;
 }
 
-void check_parameter(const Parameter& parameter, std::size_t num_members, const Range& range, double t,
+void check_parameter(const Parameter& parameter, std::size_t num_members, const ValueRange& range, double t,
                      const std::string& where, const std::string& noun) {
   const auto& [constants, functions] = parameter;
   if (!constants.empty() && !functions.empty()) {

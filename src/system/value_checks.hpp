@@ -21,7 +21,7 @@ bool is_in_range(const Vector3& vector);
 const char* zero_complaint(const Vector3& vector);
 
 /// In range, and in range.
-void check_number(double number, const Range& range, const std::string& where, const std::string& noun);
+void check_number(double number, const ValueRange& range, const std::string& where, const std::string& noun);
 
 /// All components in range.
 void check_vector(const Vector3& vector, const std::string& where, const std::string& noun);
@@ -35,7 +35,7 @@ void check_nonzero(const Vector3& vector, const std::string& where, const std::s
 Vector3 check_direction(const VectorFunction& function, double t, const std::string& where, const std::string& noun);
 
 /// "initial", one value for all or one for each of the `num_members`; values in range, at t.
-void check_parameter(const Parameter& parameter, std::size_t num_members, const Range& range, double t,
+void check_parameter(const Parameter& parameter, std::size_t num_members, const ValueRange& range, double t,
                      const std::string& where, const std::string& noun);
 
 }  // namespace tanor

@@ -45,22 +45,22 @@ struct TANOR_API Parameter {
 // ---- fields ----
 
 /// What a number must be beyond finite.
-struct Range {
+struct ValueRange {
   const char* (*complaint)(double);  ///< what is wrong with a number, or null
   const char* wanted = nullptr;      ///< what a scene file wants; null: the reader takes any number
 
-  static const Range any, positive, not_negative, not_zero;
+  static const ValueRange any, positive, not_negative, not_zero;
 };
 
-inline constexpr Range Range::any = {[](double) -> const char* { return nullptr; }};
-inline constexpr Range Range::positive = {[](double x) { return x > 0.0 ? nullptr : "is not positive"; },
-                                          "a number > 0"};
-inline constexpr Range Range::not_negative = {[](double x) { return x >= 0.0 ? nullptr : "is negative"; },
-                                              "a number >= 0"};
-inline constexpr Range Range::not_zero = {[](double x) { return x != 0.0 ? nullptr : "must not be zero"; }};
+inline constexpr ValueRange ValueRange::any = {[](double) -> const char* { return nullptr; }};
+inline constexpr ValueRange ValueRange::positive = {[](double x) { return x > 0.0 ? nullptr : "is not positive"; },
+                                                    "a number > 0"};
+inline constexpr ValueRange ValueRange::not_negative = {[](double x) { return x >= 0.0 ? nullptr : "is negative"; },
+                                                        "a number >= 0"};
+inline constexpr ValueRange ValueRange::not_zero = {[](double x) { return x != 0.0 ? nullptr : "must not be zero"; }};
 
 /// What a vector is to the points that it is given for.
-enum class Role {
+enum class FieldRole {
   Value,      ///< neither of these
   Place,      ///< they go where it goes
   Center,     ///< likewise, and they stay around it: their distance from it is a length of their neighbourhood
@@ -70,8 +70,8 @@ enum class Role {
 /// The plain data of a field.
 struct FieldData {
   const char* unit = "";
-  Range range = Range::any;
-  Role role = Role::Value;
+  ValueRange range = ValueRange::any;
+  FieldRole role = FieldRole::Value;
   bool is_required = false;  ///< of a scene file; else the field has the value that its struct gives it
   bool is_constant = false;  ///< of a parameter: it must not depend on time
   int point = 0;             ///< of a member's points, the one that a Center belongs to
@@ -79,12 +79,12 @@ struct FieldData {
 
 /// A field of a group: its name as scene files spell it, where it is, and what it may be.
 template <class Group, class Value>
-struct Field {
+struct FieldOf {
   const char* name;
   Value Group::*value;
   FieldData data;
 
-  constexpr Field(const char* n, Value Group::*v, FieldData d = {}) : name(n), value(v), data(d) {}
+  constexpr FieldOf(const char* n, Value Group::*v, FieldData d = {}) : name(n), value(v), data(d) {}
 };
 
 // ---- definitions ----
@@ -120,7 +120,7 @@ TripleOf<T> triple_of(const Vector3& a) {
 
 /// Functions of time at t: a jet runs along with time, every other scalar type sees time standing still.
 template <class T>
-struct Clock {
+struct ClockOf {
   double t;
 
   T operator()(const ScalarFunction& function) const {
@@ -140,7 +140,7 @@ struct Clock {
 ///
 ///     name        as scene files spell it
 ///     members     the list of what the group holds: points, pairs, triples or tuples
-///     fields      a std::tuple of Field
+///     fields      a std::tuple of FieldOf
 ///
 /// A constraint says besides:
 ///

@@ -3,7 +3,8 @@
 #include <array>
 #include <cmath>
 
-/// \file The two unit vectors orthogonal to a line, which its two equations measure distances along.
+/// \file
+/// The two unit vectors orthogonal to a line, which its two equations measure distances along.
 ///
 /// They are a function of the line's direction d alone, whatever came before: e1 is the part orthogonal to d of the
 /// coordinate axis that d is farthest from (of axes as far, to 1e-6, the first), to unit length, and e2 = d x e1. Where

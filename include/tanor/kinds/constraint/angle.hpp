@@ -19,10 +19,10 @@ struct Angles {
 
 template <>
 struct KindOf<Angles> {
-  static constexpr Range cosine_range = {
+  static constexpr ValueRange cosine_range = {
       [](double x) { return -1.0 <= x && x <= 1.0 ? nullptr : "is not between -1 and 1"; }};
   /// A straight angle, to rounding: its cosine has no slope, so the constraint would have no gradient.
-  static constexpr Range parameter_range = {[](double x) -> const char* {
+  static constexpr ValueRange parameter_range = {[](double x) -> const char* {
     if (std::abs(x) < 1.0 - 8.0 * std::numeric_limits<double>::epsilon()) return nullptr;
     return "is that of a straight triple, whose angle cannot be held by its cosine; use a line or rods";
   }};
@@ -32,7 +32,7 @@ struct KindOf<Angles> {
   static constexpr const char* distinct = "an angle needs three different points";
   static constexpr int rows = 1;
   static constexpr auto parameter = &Angles::cosine;
-  static constexpr std::tuple fields{Field("cosine", &Angles::cosine, {.range = cosine_range})};
+  static constexpr std::tuple fields{FieldOf("cosine", &Angles::cosine, {.range = cosine_range})};
 
   template <class T>
   struct Definition {

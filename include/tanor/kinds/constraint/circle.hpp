@@ -25,9 +25,9 @@ struct KindOf<Circles> {
   static constexpr int rows = 2;
   static constexpr auto parameter = &Circles::radius;
   static constexpr std::tuple fields{
-      Field("center", &Circles::center, {.unit = "m", .role = Role::Center, .is_required = true}),
-      Field("normal", &Circles::normal, {.role = Role::Direction, .is_required = true}),
-      Field("radius", &Circles::radius, {.unit = "m", .range = Range::positive})};
+      FieldOf("center", &Circles::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+      FieldOf("normal", &Circles::normal, {.role = FieldRole::Direction, .is_required = true}),
+      FieldOf("radius", &Circles::radius, {.unit = "m", .range = ValueRange::positive})};
 
   template <class T>
   struct Definition {

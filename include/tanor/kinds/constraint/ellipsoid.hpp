@@ -28,10 +28,10 @@ struct KindOf<Ellipsoids> {
   static constexpr auto members = &Ellipsoids::points;
   static constexpr int rows = 1;
   static constexpr std::tuple fields{
-      Field("center", &Ellipsoids::center, {.unit = "m", .role = Role::Center, .is_required = true}),
-      Field("radii", &Ellipsoids::radii, {.unit = "m", .range = Range::positive, .is_required = true}),
-      Field("axis", &Ellipsoids::axis, {.role = Role::Direction}),
-      Field("second_axis", &Ellipsoids::second_axis, {.role = Role::Direction})};
+      FieldOf("center", &Ellipsoids::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+      FieldOf("radii", &Ellipsoids::radii, {.unit = "m", .range = ValueRange::positive, .is_required = true}),
+      FieldOf("axis", &Ellipsoids::axis, {.role = FieldRole::Direction}),
+      FieldOf("second_axis", &Ellipsoids::second_axis, {.role = FieldRole::Direction})};
 
   template <class T>
   struct Definition {

@@ -37,11 +37,11 @@ struct KindOf<Helices> {
   static constexpr int rows = 2;
   static constexpr auto parameter = &Helices::phase;
   static constexpr std::tuple fields{
-      Field("origin", &Helices::origin, {.unit = "m", .role = Role::Place, .is_required = true}),
-      Field("axis", &Helices::axis, {.role = Role::Direction, .is_required = true}),
-      Field("radius", &Helices::radius, {.unit = "m", .range = Range::positive, .is_required = true}),
-      Field("pitch", &Helices::pitch, {.unit = "m", .range = Range::not_zero, .is_required = true}),
-      Field("phase", &Helices::phase, {.unit = "rad"})};
+      FieldOf("origin", &Helices::origin, {.unit = "m", .role = FieldRole::Place, .is_required = true}),
+      FieldOf("axis", &Helices::axis, {.role = FieldRole::Direction, .is_required = true}),
+      FieldOf("radius", &Helices::radius, {.unit = "m", .range = ValueRange::positive, .is_required = true}),
+      FieldOf("pitch", &Helices::pitch, {.unit = "m", .range = ValueRange::not_zero, .is_required = true}),
+      FieldOf("phase", &Helices::phase, {.unit = "rad"})};
 
   template <class T>
   struct Definition {

@@ -26,8 +26,8 @@ struct KindOf<Lines> {
   static constexpr auto members = &Lines::points;
   static constexpr int rows = 2;
   static constexpr std::tuple fields{
-      Field("origin", &Lines::origin, {.unit = "m", .role = Role::Place, .is_required = true}),
-      Field("direction", &Lines::direction, {.role = Role::Direction, .is_required = true})};
+      FieldOf("origin", &Lines::origin, {.unit = "m", .role = FieldRole::Place, .is_required = true}),
+      FieldOf("direction", &Lines::direction, {.role = FieldRole::Direction, .is_required = true})};
   /// The rows stand on the two unit vectors of this direction (line_frame.hpp), which jump where another axis serves.
   static constexpr auto turning = &Lines::direction;
 

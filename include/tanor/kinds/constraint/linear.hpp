@@ -24,8 +24,8 @@ struct KindOf<Linears> {
   static constexpr const char* distinct = "the points of a tuple differ";
   static constexpr int rows = 1;
   static constexpr auto parameter = &Linears::value;
-  static constexpr std::tuple fields{Field("coefficients", &Linears::coefficients, {.is_required = true}),
-                                     Field("value", &Linears::value)};
+  static constexpr std::tuple fields{FieldOf("coefficients", &Linears::coefficients, {.is_required = true}),
+                                     FieldOf("value", &Linears::value)};
 
   template <class T>
   struct Definition {

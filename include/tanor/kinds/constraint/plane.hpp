@@ -23,8 +23,9 @@ struct KindOf<Planes> {
   static constexpr auto members = &Planes::points;
   static constexpr int rows = 1;
   static constexpr auto parameter = &Planes::offset;
-  static constexpr std::tuple fields{Field("normal", &Planes::normal, {.role = Role::Direction, .is_required = true}),
-                                     Field("offset", &Planes::offset, {.unit = "m"})};
+  static constexpr std::tuple fields{
+      FieldOf("normal", &Planes::normal, {.role = FieldRole::Direction, .is_required = true}),
+      FieldOf("offset", &Planes::offset, {.unit = "m"})};
 
   template <class T>
   struct Definition {

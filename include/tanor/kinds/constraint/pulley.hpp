@@ -27,9 +27,10 @@ struct KindOf<Pulleys> {
   static constexpr int rows = 1;
   static constexpr auto parameter = &Pulleys::length;
   static constexpr std::tuple fields{
-      Field("a", &Pulleys::a, {.unit = "m", .role = Role::Center, .is_required = true}),
-      Field("b", &Pulleys::b, {.unit = "m", .role = Role::Center, .is_required = true, .point = 1}),
-      Field("length", &Pulleys::length, {.unit = "m"}), Field("ratio", &Pulleys::ratio, {.range = Range::not_zero})};
+      FieldOf("a", &Pulleys::a, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+      FieldOf("b", &Pulleys::b, {.unit = "m", .role = FieldRole::Center, .is_required = true, .point = 1}),
+      FieldOf("length", &Pulleys::length, {.unit = "m"}),
+      FieldOf("ratio", &Pulleys::ratio, {.range = ValueRange::not_zero})};
 
   template <class T>
   struct Definition {

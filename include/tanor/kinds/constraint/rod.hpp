@@ -23,8 +23,8 @@ struct KindOf<Rods> {
   static constexpr const char* distinct = "a rod joins two different points";
   static constexpr int rows = 1;
   static constexpr auto parameter = &Rods::length;
-  static constexpr std::tuple fields{Field("length", &Rods::length, {.unit = "m", .range = Range::positive}),
-                                     Field("offsets", &Rods::offsets, {.unit = "m"})};
+  static constexpr std::tuple fields{FieldOf("length", &Rods::length, {.unit = "m", .range = ValueRange::positive}),
+                                     FieldOf("offsets", &Rods::offsets, {.unit = "m"})};
   static constexpr bool is_distance = true;
 
   template <class T>

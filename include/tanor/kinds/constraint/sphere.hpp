@@ -23,8 +23,8 @@ struct KindOf<Spheres> {
   static constexpr int rows = 1;
   static constexpr auto parameter = &Spheres::radius;
   static constexpr std::tuple fields{
-      Field("center", &Spheres::center, {.unit = "m", .role = Role::Center, .is_required = true}),
-      Field("radius", &Spheres::radius, {.unit = "m", .range = Range::positive})};
+      FieldOf("center", &Spheres::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+      FieldOf("radius", &Spheres::radius, {.unit = "m", .range = ValueRange::positive})};
   static constexpr bool is_distance = true;
 
   template <class T>

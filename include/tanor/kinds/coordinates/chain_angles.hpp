@@ -22,9 +22,10 @@ template <>
 struct KindOf<ChainAngles> {
   static constexpr std::string_view name = "chain_angles";
   static constexpr auto members = &ChainAngles::points;
-  static constexpr std::tuple fields{Field("anchor", &ChainAngles::anchor, {.is_required = true}),
-                                     Field("length", &ChainAngles::length, {.unit = "m", .range = Range::positive}),
-                                     Field("normal", &ChainAngles::normal)};
+  static constexpr std::tuple fields{
+      FieldOf("anchor", &ChainAngles::anchor, {.is_required = true}),
+      FieldOf("length", &ChainAngles::length, {.unit = "m", .range = ValueRange::positive}),
+      FieldOf("normal", &ChainAngles::normal)};
 
   /// Points that the coordinates tie to one another.
   static std::vector<Index> tied_points(const ChainAngles& chain) {

@@ -23,12 +23,12 @@ struct KindOf<CircleCoordinates> {
   static constexpr std::string_view name = "circle";
   static constexpr auto members = &CircleCoordinates::points;
   static constexpr std::tuple fields{
-      Field("center", &CircleCoordinates::center, {.unit = "m", .role = Role::Center, .is_required = true}),
-      Field("normal", &CircleCoordinates::normal, {.role = Role::Direction, .is_required = true}),
-      Field("radius", &CircleCoordinates::radius, {.unit = "m", .range = Range::positive})};
+      FieldOf("center", &CircleCoordinates::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+      FieldOf("normal", &CircleCoordinates::normal, {.role = FieldRole::Direction, .is_required = true}),
+      FieldOf("radius", &CircleCoordinates::radius, {.unit = "m", .range = ValueRange::positive})};
 
   template <class Points>
-  static const char* complaint(const CircleCoordinates& group, const Clock<double>& now, const Points& r,
+  static const char* complaint(const CircleCoordinates& group, const ClockOf<double>& now, const Points& r,
                                std::size_t) {
     const TripleOf<double> normal = now(group.normal), arm = r[0] - now(group.center);
     constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();

@@ -20,8 +20,8 @@ struct KindOf<LineCoordinates> {
   static constexpr std::string_view name = "line";
   static constexpr auto members = &LineCoordinates::points;
   static constexpr std::tuple fields{
-      Field("origin", &LineCoordinates::origin, {.unit = "m", .role = Role::Place, .is_required = true}),
-      Field("direction", &LineCoordinates::direction, {.role = Role::Direction, .is_required = true})};
+      FieldOf("origin", &LineCoordinates::origin, {.unit = "m", .role = FieldRole::Place, .is_required = true}),
+      FieldOf("direction", &LineCoordinates::direction, {.role = FieldRole::Direction, .is_required = true})};
 
   static std::size_t num_coordinates(const LineCoordinates& group) { return group.points.size(); }
 };

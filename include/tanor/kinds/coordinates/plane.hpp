@@ -21,8 +21,8 @@ struct KindOf<PlaneCoordinates> {
   static constexpr std::string_view name = "plane";
   static constexpr auto members = &PlaneCoordinates::points;
   static constexpr std::tuple fields{
-      Field("normal", &PlaneCoordinates::normal, {.role = Role::Direction, .is_required = true}),
-      Field("offset", &PlaneCoordinates::offset, {.unit = "m"})};
+      FieldOf("normal", &PlaneCoordinates::normal, {.role = FieldRole::Direction, .is_required = true}),
+      FieldOf("offset", &PlaneCoordinates::offset, {.unit = "m"})};
 
   static double leverage(const PlaneCoordinates& planes, double t, double) {
     const auto n = planes.normal(t);

@@ -20,11 +20,12 @@ struct KindOf<SphereCoordinates> {
   static constexpr std::string_view name = "sphere";
   static constexpr auto members = &SphereCoordinates::points;
   static constexpr std::tuple fields{
-      Field("center", &SphereCoordinates::center, {.unit = "m", .role = Role::Center, .is_required = true}),
-      Field("radius", &SphereCoordinates::radius, {.unit = "m", .range = Range::positive})};
+      FieldOf("center", &SphereCoordinates::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+      FieldOf("radius", &SphereCoordinates::radius, {.unit = "m", .range = ValueRange::positive})};
 
   template <class Points>
-  static const char* complaint(const SphereCoordinates& group, const Clock<double>& now, const Points& r, std::size_t) {
+  static const char* complaint(const SphereCoordinates& group, const ClockOf<double>& now, const Points& r,
+                               std::size_t) {
     if (norm(r[0] - now(group.center)) > 0.0) return nullptr;
     return group.radius.is_initial() ? "it is at the center: the initial radius is 0; a radius is positive"
                                      : "it is at the center and has no direction there";

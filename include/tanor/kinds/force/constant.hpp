@@ -17,7 +17,7 @@ template <>
 struct KindOf<ConstantForce> {
   static constexpr std::string_view name = "constant";
   static constexpr auto members = &ConstantForce::points;
-  static constexpr std::tuple fields{Field("force", &ConstantForce::force, {.unit = "N", .is_required = true})};
+  static constexpr std::tuple fields{FieldOf("force", &ConstantForce::force, {.unit = "N", .is_required = true})};
 };
 
 }  // namespace tanor

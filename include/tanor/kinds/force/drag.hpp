@@ -20,8 +20,8 @@ struct KindOf<Drag> {
   static constexpr std::string_view name = "drag";
   static constexpr auto members = &Drag::points;
   static constexpr std::tuple fields{
-      Field("linear", &Drag::linear, {.unit = "N s/m", .range = Range::not_negative}),
-      Field("quadratic", &Drag::quadratic, {.unit = "N s^2/m^2", .range = Range::not_negative})};
+      FieldOf("linear", &Drag::linear, {.unit = "N s/m", .range = ValueRange::not_negative}),
+      FieldOf("quadratic", &Drag::quadratic, {.unit = "N s^2/m^2", .range = ValueRange::not_negative})};
 
   static bool reads_velocities(const Drag&) { return true; }
 

@@ -15,7 +15,7 @@ template <>
 struct KindOf<Gravity> {
   static constexpr std::string_view name = "gravity";
   static constexpr std::tuple fields{
-      Field("acceleration", &Gravity::acceleration, {.unit = "m/s^2", .is_required = true})};
+      FieldOf("acceleration", &Gravity::acceleration, {.unit = "m/s^2", .is_required = true})};
 };
 
 }  // namespace tanor

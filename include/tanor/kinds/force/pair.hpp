@@ -35,10 +35,11 @@ template <>
 struct KindOf<PairForces> {
   static constexpr std::string_view name = "pair";
   static constexpr auto members = &PairForces::points;
-  static constexpr std::tuple fields{Field("epsilon", &PairForces::epsilon, {.unit = "J", .range = Range::positive}),
-                                     Field("sigma", &PairForces::sigma, {.unit = "m", .range = Range::positive}),
-                                     Field("strength", &PairForces::strength, {.unit = "N m"}),
-                                     Field("cutoff", &PairForces::cutoff, {.unit = "m", .range = Range::positive})};
+  static constexpr std::tuple fields{
+      FieldOf("epsilon", &PairForces::epsilon, {.unit = "J", .range = ValueRange::positive}),
+      FieldOf("sigma", &PairForces::sigma, {.unit = "m", .range = ValueRange::positive}),
+      FieldOf("strength", &PairForces::strength, {.unit = "N m"}),
+      FieldOf("cutoff", &PairForces::cutoff, {.unit = "m", .range = ValueRange::positive})};
 };
 
 }  // namespace tanor

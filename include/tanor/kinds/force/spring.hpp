@@ -24,9 +24,11 @@ struct KindOf<Springs> {
   static constexpr auto members = &Springs::pairs;
   static constexpr const char* distinct = "a spring joins two different points";
   static constexpr std::tuple fields{
-      Field("stiffness", &Springs::stiffness, {.unit = "N/m", .range = Range::not_negative, .is_required = true}),
-      Field("damping", &Springs::damping, {.unit = "N s/m", .range = Range::not_negative}),
-      Field("rest_length", &Springs::rest_length, {.unit = "m", .range = Range::not_negative, .is_constant = true})};
+      FieldOf("stiffness", &Springs::stiffness,
+              {.unit = "N/m", .range = ValueRange::not_negative, .is_required = true}),
+      FieldOf("damping", &Springs::damping, {.unit = "N s/m", .range = ValueRange::not_negative}),
+      FieldOf("rest_length", &Springs::rest_length,
+              {.unit = "m", .range = ValueRange::not_negative, .is_constant = true})};
   static constexpr auto parameter = &Springs::rest_length;
 
   static bool reads_velocities(const Springs& springs) { return springs.damping > 0.0; }

@@ -28,9 +28,9 @@ template <>
 struct KindOf<Coulomb> {
   static constexpr std::string_view name = "coulomb";
   static constexpr std::tuple fields{
-      Field("coefficient", &Coulomb::coefficient, {.range = Range::not_negative, .is_required = true}),
-      Field("static_coefficient", &Coulomb::static_coefficient, {.range = Range::not_negative}),
-      Field("velocity", &Coulomb::velocity, {.unit = "m/s"})};
+      FieldOf("coefficient", &Coulomb::coefficient, {.range = ValueRange::not_negative, .is_required = true}),
+      FieldOf("static_coefficient", &Coulomb::static_coefficient, {.range = ValueRange::not_negative}),
+      FieldOf("velocity", &Coulomb::velocity, {.unit = "m/s"})};
 
   static bool is_without_effect(const Coulomb& law) {
     return law.coefficient == 0.0 && law.static_coefficient.value_or(0.0) == 0.0;

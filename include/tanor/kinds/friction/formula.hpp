@@ -20,7 +20,7 @@ struct UserFriction {
 template <>
 struct KindOf<UserFriction> {
   static constexpr std::string_view name = "formula";
-  static constexpr std::tuple fields{Field("velocity", &UserFriction::velocity, {.unit = "m/s"})};
+  static constexpr std::tuple fields{FieldOf("velocity", &UserFriction::velocity, {.unit = "m/s"})};
 };
 
 }  // namespace tanor

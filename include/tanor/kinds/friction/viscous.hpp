@@ -18,9 +18,9 @@ struct Viscous {
 template <>
 struct KindOf<Viscous> {
   static constexpr std::string_view name = "viscous";
-  static constexpr std::tuple fields{
-      Field("coefficient", &Viscous::coefficient, {.unit = "N s/m", .range = Range::not_negative, .is_required = true}),
-      Field("velocity", &Viscous::velocity, {.unit = "m/s"})};
+  static constexpr std::tuple fields{FieldOf("coefficient", &Viscous::coefficient,
+                                             {.unit = "N s/m", .range = ValueRange::not_negative, .is_required = true}),
+                                     FieldOf("velocity", &Viscous::velocity, {.unit = "m/s"})};
 
   static bool is_without_effect(const Viscous& law) { return law.coefficient == 0.0; }
 };
