@@ -104,7 +104,7 @@ struct Instant {
   double evaluate(int round) {
     for (double& each : v) each *= round % 2 == 0 ? 1.25 : 0.8;
     const auto begin = Clock::now();
-    const Outcome outcome = form.accelerations(0.0, r.data(), v.data(), Gradients::Evaluate, w.data());
+    const Outcome outcome = form.accelerations({0.0, r.data(), v.data()}, {.refuses_several = true}, w.data());
     if (!outcome.ok()) std::printf("%s\n", outcome.what.c_str());
     return std::chrono::duration<double>(Clock::now() - begin).count();
   }

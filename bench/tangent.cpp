@@ -123,9 +123,7 @@ struct Instant {
   void assemble() { solver.assemble(parallel(), blocks.data()); }
   GramSolver::Quality factorize() { return solver.factorize(parallel()); }
   void solve() { solver.solve_negative(parallel(), rows.data(), q_ddot.data()); }
-  void accelerations() {
-    (void)forms.tangent->accelerations(0.0, q.data(), q_dot.data(), Gradients::Evaluate, q_ddot.data());
-  }
+  void accelerations() { (void)forms.tangent->accelerations({0.0, q.data(), q_dot.data()}, {}, q_ddot.data()); }
 };
 
 template <class Phase>

@@ -59,7 +59,7 @@ struct Ours {
     forms.model.prescribe_all(0.0, r.data(), v.data());
     check(forms.start(0.0, r.data(), v.data(), StartMode::Project).outcome);
   }
-  void evaluate() { check(forms.normal->accelerations(0.0, r.data(), v.data(), Gradients::Evaluate, w.data())); }
+  void evaluate() { check(forms.normal->accelerations({0.0, r.data(), v.data()}, {}, w.data())); }
   std::vector<double> in_users_order(const std::vector<double>& inner) const {
     std::vector<double> result(inner.size());
     forms.model.numbering.scatter_points(inner, result);

@@ -108,8 +108,8 @@ void Verifier::verify_both() {
 void Verifier::solve_other() {
   other_w_.resize(n_);
   other_eta_.resize(n_);
-  const Outcome outcome =
-      forms_.solve_other(answer_.t, answer_.r.data(), answer_.v.data(), other_w_.data(), other_eta_.data());
+  const Outcome outcome = forms_.solve_other({answer_.t, answer_.r.data(), answer_.v.data()}, {.exact = true},
+                                             other_w_.data(), other_eta_.data());
   if (outcome.ok()) return;
   has_both_ = false;
   result_.checks.push_back({"the other form has an answer: " + outcome.what, Certificate::none, 0.0, ""});

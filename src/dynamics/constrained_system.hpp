@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "dynamics/contact_response.hpp"
@@ -17,9 +18,10 @@ class ConstrainedSystem : public ContactResponse {
   virtual Outcome linearise(double t, const double* r) = 0;
   /// v onto K'v + xi_t = 0 in the M-norm, with the linearization at (t, r); `impulses` [rows] += the multipliers, N s.
   virtual ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) = 0;
-  /// w [3n] by (31) and (25), with friction by (43).
-  virtual Outcome accelerations(double t, const double* r, const double* v, Gradients gradients,
-                                const UniquenessCheck& check, double* w) = 0;
+  /// w [3n] by (31) and (25), with friction by (43). `are_counted` [island]: all motions of its contacts are known, so
+  /// that several sizes of friction are no several motions there; empty: of none.
+  virtual Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                                double* w) = 0;
 
   /// lambda [rows]: the guess of the next `accelerations`, the answer of the last ones.
   virtual std::vector<double>& lambda() = 0;

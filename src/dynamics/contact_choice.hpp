@@ -9,6 +9,7 @@
 #include <tanor/dynamics.hpp>
 
 #include "base/vec3.hpp"
+#include "dynamics/instant.hpp"
 #include "friction/contact_problem.hpp"
 
 namespace tanor {
@@ -19,11 +20,13 @@ struct ModeSwitch {
   const double* r;                      ///< [3n]
   double* v;                            ///< [3n]; what has come to rest is put to rest exactly
   double* w;                            ///< [3n] accelerations of the new modes
-  bool is_start = false;                ///< no step before says which of several motions goes on
+  Request request;                      ///< of those accelerations
   std::vector<char> at_rest{};          ///< [contact]
   std::vector<std::size_t> releases{};  ///< contacts that stick and have reached their limit
   std::vector<char> has_changed{};      ///< [island] where something is to be chosen
 
+  /// No step before says which of several motions goes on.
+  bool is_start() const { return request.refuses_several; }
   std::size_t num_at_rest() const { return static_cast<std::size_t>(std::count(at_rest.begin(), at_rest.end(), 1)); }
   bool is_released(std::size_t contact) const {
     return std::find(releases.begin(), releases.end(), contact) != releases.end();

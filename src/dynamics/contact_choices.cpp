@@ -191,10 +191,10 @@ Outcome ContactChoices::solve_without_members(const ModeSwitch& at, ContactVerdi
   for (const std::size_t c : at.releases) released[c] = 1;
   Outcome failed;
   for (ContactChoice& choice : *choices) {
-    choose(at.is_start, released, &choice);
+    choose(at.is_start(), released, &choice);
     const Uniqueness uniqueness = choice.solutions.uniqueness;
     verdict->note(uniqueness, choice.solutions.reason);
-    const bool is_refused = uniqueness == Uniqueness::None || (uniqueness == Uniqueness::Several && at.is_start);
+    const bool is_refused = uniqueness == Uniqueness::None || (uniqueness == Uniqueness::Several && at.is_start());
     if (is_refused && failed.ok()) failed = explain(at.t, choice);
   }
   reduction_.guess_multipliers(at, *choices);
@@ -241,7 +241,7 @@ bool ContactChoices::is_left_to_search(const ModeSwitch& at, const ContactChoice
   if (!shares && !is_overloaded) return true;
   const bool on_curves = std::all_of(choice.problem.contacts.begin(), choice.problem.contacts.end(),
                                      [](const auto& each) { return each.dimension == 1; });
-  return !at.is_start && on_curves && choice.problem.W.norm() <= rounding;
+  return !at.is_start() && on_curves && choice.problem.W.norm() <= rounding;
 }
 
 Outcome ContactChoices::take(const ModeSwitch& at, bool all, std::vector<ContactChoice>* choices) {

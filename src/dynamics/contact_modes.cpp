@@ -28,7 +28,8 @@ ContactModes::ContactModes(Model& model, FrictionSolver& friction, ConstrainedSy
 // ---- events ----
 
 /// Of a contact that sticks, what it has to spare over what it holds; of one that slides, its velocity forward.
-void ContactModes::evaluate_events(const double* v, const double* lambda, double* values) const {
+void ContactModes::evaluate_events(double, const double*, const double* v, double* values) {
+  const double* const lambda = system_.lambda().data();
   // Sliding backwards no faster than this, over the speed around, is the rounding of a start from rest.
   constexpr double speed_slack = 1e-13;
   for (std::size_t c = 0; c < state_.size(); ++c) {
@@ -44,7 +45,8 @@ void ContactModes::evaluate_events(const double* v, const double* lambda, double
 }
 
 /// limit^2 - held^2, with mu^2 |N|^2 and |F|^2 quadratic in the multipliers.
-void ContactModes::shape_events(const double* lambda, const double* values, double* shapes) const {
+void ContactModes::shape_events(const double* values, double* shapes) const {
+  const double* const lambda = system_.lambda().data();
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (!state_.may_stick(c)) continue;
     const double value = *values++;
@@ -60,9 +62,9 @@ void ContactModes::shape_events(const double* lambda, const double* values, doub
 
 // ---- the driver ----
 
-Outcome ContactModes::begin(double t, const double* r, double* v, double* w) {
+Outcome ContactModes::begin(double t, const double* r, double* v, const Request& request, double* w) {
   Tangents& tangents = state_.tangents;
-  ModeSwitch at{t, r, v, w, check_.is_wanted && check_.refuses_several};
+  ModeSwitch at{t, r, v, w, request};
   at.at_rest.assign(state_.size(), 0);
   at.has_changed.assign(friction_.islands().size(), 1);
   for (std::size_t c = 0; c < state_.size(); ++c) tangents.set_stick(c, false);
@@ -83,10 +85,10 @@ Outcome ContactModes::begin(double t, const double* r, double* v, double* w) {
 }
 
 Outcome ContactModes::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                                       double* w) {
+                                       const Request& request, double* w) {
   Tangents& tangents = state_.tangents;
   const ContactIslands& islands = friction_.islands();
-  ModeSwitch at{t, r, v, w, check_.is_wanted && check_.refuses_several};
+  ModeSwitch at{t, r, v, w, request};
   at.at_rest.assign(state_.size(), 0);
   at.has_changed.assign(islands.size(), 0);
   std::vector<char> is_met(num_events(), 0);
@@ -236,16 +238,15 @@ Outcome ContactModes::count_islands(const ModeSwitch& at, std::vector<ContactCho
     Outcome outcome = count(at, find_many_on_surfaces(at), unlimited, true, choices);
     if (!outcome.ok()) return outcome;
   }
-  if (!rest && !at.is_start) return {};
+  if (!rest && !at.is_start()) return {};
   std::vector<char> others = at.has_changed;
   for (const ContactChoice& choice : *choices) others[choice.island] = 0;
-  return count(at, others, at.is_start ? most_at_start : most_contacts_counted, false, choices);
+  return count(at, others, at.is_start() ? most_at_start : most_contacts_counted, false, choices);
 }
 
-/// Several sizes of friction are no several motions in islands that were counted.
 Outcome ContactModes::settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
                              const std::vector<char>& are_counted) {
-  return pivoting_.settle(at, choices, friction_.islands(), {false, check_.refuses_several, are_counted});
+  return pivoting_.settle(at, choices, friction_.islands(), are_counted);
 }
 
 /// Where the search leads nowhere, what was counted stands as it is; then islands of many contacts are solved as a
@@ -294,8 +295,9 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
   }
   if (Outcome outcome = choices_.verify_uncounted(at, are_open, &verdict_); !outcome.ok()) return outcome;
   state_.places.hold(at.t, at.r);
-  const UniquenessCheck check{check_.is_wanted, check_.refuses_several, are_counted};
-  Outcome found = system_.accelerations(at.t, at.r, at.v, Gradients::Keep, check, at.w);
+  Request at_end = at.request;
+  at_end.gradients = Gradients::Keep;
+  Outcome found = system_.accelerations({at.t, at.r, at.v}, at_end, are_counted, at.w);
   if (found.ok()) system_.report().outcome = found = check_rest(at);
   if (verdict_.uniqueness == Uniqueness::Several) {
     verdict_.uniqueness = Uniqueness::Unproven;

@@ -6,6 +6,7 @@
 
 #include "dynamics/contact_choices.hpp"
 #include "dynamics/mode_pivoting.hpp"
+#include "dynamics/roles.hpp"
 
 namespace tanor {
 
@@ -13,29 +14,26 @@ namespace tanor {
 ///
 /// A contact sticks as long as |lambda_t| <= mu_s |N|, and slides until its sliding velocity vanishes. At rest the law
 /// holds on the acceleration level: lambda_t in -mu_s |N| Sgn(a_t).
-class ContactModes {
+class ContactModes final : public EventFunctions {
  public:
   /// All must outlive it.
   ContactModes(Model& model, FrictionSolver& friction, ConstrainedSystem& system);
 
-  std::size_t num_events() const { return state_.num_switches; }
   const LoadSharing& sharing() const { return sharing_; }
   LoadSharing& sharing() { return sharing_; }
-
-  /// Whether friction is the only one is asked where a step ends; at a start several are refused.
-  void set_check(bool verifies, bool refuses_several) { check_ = {verifies, refuses_several}; }
-  const UniquenessCheck& check() const { return check_; }
 
   // ---- the modes ----
 
   /// The modes at a start, with the accelerations w [3n]. v changes where contacts are put to rest exactly.
-  Outcome begin(double t, const double* r, double* v, double* w);
-  /// Values of the events at v and the multipliers lambda, see Mechanics, and their shapes.
-  void evaluate_events(const double* v, const double* lambda, double* values) const;
-  void shape_events(const double* lambda, const double* values, double* shapes) const;
-  Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which, double* w);
-  /// What guides and belts that move have done at the last switch, J.
-  Power work_of_switch() const { return work_of_rest_; }
+  Outcome begin(double t, const double* r, double* v, const Request& request, double* w);
+  std::size_t num_events() const override { return state_.num_switches; }
+  void evaluate_events(double t, const double* r, const double* v, double* values) override;
+  void shape_events(const double* values, double* shapes) const override;
+  Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
+                           const Request& request, double* w) override;
+  Power work_of_switch() const override { return work_of_rest_; }
+  std::vector<int> discrete_state() const override { return state_.discrete_state(); }
+  void restore_discrete_state(std::span<const int> state) override { state_.restore_discrete_state(state); }
   /// A step to (t, r, v) was accepted.
   void accept(double t, const double* r, const double* v);
   /// Before friction is solved for at (r, v).
@@ -56,8 +54,6 @@ class ContactModes {
   /// but by convention. Names it; empty: there is none.
   std::string find_undetermined_reaction() const;
 
-  std::vector<int> discrete_state() const { return state_.discrete_state(); }
-  void restore_discrete_state(std::span<const int> state) { state_.restore_discrete_state(state); }
   void exchange_memory(Memory& memory);
 
  private:
@@ -84,7 +80,6 @@ class ContactModes {
   LoadSharing sharing_;
   ContactChoices choices_;
   ModePivoting pivoting_;
-  UniquenessCheck check_;
   ContactVerdict verdict_;
   Power work_of_rest_;  // J, of the last switch
 };

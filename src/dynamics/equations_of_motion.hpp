@@ -23,15 +23,13 @@ class EquationsOfMotion : public Mechanics {
                             double* w) = 0;
   /// Accelerations where nothing is known of earlier instants: contacts at rest choose whether they stick or slide. May
   /// change x' of those by rounding.
-  virtual Outcome begin(double t, const double* x, double* x_dot, double* x_ddot) = 0;
+  virtual Outcome begin(double t, const double* x, double* x_dot, const Request& request, double* x_ddot) = 0;
   /// After a step that was accepted: variables that serve the neighbourhood of (x, x') best; x'' goes along.
   virtual void recentre(double t, double* x, double* x_dot, double* x_ddot) = 0;
   /// Goes on with a motion from elsewhere: its earlier steps are unknown, the work is counted on.
   virtual void resume(const Counters& counters, const PhaseTimes& times) = 0;
 
-  /// Refine to the rounding of the residual (else: to 1e-12 of its scale).
-  virtual void set_exact(bool exact) = 0;
-
+  virtual Energy energy(double t, const double* x, const double* v) = 0;
   /// eta [3n] of the last accelerations; of supports: what the constraints do there.
   virtual void reactions(double* eta) const = 0;
 

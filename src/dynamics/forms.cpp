@@ -72,10 +72,10 @@ StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
   return report;
 }
 
-Outcome Forms::compare(double t, const double* r, const double* v, const double* w, const double* eta,
+Outcome Forms::compare(const Kinematics& at, const Request& request, const double* w, const double* eta,
                        double* disagreement) {
   for (std::vector<double>* array : {&other_w_, &other_eta_}) array->resize(3 * model.num_points());
-  if (Outcome outcome = solve_other(t, r, v, other_w_.data(), other_eta_.data()); !outcome.ok()) return outcome;
+  if (Outcome outcome = solve_other(at, request, other_w_.data(), other_eta_.data()); !outcome.ok()) return outcome;
   double w_error = 0.0, w_scale = 0.0, eta_error = 0.0, eta_scale = 0.0;
   for (std::size_t i = 0; i < model.num_moving(); ++i) {
     const Vec3 f = load(model.f.data(), i);
@@ -89,19 +89,18 @@ Outcome Forms::compare(double t, const double* r, const double* v, const double*
   return {};
 }
 
-Outcome Forms::reactions(double t, const double* r, const double* v, double* lambda, double* eta) {
+Outcome Forms::reactions(const Kinematics& at, const Request& request, double* lambda, double* eta) {
   main->reactions(eta);
   if (!is_tangent()) {
     std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
-    normal->minimize_multipliers(r, lambda);
+    normal->minimize_multipliers(at.x, lambda);
     return {};
   }
   if (normal == nullptr) return {};
   scratch_.resize(3 * model.num_points());
-  Outcome outcome = normal->accelerations(t, r, v, Gradients::Evaluate, scratch_.data());
-  if (!outcome.ok()) return outcome;
+  if (Outcome outcome = normal->accelerations(at, request, scratch_.data()); !outcome.ok()) return outcome;
   std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
-  normal->minimize_multipliers(r, lambda);
+  normal->minimize_multipliers(at.x, lambda);
   // Supports carry what the constraints do there.
   normal->reactions(scratch_.data());
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
@@ -127,12 +126,13 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
   return report;
 }
 
-Outcome Forms::solve_other(double t, const double* r, const double* v, double* w, double* eta) {
+Outcome Forms::solve_other(const Kinematics& at, const Request& request, double* w, double* eta) {
+  const auto [t, r, v] = at;
   EquationsOfMotion* const other = is_tangent() ? static_cast<EquationsOfMotion*>(normal.get()) : tangent.get();
   for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
   std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
   if (Outcome outcome = other->adopt(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
-  Outcome outcome = other->accelerations(t, x_.data(), x_dot_.data(), Gradients::Evaluate, x_ddot_.data());
+  Outcome outcome = other->accelerations({t, x_.data(), x_dot_.data()}, request, x_ddot_.data());
   if (!outcome.ok()) return outcome;
   other->write_points(t, x_.data(), x_dot_.data(), x_ddot_.data(), places.data(), rates.data(), w);
   other->reactions(eta);

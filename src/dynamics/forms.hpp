@@ -31,15 +31,16 @@ class Forms {
   StartReport start(double t, double* r, double* v, StartMode mode);
   /// The other form at the state of `main`'s last accelerations w [3n] with its eta [3n]: the largest difference of w
   /// over the largest acceleration there, and of eta over the largest force, whichever is larger.
-  Outcome compare(double t, const double* r, const double* v, const double* w, const double* eta, double* disagreement);
+  Outcome compare(const Kinematics& at, const Request& request, const double* w, const double* eta,
+                  double* disagreement);
 
   /// lambda [d] (the smallest where several serve) and eta [3n] that belong to `main`'s last accelerations, at
   /// (t, r, v). The tangent form knows eta; lambda then costs a solve of the normal form.
-  Outcome reactions(double t, const double* r, const double* v, double* lambda, double* eta);
+  Outcome reactions(const Kinematics& at, const Request& request, double* lambda, double* eta);
   /// tau [3n] that belongs to them, of contacts that slide and of those that stick.
   void friction_forces(double* tau) const;
   /// w and eta [3n] by the form that does not step, at (t, r, v); both forms are there.
-  Outcome solve_other(double t, const double* r, const double* v, double* w, double* eta);
+  Outcome solve_other(const Kinematics& at, const Request& request, double* w, double* eta);
 
   /// Rank of K at r, where the last `reactions` were asked for.
   RankReport rank(const double* r, bool thoroughly);

@@ -22,8 +22,8 @@ struct ModePivoting::Search {
   std::vector<char> may_share{};  // [contact] the same, of islands that have changed
   std::vector<char> is_solved{};  // [contact] its direction was solved for: where accelerations are small, to follow
                                   // them would lead away
-  std::vector<int> released{};                                 // [contact] how often
-  std::vector<double> loads{};                                 // [contact] that sticks: held over limit; else negative
+  std::vector<int> released{};    // [contact] how often
+  std::vector<double> loads{};    // [contact] that sticks: held over limit; else negative
   double last_load = std::numeric_limits<double>::infinity();  // the largest one when it was shared last
   std::size_t pass = 0;
   int num_shares = 0;
@@ -59,12 +59,15 @@ ModePivoting::Search ModePivoting::begin(const ModeSwitch& at, const std::vector
 }
 
 Outcome ModePivoting::settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
-                             const ContactIslands& islands, const UniquenessCheck& check) {
+                             const ContactIslands& islands, std::span<const char> are_counted) {
   constexpr std::size_t most_passes = 40;
   Search search = begin(at, choices, islands);
+  Request on_the_way = at.request;
+  on_the_way.gradients = Gradients::Evaluate;
+  on_the_way.judgement = Judgement::None;
   const std::size_t num_at_rest = at.num_at_rest();
   for (; search.pass < most_passes; ++search.pass) {
-    Outcome outcome = system_.accelerations(at.t, at.r, at.v, Gradients::Evaluate, check, at.w);
+    Outcome outcome = system_.accelerations({at.t, at.r, at.v}, on_the_way, are_counted, at.w);
     if (!outcome.ok() || num_at_rest == 0) return outcome;
     if (outcome = look(&search); !outcome.ok()) return outcome;
     if (share_otherwise(&search)) continue;

@@ -86,10 +86,10 @@ void NormalForm::describe(PlanSummary* plan) const {
 
 // ---- one instant ----
 
-Outcome NormalForm::free_accelerations(double t, const double* r, const double* v, double* w) {
+Outcome NormalForm::free_accelerations(const Kinematics& at, const Request& request, double* w) {
   if (friction_ != nullptr) {
     // M^-1 (f + tau) = w - M^-1 eta: what holds a contact that sticks is a force like the others
-    if (Outcome outcome = accelerations(t, r, v, Gradients::Keep, w); !outcome.ok()) return outcome;
+    if (Outcome outcome = accelerations(at, request, w); !outcome.ok()) return outcome;
     reactions(respond_.data());
     for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w[i] -= model_.inverse_mass[i / 3] * respond_[i];
     return {};
@@ -99,7 +99,7 @@ Outcome NormalForm::free_accelerations(double t, const double* r, const double* 
     model_.write_uniform(w);
     return {};
   }
-  return std::isfinite(model_.evaluate_free(t, r, v, w)) ? Outcome{} : model_.not_finite(t);
+  return std::isfinite(model_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : model_.not_finite(at.t);
 }
 
 GramSolver::Quality NormalForm::factorize_gram() {
@@ -121,7 +121,7 @@ Outcome NormalForm::factorize(double t, const double* r, bool may_use_schur) {
   // Where a load is known to be shared S is singular, and a larger number is rounding, too.
   constexpr double hidden_by_rounding = 1e-8;
   const bool is_hidden =
-      quality.reciprocal_condition < hidden_by_rounding && contacts_ != nullptr && contacts_->sharing().is_known();
+      quality.reciprocal_condition < hidden_by_rounding && contacts_ != nullptr && contacts_->sharing().has_references();
   if ((!is_fine() || is_hidden) && make_compliant()) quality = factorize_gram();
   is_factorized_ = is_fine();
   if (!is_factorized_) {
@@ -173,15 +173,20 @@ void NormalForm::correct(double* rows, double* points) {
                            points);
 }
 
-Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) {
-  UniquenessCheck check = contacts_ != nullptr ? contacts_->check() : UniquenessCheck{};
-  // Whether the friction is the only one is asked where a step ends.
-  check.is_wanted = check.is_wanted && (exact_ || gradients == Gradients::Keep);
-  return accelerations(t, r, v, gradients, check, w);
+void NormalForm::take(const Request& request) {
+  request_ = request;
+  allowed_error_ = reuse_ != nullptr && !request.exact ? request.allowed_error : 0.0;
 }
 
-Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gradients gradients,
-                                  const UniquenessCheck& check, double* w) {
+Outcome NormalForm::accelerations(const Kinematics& at, const Request& request, double* w) {
+  return accelerations(at, request, {}, w);
+}
+
+Outcome NormalForm::accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                                  double* w) {
+  take(request);
+  const auto [t, r, v] = at;
+  const Gradients gradients = request.gradients;
   model_.set_time(t);
   ++model_.counters.evaluations;
   if (gradients == Gradients::Evaluate) model_.constraints.choose_frames();
@@ -217,6 +222,7 @@ Outcome NormalForm::accelerations(double t, const double* r, const double* v, Gr
   }
   if (Outcome outcome = check_idle_rows(t, scale); !outcome.ok()) return last_.outcome = outcome;
 
+  const UniquenessCheck check{request.judgement != Judgement::None, request.refuses_several, are_counted};
   if (Outcome outcome = find_friction(t, r, v, check, w); !outcome.ok()) return last_.outcome = outcome;
   double residual = find_multipliers_and_friction(scale, w);
   if (friction_ != nullptr && check.is_wanted) {
@@ -401,7 +407,7 @@ void NormalForm::respond(const double* b, double* lambda, double* dw) {
 }
 
 void NormalForm::reactions(double* eta) const {
-  if (num_events() == 0) return model_.gather.reactions(model_.parallel, blocks_.data(), lambda_.data(), eta);
+  if (!has_switches()) return model_.gather.reactions(model_.parallel, blocks_.data(), lambda_.data(), eta);
   // What holds a contact that sticks is friction.
   of_constraints_ = lambda_;
   for (std::size_t a = 0; a < num_rows(); ++a) {
@@ -426,14 +432,12 @@ const std::vector<double>& NormalForm::measure_accelerations(const double* w0, c
   return accelerations_;
 }
 
-Outcome NormalForm::begin(double t, const double* r, double* v, double* w) {
-  const bool depends_on_reactions = friction_ != nullptr && friction_->laws().depend_on_reactions();
-  return depends_on_reactions ? contacts_->begin(t, r, v, w) : accelerations(t, r, v, Gradients::Evaluate, w);
-}
-
-void NormalForm::restore_discrete_state(std::span<const int> state) {
-  if (contacts_ == nullptr) return ContactState::require_size(state, 0);
-  contacts_->restore_discrete_state(state);
+Outcome NormalForm::begin(double t, const double* r, double* v, const Request& request, double* w) {
+  if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return contacts_->begin(t, r, v, request, w);
+  Request anew = request;
+  anew.gradients = Gradients::Evaluate;
+  if (anew.judgement == Judgement::Quick) anew.judgement = Judgement::None;
+  return accelerations({t, r, v}, anew, w);
 }
 
 /// A compliant factor alone is no answer.

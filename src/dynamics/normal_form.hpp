@@ -27,7 +27,16 @@ namespace tanor {
 ///
 /// with w0 = M^-1 f, and what is prescribed at supports (see Model), in place of M^-1 f. Its variables are r
 /// themselves. With friction, f + tau stands in place of f.
-class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
+class NormalForm final : public EquationsOfMotion,
+                         private StepProjector,
+                         private InexactSolves,
+                         private RankMonitor,
+                         private RoundingGroups,
+                         private ForcePassages,
+                         private SeriesExpansion,
+                         private DriveMonitor,
+                         private ConstrainedSystem,
+                         private ImplicitFormulation {
  public:
   NormalForm(Model& model, const SolverOptions& options);
 
@@ -37,39 +46,47 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
 
   void prescribe(double t, double* r, double* v) override { model_.prescribe(t, r, v); }
   Outcome linearise(double t, const double* r) override;
-  Outcome accelerations(double t, const double* r, const double* v, Gradients gradients, double* w) override;
-  Outcome free_accelerations(double t, const double* r, const double* v, double* w) override;
-  ProjectionReport project_positions(double t, double* r) override;
-  ProjectionReport project_far_positions(double t, double* r) override;
+  Outcome accelerations(const Kinematics& at, const Request& request, double* w) override;
+  Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
+  ProjectionReport project_positions(double t, double* r, Turn turn = Turn::Small) override;
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_velocities(double t, const double* r, double* v) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
   double allowed_error(const StepTarget& target) const override;
-  void allow_error(double error) override { allowed_error_ = reuse_ != nullptr && !exact_ ? error : 0.0; }
   void exchange_memory(Memory& memory) override;
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
   std::span<const Index> neighbourhoods() const override { return model_.scales.of_points(); }
-  /// Friction remembers what it was asked last: there nobody asks for more.
-  std::size_t num_groups() const override { return friction_ == nullptr ? model_.joints.num_groups() : 0; }
+  std::size_t num_groups() const override { return model_.joints.num_groups(); }
   void largest_differences(const double* a, const double* b, std::span<double> largest) const override {
     model_.joints.largest_differences(a, b, largest);
   }
   double allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target) override {
     return model_.joints.allow_rounding(levels, gain, target, model_.scales);
   }
-  /// Pair forces are no part of their matrix.
-  bool has_implicit_equations() const override { return friction_ == nullptr && !model_.forces.has_pairs(); }
+  bool matrix_knows_all_forces() const override { return !model_.forces.has_pairs(); }
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override;
   Power power(const double* r, const double* v) const override;
   Energy energy(double, const double* r, const double* v) override { return model_.energy(r, v); }
   std::size_t num_accelerations() const override { return model_.counters.evaluations; }
   std::size_t rank() const override { return model_.rank; }
-  bool may_lose_rank() const override { return model_.may_lose_rank; }
   double mass_ratio() const override { return model_.mass_ratio; }
   void remember_gradients() override;
   double compare_gradients() override;
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
+  bool keeps_variables() const override { return true; }
+
+  StepProjector* step_projector() override { return this; }
+  InexactSolves* inexact_solves() override { return reuse_ != nullptr ? this : nullptr; }
+  RankMonitor* rank_monitor() override { return model_.may_lose_rank ? this : nullptr; }
+  /// Friction remembers what it was asked last: there nobody asks for more.
+  RoundingGroups* rounding_groups() override { return friction_ == nullptr ? this : nullptr; }
+  ForcePassages* force_passages() override { return model_.may_be_passed(model_.constraint_passages) ? this : nullptr; }
+  SeriesExpansion* series() override;
+  std::string why_no_series() const override;
+  DriveMonitor* drives() override { return !model_.drives.empty() ? this : nullptr; }
+  EventFunctions* events() override { return has_switches() ? contacts_.get() : nullptr; }
+  ImplicitFormulation* implicit_formulation() override { return friction_ == nullptr ? this : nullptr; }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport put_positions(double t, double* r) override;
@@ -81,7 +98,6 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
     if (contacts_ != nullptr) contacts_->accept(t, r, v);
   }
   void resume(const Counters& counters, const PhaseTimes& times) override;
-  void set_exact(bool exact) override { exact_ = exact; }
   /// lambda [d] of the last accelerations.
   const std::vector<double>& multipliers() const { return lambda_; }
   void reactions(double* eta) const override;
@@ -89,45 +105,24 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
   void friction_forces(double* tau) const;
   /// Null: constraints are ideal.
   const FrictionSolver* friction() const { return friction_.get(); }
-  /// Whether the friction is the only one is asked where a step ends; several are refused, or the nearest one is taken.
-  void verify_friction(bool verifies, bool refuses_several) {
-    if (contacts_ != nullptr) contacts_->set_check(verifies, refuses_several);
-  }
 
-  bool may_pass_forces() const override { return model_.may_be_passed(model_.constraint_passages); }
+  std::size_t num_points() const override { return model_.num_points(); }
+  Kinematics find_points(const Kinematics& at, double*, double*) override { return at; }
   PointTolerances point_tolerances() const override {
     return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances(), model_.scales.accelerations()};
   }
   double find_passage(PointPath* path) override { return model_.find_passage(model_.constraint_passages, path); }
 
-  std::string series_obstacle() const override;
-  Outcome expand(double t, const double* r, const double* v, const double* w, std::span<double* const> coefficients,
+  Outcome expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
                  double* smooth_until) override;
-  Power power_along(double t, const double* r, const double* v, const double* w) override;
+  Power power_along(const Kinematics& at, const double* w) override;
 
-  bool has_drives() const override { return !model_.drives.empty(); }
   DriveReport look_at_drives(const DrivenStep& step) override {
     return model_.drives.look(step, {step.x, step.v, nullptr, model_.scales});
   }
   std::string name_drive(std::size_t drive) const override { return model_.drives.name(drive); }
 
-  std::size_t num_events() const override { return contacts_ != nullptr ? contacts_->num_events() : 0; }
-  void evaluate_events(double, const double*, const double* v, double* values) override {
-    if (contacts_ != nullptr) contacts_->evaluate_events(v, lambda_.data(), values);
-  }
-  void shape_events(const double* values, double* shapes) const override {
-    if (contacts_ != nullptr) contacts_->shape_events(lambda_.data(), values, shapes);
-  }
-  Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                           double* w) override {
-    return contacts_->switch_equations(t, r, v, which, w);
-  }
-  Power work_of_switch() const override { return contacts_ != nullptr ? contacts_->work_of_switch() : Power{}; }
-  std::vector<int> discrete_state() const override {
-    return contacts_ != nullptr ? contacts_->discrete_state() : std::vector<int>{};
-  }
-  void restore_discrete_state(std::span<const int> state) override;
-  Outcome begin(double t, const double* r, double* v, double* w) override;
+  Outcome begin(double t, const double* r, double* v, const Request& request, double* w) override;
   void describe(PlanSummary* plan) const override;
 
   /// Nearest point of xi = 0 to r in the M-norm, however far.
@@ -175,7 +170,8 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
   double refine(double scale);
   void add_reactions(double* w) const;
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
-  double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
+  double good_enough() const { return request_.exact ? 1e-15 : 1e-12; }
+  void take(const Request& request);
   // What contacts ask, see ConstrainedSystem.
   void solve_once(const double* b, double* x) override;
   void solve_refined(const double* b, double* x, double* dw) override {
@@ -185,7 +181,7 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
   ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) override {
     return iterate_onto_velocities(t, r, v, impulses);
   }
-  Outcome accelerations(double t, const double* r, const double* v, Gradients gradients, const UniquenessCheck& check,
+  Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
                         double* w) override;
   std::vector<double>& lambda() override { return lambda_; }
   const std::vector<double>& acceleration_scales() const override { return accelerations_; }
@@ -195,6 +191,7 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
   void set_compliance(double size, std::vector<double> weights) override {
     general().set_compliance(size, std::move(weights));
   }
+  bool has_switches() const { return contacts_ != nullptr && contacts_->num_events() > 0; }
   bool is_compliant() const { return contacts_ != nullptr && contacts_->sharing().is_compliant(); }
   bool make_compliant() { return contacts_ != nullptr && contacts_->sharing().make_compliant(); }
   Outcome find_friction(double t, const double* r, const double* v, const UniquenessCheck& check, double* w);
@@ -254,6 +251,7 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
   std::vector<double> error_x_, error_v_;     // [3n] of a step, the parts that constraints leave; empty: not asked for
   std::unique_ptr<FrictionSolver> friction_;  // null: constraints are ideal
   std::unique_ptr<ContactModes> contacts_;    // likewise
+  Request request_;                           // of the last accelerations
   std::vector<double> accelerations_;  // [neighbourhood] m/s^2, of what cancels in the last accelerations, where …
   bool knows_accelerations_ = false;   // … somebody has asked
   const double* w0_ = nullptr;         // [3n] of the instant at hand
@@ -286,7 +284,7 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
   std::vector<double> gradient_norms_;  // [d] at the last decision, where rows depend
 
   // The last instant.
-  bool is_factorized_ = false, exact_ = false;
+  bool is_factorized_ = false;
   SolveReport last_;
   std::vector<double> blocks_;                      // K
   std::vector<double> dw_;                          // [3n] w - w0 = M^-1 K lambda
@@ -297,8 +295,8 @@ class NormalForm final : public EquationsOfMotion, private ConstrainedSystem {
     std::size_t frames = 0;            // the unit vectors of lines
     double last_h = std::numeric_limits<double>::max(), before_h = last_h;  // s, of those steps
   } step_multipliers_;
-  mutable std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
-  mutable std::unique_ptr<MotionSeries> series_;     // else
+  std::unique_ptr<PathSeries> path_series_;  // made where somebody asks, if it serves
+  std::unique_ptr<MotionSeries> series_;     // else
   struct {
     std::vector<double> blocks;           // K that is remembered; empty: none, or rows depended
     std::vector<double> x, y, move;       // [d], [d], [3n] scratch

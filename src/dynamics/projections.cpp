@@ -25,14 +25,10 @@ double NormalForm::rounding_floor(const double* r) const {
   return 4.0 * eps * std::max(1.0, model_.largest_norm(r) / model_.smallest_length);
 }
 
-ProjectionReport NormalForm::project_positions(double t, double* r) {
-  return iterate_onto_positions(t, r, nullptr);
-}
-
-ProjectionReport NormalForm::project_far_positions(double t, double* r) {
+ProjectionReport NormalForm::project_positions(double t, double* r, Turn turn) {
   // Less than this takes one or two iterations along any slope.
   constexpr double far = 1e-10;
-  return iterate_onto_positions(t, r, nullptr, linearises_cheaply_ ? far : infinity);
+  return iterate_onto_positions(t, r, nullptr, turn == Turn::Large && linearises_cheaply_ ? far : infinity);
 }
 
 ProjectionReport NormalForm::project_step(double t, double h, double* r, double* step_velocity) {

@@ -20,7 +20,7 @@ constexpr double spread = 1e3;
 
 /// K as far as its rank is a question: contacts take no part.
 std::vector<double> NormalForm::blocks_of_constraints() const {
-  return num_events() > 0 ? model_.without_contacts(blocks_) : blocks_;
+  return has_switches() ? model_.without_contacts(blocks_) : blocks_;
 }
 
 /// Where S has no factor, or one that looks singular.
@@ -205,7 +205,7 @@ RankReport NormalForm::find_rank(const double* r, bool thoroughly) {
 }
 
 void NormalForm::remember_gradients() {
-  if (model_.may_lose_rank && !redundancy_.is_found())
+  if (!redundancy_.is_found())
     before_.blocks = blocks_;
   else
     before_.blocks.clear();

@@ -9,25 +9,29 @@
 
 namespace tanor {
 
-std::string NormalForm::series_obstacle() const {
+SeriesExpansion* NormalForm::series() {
   if (path_series_ == nullptr && series_ == nullptr) {
     path_series_ = PathSeries::make(model_.system, model_.numbering, model_.incidences, model_.inverse_mass);
     if (path_series_ == nullptr) series_ = std::make_unique<MotionSeries>(model_);
   }
-  return series_ == nullptr ? std::string{} : series_->obstacle();
+  return series_ == nullptr || series_->obstacle().empty() ? this : nullptr;
 }
 
-Outcome NormalForm::expand(double t, const double* r, const double* v, const double* w,
-                           std::span<double* const> coefficients, double* smooth_until) {
-  (void)series_obstacle();
+std::string NormalForm::why_no_series() const {
+  if (path_series_ != nullptr) return "";
+  if (series_ != nullptr) return series_->obstacle();
+  const bool has_paths =
+      PathSeries::make(model_.system, model_.numbering, model_.incidences, model_.inverse_mass) != nullptr;
+  return has_paths ? std::string{} : MotionSeries(model_).obstacle();
+}
+
+Outcome NormalForm::expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
+                           double* smooth_until) {
+  const auto [t, r, v] = at;
   const Parallel& parallel = model_.parallel;
   std::copy(r, r + size(), coefficients[0]);
   std::copy(v, v + size(), coefficients[1]);
-  if (w != nullptr) {
-    std::copy(w, w + size(), coefficients[2]);
-  } else if (Outcome outcome = accelerations(t, r, v, Gradients::Keep, coefficients[2]); !outcome.ok()) {
-    return outcome;
-  }
+  if (w != coefficients[2]) std::copy(w, w + size(), coefficients[2]);
   for (std::size_t i = 0; i < size(); ++i) coefficients[2][i] *= 0.5;
   const int passes = 1 + last_.refinements;
   if (path_series_ != nullptr) return expand_paths(t, passes, coefficients, smooth_until);
@@ -70,13 +74,13 @@ Outcome NormalForm::check_finite(double t, const double* x) const {
   return std::all_of(x, x + size(), [](double x_i) { return std::isfinite(x_i); }) ? Outcome{} : model_.not_finite(t);
 }
 
-Power NormalForm::power_along(double t, const double* r, const double* v, const double* w) {
+Power NormalForm::power_along(const Kinematics& at, const double* w) {
   // M^-1 eta = w - M^-1 f
   std::vector<double>& reaction = respond_;
   reaction.resize(size());
-  model_.evaluate_free(t, r, v, reaction.data());
+  model_.evaluate_free(at.t, at.x, at.v, reaction.data());
   for (std::size_t i = 0; i < size(); ++i) reaction[i] = w[i] - reaction[i];
-  return model_.power(reaction.data(), r, v);
+  return model_.power(reaction.data(), at.x, at.v);
 }
 
 }  // namespace tanor

@@ -75,7 +75,6 @@ Outcome TangentForm::factorize(double t) {
 
 /// Where every member moves a point of its own. False: where H looks singular, or A'M (w - w0) may not come out.
 bool TangentForm::accelerate(double t, const double* q, const double* q_dot, double* q_ddot) {
-  if (exact_ || friction_ != nullptr || !has_closed_form_) return false;
   const Vec3* const uniform = model_.uniform_free();
   const Stopwatch watch(&model_.times.solve);
   if (uniform == nullptr) {
@@ -119,9 +118,11 @@ void TangentForm::remember(double t, const double* q, const double* q_dot) {
   std::copy(q_dot, q_dot + size(), last_q_dot_.begin());
 }
 
-Outcome TangentForm::accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) {
+Outcome TangentForm::accelerations(const Kinematics& at, const Request& request, double* q_ddot) {
+  const auto [t, q, q_dot] = at;
   ++model_.counters.evaluations;
-  if (accelerate(t, q, q_dot, q_ddot)) {
+  const bool has_closed_form = !request.exact && friction_ == nullptr && has_closed_form_;
+  if (has_closed_form && accelerate(t, q, q_dot, q_ddot)) {
     remember(t, q, q_dot);
     return last_.outcome = {};
   }
@@ -134,14 +135,14 @@ Outcome TangentForm::accelerations(double t, const double* q, const double* q_do
   last_.residual = 0.0;
   last_.refinements = 0;
   if (!std::isfinite(scale)) return last_.outcome = model_.not_finite(t);
-  if (Outcome outcome = add_friction(t); !outcome.ok()) return last_.outcome = outcome;
+  if (Outcome outcome = add_friction(t, request); !outcome.ok()) return last_.outcome = outcome;
   if (Outcome outcome = factorize(t); !outcome.ok()) return last_.outcome = outcome;
 
   const Stopwatch watch(&model_.times.solve);
   // rho = A'(M w - f) from w = psi on; q_ddot -= H^-1 rho, w follows; again with what is left of it (refinement in w).
   // A well conditioned H needs no second look: its error stays below `good_enough`.
   constexpr double eps = std::numeric_limits<double>::epsilon();
-  const double enough = exact_ ? 4.0 * eps : good_enough;
+  const double enough = request.exact ? 4.0 * eps : good_enough;
   const double expected = eps / last_.reciprocal_condition;
   constexpr int most_passes = 5;
   std::fill(q_ddot, q_ddot + size(), 0.0);
@@ -176,11 +177,14 @@ double TangentForm::relative_correction(double correction, double scale) const {
 // ---- friction, from the normal form ----
 
 /// w0 += M^-1 tau
-Outcome TangentForm::add_friction(double t) {
+Outcome TangentForm::add_friction(double t, const Request& request) {
   if (friction_ == nullptr) return {};
   friction_w_.resize(w0_.size());
   tau_.resize(w0_.size());
-  Outcome outcome = friction_->accelerations(t, r_.data(), v_.data(), Gradients::Evaluate, friction_w_.data());
+  Request anew = request;
+  anew.gradients = Gradients::Evaluate;
+  if (anew.judgement == Judgement::Quick) anew.judgement = Judgement::None;
+  Outcome outcome = friction_->accelerations({t, r_.data(), v_.data()}, anew, friction_w_.data());
   last_.friction = friction_->last_solve().friction;
   if (!outcome.ok()) return outcome;
   friction_->friction_forces(tau_.data());
@@ -189,35 +193,28 @@ Outcome TangentForm::add_friction(double t) {
 }
 
 void TangentForm::evaluate_events(double t, const double*, const double*, double* values) {
-  friction_->evaluate_events(t, r_.data(), v_.data(), values);
+  friction_events()->evaluate_events(t, r_.data(), v_.data(), values);
 }
 
 Outcome TangentForm::switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
-                                      double* q_ddot) {
+                                      const Request& request, double* q_ddot) {
   evaluate(t, q, q_dot, false);
   std::vector<double> v = v_;
   friction_w_.resize(v.size());
-  Outcome outcome = friction_->switch_equations(t, r_.data(), v.data(), which, friction_w_.data());
+  Outcome outcome = friction_events()->switch_equations(t, r_.data(), v.data(), which, request, friction_w_.data());
   if (outcome.ok()) outcome = find_rates(t, v.data(), q, q_dot);
-  return outcome.ok() ? accelerations(t, q, q_dot, Gradients::Evaluate, q_ddot) : outcome;
+  return outcome.ok() ? accelerations({t, q, q_dot}, request, q_ddot) : outcome;
 }
 
-Outcome TangentForm::begin(double t, const double* q, double* q_dot, double* q_ddot) {
+Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request, double* q_ddot) {
   if (friction_ != nullptr) {
     evaluate(t, q, q_dot, false);
     std::vector<double> v = v_;
     friction_w_.resize(v.size());
-    if (Outcome outcome = friction_->begin(t, r_.data(), v.data(), friction_w_.data()); !outcome.ok()) return outcome;
+    Outcome outcome = friction_->begin(t, r_.data(), v.data(), request, friction_w_.data());
+    if (!outcome.ok()) return outcome;
   }
-  return accelerations(t, q, q_dot, Gradients::Evaluate, q_ddot);
-}
-
-std::vector<int> TangentForm::discrete_state() const {
-  return friction_ != nullptr ? friction_->discrete_state() : std::vector<int>{};
-}
-
-void TangentForm::restore_discrete_state(std::span<const int> state) {
-  if (friction_ != nullptr) friction_->restore_discrete_state(state);
+  return accelerations({t, q, q_dot}, request, q_ddot);
 }
 
 void TangentForm::write_place_along(double h, double* r) {
@@ -253,10 +250,6 @@ double TangentForm::correct(double* q_ddot) {
   });
 }
 
-Outcome TangentForm::free_accelerations(double t, const double* q, const double* q_dot, double* q_ddot) {
-  return accelerations(t, q, q_dot, Gradients::Evaluate, q_ddot);  // there is nothing to be free of
-}
-
 ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double atol, double rtol) {
   complete();
   // What the errors of q and q_dot do at the points, with A at the step's end: A dq, A dq_dot.
@@ -285,13 +278,13 @@ DriveReport TangentForm::look_at_drives(const DrivenStep& step) {
   return model_.drives.look(step, {r_from_.data(), v_from_.data(), users_q_.data(), model_.scales});
 }
 
-Mechanics::Points TangentForm::find_points(double t, const double* q, const double* q_dot, double* r, double* v) {
+Kinematics TangentForm::find_points(const Kinematics& at, double* r, double* v) {
   const double t_before = model_.time();
-  model_.set_time(t);
-  model_.prescribe_all(t, r, v);
-  model_.coordinates.evaluate(model_.parallel, q, q_dot, r, v, nullptr, nullptr);
+  model_.set_time(at.t);
+  model_.prescribe_all(at.t, r, v);
+  model_.coordinates.evaluate(model_.parallel, at.x, at.v, r, v, nullptr, nullptr);
   model_.set_time(t_before);
-  return {r, v};
+  return {at.t, r, v};
 }
 
 Power TangentForm::power(const double*, const double*) const {
@@ -352,7 +345,7 @@ Outcome TangentForm::adopt(double t, const double* r, const double* v, double* q
                                     text(distance) + " m away"};
 }
 
-ProjectionReport TangentForm::project_positions(double t, double* q) {
+ProjectionReport TangentForm::project_positions(double t, double* q, Turn) {
   if (model_.num_rows() == 0) return {};
   evaluate(t, q, rates_.data(), false);
   ProjectionReport report;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <string>
 #include <vector>
 
 #include "dynamics/equations_of_motion.hpp"
@@ -16,30 +18,30 @@ namespace tanor {
 ///
 /// There is no drift: r(q, t) stays on the constraints by itself, and nothing is projected. H is made of one block for
 /// each member of the coordinates.
-class TangentForm final : public EquationsOfMotion {
+class TangentForm final : public EquationsOfMotion,
+                          private RankMonitor,
+                          private ForcePassages,
+                          private DriveMonitor,
+                          private EventFunctions {
  public:
   TangentForm(Model& model, const SolverOptions& options);
 
   std::size_t size() const override { return model_.coordinates.num_coordinates(); }
-  bool depends_on_velocity() const override { return true; }
+  bool keeps_variables() const override { return false; }
   bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work() || friction_ != nullptr; }
 
   void prescribe(double, double*, double*) override {}
   /// Nothing is projected, so nothing needs a factor but the accelerations, which make their own.
   Outcome linearise(double, const double*) override { return {}; }
-  Outcome accelerations(double t, const double* q, const double* q_dot, Gradients, double* q_ddot) override;
-  Outcome free_accelerations(double t, const double* q, const double* q_dot, double* q_ddot) override;
+  Outcome accelerations(const Kinematics& at, const Request& request, double* q_ddot) override;
   /// Nothing is moved; where constraints are given too their violation is measured.
-  ProjectionReport project_positions(double t, double* q) override;
-  ProjectionReport project_step(double, double, double*, double*) override { return {}; }
+  ProjectionReport project_positions(double t, double* q, Turn) override;
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
-  bool has_drives() const override { return !model_.drives.empty(); }
   DriveReport look_at_drives(const DrivenStep& step) override;
   std::string name_drive(std::size_t drive) const override { return model_.drives.name(drive); }
-  bool may_pass_forces() const override { return model_.may_be_passed(model_.coordinate_passages); }
   std::size_t num_points() const override { return model_.num_points(); }
-  Points find_points(double t, const double* q, const double* q_dot, double* r, double* v) override;
+  Kinematics find_points(const Kinematics& at, double* r, double* v) override;
   PointTolerances point_tolerances() const override {
     return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances(), model_.scales.accelerations()};
   }
@@ -47,9 +49,23 @@ class TangentForm final : public EquationsOfMotion {
   Power power(const double* q, const double* q_dot) const override;
   Energy energy(double t, const double* q, const double* q_dot) override;
   std::size_t rank() const override { return model_.rank; }
-  bool keeps_variables() const override { return false; }
+  /// H = A'MA has its own condition, which tells of singular coordinates; how they turn is not known.
+  double mass_ratio() const override { return 1.0; }
+  void remember_gradients() override {}
+  double compare_gradients() override { return 1.0; }
   const SolveReport& last_solve() const override { return last_; }
   const Parallel& parallel() const override { return model_.parallel; }
+
+  StepProjector* step_projector() override { return nullptr; }
+  InexactSolves* inexact_solves() override { return nullptr; }
+  RankMonitor* rank_monitor() override { return this; }
+  RoundingGroups* rounding_groups() override { return nullptr; }
+  ForcePassages* force_passages() override { return model_.may_be_passed(model_.coordinate_passages) ? this : nullptr; }
+  SeriesExpansion* series() override { return nullptr; }
+  std::string why_no_series() const override { return "the motion in coordinates is not expanded in time"; }
+  DriveMonitor* drives() override { return !model_.drives.empty() ? this : nullptr; }
+  EventFunctions* events() override { return friction_events() != nullptr ? this : nullptr; }
+  ImplicitFormulation* implicit_formulation() override { return nullptr; }
 
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport put_positions(double t, double* r) override;
@@ -60,19 +76,19 @@ class TangentForm final : public EquationsOfMotion {
   void recentre(double t, double* q, double* q_dot, double* q_ddot) override;
   void exchange_memory(Memory& memory) override;
   void resume(const Counters& counters, const PhaseTimes& times) override;
-  void set_exact(bool exact) override { exact_ = exact; }
   void reactions(double* eta) const override;
   /// Takes tau from the normal form at every instant, and with it what sticks and slides: friction that depends on
   /// reactions needs their multipliers (42).
   void take_friction_from(NormalForm* normal) { friction_ = normal; }
-  std::size_t num_events() const override { return friction_ != nullptr ? friction_->num_events() : 0; }
+  std::size_t num_events() const override { return friction_events()->num_events(); }
   void evaluate_events(double t, const double* q, const double* q_dot, double* values) override;
-  Power work_of_switch() const override { return friction_ != nullptr ? friction_->work_of_switch() : Power{}; }
+  void shape_events(const double* values, double* shapes) const override { std::copy_n(values, num_events(), shapes); }
+  Power work_of_switch() const override { return friction_events()->work_of_switch(); }
   Outcome switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
-                           double* q_ddot) override;
-  std::vector<int> discrete_state() const override;
-  void restore_discrete_state(std::span<const int> state) override;
-  Outcome begin(double t, const double* q, double* q_dot, double* q_ddot) override;
+                           const Request& request, double* q_ddot) override;
+  std::vector<int> discrete_state() const override { return friction_events()->discrete_state(); }
+  void restore_discrete_state(std::span<const int> state) override { friction_events()->restore_discrete_state(state); }
+  Outcome begin(double t, const double* q, double* q_dot, const Request& request, double* q_ddot) override;
   void describe(PlanSummary* plan) const override;
   /// eta = [I - M A H^-1 A'] force [3n] (24), refined to rounding, with the factor of the last linearisation; of
   /// supports: what the coordinates do there.
@@ -114,12 +130,13 @@ class TangentForm final : public EquationsOfMotion {
   void evaluate(double t, const double* q, const double* q_dot, bool with_blocks) const;
   Outcome factorize(double t);
   bool accelerate(double t, const double* q, const double* q_dot, double* q_ddot);
+  EventFunctions* friction_events() const { return friction_ != nullptr ? friction_->events() : nullptr; }
   void remember(double t, const double* q, const double* q_dot);
   void complete() const;
   void locate(const double* r);
   double relative_correction(double correction, double scale) const;
   double correct(double* q_ddot);
-  Outcome add_friction(double t);
+  Outcome add_friction(double t, const Request& request);
   Outcome find_rates(double t, const double* v, const double* q, double* q_dot);
   void check_constraints();
 
@@ -131,7 +148,6 @@ class TangentForm final : public EquationsOfMotion {
   mutable GramSolver solver_;
 
   // The last instant. Accelerations in closed form leave out what is mutable until somebody asks or charts change.
-  bool exact_ = false;
   double t_ = 0.0;
   SolveReport last_;
   mutable bool is_complete_ = true;

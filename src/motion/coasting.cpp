@@ -54,8 +54,8 @@ bool Coasting::turns_away(const std::vector<double>& found) const {
   return difference > allowed * allowed * size;
 }
 
-StepResult Coasting::step(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,
-                          const How& how, State* to) {
+StepResult Coasting::step(Mechanics& mechanics, const IntegrationOptions& options, const State& before,
+                          const State& from, const How& how, State* to) {
   follow(before, from, how.follows_quintic, to);
   const double p = from.t - before.t, h = to->t - from.t;
   StepResult result;
@@ -64,7 +64,7 @@ StepResult Coasting::step(Mechanics& mechanics, const MotionOptions& options, co
     if (options.stabilisation == Stabilisation::Projection) {
       // K of `from` leads back what the polynomial missed, and moves little along the direction that vanishes here.
       kept_ = to->x;
-      const ProjectionReport positions = mechanics.project_positions(to->t, to->x.data());
+      const ProjectionReport positions = mechanics.project_positions(to->t, to->x.data(), Turn::Small);
       if (!positions.outcome.ok()) to->x = kept_;
     }
     to->power = from.power;
@@ -72,7 +72,7 @@ StepResult Coasting::step(Mechanics& mechanics, const MotionOptions& options, co
   } else {
     if (result.outcome = mechanics.linearise(to->t, to->x.data()); !result.outcome.ok()) return result;
     kept_ = to->v;
-    result = settle(mechanics, options.stabilisation, to, Turn::Small, Tolerance{options.atol, options.rtol});
+    result = settle(mechanics, options, to, Turn::Small, Tolerance{options.atol, options.rtol});
     if (!result.outcome.ok()) return result;
     if (turns_away(to->v)) {
       result.outcome = {Status::Singular, "constraints depend on each other near t = " + text(from.t) +

@@ -61,7 +61,7 @@ class Coasting {
     bool follows_quintic = true;
     bool ends_there = false;
   };
-  StepResult step(Mechanics& mechanics, const MotionOptions& options, const State& before, const State& from,
+  StepResult step(Mechanics& mechanics, const IntegrationOptions& options, const State& before, const State& from,
                   const How& how, State* to);
 
  private:

@@ -18,8 +18,8 @@ double scale_for(double error, int degree) {
 
 }  // namespace
 
-DriveControl::DriveControl(const MotionOptions& options, const Scheme& scheme, Mechanics& mechanics)
-    : options_(options), mechanics_(mechanics) {
+DriveControl::DriveControl(const IntegrationOptions& options, const Scheme& scheme, Mechanics& mechanics)
+    : options_(options), monitor_(mechanics.drives()) {
   follow(scheme);
 }
 
@@ -58,14 +58,14 @@ void DriveControl::advance(double t, double t_end) {
 }
 
 void DriveControl::look(const State& from, double h, int degree) {
-  report_ = mechanics_.look_at_drives(
+  report_ = monitor_->look_at_drives(
       {from.t, h, spacing_, degree, options_.atol, options_.rtol, from.x.data(), from.v.data()});
 }
 
 /// No function acts, or a look of before serves.
 bool DriveControl::has_seen(const State& from, double h) {
   report_ = {};
-  const bool has_seen = !mechanics_.has_drives() || (from.t + h <= seen_until_ && h <= longest_seen_);
+  const bool has_seen = monitor_ == nullptr || (from.t + h <= seen_until_ && h <= longest_seen_);
   if (has_seen) set_pieces(h);
   return has_seen;
 }
@@ -130,7 +130,7 @@ void DriveControl::note(const State& from, double h) {
 }
 
 std::string DriveControl::describe() const {
-  return "steps may be too long: what " + mechanics_.name_drive(worst_drive_) +
+  return "steps may be too long: what " + monitor_->name_drive(worst_drive_) +
          " does between t = " + text(worst_begin_) + " and " + text(worst_begin_ + worst_length_) + " is passed over";
 }
 

@@ -16,7 +16,7 @@ namespace tanor {
 /// of degree 20 hides nothing from steps of order p that are shorter than p/20 of it: one look serves many steps.
 class DriveControl {
  public:
-  DriveControl(const MotionOptions& options, const Scheme& scheme, Mechanics& mechanics);
+  DriveControl(const IntegrationOptions& options, const Scheme& scheme, Mechanics& mechanics);
 
   /// Steps are another scheme's from now on.
   void follow(const Scheme& scheme);
@@ -52,8 +52,8 @@ class DriveControl {
   void remember(const State& from, double length, double longest_step);
   void set_pieces(double h);
 
-  MotionOptions options_;
-  Mechanics& mechanics_;
+  IntegrationOptions options_;
+  DriveMonitor* const monitor_;  // null: no function of time acts
   int degree_ = 2;
   double begin_ = 0.0, end_ = 0.0, spacing_ = 0.0;
   // Of the last look: where it ends, the longest step that it serves, how long it was, the next one shall be; its

@@ -42,6 +42,16 @@ void Events::restore(std::size_t count, double last_time, std::span<const double
   slopes_.assign(slopes.begin(), slopes.end());
 }
 
+std::vector<int> Events::discrete_state() const {
+  return functions_ != nullptr ? functions_->discrete_state() : std::vector<int>{};
+}
+
+void Events::restore_discrete_state(std::span<const int> state) {
+  if (functions_ != nullptr) return functions_->restore_discrete_state(state);
+  if (state.empty()) return;
+  throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for 0 contacts that may stick");
+}
+
 void Events::forget() {
   slopes_.clear();
   repeated_ = 0;
@@ -55,8 +65,8 @@ void Events::exchange_memory(Memory& memory) {
 
 /// All functions at the state of the last `accelerations`.
 Outcome Events::evaluate(double t, const double* x, const double* v, double* values) {
-  mechanics_.evaluate_events(t, x, v, values);
-  mechanics_.shape_events(values, shapes_.data());
+  functions_->evaluate_events(t, x, v, values);
+  functions_->shape_events(values, shapes_.data());
   for (std::size_t k = 0; k < num_; ++k) {
     if (!std::isfinite(values[k])) {
       return {Status::NotFinite, "event function " + std::to_string(k) + " is not finite at t = " + text(t)};
@@ -67,7 +77,7 @@ Outcome Events::evaluate(double t, const double* x, const double* v, double* val
 
 /// As many functions as the present equations have.
 void Events::resize() {
-  num_ = mechanics_.num_events();
+  num_ = functions_ != nullptr ? functions_->num_events() : 0;
   for (std::vector<double>* array : {&start_, &start_shapes_, &shapes_, &scales_, &values_}) array->resize(num_);
   samples_.resize(std::max(samples_.size(), usual_samples));
   for (Sample& sample : samples_) {
@@ -84,7 +94,7 @@ Outcome Events::start(const State& state) {
   resize();
   knows_start_ = true;
   if (num_ == 0) return {};
-  Outcome found = mechanics_.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, a_.data());
+  Outcome found = mechanics_.accelerations(state.at(), options_.request(Gradients::Evaluate), a_.data());
   if (found.ok()) found = evaluate(state.t, state.x.data(), state.v.data(), start_.data());
   start_shapes_ = shapes_;
   return found;
@@ -93,7 +103,7 @@ Outcome Events::start(const State& state) {
 /// The mechanics back to where a step ends, from where it was looked at.
 Outcome Events::return_to(State* state) {
   mechanics_.prescribe(state->t, state->x.data(), state->v.data());
-  return mechanics_.accelerations(state->t, state->x.data(), state->v.data(), Gradients::Evaluate, a_.data());
+  return mechanics_.accelerations(state->at(), options_.request(Gradients::Evaluate), a_.data());
 }
 
 Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* values) {
@@ -101,7 +111,7 @@ Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* val
   Outcome found = dense->evaluate(mechanics_.parallel(), fraction, x_.data(), v_.data());
   if (!found.ok()) return found;
   mechanics_.prescribe(t, x_.data(), v_.data());
-  found = mechanics_.accelerations(t, x_.data(), v_.data(), Gradients::Evaluate, a_.data());
+  found = mechanics_.accelerations({t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data());
   if (found.ok()) found = evaluate(t, x_.data(), v_.data(), values);
   return found;
 }
@@ -308,8 +318,9 @@ void Events::choose_vanishing(std::span<const double> values) {
 /// One that fails leaves the equations as they were.
 Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   const double h = to->t - from.t;
-  const std::vector<int> before = mechanics_.discrete_state();
-  Outcome found = mechanics_.switch_equations(to->t, to->x.data(), to->v.data(), which_, to->a.data());
+  const std::vector<int> before = functions_->discrete_state();
+  Outcome found = functions_->switch_equations(to->t, to->x.data(), to->v.data(), which_,
+                                               options_.request(Gradients::Keep), to->a.data());
   if (found.ok()) {
     resize();
     found = evaluate(to->t, to->x.data(), to->v.data(), start_.data());
@@ -323,13 +334,13 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
     found = {Status::NotConverged, "equations switch without end at t = " + text(to->t)};
   }
   if (!found.ok()) {
-    mechanics_.restore_discrete_state(before);
+    functions_->restore_discrete_state(before);
     repeated_ = 0;
     knows_start_ = false;
     return found;
   }
   scheme.forget();
-  const Power work = mechanics_.work_of_switch();
+  const Power work = functions_->work_of_switch();
   for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) to->work.*part += work.*part;
   if (mechanics_.has_work()) to->power = mechanics_.power(to->x.data(), to->v.data());
   slopes_.clear();

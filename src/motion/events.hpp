@@ -21,7 +21,8 @@ namespace tanor {
 /// Allocates nothing, except where the number of functions or of variables grows.
 class Events {
  public:
-  explicit Events(Mechanics& mechanics) : mechanics_(mechanics) {}
+  Events(const IntegrationOptions& options, Mechanics& mechanics)
+      : options_(options), mechanics_(mechanics), functions_(mechanics.events()) {}
 
   struct Meeting {
     Outcome outcome;
@@ -47,6 +48,9 @@ class Events {
   /// Slopes of the functions over the last step, 1/s: what the next one depends on beside the state; empty: unknown.
   const std::vector<double>& slopes() const { return slopes_; }
   void restore(std::size_t count, double last_time, std::span<const double> slopes);
+  /// Of the mechanics; empty where equations never change. Throws InputError where the state does not fit.
+  std::vector<int> discrete_state() const;
+  void restore_discrete_state(std::span<const int> state);
   /// The functions at the present state, as they were found there, and the watch for switches without progress.
   void exchange_memory(Memory& memory);
 
@@ -74,7 +78,9 @@ class Events {
   Outcome remake(Scheme& scheme, DenseOutput* dense, const State& from, State* to, StepResult* step);
   void choose_vanishing(std::span<const double> values);
 
+  IntegrationOptions options_;
   Mechanics& mechanics_;
+  EventFunctions* const functions_;  // null: equations never change
   std::size_t num_ = 0;
   bool knows_start_ = false;
   std::vector<double> start_, start_shapes_;  // at the start of the step

@@ -7,7 +7,7 @@
 
 namespace tanor {
 
-GeneralizedAlpha::GeneralizedAlpha(const MotionOptions& options, Mechanics& mechanics)
+GeneralizedAlpha::GeneralizedAlpha(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options),
       implicit_(options, mechanics),
       mechanics_(mechanics),

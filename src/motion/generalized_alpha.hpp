@@ -16,7 +16,7 @@ namespace tanor {
 /// and v_1 put onto K'v + xi_t = 0 at the end.
 class GeneralizedAlpha final : public Scheme {
  public:
-  GeneralizedAlpha(const MotionOptions& options, Mechanics& mechanics);
+  GeneralizedAlpha(const IntegrationOptions& options, Mechanics& mechanics);
 
   int order() const override { return 2; }
   bool is_adaptive() const override { return false; }
@@ -33,7 +33,7 @@ class GeneralizedAlpha final : public Scheme {
   double measure(const State& from, const State& to);
   double measure_rounding(const State& from, double h, const State& to);
 
-  MotionOptions options_;
+  IntegrationOptions options_;
   ImplicitStep implicit_;
   Mechanics& mechanics_;
   ImplicitEquations& equations_;

@@ -8,15 +8,23 @@
 
 namespace tanor {
 
-ImplicitStep::ImplicitStep(const MotionOptions& options, Mechanics& given)
+namespace {
+
+std::unique_ptr<ImplicitEquations> make_equations(Mechanics& mechanics) {
+  ImplicitFormulation* const formulation = mechanics.implicit_formulation();
+  ensure(formulation != nullptr, "implicit methods step in normal form, without friction");
+  return formulation->make_implicit_equations();
+}
+
+}  // namespace
+
+ImplicitStep::ImplicitStep(const IntegrationOptions& options, Mechanics& given)
     : mechanics(given),
-      equations(given.make_implicit_equations()),
+      equations(make_equations(given)),
       newton(options.rtol),
       options_(options),
       moves_(given.size()),
-      rows_(equations == nullptr ? 0 : equations->num_rows()) {
-  ensure(equations != nullptr, "implicit methods step in normal form");
-}
+      rows_(equations->num_rows()) {}
 
 void ImplicitStep::linearise(double t, const double* x, const double* v, const double* lambda) {
   equations->linearise(t, x, v, lambda);
@@ -40,7 +48,7 @@ void ImplicitStep::note_convergence() {
 StepResult ImplicitStep::finish(State* to, std::optional<Tolerance> tolerance) {
   mechanics.prescribe(to->t, to->x.data(), to->v.data());
   if (options_.stabilisation == Stabilisation::Projection && equations->num_constraints() > 0) put_onto_positions(to);
-  return settle(mechanics, options_.stabilisation, to, Turn::Small, tolerance);
+  return settle(mechanics, options_, to, Turn::Small, tolerance);
 }
 
 /// N dx = K mu, K'dx = -xi: chord iterations with the K of the linearisation.

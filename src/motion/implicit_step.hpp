@@ -13,7 +13,7 @@ namespace tanor {
 /// converges, and the end of a step.
 class ImplicitStep {
  public:
-  ImplicitStep(const MotionOptions& options, Mechanics& mechanics);
+  ImplicitStep(const IntegrationOptions& options, Mechanics& mechanics);
 
   Mechanics& mechanics;
   const std::unique_ptr<ImplicitEquations> equations;
@@ -44,7 +44,7 @@ class ImplicitStep {
  private:
   void put_onto_positions(State* to);
 
-  MotionOptions options_;
+  IntegrationOptions options_;
   double factorized_for_ = 0.0;  // s; 0: there is no factor
   bool renew_ = true;
   std::vector<double> moves_, rows_;  // scratch

@@ -27,7 +27,7 @@ void for_each_number(S& state, const Visit& visit) {
 
 }  // namespace
 
-Integration::Integration(Method method, const MotionOptions& options, Mechanics& mechanics, MotionReport* report)
+Integration::Integration(Method method, const IntegrationOptions& options, Mechanics& mechanics, MotionReport* report)
     : method_(method),
       options_(options),
       mechanics_(mechanics),
@@ -35,11 +35,11 @@ Integration::Integration(Method method, const MotionOptions& options, Mechanics&
       scheme_(make_scheme(method, options, mechanics)),
       control_(scheme_->estimate_order()),
       drives_(options, *scheme_, mechanics),
-      events_(mechanics),
+      events_(options, mechanics),
       places_(options, mechanics, scheme_->is_adaptive(), report),
       rounding_(options, mechanics),
       stiff_steps_(options, mechanics, method),
-      watch_(mechanics),
+      watch_(options, mechanics),
       passages_(options, mechanics, scheme_->is_adaptive()) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
 }
@@ -50,7 +50,7 @@ void Integration::write(Snapshot* snapshot) {
   snapshot->advance_begin = advance_begin_;
   snapshot->advance_end = advance_end_;
   snapshot->drive_memory = drives_.memory();
-  snapshot->discrete_state = mechanics_.discrete_state();
+  snapshot->discrete_state = events_.discrete_state();
   snapshot->event_slopes = events_.slopes();
   snapshot->memory.clear();
   Memory memory(&snapshot->memory);
@@ -108,7 +108,7 @@ void Integration::restore(const Snapshot& snapshot) {
   }
   places_.restore(snapshot.singular_memory);
   rounding_.restore(snapshot.rounding_memory);
-  mechanics_.restore_discrete_state(snapshot.discrete_state);
+  events_.restore_discrete_state(snapshot.discrete_state);
   next_step = snapshot.next_step;
   scheme_ = std::move(scheme);  // which remembers no other motion
   drives_.follow(*scheme_);
@@ -126,7 +126,7 @@ void Integration::restore(const Snapshot& snapshot) {
 
 void Integration::begin() {
   trial_ = state;  // what does not move stands in both
-  if (mechanics_.may_lose_rank()) beyond_ = state;
+  if (mechanics_.rank_monitor() != nullptr) beyond_ = state;
   trial_is_before_ = false;
   watch_.forget();
   drives_.begin(state.t);
@@ -138,7 +138,7 @@ Outcome Integration::return_to_constraints() {
   Outcome found = mechanics_.linearise(trial_.t, trial_.x.data());
   if (found.ok()) {
     // Which is known, but the mechanics has to know it.
-    found = mechanics_.accelerations(trial_.t, trial_.x.data(), trial_.v.data(), Gradients::Keep, trial_.a.data());
+    found = mechanics_.accelerations(trial_.at(), options_.request(Gradients::Keep), trial_.a.data());
   }
   state.power = trial_.power;
   return found;
@@ -225,7 +225,7 @@ Integration::Attempt Integration::try_coasting(double t, bool takes_least_error)
   if (beyond_.x.empty()) beyond_ = state;
   if (!knows_acceleration()) {
     Outcome& found = attempt.step.outcome;
-    found = mechanics_.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
+    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.a.data());
     if (!found.ok()) return attempt;
   }
   beyond_.t = t;
@@ -367,8 +367,7 @@ Outcome Integration::look_for_stiffness(double t_end) {
   }
   // The forces of the step are evaluated again, as they were before the look.
   Outcome found = mechanics_.linearise(state.t, state.x.data());
-  if (found.ok())
-    found = mechanics_.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
+  if (found.ok()) found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.a.data());
   return found;
 }
 

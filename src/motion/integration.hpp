@@ -23,7 +23,7 @@ class Integration {
  public:
   /// Writes steps that were rejected, events, rank changes, singular places and the length of the last step into
   /// `report`; `method` is not Auto.
-  Integration(Method method, const MotionOptions& options, Mechanics& mechanics, MotionReport* report);
+  Integration(Method method, const IntegrationOptions& options, Mechanics& mechanics, MotionReport* report);
 
   /// After every step, whose end is `state`.
   using Taken = std::function<void(const StepResult&)>;
@@ -31,6 +31,8 @@ class Integration {
   using Observer = std::function<bool(const MotionReport&)>;
 
   const Scheme& scheme() const { return *scheme_; }
+  /// How this motion asks for accelerations.
+  Request request(Gradients gradients) const { return options_.request(gradients); }
   /// Steps turned out stiff on the way, and another method took over; says why.
   bool is_stiff() const { return stiff_steps_.is_stiff(); }
   std::string explain_stiffness() const { return stiff_steps_.explain(); }
@@ -108,7 +110,7 @@ class Integration {
   void take_trial(const Attempt& attempt, const Taken& taken);
 
   Method method_;
-  MotionOptions options_;
+  IntegrationOptions options_;
   Mechanics& mechanics_;
   MotionReport& report_;
   std::unique_ptr<Scheme> scheme_;

@@ -14,33 +14,33 @@ namespace tanor {
 
 namespace {
 
-using MakeScheme = std::unique_ptr<Scheme> (*)(const MotionOptions&, Mechanics&);
+using MakeScheme = std::unique_ptr<Scheme> (*)(const IntegrationOptions&, Mechanics&);
 
-std::unique_ptr<Scheme> make_rk4(const MotionOptions& options, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_rk4(const IntegrationOptions& options, Mechanics& mechanics) {
   return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
 }
-std::unique_ptr<Scheme> make_dopri5(const MotionOptions& options, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_dopri5(const IntegrationOptions& options, Mechanics& mechanics) {
   return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
 }
-std::unique_ptr<Scheme> make_dop853(const MotionOptions& options, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_dop853(const IntegrationOptions& options, Mechanics& mechanics) {
   return std::make_unique<RungeKutta>(dop853_tableau(), options, mechanics);
 }
-std::unique_ptr<Scheme> make_taylor(const MotionOptions& options, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_taylor(const IntegrationOptions& options, Mechanics& mechanics) {
   return std::make_unique<Taylor>(options, mechanics);
 }
-std::unique_ptr<Scheme> make_rattle(const MotionOptions&, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_rattle(const IntegrationOptions&, Mechanics& mechanics) {
   return std::make_unique<Rattle>(mechanics);
 }
-std::unique_ptr<Scheme> make_rattle4(const MotionOptions&, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_rattle4(const IntegrationOptions&, Mechanics& mechanics) {
   return std::make_unique<Composition>(4, suzuki_fractions(), mechanics);
 }
-std::unique_ptr<Scheme> make_rattle6(const MotionOptions&, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_rattle6(const IntegrationOptions&, Mechanics& mechanics) {
   return std::make_unique<Composition>(6, kahan_li_fractions(), mechanics);
 }
-std::unique_ptr<Scheme> make_radau5(const MotionOptions& options, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_radau5(const IntegrationOptions& options, Mechanics& mechanics) {
   return std::make_unique<Radau5>(options, mechanics);
 }
-std::unique_ptr<Scheme> make_generalized_alpha(const MotionOptions& options, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_generalized_alpha(const IntegrationOptions& options, Mechanics& mechanics) {
   return std::make_unique<GeneralizedAlpha>(options, mechanics);
 }
 
@@ -187,7 +187,7 @@ bool has_fixed_steps(Method method) {
   return traits_of(method).has_fixed_steps;
 }
 
-std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics) {
+std::unique_ptr<Scheme> make_scheme(Method method, const IntegrationOptions& options, Mechanics& mechanics) {
   const MakeScheme make = row_of(method).make;
   ensure(make != nullptr, "auto is resolved before a scheme is made");
   return make(options, mechanics);

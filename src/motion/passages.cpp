@@ -35,7 +35,8 @@ double measure_bend(const Numbers& of, const double* x0, const double* v0, const
 
 }  // namespace
 
-Passages::Passages(const MotionOptions& options, Mechanics& mechanics, bool adapts) : mechanics_(mechanics) {
+Passages::Passages(const IntegrationOptions& options, Mechanics& mechanics, bool adapts)
+    : mechanics_(mechanics), forces_(mechanics.force_passages()) {
   // Fixed steps have no tolerance: a percent of a velocity that nobody saw is worth a warning.
   constexpr double worth_a_warning = 1e-2;
   follows_tolerance = adapts;
@@ -75,7 +76,7 @@ double Passages::measure_bend() const {
 
 /// Of the mechanics' variables where the scheme puts them, and of the points there.
 void Passages::set_knots(std::size_t pieces) {
-  const std::size_t n = 3 * mechanics_.num_points();
+  const std::size_t n = 3 * forces_->num_points();
   for (auto* arrays : {&positions_, &velocities_, &variables_, &rates_})
     if (arrays->size() < pieces + 1) arrays->resize(pieces + 1);
   for (auto* pointers : {&positions, &velocities, &variables, &rates}) pointers->resize(pieces + 1);
@@ -99,10 +100,10 @@ void Passages::set_knots(std::size_t pieces) {
       variables[k] = x.data();
       rates[k] = v.data();
     }
-    const auto [r, v] =
-        mechanics_.find_points(time, variables[k], rates[k], positions_[k].data(), velocities_[k].data());
-    positions[k] = r;
-    velocities[k] = v;
+    const Kinematics points =
+        forces_->find_points({time, variables[k], rates[k]}, positions_[k].data(), velocities_[k].data());
+    positions[k] = points.x;
+    velocities[k] = points.v;
   }
 }
 
@@ -115,7 +116,7 @@ void Passages::refine(double error) {
 }
 
 double Passages::look(Scheme& scheme, const State& from, const State& to) {
-  if (!mechanics_.may_pass_forces()) return 1.0;
+  if (forces_ == nullptr) return 1.0;
   constexpr double error = 1e-2;  // who needs a better path asks for it
   scheme_ = &scheme;
   from_ = &from;
@@ -126,7 +127,7 @@ double Passages::look(Scheme& scheme, const State& from, const State& to) {
   looks = scheme.looks();
   weigh_looks();
   order = scheme.order();
-  const Mechanics::PointTolerances own = mechanics_.point_tolerances();
+  const PointTolerances own = mechanics_.point_tolerances();
   if (follows_tolerance) {
     own_atol_r = own.positions;
     own_atol_v = own.velocities;
@@ -135,7 +136,7 @@ double Passages::look(Scheme& scheme, const State& from, const State& to) {
   bend_ = measure_bend();
   positions.clear();
   refine(error);
-  return mechanics_.find_passage(this);
+  return forces_->find_passage(this);
 }
 
 }  // namespace tanor

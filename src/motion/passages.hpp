@@ -12,7 +12,7 @@ namespace tanor {
 /// parts there, a narrow well that is jumped. An error estimate, which is made of the looks, knows nothing of them.
 class Passages final : private PointPath {
  public:
-  Passages(const MotionOptions& options, Mechanics& mechanics, bool follows_tolerance);
+  Passages(const IntegrationOptions& options, Mechanics& mechanics, bool follows_tolerance);
 
   /// The part of the step to make instead; 1: it passes nothing unseen. The mechanics stays where it is, and what is
   /// found depends on the two states and on the scheme alone.
@@ -25,6 +25,7 @@ class Passages final : private PointPath {
   double measure_bend() const;
 
   Mechanics& mechanics_;
+  ForcePassages* const forces_;  // null: no force acts between the looks alone
   // Of the step that is looked at.
   Scheme* scheme_ = nullptr;
   const State *from_ = nullptr, *to_ = nullptr;

@@ -15,7 +15,7 @@ double combine(const RadauCoefficients::Row& row, const std::array<std::vector<d
 
 }  // namespace
 
-Radau5::Radau5(const MotionOptions& options, Mechanics& mechanics)
+Radau5::Radau5(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options), implicit_(options, mechanics), mechanics_(mechanics), equations_(*implicit_.equations) {
   const std::size_t n = mechanics.size(), d = equations_.num_rows();
   for (Stages<double>* stages : {&moved_, &x_, &v_, &a_}) {

@@ -17,7 +17,7 @@ namespace tanor {
 /// and one complex; a kept factor serves as long as it converges.
 class Radau5 final : public Scheme {
  public:
-  Radau5(const MotionOptions& options, Mechanics& mechanics);
+  Radau5(const IntegrationOptions& options, Mechanics& mechanics);
 
   int order() const override { return 5; }
   int estimate_order() const override { return 4; }
@@ -49,7 +49,7 @@ class Radau5 final : public Scheme {
 
   const RadauCoefficients radau_ = radau_coefficients();
   const std::array<double, 4> looks_{0.0, radau_.c[0], radau_.c[1], 1.0};
-  MotionOptions options_;
+  IntegrationOptions options_;
   ImplicitStep implicit_;
   Mechanics& mechanics_;
   ImplicitEquations& equations_;

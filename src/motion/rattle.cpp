@@ -1,5 +1,7 @@
 #include "motion/rattle.hpp"
 
+#include "base/check.hpp"
+
 namespace tanor {
 
 namespace {
@@ -12,10 +14,19 @@ void add_scaled(const Parallel& parallel, const std::vector<double>& a, double s
   });
 }
 
+StepProjector& projector_of(Mechanics& mechanics) {
+  ensure(mechanics.step_projector() != nullptr, "rattle steps in normal form");
+  return *mechanics.step_projector();
+}
+
 }  // namespace
 
 Rattle::Rattle(Mechanics& mechanics, int passes)
-    : mechanics_(mechanics), passes_(passes), free_(mechanics.size()), middle_(mechanics.size()) {}
+    : mechanics_(mechanics),
+      projector_(projector_of(mechanics)),
+      passes_(passes),
+      free_(mechanics.size()),
+      middle_(mechanics.size()) {}
 
 StepResult Rattle::step(const State& from, double h, State* to) {
   const Parallel& parallel = mechanics_.parallel();
@@ -23,8 +34,10 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   StepResult result;
 
   // M^-1 f at the old place; the last step has it where forces do not depend on v.
-  if (!knows_free_ || free_time_ != from.t || mechanics_.depends_on_velocity()) {
-    result.outcome = mechanics_.free_accelerations(from.t, from.x.data(), from.v.data(), free_.data());
+  // Fixed steps have no tolerance that would ask for exact accelerations.
+  const Request request = IntegrationOptions().request(Gradients::Keep);
+  if (!knows_free_ || free_time_ != from.t || projector_.depends_on_velocity()) {
+    result.outcome = projector_.free_accelerations(from.at(), request, free_.data());
     if (!result.outcome.ok()) return result;
   }
   knows_free_ = false;
@@ -34,19 +47,19 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   add_scaled(parallel, from.x, h, middle_, &to->x);
   to->work = from.work;
   mechanics_.prescribe(t, to->x.data(), to->v.data());
-  const ProjectionReport positions = mechanics_.project_step(t, h, to->x.data(), middle_.data());
+  const ProjectionReport positions = projector_.project_step(t, h, to->x.data(), middle_.data());
   result.position_violation = positions.violation;
   if (result.outcome = positions.outcome; !result.outcome.ok()) return result;
   if (result.outcome = mechanics_.linearise(t, to->x.data()); !result.outcome.ok()) return result;
 
   // v1 = v1/2 + h/2 M^-1 f1, onto K(r1)'v1 + xi_t = 0; where f1 depends on v1, again with the better v1
   const std::vector<double>* guess = &middle_;
-  for (int pass = 0; pass < (mechanics_.depends_on_velocity() ? passes_ : 1); ++pass) {
-    result.outcome = mechanics_.free_accelerations(t, to->x.data(), guess->data(), free_.data());
+  for (int pass = 0; pass < (projector_.depends_on_velocity() ? passes_ : 1); ++pass) {
+    result.outcome = projector_.free_accelerations({t, to->x.data(), guess->data()}, request, free_.data());
     if (!result.outcome.ok()) return result;
     add_scaled(parallel, middle_, 0.5 * h, free_, &to->v);
     mechanics_.prescribe(t, to->x.data(), to->v.data());
-    const ProjectionReport velocities = mechanics_.project_step_velocities(t, h, to->x.data(), to->v.data());
+    const ProjectionReport velocities = projector_.project_step_velocities(t, h, to->x.data(), to->v.data());
     result.velocity_violation = velocities.violation;
     if (result.outcome = velocities.outcome; !result.outcome.ok()) return result;
     guess = &to->v;
@@ -55,7 +68,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   free_time_ = t;
 
   if (knows_acceleration()) {
-    result.outcome = mechanics_.accelerations(t, to->x.data(), to->v.data(), Gradients::Keep, to->a.data());
+    result.outcome = mechanics_.accelerations(to->at(), request, to->a.data());
     if (!result.outcome.ok()) return result;
   }
   if (mechanics_.has_work()) {

@@ -16,13 +16,14 @@ class Rattle final : public Scheme {
 
   int order() const override { return 2; }
   bool is_adaptive() const override { return false; }
-  bool knows_acceleration() const override { return mechanics_.has_work() || mechanics_.num_events() > 0; }
+  bool knows_acceleration() const override { return mechanics_.has_work() || mechanics_.events() != nullptr; }
   StepResult step(const State& from, double h, State* to) override;
   void forget() override { knows_free_ = false; }
   void exchange_memory(Memory& memory) override { memory.exchange(knows_free_, free_time_, free_); }
 
  private:
   Mechanics& mechanics_;
+  StepProjector& projector_;
   int passes_;
   std::vector<double> free_;    // M^-1 f at the last place
   std::vector<double> middle_;  // v1/2

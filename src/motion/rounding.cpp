@@ -40,10 +40,11 @@ void Rounding::for_each_number(R& rounding, const Visit& visit) {
   visit(rounding.since_);
 }
 
-Rounding::Rounding(const MotionOptions& options, Mechanics& mechanics)
+Rounding::Rounding(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options),
       mechanics_(mechanics),
-      num_groups_(options.stabilisation == Stabilisation::Projection ? mechanics.num_groups() : 0),
+      groups_(options.stabilisation == Stabilisation::Projection ? mechanics.rounding_groups() : nullptr),
+      num_groups_(groups_ != nullptr ? groups_->num_groups() : 0),
       whole_(num_groups_, 0.0),
       along_(num_groups_, 0.0),
       is_due_(num_groups_ > 0 ? 1.0 : 0.0),
@@ -87,11 +88,12 @@ Outcome Rounding::measure(const State& from) {
   }
   mechanics_.prescribe(from.t, x_.data(), v_.data());
   // A state that has no accelerations is reported by the step itself.
-  const bool is_known = mechanics_.accelerations(from.t, x_.data(), v_.data(), Gradients::Evaluate, a_.data()).ok();
+  const bool is_known =
+      mechanics_.accelerations({from.t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data()).ok();
   if (Outcome found = mechanics_.linearise(from.t, from.x.data()); !found.ok()) return found;
   if (is_known) take_sample(from);
   // As if nobody had asked.
-  return mechanics_.accelerations(from.t, from.x.data(), from.v.data(), Gradients::Keep, a_.data());
+  return mechanics_.accelerations(from.at(), options_.request(Gradients::Keep), a_.data());
 }
 
 /// Levels from da = a_ - a. What breaks constraints is projected away where a step ends: of v + s da - v the part along
@@ -111,16 +113,16 @@ void Rounding::take_sample(const State& from) {
   const auto note = [&](double unit, std::vector<double>* levels) {
     for (std::size_t k = 0; k < num_groups_; ++k) (*levels)[k] = std::max(now_[k] / unit, 0.9 * (*levels)[k]);
   };
-  mechanics_.largest_differences(a_.data(), from.a.data(), now_);
+  groups_->largest_differences(a_.data(), from.a.data(), now_);
   note(1.0, &whole_);
-  mechanics_.largest_differences(v_.data(), from.v.data(), now_);
+  groups_->largest_differences(v_.data(), from.v.data(), now_);
   note(s, &along_);
 }
 
 void Rounding::allow(const State& from, double h, const RoundingGain& gain) {
   if (num_groups_ == 0) return;
-  excess_ = mechanics_.allow_rounding({whole_, along_}, {caution_ * gain.factor, gain.is_damped},
-                                      {h, options_.atol, options_.rtol, from.x.data(), from.v.data()});
+  excess_ = groups_->allow_rounding({whole_, along_}, {caution_ * gain.factor, gain.is_damped},
+                                    {h, options_.atol, options_.rtol, from.x.data(), from.v.data()});
 }
 
 std::string Rounding::explain() const {

@@ -14,7 +14,7 @@ namespace tanor {
 /// while their errors add up: `Mechanics::error_ratios` allows for it, so that steps are held where it begins.
 class Rounding {
  public:
-  Rounding(const MotionOptions& options, Mechanics& mechanics);
+  Rounding(const IntegrationOptions& options, Mechanics& mechanics);
 
   /// A step from here was rejected for its error; the estimate falls with that order.
   void note_rejection(double h, double error, int order);
@@ -37,8 +37,9 @@ class Rounding {
   static void for_each_number(R& rounding, const Visit& visit);
   void take_sample(const State& from);
 
-  MotionOptions options_;
+  IntegrationOptions options_;
   Mechanics& mechanics_;
+  RoundingGroups* const groups_;  // null: rounding is not asked for
   std::size_t num_groups_;
   std::vector<double> whole_, along_;  // see RoundingLevels
   struct {

@@ -57,7 +57,7 @@ void combine(const Parallel& parallel, std::size_t n, const double* base, double
 
 }  // namespace
 
-RungeKutta::RungeKutta(const Tableau& tableau, const MotionOptions& options, Mechanics& mechanics)
+RungeKutta::RungeKutta(const Tableau& tableau, const IntegrationOptions& options, Mechanics& mechanics)
     : tableau_(tableau), options_(options), mechanics_(mechanics) {
   for (const std::vector<double>& row : tableau_.a) rows_.push_back(weigh(row));
   rows_.push_back(weigh(tableau_.b));
@@ -132,13 +132,15 @@ RungeKutta::Accelerations RungeKutta::accelerations(const State& from, const Sta
 
 /// x_i = x + h c_i v + h^2 sum_j (A^2)_ij a_j,  v_i = v + h sum_j A_ij a_j: only accelerations need to be kept.
 Outcome RungeKutta::evaluate_stage(const State& from, double h, double c, const Weights& row,
-                                   const Accelerations& known, double* a) {
+                                   const Accelerations& known, double allowed_error, double* a) {
   const std::size_t n = from.x.size();
   const double t = from.t + c * h;
   combine(mechanics_.parallel(), n, from.x.data(), h * c, from.v.data(), row.x, h * h, known, stage_x_.data());
   combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), row.v, h, known, stage_v_.data());
   mechanics_.prescribe(t, stage_x_.data(), stage_v_.data());
-  return mechanics_.accelerations(t, stage_x_.data(), stage_v_.data(), Gradients::Evaluate, a);
+  Request request = options_.request(Gradients::Evaluate);
+  request.allowed_error = allowed_error;
+  return mechanics_.accelerations({t, stage_x_.data(), stage_v_.data()}, request, a);
 }
 
 StepResult RungeKutta::step(const State& from, double h, State* to) {
@@ -147,13 +149,12 @@ StepResult RungeKutta::step(const State& from, double h, State* to) {
   to->work = from.work;
   StepResult result;
   result.outcome = evaluate_stages(from, h, a, &to->work);
-  mechanics_.allow_error(0.0);
   if (!result.outcome.ok()) return result;
   const Weights& b = rows_[stages];
   combine(mechanics_.parallel(), n, from.x.data(), h, from.v.data(), b.x, h * h, a, to->x.data());
   combine(mechanics_.parallel(), n, from.v.data(), 0.0, from.v.data(), b.v, h, a, to->v.data());
-  if (!is_adaptive()) return settle(mechanics_, options_.stabilisation, to);
-  result = settle(mechanics_, options_.stabilisation, to, Turn::Small, Tolerance{options_.atol, options_.rtol});
+  if (!is_adaptive()) return settle(mechanics_, options_, to);
+  result = settle(mechanics_, options_, to, Turn::Small, Tolerance{options_.atol, options_.rtol});
   if (result.outcome.ok()) result.error = larger(result.error, estimate_error(from, h, *to));
   return result;
 }
@@ -171,10 +172,12 @@ Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerat
   constexpr double nearly_rounding = 1e-12;
   constexpr double none = std::numeric_limits<double>::min();
   const double atol = is_adaptive() ? options_.atol : none, rtol = is_adaptive() ? options_.rtol : nearly_rounding;
-  const double allowed = mechanics_.allowed_error({h, atol, rtol, from.x.data(), from.v.data()});
+  const InexactSolves* const inexact = mechanics_.inexact_solves();
+  const double allowed =
+      inexact != nullptr ? inexact->allowed_error({h, atol, rtol, from.x.data(), from.v.data()}) : 0.0;
   for (std::size_t i = 1; i < tableau_.b.size(); ++i) {
-    mechanics_.allow_error(shares_[i] * allowed);
-    Outcome found = evaluate_stage(from, h, tableau_.c[i], rows_[i], a, accelerations_[i - 1].data());
+    Outcome found =
+        evaluate_stage(from, h, tableau_.c[i], rows_[i], a, shares_[i] * allowed, accelerations_[i - 1].data());
     if (!found.ok()) return found;
     if (has_work) add_work(i, mechanics_.power(stage_x_.data(), stage_v_.data()));
   }
@@ -207,8 +210,8 @@ Outcome RungeKutta::prepare_inside(const State& from, const State& to) {
   for (std::size_t i = 0; i < tableau_.dense.c.size(); ++i) {
     std::vector<double>& a = accelerations_[end - 1 + i];
     a.resize(from.x.size());
-    Outcome found =
-        evaluate_stage(from, to.t - from.t, tableau_.dense.c[i], rows_[end + 1 + i], accelerations(from, to), a.data());
+    Outcome found = evaluate_stage(from, to.t - from.t, tableau_.dense.c[i], rows_[end + 1 + i],
+                                   accelerations(from, to), 0.0, a.data());
     if (!found.ok()) return found;
   }
   return {};

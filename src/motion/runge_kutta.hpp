@@ -30,7 +30,7 @@ Tableau dop853_tableau();
 /// there is the first stage of the next step (and the last one of the error estimate).
 class RungeKutta final : public Scheme {
  public:
-  RungeKutta(const Tableau& tableau, const MotionOptions& options, Mechanics& mechanics);
+  RungeKutta(const Tableau& tableau, const IntegrationOptions& options, Mechanics& mechanics);
 
   int order() const override { return tableau_.order; }
   bool is_adaptive() const override { return !tableau_.e.empty(); }
@@ -56,13 +56,13 @@ class RungeKutta final : public Scheme {
   Accelerations accelerations(const State& from, const State& to) const;
   Outcome evaluate_stages(const State& from, double h, const Accelerations& a, Power* work);
   Outcome evaluate_stage(const State& from, double h, double c, const Weights& row, const Accelerations& known,
-                         double* a);
+                         double allowed_error, double* a);
   double estimate_error(const State& from, double h, const State& to);
   double measure(const State& from, double h, const State& to, const Weights& estimate);
 
   Tableau tableau_;
   double rounding_gain_ = 0.0;
-  MotionOptions options_;
+  IntegrationOptions options_;
   Mechanics& mechanics_;
   std::vector<Weights> rows_;     // of A: the stages, the new point (b), the stages of the dense output
   Weights estimate_, estimate3_;  // e, e3

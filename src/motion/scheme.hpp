@@ -8,6 +8,7 @@
 #include <tanor/motion.hpp>
 
 #include "dynamics/mechanics.hpp"
+#include "motion/integration_options.hpp"
 
 namespace tanor {
 
@@ -18,6 +19,8 @@ struct State {
   std::vector<double> x, v, a;
   Power power;  ///< W, where the mechanics has work
   Power work;   ///< J: their time integrals
+
+  Kinematics at() const { return {t, x.data(), v.data()}; }
 };
 
 /// What one attempted step says.
@@ -81,10 +84,7 @@ class Scheme {
 };
 
 /// The scheme of a method (not Auto); rtol and atol of `options` enter the error estimate.
-std::unique_ptr<Scheme> make_scheme(Method method, const MotionOptions& options, Mechanics& mechanics);
-
-/// How far a step may have turned constraints: by a small part of a radian, or more.
-enum class Turn { Small, Large };
+std::unique_ptr<Scheme> make_scheme(Method method, const IntegrationOptions& options, Mechanics& mechanics);
 
 /// Per point and component: atol + rtol |.|.
 struct Tolerance {
@@ -97,7 +97,7 @@ struct Tolerance {
 /// With a `tolerance` the result's error is how far the projection moves the velocity, over that tolerance. A step that
 /// follows the motion comes nearly tangent to the constraints; one that ends on another branch of them, or where K is
 /// too near to losing rank to tell the tangents, does not. It is measured where K may lose rank.
-StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state, Turn turn = Turn::Small,
+StepResult settle(Mechanics& mechanics, const IntegrationOptions& options, State* state, Turn turn = Turn::Small,
                   std::optional<Tolerance> tolerance = {});
 
 }  // namespace tanor

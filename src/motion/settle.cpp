@@ -5,22 +5,21 @@
 
 namespace tanor {
 
-StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* state, Turn turn,
+StepResult settle(Mechanics& mechanics, const IntegrationOptions& options, State* state, Turn turn,
                   std::optional<Tolerance> tolerance) {
   StepResult result;
   const double t = state->t;
   double* const x = state->x.data();
   double* const v = state->v.data();
   mechanics.prescribe(t, x, v);
-  if (stabilisation == Stabilisation::Projection) {
-    const ProjectionReport positions =
-        turn == Turn::Large ? mechanics.project_far_positions(t, x) : mechanics.project_positions(t, x);
+  if (options.stabilisation == Stabilisation::Projection) {
+    const ProjectionReport positions = mechanics.project_positions(t, x, turn);
     result.position_violation = positions.violation;
     if (result.outcome = positions.outcome; !result.outcome.ok()) return result;
   }
   if (result.outcome = mechanics.linearise(t, x); !result.outcome.ok()) return result;
-  if (stabilisation == Stabilisation::Projection) {
-    const bool measures = tolerance.has_value() && mechanics.may_lose_rank();
+  if (options.stabilisation == Stabilisation::Projection) {
+    const bool measures = tolerance.has_value() && mechanics.rank_monitor() != nullptr;
     std::vector<double>& moved = state->a;  // until it is known
     if (measures) moved = state->v;
     const ProjectionReport velocities = mechanics.project_velocities(t, x, v);
@@ -41,7 +40,7 @@ StepResult settle(Mechanics& mechanics, Stabilisation stabilisation, State* stat
       result.error = mechanics.error_ratios(t, errors, atol + rounding * fastest, tolerance->rtol).v;
     }
   }
-  result.outcome = mechanics.accelerations(t, x, v, Gradients::Keep, state->a.data());
+  result.outcome = mechanics.accelerations({t, x, v}, options.request(Gradients::Keep), state->a.data());
   if (result.outcome.ok() && mechanics.has_work()) state->power = mechanics.power(x, v);
   return result;
 }

@@ -13,7 +13,7 @@ namespace tanor {
 
 void SingularPlaces::begin(double t) {
   forget();
-  regular_ = 1.0 / mechanics_.mass_ratio();
+  if (monitor_ != nullptr) regular_ = 1.0 / monitor_->mass_ratio();
   report_.reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
   report_.reciprocal_condition_time = t;
   report_.rank_changes.start = report_.rank_changes.now = mechanics_.rank();
@@ -21,7 +21,7 @@ void SingularPlaces::begin(double t) {
 }
 
 void SingularPlaces::resume() {
-  if (!std::isnan(memory_.remembered)) mechanics_.remember_gradients();
+  if (!std::isnan(memory_.remembered)) monitor_->remember_gradients();
 }
 
 /// visit(number) for all that the next steps depend on.
@@ -41,13 +41,13 @@ void SingularPlaces::for_each_number(M& memory, const Visit& visit) {
 
 void SingularPlaces::write(std::vector<double>* numbers) const {
   numbers->clear();
-  if (!mechanics_.may_lose_rank()) return;
+  if (monitor_ == nullptr) return;
   numbers->push_back(regular_);
   for_each_number(memory_, [&](const auto& number) { numbers->push_back(static_cast<double>(number)); });
 }
 
 void SingularPlaces::restore(std::span<const double> numbers) {
-  std::size_t count = mechanics_.may_lose_rank() ? 1 : 0;
+  std::size_t count = monitor_ != nullptr ? 1 : 0;
   if (count > 0) for_each_number(memory_, [&](const auto&) { ++count; });
   if (numbers.size() != count) {
     throw InputError("/snapshot/singular_memory",
@@ -65,7 +65,7 @@ void SingularPlaces::note(Scheme& scheme, const State& from, const State& to, co
   memory_.is_coasting = !step.is_settled;
   if (!step.is_settled) return;
   if (!std::isnan(memory_.remembered) && to.t > from.t) {
-    const double ratio = mechanics_.compare_gradients();
+    const double ratio = monitor_->compare_gradients();
     if (ratio < 0.0)
       find_passages(scheme, from, to, step.is_interpolated);
     else if (memory_.is_foreseen && ratio > 0.0 && ratio != 1.0)
@@ -82,7 +82,7 @@ void SingularPlaces::note_place(double t) {
     report_.reciprocal_condition = reciprocal_condition;
     report_.reciprocal_condition_time = t;
   }
-  if (!mechanics_.may_lose_rank()) return;
+  if (monitor_ == nullptr) return;
   if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
   regular_ = std::max(regular_, reciprocal_condition);
   memory_.forecast.add(t, reciprocal_condition, regular_);
@@ -107,7 +107,7 @@ void SingularPlaces::note_place(double t) {
 }
 
 void SingularPlaces::remember(double t) {
-  mechanics_.remember_gradients();
+  monitor_->remember_gradients();
   memory_.remembered = t;
 }
 
@@ -122,14 +122,14 @@ void SingularPlaces::find_passages(Scheme& scheme, const State& from, const Stat
   DenseOutput dense(scheme, from, to, !is_interpolated);
   const double begin = memory_.remembered < from.t ? -0.5 : 0.0;
   Outcome found;
-  if (begin < 0.0 && (found = go_inside(&dense, begin)).ok()) mechanics_.remember_gradients();
+  if (begin < 0.0 && (found = go_inside(&dense, begin)).ok()) monitor_->remember_gradients();
   double low = begin;
   for (int k = 1; k <= pieces && found.ok(); ++k) {
-    if (k > 1) mechanics_.remember_gradients();
+    if (k > 1) monitor_->remember_gradients();
     // No symmetry of a motion leads to such a fraction.
     const double high = k < pieces ? begin + (k - 0.1371) * (1.0 - begin) / pieces : 1.0;
     if (found = go_inside(&dense, high); !found.ok()) break;
-    if (const double value = mechanics_.compare_gradients(); value < 0.0) {
+    if (const double value = monitor_->compare_gradients(); value < 0.0) {
       note_found(dense.time(narrow(&dense, low, high, value)), to.t - from.t);
       found = go_inside(&dense, high);
     }
@@ -138,7 +138,7 @@ void SingularPlaces::find_passages(Scheme& scheme, const State& from, const Stat
   x_ = to.x;
   v_ = to.v;
   mechanics_.prescribe(to.t, x_.data(), v_.data());
-  found = mechanics_.accelerations(to.t, x_.data(), v_.data(), Gradients::Evaluate, a_.data());
+  found = mechanics_.accelerations({to.t, x_.data(), v_.data()}, options_.request(Gradients::Evaluate), a_.data());
   ensure(found.ok(), "where a step has ended there are accelerations");
 }
 
@@ -172,7 +172,7 @@ double SingularPlaces::narrow(DenseOutput* dense, double low, double high, doubl
       const double fraction = root + side * distance * (high - low);
       if (!go_inside(dense, fraction).ok()) return root;
       fractions[count] = fraction;
-      values[count] = mechanics_.compare_gradients();
+      values[count] = monitor_->compare_gradients();
       ++count;
     }
   }
@@ -228,7 +228,7 @@ bool SingularPlaces::is_at_one() const {
 
 bool SingularPlaces::have_surprised() const {
   constexpr double fall = 1e-3;
-  return mechanics_.may_lose_rank() && memory_.approaches == 0 && mechanics_.rank() == report_.rank_changes.now &&
+  return monitor_ != nullptr && memory_.approaches == 0 && mechanics_.rank() == report_.rank_changes.now &&
          mechanics_.last_solve().reciprocal_condition < fall * memory_.forecast.reciprocal_condition();
 }
 

@@ -17,8 +17,12 @@ class SingularPlaces {
  public:
   /// `follows`: K is compared from step to step, where their lengths are nobody's choice; else past places that are
   /// foreseen.
-  SingularPlaces(const MotionOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
-      : options_(options), mechanics_(mechanics), follows_(follows), report_(*report) {}
+  SingularPlaces(const IntegrationOptions& options, Mechanics& mechanics, bool follows, MotionReport* report)
+      : options_(options),
+        mechanics_(mechanics),
+        monitor_(mechanics.rank_monitor()),
+        follows_(follows),
+        report_(*report) {}
 
   /// The motion begins at t, where the mechanics has solved.
   void begin(double t);
@@ -85,8 +89,9 @@ class SingularPlaces {
   void forget_approaches();
   void note_rank(double t);
 
-  MotionOptions options_;
+  IntegrationOptions options_;
   Mechanics& mechanics_;
+  RankMonitor* const monitor_;  // null: K keeps its rank
   bool follows_;
   MotionReport& report_;
   /// Of the steps before.

@@ -8,11 +8,12 @@
 
 namespace tanor {
 
-StiffSteps::StiffSteps(const MotionOptions& options, Mechanics& mechanics, Method explicit_method)
+StiffSteps::StiffSteps(const IntegrationOptions& options, Mechanics& mechanics, Method explicit_method)
     : options_(options),
       mechanics_(mechanics),
       explicit_method_(explicit_method),
-      may_look_(options.method == Method::Auto && mechanics.has_implicit_equations() &&
+      may_look_(options.method == Method::Auto && mechanics.implicit_formulation() != nullptr &&
+                mechanics.implicit_formulation()->matrix_knows_all_forces() &&
                 (explicit_method == Method::Taylor || explicit_method == Method::Dop853)) {}
 
 bool StiffSteps::is_due(double h, double left) const {

@@ -17,7 +17,7 @@ namespace tanor {
 /// is not worth its factors.
 class StiffSteps {
  public:
-  StiffSteps(const MotionOptions& options, Mechanics& mechanics, Method explicit_method);
+  StiffSteps(const IntegrationOptions& options, Mechanics& mechanics, Method explicit_method);
 
   void note_step() { ++num_steps_; }
   /// After a step of length h, with the time `left` to come.
@@ -39,7 +39,7 @@ class StiffSteps {
  private:
   static constexpr double factor = 20.0;  // so many explicit steps cost more than an implicit one
 
-  MotionOptions options_;
+  IntegrationOptions options_;
   Mechanics& mechanics_;
   Method explicit_method_;
   bool may_look_, is_stiff_ = false;

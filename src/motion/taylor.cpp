@@ -149,15 +149,19 @@ void make_quadrature(int count, std::vector<double>* nodes, std::vector<double>*
   }
 }
 
+SeriesExpansion& series_of(Mechanics& mechanics) {
+  if (SeriesExpansion* const series = mechanics.series()) return *series;
+  throw InputError("/motion/method",
+                   "taylor: " + mechanics.why_no_series() + "; take dop853, which needs no series, or auto");
+}
+
 }  // namespace
 
-Taylor::Taylor(const MotionOptions& options, Mechanics& mechanics)
+Taylor::Taylor(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options),
       mechanics_(mechanics),
+      series_(series_of(mechanics)),
       order_(options.order > 0 ? options.order : choose_order(options.rtol, mechanics.size())) {
-  const std::string obstacle = mechanics.series_obstacle();
-  if (!obstacle.empty())
-    throw InputError("/motion/method", "taylor: " + obstacle + "; take dop853, which needs no series, or auto");
   const std::size_t n = mechanics.size();
   log_of_limits_.resize(static_cast<std::size_t>(order_) + 1);
   coefficients_.assign(static_cast<std::size_t>(order_) + 1, std::vector<double>(n));
@@ -176,11 +180,12 @@ double Taylor::propose_step(const State& from) {
 void Taylor::expand(const State& from) {
   double smooth_until = 0.0;
   const bool knows_acceleration =
-      knows_acceleration_ && end_ == from.t && num_accelerations_ == mechanics_.num_accelerations();
-  exists_ = mechanics_
-                .expand(from.t, from.x.data(), from.v.data(), knows_acceleration ? from.a.data() : nullptr, pointers_,
-                        &smooth_until)
-                .ok();
+      knows_acceleration_ && end_ == from.t && num_accelerations_ == series_.num_accelerations();
+  const double* const a = knows_acceleration ? from.a.data() : pointers_[2];
+  Outcome found;
+  if (!knows_acceleration) found = mechanics_.accelerations(from.at(), options_.request(Gradients::Keep), pointers_[2]);
+  if (found.ok()) found = series_.expand(from.at(), a, pointers_, &smooth_until);
+  exists_ = found.ok();
   has_series_ = true;
   rejected_ = {};
   series_time_ = from.t;
@@ -196,7 +201,7 @@ void Taylor::choose_terms(const State& from) {
   enough_ = order_;
   longest_ = longest_step(from, order_);
   const int half = order_ / 2;
-  if (!mechanics_.may_lose_rank() || half <= least_order || longest_step(from, half) < longest_) return;
+  if (mechanics_.rank_monitor() == nullptr || half <= least_order || longest_step(from, half) < longest_) return;
   for (int terms = least_order; terms < order_; ++terms) {
     if (const double h = longest_step(from, terms); h > longest_) {
       longest_ = h;
@@ -207,7 +212,7 @@ void Taylor::choose_terms(const State& from) {
 
 /// Of a step that is longer than the series allows: those that leave least over.
 int Taylor::terms_for(const State& from, double h) {
-  if (h <= longest_ || !mechanics_.may_lose_rank()) return enough_;
+  if (h <= longest_ || mechanics_.rank_monitor() == nullptr) return enough_;
   // log |term| over the tolerance
   const auto size = [&](int k) { return k * (std::log(h) - log_of_longest_step(from, k)); };
   int best = enough_;
@@ -256,7 +261,7 @@ Power Taylor::integrate_power(const State& from, double h) {
     const double t = from.t + nodes_[i] * h;
     evaluate(nodes_[i] * h, inside_.x.data(), inside_.v.data(), inside_.a.data());
     mechanics_.prescribe(t, inside_.x.data(), inside_.v.data());
-    const Power power = mechanics_.power_along(t, inside_.x.data(), inside_.v.data(), inside_.a.data());
+    const Power power = series_.power_along({t, inside_.x.data(), inside_.v.data()}, inside_.a.data());
     sum.supports += h * weights_[i] * power.supports;
     sum.forces += h * weights_[i] * power.forces;
     sum.friction += h * weights_[i] * power.friction;
@@ -273,7 +278,7 @@ double Taylor::measure_error(const State& from, double h, const State& to) {
   constexpr double noise = 1e-11, most_noise = 1e-6;
   const auto [largest, most_missing] = compare(to.a.data(), inside_.a.data(), to.a.size());
   double* const missing = inside_.a.data();
-  if (const std::span<const Index> own = mechanics_.neighbourhoods(); !own.empty())
+  if (const std::span<const Index> own = series_.neighbourhoods(); !own.empty())
     subtract_from(to.a.data(), noise, own, &noise_, missing);
   else
     subtract_from(to.a.data(), noise * largest, to.a.size(), missing);
@@ -305,12 +310,11 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   terms_ = terms_for(from, h);
   to->work = nodes_.empty() ? from.work : integrate_power(from, h);
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
-  StepResult result =
-      settle(mechanics_, options_.stabilisation, to, Turn::Large, Tolerance{options_.atol, options_.rtol});
+  StepResult result = settle(mechanics_, options_, to, Turn::Large, Tolerance{options_.atol, options_.rtol});
   if (result.outcome.ok()) result.error = larger(result.error, measure_error(from, h, *to));
   knows_acceleration_ = result.outcome.ok();
   end_ = to->t;
-  num_accelerations_ = mechanics_.num_accelerations();
+  num_accelerations_ = series_.num_accelerations();
   return result;
 }
 

@@ -13,7 +13,7 @@ namespace tanor {
 /// analytic at rest) a Runge-Kutta step passes the place.
 class Taylor final : public Scheme {
  public:
-  Taylor(const MotionOptions& options, Mechanics& mechanics);
+  Taylor(const IntegrationOptions& options, Mechanics& mechanics);
 
   /// Velocities lose one term.
   int order() const override { return order_ - 1; }
@@ -39,8 +39,9 @@ class Taylor final : public Scheme {
   Power integrate_power(const State& from, double h);
   double measure_error(const State& from, double h, const State& to);
 
-  MotionOptions options_;
+  IntegrationOptions options_;
   Mechanics& mechanics_;
+  SeriesExpansion& series_;
   int order_;
   std::vector<std::vector<double>> coefficients_;  // [order + 1][n]
   std::vector<double*> pointers_;

@@ -23,7 +23,7 @@ class Watch {
     std::string name{};
   };
 
-  explicit Watch(Mechanics& mechanics) : mechanics_(mechanics) {}
+  Watch(const IntegrationOptions& options, Mechanics& mechanics) : options_(options), mechanics_(mechanics) {}
 
   void add(Function function);
   bool is_empty() const { return functions_.empty(); }
@@ -54,6 +54,7 @@ class Watch {
   Outcome narrow(DenseOutput* dense, const State& from, const State& to, std::size_t k, std::size_t place, double sign,
                  double* fraction);
 
+  IntegrationOptions options_;
   Mechanics& mechanics_;
   std::vector<Function> functions_;
   std::vector<double> signs_;  // +1, -1; 0: not known yet

@@ -65,11 +65,6 @@ struct Dynamics::Implementation {
     for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(num_numbers());
     for (std::vector<double>* array : {&x, &x_dot, &x_ddot}) array->resize(form.size());
     lambda.resize(model.num_rows());
-    if (forms.normal != nullptr) {
-      forms.normal->set_exact(true);
-      forms.normal->verify_friction(true, true);
-    }
-    if (forms.tangent != nullptr) forms.tangent->set_exact(true);
   }
 
   const Numbering& numbering() const { return model.numbering; }
@@ -90,13 +85,16 @@ struct Dynamics::Implementation {
     model.prescribe_all(time, inner_r->data(), inner_v->data());
   }
 
+  /// One instant is solved to rounding, and asks for other solutions.
+  static constexpr Request demanding{.exact = true, .judgement = Judgement::Thorough, .refuses_several = true};
+
   /// At t, r, v: w and what the form keeps.
   Outcome solve() {
     if (Outcome outcome = form.adopt(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
-    Outcome outcome = form.begin(t, x.data(), x_dot.data(), x_ddot.data());
+    Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, x_ddot.data());
     if (!outcome.ok()) return outcome;
     form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
-    outcome = forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data());
+    outcome = forms.reactions({t, r.data(), v.data()}, demanding, lambda.data(), eta.data());
     is_there = outcome.ok();
     return outcome;
   }
@@ -129,10 +127,10 @@ Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
 Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N) {
   NormalForm& normal = *forms.normal;
   // The factor of S knows what sticks, the split does not.
-  const bool one_mass_serves = has_one_mass(model) && normal.num_events() == 0;
+  const bool one_mass_serves = has_one_mass(model) && normal.events() == nullptr;
   if (!normal_space) normal_space = std::make_unique<NormalSpace>(model, one_mass_serves ? &normal : nullptr);
-  if (normal.num_events() > 0) split_blocks = model.without_contacts(normal.blocks());
-  const std::vector<double>& blocks = normal.num_events() > 0 ? split_blocks : normal.blocks();
+  if (normal.events() != nullptr) split_blocks = model.without_contacts(normal.blocks());
+  const std::vector<double>& blocks = normal.events() != nullptr ? split_blocks : normal.blocks();
   if (Outcome outcome = normal_space->factorize(t, r.data(), blocks.data()); !outcome.ok()) return outcome;
   std::vector<double> c(model.num_rows()), mu(model.num_rows()), given(num_numbers(), 0.0);
   std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
@@ -196,7 +194,7 @@ std::size_t Dynamics::num_equations() const {
   return live(implementation_, "Dynamics").numbering().num_user_rows;
 }
 std::string Dynamics::series_obstacle() const {
-  return live(implementation_, "Dynamics").forms.main->series_obstacle();
+  return live(implementation_, "Dynamics").forms.main->why_no_series();
 }
 
 const PlanSummary& Dynamics::plan() const {
@@ -229,8 +227,8 @@ SolveReport Dynamics::solve(double t, std::span<const double> positions, std::sp
   report.outcome = std::move(solved);
   if (!report.outcome.ok()) return report;
   if (self.form_wanted == Form::Both) {
-    if (Outcome outcome = self.forms.compare(t, self.r.data(), self.v.data(), self.w.data(), self.eta.data(),
-                                             &report.forms_disagreement);
+    if (Outcome outcome = self.forms.compare({t, self.r.data(), self.v.data()}, self.demanding, self.w.data(),
+                                             self.eta.data(), &report.forms_disagreement);
         !outcome.ok()) {
       report.outcome = std::move(outcome);
       return report;

@@ -86,9 +86,10 @@ ChosenMethod choose(const MotionOptions& options, const System& system, bool in_
 
 }  // namespace
 
-ChosenMethod choose_method(const MotionOptions& options, const System& system, const Mechanics& mechanics,
+ChosenMethod choose_method(const MotionOptions& options, const System& system, Mechanics& mechanics,
                            bool in_coordinates) {
-  return choose(options, system, in_coordinates, [&] { return mechanics.series_obstacle(); });
+  return choose(options, system, in_coordinates,
+                [&] { return mechanics.series() != nullptr ? std::string{} : mechanics.why_no_series(); });
 }
 
 ChosenMethod choose_method(const MotionOptions& options, const Dynamics& dynamics) {

@@ -13,7 +13,7 @@ void check_options(const MotionOptions& options);
 /// `size`: 3 times the number of points.
 void check_snapshot(const Snapshot& snapshot, std::size_t size);
 
-ChosenMethod choose_method(const MotionOptions& options, const System& system, const Mechanics& mechanics,
+ChosenMethod choose_method(const MotionOptions& options, const System& system, Mechanics& mechanics,
                            bool in_coordinates);
 /// rattle and the implicit methods step in normal form. Throws InputError where there is none, or friction that
 /// implicit methods do not know.

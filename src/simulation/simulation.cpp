@@ -58,11 +58,8 @@ struct Simulation::Implementation {
         solver_options(resolve(solver, system, motion.method)),
         forms(std::move(system), solver_options, t_start),
         chosen(choose_method(motion, model.system, form, forms.is_tangent())),
-        integration(chosen.method, options, form, &report) {
+        integration(chosen.method, {options, wants_exact_accelerations()}, form, &report) {
     note_method();
-    // Residuals of 1e-12 would be the noise of such steps. (Friction takes it for a wish to judge each instant.)
-    constexpr double demanding = 1e-10;
-    form.set_exact(integration.scheme().is_adaptive() && motion.rtol < demanding && !model.has_friction());
     if (!integration.scheme().is_adaptive() && !(options.step > 0.0)) {
       throw InputError("/motion/step", "method " + std::string(method_name(report.method)) +
                                            " has fixed steps: a positive step, s, is needed");
@@ -85,6 +82,12 @@ struct Simulation::Implementation {
     measure_start();
     if (model.has_friction()) measure_friction();
     publish();
+  }
+
+  /// Residuals of 1e-12 would be the noise of such steps. The fixed point of friction leaves as much anyway.
+  bool wants_exact_accelerations() const {
+    constexpr double demanding = 1e-10;
+    return !has_fixed_steps(chosen.method) && options.rtol < demanding && !model.has_friction();
   }
 
   void note_method() {
@@ -135,16 +138,16 @@ struct Simulation::Implementation {
     const bool begins = snapshot == nullptr;
     Outcome found = form.adopt(state.t, points.r.data(), points.v.data(), state.x.data(), state.v.data());
     if (!begins) integration.restore_memory(*snapshot);
-    if (forms.normal != nullptr) forms.normal->verify_friction(true, begins);
-    if (found.ok() && begins && (form.num_events() > 0 || model.has_friction())) {
-      found = form.begin(state.t, state.x.data(), state.v.data(), state.a.data());
+    if (found.ok() && begins && model.has_friction()) {
+      Request at_start = integration.request(Gradients::Keep);
+      at_start.refuses_several = true;
+      found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.a.data());
     } else if (found.ok() && integration.is_coasting()) {
       found = integration.return_to_constraints();
     } else {
       if (found.ok()) found = form.linearise(state.t, state.x.data());
       if (found.ok()) found = refresh(Gradients::Keep);
     }
-    if (forms.normal != nullptr) forms.normal->verify_friction(true, false);
     if (found.ok() && form.has_work() && !integration.is_coasting())
       state.power = form.power(state.x.data(), state.v.data());
     return found;
@@ -329,7 +332,8 @@ struct Simulation::Implementation {
       model.coordinates.scatter(state.x.data(), q.data());
       model.coordinates.scatter(state.v.data(), q_dot.data());
     }
-    const Outcome known = forms.reactions(state.t, points.r.data(), points.v.data(), rows.data(), points.w.data());
+    const Outcome known =
+        forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), points.w.data());
     if (outcome.ok()) outcome = known;
     numbering.scatter_rows(rows, lambda);
     numbering.scatter_points(points.w, eta);
@@ -343,12 +347,12 @@ struct Simulation::Implementation {
 
   Certificate certify() {
     std::vector<double> at_a(form.size());
-    Outcome found = form.accelerations(state.t, state.x.data(), state.v.data(), Gradients::Evaluate, at_a.data());
+    Outcome found = form.accelerations(state.at(), integration.request(Gradients::Evaluate), at_a.data());
     if (!found.ok()) return make_failed_certificate(found);
     form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), points.r.data(), points.v.data(),
                       points.w.data());
     std::vector<double> at_eta(points.r.size()), at_tau(points.r.size());
-    found = forms.reactions(state.t, points.r.data(), points.v.data(), rows.data(), at_eta.data());
+    found = forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
     forms.friction_forces(at_tau.data());
     return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau});
@@ -356,7 +360,7 @@ struct Simulation::Implementation {
 
   /// Accelerations and multipliers at the state itself, after steps that left others behind.
   Outcome refresh(Gradients gradients) {
-    return form.accelerations(state.t, state.x.data(), state.v.data(), gradients, state.a.data());
+    return form.accelerations(state.at(), integration.request(gradients), state.a.data());
   }
 
   /// A first step from the time in which velocities or positions change by themselves.
@@ -394,7 +398,7 @@ struct Simulation::Implementation {
       integration.next_step = first_step(t_end - state.t);
     outcome = integration.advance(
         t_end, [this](const StepResult& step) { take(step); }, observer);
-    if (!outcome.ok() && model.has_friction() && form.num_events() > 0 && !integration.scheme().is_adaptive())
+    if (!outcome.ok() && model.has_friction() && form.events() != nullptr && !integration.scheme().is_adaptive())
       outcome.what += "; steps of a fixed length pass over how contacts stop and leave: take method dop853";
     if (report.accuracy_warning.empty()) report.accuracy_warning = integration.explain_missed();
     const bool rejected_last = !outcome.ok();

@@ -26,7 +26,6 @@ struct Case {
     lambda.resize(model.num_rows());
     model.numbering.gather_points(model.system.positions, r);
     model.numbering.gather_points(model.system.velocities, v);
-    if (forms.normal != nullptr) forms.normal->set_exact(true);
     EXPECT_TRUE(forms.main->start(t, r.data(), v.data(), StartMode::Check).outcome.ok());
     solve();
   }
@@ -37,7 +36,6 @@ struct Case {
     model.numbering.gather_points(random.positions, r);
     model.numbering.gather_points(random.velocities, v);
     model.prescribe_all(t, r.data(), v.data());
-    forms.normal->set_exact(true);
     solve();
   }
 
@@ -45,10 +43,12 @@ struct Case {
     const std::size_t size = forms.main->size();
     std::vector<double> x(size), x_dot(size), x_ddot(size);
     ASSERT_TRUE(forms.main->adopt(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
-    const Outcome begun = forms.main->begin(t, x.data(), x_dot.data(), x_ddot.data());
+    const Request to_rounding{.exact = true, .refuses_several = true};
+    const Outcome begun =
+        forms.main->begin(t, x.data(), x_dot.data(), forms.is_tangent() ? Request{} : to_rounding, x_ddot.data());
     ASSERT_TRUE(begun.ok()) << begun.what;
     forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
-    ASSERT_TRUE(forms.reactions(t, r.data(), v.data(), lambda.data(), eta.data()).ok());
+    ASSERT_TRUE(forms.reactions({t, r.data(), v.data()}, to_rounding, lambda.data(), eta.data()).ok());
     forms.friction_forces(tau.data());
   }
   Certificate certify(SecondWay way = SecondWay::Auto) {

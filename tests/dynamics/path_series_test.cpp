@@ -85,7 +85,9 @@ struct Expanded {
     std::vector<double*> pointers;
     for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
     double smooth_until = 0.0;
-    if (outcome.ok()) outcome = form.expand(0.0, r.data(), v.data(), nullptr, pointers, &smooth_until);
+    const Kinematics at{0.0, r.data(), v.data()};
+    if (outcome.ok()) outcome = form.accelerations(at, {Gradients::Keep}, pointers[2]);
+    if (outcome.ok()) outcome = form.series()->expand(at, pointers[2], pointers, &smooth_until);
   }
 };
 

@@ -32,12 +32,14 @@ struct Expanded {
     model.numbering.gather_points(random.velocities, v);
     form.prescribe(t, r.data(), v.data());
     model.prescribe_all(t, r.data(), v.data());
-    form.set_exact(true);
     outcome = form.linearise(t, r.data());
     std::vector<double*> pointers;
     for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
     double smooth_until = 0.0;
-    if (outcome.ok()) outcome = form.expand(t, r.data(), v.data(), nullptr, pointers, &smooth_until);
+    const Kinematics at{t, r.data(), v.data()};
+    if (outcome.ok()) outcome = form.accelerations(at, {Gradients::Keep, true}, pointers[2]);
+    if (outcome.ok() && form.series() != nullptr)
+      outcome = form.series()->expand(at, pointers[2], pointers, &smooth_until);
   }
 
   /// Derivative of the series at h: 0 places, 1 velocities, 2 accelerations.
@@ -64,7 +66,7 @@ struct Expanded {
     std::vector<double> r = at(h, 0), v = at(h, 1), w(form.size());
     const std::vector<double> wanted = at(h, 2);
     form.prescribe(t + h, r.data(), v.data());
-    const Outcome found = form.accelerations(t + h, r.data(), v.data(), Gradients::Evaluate, w.data());
+    const Outcome found = form.accelerations({t + h, r.data(), v.data()}, {.exact = true}, w.data());
     return found.ok() ? model.largest_move(w.data(), wanted.data()) : HUGE_VAL;
   }
   /// Some point turns round by then: drag |v| v has a kink where v = 0, and a series is of one side.
@@ -95,7 +97,7 @@ constexpr int order = 9;
 RC_GTEST_PROP(Series, SatisfiesTheEquationsToItsOrder, ()) {
   const RandomSystem random = any_system();
   Expanded series(random, order);
-  RC_PRE(series.form.series_obstacle().empty());
+  RC_PRE(series.form.why_no_series().empty());
   RC_ASSERT(series.outcome.ok());
   const double scale = 1.0 + series.model.largest_norm(series.coefficients[2].data());
   double h = std::min(0.05 * series.radius(), 0.05);
@@ -109,7 +111,7 @@ TEST(Series, AllKindsOfRandomSystemsHaveThem) {
   int count = 0;
   for (std::uint32_t seed = 0; seed < 200; ++seed) {
     const Expanded series(make_random_system(12, seed), 4);
-    count += series.form.series_obstacle().empty() ? 1 : 0;
+    count += series.form.why_no_series().empty() ? 1 : 0;
   }
   EXPECT_GE(count, 120);  // lines whose direction turns have none
 }
@@ -148,7 +150,7 @@ TEST(Series, FormulasOfEveryFunctionSatisfyTheEquations) {
   const RandomSystem random = make_functions(formula_constraint(surface_text, 1));
   Expanded series(random, order);
   ASSERT_TRUE(series.outcome.ok()) << series.outcome.what;
-  ASSERT_EQ(series.form.series_obstacle(), "");
+  ASSERT_EQ(series.form.why_no_series(), "");
   const double h = 0.1 * series.radius();
   const double rate = std::log2(series.defect(h) / series.defect(0.5 * h));
   EXPECT_NEAR(rate, order - 1, 0.7);
@@ -165,7 +167,7 @@ TEST(Series, CallablesAreFormulas) {
   };
   Expanded text(make_functions(formula_constraint(surface_text, 1)), order);
   Expanded code(make_functions(make_constraint_kernel<1>(surface)), order);
-  ASSERT_EQ(code.form.series_obstacle(), "");
+  ASSERT_EQ(code.form.why_no_series(), "");
   for (std::size_t k = 0; k < text.coefficients.size(); ++k) {
     for (std::size_t i = 0; i < text.form.size(); ++i)
       EXPECT_NEAR(text.coefficients[k][i], code.coefficients[k][i], 1e-10 * (1.0 + std::abs(text.coefficients[k][i])))
@@ -180,8 +182,7 @@ TEST(Series, WhatComparesItsArgumentsHasNone) {
                           return x[0] > 100.0 ? x[2] : x[2] + 0.1 * x[0] * x[1] + 0.01 * t;
                         })),
                         4);
-  EXPECT_EQ(series.form.series_obstacle(),
-            "constraints[0] cannot be expanded in time: it is known as a function alone");
+  EXPECT_EQ(series.form.why_no_series(), "constraints[0] cannot be expanded in time: it is known as a function alone");
 }
 
 }  // namespace

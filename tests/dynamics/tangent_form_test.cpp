@@ -107,7 +107,6 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   const RandomCoordinates random = any_coordinates();
   const double t = 0.7;
   Forms forms(random.system, {.form = Form::Tangent});
-  forms.tangent->set_exact(true);
   const Model& model = forms.model;
   const auto size = static_cast<Eigen::Index>(3 * model.num_points()),
              moving = static_cast<Eigen::Index>(3 * model.num_moving());
@@ -119,7 +118,7 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   gather(0, &r);
   gather(1, &v);
   RC_ASSERT(forms.tangent->adopt(t, r.data(), v.data(), q.data(), q_dot.data()).ok());
-  RC_ASSERT(forms.tangent->accelerations(t, q.data(), q_dot.data(), Gradients::Evaluate, q_ddot.data()).ok());
+  RC_ASSERT(forms.tangent->accelerations({t, q.data(), q_dot.data()}, {.exact = true}, q_ddot.data()).ok());
   forms.tangent->write_points(t, q.data(), q_dot.data(), q_ddot.data(), r.data(), v.data(), w.data());
   forms.tangent->reactions(eta.data());
 

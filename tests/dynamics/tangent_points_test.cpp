@@ -72,8 +72,7 @@ struct Solved {
     forms.model.numbering.gather_points(system.velocities, v);
     (void)form.start(t, r.data(), v.data(), StartMode::Project);
     outcome = form.adopt(t, r.data(), v.data(), q.data(), q_dot.data());
-    form.set_exact(exactly);
-    if (outcome.ok()) outcome = form.accelerations(t, q.data(), q_dot.data(), Gradients::Evaluate, q_ddot.data());
+    if (outcome.ok()) outcome = form.accelerations({t, q.data(), q_dot.data()}, {.exact = exactly}, q_ddot.data());
     eta.resize(r.size());
   }
 };
@@ -146,8 +145,7 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
       TangentForm& form = *exactly.forms.tangent;
       ASSERT_TRUE(form.adopt(t, r.data(), v.data(), exactly.q.data(), exactly.q_dot.data()).ok());
       ASSERT_TRUE(
-          form.accelerations(t, exactly.q.data(), exactly.q_dot.data(), Gradients::Evaluate, exactly.q_ddot.data())
-              .ok());
+          form.accelerations({t, exactly.q.data(), exactly.q_dot.data()}, {.exact = true}, exactly.q_ddot.data()).ok());
       form.reactions(exactly.eta.data());
       for (std::size_t c = 0; c < eta.size(); ++c) EXPECT_NEAR(eta[c], exactly.eta[c], 1e-8) << t;
     }
@@ -171,7 +169,7 @@ TEST(TangentPoints, AngleFarBeyondAnyTurnIsAPendulumToo) {
     for (double angle = 0.1; angle < 6.0; angle += 0.7) {
       const double q = lowest + angle + turns * 2.0 * std::numbers::pi, q_dot = 1.5;
       double q_ddot = 0.0;
-      ASSERT_TRUE(forms.tangent->accelerations(0.0, &q, &q_dot, Gradients::Evaluate, &q_ddot).ok());
+      ASSERT_TRUE(forms.tangent->accelerations({0.0, &q, &q_dot}, {}, &q_ddot).ok());
       const double rounding = 1e-15 * (10.0 + std::abs(q));
       EXPECT_NEAR(q_ddot, -gravity / radius * std::sin(q - lowest), gravity / radius * 2.0 * rounding) << turns;
     }

@@ -13,21 +13,21 @@ namespace {
 
 using std::numbers::pi;
 using toys::Block;
-using toys::Toy;
+using toys::SwitchingToy;
 using toys::Travel;
 
 /// x'' = c, and event functions f(t, x, v); what a switch does is said by the test.
-class Free final : public Toy {
+class Free final : public SwitchingToy {
  public:
   using Function = std::function<double(double t, double x, double v)>;
   Free(double acceleration, std::vector<Function> functions)
-      : Toy(1), acceleration_(acceleration), functions_(std::move(functions)) {}
+      : SwitchingToy(1), acceleration_(acceleration), functions_(std::move(functions)) {}
 
   std::function<void(double* v)> on_switch = [](double*) {};
   std::vector<std::vector<std::size_t>> vanished;
   std::size_t evaluations = 0;
 
-  Outcome free_accelerations(double, const double*, const double*, double* a) override {
+  Outcome push(double, const double*, const double*, double* a) override {
     ++evaluations;
     a[0] = acceleration_;
     return {};
@@ -36,12 +36,12 @@ class Free final : public Toy {
   void evaluate_events(double t, const double* x, const double* v, double* values) override {
     for (std::size_t k = 0; k < functions_.size(); ++k) values[k] = functions_[k](t, x[0], v[0]);
   }
-  Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which,
+  Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which, const Request&,
                            double* a) override {
     switch_times.push_back(t);
     vanished.emplace_back(which.begin(), which.end());
     on_switch(v);
-    return free_accelerations(t, x, v, a);
+    return push(t, x, v, a);
   }
 
   bool has_work() const override { return true; }

@@ -103,7 +103,8 @@ KnownMotion make_damped_bead() {
 double run(const KnownMotion& motion, Method method, double t_end, int steps) {
   Forms forms(motion.build(), {});
   EquationsOfMotion& form = *forms.main;
-  const std::unique_ptr<Scheme> scheme = make_scheme(method, {.method = method, .rtol = 1.0, .atol = 1.0}, form);
+  const std::unique_ptr<Scheme> scheme =
+      make_scheme(method, MotionOptions{.method = method, .rtol = 1.0, .atol = 1.0}, form);
   State state;
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(form.size());
   const std::vector<double> r = forms.model.system.positions, v = forms.model.system.velocities;
@@ -112,7 +113,7 @@ double run(const KnownMotion& motion, Method method, double t_end, int steps) {
   forms.model.numbering.gather_points(v, inner_v);
   Outcome found = form.adopt(0.0, inner_r.data(), inner_v.data(), state.x.data(), state.v.data());
   if (found.ok()) found = form.linearise(0.0, state.x.data());
-  if (found.ok()) found = form.accelerations(0.0, state.x.data(), state.v.data(), Gradients::Keep, state.a.data());
+  if (found.ok()) found = form.accelerations(state.at(), {Gradients::Keep}, state.a.data());
   if (form.has_work()) state.power = form.power(state.x.data(), state.v.data());
   State next = state;
   double worst = 0.0;

@@ -5,18 +5,18 @@
 namespace tanor {
 namespace {
 
-using toys::Toy;
+using toys::SwitchingToy;
 using toys::Travel;
 
 constexpr double singular_time = 0.8;
 
 /// Flies freely, and turns where x falls through 0. At `singular_time` K loses rank: the smallest
 /// singular value of K goes through 0 there as a straight line.
-class Ball final : public Toy {
+class Ball final : public SwitchingToy {
  public:
-  explicit Ball(double steepness = 0.01) : Toy(1), steepness_(steepness) {}
+  explicit Ball(double steepness = 0.01) : SwitchingToy(1), steepness_(steepness) {}
 
-  Outcome free_accelerations(double t, const double*, const double*, double* a) override {
+  Outcome push(double t, const double*, const double*, double* a) override {
     const double distance = t - singular_time;
     solve_.reciprocal_condition = steepness_ * distance * distance;
     a[0] = 0.0;
@@ -26,10 +26,11 @@ class Ball final : public Toy {
   void evaluate_events(double, const double* x, const double* v, double* values) override {
     values[0] = v[0] > 0.0 ? 1.0 : x[0];
   }
-  Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, double* a) override {
+  Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, const Request&,
+                           double* a) override {
     switch_times.push_back(t);
     v[0] = -v[0];
-    return free_accelerations(t, x, v, a);
+    return push(t, x, v, a);
   }
   const SolveReport& last_solve() const override { return solve_; }
 

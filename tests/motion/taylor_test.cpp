@@ -73,13 +73,13 @@ TEST(Taylor, LongSeriesAtALooseToleranceAreHeldInCheckByTheirEnds) {
 }
 
 /// x'' = 2 x^3 from x = x' = 1: x = 1/(1 - t), whose series says nothing from t = 1 on.
-class Blowup final : public toys::Toy {
+class Blowup final : public toys::Toy, private SeriesExpansion {
  public:
   Blowup() : Toy(1) {}
 
   std::size_t num_error_ratios = 0;
 
-  Outcome free_accelerations(double, const double* x, const double*, double* a) override {
+  Outcome push(double, const double* x, const double*, double* a) override {
     a[0] = 2.0 * x[0] * x[0] * x[0];
     return {};
   }
@@ -87,8 +87,12 @@ class Blowup final : public toys::Toy {
     ++num_error_ratios;
     return Toy::error_ratios(t, errors, atol, rtol);
   }
-  std::string series_obstacle() const override { return ""; }
-  Outcome expand(double, const double*, const double*, const double*, std::span<double* const> coefficients,
+  SeriesExpansion* series() override { return this; }
+  std::string why_no_series() const override { return ""; }
+  Power power_along(const Kinematics&, const double*) override { return {}; }
+  std::size_t num_accelerations() const override { return 0; }
+  std::span<const Index> neighbourhoods() const override { return {}; }
+  Outcome expand(const Kinematics&, const double*, std::span<double* const> coefficients,
                  double* smooth_until) override {
     for (double* const coefficient : coefficients) *coefficient = 1.0;
     *smooth_until = std::numeric_limits<double>::infinity();
@@ -111,7 +115,7 @@ struct BlowupTest : testing::Test {
 };
 
 TEST_F(BlowupTest, ARejectedStepDoesNotLengthenTheNextOne) {
-  Taylor taylor({.rtol = 1e-8, .atol = 1e-8}, blowup);
+  Taylor taylor(MotionOptions{.rtol = 1e-8, .atol = 1e-8}, blowup);
   const double proposed = taylor.propose_step(from);
 
   EXPECT_GT(step(&taylor, 2.0).error, 1.0);
@@ -121,7 +125,8 @@ TEST_F(BlowupTest, ARejectedStepDoesNotLengthenTheNextOne) {
 
 /// Beyond t = 1 the fewest terms leave least over; before it, all together do.
 TEST_F(BlowupTest, TermsAreChosenForEachStepThatIsTried) {
-  Taylor taylor({.rtol = 1e-8, .atol = 1e-8}, blowup), other({.rtol = 1e-8, .atol = 1e-8}, blowup);
+  Taylor taylor(MotionOptions{.rtol = 1e-8, .atol = 1e-8}, blowup),
+      other(MotionOptions{.rtol = 1e-8, .atol = 1e-8}, blowup);
   const double proposed = taylor.propose_step(from);
   const double error = step(&other, proposed).error, x = to.x[0];
   ASSERT_NEAR(x, 1.0 / (1.0 - proposed), 1e-7);
@@ -133,7 +138,7 @@ TEST_F(BlowupTest, TermsAreChosenForEachStepThatIsTried) {
 }
 
 TEST_F(BlowupTest, EachTermIsMeasuredOnce) {
-  Taylor taylor({.rtol = 1e-8, .atol = 1e-8, .order = 20}, blowup);
+  Taylor taylor(MotionOptions{.rtol = 1e-8, .atol = 1e-8, .order = 20}, blowup);
   taylor.propose_step(from);
   for (const double h : {3.0, 2.0, 1.5}) step(&taylor, h);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "motion/integration.hpp"
@@ -10,25 +11,49 @@
 namespace tanor::toys {
 
 /// x'' = a(t, x, v) of a few numbers without constraints; keeps the instants of its switches.
-class Toy : public Mechanics {
+class Toy : public Mechanics, private StepProjector, private RankMonitor {
  public:
   explicit Toy(std::size_t size) : size_(size) {}
 
   std::vector<double> switch_times;
 
   std::size_t size() const override { return size_; }
-  bool depends_on_velocity() const override { return false; }
+  bool keeps_variables() const override { return true; }
   bool has_work() const override { return false; }
   void prescribe(double, double*, double*) override {}
   Outcome linearise(double t, const double*) override {
     linearised_at_ = t;
     return {};
   }
-  Outcome accelerations(double t, const double* x, const double* v, Gradients gradients, double* a) override {
-    if (gradients == Gradients::Evaluate) linearised_at_ = t;
-    return free_accelerations(t, x, v, a);
+  /// x'' = a(t, x, v)
+  virtual Outcome push(double t, const double* x, const double* v, double* a) = 0;
+  Outcome accelerations(const Kinematics& at, const Request& request, double* a) override {
+    if (request.gradients == Gradients::Evaluate) linearised_at_ = at.t;
+    return push(at.t, at.x, at.v, a);
   }
-  ProjectionReport project_positions(double, double*) override { return {}; }
+  ProjectionReport project_positions(double, double*, Turn) override { return {}; }
+  PointTolerances point_tolerances() const override { return {}; }
+  std::size_t rank() const override { return 0; }
+
+  bool depends_on_velocity() const override { return false; }
+  Outcome free_accelerations(const Kinematics& at, const Request&, double* a) override {
+    return push(at.t, at.x, at.v, a);
+  }
+  ProjectionReport project_step_velocities(double, double, const double*, double*) override { return {}; }
+  double mass_ratio() const override { return 1.0; }
+  void remember_gradients() override {}
+  double compare_gradients() override { return 1.0; }
+
+  StepProjector* step_projector() override { return this; }
+  InexactSolves* inexact_solves() override { return nullptr; }
+  RankMonitor* rank_monitor() override { return this; }
+  RoundingGroups* rounding_groups() override { return nullptr; }
+  ForcePassages* force_passages() override { return nullptr; }
+  SeriesExpansion* series() override { return nullptr; }
+  std::string why_no_series() const override { return "toys have none"; }
+  DriveMonitor* drives() override { return nullptr; }
+  EventFunctions* events() override { return nullptr; }
+  ImplicitFormulation* implicit_formulation() override { return nullptr; }
   /// Moves nothing, but is held to the K of the step's beginning as every mechanics is.
   ProjectionReport project_step(double t, double h, double*, double*) override {
     ProjectionReport report;
@@ -46,12 +71,8 @@ class Toy : public Mechanics {
     }
     return result;
   }
-  bool has_drives() const override { return false; }
-  DriveReport look_at_drives(const DrivenStep&) override { return {}; }
-  std::string name_drive(std::size_t) const override { return {}; }
   Power power(const double*, const double*) const override { return {}; }
   void exchange_memory(Memory&) override {}
-  Energy energy(double, const double*, const double*) override { return {}; }
   const SolveReport& last_solve() const override { return solve_; }
   const Parallel& parallel() const override { return parallel_; }
 
@@ -62,16 +83,28 @@ class Toy : public Mechanics {
   Parallel parallel_{1};
 };
 
+/// One whose equations switch; its functions have no kinks, and it has no discrete state.
+class SwitchingToy : public Toy, private EventFunctions {
+ public:
+  using Toy::Toy;
+
+  EventFunctions* events() override { return this; }
+  void shape_events(const double* values, double* shapes) const override { std::copy_n(values, num_events(), shapes); }
+  Power work_of_switch() const override { return {}; }
+  std::vector<int> discrete_state() const override { return {}; }
+  void restore_discrete_state(std::span<const int>) override {}
+};
+
 /// A block on a spring, x'' = k (u t - x) - F, whose far end is drawn with u. Coulomb friction holds it up to the
 /// friction of rest, and slows it by that of sliding.
-class Block final : public Toy {
+class Block final : public SwitchingToy {
  public:
   Block(double stiffness, double drive, double rest, double sliding)
-      : Toy(1), stiffness_(stiffness), drive_(drive), rest_(rest), sliding_(sliding) {}
+      : SwitchingToy(1), stiffness_(stiffness), drive_(drive), rest_(rest), sliding_(sliding) {}
 
   int direction = 0;  ///< of sliding; 0: it sticks
 
-  Outcome free_accelerations(double t, const double* x, const double*, double* a) override {
+  Outcome push(double t, const double* x, const double*, double* a) override {
     pull_ = stiffness_ * (drive_ * t - x[0]);
     a[0] = direction == 0 ? 0.0 : pull_ - direction * sliding_;
     return {};
@@ -80,12 +113,13 @@ class Block final : public Toy {
   void evaluate_events(double, const double*, const double* v, double* values) override {
     values[0] = direction == 0 ? rest_ - std::abs(pull_) : direction * v[0];
   }
-  Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, double* a) override {
+  Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, const Request&,
+                           double* a) override {
     switch_times.push_back(t);
     const bool stuck = direction == 0;
     v[0] = 0.0;
     direction = stuck || std::abs(pull_) > rest_ ? (pull_ > 0.0 ? 1 : -1) : 0;
-    return free_accelerations(t, x, v, a);
+    return push(t, x, v, a);
   }
   std::vector<int> discrete_state() const override { return {direction}; }
   void restore_discrete_state(std::span<const int> state) override { direction = state[0]; }
@@ -108,7 +142,7 @@ struct Travel {
     integration.state.t = t;
     integration.state.x = x;
     integration.state.v = v;
-    const Outcome found = toy.accelerations(t, x.data(), v.data(), Gradients::Evaluate, integration.state.a.data());
+    const Outcome found = toy.accelerations(integration.state.at(), {}, integration.state.a.data());
     if (!found.ok()) throw std::runtime_error(found.what);
     integration.begin();
   }
