@@ -120,8 +120,8 @@ Outcome NormalForm::factorize(double t, const double* r, bool may_use_schur) {
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
   // Where a load is known to be shared S is singular, and a larger number is rounding, too.
   constexpr double hidden_by_rounding = 1e-8;
-  const bool is_hidden =
-      quality.reciprocal_condition < hidden_by_rounding && contacts_ != nullptr && contacts_->sharing().has_references();
+  const bool is_hidden = quality.reciprocal_condition < hidden_by_rounding && contacts_ != nullptr &&
+                         contacts_->sharing().has_references();
   if ((!is_fine() || is_hidden) && make_compliant()) quality = factorize_gram();
   is_factorized_ = is_fine();
   if (!is_factorized_) {
