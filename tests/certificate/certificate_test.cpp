@@ -35,7 +35,8 @@ struct Tampering {
   }  // of the general way
   static GramSolver& H(const Forms& forms) { return forms.tangent->linearization_.solver_; }
   static std::vector<double>& K(const Forms& forms) { return forms.normal->linearization_.blocks_; }
-  /// Eliminates once more, with one number of K another one; K itself stays. False: no composite of solvers serves the system.
+  /// Eliminates once more, with one number of K another one; K itself stays. False: no composite of solvers serves the
+  /// system.
   static bool corrupt_elimination(Forms& forms, std::size_t number, double by) {
     Linearization& linearization = forms.normal->linearization_;
     if (linearization.state_ != FactorState::Composite) return false;
