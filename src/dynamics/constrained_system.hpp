@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "dynamics/contact_response.hpp"
-#include "dynamics/instant.hpp"
 #include "dynamics/mechanics.hpp"
+#include "dynamics/sliding_islands.hpp"
 #include "schur/redundancy.hpp"
 
 namespace tanor {
@@ -18,8 +18,8 @@ class ConstrainedSystem : public ContactResponse {
   virtual Outcome linearise(double t, const double* r) = 0;
   /// v onto K'v + xi_t = 0 in the M-norm, with the linearization at (t, r); `impulses` [rows] += the multipliers, N s.
   virtual ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) = 0;
-  /// w [3n] by (31) and (25), with friction by (43). `are_counted` [island]: its motions are known, see
-  /// UniquenessCheck.
+  /// w [3n] by (31) and (25), with friction by (43). `are_counted` [island]: all motions of its contacts are known, so
+  /// that several sizes of friction are no several motions there; empty: of none.
   virtual Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
                                 double* w) = 0;
 

@@ -20,7 +20,7 @@ struct ModeSwitch {
   const double* r;                      ///< [3n]
   double* v;                            ///< [3n]; what has come to rest is put to rest exactly
   double* w;                            ///< [3n] accelerations of the new modes
-  Request request{};                    ///< how the accelerations of the new modes are asked for
+  Request request;                      ///< of those accelerations
   std::vector<char> at_rest{};          ///< [contact]
   std::vector<std::size_t> releases{};  ///< contacts that stick and have reached their limit
   std::vector<char> has_changed{};      ///< [island] where something is to be chosen

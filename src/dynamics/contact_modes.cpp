@@ -244,7 +244,6 @@ Outcome ContactModes::count_islands(const ModeSwitch& at, std::vector<ContactCho
   return count(at, others, at.is_start() ? most_at_start : most_contacts_counted, false, choices);
 }
 
-/// Several sizes of friction are no several motions in islands that were counted.
 Outcome ContactModes::settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices,
                              const std::vector<char>& are_counted) {
   return pivoting_.settle(at, choices, friction_.islands(), are_counted);

@@ -19,7 +19,6 @@ class ContactModes final : public EventFunctions {
   /// All must outlive it.
   ContactModes(Model& model, FrictionSolver& friction, ConstrainedSystem& system);
 
-  std::size_t num_events() const override { return state_.num_switches; }
   const LoadSharing& sharing() const { return sharing_; }
   LoadSharing& sharing() { return sharing_; }
 
@@ -27,11 +26,14 @@ class ContactModes final : public EventFunctions {
 
   /// The modes at a start, with the accelerations w [3n]. v changes where contacts are put to rest exactly.
   Outcome begin(double t, const double* r, double* v, const Request& request, double* w);
+  std::size_t num_events() const override { return state_.num_switches; }
   void evaluate_events(double t, const double* r, const double* v, double* values) override;
   void shape_events(const double* values, double* shapes) const override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                            const Request& request, double* w) override;
   Power work_of_switch() const override { return work_of_rest_; }
+  std::vector<int> discrete_state() const override { return state_.discrete_state(); }
+  void restore_discrete_state(std::span<const int> state) override { state_.restore_discrete_state(state); }
   /// A step to (t, r, v) was accepted.
   void accept(double t, const double* r, const double* v);
   /// Before friction is solved for at (r, v).
@@ -52,8 +54,6 @@ class ContactModes final : public EventFunctions {
   /// but by convention. Names it; empty: there is none.
   std::string find_undetermined_reaction() const;
 
-  std::vector<int> discrete_state() const override { return state_.discrete_state(); }
-  void restore_discrete_state(std::span<const int> state) override { state_.restore_discrete_state(state); }
   void exchange_memory(Memory& memory);
 
  private:

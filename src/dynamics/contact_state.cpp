@@ -68,14 +68,12 @@ std::vector<int> ContactState::discrete_state() const {
   return state;
 }
 
-void ContactState::require_size(std::span<const int> state, std::size_t wanted) {
-  if (state.size() == wanted) return;
-  throw InputError("/snapshot/discrete_state",
-                   std::to_string(state.size()) + " modes for " + std::to_string(wanted) + " contacts that may stick");
-}
-
 void ContactState::restore_discrete_state(std::span<const int> state) {
-  require_size(state, num_switches > 0 ? size() : 0);
+  const std::size_t wanted = num_switches > 0 ? size() : 0;
+  if (state.size() != wanted) {
+    throw InputError("/snapshot/discrete_state", std::to_string(state.size()) + " modes for " + std::to_string(wanted) +
+                                                     " contacts that may stick");
+  }
   restored_.assign(state.begin(), state.end());
   softness.assign(state.size(), 0);
   overloads.assign(state.size(), 0);

@@ -63,7 +63,6 @@ struct ContactState {
   /// Throws InputError where the size does not fit. Slip directions need T: they are restored at the first place where
   /// it stands, by `restore_senses`, which does nothing but then.
   void restore_discrete_state(std::span<const int> state);
-  static void require_size(std::span<const int> state, std::size_t wanted);
   void restore_senses(const double* r, const double* v);
 
  private:

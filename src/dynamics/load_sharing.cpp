@@ -28,7 +28,7 @@ bool LoadSharing::make_compliant() {
   return true;
 }
 
-bool LoadSharing::is_known() const {
+bool LoadSharing::has_references() const {
   for (std::size_t c = 0; state_.num_switches > 0 && c < state_.size(); ++c) {
     if (state_.tangents.sticks(c) && norm(state_.laws.reference(c)) > 0.0) return true;
   }

@@ -62,10 +62,10 @@ Outcome ModePivoting::settle(const ModeSwitch& at, const std::vector<ContactChoi
                              const ContactIslands& islands, std::span<const char> are_counted) {
   constexpr std::size_t most_passes = 40;
   Search search = begin(at, choices, islands);
-  const std::size_t num_at_rest = at.num_at_rest();
   Request on_the_way = at.request;
   on_the_way.gradients = Gradients::Evaluate;
   on_the_way.judgement = Judgement::None;
+  const std::size_t num_at_rest = at.num_at_rest();
   for (; search.pass < most_passes; ++search.pass) {
     Outcome outcome = system_.accelerations({at.t, at.r, at.v}, on_the_way, are_counted, at.w);
     if (!outcome.ok() || num_at_rest == 0) return outcome;

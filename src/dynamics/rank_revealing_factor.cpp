@@ -50,7 +50,7 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
   GramSolver::Quality quality = factorize_rows();
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
   const bool is_hidden =
-      quality.reciprocal_condition < hidden_by_rounding && sharing_ != nullptr && sharing_->is_known();
+      quality.reciprocal_condition < hidden_by_rounding && sharing_ != nullptr && sharing_->has_references();
   if ((!is_fine() || is_hidden) && make_compliant()) quality = factorize_rows();
   if (!is_fine()) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;

@@ -16,7 +16,7 @@ namespace tanor {
 /// What is asked about other solutions than the one that was found.
 struct UniquenessCheck {
   bool is_wanted = false;
-  bool refuses_several = true;          ///< else the one nearest to the guess is taken, and the report says so
+  bool refuses_several = false;         ///< else the one nearest to the guess is taken, and the report says so
   std::span<const char> are_counted{};  ///< [island] its motions were counted already; empty: none were
 };
 

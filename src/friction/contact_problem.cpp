@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "friction/range.hpp"
+
 namespace tanor {
 
 namespace {
@@ -51,7 +53,6 @@ bool ContactProblem::are_same(const VectorXd& x, const VectorXd& y) const {
 
 bool is_monotone(const ContactProblem& problem) {
   constexpr double rounding = 1e-11;
-  const Eigen::Index k = problem.size();
   std::vector<std::size_t> felt;  // contacts whose reaction changes
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
     const double change = problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c)).norm();
@@ -62,17 +63,16 @@ bool is_monotone(const ContactProblem& problem) {
   if (felt.empty()) return true;
   // A = L L', y' A y = |z|^2 for z = L'y: the bound is the largest eigenvalue of the sum of
   // mu (s L_c'L_c + V_c'V_c/s)/2, W = V L', s = |V_c|/|L_c|.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(problem.A);
-  const double largest = eigen.eigenvalues().maxCoeff();
-  const Eigen::Index rank = (eigen.eigenvalues().array() > rounding * largest).count();
-  const MatrixXd basis = eigen.eigenvectors().rightCols(rank), rest = eigen.eigenvectors().leftCols(k - rank);
-  const VectorXd root = eigen.eigenvalues().tail(rank).cwiseSqrt();
-  const MatrixXd L = basis * root.asDiagonal(), V = problem.W * basis * root.cwiseInverse().asDiagonal();
+  const Range range(problem.A, rounding);
+  const Eigen::Index rank = range.rank();
+  const VectorXd root = range.values.cwiseSqrt();
+  const MatrixXd L = range.vectors * root.asDiagonal(),
+                 V = problem.W * range.vectors * root.cwiseInverse().asDiagonal();
   MatrixXd sum = MatrixXd::Zero(rank, rank);
   for (const std::size_t c : felt) {
     const auto& contact = problem.contacts[c];
     const auto rows = problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c));
-    if (contact.mu * (rows * rest).norm() > rounding * std::max(1.0, rows.norm())) return false;
+    if (contact.mu * (rows * range.null).norm() > rounding * std::max(1.0, rows.norm())) return false;
     const auto own_L = L.middleRows(contact.first, contact.dimension);
     const auto own_V = V.middleRows<3>(3 * static_cast<Eigen::Index>(c));
     const double size_L = own_L.norm(), size_V = own_V.norm();

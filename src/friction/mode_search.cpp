@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "friction/range.hpp"
+
 namespace tanor {
 
 namespace {
@@ -45,10 +47,8 @@ void ModeSearch::set_contacts() {
   const double largest = std::max(problem_.a0.lpNorm<Eigen::Infinity>(), unit_ * problem_.A.lpNorm<Eigen::Infinity>());
   const double scale = largest > 0.0 ? largest : 1.0;
   // What is rounding in A would move points where forces are large.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(problem_.A * (unit_ / scale));
-  const Eigen::Index rank = (eigen.eigenvalues().array() > rank_rounding * eigen.eigenvalues().maxCoeff()).count();
-  const MatrixXd U = eigen.eigenvectors().rightCols(rank);
-  A_ = U * eigen.eigenvalues().tail(rank).asDiagonal() * U.transpose();
+  const Range range(problem_.A * (unit_ / scale), rank_rounding);
+  A_ = range.vectors * range.values.asDiagonal() * range.vectors.transpose();
   a0_ = problem_.a0 / scale;
   for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
     const auto& [first, dimension, moves, mu] = problem_.contacts[c];
@@ -108,17 +108,15 @@ bool ModeSearch::stick(std::size_t subset) {
   if (!held.empty()) {
     const MatrixXd A_SS = A_(held, held), A_SJ = A_(held, free_);
     const VectorXd a0_S = a0_(held);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A_SS);
-    const Eigen::Index rank = (eigen.eigenvalues().array() > rank_rounding * A_.diagonal().maxCoeff()).count();
-    num_shares = A_SS.rows() - rank;
-    const MatrixXd U = eigen.eigenvectors().rightCols(rank);
-    const MatrixXd inverse = U * eigen.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * U.transpose();
+    const Range range(A_SS, rank_rounding, A_.diagonal().maxCoeff());
+    num_shares = range.null.cols();
+    const MatrixXd inverse = range.vectors * range.values.cwiseInverse().asDiagonal() * range.vectors.transpose();
     p_(held) = -inverse * a0_S;
     if ((a0_S - A_SS * (inverse * a0_S)).lpNorm<Eigen::Infinity>() > equal) return false;
     E_.conservativeResize(Eigen::NoChange, q + num_shares);
     E_.rightCols(num_shares).setZero();
     E_(held, Eigen::seqN(0, q)) = -inverse * A_SJ;
-    E_(held, Eigen::seqN(q, num_shares)) = eigen.eigenvectors().leftCols(num_shares);
+    E_(held, Eigen::seqN(q, num_shares)) = range.null;
   }
   a_p_ = a0_ + A_ * p_;
   A_E_ = A_ * E_;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "friction/contact_problem.hpp"
+#include "friction/range.hpp"
 
 /// \file How contacts at rest that hold more than can move share their load: at the analytic centre of all that obeys
 /// the law (Boyd and Vandenberghe, Convex Optimization, sections 8.5 and 9.6).
@@ -176,12 +177,10 @@ Sharing list_members(const ContactProblem& problem, const std::vector<char>& sha
 bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd* x, MatrixXd* Z) {
   const auto& rows = sharing->rows;
   if (rows.empty()) return false;
-  const MatrixXd A = problem.A(rows, rows);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(A);
-  const Eigen::Index rank = (eigen.eigenvalues().array() > rank_rounding * eigen.eigenvalues().maxCoeff()).count();
-  if (rank == A.rows()) return false;
-  const MatrixXd U = eigen.eigenvectors().rightCols(rank);
-  *Z = eigen.eigenvectors().leftCols(A.rows() - rank);
+  const Range range(problem.A(rows, rows), rank_rounding);
+  if (range.is_whole()) return false;
+  const MatrixXd& U = range.vectors;
+  *Z = range.null;
   // A share that changes the reactions of others would be another motion: theirs is not touched.
   for (const std::size_t c : sharing->others) {
     const double mu = problem.contacts[c].mu;
@@ -193,7 +192,7 @@ bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd*
   }
   const VectorXd a = problem.accelerations(*x)(rows);
   sharing->own = (*x)(rows);
-  sharing->own -= U * (U.transpose() * a).cwiseQuotient(eigen.eigenvalues().tail(rank));
+  sharing->own -= U * (U.transpose() * a).cwiseQuotient(range.values);
   (*x)(rows) = sharing->own;
   return true;
 }

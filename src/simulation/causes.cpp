@@ -21,8 +21,8 @@ struct Terms {
 };
 
 std::vector<double> negative(const double* x, std::size_t size) {
-  std::vector<double> result(x, x + size);
-  for (double& each : result) each = -each;
+  std::vector<double> result(size);
+  std::transform(x, x + size, result.begin(), [](double each) { return -each; });
   return result;
 }
 
