@@ -1,6 +1,7 @@
 #include "dynamics/friction_solver.hpp"
 
 #include <gtest/gtest.h>
+#include <tanor/enum_names.hpp>
 
 #include <cmath>
 #include <limits>
@@ -65,7 +66,7 @@ TEST(FrictionSolver, EveryMethodSolvesTheFixedPointOfBeadsThatShareARod) {
     // (43): friction is mu |N| of the multipliers that it leaves itself.
     ASSERT_TRUE(found.outcome.ok()) << found.outcome.what;
     EXPECT_EQ(found.solver.report().contacts, 2u);
-    EXPECT_LT(found.solver.measure(found.lambda.data()), 1e-11) << friction_method_name(method);
+    EXPECT_LT(found.solver.measure(found.lambda.data()), 1e-11) << name_of(method);
     const FrictionLaws& laws = found.solver.laws();
     for (std::size_t c = 0; c < 2; ++c) {
       const double size = norm(found.solver.force(c, found.lambda.data()));
