@@ -48,6 +48,7 @@ struct Verifier::Sliding {
       return (-coulomb->coefficient * norm(normal) / speed) * velocity;
     }
     if (const auto* viscous = std::get_if<Viscous>(&friction)) return -viscous->coefficient * velocity;
+    static_assert(std::variant_size_v<Friction> == 3, "a new law needs its branch here");
     const FrictionKernel& kernel = std::get<UserFriction>(friction).kernel;
     const std::array place_of{r.x, r.y, r.z}, moves{velocity.x, velocity.y, velocity.z};
     std::array<double, 3> tau{};

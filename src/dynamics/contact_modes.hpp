@@ -10,7 +10,7 @@
 
 namespace tanor {
 
-/// Contacts that stick and slide (theory, section 7a): exact Coulomb friction as events.
+/// Contacts that stick and slide (docs/friction.md): exact Coulomb friction as events.
 ///
 /// A contact sticks as long as |lambda_t| <= mu_s |N|, and slides until its sliding velocity vanishes. At rest the law
 /// holds on the acceleration level: lambda_t in -mu_s |N| Sgn(a_t).

@@ -29,6 +29,7 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
   FactorReuse* const reuse = linearization_.reuse();
   if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
   if (request.gradients == Gradients::Evaluate) model_.constraints.choose_frames();
+  // (31), (23) and (25) in one pass where special solvers serve; what follows is the same step by step.
   if (auto found = solve_at_once(at, request.gradients, w)) return outcome = *std::move(found);
 
   const bool is_new = request.gradients == Gradients::Evaluate && linearization_.needs_factor();
@@ -133,7 +134,7 @@ void ForwardDynamics::find_multipliers() {
   {
     const Stopwatch watch(&model_.times.solve);
     ++model_.counters.solves;
-    linearization_.solve_negative(b_.data(), lambda_.data());
+    linearization_.solve_negative(b_.data(), lambda_.data());  // (31)
     linearization_.write_reactions(lambda_.data(), dw_.data());
   }
   refine();

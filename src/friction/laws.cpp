@@ -47,6 +47,7 @@ FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, con
       contact.law = Law::Viscous;
       contact.coefficient = viscous->coefficient;
     } else {
+      static_assert(std::variant_size_v<Friction> == 3, "a new law needs its branch here");
       const FrictionKernel& kernel = std::get<UserFriction>(system.friction[entry_index]).kernel;
       contact.law = Law::User;
       if (kernel_of_entry[entry_index] < 0) {

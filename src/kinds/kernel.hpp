@@ -3,7 +3,7 @@
 /// \file Built-in constraints at one instant, hand-written. For a member k, with a = r - (what it is measured from):
 ///   xi    the constraint itself
 ///   rate  d xi/dt = K'v + xi_t
-///   phi   d2 xi/dt2 along r + e v, t + e: v' Hess(xi) v + 2 v' grad(xi_t) + xi_tt (theory, section 1)
+///   phi   d2 xi/dt2 along r + e v, t + e: v' Hess(xi) v + 2 v' grad(xi_t) + xi_tt (docs/theory.md)
 ///   gradient blocks, 3 numbers each: one for each point of the member and row; a rod has a single one, its unit
 ///   vector.
 /// Kernels are pure: numbers in, numbers out; inlined into every loop, where the compiler removes what is not used.

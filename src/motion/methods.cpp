@@ -44,7 +44,8 @@ std::unique_ptr<Scheme> make_generalized_alpha(const IntegrationOptions& options
   return std::make_unique<GeneralizedAlpha>(options, mechanics);
 }
 
-/// A method is one row here, and nothing else.
+/// A method is its Scheme, its value of enum Method and one row here (docs/architecture.md, "How to add a method"). The
+/// last braces are MethodCost.
 struct Row {
   MethodTraits traits;
   MakeScheme make;

@@ -9,7 +9,7 @@
 namespace tanor {
 
 /// Friction of a given motion: lambda = Gamma^-1 K'(Mw - f - tau(lambda)), one nonlinear solve with the factor of Gamma
-/// (theory, section 4). Contacts of exact Coulomb laws at rest have none here: the law gives a bound there, no force.
+/// (docs/theory.md). Contacts of exact Coulomb laws at rest have none here: the law gives a bound there, no force.
 class DirectFriction final : private Response {
  public:
   /// Both must outlive it.

@@ -19,7 +19,7 @@ void check_options(const MotionOptions& options) {
   const auto positive = [](const char* where, double value, const char* rule) {
     if (!(value > 0.0 && std::isfinite(value))) throw InputError(where, text(value) + " is not " + rule);
   };
-  check_enum(options.method, Method::GeneralizedAlpha, "/motion/method");
+  check_enum(options.method, methods().back().method, "/motion/method");
   check_enum(options.stabilisation, Stabilisation::None, "/motion/stabilisation");
   check_enum(options.start, StartMode::Project, "/motion/start");
   if (options.step != 0.0) positive("/motion/step", options.step, "a positive step, s");

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-// ---- a heavy tip (theory, section 8) -----------------------------------------------------------------------------
+// ---- a heavy tip (docs/certificate.md) -----------------------------------------------------------------------------
 //
 //   (0)--o--o-- ... --o--O     20 rods, bead mass 1, tip mass R: cond S = 80 R, straight or bent.
 

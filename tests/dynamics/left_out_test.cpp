@@ -109,7 +109,7 @@ TEST(LeftOut, Equation36_OneMassNeedsNoSecondFactor) {
 
 TEST(LeftOut, Equation44_IsMeasuredWhereItHoldsAndWhereNot) {
   // Equal masses: always; beads on rails of their own, of any masses: always; a heavy tip: not where the chain is bent,
-  // and yes where it is straight (theory, section 5).
+  // and yes where it is straight (docs/theory.md).
   EXPECT_LT(Solved(make_bent_chain(5)).split().mass_coupling, 1e-13);
   EXPECT_GT(Solved(make_bent_chain(5, 0.7)).split().mass_coupling, 1e-2);
   EXPECT_LT(Solved(make_rails()).split().mass_coupling, 1e-13);

@@ -88,7 +88,7 @@ TEST(Ellipsoid, TwiceTheSameIsRedundant) {
   const Ellipsoids egg{"", {0}, {}, {2.0, 1.0, 0.5}};
   system.constraints = {egg, egg};
 
-  const Simulation simulation(system);
+  Simulation simulation(system);
 
   EXPECT_EQ(simulation.rank().rank, 1u);
   EXPECT_NEAR(simulation.multipliers()[0], 0.5 * scenes::mass * 9.81, 1e-12);
