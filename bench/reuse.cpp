@@ -81,7 +81,7 @@ class CholmodTime {
  public:
   explicit CholmodTime(const System& system)
       : forms_(system, {.linear_solver = LinearSolver::General, .threads = 1}),
-        blocks_(forms_.normal->blocks()),
+        blocks_(forms_.normal->linearization().blocks()),
         cholmod_(forms_.model.incidences, forms_.model.inverse_mass, forms_.model.numbering.first_idle_row()) {
     std::vector<double> r(system.positions.size()), v(r.size());
     Model& model = forms_.model;
