@@ -15,7 +15,7 @@ NEEDED = ["typeinfo for tanor::InputError", "vtable for tanor::InputError"]
 
 
 def marked_names(headers: list[str]) -> set[str]:
-    """X of `class TANOR_API X` and f of `TANOR_API type f(`."""
+    """X of `class TANOR_API X`, and f of `TANOR_API type f(`, be it a function or a member that is marked by itself."""
     text = "\n".join(headers)
     classes = re.findall(r"\b(?:class|struct)\s+TANOR_API\s+(\w+)", text)
     functions = re.findall(r"^\s*TANOR_API\s[^(;]*?(\w+)\(", text, re.MULTILINE)
@@ -30,7 +30,7 @@ def wrong_symbol(symbol: str, marked: set[str]) -> str | None:
     path = re.sub(r"\[abi:\w+\]|[(<].*", "", name).split("::")  # tanor::X::f(double) const -> tanor, X, f
     if path[0] != "tanor" or len(path) < 2:
         return "outside namespace tanor"
-    if path[1] not in marked:
+    if not marked & {path[1], "::".join(path[2:])}:
         return "not marked TANOR_API in a public header"
     if len(path) > (2 if about else 3):
         # A nested class inherits the visibility of its outer one; the attribute at its definition hides it.
@@ -45,12 +45,13 @@ def complaints(symbols: list[str], marked: set[str]) -> list[str]:
 
 def self_test() -> int:
     marked = marked_names(["class TANOR_API InputError : public X {", "struct TANOR_API System {",
-                           "TANOR_API std::size_t num_equations(const System& system);"])
+                           "TANOR_API std::size_t num_equations(const System& system);",
+                           "struct [[nodiscard]] Certificate {\n  TANOR_API bool passed() const;"])
     right = NEEDED + ["tanor::num_equations(tanor::System const&)", "tanor::System::f[abi:cxx11](std::vector<a::b>)",
-                      "tanor::InputError::~InputError()", "tanor_system_create"]
+                      "tanor::InputError::~InputError()", "tanor_system_create", "tanor::Certificate::passed() const"]
     wrong = ["std::vector<tanor::System, std::allocator<tanor::System> >::~vector()", "typeinfo for std::exception",
              "tanor::validate(tanor::System const&)", "tanor::System::Inner::f()", "vtable for tanor::System::Inner",
-             "cholmod_start", "typeinfo for tanor::InternalError"]
+             "cholmod_start", "typeinfo for tanor::InternalError", "tanor::Certificate::judge() const"]
     missed = [symbol for symbol in wrong if len(complaints(right + [symbol], marked)) != 1]
     missed += complaints(right, marked)
     missed += [] if len(complaints(right[1:], marked)) == 1 else ["a missing typeinfo"]

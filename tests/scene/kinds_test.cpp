@@ -109,7 +109,7 @@ TEST(Constraints, EllipsoidsHaveRadiiAndAxes) {
   const auto plain =
       read_constraint<Ellipsoids>(R"("kind": "ellipsoid", "points": [0], "center": [0, 0, 1], "radii": [1, 2, 3])");
   const auto turned = read_constraint<Ellipsoids>(
-      R"("kind": "ellipsoid", "points": "all", "center": {"formula": ["t", "0", "0"]}, "radii": [1, 2, 3], )"
+      R"("kind": "ellipsoid", "points": "all", "center": {"formula": ["t", "0", "-1"]}, "radii": [1, 2, 3], )"
       R"("axis": [1, 1, 0], "second_axis": [0, 0, 1])");
 
   EXPECT_EQ(plain.points, std::vector<Index>{0});
