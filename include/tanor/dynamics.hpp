@@ -104,16 +104,16 @@ struct RowDependence {
   std::string what;         ///< "rods[17] depends on rods[3], rods[9]"
 };
 
-/// The rank of K at one place.
+/// The rank of K at one configuration.
 struct [[nodiscard]] RankReport {
   bool is_known = true;  ///< false: coordinates alone say what can move, no equation is written down
   std::size_t rank = 0;
   std::size_t degrees_of_freedom = 0;      ///< 3(n - supports) - rank; as many as coordinates where these stand alone
   std::vector<RowDependence> dependences;  ///< one for each equation that the rank lacks
   std::vector<bool> multipliers_unique;    ///< [d] false: others give the same reactions; the smallest are reported
-  /// Points held rigid by prestress: taut rods join them to fixed supports, so that they cannot move, now or later,
-  /// though K'w = -phi alone would let them. Dynamics answers by K alone. A Simulation that starts so turns them into
-  /// supports (PlanSummary::prestress_rigid_points).
+  /// Points held rigid by prestress: rods under tension join them to fixed supports, so that they cannot move, now or
+  /// later, though K'w = -phi alone would let them. Dynamics answers by K alone. A Simulation that starts so turns them
+  /// into supports (PlanSummary::prestress_rigid_points).
   std::vector<Index> prestress_rigid_points;
   double smallest_singular_value = 0.0;  ///< of the independent unit gradients; 0: nothing was suspected, not computed
 };
@@ -130,7 +130,7 @@ struct RankChanges {
   std::size_t count = 0;
 };
 
-/// The motion went through, or came very near to, a place where K loses rank.
+/// The motion went through a configuration where K loses rank, or came very near to one.
 struct SingularPassage {
   double time = 0.0;                  ///< s
   double reciprocal_condition = 0.0;  ///< of S: smallest met after a step on the way there

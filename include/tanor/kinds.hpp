@@ -3,6 +3,10 @@
 /// \file
 /// The lists of kinds. A kind is added by its file in tanor/kinds and its name in one of these lists.
 
+#include <array>
+#include <concepts>
+#include <string_view>
+#include <tuple>
 #include <variant>
 
 #include <tanor/kinds/constraint/angle.hpp>

@@ -128,7 +128,7 @@ struct [[nodiscard]] MotionReport {
   double velocity_violation = 0.0;         ///< likewise, over the velocity scale
   double acceleration_violation = 0.0;     ///< largest scaled residual |K'w + phi|
   double reciprocal_condition = 1.0;       ///< smallest met after a step …
-  double reciprocal_condition_time = 0.0;  ///< … and when, s: where the motion came nearest to a singular place
+  double reciprocal_condition_time = 0.0;  ///< … and when, s: where the motion came nearest to a singular configuration
   RankChanges rank_changes;                ///< since the start
   SingularPassages singular_passages;      ///< in the order of time
   EnergyReport energy;
@@ -175,9 +175,9 @@ class TANOR_API Simulation {
 
   /// From now on looks for the event; returns its number. Each step evaluates the function at both ends and at three
   /// places between: two passages between neighbouring ones are missed. One that begins at 0 does not pass there. Where
-  /// a step coasts past a singular place, an event that stops ends the advance at that step's end, its passage being
-  /// told at its own time. A value that is not finite ends the advance with an outcome that names the event. Events are
-  /// no part of a snapshot. Throws InputError where there is no function.
+  /// a step is extrapolated past a singular configuration, an event that stops ends the advance at the end of that
+  /// step, and its passage is reported at its own time. A value that is not finite ends the advance with an outcome
+  /// that names the event. Events are no part of a snapshot. Throws InputError where there is no function.
   std::size_t add_event(Event event);
   /// So far, in the order of time.
   std::span<const Passage> passages() const;

@@ -12,7 +12,7 @@ enum class Form {
   Auto,     ///< the cheaper one by predicted flops, of those that the system has
   Normal,   ///< constraints are given
   Tangent,  ///< coordinates are given
-  Both      ///< both are given; the cheaper one steps, the other one judges it in every `solve` and certificate
+  Both      ///< both are given; the cheaper one steps, the other one verifies it in every `solve` and certificate
 };
 
 /// How friction that depends on the reactions is found (43).

@@ -105,7 +105,8 @@ void Verifier::verify_both() {
   compare_forms();
 }
 
-/// First of all: then both forms stand at the answer.
+/// Asks the other form first of all, so that both stand at the answer. Whether the answer is the only one is verified
+/// with the friction of the form that stepped.
 void Verifier::solve_other() {
   other_w_.resize(n_);
   other_eta_.resize(n_);

@@ -57,8 +57,9 @@ void print_rank(const RankReport& rank, std::size_t num_equations) {
   }
   if (!rank.prestress_rigid_points.empty())
     print("rigid",
-          fmt::format("{} points are held rigid by prestress, by taut rods between supports; a run lets them stand",
-                      rank.prestress_rigid_points.size()));
+          fmt::format(
+              "{} points are held rigid by prestress, by rods under tension between supports; a run lets them stand",
+              rank.prestress_rigid_points.size()));
 }
 
 void print_certificate(const Certificate& certificate) {

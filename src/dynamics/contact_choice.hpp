@@ -14,6 +14,11 @@
 
 namespace tanor {
 
+/// Below this part of what cancels in it an acceleration is rounding.
+inline constexpr double rounding_of_accelerations = 1e-9;
+/// A contact that holds this much more than its limit, relative, holds the limit: rounding.
+inline constexpr double limit_slack = 1e-12;
+
 /// An instant at which contacts choose their modes: those at rest stick, or begin to slide.
 struct ModeSwitch {
   double t;
@@ -74,7 +79,6 @@ struct ContactChoice {
   }
   /// Accelerations below this are rest, m/s^2: the rounding of what cancels at x.
   double rest_threshold() const {
-    constexpr double rounding_of_accelerations = 1e-9;
     return rounding_of_accelerations * std::max(acceleration_scale, problem.acceleration_scale(x));
   }
 };

@@ -11,7 +11,6 @@ namespace tanor {
 
 namespace {
 
-constexpr double limit_slack = 1e-12;  // held this much above the limit, relative, is held at it: rounding
 constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -135,7 +134,7 @@ Power ContactModes::work_of_impulses(const double* r, const std::vector<double>&
   model_.constraints.evaluate_rates(model_.parallel, r, nothing.data(), rates.data());
   Power work;
   for (std::size_t a = 0; a < rates.size(); ++a) {
-    const bool is_contact = static_cast<std::size_t>(model_.numbering.user_row[a]) >= model_.numbering.num_user_rows;
+    const bool is_contact = model_.numbering.is_contact_row(a);
     (is_contact ? work.friction : work.supports) -= impulses[a] * rates[a];
   }
   return work;

@@ -18,7 +18,7 @@ class EquationsOfMotion : public Mechanics {
   virtual ProjectionReport project_point_velocities(double t, const double* r, double* v) = 0;
   /// Its own x and x' of a consistent (r, v), `size()` each.
   virtual Outcome set_state(double t, const double* r, const double* v, double* x, double* x_dot) = 0;
-  /// And back, with x'' of the last `accelerations`.
+  /// Writes the points of x and x', with x'' of the last `accelerations`.
   virtual void write_points(double t, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
                             double* w) = 0;
   /// Accelerations where nothing is known of earlier instants: contacts at rest choose whether they stick or slide. May

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "dynamics/prestress_rigidity.hpp"
 #include "dynamics/split.hpp"
-#include "dynamics/taut.hpp"
 
 namespace tanor {
 
@@ -112,7 +112,7 @@ Outcome Forms::reactions(const Kinematics& at, const Request& request, double* l
 RankReport Forms::rank(const double* r, bool thoroughly) {
   if (normal != nullptr) {
     RankReport report = normal->gradient_rank().report(r, thoroughly);
-    report.prestress_rigid_points = find_taut_points(model.system, report);
+    report.prestress_rigid_points = find_prestress_rigid_points(model.system, report);
     return report;
   }
   // Coordinates alone: as many degrees of freedom as there are coordinates.

@@ -6,6 +6,7 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
+#include "dynamics/contact_islands.hpp"
 #include "schur/refinement.hpp"
 
 namespace tanor {
@@ -227,8 +228,8 @@ Outcome ForwardDynamics::verify_friction(double t) {
   constexpr double largest_miss = 1e-4;
   const FrictionReport& friction = report_.friction;
   if (friction.uniqueness != Uniqueness::Proven || friction.residual <= largest_miss) return {};
-  return {Status::NotConverged, "friction at t = " + text(t) + ": what was found misses the law by " +
-                                    text(friction.residual) + " of the largest friction"};
+  return fail_friction(Status::NotConverged, t,
+                       "what was found misses the law by " + text(friction.residual) + " of the largest friction");
 }
 
 // ---- what was found ----

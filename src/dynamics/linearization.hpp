@@ -38,7 +38,7 @@ class Linearization {
 
   /// K at (t, r), and the factor of its S. Nothing is done where K is constant.
   Outcome update(double t, const double* r);
-  /// The same where K stands in `blocks()` already, and the composite has refused it.
+  /// Factorizes S for the K that `blocks()` holds already, after the composite has refused it.
   Outcome factorize(double t, const double* r);
   /// There is no factor yet, or K changes.
   bool needs_factor() const { return state_ == FactorState::None || !model_.constraints.gradients_are_constant(); }
@@ -87,7 +87,7 @@ class Linearization {
   double evaluate_values(const double* r, double* xi);
   /// K'v + xi_t [d] at r; returns the largest one, m/s.
   double evaluate_rates(const double* r, const double* v, double* rates);
-  /// As far as the islands of the composite iterate by themselves, see SchurFactor.
+  /// Projects as far as the islands of the composite iterate by themselves (see SchurFactor).
   Projection project_positions(double target, double* r, double* sum);
   Projection project_velocities(double target, const double* r, double* v);
 
@@ -103,7 +103,7 @@ class Linearization {
 
   RankRevealingFactor& rank_factor() { return factor_; }
   const RankRevealingFactor& rank_factor() const { return factor_; }
-  /// As the functions of RankRevealingFactor, whose factor of all rows then is the one that stands.
+  /// These call the functions of RankRevealingFactor, whose factor of all rows then is the one that stands.
   bool decide_rank_again(const double* r) { return note_sparse(factor_.decide_rank_again(r)); }
   bool decide_whole_rank(const double* r) { return note_sparse(factor_.decide_whole_rank(r)); }
   void decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,

@@ -60,7 +60,7 @@ class Mechanics {
   virtual Outcome accelerations(const Kinematics& at, const Request& request, double* a) = 0;
   /// Reports on the last `linearise` or `accelerations`.
   virtual const SolveReport& last_solve() const = 0;
-  /// Of K, as it was decided last.
+  /// The rank of K, as it was decided last.
   virtual std::size_t rank() const = 0;
   /// At the state of the last `accelerations`.
   virtual Power power(const double* x, const double* v) = 0;

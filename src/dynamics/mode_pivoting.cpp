@@ -8,13 +8,6 @@
 
 namespace tanor {
 
-namespace {
-
-constexpr double rounding_of_accelerations = 1e-9;
-constexpr double limit_slack = 1e-12;  // held this much above the limit, relative, is held at it: rounding
-
-}  // namespace
-
 /// One search for the modes, and what its last pass saw.
 struct ModePivoting::Search {
   const ModeSwitch& at;

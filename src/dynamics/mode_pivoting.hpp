@@ -18,8 +18,8 @@ class ModePivoting {
   ModePivoting(ContactState& state, ConstrainedSystem& system, LoadSharing& sharing, ContactChoices& choices)
       : state_(state), system_(system), sharing_(sharing), choices_(choices) {}
 
-  /// In the islands that have changed. `choices`: those that were solved as a whole; what has shared a load stands as
-  /// it is. `are_counted` [island]: as in ConstrainedSystem. Leaves the accelerations in `at.w`.
+  /// Searches the islands that have changed. `choices`: those that were solved as a whole; what has shared a load
+  /// stands as it is. `are_counted` [island]: as in ConstrainedSystem. Leaves the accelerations in `at.w`.
   Outcome settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices, const ContactIslands& islands,
                  std::span<const char> are_counted);
 

@@ -9,7 +9,6 @@ namespace tanor {
 
 MultiplierForm::MultiplierForm(Model& model, const SolverOptions& options)
     : PointForm(model),
-      model_(model),
       linearization_(model, options, &last_),
       residuals_(model, linearization_.blocks()),
       projector_(model, linearization_, residuals_),

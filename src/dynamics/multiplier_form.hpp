@@ -33,7 +33,7 @@ class MultiplierForm final : public PointForm {
   }
   const SolveReport& last_solve() const override { return last_; }
   Power power(const double* r, const double* v) override;
-  ProjectionReport project_positions(double t, double* r, Turn turn = Turn::Small) override {
+  ProjectionReport project_positions(double t, double* r, Turn turn) override {
     return projector_.project_positions(t, r, turn);
   }
   ProjectionReport project_velocities(double t, const double* r, double* v) override {
@@ -84,7 +84,6 @@ class MultiplierForm final : public PointForm {
 
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
-  Model& model_;
   SolveReport last_;
   Linearization linearization_;
   Residuals residuals_;

@@ -79,11 +79,11 @@ class PointForm : public EquationsOfMotion {
 
  protected:
   explicit PointForm(Model& model) : model_(model), passages_(model), drives_(model), rounding_(model) {}
-  Model& model() const { return model_; }
   RoundingGroups* rounding() { return &rounding_; }
 
- private:
   Model& model_;
+
+ private:
   PointPassages passages_;
   PointDrives drives_;
   PointRounding rounding_;

@@ -53,7 +53,7 @@ class RankRevealingFactor final : public SchurFactor {
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal.
   double reciprocal_condition() const { return report_.reciprocal_condition; }
   const Redundancy& redundancy() const { return redundancy_; }
-  /// Where rows depend: are they others at r? Returns whether they are, and then S is factorized without those.
+  /// Decides again which rows depend at r, if some do. Returns whether they changed; S is then factorized without them.
   bool decide_rank_again(const double* r);
   /// Decides for all rows, suspected or not. Returns whether S was factorized again.
   bool decide_whole_rank(const double* r);

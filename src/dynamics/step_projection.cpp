@@ -6,6 +6,7 @@
 
 #include "base/stopwatch.hpp"
 #include "base/text.hpp"
+#include "dynamics/contact_islands.hpp"
 
 namespace tanor {
 
@@ -128,7 +129,7 @@ ProjectionReport StepProjection::settle_step_friction(double t, double h, double
     }
     linearization_.add_reactions(step_.sum.data(), step_velocity);
   }
-  report.outcome = friction_stalls(t);
+  report.outcome = fail_friction(Status::NotConverged, t, "the iteration for the step's multipliers stalls");
   return report;
 }
 
@@ -158,16 +159,12 @@ ProjectionReport StepProjection::project_step_velocities(double t, double h, con
     if (friction_->change_to(lambda_.data(), 0.5 * h, v) <= friction_is_settled) return report;
     ++model_.counters.friction_iterations;
   }
-  report.outcome = friction_stalls(t);
+  report.outcome = fail_friction(Status::NotConverged, t, "the iteration for the step's multipliers stalls");
   return report;
 }
 
 bool StepProjection::steps_with_friction() const {
   return friction_ != nullptr && friction_->depends_on_multipliers();
-}
-
-Outcome StepProjection::friction_stalls(double t) const {
-  return {Status::NotConverged, "friction at t = " + text(t) + ": the iteration for the step's multipliers stalls"};
 }
 
 }  // namespace tanor

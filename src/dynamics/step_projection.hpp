@@ -44,7 +44,6 @@ class StepProjection final : public StepProjector {
   ProjectionReport project_singular_step(double t, double h, double* r, double* step_velocity);
   ProjectionReport settle_step_friction(double t, double h, double* r, double* step_velocity, ProjectionReport report);
   bool steps_with_friction() const;
-  Outcome friction_stalls(double t) const;
 
   Model& model_;
   Linearization& linearization_;

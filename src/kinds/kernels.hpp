@@ -20,7 +20,7 @@
 /// \file Which kernels evaluate the constraints of a kind.
 namespace tanor {
 
-/// Those written by hand, in the order of the kinds. A kind that has none here runs on its definition.
+/// The kernels written by hand, in the order of the kinds. A kind that has none here runs on its definition.
 using KernelsByHand = std::tuple<RodKernel<false, false>, RodKernel<false, true>, RodKernel<true, false>,
                                  RodKernel<true, true>, PlaneKernel, SphereKernel, LineKernel, CircleKernel,
                                  AngleKernel, PulleyKernel, LinearKernel, UserKernels>;

@@ -38,7 +38,7 @@ class LineNormals {
       line.axis = axis;
     }
   }
-  /// Of all axes: another number after a jump.
+  /// A number that tells all axes; it changes when one jumps.
   std::size_t frames() const {
     std::size_t number = 0;
     for (const Moving& line : moving_) number = 3 * number + static_cast<std::size_t>(line.axis);

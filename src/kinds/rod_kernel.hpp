@@ -22,7 +22,7 @@ struct RodKernel {
   ScalarTable moving_length;   // Timed only
   std::vector<Vec3> offset;    // Shifted only
 
-  /// Of the four kernels of rods the one for this group.
+  /// Whether this one of the four kernels of rods serves the group.
   static bool takes(const Rods& rods) {
     return rods.length.functions.empty() != Timed && rods.offsets.empty() != Shifted;
   }

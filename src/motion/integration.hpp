@@ -44,7 +44,8 @@ class Integration {
   /// Call one of these when `state` was completed, where the mechanics has solved last: a motion begins, or goes on.
   void begin();
   void resume(const Snapshot& snapshot);
-  /// `state` was restored while it extrapolates: instead, K says nothing there. The mechanics goes to the state before.
+  /// Call `return_to_constraints` in place of `linearise` after restoring a state that is being extrapolated past a
+  /// singular configuration: K is unreliable there, so the system is linearised at the state before.
   bool is_extrapolating() const { return singular_.is_extrapolating(); }
   Outcome return_to_constraints();
 

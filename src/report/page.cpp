@@ -98,12 +98,10 @@ std::string format_page(const RunFacts& facts, Simulation& simulation) {
   if (const std::string times_passed = list_passages(report.singular_passages); !times_passed.empty())
     page += line("singular", times_passed + ": constraints depend on each other there");
   if (!plan.prestress_rigid_points.empty()) {
-    page += line(
-        "rigid",
-        fmt::format(
-            "{} points are held rigid by prestress, by taut rods between supports; they do not move; the forces in "
-            "these rods are not determined",
-            plan.prestress_rigid_points.size()));
+    page += line("rigid", fmt::format("{} points are held rigid by prestress, by rods under tension between supports; "
+                                      "they do not move; the forces in "
+                                      "these rods are not determined",
+                                      plan.prestress_rigid_points.size()));
   }
   page += line("forces", list_forces(simulation.system()));
   const bool has_friction = !simulation.system().friction.empty();

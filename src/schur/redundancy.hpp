@@ -81,7 +81,6 @@ class Redundancy {
     std::unique_ptr<RankSolver> solver;
     bool by_qr = false;
   };
-  Rows island_of(Index row) const;
   enum class Scaling { None, ByMasses };
   SparseColumns columns(const double* blocks, Rows rows, Scaling scaling);
   std::unique_ptr<RankSolver> find_rank(const double* blocks, Rows rows, double tolerance);

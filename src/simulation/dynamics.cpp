@@ -306,7 +306,9 @@ Solution Dynamics::solution(const StateView& at) {
 RankReport Dynamics::rank(const StateView& at, bool thoroughly) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  (void)self.stand_at(at);  // K may be evaluated though it has no solution
+  // The rank is asked for where the accelerations have no answer, too.
+  if (!self.stand_at(at).ok() && self.forms.normal != nullptr)
+    (void)self.forms.normal->linearise(at.time, self.r.data());
   return self.forms.rank(self.r.data(), thoroughly);
 }
 

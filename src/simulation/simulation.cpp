@@ -93,7 +93,6 @@ struct Simulation::Implementation {
 
   const System& system() const { return given ? *given : model.system; }
 
-  /// Writes nothing of its own.
   std::vector<std::byte> save() {
     std::vector<double> r = points.r, v = points.v, w = points.w;
     form.write_points(state.t, state.x.data(), state.v.data(), state.a.data(), r.data(), v.data(), w.data());
@@ -322,7 +321,7 @@ Simulation::Simulation(System system, MotionOptions motion, SolverOptions solver
     all.insert(all.end(), rigid.begin(), rigid.end());
     System held = implementation_->model.system;
     if (!given) given = held;
-    held.supports.push_back({"taut rods", rigid, {}});
+    held.supports.push_back({"points held rigid by prestress", rigid, {}});
     implementation_ = std::make_unique<Implementation>(std::move(held), motion, solver, t_start);
   }
   if (all.empty()) return;
@@ -387,7 +386,8 @@ RankReport Simulation::rank() {
   const std::vector<std::size_t>& rigid = plan().prestress_rigid_equations;
   for (RowDependence& dependence : report.dependences) {
     if (std::binary_search(rigid.begin(), rigid.end(), dependence.row))
-      dependence.what = equation_name(system(), dependence.row) + " is taut between supports, its force not determined";
+      dependence.what = equation_name(system(), dependence.row) +
+                        " is held rigid by prestress between supports, its force not determined";
   }
   return report;
 }

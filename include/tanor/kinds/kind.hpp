@@ -62,9 +62,9 @@ inline constexpr ValueRange ValueRange::not_zero = {[](double x) { return x != 0
 /// What a vector is to the points that it is given for.
 enum class FieldRole {
   Value,      ///< neither of these
-  Place,      ///< they go where it goes
-  Center,     ///< likewise, and they stay around it: their distance from it is a length of their neighbourhood
-  Direction,  ///< it must not be zero; they turn with it
+  Place,      ///< the points move with the vector
+  Center,     ///< the same, and the points stay at a distance from it that is a length of their neighbourhood
+  Direction,  ///< it must not be zero; the points turn with it
 };
 
 /// The plain data of a field.
@@ -147,10 +147,10 @@ struct ClockOf {
 ///     rows        equations of a member
 ///     parameter   the Parameter among the fields of which each member has a number, xi = measure - number; may be left
 ///                 out
-///     Definition<T>   made from a group and a clock for one instant: xi(r, number, k) -> std::array<T, rows>, with
-///     r[p]
-///                 the place of the p-th point of member k, is the constraint; measure(r, k) is what an "initial"
-///                 number takes from the start
+///     Definition<T>
+///                 made from a group and a clock for one instant. xi(r, number, k) -> std::array<T, rows> is the
+///                 constraint, r[p] being the position of the p-th point of member k. measure(r, k) is what an
+///                 "initial" number takes from the start.
 ///
 /// It may say: `distinct`, why the points of a member differ; `parameter_range`, what its numbers are besides;
 /// complaint(group, now, r, k), what is wrong with member k at the start, or null; leverage(group, t, size), how far

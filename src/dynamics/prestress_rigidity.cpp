@@ -1,4 +1,4 @@
-#include "dynamics/taut.hpp"
+#include "dynamics/prestress_rigidity.hpp"
 
 #include <algorithm>
 #include <array>
@@ -32,7 +32,7 @@ std::vector<std::optional<std::array<Index, 2>>> list_constant_rods(const System
 
 }  // namespace
 
-std::vector<Index> find_taut_points(const System& system, const RankReport& rank) {
+std::vector<Index> find_prestress_rigid_points(const System& system, const RankReport& rank) {
   if (rank.dependences.empty() || !system.coordinates.empty()) return {};
   const auto rods = list_constant_rods(system);
   enum class Place { Free, Fixed, Moving };
@@ -47,7 +47,7 @@ std::vector<Index> find_taut_points(const System& system, const RankReport& rank
            std::all_of(&system.velocities[i], &system.velocities[i] + 3, [](double v) { return v == 0.0; });
   };
 
-  std::vector<Index> taut;
+  std::vector<Index> rigid;
   for (const RowDependence& dependence : rank.dependences) {
     // K_row = sum of coefficient K_a: omega is 1 there and -coefficient at the others.
     const bool has_one_sign = !dependence.terms.empty() &&
@@ -67,11 +67,11 @@ std::vector<Index> find_taut_points(const System& system, const RankReport& rank
     };
     add_row(dependence.row);
     for (const RowDependence::Term& term : dependence.terms) add_row(term.row);
-    if (is_held) taut.insert(taut.end(), found.begin(), found.end());
+    if (is_held) rigid.insert(rigid.end(), found.begin(), found.end());
   }
-  std::sort(taut.begin(), taut.end());
-  taut.erase(std::unique(taut.begin(), taut.end()), taut.end());
-  return taut;
+  std::sort(rigid.begin(), rigid.end());
+  rigid.erase(std::unique(rigid.begin(), rigid.end()), rigid.end());
+  return rigid;
 }
 
 }  // namespace tanor

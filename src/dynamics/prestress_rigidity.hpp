@@ -6,7 +6,7 @@
 
 namespace tanor {
 
-/// Points that taut rods hold between fixed supports: K says less about them than the rods do.
+/// Points that rods under tension hold between fixed supports: K says less about them than the rods do.
 ///
 ///   X---o---o---o---X    five rods in a line, as long together as the supports are apart
 ///
@@ -16,6 +16,6 @@ namespace tanor {
 /// there is not determined (it would be infinite under any load across it).
 ///
 /// `rank`: at the initial positions. Users' order, increasing; empty where something of it moves.
-std::vector<Index> find_taut_points(const System& system, const RankReport& rank);
+std::vector<Index> find_prestress_rigid_points(const System& system, const RankReport& rank);
 
 }  // namespace tanor
