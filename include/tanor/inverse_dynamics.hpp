@@ -45,7 +45,7 @@ struct Violation {
   std::string where;  ///< empty: nowhere
 };
 
-/// What makes a motion.
+/// The forces that make a given motion, and how far that motion is from the constraints.
 struct [[nodiscard]] MotionForces {
   Outcome outcome;     ///< Singular: rows depend on each other; NotConverged: no multipliers obey the laws of friction;
                        ///< what follows `acceleration` is empty then

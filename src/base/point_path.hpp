@@ -50,7 +50,7 @@ class PointPath {
   std::size_t num_pieces() const { return positions.size() - 1; }
   double knot(std::size_t k) const { return static_cast<double>(k) / static_cast<double>(num_pieces()); }
 
-  /// Where point i is at the fraction s of the step.
+  /// Returns the position and velocity of point i at the fraction s of the step.
   template <class Integer>
   Place at(Integer i, double s) const {
     const std::size_t pieces = num_pieces();

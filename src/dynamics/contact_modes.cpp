@@ -380,7 +380,7 @@ void ContactModes::add_verdict(FrictionReport* report) const {
                                   " by convention, and the motion depends on the share");
   }
   if (verdict_.uniqueness > Uniqueness::Proven) add(verdict_.uniqueness, verdict_.reason);
-  // What is not proven has no bound.
+  // An answer that is not proven has no bound of its error.
   if (report->uniqueness != Uniqueness::Proven) report->error_bound = std::numeric_limits<double>::quiet_NaN();
 }
 

@@ -44,7 +44,7 @@ struct TANOR_API Parameter {
 
 // ---- fields ----
 
-/// What a number must be beyond finite.
+/// A rule that a finite number must keep, and what is said where it does not.
 struct ValueRange {
   const char* (*complaint)(double);  ///< what is wrong with a number, or null
   const char* wanted = nullptr;      ///< what a scene file wants; null: the reader takes any number
@@ -59,7 +59,7 @@ inline constexpr ValueRange ValueRange::not_negative = {[](double x) { return x 
                                                         "a number >= 0"};
 inline constexpr ValueRange ValueRange::not_zero = {[](double x) { return x != 0.0 ? nullptr : "must not be zero"; }};
 
-/// What a vector is to the points that it is given for.
+/// How a vector relates to the points that it is given for.
 enum class FieldRole {
   Value,      ///< neither of these
   Place,      ///< the points move with the vector
