@@ -59,17 +59,17 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
 /// All of it by the composite. None where that does not serve, where S looks singular, or where K'w = -phi does not
 /// come out: the steps one by one decide.
 std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Gradients gradients, double* w) {
-  const auto [t, r, v] = at;
-  if (!linearization_.solves_at_once(gradients)) return std::nullopt;
-  const Vec3* const uniform = model_.uniform_free();
   double scale = 0.0;
-  {
+  const auto find_motion = [&]() -> FreeMotion {
     const Stopwatch watch(&model_.times.evaluate);
-    scale = uniform != nullptr ? model_.write_unconstrained(w) : model_.evaluate_free(t, r, v, w);
-  }
+    const Vec3* const uniform = linearization_.uniform_free();
+    scale = uniform != nullptr ? model_.write_unconstrained(w) : model_.evaluate_free(at.t, at.x, at.v, w);
+    return {at.x, at.v, w, uniform};
+  };
   const std::optional<Elimination> found =
-      linearization_.solve_at_once({r, v, w, uniform}, gradients, b_.data(), lambda_.data(), w);
+      linearization_.solve_at_once(gradients, find_motion, b_.data(), lambda_.data(), w);
   if (!found) return std::nullopt;
+  const auto [t, r, v] = at;
   scale = larger(scale, found->largest_right_side);
   residuals_.begin_instant();
   report_.residual = 0.0;

@@ -21,12 +21,13 @@ Linearization::Linearization(Model& model, const SolverOptions& options, SolveRe
     : model_(model),
       report_(*report),
       blocks_(3 * model.constraints.num_blocks()),
-      composite_(make_schur_solver(problem_of(model), options)),
+      composite_(make_composite_solver(problem_of(model), options)),
       factor_(model, options.ordering, blocks_, report),
+      evaluator_(composite_.empty() ? static_cast<SchurFactor&>(factor_) : composite_),
       conjugate_(model, factor_, blocks_),
       rows_(model.num_rows()) {
-  if (composite_ == nullptr) (void)factor_.gram();
-  if (composite_ == nullptr && options.reuse) reuse_ = FactorReuse::make(model, factor_.gram());
+  if (composite_.empty()) (void)factor_.gram();
+  if (composite_.empty() && options.reuse) reuse_ = FactorReuse::make(model, factor_.gram());
   PlanSummary plan;
   describe(&plan);
   is_cheap_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
@@ -53,10 +54,10 @@ Outcome Linearization::update(double t, const double* r) {
   model_.set_time(t);
   if (model_.num_rows() == 0 || !needs_factor()) return {};
   model_.constraints.choose_frames();
-  if (has_composite()) {
+  if (serves_at_once()) {
     const Stopwatch watch(&model_.times.factor);
     ++model_.counters.factorizations;
-    report_.reciprocal_condition = composite_->linearise(model_.parallel, r, blocks_.data()).reciprocal_condition;
+    report_.reciprocal_condition = composite_.linearise(model_.parallel, r, blocks_.data()).reciprocal_condition;
     if (note_composite(report_.reciprocal_condition)) return {};
   }
   {
@@ -74,14 +75,14 @@ Outcome Linearization::factorize(double t, const double* r) {
   return outcome;
 }
 
-std::optional<Elimination> Linearization::solve_at_once(const FreeMotion& motion, Gradients gradients, double* b,
-                                                        double* lambda, double* w) {
+std::optional<Elimination> Linearization::eliminate(const FreeMotion& motion, Gradients gradients, double* b,
+                                                    double* lambda, double* w) {
   const bool keeps = gradients == Gradients::Keep;
   const Stopwatch watch(&model_.times.solve);
   if (!keeps && needs_factor()) ++model_.counters.factorizations;
   ++model_.counters.solves;
-  const Elimination found = keeps ? composite_->solve_again(model_.parallel, motion, blocks_.data(), b, lambda, w)
-                                  : composite_->solve(model_.parallel, motion, blocks_.data(), b, lambda, w);
+  const Elimination found = keeps ? composite_.solve_again(model_.parallel, motion, blocks_.data(), b, lambda, w)
+                                  : composite_.solve(model_.parallel, motion, blocks_.data(), b, lambda, w);
   model_.counters.solves += static_cast<std::size_t>(found.refinements);
   if (!keeps) report_.reciprocal_condition = found.reciprocal_condition;
   if (std::isfinite(found.largest_right_side) && !note_composite(report_.reciprocal_condition)) return std::nullopt;
@@ -150,12 +151,12 @@ void Linearization::write_reactions(const double* rows, double* points) const {
 
 double Linearization::evaluate_values(const double* r, double* xi) {
   const Stopwatch watch(&model_.times.evaluate);
-  return evaluator().evaluate_values(model_.parallel, r, xi);
+  return evaluator_.evaluate_values(model_.parallel, r, xi);
 }
 
 double Linearization::evaluate_rates(const double* r, const double* v, double* rates) {
   const Stopwatch watch(&model_.times.evaluate);
-  return evaluator().evaluate_rates(model_.parallel, r, v, rates);
+  return evaluator_.evaluate_rates(model_.parallel, r, v, rates);
 }
 
 Projection Linearization::project_positions(double target, double* r, double* sum) {
@@ -192,8 +193,8 @@ bool Linearization::make_compliant() {
 // ---- what it costs ----
 
 void Linearization::describe(PlanSummary* plan) const {
-  if (composite_ == nullptr) return describe_factor(factor_.summary(), plan);
-  const SchurSolver::Summary& summary = composite_->summary();
+  if (composite_.empty()) return describe_factor(factor_.summary(), plan);
+  const SchurSolver::Summary& summary = composite_.summary();
   plan->linear_solvers = summary.solvers;
   plan->linear_solver_reason = summary.reason;
   plan->orderings = summary.orderings;
@@ -205,7 +206,7 @@ void Linearization::describe(PlanSummary* plan) const {
 
 double Linearization::estimate_reciprocal_condition() {
   if (state_ != FactorState::Composite) return factor_.gram().estimate_reciprocal_condition();
-  return tanor::estimate_reciprocal_condition(problem_of(model_), model_.parallel, blocks_.data(), *composite_);
+  return tanor::estimate_reciprocal_condition(problem_of(model_), model_.parallel, blocks_.data(), composite_);
 }
 
 void Linearization::exchange_memory(Memory& memory) {

@@ -9,7 +9,7 @@
 #include "dynamics/instant.hpp"
 #include "dynamics/model.hpp"
 #include "dynamics/rank_revealing_factor.hpp"
-#include "schur/schur_solver.hpp"
+#include "schur/composite_solver.hpp"
 
 namespace tanor {
 
@@ -42,14 +42,17 @@ class Linearization {
   Outcome factorize(double t, const double* r);
   /// There is no factor yet, or K changes.
   bool needs_factor() const { return state_ == FactorState::None || !model_.constraints.gradients_are_constant(); }
-  /// The composite serves `solve_at_once`.
-  bool solves_at_once(Gradients gradients) const {
-    return gradients == Gradients::Keep ? state_ == FactorState::Composite : has_composite();
-  }
+  /// w0 of every moving point, where solvers take it as one vector; null: they take it point by point.
+  const Vec3* uniform_free() const { return serves_at_once() ? model_.uniform_free() : nullptr; }
   /// K, the factor of its S, b = phi + K'w0 [d], lambda = -S^-1 b [d] and w = w0 + M^-1 K lambda [3n] in one pass over
-  /// the memory (see SchurSolver), or b, lambda and w with the K and the factor at hand. None: S looks singular.
-  std::optional<Elimination> solve_at_once(const FreeMotion& motion, Gradients gradients, double* b, double* lambda,
-                                           double* w);
+  /// the memory (see SchurSolver), or b, lambda and w with the K and the factor at hand. `find_motion`() -> FreeMotion
+  /// is called at most once. None: the factor of all rows is to be asked, step by step.
+  template <class FindMotion>
+  std::optional<Elimination> solve_at_once(Gradients gradients, const FindMotion& find_motion, double* b,
+                                           double* lambda, double* w) {
+    const bool serves = gradients == Gradients::Keep ? state_ == FactorState::Composite : serves_at_once();
+    return serves ? eliminate(find_motion(), gradients, b, lambda, w) : std::nullopt;
+  }
   /// b = phi + K'w0 [d] at (r, v); with_gradients: K at r as well. Returns the largest |b|/|gradient|, m/s^2.
   double evaluate_right_side(const double* r, const double* v, const double* w0, bool with_gradients, double* b) {
     return model_.constraints.evaluate_right_side(model_.parallel, r, v, w0, b,
@@ -135,19 +138,19 @@ class Linearization {
 
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
-  bool has_composite() const { return composite_ != nullptr && !factor_.redundancy().is_found(); }
-  SchurFactor& standing() {
-    return state_ == FactorState::Composite ? static_cast<SchurFactor&>(*composite_) : factor_;
-  }
-  SchurFactor& evaluator() { return composite_ != nullptr ? static_cast<SchurFactor&>(*composite_) : factor_; }
+  bool serves_at_once() const { return !composite_.empty() && !factor_.redundancy().is_found(); }
+  std::optional<Elimination> eliminate(const FreeMotion& motion, Gradients gradients, double* b, double* lambda,
+                                       double* w);
+  SchurFactor& standing() { return state_ == FactorState::Composite ? static_cast<SchurFactor&>(composite_) : factor_; }
   bool note_composite(double reciprocal_condition);
   bool note_sparse(bool is_factorized);
 
   Model& model_;
   SolveReport& report_;
-  std::vector<double> blocks_;              // K
-  std::unique_ptr<SchurSolver> composite_;  // null: the factor of all rows is no slower
+  std::vector<double> blocks_;  // K
+  CompositeSolver composite_;   // empty: the factor of all rows is no slower
   RankRevealingFactor factor_;
+  SchurFactor& evaluator_;  // one of them
   FactorState state_ = FactorState::None;
   std::unique_ptr<FactorReuse> reuse_;  // null: it does not pay
   ConjugateResiduals conjugate_;        // where contacts are compliant

@@ -49,7 +49,7 @@ Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& 
     return {};
   }
   const Stopwatch watch(&model_.times.evaluate);
-  if (linearization_.solves_at_once(Gradients::Evaluate) && model_.uniform_free() != nullptr) {
+  if (linearization_.uniform_free() != nullptr) {
     model_.write_uniform(w);
     return {};
   }

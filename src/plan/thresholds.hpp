@@ -3,7 +3,7 @@
 #include <cstddef>
 
 /// \file Every number that decides how S lambda = -b is solved, with the program under bench/ that found it: run that
-/// again before you change one. Who asks: make_schur_solver, take_equal_islands, partition_islands, analyze, Reuse.
+/// again before you change one. Who asks: make_composite_solver, take_equal_islands, partition_islands, analyze, Reuse.
 namespace tanor::plan {
 
 // ---- which islands a solver takes ----

@@ -1,4 +1,4 @@
-#include "schur/schur_solver.hpp"
+#include "schur/composite_solver.hpp"
 
 #include <tanor/error.hpp>
 
@@ -7,7 +7,6 @@
 
 #include "plan/thresholds.hpp"
 #include "schur/batch_solver.hpp"
-#include "schur/composite_solver.hpp"
 #include "schur/island_solver.hpp"
 #include "schur/path_solver.hpp"
 #include "schur/point_solver.hpp"
@@ -56,15 +55,15 @@ std::unique_ptr<SchurSolver> make_sparse_solver(const SchurProblem& problem, con
 
 }  // namespace
 
-std::unique_ptr<SchurSolver> make_schur_solver(const SchurProblem& problem, const SolverOptions& wanted) {
+CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted) {
   const bool is_forced = wanted.linear_solver != LinearSolver::Auto;
-  const auto refuse = [&](const std::string& why) -> std::unique_ptr<SchurSolver> {
+  const auto refuse = [&](const std::string& why) -> CompositeSolver {
     if (is_forced) throw InputError("/solver/linear_solver", "it does not serve this system: " + why);
-    return nullptr;
+    return {};
   };
   const Numbering& numbering = problem.numbering;
   if (wanted.linear_solver == LinearSolver::General || (!is_forced && numbering.num_rows() < plan::fewest_rows))
-    return nullptr;
+    return {};
   if (wanted.ordering != Ordering::Auto) return refuse("an ordering is asked for, which belongs to the general solver");
   if (const char* obstacle = obstacle_to_all(problem.constraints, numbering)) return refuse(obstacle);
 
@@ -74,10 +73,10 @@ std::unique_ptr<SchurSolver> make_schur_solver(const SchurProblem& problem, cons
   if (!left.empty()) {
     if (is_forced) return refuse("some islands have another structure");
     std::unique_ptr<SchurSolver> sparse = solvers.empty() ? nullptr : make_sparse_solver(problem, left);
-    if (sparse == nullptr) return nullptr;
+    if (sparse == nullptr) return {};
     solvers.push_back(std::move(sparse));
   }
-  return std::make_unique<CompositeSolver>(std::move(solvers));
+  return CompositeSolver(std::move(solvers));
 }
 
 }  // namespace tanor

@@ -11,7 +11,11 @@ namespace tanor {
 /// Islands of several kinds, each kind with its own solver.
 class CompositeSolver final : public SchurSolver {
  public:
+  CompositeSolver() = default;
   explicit CompositeSolver(std::vector<std::unique_ptr<SchurSolver>> solvers);
+
+  /// It serves no island.
+  bool empty() const { return solvers_.empty(); }
 
   Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
                     double* w) override;
@@ -41,5 +45,9 @@ class CompositeSolver final : public SchurSolver {
   std::vector<std::unique_ptr<SchurSolver>> solvers_;
   Summary summary_;
 };
+
+/// The solvers that serve all rows of a system together; none where the sparse factor of all rows is as good or better.
+/// Throws InputError where `wanted` does not serve.
+CompositeSolver make_composite_solver(const SchurProblem& problem, const SolverOptions& wanted);
 
 }  // namespace tanor

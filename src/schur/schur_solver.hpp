@@ -130,8 +130,4 @@ class SchurSolver : public SchurFactor {
   virtual const Summary& summary() const = 0;
 };
 
-/// The composite of the solvers that serve all rows of a system together. Null: the sparse factor of all rows is as
-/// good or better. Throws InputError where `wanted` does not serve.
-std::unique_ptr<SchurSolver> make_schur_solver(const SchurProblem& problem, const SolverOptions& wanted);
-
 }  // namespace tanor

@@ -42,7 +42,7 @@ struct Tampering {
     if (linearization.state_ != FactorState::Composite) return false;
     std::vector<double> blocks = K(forms);
     blocks[number] += by;
-    (void)linearization.composite_->factorize(Parallel(1), blocks.data());
+    (void)linearization.composite_.factorize(Parallel(1), blocks.data());
     return true;
   }
   /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.
@@ -504,7 +504,8 @@ TEST(Certificate, NothingIsProvenByFewerThanFourDigits) {
 }
 
 TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
-  // Twenty light beads and a heavy one (ratio 1e9): Cholesky of S alone leaves |K'w + phi| = 8e-6 (docs/certificate.md).
+  // Twenty light beads and a heavy one (ratio 1e9): Cholesky of S alone leaves |K'w + phi| = 8e-6
+  // (docs/certificate.md).
   Case solved(make_unequal_chain(1e9, false));
 
   const Certificate certificate = solved.certify();

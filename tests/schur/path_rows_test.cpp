@@ -10,7 +10,7 @@
 
 #include "dynamics/multiplier_form.hpp"
 #include "schur/answers.hpp"
-#include "schur/schur_solver.hpp"
+#include "schur/composite_solver.hpp"
 
 namespace tanor {
 namespace {
@@ -62,14 +62,14 @@ System make_paths(const std::vector<std::size_t>& lengths, Kind kind, std::mt199
 /// One place on the general way and along paths.
 struct Rows {
   Model model;
-  std::unique_ptr<SchurSolver> solver;
+  CompositeSolver solver;
   std::vector<double> r, v, here, there;
 
   explicit Rows(const System& system, int threads = 1, double t = 0.3)
       : model(system, {.threads = threads}, t),
-        solver(
-            make_schur_solver({model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass},
-                              {.linear_solver = LinearSolver::Paths})),
+        solver(make_composite_solver(
+            {model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass},
+            {.linear_solver = LinearSolver::Paths})),
         r(3 * model.num_points()),
         v(r.size()),
         here(model.num_rows()),
@@ -93,12 +93,12 @@ TEST_P(PathRows, ValuesAndRatesAreThoseOfTheFamilies) {
     Rows rows(make_paths(lengths, GetParam(), &random));
     const Parallel& parallel = rows.model.parallel;
 
-    const double violation = rows.solver->evaluate_values(parallel, rows.r.data(), rows.here.data());
+    const double violation = rows.solver.evaluate_values(parallel, rows.r.data(), rows.here.data());
     const double known = rows.model.constraints.evaluate_values(parallel, rows.r.data(), rows.there.data());
     EXPECT_LE(largest_difference(rows.here, rows.there), rounding);
     EXPECT_NEAR(violation, known, rounding * (1.0 + known));
 
-    const double rate = rows.solver->evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.here.data());
+    const double rate = rows.solver.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.here.data());
     const double known_rate =
         rows.model.constraints.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.there.data());
     EXPECT_LE(largest_difference(rows.here, rows.there), rounding);
@@ -116,11 +116,11 @@ TEST_P(PathRows, SolvingAgainIsSolving) {
     for (std::vector<double>* array : {&w, &w_again})
       (void)model.evaluate_free(0.3, rows.r.data(), rows.v.data(), array->data());
 
-    const Elimination solved = rows.solver->solve(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
-                                                  blocks.data(), b.data(), lambda.data(), w.data());
-    const Elimination linearised = rows.solver->linearise(model.parallel, rows.r.data(), again_blocks.data());
-    const Elimination found = rows.solver->solve_again(model.parallel, {rows.r.data(), rows.v.data(), w_again.data()},
-                                                       again_blocks.data(), b.data(), again.data(), w_again.data());
+    const Elimination solved = rows.solver.solve(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
+                                                 blocks.data(), b.data(), lambda.data(), w.data());
+    const Elimination linearised = rows.solver.linearise(model.parallel, rows.r.data(), again_blocks.data());
+    const Elimination found = rows.solver.solve_again(model.parallel, {rows.r.data(), rows.v.data(), w_again.data()},
+                                                      again_blocks.data(), b.data(), again.data(), w_again.data());
 
     ASSERT_GT(solved.reciprocal_condition, 0.0);
     EXPECT_LE(largest_difference(blocks, again_blocks), rounding);
@@ -142,13 +142,13 @@ TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
     std::vector<double> blocks(3 * model.constraints.num_blocks()), b(model.num_rows()), lambda(b), w(rows.r.size());
     std::vector<double>& all = found.emplace_back();
     const auto append = [&](const std::vector<double>& x) { all.insert(all.end(), x.begin(), x.end()); };
-    all.push_back(rows.solver->evaluate_values(model.parallel, rows.r.data(), rows.here.data()));
+    all.push_back(rows.solver.evaluate_values(model.parallel, rows.r.data(), rows.here.data()));
     append(rows.here);
-    all.push_back(rows.solver->evaluate_rates(model.parallel, rows.r.data(), rows.v.data(), rows.here.data()));
+    all.push_back(rows.solver.evaluate_rates(model.parallel, rows.r.data(), rows.v.data(), rows.here.data()));
     append(rows.here);
-    (void)rows.solver->linearise(model.parallel, rows.r.data(), blocks.data());
-    const Elimination again = rows.solver->solve_again(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
-                                                       blocks.data(), b.data(), lambda.data(), w.data());
+    (void)rows.solver.linearise(model.parallel, rows.r.data(), blocks.data());
+    const Elimination again = rows.solver.solve_again(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
+                                                      blocks.data(), b.data(), lambda.data(), w.data());
     append({again.largest_right_side, again.residual});
     append(b);
     append(lambda);
@@ -166,7 +166,7 @@ TEST(PathRows, PointsThatCoincideMakeNoFactor) {
     // of the path in the inner order
     for (std::size_t c = 0; c < 3; ++c) rows.r[3 * row + c] = rows.r[3 * (row + 1) + c];
     const double condition =
-        rows.solver->linearise(rows.model.parallel, rows.r.data(), blocks.data()).reciprocal_condition;
+        rows.solver.linearise(rows.model.parallel, rows.r.data(), blocks.data()).reciprocal_condition;
     EXPECT_FALSE(condition > 0.0) << row;
   }
 }
@@ -177,9 +177,9 @@ TEST(PathRows, APlaceThatIsNotANumberShowsInTheLargestViolation) {
   for (const std::size_t point : {0, 1, 77, 299, 300}) {
     Rows rows(system);
     rows.r[3 * point + 1] = std::nan("");
-    EXPECT_TRUE(std::isnan(rows.solver->evaluate_values(rows.model.parallel, rows.r.data(), rows.here.data())));
+    EXPECT_TRUE(std::isnan(rows.solver.evaluate_values(rows.model.parallel, rows.r.data(), rows.here.data())));
     EXPECT_TRUE(
-        std::isnan(rows.solver->evaluate_rates(rows.model.parallel, rows.r.data(), rows.v.data(), rows.here.data())));
+        std::isnan(rows.solver.evaluate_rates(rows.model.parallel, rows.r.data(), rows.v.data(), rows.here.data())));
   }
 }
 
