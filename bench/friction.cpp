@@ -83,20 +83,21 @@ System make_hoops(Index beads_a_group) {
 
 /// A system at its start, in the inner order.
 struct Instant {
-  Model model;
+  Workspace work;
+  const Model& model{work.model()};
   MultiplierForm form;
   std::vector<double> r, v, w, b;
 
   explicit Instant(const System& system, FrictionMethod method)
-      : model(system, {.threads = 1, .friction = method}, 0.0),
-        form(model, {.friction = method}),
+      : work(system, {.threads = 1, .friction = method}, 0.0),
+        form(work, {.friction = method}),
         r(form.size()),
         v(form.size()),
         w(form.size()),
         b(model.num_rows(), 1.0) {
     model.numbering.gather_points(system.positions, r);
     model.numbering.gather_points(system.velocities, v);
-    model.measure_velocity_scale(0.0, r.data(), v.data());
+    work.measure_velocity_scale(0.0, r.data(), v.data());
   }
 
   /// Now faster, now slower: what was found before is no answer yet.
@@ -127,18 +128,18 @@ void measure(const char* name, const System& rough, FrictionMethod method, int r
   double residual = 0.0;
   (void)instant.evaluate(1);
   (void)without.evaluate(1);
-  const Counters start = instant.model.counters;
+  const Counters start = instant.work.counters;
   for (int round = 0; round < repetitions; ++round) {
-    const double seconds_before = instant.model.times.friction;
-    const std::size_t iterations_before = instant.model.counters.friction_iterations;
+    const double seconds_before = instant.work.times.friction;
+    const std::size_t iterations_before = instant.work.counters.friction_iterations;
     evaluation.push_back(instant.evaluate(round));
-    iteration.push_back((instant.model.times.friction - seconds_before) /
-                        static_cast<double>(instant.model.counters.friction_iterations - iterations_before));
+    iteration.push_back((instant.work.times.friction - seconds_before) /
+                        static_cast<double>(instant.work.counters.friction_iterations - iterations_before));
     solve.push_back(instant.solve());
     evaluation_without.push_back(without.evaluate(round));
     residual = std::max(residual, instant.form.last_solve().friction.residual);
   }
-  const Counters& end = instant.model.counters;
+  const Counters& end = instant.work.counters;
   std::printf(
       "%-24s %-9s iteration %7.3f ms   back-solve %7.3f ms   ratio %5.2f   iterations %4.1f   residual %.0e   "
       "evaluation %6.2f ms, without friction %6.2f ms\n",

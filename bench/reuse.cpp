@@ -84,10 +84,11 @@ class CholmodTime {
         blocks_(forms_.normal->linearization().blocks()),
         cholmod_(forms_.model.incidences, forms_.model.inverse_mass, forms_.model.numbering.first_idle_row()) {
     std::vector<double> r(system.positions.size()), v(r.size());
-    Model& model = forms_.model;
+    Workspace& work = forms_.work;
+    const Model& model = forms_.model;
     model.numbering.gather_points(system.positions, r);
-    model.prescribe_all(0.0, r.data(), v.data());
-    model.constraints.evaluate_gradients(model.parallel, r.data(), blocks_.data());
+    work.prescribe_all(0.0, r.data(), v.data());
+    work.constraints.evaluate_gradients(model.parallel, r.data(), blocks_.data());
     cholmod_.factorize(blocks_.data());
   }
   double take() {

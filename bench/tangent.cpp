@@ -101,10 +101,10 @@ struct Instant {
         q_dot(q),
         q_ddot(q),
         psi(r),
-        blocks(3 * forms.model.coordinates.num_blocks()),
+        blocks(3 * forms.work.coordinates.num_blocks()),
         rows(q.size(), 1.0),
-        solver(forms.model.coordinates.list_products(forms.model.mass),
-               {forms.model.coordinates.island_start(), q.size()}, Ordering::Auto) {
+        solver(forms.work.coordinates.list_products(forms.model.mass),
+               {forms.work.coordinates.island_start(), q.size()}, Ordering::Auto) {
     const System& given = forms.model.system;
     std::vector<double> velocities = given.velocities;
     velocities.resize(r.size());
@@ -118,7 +118,7 @@ struct Instant {
 
   const Parallel& parallel() const { return forms.model.parallel; }
   void evaluate() {
-    forms.model.coordinates.evaluate(parallel(), q.data(), q_dot.data(), r.data(), v.data(), psi.data(), blocks.data());
+    forms.work.coordinates.evaluate(parallel(), q.data(), q_dot.data(), r.data(), v.data(), psi.data(), blocks.data());
   }
   void assemble() { solver.assemble(parallel(), blocks.data()); }
   GramSolver::Quality factorize() { return solver.factorize(parallel()); }

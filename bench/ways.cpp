@@ -56,7 +56,7 @@ struct Ours {
     for (std::vector<double>* array : {&r, &v, &w}) array->resize(system.positions.size());
     forms.model.numbering.gather_points(forms.model.system.positions, r);
     forms.model.numbering.gather_points(forms.model.system.velocities, v);
-    forms.model.prescribe_all(0.0, r.data(), v.data());
+    forms.work.prescribe_all(0.0, r.data(), v.data());
     check(forms.start(0.0, r.data(), v.data(), StartMode::Project).outcome);
   }
   void evaluate() { check(forms.normal->accelerations({0.0, r.data(), v.data()}, {}, w.data())); }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "factor/cholesky.hpp"
 #include "factor/merged_rows.hpp"
 

@@ -10,6 +10,7 @@ namespace tanor {
 
 Verifier::Verifier(Forms& forms, const Answer& answer, SecondWay way)
     : forms_(forms),
+      work_(forms.work),
       model_(forms.model),
       answer_(answer),
       way_(way),
@@ -18,8 +19,8 @@ Verifier::Verifier(Forms& forms, const Answer& answer, SecondWay way)
       d_(model_.numbering.num_user_rows),
       num_rows_(model_.num_rows()),
       has_friction_(model_.has_friction()),
-      something_sticks_(model_.constraints.tangents().num_sticking() > 0) {
-  model_.set_time(answer.t);
+      something_sticks_(work_.constraints.tangents().num_sticking() > 0) {
+  work_.set_time(answer.t);
   measure_scale();
   inverse_sine_ = measure_angles();
 }
@@ -43,12 +44,12 @@ Certificate Verifier::verify() {
 /// Accelerations are measured by the largest of w, M^-1 f, M^-1 tau and M^-1 eta in the neighbourhood.
 void Verifier::measure_scale() {
   w0_.assign(n_, 0.0);
-  model_.evaluate_free(answer_.t, answer_.r.data(), answer_.v.data(), w0_.data());
-  acceleration_.assign(model_.scales.size(), 0.0);
+  work_.evaluate_free(answer_.t, answer_.r.data(), answer_.v.data(), w0_.data());
+  acceleration_.assign(work_.scales.size(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const Vec3 w0 = load(w0_.data(), i), tau = load(answer_.tau.data(), i), eta = load(answer_.eta.data(), i);
     store(w0_.data(), i, w0 + model_.inverse_mass[i] * tau);
-    double& own = acceleration_[model_.scales.of_point(i)];
+    double& own = acceleration_[work_.scales.of_point(i)];
     own = std::max({own, norm(load(answer_.w.data(), i)), norm(w0), model_.inverse_mass[i] * norm(tau),
                     model_.inverse_mass[i] * norm(eta)});
   }

@@ -46,8 +46,8 @@ class Verifier {
   Worst worst_point(const Vector& difference, double scale) const;
   /// Each point beside the scale of its own neighbourhood: another one, however fast, hides nothing.
   Worst worst_point(const Vector& difference, const Vector& scale) const;
-  double speed_at(std::size_t point) const { return model_.scales.speed(model_.scales.of_point(point)); }
-  double at_point(const Vector& scale, std::size_t point) const { return scale[model_.scales.of_point(point)]; }
+  double speed_at(std::size_t point) const { return work_.scales.speed(work_.scales.of_point(point)); }
+  double at_point(const Vector& scale, std::size_t point) const { return scale[work_.scales.of_point(point)]; }
   /// The same of M^1/2 times the difference.
   Worst worst_point_by_M(const Vector& difference, double scale) const;
   Vector to_user(const Vector& inner) const;
@@ -133,7 +133,8 @@ class Verifier {
   void compare_forms();
 
   Forms& forms_;
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   const Answer& answer_;
   const SecondWay way_;
   const std::size_t n_, moving_, d_, num_rows_;  // d_: the user's rows; num_rows_: with those of contacts

@@ -21,7 +21,7 @@ void Verifier::verify_by_second_factor() {
   Vector change(n_, 0.0);
   repeat(1 + most_passes(rcond_of_S_), [&] {
     // rho = K'w + phi, with what is prescribed at supports in phi; lambda -= S^-1 rho, w -= M^-1 K S^-1 rho
-    model_.constraints.apply_transposed(model_.parallel, K_.data(), w.data(), phi.data(), rows.data());
+    work_.constraints.apply_transposed(model_.parallel, K_.data(), w.data(), phi.data(), rows.data());
     second_->solve_negative(rows.data());
     for (std::size_t a = 0; a < num_rows_; ++a) lambda[a] += rows[a];
     model_.gather.write_scaled(model_.parallel, K_.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
@@ -53,14 +53,13 @@ void Verifier::compare_multipliers(const Vector& lambda) {
   const Vector& lengths = second_->lengths();  // |M^-1/2 k|: lengths times lambda is an acceleration
   Vector size = scale_;
   for (std::size_t a = 0; a < num_rows_; ++a) {
-    double& own = size[model_.scales.of_row(a)];
+    double& own = size[work_.scales.of_row(a)];
     own = std::max(own, lengths[a] * std::abs(lambda[a]));
   }
   Worst worst;
   for (std::size_t a = 0; a < num_rows_; ++a) {
     const std::size_t row = user_row(a);
-    if (row < d_ && is_unique[row])
-      worst.see(lengths[a] * std::abs(difference[a]) / size[model_.scales.of_row(a)], row);
+    if (row < d_ && is_unique[row]) worst.see(lengths[a] * std::abs(difference[a]) / size[work_.scales.of_row(a)], row);
   }
   add_row(&result_.second_factorization, std::string("lambda by ") + second_->name() + " = lambda", worst,
           (1e-12 + rounding) / rcond_of_S_);
@@ -86,7 +85,7 @@ void Verifier::make_gamma() {
 Verifier::Vector Verifier::project_onto_normal(const Vector& u) {
   Vector rows(num_rows_), rest = u, change(n_, 0.0), result(n_, 0.0);
   repeat(most_passes(rcond_of_Gamma_), [&] {
-    model_.constraints.apply_transposed(model_.parallel, K_.data(), rest.data(), nullptr, rows.data());
+    work_.constraints.apply_transposed(model_.parallel, K_.data(), rest.data(), nullptr, rows.data());
     gamma_->solve_negative(rows.data());
     model_.gather.write_scaled(model_.parallel, K_.data(), rows.data(), gamma_scale_.data(), model_.num_moving(),
                                change.data());
@@ -132,8 +131,8 @@ void Verifier::verify_euclidean(const Definitions& definitions) {
 void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
   Vector unit(model_.inverse_mass);
   for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
-  GramSolver g(model_.coordinates.list_products(unit),
-               {model_.coordinates.island_start(), model_.coordinates.num_coordinates()}, Ordering::Auto);
+  GramSolver g(work_.coordinates.list_products(unit),
+               {work_.coordinates.island_start(), work_.coordinates.num_coordinates()}, Ordering::Auto);
   const Vector& A = forms_.tangent->dynamics().blocks();
   g.assemble(model_.parallel, A.data());
   const GramSolver::Quality quality = g.factorize(model_.parallel);
@@ -141,10 +140,10 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
     result_.left_out.push_back("(15): G = A'A is singular to rounding");
     return;
   }
-  Vector x(model_.coordinates.num_coordinates()), sum(n_, 0.0);
-  model_.coordinates.apply_transposed(model_.parallel, A.data(), u.data(), x.data());
+  Vector x(work_.coordinates.num_coordinates()), sum(n_, 0.0);
+  work_.coordinates.apply_transposed(model_.parallel, A.data(), u.data(), x.data());
   g.solve_negative(model_.parallel, x.data(), x.data());
-  model_.coordinates.apply(model_.parallel, A.data(), x.data(), sum.data());  // -A G^-1 A'u
+  work_.coordinates.apply(model_.parallel, A.data(), x.data(), sum.data());  // -A G^-1 A'u
   for (std::size_t i = 0; i < moving_; ++i) sum[i] += u[i] - u_N[i];
   const double rcond = std::min(quality.reciprocal_condition, own_gamma_->estimate_reciprocal_condition());
   add_point(&result_.tangent_identity, "A G^-1 A' + K Gamma^-1 K' = I (15)",
@@ -156,11 +155,11 @@ void Verifier::verify_both_euclidean(const Vector& u, const Vector& u_N) {
 /// Measured by the largest force of the neighbourhood.
 void Verifier::verify_direct_problem(double allowed) {
   Vector force(n_, 0.0), left(n_, 0.0);
-  Vector largest(model_.scales.size(), 0.0);
+  Vector largest(work_.scales.size(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const Vec3 w = load(answer_.w.data(), i), w0 = load(w0_.data(), i);
     store(force.data(), i, model_.mass[i] * (w - w0));
-    double& own = largest[model_.scales.of_point(i)];
+    double& own = largest[work_.scales.of_point(i)];
     own = std::max({own, model_.mass[i] * norm(w), model_.mass[i] * norm(w0)});
   }
   left = force;

@@ -11,9 +11,9 @@ namespace tanor {
 void Verifier::verify_constraints() {
   Definitions definitions(model_.system, forms_.start_time());
   user_r_ = to_user(answer_.r);
-  K_.resize(3 * model_.constraints.num_blocks());
-  model_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), K_.data());
-  model_.clear_contacts(K_.data());
+  K_.resize(3 * work_.constraints.num_blocks());
+  work_.constraints.evaluate_gradients(model_.parallel, answer_.r.data(), K_.data());
+  work_.clear_contacts(K_.data());
   row_norms_ = measure_rows(Vector(model_.num_points(), 1.0));
   {
     const Vector user_v = to_user(answer_.v);
@@ -40,7 +40,7 @@ void Verifier::verify_equations(const Definitions& definitions, const Vector& us
   for (std::size_t a = 0; a < num_rows_; ++a) {
     if (!is_users(a)) continue;
     const std::size_t row = user_row(a);
-    worst.see(std::abs(second[row]) / (row_norms_[row] * scale_[model_.scales.of_row(a)]), row);
+    worst.see(std::abs(second[row]) / (row_norms_[row] * scale_[work_.scales.of_row(a)]), row);
   }
   add_row(&result_.residual, "K'w + phi = 0", worst, 1e-10 + rounding);
 
@@ -64,7 +64,7 @@ void Verifier::verify_equations(const Definitions& definitions, const Vector& us
   }
   Vector cancelled = scale_;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-    double& own = cancelled[model_.scales.of_point(i)];
+    double& own = cancelled[work_.scales.of_point(i)];
     own = std::max(own, terms[i]);
   }
   add_point(&result_.residual, "M w = " + given_force() + " + K lambda", worst_point(rest, cancelled),
@@ -119,13 +119,13 @@ Verifier::Vector Verifier::measure_rows(const Vector& weights) const {
 /// max |phi|/|gradient| of each neighbourhood: phi along r + e v, with what is prescribed at supports.
 Verifier::Vector Verifier::measure_curvature(const Definitions& definitions, const Vector& user_v) {
   Vector given(n_, 0.0), xi(d_), rate(d_);
-  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(), given.data() + moving_);
+  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(), given.data() + moving_);
   phi_.resize(d_);
   definitions.taylor(model_.parallel, answer_.t, user_r_, user_v, to_user(given), xi, rate, phi_);
-  Vector worst(model_.scales.size(), 0.0);
+  Vector worst(work_.scales.size(), 0.0);
   for (std::size_t a = 0; a < num_rows_; ++a) {
     if (!is_users(a)) continue;
-    double& own = worst[model_.scales.of_row(a)];
+    double& own = worst[work_.scales.of_row(a)];
     own = std::max(own, std::abs(phi_[user_row(a)]) / row_norms_[user_row(a)]);
   }
   return worst;
@@ -135,7 +135,7 @@ Verifier::Vector Verifier::measure_curvature(const Definitions& definitions, con
 void Verifier::verify_power(const Definitions& definitions, const Vector& user_v, const Vector& lambda,
                             const Vector& eta) {
   Vector xi_t(d_, 0.0);
-  if (model_.constraints.depends_on_time()) {
+  if (work_.constraints.depends_on_time()) {
     const Vector zero(n_, 0.0);
     Vector xi(d_), second(d_);
     definitions.taylor(model_.parallel, answer_.t, user_r_, zero, zero, xi, xi_t, second);
@@ -143,7 +143,7 @@ void Verifier::verify_power(const Definitions& definitions, const Vector& user_v
   double sum = 0.0, size = 0.0;
   for (std::size_t i = 0; i < n_ / 3; ++i) {
     sum += dot(load(eta.data(), i), load(user_v.data(), i));
-    size += norm(load(eta.data(), i)) * std::max(norm(load(user_v.data(), i)), model_.velocity_scale * 1e-3);
+    size += norm(load(eta.data(), i)) * std::max(norm(load(user_v.data(), i)), work_.velocity_scale * 1e-3);
   }
   for (std::size_t a = 0; a < d_; ++a) {
     sum += lambda[a] * xi_t[a];
@@ -158,7 +158,7 @@ Verifier::Vector Verifier::project_onto_tangent(const Vector& u) {
   Vector rows(num_rows_), change(n_, 0.0), result = u;
   const Vector& K = forms_.normal->linearization().blocks();
   repeat(most_passes(rcond_of_S_), [&] {
-    model_.constraints.apply_transposed(model_.parallel, K.data(), result.data(), nullptr, rows.data());
+    work_.constraints.apply_transposed(model_.parallel, K.data(), result.data(), nullptr, rows.data());
     forms_.normal->linearization().solve_negative(rows.data());
     model_.gather.write_scaled(model_.parallel, K.data(), rows.data(), model_.inverse_mass.data(), model_.num_moving(),
                                change.data());

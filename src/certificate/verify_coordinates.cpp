@@ -8,13 +8,13 @@ namespace tanor {
 
 /// A H^-1 A'M u
 Verifier::Vector Verifier::project_by_coordinates(const Vector& u) {
-  Vector M_rest(n_, 0.0), x(model_.coordinates.num_coordinates()), change(n_, 0.0), result(n_, 0.0);
+  Vector M_rest(n_, 0.0), x(work_.coordinates.num_coordinates()), change(n_, 0.0), result(n_, 0.0);
   const Vector& A = forms_.tangent->dynamics().blocks();
   repeat(most_passes(rcond_of_H_), [&] {
     for (std::size_t i = 0; i < moving_; ++i) M_rest[i] = model_.mass[i / 3] * (u[i] - result[i]);
-    model_.coordinates.apply_transposed(model_.parallel, A.data(), M_rest.data(), x.data());
+    work_.coordinates.apply_transposed(model_.parallel, A.data(), M_rest.data(), x.data());
     forms_.tangent->dynamics().completed().solve_negative(x.data());
-    model_.coordinates.apply(model_.parallel, A.data(), x.data(), change.data());
+    work_.coordinates.apply(model_.parallel, A.data(), x.data(), change.data());
     std::fill(change.begin() + static_cast<std::ptrdiff_t>(moving_), change.end(), 0.0);
     for (std::size_t i = 0; i < moving_; ++i) result[i] -= change[i];
     return norm_of(change);
@@ -48,9 +48,9 @@ void Verifier::verify_coordinates() {
 /// All points go along together, so they are measured by the largest acceleration of the scene.
 void Verifier::verify_curve() {
   const double acceleration = *std::max_element(acceleration_.begin(), acceleration_.end());
-  const double speed = std::max(model_.largest_norm(answer_.v.data()), 1e-3 * model_.velocity_scale);
+  const double speed = std::max(model_.largest_norm(answer_.v.data()), 1e-3 * work_.velocity_scale);
   const double length = model_.smallest_length, crossing = length / std::max(speed, std::sqrt(length * acceleration));
-  const bool is_driven = model_.coordinates.depends_on_time();
+  const bool is_driven = work_.coordinates.depends_on_time();
   const double h = 0.02 * (is_driven ? std::min(speed / acceleration, crossing) : crossing);
   constexpr double weights[] = {-205.0 / 72.0, 8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0};
   Vector sum(n_, 0.0), place(n_);
@@ -60,10 +60,10 @@ void Verifier::verify_curve() {
       for (std::size_t i = 0; i < moving_; ++i) sum[i] += weights[std::abs(k)] * (place[i] - answer_.r[i]);
     }
   } catch (const InputError&) {
-    model_.set_time(answer_.t);  // a table ends here: no curve to try
+    work_.set_time(answer_.t);  // a table ends here: no curve to try
     return;
   }
-  model_.set_time(answer_.t);
+  work_.set_time(answer_.t);
   for (std::size_t i = 0; i < moving_; ++i) sum[i] = sum[i] / (h * h) - answer_.w[i];
   const double far = eps * model_.largest_norm(answer_.r.data()) / (h * h * acceleration);
   add_point(&result_.residual, "w = d2/dt2 r(q(t), t)", worst_point(sum, acceleration), 1e-6 + 1e2 * far);
@@ -90,11 +90,11 @@ void Verifier::verify_both() {
   }
 
   // K'A x = 0 (3)
-  Vector x(model_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(num_rows_);
+  Vector x(work_.coordinates.num_coordinates()), Ax(n_, 0.0), rows(num_rows_);
   for (double& value : x) value = random_number();
-  model_.coordinates.apply(model_.parallel, forms_.tangent->dynamics().blocks().data(), x.data(), Ax.data());
-  model_.constraints.apply_transposed(model_.parallel, forms_.normal->linearization().blocks().data(), Ax.data(),
-                                      nullptr, rows.data());
+  work_.coordinates.apply(model_.parallel, forms_.tangent->dynamics().blocks().data(), x.data(), Ax.data());
+  work_.constraints.apply_transposed(model_.parallel, forms_.normal->linearization().blocks().data(), Ax.data(),
+                                     nullptr, rows.data());
   Worst worst;
   const double size_of_Ax = model_.largest_norm(Ax.data());
   for (std::size_t a = 0; a < num_rows_; ++a) {

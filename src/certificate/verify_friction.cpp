@@ -74,7 +74,7 @@ void Verifier::verify_friction(const Definitions& definitions) {
 }
 
 std::vector<Verifier::Sliding> Verifier::measure_sliding(const Definitions& definitions) const {
-  const Tangents& tangents = model_.constraints.tangents();
+  const Tangents& tangents = work_.constraints.tangents();
   std::vector<Sliding> contacts;
   bool turns = false;
   for (std::size_t c = 0; c < tangents.size(); ++c) {
@@ -142,9 +142,9 @@ void Verifier::verify_law(const std::vector<Sliding>& contacts) {
     else
       ++open[static_cast<std::size_t>(contact.place.point)];
   }
-  Vector largest(model_.scales.size(), std::numeric_limits<double>::min());
+  Vector largest(work_.scales.size(), std::numeric_limits<double>::min());
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-    double& own = largest[model_.scales.of_point(i)];
+    double& own = largest[work_.scales.of_point(i)];
     own = std::max({own, norm(load(answer_.tau.data(), i)), norm(load(law.data(), i))});
   }
 
@@ -223,7 +223,7 @@ void Verifier::verify_friction_by_blocks() {
     blocks.outcome = {Status::NotUnique, "S is singular to rounding: how a load is shared is a convention"};
   } else if (friction.contraction < 1.0) {
     blocks.outcome =
-        iterate_friction_blocks(*forms_.normal, model_, {answer_.t, answer_.r, answer_.v}, most_iterations, &blocks);
+        iterate_friction_blocks(*forms_.normal, work_, {answer_.t, answer_.r, answer_.v}, most_iterations, &blocks);
   } else {
     blocks.outcome = {Status::NotConverged, "its iteration does not contract here"};
   }

@@ -17,7 +17,8 @@ struct Missing {
 
 /// M A H^-1 A'u + K S^-1 K'M^-1 u = u (10), where both forms stand. Its projectors are orthogonal in |M^-1/2 .|, so on
 /// u = M^1/2 z with random z what is missing there is the part of z that belongs to neither T nor N.
-Missing find_missing(Model& model, MultiplierForm& normal, TangentForm& tangent) {
+Missing find_missing(Workspace& work, MultiplierForm& normal, TangentForm& tangent) {
+  const Model& model = work.model();
   const std::size_t n = 3 * model.num_points(), moving = 3 * model.num_moving();
   std::vector<double> u(n, 0.0), M_inverse_u(n, 0.0), rest(n), rows(model.num_rows()), lambda(rows), dw(n);
   std::mt19937 generator(1);
@@ -28,8 +29,8 @@ Missing find_missing(Model& model, MultiplierForm& normal, TangentForm& tangent)
     M_inverse_u[i] = model.inverse_mass[i / 3] * u[i];
   }
   tangent.dynamics().completed().find_reactions(u.data(), rest.data());  // u - M A H^-1 A'u
-  model.constraints.apply_transposed(model.parallel, normal.linearization().blocks().data(), M_inverse_u.data(),
-                                     nullptr, rows.data());
+  work.constraints.apply_transposed(model.parallel, normal.linearization().blocks().data(), M_inverse_u.data(), nullptr,
+                                    rows.data());
   normal.linearization().solve_refined(rows.data(), lambda.data(), dw.data());  // -M^-1 K S^-1 K'M^-1 u
   for (std::size_t i = 0; i < model.num_moving(); ++i) {
     const double root = std::sqrt(model.mass[i]);
@@ -46,12 +47,12 @@ Missing find_missing(Model& model, MultiplierForm& normal, TangentForm& tangent)
 void Forms::check_completeness(double t, const double* r) {
   constexpr double rounding = 1e-6;  // a motion that is left out leaves about 1/sqrt(3n) of z at some point
   constexpr double aside = 1e-2;     // of the scene's size
-  if (model.constraints.tangents().num_sticking() > 0) return;  // S holds more than the constraints
+  if (work.constraints.tangents().num_sticking() > 0) return;  // S holds more than the constraints
   const auto find_at = [&](double distance, std::vector<double>* places) -> std::optional<Missing> {
     if (!tangent->stand_beside(t, distance, places->data()).ok()) return std::nullopt;
     if (!normal->linearise(t, places->data()).ok()) return std::nullopt;
     if (distance > 0.0) (void)normal->gradient_rank().report(places->data(), true);
-    return find_missing(model, *normal, *tangent);
+    return find_missing(work, *normal, *tangent);
   };
   std::vector<double> places(r, r + 3 * model.num_points());
   std::optional<Missing> missing = find_at(0.0, &places);

@@ -17,8 +17,8 @@ double product(const std::vector<double>& a, const double* b) {
 }  // namespace
 
 void ConjugateResiduals::correct(bool begins, double* rows, double* points) {
-  const Stopwatch watch(&model_.times.solve);
-  ++model_.counters.solves;
+  const Stopwatch watch(&work_.times.solve);
+  ++work_.counters.solves;
   constexpr std::size_t most_kept = 12;
   const std::size_t num_rows = model_.num_rows();
   directions_.resize(most_kept);
@@ -33,7 +33,7 @@ void ConjugateResiduals::correct(bool begins, double* rows, double* points) {
   factor_.solve_negative(model_.parallel, rows, d.data());
   model_.gather.write_scaled(model_.parallel, blocks_.data(), d.data(), model_.inverse_mass.data(), model_.num_moving(),
                              y_.data());
-  model_.constraints.apply_transposed(model_.parallel, blocks_.data(), y_.data(), nullptr, q.data());
+  work_.constraints.apply_transposed(model_.parallel, blocks_.data(), y_.data(), nullptr, q.data());
   // … less what earlier directions do, which are orthogonal and of length 1 in q.
   for (std::size_t k = 0; k < num_kept_; ++k) {
     if (k == next_) continue;

@@ -13,8 +13,8 @@ namespace tanor {
 class ConjugateResiduals {
  public:
   /// `blocks`: K, always at the present configuration.
-  ConjugateResiduals(Model& model, RankRevealingFactor& factor, const std::vector<double>& blocks)
-      : model_(model), factor_(factor), blocks_(blocks) {}
+  ConjugateResiduals(Workspace& work, RankRevealingFactor& factor, const std::vector<double>& blocks)
+      : work_(work), model_(work.model()), factor_(factor), blocks_(blocks) {}
 
   /// One step towards K'y + b = 0 from the defect rho = K'y + b in `rows`: rows := what is added to the multipliers,
   /// points += M^-1 K rows. `begins`: earlier directions belong to something else.
@@ -25,7 +25,8 @@ class ConjugateResiduals {
     std::vector<double> d, q;  // [d] of multipliers, and S d
   };
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   RankRevealingFactor& factor_;
   const std::vector<double>& blocks_;
   std::vector<Direction> directions_;

@@ -12,42 +12,41 @@ namespace tanor {
 void ConsistentStart::check(const double* r, const double* v) const {
   constexpr double allowed = 1e-3;
   std::vector<double> position(model_.num_rows()), velocity(model_.num_rows());
-  model_.constraints.measure(r, v, position.data(), velocity.data());
+  work_.constraints.measure(r, v, position.data(), velocity.data());
   const auto worst_position = std::max_element(position.begin(), position.end());
   if (!(*worst_position <= allowed)) {
     throw InputError(
         "/motion/start",
-        "the initial positions violate " +
-            model_.name_row(static_cast<std::size_t>(worst_position - position.begin())) + " by " +
-            text(*worst_position) +
+        "the initial positions violate " + work_.name_row(static_cast<std::size_t>(worst_position - position.begin())) +
+            " by " + text(*worst_position) +
             " of its length; at most 0.001 is corrected (\"start\": \"project\" finds the nearest admissible start)");
   }
-  const Scales& scales = model_.scales;
+  const Scales& scales = work_.scales;
   std::vector<double> relative = velocity;
   for (std::size_t a = 0; a < relative.size(); ++a) relative[a] /= scales.speed(scales.of_row(a));
   const auto worst = static_cast<std::size_t>(std::max_element(relative.begin(), relative.end()) - relative.begin());
   if (!(relative[worst] <= allowed)) {
     throw InputError(
         "/motion/start",
-        "the initial velocities violate " + model_.name_row(worst) + " by " + text(velocity[worst]) +
+        "the initial velocities violate " + work_.name_row(worst) + " by " + text(velocity[worst]) +
             ", the velocity scale is " + text(scales.speed(scales.of_row(worst))) +
             "; at most 0.001 of it is corrected (\"start\": \"project\" finds the nearest admissible start)");
   }
 }
 
 StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode) {
-  model_.set_time(t);
-  model_.prescribe_all(t, r, v);
+  work_.set_time(t);
+  work_.prescribe_all(t, r, v);
   StartReport report;
 
-  model_.measure_velocity_scale(t, r, v);
+  work_.measure_velocity_scale(t, r, v);
   if (model_.num_rows() == 0) return report;
 
   if (mode == StartMode::Check) check(r, v);
   const std::vector<double> r_given(r, r + 3 * model_.num_points());
   ProjectionReport positions;
   if (mode == StartMode::Project) {
-    positions = NearestPoint(model_, linearization_, projector_).find(t, r);
+    positions = NearestPoint(work_, linearization_, projector_).find(t, r);
   } else {
     positions.outcome = linearization_.update(t, r);
     if (positions.outcome.ok()) positions = projector_.project_positions(t, r);
@@ -59,8 +58,8 @@ StartReport ConsistentStart::find(double t, double* r, double* v, StartMode mode
   const std::vector<double> v_given(v, v + 3 * model_.num_points());
   report.outcome = projector_.project_velocities(t, r, v).outcome;
   report.velocity_correction = model_.largest_move(v, v_given.data());
-  report.relative = std::max(model_.largest_move(r, r_given.data(), model_.scales.lengths()),
-                             model_.largest_move(v, v_given.data(), model_.scales.speeds()));
+  report.relative = std::max(work_.largest_move(r, r_given.data(), work_.scales.lengths()),
+                             work_.largest_move(v, v_given.data(), work_.scales.speeds()));
   return report;
 }
 

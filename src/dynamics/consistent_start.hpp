@@ -1,16 +1,16 @@
 #pragma once
 
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/projector.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
 /// The nearest consistent start in the M-norm.
 class ConsistentStart {
  public:
-  ConsistentStart(Model& model, Linearization& linearization, Projector& projector)
-      : model_(model), linearization_(linearization), projector_(projector) {}
+  ConsistentStart(Workspace& work, Linearization& linearization, Projector& projector)
+      : work_(work), model_(work.model()), linearization_(linearization), projector_(projector) {}
 
   /// Moves r and v [3n] onto the constraints at t, with what is prescribed at supports. `StartMode::Check` throws
   /// InputError where that moves them by more than rounding of the input.
@@ -19,7 +19,8 @@ class ConsistentStart {
  private:
   void check(const double* r, const double* v) const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization& linearization_;
   Projector& projector_;
 };

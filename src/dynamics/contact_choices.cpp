@@ -120,7 +120,7 @@ void ContactChoices::find_share(bool is_start, ContactChoice* choice) const {
 /// Why an island has no motion, or which ones it has.
 Outcome ContactChoices::explain(double t, const ContactChoice& choice) const {
   const auto& found = choice.solutions.found;
-  const auto name = [&](std::size_t member) { return state_.model.name_contact(choice.members[member]); };
+  const auto name = [&](std::size_t member) { return state_.work.name_contact(choice.members[member]); };
   if (found.size() < 2) {
     return fail_friction(Status::NoSolution, t,
                          name(0) + (choice.size() > 1 ? " and others of its island" : "") +

@@ -4,12 +4,12 @@
 
 namespace tanor {
 
-ContactCoupling::ContactCoupling(const Model& model, const FrictionLaws& laws)
-    : model_(model),
-      tangents_(model.constraints.tangents()),
+ContactCoupling::ContactCoupling(const Workspace& work, const FrictionLaws& laws)
+    : model_(work.model()),
+      tangents_(work.constraints.tangents()),
       laws_(laws),
-      incidences_of_contact_(model.constraints.tangents().size()) {
-  std::vector<std::vector<Index>> contacts_of_point(model.num_points());
+      incidences_of_contact_(work.constraints.tangents().size()) {
+  std::vector<std::vector<Index>> contacts_of_point(model_.num_points());
   for (std::size_t c = 0; c < tangents_.size(); ++c)
     contacts_of_point[static_cast<std::size_t>(tangents_[c].point)].push_back(static_cast<Index>(c));
   struct RowTouch {
@@ -17,15 +17,15 @@ ContactCoupling::ContactCoupling(const Model& model, const FrictionLaws& laws)
     Touch touch;
   };
   std::vector<RowTouch> all;
-  for (std::size_t k = 0; k < model.incidences.size(); ++k) {
-    const Incidence& i = model.incidences[k];
+  for (std::size_t k = 0; k < model_.incidences.size(); ++k) {
+    const Incidence& i = model_.incidences[k];
     const auto point = static_cast<std::size_t>(i.point);
     for (const Index contact : contacts_of_point[point]) {
       const auto c = static_cast<std::size_t>(contact);
       if (!touches(i, c)) continue;
       incidences_of_contact_[c].push_back(k);
       for (std::size_t part = laws_.first_part(c); part < laws_.end_part(c); ++part)
-        all.push_back({i.row, static_cast<Index>(part), {i.block, i.sign * model.inverse_mass[point]}});
+        all.push_back({i.row, static_cast<Index>(part), {i.block, i.sign * model_.inverse_mass[point]}});
     }
   }
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.row < b.row; });

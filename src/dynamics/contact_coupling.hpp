@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "friction/laws.hpp"
 
 namespace tanor {
@@ -16,7 +16,7 @@ namespace tanor {
 class ContactCoupling {
  public:
   /// Both must outlive it.
-  ContactCoupling(const Model& model, const FrictionLaws& laws);
+  ContactCoupling(const Workspace& work, const FrictionLaws& laws);
 
   /// K as `blocks`, which must stand until the next call, and the directions e of the laws at the same configuration.
   void set_place(const double* blocks);

@@ -6,10 +6,10 @@
 
 namespace tanor {
 
-ContactIslands::ContactIslands(const Model& model) : of_contact(model.constraints.tangents().size()) {
-  const Tangents& tangents = model.constraints.tangents();
-  const std::vector<Index>& start = model.numbering.island_start;
-  contacts.resize(model.numbering.num_islands());
+ContactIslands::ContactIslands(const Workspace& work) : of_contact(work.constraints.tangents().size()) {
+  const Tangents& tangents = work.constraints.tangents();
+  const std::vector<Index>& start = work.model().numbering.island_start;
+  contacts.resize(work.model().numbering.num_islands());
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const auto after = std::upper_bound(start.begin(), start.end(), tangents[c].guide_row[0]);
     contacts[static_cast<std::size_t>(after - start.begin() - 1)].push_back(c);

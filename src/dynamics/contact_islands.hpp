@@ -3,14 +3,14 @@
 #include <cstddef>
 #include <vector>
 
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
 /// Contacts by the islands of their constraints. Contacts of different islands do not feel each other's friction at an
 /// instant.
 struct ContactIslands {
-  explicit ContactIslands(const Model& model);
+  explicit ContactIslands(const Workspace& work);
 
   std::vector<std::vector<std::size_t>> contacts;  ///< [island]; islands without contacts are left out
   std::vector<std::size_t> of_contact;             ///< [contact] its island

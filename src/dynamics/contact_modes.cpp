@@ -15,11 +15,12 @@ constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-ContactModes::ContactModes(Model& model, FrictionSolver& friction, ConstrainedSystem& system)
-    : model_(model),
+ContactModes::ContactModes(Workspace& work, FrictionSolver& friction, ConstrainedSystem& system)
+    : work_(work),
+      model_(work.model()),
       friction_(friction),
       system_(system),
-      state_(model, friction.laws()),
+      state_(work, friction.laws()),
       sharing_(state_, system),
       choices_(state_, friction, system, sharing_),
       pivoting_(state_, system, sharing_, choices_) {}
@@ -38,7 +39,7 @@ void ContactModes::evaluate_events(double, const double*, const double* v, doubl
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
       const double forward = dot(state_.tangents.sliding_velocity(c, v), state_.laws.sense(c));
-      *values++ = forward / model_.scales.speed(state_.neighbourhood(c)) + speed_slack;
+      *values++ = forward / work_.scales.speed(state_.neighbourhood(c)) + speed_slack;
     }
   }
 }
@@ -131,7 +132,7 @@ Outcome ContactModes::choose(ModeSwitch at) {
 Power ContactModes::work_of_impulses(const double* r, const std::vector<double>& impulses) const {
   const std::vector<double> nothing(3 * model_.num_points(), 0.0);
   std::vector<double> rates(model_.num_rows());
-  model_.constraints.evaluate_rates(model_.parallel, r, nothing.data(), rates.data());
+  work_.constraints.evaluate_rates(model_.parallel, r, nothing.data(), rates.data());
   Power work;
   for (std::size_t a = 0; a < rates.size(); ++a) {
     const bool is_contact = model_.numbering.is_contact_row(a);
@@ -160,7 +161,7 @@ bool ContactModes::is_little(const std::vector<double>& before, const double* v,
   constexpr double little = 1e-6, alike = 10.0;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     const double lost = norm(load(v, i) - load(before.data(), i));
-    if (!(lost <= std::max(little * model_.scales.speed(model_.scales.of_point(i)), alike * own))) return false;
+    if (!(lost <= std::max(little * work_.scales.speed(work_.scales.of_point(i)), alike * own))) return false;
   }
   return true;
 }
@@ -311,7 +312,7 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
   constexpr double largest_miss = 1e-6;
   const double* const lambda = system_.lambda().data();
   std::vector<double> rows(model_.num_rows());  // T'w + phi
-  model_.constraints.evaluate_contacts(model_.parallel, at.r, at.v, at.w, Tangents::Which::All, rows.data());
+  work_.constraints.evaluate_contacts(model_.parallel, at.r, at.v, at.w, Tangents::Which::All, rows.data());
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (at.at_rest[c] == 0 || !state_.tangents.sticks(c)) continue;
     double a = 0.0;
@@ -324,7 +325,7 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
     if (is_still && held - limit <= largest_miss * std::max(limit, state_.mass(c) * scale)) continue;
     return fail_friction(
         Status::NotConverged, at.t,
-        "what was found misses the law: " + model_.name_contact(c) + " sticks, and " +
+        "what was found misses the law: " + work_.name_contact(c) + " sticks, and " +
             (is_still ? "holds " + text(held) + " N of at most " + text(limit) : "moves by " + text(a) + " m/s^2"));
   }
   return {};
@@ -408,7 +409,7 @@ std::string ContactModes::find_undetermined_reaction() const {
     for (std::size_t c = 0; c < state_.size(); ++c) {
       constexpr double rounding = 1e-8;
       if (!state_.laws.is_coulomb(c) || state_.laws.static_coefficient(c) == 0.0) continue;
-      if (norm(state_.laws.normal_force(c, z.data())) > rounding * largest) return model_.name_contact(c);
+      if (norm(state_.laws.normal_force(c, z.data())) > rounding * largest) return work_.name_contact(c);
     }
   }
   return {};

@@ -17,7 +17,7 @@ namespace tanor {
 class ContactModes final : public EventFunctions {
  public:
   /// All must outlive it.
-  ContactModes(Model& model, FrictionSolver& friction, ConstrainedSystem& system);
+  ContactModes(Workspace& work, FrictionSolver& friction, ConstrainedSystem& system);
 
   const LoadSharing& sharing() const { return sharing_; }
   LoadSharing& sharing() { return sharing_; }
@@ -74,7 +74,8 @@ class ContactModes final : public EventFunctions {
   std::vector<char> find_many_on_surfaces(const ModeSwitch& at) const;
   bool rests(const ModeSwitch& at, std::size_t island) const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   FrictionSolver& friction_;
   ConstrainedSystem& system_;
   ContactState state_;

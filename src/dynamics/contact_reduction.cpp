@@ -57,10 +57,11 @@ void ContactReduction::solve(const std::vector<double>& b, std::vector<double>* 
 /// w = w0 and b = phi + K'w0 with forces alone; returns their largest number.
 double ContactReduction::evaluate_without_coulomb(const ModeSwitch& at, std::vector<double>* w,
                                                   std::vector<double>* b) {
-  Model& model = state_.model;
-  const double largest_w = model.evaluate_free(at.t, at.r, at.v, w->data());
+  Workspace& work = state_.work;
+  const Model& model = state_.model;
+  const double largest_w = work.evaluate_free(at.t, at.r, at.v, w->data());
   return larger(largest_w,
-                model.constraints.evaluate_right_side(model.parallel, at.r, at.v, w->data(), b->data(), nullptr));
+                work.constraints.evaluate_right_side(model.parallel, at.r, at.v, w->data(), b->data(), nullptr));
 }
 
 /// With forces, and laws of friction other than Coulomb's.
@@ -103,9 +104,10 @@ void ContactReduction::write_accelerations(const ContactChoice& choice, const do
 void ContactReduction::set_constant_terms(const ModeSwitch& at, const Answer& answer,
                                           std::vector<ContactChoice>* choices) const {
   constexpr double rounding = 1e-12;
-  Model& model = state_.model;
+  Workspace& work = state_.work;
+  const Model& model = state_.model;
   std::vector<double> rows(model.num_rows());  // T'w + phi
-  model.constraints.evaluate_contacts(model.parallel, at.r, at.v, answer.w.data(), Tangents::Which::All, rows.data());
+  work.constraints.evaluate_contacts(model.parallel, at.r, at.v, answer.w.data(), Tangents::Which::All, rows.data());
   for (ContactChoice& choice : *choices) {
     const auto m = 3 * static_cast<Eigen::Index>(choice.size()),
                k = static_cast<Eigen::Index>(choice.directions.size());

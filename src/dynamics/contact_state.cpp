@@ -19,19 +19,19 @@ enum Mode : int {
 
 }  // namespace
 
-ContactState::ContactState(Model& a_model, FrictionLaws& a_laws)
-    : model(a_model), tangents(a_model.constraints.tangents()), laws(a_laws), places(a_model) {
+ContactState::ContactState(Workspace& a_work, FrictionLaws& a_laws)
+    : work(a_work), model(a_work.model()), tangents(a_work.constraints.tangents()), laws(a_laws), places(a_work) {
   for (std::size_t c = 0; c < size(); ++c) num_switches += may_stick(c) ? 1 : 0;
 }
 
 double ContactState::sliding_threshold(std::size_t contact) const {
-  return 1e-11 * model.scales.speed(neighbourhood(contact));
+  return 1e-11 * work.scales.speed(neighbourhood(contact));
 }
 
 void ContactState::set_sliding_speeds() {
   constexpr double slow = 3e-7;
   for (std::size_t c = 0; c < size(); ++c)
-    laws.set_speeds(c, sliding_threshold(c), slow * model.scales.speed(neighbourhood(c)));
+    laws.set_speeds(c, sliding_threshold(c), slow * work.scales.speed(neighbourhood(c)));
 }
 
 double ContactState::limit(std::size_t contact, const double* lambda) const {
@@ -90,7 +90,7 @@ void ContactState::restore_discrete_state(std::span<const int> state) {
 
 void ContactState::restore_senses(const double* r, const double* v) {
   if (restored_.empty()) return;
-  places.hold(model.time(), r);
+  places.hold(work.time(), r);
   set_sliding_speeds();
   for (std::size_t c = 0; c < restored_.size(); ++c) {
     const Vec3 t = tangents.directions(c)[0];

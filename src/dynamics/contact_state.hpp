@@ -5,7 +5,7 @@
 
 #include "dynamics/held_friction.hpp"
 #include "dynamics/held_places.hpp"
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "friction/laws.hpp"
 
 namespace tanor {
@@ -14,7 +14,7 @@ namespace tanor {
 /// a contact that sticks has a place, a softness by which it shares a load, and may be held a little above its limit.
 struct ContactState {
   /// Both must outlive it.
-  ContactState(Model& model, FrictionLaws& laws);
+  ContactState(Workspace& work, FrictionLaws& laws);
 
   /// An octave of softness.
   static constexpr int softness_steps = 1 << 20;
@@ -22,7 +22,8 @@ struct ContactState {
   /// above it.
   static constexpr double to_spare = 1e-6, overload = 4e-6;
 
-  Model& model;
+  Workspace& work;
+  const Model& model;
   Tangents& tangents;
   FrictionLaws& laws;
   HeldPlaces places;
@@ -33,7 +34,7 @@ struct ContactState {
   std::size_t size() const { return tangents.size(); }
   bool may_stick(std::size_t contact) const { return tangents[contact].first_row >= 0; }
   std::size_t neighbourhood(std::size_t contact) const {
-    return model.scales.of_point(static_cast<std::size_t>(tangents[contact].point));
+    return work.scales.of_point(static_cast<std::size_t>(tangents[contact].point));
   }
   double mass(std::size_t contact) const { return model.mass[static_cast<std::size_t>(tangents[contact].point)]; }
 

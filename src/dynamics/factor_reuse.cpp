@@ -8,22 +8,26 @@
 
 namespace tanor {
 
-std::unique_ptr<FactorReuse> FactorReuse::make(Model& model, GramSolver& factor) {
-  if (model.has_friction() || model.num_rows() == 0 || model.constraints.gradients_are_constant()) return nullptr;
+std::unique_ptr<FactorReuse> FactorReuse::make(Workspace& work, GramSolver& factor) {
+  const Model& model = work.model();
+  if (model.has_friction() || model.num_rows() == 0 || work.constraints.gradients_are_constant()) return nullptr;
   const std::size_t num_rows_of_S = model.numbering.first_idle_row();
   if (!Reuse::pays(factor.summary(), num_rows_of_S, model.incidences.size())) return nullptr;
-  const GramOperator S{model.constraints, model.gather, model.inverse_mass, model.num_moving(), num_rows_of_S};
-  return std::make_unique<FactorReuse>(model, S, factor);
+  const GramOperator S{work.constraints, model.gather, model.inverse_mass, model.num_moving(), num_rows_of_S};
+  return std::make_unique<FactorReuse>(work, S, factor);
 }
 
-FactorReuse::FactorReuse(Model& model, const GramOperator& S, GramSolver& factor)
-    : model_(model), reuse_(S, model.incidences, factor), correction_(3 * model.num_points(), 0.0) {
-  sums_.reserve(model.scales.size());
+FactorReuse::FactorReuse(Workspace& work, const GramOperator& S, GramSolver& factor)
+    : work_(work),
+      model_(work.model()),
+      reuse_(S, model_.incidences, factor),
+      correction_(3 * model_.num_points(), 0.0) {
+  sums_.reserve(work.scales.size());
 }
 
 double FactorReuse::allowed_error(const StepTarget& target) {
   const double h = std::abs(target.h);
-  const Scales& scales = model_.scales;
+  const Scales& scales = work_.scales;
   const bool has_own = !(target.atol > 0.0);
   const auto allowed_square = [&](std::size_t i) {
     const double atol_v = has_own ? scales.velocity_tolerances()[i] : target.atol;
@@ -44,29 +48,29 @@ double FactorReuse::allowed_error(const StepTarget& target) {
 }
 
 void FactorReuse::note_factor() {
-  const std::size_t frames = model_.constraints.frames();
+  const std::size_t frames = work_.constraints.frames();
   if (frames_ && *frames_ != frames) reuse_.forget();
   frames_ = frames;
 }
 
 bool FactorReuse::serves(double reciprocal_condition) const {
   constexpr double nearly_singular = 1e-8;
-  return allowed_error_ > 0.0 && reciprocal_condition > nearly_singular && frames_ == model_.constraints.frames();
+  return allowed_error_ > 0.0 && reciprocal_condition > nearly_singular && frames_ == work_.constraints.frames();
 }
 
 bool FactorReuse::solve(double t, bool is_first, const double* blocks, const double* b, std::vector<double>* lambda,
                         double* dw) {
-  const Stopwatch watch(&model_.times.solve);
+  const Stopwatch watch(&work_.times.solve);
   if (is_first) reuse_.renew();
   const bool is_solved = reuse_.solve(model_.parallel, t, blocks, b, allowed_error_, lambda, dw);
-  model_.counters.iterations += reuse_.num_iterations();
-  if (is_solved) ++model_.counters.solves;
+  work_.counters.iterations += reuse_.num_iterations();
+  if (is_solved) ++work_.counters.solves;
   return is_solved;
 }
 
 bool FactorReuse::correct(const double* blocks, double* rows, double* points) {
   const bool is_solved = reuse_.correct(model_.parallel, blocks, rows, correction_.data());
-  model_.counters.iterations += reuse_.num_iterations();
+  work_.counters.iterations += reuse_.num_iterations();
   if (!is_solved) return false;
   model_.parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) points[i] += correction_[i];

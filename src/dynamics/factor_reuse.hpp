@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "dynamics/model.hpp"
 #include "dynamics/roles.hpp"
+#include "dynamics/workspace.hpp"
 #include "schur/reuse.hpp"
 
 namespace tanor {
@@ -16,9 +16,9 @@ namespace tanor {
 class FactorReuse final : public InexactSolves {
  public:
   /// Null where it does not pay, or K does not change. `factor` has the factor of the other configuration.
-  static std::unique_ptr<FactorReuse> make(Model& model, GramSolver& factor);
+  static std::unique_ptr<FactorReuse> make(Workspace& work, GramSolver& factor);
 
-  FactorReuse(Model& model, const GramOperator& S, GramSolver& factor);
+  FactorReuse(Workspace& work, const GramOperator& S, GramSolver& factor);
 
   /// Largest error of dw = M^-1 K lambda that keeps a step within its target, in the M-norm: the root of the sum of
   /// m |dw|^2 = m min((atol + rtol |v|)/h, (atol + rtol |x|)/h^2)^2 over the neighbourhood that allows least, since a
@@ -43,7 +43,8 @@ class FactorReuse final : public InexactSolves {
   void exchange_memory(Memory& memory) { reuse_.exchange_memory(memory); }
 
  private:
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Reuse reuse_;
   double allowed_error_ = 0.0;
   std::optional<std::size_t> frames_;  // of lines, where the factor was made; see Constraints::frames

@@ -8,8 +8,8 @@
 namespace tanor {
 
 Forms::Forms(System system, const SolverOptions& options, double t)
-    : model(std::move(system), options, t), start_time_(t) {
-  const bool has_coordinates = !model.coordinates.empty(), has_constraints = model.num_rows() > 0;
+    : work(std::move(system), options, t), start_time_(t) {
+  const bool has_coordinates = !work.coordinates.empty(), has_constraints = model.num_rows() > 0;
   const auto refuse = [](const std::string& what) { throw InputError("/solver/form", what); };
   if (!has_coordinates && options.form == Form::Tangent) refuse("the tangent form needs coordinates; none are given");
   if (!has_coordinates && options.form == Form::Both) refuse("both forms need coordinates too; none are given");
@@ -17,8 +17,8 @@ Forms::Forms(System system, const SolverOptions& options, double t)
     refuse("the normal form needs constraints; coordinates alone are given");
   if (has_coordinates && !has_constraints && options.form == Form::Both)
     refuse("both forms need constraints too; coordinates alone are given");
-  if (has_constraints || !has_coordinates) normal = std::make_unique<MultiplierForm>(model, options);
-  if (has_coordinates) tangent = std::make_unique<TangentForm>(model, options);
+  if (has_constraints || !has_coordinates) normal = std::make_unique<MultiplierForm>(work, options);
+  if (has_coordinates) tangent = std::make_unique<TangentForm>(work, options);
   if (tangent != nullptr && model.has_friction()) tangent->dynamics().take_friction_from(normal.get());
   choose(options.form);
   make_plan();
@@ -38,8 +38,8 @@ void Forms::make_plan() {
   plan.points = model.num_points();
   plan.supports = plan.points - model.num_moving();
   plan.equations = model.numbering.num_user_rows;
-  plan.coordinates = model.coordinates.num_coordinates();
-  plan.islands = is_tangent() ? model.coordinates.island_start().size() - 1 : model.numbering.num_islands();
+  plan.coordinates = work.coordinates.num_coordinates();
+  plan.islands = is_tangent() ? work.coordinates.island_start().size() - 1 : model.numbering.num_islands();
   plan.form = is_tangent() ? Form::Tangent : Form::Normal;
   for (std::size_t a = model.numbering.first_idle_row(); a < model.num_rows(); ++a) {
     plan.idle_equations.push_back(static_cast<std::size_t>(model.numbering.user_row[a]));
@@ -57,8 +57,8 @@ void Forms::make_plan() {
   main->describe(&plan);
   if (!model.has_moving_supports()) left_out.push_back("support motion: every support is fixed");
   if (!main->has_work()) left_out.push_back("work integral: energy is conserved");
-  if (!model.forces.has_springs()) left_out.push_back("spring forces: none");
-  if (!model.forces.has_pairs()) left_out.push_back("pair forces: none");
+  if (!work.forces.has_springs()) left_out.push_back("spring forces: none");
+  if (!work.forces.has_pairs()) left_out.push_back("pair forces: none");
 }
 
 StartReport Forms::start(double t, double* r, double* v, StartMode mode) {
@@ -79,7 +79,7 @@ Outcome Forms::compare(const Kinematics& at, const Request& request, const doubl
   if (Outcome outcome = solve_other(at, request, other_w_.data(), other_eta_.data()); !outcome.ok()) return outcome;
   double w_error = 0.0, w_scale = 0.0, eta_error = 0.0, eta_scale = 0.0;
   for (std::size_t i = 0; i < model.num_moving(); ++i) {
-    const Vec3 f = load(model.f.data(), i);
+    const Vec3 f = load(work.f.data(), i);
     w_error = larger(w_error, norm(load(w, i) - load(other_w_.data(), i)));
     eta_error = larger(eta_error, norm(load(eta, i) - load(other_eta_.data(), i)));
     w_scale = std::max({w_scale, norm(load(w, i)), model.inverse_mass[i] * norm(f)});
@@ -118,7 +118,7 @@ RankReport Forms::rank(const double* r, bool thoroughly) {
   // Coordinates alone: as many degrees of freedom as there are coordinates.
   RankReport report;
   report.is_known = false;
-  report.degrees_of_freedom = model.coordinates.num_coordinates();
+  report.degrees_of_freedom = work.coordinates.num_coordinates();
   return report;
 }
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/model.hpp"
 #include "dynamics/multiplier_form.hpp"
 #include "dynamics/tangent_form.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -17,7 +17,8 @@ class Forms {
   /// wanted that the system cannot have.
   Forms(System system, const SolverOptions& options, double t = 0.0);
 
-  Model model;
+  Workspace work;
+  const Model& model{work.model()};
   std::unique_ptr<MultiplierForm> normal;  ///< null: coordinates alone are given
   std::unique_ptr<TangentForm> tangent;    ///< null: no coordinates are given
   EquationsOfMotion* main = nullptr;       ///< the form that steps and answers

@@ -11,25 +11,27 @@
 
 namespace tanor {
 
-ForwardDynamics::ForwardDynamics(Model& model, Linearization& linearization, Residuals& residuals, SolveReport* report)
-    : model_(model),
+ForwardDynamics::ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals,
+                                 SolveReport* report)
+    : work_(work),
+      model_(work.model()),
       linearization_(linearization),
       residuals_(residuals),
       report_(*report),
-      lambda_(model.num_rows(), 0.0),
-      dw_(3 * model.num_points(), 0.0),
-      b_(model.num_rows()),
-      rows_(model.num_rows()) {}
+      lambda_(model_.num_rows(), 0.0),
+      dw_(3 * model_.num_points(), 0.0),
+      b_(model_.num_rows()),
+      rows_(model_.num_rows()) {}
 
 Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
                                double* w) {
   Outcome& outcome = report_.outcome;
-  model_.set_time(at.t);
-  ++model_.counters.evaluations;
+  work_.set_time(at.t);
+  ++work_.counters.evaluations;
   exact_ = request.exact;
   FactorReuse* const reuse = linearization_.reuse();
   if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
-  if (request.gradients == Gradients::Evaluate) model_.constraints.choose_frames();
+  if (request.gradients == Gradients::Evaluate) work_.constraints.choose_frames();
   // (31), (23) and (25) in one pass where special solvers serve; what follows is the same step by step.
   if (auto found = solve_at_once(at, request.gradients, w)) return outcome = *std::move(found);
 
@@ -61,9 +63,9 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
 std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Gradients gradients, double* w) {
   double scale = 0.0;
   const auto find_motion = [&]() -> FreeMotion {
-    const Stopwatch watch(&model_.times.evaluate);
+    const Stopwatch watch(&work_.times.evaluate);
     const Vec3* const uniform = linearization_.uniform_free();
-    scale = uniform != nullptr ? model_.write_unconstrained(w) : model_.evaluate_free(at.t, at.x, at.v, w);
+    scale = uniform != nullptr ? work_.write_unconstrained(w) : work_.evaluate_free(at.t, at.x, at.v, w);
     return {at.x, at.v, w, uniform};
   };
   const std::optional<Elimination> found =
@@ -78,7 +80,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Grad
   report_.residual = found->residual / (scale > 0.0 ? scale : 1.0);
   // Little beside each island, or beside the slowest neighbourhood, is little beside each neighbourhood.
   constexpr double little = 1e-12;
-  const Scales& scales = model_.scales;
+  const Scales& scales = work_.scales;
   const bool is_little =
       scales.are_one() || found->own_residual <= little || found->residual <= little * scales.least_acceleration();
   const bool is_fine = report_.residual <= good_enough() && is_little;
@@ -87,7 +89,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Grad
   // Refinement wants w0 and dw apart, and so does the power of the reactions.
   linearization_.write_reactions(lambda_.data(), dw_.data());
   if (is_fine) return Outcome{};
-  (void)model_.evaluate_free(t, r, v, w);
+  (void)work_.evaluate_free(t, r, v, w);
   (void)linearization_.evaluate_right_side(r, v, w, false, b_.data());
   problem_ = {w, b_.data(), scale};
   refine();
@@ -104,8 +106,8 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Grad
 void ForwardDynamics::evaluate(const Kinematics& at, bool with_gradients, double* w) {
   double scale = 0.0;
   {
-    const Stopwatch watch(&model_.times.evaluate);
-    scale = model_.evaluate_free(at.t, at.x, at.v, w);
+    const Stopwatch watch(&work_.times.evaluate);
+    scale = work_.evaluate_free(at.t, at.x, at.v, w);
     scale = larger(scale, linearization_.evaluate_right_side(at.x, at.v, w, with_gradients, b_.data()));
   }
   report_.residual = 0.0;
@@ -122,7 +124,7 @@ Outcome ForwardDynamics::check_idle_rows(double t) const {
     // phi + K'w0 with the supports' accelerations in w0
     if (std::abs(b_[a]) <= allowed * problem_.scale) continue;
     return {Status::Contradictory,
-            model_.name_row(a) + " joins supports alone, and their prescribed motion breaks it at t = " + text(t) +
+            work_.name_row(a) + " joins supports alone, and their prescribed motion breaks it at t = " + text(t) +
                 " (by " + text(b_[a]) + " on the acceleration level)"};
   }
   return {};
@@ -133,8 +135,8 @@ Outcome ForwardDynamics::check_idle_rows(double t) const {
 /// S lambda = -b, dw = M^-1 K lambda, refined.
 void ForwardDynamics::find_multipliers() {
   {
-    const Stopwatch watch(&model_.times.solve);
-    ++model_.counters.solves;
+    const Stopwatch watch(&work_.times.solve);
+    ++work_.counters.solves;
     linearization_.solve_negative(b_.data(), lambda_.data());  // (31)
     linearization_.write_reactions(lambda_.data(), dw_.data());
   }
@@ -196,7 +198,7 @@ Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessChe
   const auto [t, r, v] = at;
   contacts_->prepare(r, v);
   // The null space turns with K.
-  if (!model_.constraints.gradients_are_constant()) (void)linearization_.decide_rank_again(r);
+  if (!work_.constraints.gradients_are_constant()) (void)linearization_.decide_rank_again(r);
   friction_->set_accelerations(residuals_.accelerations());
   Outcome outcome = friction_->find({t, r, v, linearization_.blocks().data()}, b_.data(), check, lambda_.data());
   report_.friction = friction_->report();
@@ -210,7 +212,7 @@ void ForwardDynamics::improve_friction(double* w) {
   constexpr double settled = 1e-12;
   if (friction_->measure(lambda_.data()) > settled) {
     {
-      const Stopwatch watch(&model_.times.friction);
+      const Stopwatch watch(&work_.times.friction);
       friction_->add(-1.0, w, b_.data());
       friction_->refine(b_.data(), lambda_.data());
       friction_->add(1.0, w, b_.data());
@@ -255,7 +257,7 @@ Outcome ForwardDynamics::reconsider_rank(double t, const double* r) {
   }
   const RankRevealingFactor& factor = linearization_.rank_factor();
   std::vector<double> xi(model_.num_rows());
-  const double violation = model_.constraints.evaluate_values(model_.parallel, r, xi.data());
+  const double violation = work_.constraints.evaluate_values(model_.parallel, r, xi.data());
   const double allowed = std::max(rounding, spread * violation);
   const std::vector<double>& accelerations = residuals_.measure_accelerations(problem_);
   const auto are_fine = [&] {

@@ -8,8 +8,8 @@
 #include "dynamics/friction_solver.hpp"
 #include "dynamics/instant.hpp"
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/residuals.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -24,7 +24,7 @@ namespace tanor {
 class ForwardDynamics {
  public:
   /// `report`: of the last solve; it outlives the dynamics, as the others do.
-  ForwardDynamics(Model& model, Linearization& linearization, Residuals& residuals, SolveReport* report);
+  ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, SolveReport* report);
   void set_friction(FrictionSolver* friction, ContactModes* contacts) {
     friction_ = friction;
     contacts_ = contacts;
@@ -59,7 +59,8 @@ class ForwardDynamics {
   Outcome reconsider_rank(double t, const double* r);
   void add_reactions(double* w) const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
   SolveReport& report_;

@@ -9,17 +9,18 @@
 
 namespace tanor {
 
-Outcome iterate_friction_blocks(MultiplierForm& normal, Model& model, const FrictionPlace& place, int most_iterations,
-                                FrictionBlocks* result) {
+Outcome iterate_friction_blocks(MultiplierForm& normal, Workspace& work, const FrictionPlace& place,
+                                int most_iterations, FrictionBlocks* result) {
+  const Model& model = work.model();
   const std::size_t size = 3 * model.num_points(), num_rows = model.num_rows();
-  NormalSpace space(model);
+  NormalSpace space(work);
   if (Outcome outcome = space.factorize(place.t, place.r.data(), normal.linearization().blocks().data()); !outcome.ok())
     return outcome;
 
   // e = S^-1 K'(w_N - M^-1 f) = -S^-1 (phi + K'w0)
   std::vector<double> w0(size), b(num_rows), e(num_rows), points(size);
-  (void)model.evaluate_free(place.t, place.r.data(), place.v.data(), w0.data());
-  model.constraints.evaluate_right_side(model.parallel, place.r.data(), place.v.data(), w0.data(), b.data(), nullptr);
+  (void)work.evaluate_free(place.t, place.r.data(), place.v.data(), w0.data());
+  work.constraints.evaluate_right_side(model.parallel, place.r.data(), place.v.data(), w0.data(), b.data(), nullptr);
   normal.linearization().solve_refined(b.data(), e.data(), points.data());
 
   constexpr double tolerance = 1e-13, holds = 1e-12;
@@ -33,8 +34,8 @@ Outcome iterate_friction_blocks(MultiplierForm& normal, Model& model, const Fric
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i)
       points[i] = model.inverse_mass[i / 3] * (tau[i] - tau_N[i]);
     std::fill(points.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), points.end(), 0.0);
-    const double coupling = model.constraints.apply_transposed(model.parallel, normal.linearization().blocks().data(),
-                                                               points.data(), nullptr, b.data());
+    const double coupling = work.constraints.apply_transposed(model.parallel, normal.linearization().blocks().data(),
+                                                              points.data(), nullptr, b.data());
     const double whole = model.largest_norm(points.data());
     if (result->iterations == 1) result->tangent_block_left_out = coupling <= holds * whole;  // (44)
     std::fill(part.begin(), part.end(), 0.0);

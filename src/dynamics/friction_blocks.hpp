@@ -13,7 +13,7 @@ struct FrictionPlace {
 };
 
 /// Plain iterations of (43) in its three blocks; Gamma gets a factor of its own. Contacts that stick count as held.
-Outcome iterate_friction_blocks(MultiplierForm& normal, Model& model, const FrictionPlace& place, int most_iterations,
-                                FrictionBlocks* result);
+Outcome iterate_friction_blocks(MultiplierForm& normal, Workspace& work, const FrictionPlace& place,
+                                int most_iterations, FrictionBlocks* result);
 
 }  // namespace tanor

@@ -18,11 +18,12 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return worst;
 }
 
-FrictionScales::FrictionScales(const Model& model, const FrictionLaws& laws) : model_(model), laws_(laws) {
-  const Tangents& tangents = model.constraints.tangents();
-  std::vector<Index> group_of(model.scales.size(), -1);
+FrictionScales::FrictionScales(const Workspace& work, const FrictionLaws& laws)
+    : work_(work), model_(work.model()), laws_(laws) {
+  const Tangents& tangents = work.constraints.tangents();
+  std::vector<Index> group_of(work.scales.size(), -1);
   for (std::size_t c = 0; c < tangents.size(); ++c) {
-    const std::size_t own = model.scales.of_point(static_cast<std::size_t>(tangents[c].point));
+    const std::size_t own = work.scales.of_point(static_cast<std::size_t>(tangents[c].point));
     if (group_of[own] < 0) {
       group_of[own] = static_cast<Index>(neighbourhoods_.size());
       neighbourhoods_.push_back(own);
@@ -35,7 +36,7 @@ FrictionScales::FrictionScales(const Model& model, const FrictionLaws& laws) : m
 void FrictionScales::set_accelerations(const std::vector<double>& accelerations) {
   // Forces round by eps m a: below 1e-4 m a they have fewer digits than the tolerance of the iterations.
   constexpr double part = 1e-4;
-  const Tangents& tangents = model_.constraints.tangents();
+  const Tangents& tangents = work_.constraints.tangents();
   std::fill(least_.begin(), least_.end(), 0.0);
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const auto group = static_cast<std::size_t>(group_of_part_[laws_.first_part(c)]);

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "friction/laws.hpp"
 
 namespace tanor {
@@ -11,7 +11,7 @@ namespace tanor {
 /// scene does not hide a light one. The neighbourhoods that have contacts are numbered as *groups*.
 class FrictionScales {
  public:
-  FrictionScales(const Model& model, const FrictionLaws& laws);
+  FrictionScales(const Workspace& work, const FrictionLaws& laws);
 
   /// Where friction vanishes it is measured by the forces around it: `accelerations` [neighbourhood], m/s^2.
   void set_accelerations(const std::vector<double>& accelerations);
@@ -25,6 +25,7 @@ class FrictionScales {
   double relative_change(const std::vector<double>& x, const std::vector<double>& before);
 
  private:
+  const Workspace& work_;
   const Model& model_;
   const FrictionLaws& laws_;
   std::vector<Index> group_of_part_;

@@ -23,21 +23,22 @@ int anderson_depth(std::size_t num_contacts) {
 
 }  // namespace
 
-FrictionSolver::FrictionSolver(Model& model, FrictionMethod method, ContactResponse& response)
-    : model_(model),
-      tangents_(model.constraints.tangents()),
+FrictionSolver::FrictionSolver(Workspace& work, FrictionMethod method, ContactResponse& response)
+    : work_(work),
+      model_(work.model()),
+      tangents_(work.constraints.tangents()),
       method_(method),
       response_(response),
-      laws_(model.system, model.numbering, tangents_, model.incidences),
-      islands_(model),
-      coupling_(model, laws_),
-      scales_(model, laws_),
-      fixed_point_(laws_, *this, model.num_rows()),
-      sliding_(model, laws_, islands_, *this),
-      right_side_(model.num_rows()),
+      laws_(model_.system, model_.numbering, tangents_, model_.incidences),
+      islands_(work),
+      coupling_(work, laws_),
+      scales_(work, laws_),
+      fixed_point_(laws_, *this, model_.num_rows()),
+      sliding_(work, laws_, islands_, *this),
+      right_side_(model_.num_rows()),
       b_touched_(coupling_.num_touched_rows()),
-      change_(model.num_rows(), 0.0),
-      lambda_(model.num_rows()),
+      change_(model_.num_rows(), 0.0),
+      lambda_(model_.num_rows()),
       now_{std::vector<double>(laws_.num_parts(), 0.0), std::vector<double>(3 * tangents_.size(), 0.0)},
       before_(now_) {}
 
@@ -85,7 +86,7 @@ void FrictionSolver::set_place(const ContactPlace& place) {
 
 Outcome FrictionSolver::find(const ContactPlace& place, const double* b, const UniquenessCheck& check,
                              const double* lambda) {
-  const Stopwatch watch(&model_.times.friction);
+  const Stopwatch watch(&work_.times.friction);
   set_place(place);
   set_right_side(b);
   report_ = {.contacts = tangents_.size()};
@@ -93,11 +94,11 @@ Outcome FrictionSolver::find(const ContactPlace& place, const double* b, const U
   report_.sticking = num_sticking();
   std::copy(lambda, lambda + lambda_.size(), lambda_.begin());
   if (depends_on_multipliers()) {
-    ++model_.counters.friction_solves;
+    ++work_.counters.friction_solves;
     Outcome outcome = iterate(place.t, check, lambda, lambda_.data());
     if (outcome.ok() && check.is_wanted && report_.uniqueness == Uniqueness::NotAsked)
       outcome = sliding_.verify_uniqueness(place.t, check, lambda_.data(), &report_, &amplification_);
-    model_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
+    work_.counters.friction_iterations += static_cast<std::size_t>(report_.iterations);
     if (!outcome.ok()) return outcome;
   } else if (check.is_wanted) {
     report_.uniqueness = Uniqueness::Proven;  // a given force

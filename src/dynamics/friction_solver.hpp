@@ -7,8 +7,8 @@
 #include "dynamics/contact_islands.hpp"
 #include "dynamics/contact_response.hpp"
 #include "dynamics/friction_scales.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/sliding_islands.hpp"
+#include "dynamics/workspace.hpp"
 #include "friction/fixed_point.hpp"
 #include "friction/laws.hpp"
 
@@ -29,7 +29,7 @@ struct ContactPlace {
 class FrictionSolver final : private Response {
  public:
   /// `model` and `response` must outlive it.
-  FrictionSolver(Model& model, FrictionMethod method, ContactResponse& response);
+  FrictionSolver(Workspace& work, FrictionMethod method, ContactResponse& response);
 
   FrictionLaws& laws() { return laws_; }
   const FrictionLaws& laws() const { return laws_; }
@@ -89,7 +89,8 @@ class FrictionSolver final : private Response {
   bool converges(FrictionMethod method, double poor, const double* guess, double* lambda);
   void write_points(const double* of_contacts, double* tau) const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   const Tangents& tangents_;
   const FrictionMethod method_;
   ContactResponse& response_;

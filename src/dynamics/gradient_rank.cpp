@@ -33,7 +33,7 @@ RankReport GradientRank::report(const double* r, bool thoroughly) {
     }
   }
   for (std::size_t a = model_.numbering.first_idle_row(); a < num_rows; ++a) {
-    report.dependences.push_back({user_row(a), {}, model_.name_row(a) + " joins supports alone"});
+    report.dependences.push_back({user_row(a), {}, work_.name_row(a) + " joins supports alone"});
     unique[a] = false;
   }
   report.rank = num_user_rows - report.dependences.size();
@@ -58,10 +58,10 @@ double GradientRank::compare_gradients() {
   if (before_.empty()) return 1.0;
   const RankRevealingFactor& factor = linearization_.rank_factor();
   if (factor.redundancy().is_found() || factor.is_compliant()) return 0.0;
-  const Stopwatch watch(&model_.times.solve);
+  const Stopwatch watch(&work_.times.solve);
   constexpr int most_iterations = 10, least_iterations = 4;
   constexpr double hopeless = 0.7;
-  model_.constraints.turn_frames(linearization_.blocks().data(), before_.data());
+  work_.constraints.turn_frames(linearization_.blocks().data(), before_.data());
   x_.resize(model_.num_rows());
   y_.resize(model_.num_rows());
   move_.assign(3 * model_.num_points(), 0.0);
@@ -79,7 +79,7 @@ double GradientRank::compare_gradients() {
     model_.gather.write_scaled(model_.parallel, before_.data(), x_.data(), model_.inverse_mass.data(),
                                model_.num_moving(), move_.data());
     linearization_.apply_transposed(move_.data(), nullptr, y_.data());
-    ++model_.counters.solves;
+    ++work_.counters.solves;
     linearization_.solve_negative(y_.data(), y_.data());
     double along = 0.0, before = 0.0, after = 0.0;
     for (std::size_t a = 0; a < x_.size(); ++a) {

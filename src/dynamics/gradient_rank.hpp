@@ -3,15 +3,16 @@
 #include <vector>
 
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/roles.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
 /// The rank of K: what is told about it, and how near K came to losing it between two configurations.
 class GradientRank final : public RankMonitor {
  public:
-  GradientRank(Model& model, Linearization& linearization) : model_(model), linearization_(linearization) {}
+  GradientRank(Workspace& work, Linearization& linearization)
+      : work_(work), model_(work.model()), linearization_(linearization) {}
 
   /// Rank of K at the last linearisation, at r: as it was decided where S raised a suspicion, else d. `thoroughly`:
   /// decides now.
@@ -24,7 +25,8 @@ class GradientRank final : public RankMonitor {
  private:
   bool depends_on_contacts(const Redundancy::Found& found) const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization& linearization_;
   std::vector<double> before_;        // K that is remembered; empty: none, or rows depended
   std::vector<double> x_, y_, move_;  // [d], [d], [3n] scratch

@@ -10,26 +10,27 @@ namespace tanor {
 
 namespace {
 
-bool do_guides_rest(const Model& model) {
-  const Tangents& tangents = model.constraints.tangents();
-  bool rest = !model.constraints.depends_on_time() && !tangents.depends_on_time();
+bool do_guides_rest(const Workspace& work) {
+  const Tangents& tangents = work.constraints.tangents();
+  bool rest = !work.constraints.depends_on_time() && !tangents.depends_on_time();
   for (std::size_t c = 0; c < tangents.size(); ++c) rest = rest && norm(tangents.own_velocity(c).value) == 0.0;
   return rest;
 }
 
 }  // namespace
 
-HeldPlaces::HeldPlaces(Model& model)
-    : model_(model),
-      tangents_(model.constraints.tangents()),
-      guides_rest_(do_guides_rest(model)),
+HeldPlaces::HeldPlaces(Workspace& work)
+    : work_(work),
+      model_(work.model()),
+      tangents_(work.constraints.tangents()),
+      guides_rest_(do_guides_rest(work)),
       is_held_(tangents_.size(), 0),
       then_(tangents_.size()),
       now_(tangents_.size()),
       then_rest_(tangents_.size()),
       now_rest_(tangents_.size()),
-      then_time_(model.time()),
-      time_(model.time()) {}
+      then_time_(work.time()),
+      time_(work.time()) {}
 
 void HeldPlaces::hold(double t, const double* r) {
   carry(t);
@@ -87,7 +88,7 @@ double HeldPlaces::largest_violation(const double* rows, const Redundancy& redun
 }
 
 double HeldPlaces::length_around(std::size_t contact) const {
-  return model_.scales.length(model_.scales.of_point(static_cast<std::size_t>(tangents_[contact].point)));
+  return work_.scales.length(work_.scales.of_point(static_cast<std::size_t>(tangents_[contact].point)));
 }
 
 void HeldPlaces::list_held() {
@@ -100,7 +101,7 @@ void HeldPlaces::list_held() {
 
 /// To the rows of the contacts.
 void HeldPlaces::publish() {
-  Tangents& tangents = model_.constraints.tangents();
+  Tangents& tangents = work_.constraints.tangents();
   for (std::size_t c = 0; c < tangents_.size(); ++c) tangents.set_place(c, holds(c), now_[c]);
 }
 
@@ -189,7 +190,7 @@ void HeldPlaces::advance_by_midpoints(double t, double h, int count, const Place
 
 /// For the guides of those that are held: K_g at (t, places); and their xi, or xi_t.
 void HeldPlaces::evaluate_guides(double t, const Places& places, bool wants_rates) {
-  const Constraints& constraints = model_.constraints;
+  const Constraints& constraints = work_.constraints;
   if (!guides_) {
     std::vector<char> takes_part(model_.num_rows(), 0);
     for (const std::size_t c : held_) {
@@ -201,7 +202,7 @@ void HeldPlaces::evaluate_guides(double t, const Places& places, bool wants_rate
     rows_.resize(model_.num_rows());
     blocks_.resize(3 * constraints.num_blocks());
   }
-  model_.set_time(t);
+  work_.set_time(t);
   for (std::size_t k = 0; k < places.size(); ++k) store(points_.data(), tangents_[held_[k]].point, places[k]);
   const Parallel& parallel = model_.parallel;
   const double* const points = points_.data();

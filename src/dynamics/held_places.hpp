@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "schur/redundancy.hpp"
 
 namespace tanor {
@@ -19,7 +19,7 @@ namespace tanor {
 /// that was accepted to wherever the places are asked for: steps that are tried and given up leave no trace.
 class HeldPlaces {
  public:
-  explicit HeldPlaces(Model& model);
+  explicit HeldPlaces(Workspace& work);
 
   /// At t: contacts that stick and are not held are held at r from now on, contacts that slide are let go.
   void hold(double t, const double* r);
@@ -51,7 +51,8 @@ class HeldPlaces {
   void publish();
   double length_around(std::size_t contact) const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   const Tangents& tangents_;
   const bool guides_rest_;
   std::vector<char> is_held_;                     // [contact]

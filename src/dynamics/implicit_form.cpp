@@ -18,31 +18,32 @@ std::vector<Compliance> list_compliances(std::span<const Forces::CompliantSpring
 
 }  // namespace
 
-ImplicitForm::ImplicitForm(Model& model, std::span<const double> multipliers)
-    : model_(model),
+ImplicitForm::ImplicitForm(Workspace& work, std::span<const double> multipliers)
+    : work_(work),
+      model_(work.model()),
       multipliers_(multipliers),
-      springs_(model.forces.list_compliant_springs()),
+      springs_(work.forces.list_compliant_springs()),
       compliances_(list_compliances(springs_)),
-      num_springs_(model.forces.list_couplings().size()),
+      num_springs_(work.forces.list_couplings().size()),
       plan_(make_plan()),
-      blocks_(3 * model.constraints.num_blocks()),
+      blocks_(3 * work.constraints.num_blocks()),
       units_(3 * springs_.size()),
       linearised_blocks_(blocks_.size() + units_.size()),
-      reactions_(3 * model.num_points(), 0.0),
-      product_(3 * model.num_points()),
+      reactions_(3 * model_.num_points(), 0.0),
+      product_(3 * model_.num_points()),
       spring_residuals_(springs_.size()),
-      point_positions_(model.num_moving()),
-      point_velocities_(model.num_moving()),
-      coupling_positions_(num_springs_ + model.constraints.list_rods().size()),
+      point_positions_(model_.num_moving()),
+      point_velocities_(model_.num_moving()),
+      coupling_positions_(num_springs_ + work.constraints.list_rods().size()),
       coupling_velocities_(coupling_positions_.size()) {}
 
 /// Rows of constraints, then of compliant springs; couplings of all springs, then of rods.
 NewtonPlan ImplicitForm::make_plan() const {
-  std::vector<Coupling> couplings = model_.forces.list_couplings();
-  const std::vector<Coupling> rods = model_.constraints.list_rods();
+  std::vector<Coupling> couplings = work_.forces.list_couplings();
+  const std::vector<Coupling> rods = work_.constraints.list_rods();
   couplings.insert(couplings.end(), rods.begin(), rods.end());
 
-  auto row = static_cast<Index>(num_active_rows()), block = static_cast<Index>(model_.constraints.num_blocks());
+  auto row = static_cast<Index>(num_active_rows()), block = static_cast<Index>(work_.constraints.num_blocks());
   std::vector<Incidence> incidences;
   std::ranges::copy_if(model_.incidences, std::back_inserter(incidences),
                        [row](const Incidence& incidence) { return incidence.row < row; });
@@ -62,7 +63,7 @@ void ImplicitForm::write_multipliers(const double* r, const double* v, double* l
   std::ranges::copy(multipliers_, lambda);
   double* const tau = lambda + num_constraints();
   std::fill(tau, tau + springs_.size(), 0.0);
-  model_.forces.evaluate_compliant_springs(model_.parallel, r, v, tau, units_.data(), tau);
+  work_.forces.evaluate_compliant_springs(model_.parallel, r, v, tau, units_.data(), tau);
   for (std::size_t k = 0; k < springs_.size(); ++k) tau[k] = -tau[k];
 }
 
@@ -70,19 +71,19 @@ void ImplicitForm::write_multipliers(const double* r, const double* v, double* l
 
 Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const double* lambda, double* w,
                                double* rows) {
-  model_.set_time(t);
-  ++model_.counters.evaluations;
-  const Stopwatch watch(&model_.times.evaluate);
+  work_.set_time(t);
+  ++work_.counters.evaluations;
+  const Stopwatch watch(&work_.times.evaluate);
   const Parallel& parallel = model_.parallel;
   const double* const tau = lambda + num_constraints();
-  double scale = model_.evaluate_free(t, r, v, w, Forces::Which::WithoutCompliant);
-  scale = larger(scale, model_.constraints.evaluate_rates(parallel, r, v, rows));
+  double scale = work_.evaluate_free(t, r, v, w, Forces::Which::WithoutCompliant);
+  scale = larger(scale, work_.constraints.evaluate_rates(parallel, r, v, rows));
   if (!std::isfinite(scale)) return model_.not_finite(t);
   // w = M^-1 (f + K lambda)
-  model_.forces.evaluate_compliant_springs(parallel, r, v, tau, units_.data(), rows + num_constraints());
-  model_.forces.add_compliant_forces(parallel, units_.data(), tau, model_.inverse_mass.data(), w);
+  work_.forces.evaluate_compliant_springs(parallel, r, v, tau, units_.data(), rows + num_constraints());
+  work_.forces.add_compliant_forces(parallel, units_.data(), tau, model_.inverse_mass.data(), w);
   if (num_constraints() == 0) return {};
-  model_.constraints.evaluate_gradients(parallel, r, blocks_.data());
+  work_.constraints.evaluate_gradients(parallel, r, blocks_.data());
   model_.gather.write_scaled(parallel, blocks_.data(), lambda, model_.inverse_mass.data(), model_.num_moving(),
                              reactions_.data());
   parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
@@ -92,43 +93,43 @@ Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const
 }
 
 double ImplicitForm::evaluate_positions(double t, const double* r, double* xi) {
-  model_.set_time(t);
-  const Stopwatch watch(&model_.times.evaluate);
-  return model_.constraints.evaluate_values(model_.parallel, r, xi);
+  work_.set_time(t);
+  const Stopwatch watch(&work_.times.evaluate);
+  return work_.constraints.evaluate_values(model_.parallel, r, xi);
 }
 
 double ImplicitForm::evaluate_rates(double t, const double* r, const double* v, double* rates) {
-  model_.set_time(t);
-  const Stopwatch watch(&model_.times.evaluate);
-  const double largest = model_.constraints.evaluate_rates(model_.parallel, r, v, rates);
-  const Scales& scales = model_.scales;
+  work_.set_time(t);
+  const Stopwatch watch(&work_.times.evaluate);
+  const double largest = work_.constraints.evaluate_rates(model_.parallel, r, v, rates);
+  const Scales& scales = work_.scales;
   constexpr double little = 1e-14;
   if (scales.are_one() || largest <= little * scales.least_speed()) return largest / scales.least_speed();
-  return model_.velocity_violation(t, r, v);
+  return work_.velocity_violation(t, r, v);
 }
 
 Power ImplicitForm::power(const double* r, const double* v) const {
-  return model_.power(reactions_.data(), r, v);
+  return work_.power(reactions_.data(), r, v);
 }
 
 // ---- Newton's matrix ----
 
 void ImplicitForm::linearise(double t, const double* r, const double* v, const double* lambda) {
-  model_.set_time(t);
+  work_.set_time(t);
   linearised_at_.t = t;
   linearised_at_.r.assign(r, r + 3 * model_.num_points());
   linearised_at_.v.assign(v, v + 3 * model_.num_points());
   linearised_at_.lambda.assign(lambda, lambda + num_rows());
-  const Stopwatch watch(&model_.times.evaluate);
+  const Stopwatch watch(&work_.times.evaluate);
   const Parallel& parallel = model_.parallel;
   const double* const tau = lambda + num_constraints();
-  model_.constraints.evaluate_gradients(parallel, r, linearised_blocks_.data());
-  model_.forces.evaluate_compliant_springs(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
-                                           spring_residuals_.data());
-  model_.forces.evaluate_derivatives(
+  work_.constraints.evaluate_gradients(parallel, r, linearised_blocks_.data());
+  work_.forces.evaluate_compliant_springs(parallel, r, v, tau, linearised_blocks_.data() + blocks_.size(),
+                                          spring_residuals_.data());
+  work_.forces.evaluate_derivatives(
       parallel, t, r, v, tau,
       {point_positions_.data(), point_velocities_.data(), coupling_positions_.data(), coupling_velocities_.data()});
-  model_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
+  work_.constraints.evaluate_rod_derivatives(parallel, r, lambda, coupling_positions_.data() + num_springs_);
 }
 
 NewtonPlan::Values ImplicitForm::values() const {
@@ -155,11 +156,11 @@ Outcome ImplicitForm::factorize(const NewtonWeights<T>& weights, Factor<T>* fact
     factor->unknowns.resize(factor->lu->pattern().size());
   }
   {
-    const Stopwatch watch(&model_.times.assemble);
+    const Stopwatch watch(&work_.times.assemble);
     plan_.assemble<T>({weights.mass, weights.velocity, weights.position}, values(), factor->lu->values());
   }
-  const Stopwatch watch(&model_.times.factor);
-  ++model_.counters.factorizations;
+  const Stopwatch watch(&work_.times.factor);
+  ++work_.counters.factorizations;
   const std::size_t num_pivotings = factor->lu->num_pivotings();
   const bool is_regular = factor->lu->factorize();
   if (factor->lu->num_pivotings() > num_pivotings) {
@@ -172,8 +173,8 @@ Outcome ImplicitForm::factorize(const NewtonWeights<T>& weights, Factor<T>* fact
 
 template <class T>
 void ImplicitForm::solve(Factor<T>* factor, T* w, T* rows) {
-  const Stopwatch watch(&model_.times.solve);
-  ++model_.counters.solves;
+  const Stopwatch watch(&work_.times.solve);
+  ++work_.counters.solves;
   const std::size_t moving = 3 * model_.num_moving(), active = num_active_rows(), first_spring = num_constraints();
   std::vector<T>& unknowns = factor->unknowns;
   if (!unknowns.empty()) {

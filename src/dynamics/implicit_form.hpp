@@ -7,7 +7,7 @@
 
 #include "assembly/newton_plan.hpp"
 #include "dynamics/implicit_equations.hpp"
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "factor/sparse_lu.hpp"
 
 namespace tanor {
@@ -16,7 +16,7 @@ namespace tanor {
 class ImplicitForm final : public ImplicitEquations {
  public:
   /// `multipliers` [d]: of the last accelerations, kept by whoever computes them.
-  ImplicitForm(Model& model, std::span<const double> multipliers);
+  ImplicitForm(Workspace& work, std::span<const double> multipliers);
 
   std::size_t num_constraints() const override { return model_.num_rows(); }
   std::size_t num_rows() const override { return model_.num_rows() + compliances_.size(); }
@@ -67,7 +67,8 @@ class ImplicitForm final : public ImplicitEquations {
   /// Rows that join supports alone are no unknowns.
   std::size_t num_active_rows() const { return model_.numbering.first_idle_row(); }
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   std::span<const double> multipliers_;
   std::vector<Forces::CompliantSpring> springs_;
   std::vector<Compliance> compliances_;  // [compliant spring]
@@ -87,17 +88,17 @@ class ImplicitForm final : public ImplicitEquations {
 class ImplicitMultiplierForm final : public ImplicitFormulation {
  public:
   /// `multipliers` [d]: as ImplicitForm takes them.
-  ImplicitMultiplierForm(Model& model, std::span<const double> multipliers)
-      : model_(model), multipliers_(multipliers) {}
+  ImplicitMultiplierForm(Workspace& work, std::span<const double> multipliers)
+      : work_(work), multipliers_(multipliers) {}
 
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override {
-    return std::make_unique<ImplicitForm>(model_, multipliers_);
+    return std::make_unique<ImplicitForm>(work_, multipliers_);
   }
   /// Pair forces are no part of the matrix.
-  bool matrix_knows_all_forces() const override { return !model_.forces.has_pairs(); }
+  bool matrix_knows_all_forces() const override { return !work_.forces.has_pairs(); }
 
  private:
-  Model& model_;
+  Workspace& work_;
   std::span<const double> multipliers_;
 };
 

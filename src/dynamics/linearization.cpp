@@ -11,23 +11,25 @@ namespace tanor {
 
 namespace {
 
-SchurProblem problem_of(const Model& model) {
-  return {model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass};
+SchurProblem problem_of(const Workspace& work) {
+  const Model& model = work.model();
+  return {work.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass};
 }
 
 }  // namespace
 
-Linearization::Linearization(Model& model, const SolverOptions& options, SolveReport* report)
-    : model_(model),
+Linearization::Linearization(Workspace& work, const SolverOptions& options, SolveReport* report)
+    : work_(work),
+      model_(work.model()),
       report_(*report),
-      blocks_(3 * model.constraints.num_blocks()),
-      composite_(make_composite_solver(problem_of(model), options)),
-      factor_(model, options.ordering, blocks_, report),
+      blocks_(3 * work.constraints.num_blocks()),
+      composite_(make_composite_solver(problem_of(work), options)),
+      factor_(work, options.ordering, blocks_, report),
       evaluator_(composite_.empty() ? static_cast<SchurFactor&>(factor_) : composite_),
-      conjugate_(model, factor_, blocks_),
-      rows_(model.num_rows()) {
+      conjugate_(work, factor_, blocks_),
+      rows_(model_.num_rows()) {
   if (composite_.empty()) (void)factor_.gram();
-  if (composite_.empty() && options.reuse) reuse_ = FactorReuse::make(model, factor_.gram());
+  if (composite_.empty() && options.reuse) reuse_ = FactorReuse::make(work, factor_.gram());
   PlanSummary plan;
   describe(&plan);
   is_cheap_ = plan.factor_flops <= 2.0 * 4.0 * static_cast<double>(plan.factor_nonzeros);
@@ -51,20 +53,20 @@ bool Linearization::note_sparse(bool is_factorized) {
 }
 
 Outcome Linearization::update(double t, const double* r) {
-  model_.set_time(t);
+  work_.set_time(t);
   if (model_.num_rows() == 0 || !needs_factor()) return {};
-  model_.constraints.choose_frames();
+  work_.constraints.choose_frames();
   if (serves_at_once()) {
-    const Stopwatch watch(&model_.times.factor);
-    ++model_.counters.factorizations;
+    const Stopwatch watch(&work_.times.factor);
+    ++work_.counters.factorizations;
     report_.reciprocal_condition = composite_.linearise(model_.parallel, r, blocks_.data()).reciprocal_condition;
     if (note_composite(report_.reciprocal_condition)) return {};
   }
   {
-    const Stopwatch watch(&model_.times.evaluate);
-    model_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
+    const Stopwatch watch(&work_.times.evaluate);
+    work_.constraints.evaluate_gradients(model_.parallel, r, blocks_.data());
   }
-  if (Outcome outcome = model_.check_contacts(t); !outcome.ok()) return outcome;
+  if (Outcome outcome = work_.check_contacts(t); !outcome.ok()) return outcome;
   return factorize(t, r);
 }
 
@@ -78,12 +80,12 @@ Outcome Linearization::factorize(double t, const double* r) {
 std::optional<Elimination> Linearization::eliminate(const FreeMotion& motion, Gradients gradients, double* b,
                                                     double* lambda, double* w) {
   const bool keeps = gradients == Gradients::Keep;
-  const Stopwatch watch(&model_.times.solve);
-  if (!keeps && needs_factor()) ++model_.counters.factorizations;
-  ++model_.counters.solves;
+  const Stopwatch watch(&work_.times.solve);
+  if (!keeps && needs_factor()) ++work_.counters.factorizations;
+  ++work_.counters.solves;
   const Elimination found = keeps ? composite_.solve_again(model_.parallel, motion, blocks_.data(), b, lambda, w)
                                   : composite_.solve(model_.parallel, motion, blocks_.data(), b, lambda, w);
-  model_.counters.solves += static_cast<std::size_t>(found.refinements);
+  work_.counters.solves += static_cast<std::size_t>(found.refinements);
   if (!keeps) report_.reciprocal_condition = found.reciprocal_condition;
   if (std::isfinite(found.largest_right_side) && !note_composite(report_.reciprocal_condition)) return std::nullopt;
   return found;
@@ -123,8 +125,8 @@ void Linearization::solve_refined(const double* b, double* lambda, double* dw) {
 }
 
 void Linearization::correct(double* rows, double* points) {
-  const Stopwatch watch(&model_.times.solve);
-  ++model_.counters.solves;
+  const Stopwatch watch(&work_.times.solve);
+  ++work_.counters.solves;
   if (state_ == FactorState::Stale) {
     if (reuse_->correct(blocks_.data(), rows, points)) return;
     factor_.factorize_again();
@@ -150,26 +152,26 @@ void Linearization::write_reactions(const double* rows, double* points) const {
 // ---- violations ----
 
 double Linearization::evaluate_values(const double* r, double* xi) {
-  const Stopwatch watch(&model_.times.evaluate);
+  const Stopwatch watch(&work_.times.evaluate);
   return evaluator_.evaluate_values(model_.parallel, r, xi);
 }
 
 double Linearization::evaluate_rates(const double* r, const double* v, double* rates) {
-  const Stopwatch watch(&model_.times.evaluate);
+  const Stopwatch watch(&work_.times.evaluate);
   return evaluator_.evaluate_rates(model_.parallel, r, v, rates);
 }
 
 Projection Linearization::project_positions(double target, double* r, double* sum) {
-  const Stopwatch watch(&model_.times.solve);
+  const Stopwatch watch(&work_.times.solve);
   const Projection found = standing().project_positions(model_.parallel, blocks_.data(), target, r, sum);
-  model_.counters.solves += static_cast<std::size_t>(found.iterations);
+  work_.counters.solves += static_cast<std::size_t>(found.iterations);
   return found;
 }
 
 Projection Linearization::project_velocities(double target, const double* r, double* v) {
-  const Stopwatch watch(&model_.times.solve);
+  const Stopwatch watch(&work_.times.solve);
   const Projection found = standing().project_velocities(model_.parallel, blocks_.data(), target, r, v);
-  model_.counters.solves += static_cast<std::size_t>(found.iterations);
+  work_.counters.solves += static_cast<std::size_t>(found.iterations);
   return found;
 }
 
@@ -206,7 +208,7 @@ void Linearization::describe(PlanSummary* plan) const {
 
 double Linearization::estimate_reciprocal_condition() {
   if (state_ != FactorState::Composite) return factor_.gram().estimate_reciprocal_condition();
-  return tanor::estimate_reciprocal_condition(problem_of(model_), model_.parallel, blocks_.data(), composite_);
+  return tanor::estimate_reciprocal_condition(problem_of(work_), model_.parallel, blocks_.data(), composite_);
 }
 
 void Linearization::exchange_memory(Memory& memory) {

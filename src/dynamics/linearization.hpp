@@ -7,8 +7,8 @@
 #include "dynamics/conjugate_residuals.hpp"
 #include "dynamics/factor_reuse.hpp"
 #include "dynamics/instant.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/rank_revealing_factor.hpp"
+#include "dynamics/workspace.hpp"
 #include "schur/composite_solver.hpp"
 
 namespace tanor {
@@ -30,7 +30,7 @@ enum class FactorState {
 class Linearization {
  public:
   /// `report`: gets the condition of S of each factorization; it outlives the linearization, as the model does.
-  Linearization(Model& model, const SolverOptions& options, SolveReport* report);
+  Linearization(Workspace& work, const SolverOptions& options, SolveReport* report);
   Linearization(const Linearization&) = delete;
   Linearization& operator=(const Linearization&) = delete;
 
@@ -41,7 +41,7 @@ class Linearization {
   /// Factorizes S for the K that `blocks()` holds already, after the composite has refused it.
   Outcome factorize(double t, const double* r);
   /// There is no factor yet, or K changes.
-  bool needs_factor() const { return state_ == FactorState::None || !model_.constraints.gradients_are_constant(); }
+  bool needs_factor() const { return state_ == FactorState::None || !work_.constraints.gradients_are_constant(); }
   /// w0 of every moving point, where solvers take it as one vector; null: they take it point by point.
   const Vec3* uniform_free() const { return serves_at_once() ? model_.uniform_free() : nullptr; }
   /// K, the factor of its S, b = phi + K'w0 [d], lambda = -S^-1 b [d] and w = w0 + M^-1 K lambda [3n] in one pass over
@@ -55,8 +55,8 @@ class Linearization {
   }
   /// b = phi + K'w0 [d] at (r, v); with_gradients: K at r as well. Returns the largest |b|/|gradient|, m/s^2.
   double evaluate_right_side(const double* r, const double* v, const double* w0, bool with_gradients, double* b) {
-    return model_.constraints.evaluate_right_side(model_.parallel, r, v, w0, b,
-                                                  with_gradients ? blocks_.data() : nullptr);
+    return work_.constraints.evaluate_right_side(model_.parallel, r, v, w0, b,
+                                                 with_gradients ? blocks_.data() : nullptr);
   }
   /// What `solve_at_once` found leaves too large a residual: the factor is not used again.
   void refuse() { state_ = FactorState::None; }
@@ -81,7 +81,7 @@ class Linearization {
   void write_reactions(const double* rows, double* points) const;
   /// y = K'x + shift [d]; `shift` may be null. Returns the largest |y|/|gradient|.
   double apply_transposed(const double* x, const double* shift, double* y) const {
-    return model_.constraints.apply_transposed(model_.parallel, blocks_.data(), x, shift, y);
+    return work_.constraints.apply_transposed(model_.parallel, blocks_.data(), x, shift, y);
   }
 
   // ---- violations ----
@@ -145,7 +145,8 @@ class Linearization {
   bool note_composite(double reciprocal_condition);
   bool note_sparse(bool is_factorized);
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   SolveReport& report_;
   std::vector<double> blocks_;  // K
   CompositeSolver composite_;   // empty: the factor of all rows is no slower

@@ -84,11 +84,12 @@ Outcome ModePivoting::settle(const ModeSwitch& at, const std::vector<ContactChoi
 Outcome ModePivoting::look(Search* search) const {
   constexpr int most_releases = 4;
   const ModeSwitch& at = search->at;
-  Model& model = state_.model;
+  Workspace& work = state_.work;
+  const Model& model = state_.model;
   Tangents& tangents = state_.tangents;
   const double* const lambda = system_.lambda().data();
   std::vector<double> rows(model.num_rows());  // T'w + phi
-  model.constraints.evaluate_contacts(model.parallel, at.r, at.v, at.w, Tangents::Which::All, rows.data());
+  work.constraints.evaluate_contacts(model.parallel, at.r, at.v, at.w, Tangents::Which::All, rows.data());
   search->has_changed = search->has_reached_limit = false;
   search->too_much.clear();
   for (std::size_t c = 0; c < state_.size(); ++c) {
@@ -111,7 +112,7 @@ Outcome ModePivoting::look(Search* search) const {
     }
     if (search->released[c] >= most_releases) {
       return fail_friction(Status::NoSolution, at.t,
-                           model.name_contact(c) + " can neither stick nor slide; the velocity would have to jump");
+                           work.name_contact(c) + " can neither stick nor slide; the velocity would have to jump");
     }
     tangents.set_stick(c, true);
     search->has_changed = true;

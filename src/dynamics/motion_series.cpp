@@ -5,25 +5,25 @@
 
 namespace tanor {
 
-MotionSeries::MotionSeries(const Model& model)
-    : model_(model),
-      constraints_(model.system, model.numbering, model.incidences, model.time()),
-      forces_(model.system, model.numbering, model.time()),
-      gather_forces_(forces_.incidences(), model.num_points()),
+MotionSeries::MotionSeries(const Workspace& work)
+    : model_(work.model()),
+      constraints_(model_.system, model_.numbering, model_.incidences, work.time()),
+      forces_(model_.system, model_.numbering, work.time()),
+      gather_forces_(forces_.incidences(), model_.num_points()),
       force_blocks_(3 * forces_.num_blocks()),
-      constraint_blocks_(3 * model.constraints.num_blocks(), 0.0),
-      ones_(std::max<std::size_t>(1, model.num_rows()), 1.0) {
-  for (const tanor::Support& support : model.system.supports) {
+      constraint_blocks_(3 * work.constraints.num_blocks(), 0.0),
+      ones_(std::max<std::size_t>(1, model_.num_rows()), 1.0) {
+  for (const tanor::Support& support : model_.system.supports) {
     if (support.displacement.is_constant()) continue;
     supports_.push_back({support.displacement, {}});
     for (const Index point : support.points)
-      supports_.back().points.push_back(model.numbering.inner_point[static_cast<std::size_t>(point)]);
+      supports_.back().points.push_back(model_.numbering.inner_point[static_cast<std::size_t>(point)]);
     for (const ScalarFunction& component : support.displacement.components) {
       double value = 0.0;
-      if (!component.expand(model.time(), {&value, 1})) obstacle_ = "a support moves by a function alone";
+      if (!component.expand(work.time(), {&value, 1})) obstacle_ = "a support moves by a function alone";
     }
   }
-  if (model.has_friction()) obstacle_ = "friction is found by iteration and has no series in time";
+  if (model_.has_friction()) obstacle_ = "friction is found by iteration and has no series in time";
   if (!constraints_.obstacle().empty()) obstacle_ = constraints_.obstacle();
   if (!forces_.obstacle().empty()) obstacle_ = forces_.obstacle();
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "assembly/reactions.hpp"
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "evaluate/constraint_series.hpp"
 #include "evaluate/force_series.hpp"
 
@@ -21,7 +21,7 @@ namespace tanor {
 /// The unknown lambda_k stands beside K_0 alone, so every order is one solve with the factor of S(r_0).
 class MotionSeries {
  public:
-  explicit MotionSeries(const Model& model);
+  explicit MotionSeries(const Workspace& work);
 
   /// Why the system has no series; empty: it has.
   const std::string& obstacle() const;

@@ -7,20 +7,20 @@
 
 namespace tanor {
 
-MultiplierForm::MultiplierForm(Model& model, const SolverOptions& options)
-    : PointForm(model),
-      linearization_(model, options, &last_),
-      residuals_(model, linearization_.blocks()),
-      projector_(model, linearization_, residuals_),
-      dynamics_(model, linearization_, residuals_, &last_),
-      steps_(model, linearization_, projector_, dynamics_),
-      gradient_rank_(model, linearization_),
-      implicit_(model, dynamics_.multipliers()),
-      rows_(model.num_rows()),
-      system_(model, linearization_, residuals_, projector_, dynamics_, last_) {
-  if (!model.has_friction()) return;
-  friction_ = std::make_unique<FrictionSolver>(model, options.friction, system_);
-  contacts_ = std::make_unique<ContactModes>(model, *friction_, system_);
+MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
+    : PointForm(work),
+      linearization_(work, options, &last_),
+      residuals_(work, linearization_.blocks()),
+      projector_(work, linearization_, residuals_),
+      dynamics_(work, linearization_, residuals_, &last_),
+      steps_(work, linearization_, projector_, dynamics_),
+      gradient_rank_(work, linearization_),
+      implicit_(work, dynamics_.multipliers()),
+      rows_(model_.num_rows()),
+      system_(work, linearization_, residuals_, projector_, dynamics_, last_) {
+  if (!model_.has_friction()) return;
+  friction_ = std::make_unique<FrictionSolver>(work, options.friction, system_);
+  contacts_ = std::make_unique<ContactModes>(work, *friction_, system_);
   linearization_.rank_factor().set_sharing(&contacts_->sharing());
   projector_.set_contacts(contacts_.get());
   dynamics_.set_friction(friction_.get(), contacts_.get());
@@ -47,13 +47,13 @@ void MultiplierForm::describe(PlanSummary* plan) const {
   auto& left_out = plan->left_out;
   if (model_.num_rows() == 0)
     left_out.push_back("factorization: no constraints");
-  else if (model_.constraints.gradients_are_constant())
+  else if (work_.constraints.gradients_are_constant())
     left_out.push_back("refactorization: K is constant");
   if (plan->linear_solvers == std::vector{LinearSolver::ClosedForm} ||
       plan->factorizations == std::vector{Factorization::ClosedForm})
     left_out.push_back("sparse factorization: closed form, row by row");
-  if (model_.constraints.gradient_norms_are_constant()) left_out.push_back("rescaling of S: its diagonal is constant");
-  if (!model_.constraints.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
+  if (work_.constraints.gradient_norms_are_constant()) left_out.push_back("rescaling of S: its diagonal is constant");
+  if (!work_.constraints.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
 }
 
 void MultiplierForm::friction_forces(double* tau) const {
@@ -62,7 +62,7 @@ void MultiplierForm::friction_forces(double* tau) const {
 }
 
 Power MultiplierForm::power(const double* r, const double* v) {
-  Power result = model_.power(dynamics_.reaction_accelerations().data(), r, v);
+  Power result = work_.power(dynamics_.reaction_accelerations().data(), r, v);
   if (friction_ == nullptr) return result;
   result.friction = friction_->power(multipliers().data(), v);
   // Of what M^-1 K lambda does, that part belongs to contacts that stick.
@@ -80,7 +80,7 @@ Outcome MultiplierForm::begin(double t, const double* r, double* v, const Reques
 
 /// What starts an iteration, or was decided where the motion has been.
 void MultiplierForm::exchange_memory(Memory& memory) {
-  model_.exchange_memory(memory);
+  work_.exchange_memory(memory);
   memory.exchange(dynamics_.multipliers());
   steps_.exchange_memory(memory);
   linearization_.exchange_memory(memory);
@@ -88,7 +88,7 @@ void MultiplierForm::exchange_memory(Memory& memory) {
 }
 
 ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, double atol, double rtol) {
-  if (model_.joints.allows_rounding() && !errors.are_of_projections) {
+  if (work_.joints.allows_rounding() && !errors.are_of_projections) {
     // e - M^-1 K S^-1 K'e: what constraints take is rounding most of all.
     const auto take = [&](const double* error, std::vector<double>* left) {
       left->assign(error, error + size());
@@ -100,9 +100,9 @@ ErrorRatios MultiplierForm::error_ratios(double, const StepErrors& errors, doubl
     StepErrors left = errors;
     left.x = take(errors.x, &error_x_);
     left.v = take(errors.v, &error_v_);
-    return model_.error_ratios(left, atol, rtol);
+    return work_.error_ratios(left, atol, rtol);
   }
-  return model_.error_ratios(errors, atol, rtol);
+  return work_.error_ratios(errors, atol, rtol);
 }
 
 ProjectionReport MultiplierForm::project_point_positions(double t, double* r) {
@@ -116,17 +116,17 @@ ProjectionReport MultiplierForm::project_point_velocities(double t, const double
 }
 
 StartReport MultiplierForm::start(double t, double* r, double* v, StartMode mode) {
-  return ConsistentStart(model_, linearization_, projector_).find(t, r, v, mode);
+  return ConsistentStart(work_, linearization_, projector_).find(t, r, v, mode);
 }
 
 void MultiplierForm::resume(const Counters& counters, const PhaseTimes& times) {
   steps_.forget_steps();
-  model_.counters = counters;
-  model_.times = times;
+  work_.counters = counters;
+  work_.times = times;
 }
 
 SeriesExpansion* MultiplierForm::series() {
-  if (series_ == nullptr) series_ = std::make_unique<MultiplierSeries>(model_, linearization_, dynamics_);
+  if (series_ == nullptr) series_ = std::make_unique<MultiplierSeries>(work_, linearization_, dynamics_);
   return series_->obstacle().empty() ? series_.get() : nullptr;
 }
 

@@ -10,13 +10,13 @@
 #include "dynamics/gradient_rank.hpp"
 #include "dynamics/implicit_form.hpp"
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/multiplier_series.hpp"
 #include "dynamics/multiplier_system.hpp"
 #include "dynamics/point_form.hpp"
 #include "dynamics/projector.hpp"
 #include "dynamics/residuals.hpp"
 #include "dynamics/step_projection.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -24,9 +24,9 @@ namespace tanor {
 /// (25). Wires together the objects that answer.
 class MultiplierForm final : public PointForm {
  public:
-  MultiplierForm(Model& model, const SolverOptions& options);
+  MultiplierForm(Workspace& work, const SolverOptions& options);
 
-  bool has_work() const override { return model_.is_rheonomic() || model_.forces.has_work() || friction_ != nullptr; }
+  bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   Outcome accelerations(const Kinematics& at, const Request& request, double* w) override {
     return dynamics_.solve(at, request, w);
@@ -49,7 +49,7 @@ class MultiplierForm final : public PointForm {
   RoundingGroups* rounding_groups() override { return friction_ == nullptr ? rounding() : nullptr; }
   SeriesExpansion* series() override;
   std::string why_no_series() const override {
-    return series_ != nullptr ? series_->obstacle() : MultiplierSeries::find_obstacle(model_);
+    return series_ != nullptr ? series_->obstacle() : MultiplierSeries::find_obstacle(work_);
   }
   EventFunctions* events() override {
     return contacts_ != nullptr && contacts_->num_events() > 0 ? contacts_.get() : nullptr;

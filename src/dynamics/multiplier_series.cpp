@@ -10,24 +10,26 @@ namespace tanor {
 
 namespace {
 
-std::unique_ptr<PathSeries> make_path_series(const Model& model) {
+std::unique_ptr<PathSeries> make_path_series(const Workspace& work) {
+  const Model& model = work.model();
   return PathSeries::make(model.system, model.numbering, model.incidences, model.inverse_mass);
 }
 
 }  // namespace
 
-MultiplierSeries::MultiplierSeries(Model& model, Linearization& linearization, const ForwardDynamics& dynamics)
-    : model_(model),
+MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization, const ForwardDynamics& dynamics)
+    : work_(work),
+      model_(work.model()),
       linearization_(linearization),
       dynamics_(dynamics),
-      path_series_(make_path_series(model)),
-      right_side_(model.num_rows()),
-      rows_(model.num_rows()) {
-  if (path_series_ == nullptr) series_ = std::make_unique<MotionSeries>(model);
+      path_series_(make_path_series(work)),
+      right_side_(model_.num_rows()),
+      rows_(model_.num_rows()) {
+  if (path_series_ == nullptr) series_ = std::make_unique<MotionSeries>(work);
 }
 
-std::string MultiplierSeries::find_obstacle(const Model& model) {
-  return make_path_series(model) != nullptr ? std::string{} : MotionSeries(model).obstacle();
+std::string MultiplierSeries::find_obstacle(const Workspace& work) {
+  return make_path_series(work) != nullptr ? std::string{} : MotionSeries(work).obstacle();
 }
 
 Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
@@ -41,19 +43,19 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, std::spa
   const int passes = 1 + dynamics_.report().refinements;
   if (path_series_ != nullptr) {
     *smooth_until = std::numeric_limits<double>::infinity();
-    const Stopwatch watch(&model_.times.solve);
+    const Stopwatch watch(&work_.times.solve);
     path_series_->expand(model_.parallel, coefficients, dynamics_.multipliers().data(), passes);
-    model_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
+    work_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
   } else {
     {
-      const Stopwatch watch(&model_.times.evaluate);
+      const Stopwatch watch(&work_.times.evaluate);
       series_->begin(at.t, coefficients);
     }
     *smooth_until = series_->smooth_until();
     lambda_ = dynamics_.multipliers();
     for (int k = 0; k + 2 < static_cast<int>(coefficients.size()); ++k) {
       {
-        const Stopwatch watch(&model_.times.evaluate);
+        const Stopwatch watch(&work_.times.evaluate);
         series_->advance(k, coefficients, lambda_.data(), right_side_.data());
       }
       if (k > 0 && model_.num_rows() > 0) solve_order(k, passes, coefficients[static_cast<std::size_t>(k) + 2]);
@@ -67,9 +69,9 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, std::spa
 /// M^-1 eta = w - M^-1 f
 Power MultiplierSeries::power_along(const Kinematics& at, const double* w) {
   reaction_.resize(3 * model_.num_points());
-  model_.evaluate_free(at.t, at.x, at.v, reaction_.data());
+  work_.evaluate_free(at.t, at.x, at.v, reaction_.data());
   for (std::size_t i = 0; i < reaction_.size(); ++i) reaction_[i] = w[i] - reaction_[i];
-  return model_.power(reaction_.data(), at.x, at.v);
+  return work_.power(reaction_.data(), at.x, at.v);
 }
 
 /// S mu = -(K_0'r_{k+2} + the lower ones), r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu

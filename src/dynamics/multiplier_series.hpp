@@ -7,9 +7,9 @@
 
 #include "dynamics/forward_dynamics.hpp"
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/motion_series.hpp"
 #include "dynamics/roles.hpp"
+#include "dynamics/workspace.hpp"
 #include "schur/path_series.hpp"
 
 namespace tanor {
@@ -18,22 +18,23 @@ namespace tanor {
 /// of S at the beginning (see MotionSeries; PathSeries where all islands are paths of rods).
 class MultiplierSeries final : public SeriesExpansion {
  public:
-  MultiplierSeries(Model& model, Linearization& linearization, const ForwardDynamics& dynamics);
+  MultiplierSeries(Workspace& work, Linearization& linearization, const ForwardDynamics& dynamics);
 
   /// Why a system has no series; empty: it has.
-  static std::string find_obstacle(const Model& model);
+  static std::string find_obstacle(const Workspace& work);
   std::string obstacle() const { return series_ == nullptr ? std::string{} : series_->obstacle(); }
 
   Outcome expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
                  double* smooth_until) override;
   Power power_along(const Kinematics& at, const double* w) override;
-  std::size_t num_accelerations() const override { return model_.counters.evaluations; }
-  std::span<const Index> neighbourhoods() const override { return model_.scales.of_points(); }
+  std::size_t num_accelerations() const override { return work_.counters.evaluations; }
+  std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }
 
  private:
   void solve_order(int k, int passes, double* next);
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization& linearization_;
   const ForwardDynamics& dynamics_;
   std::unique_ptr<PathSeries> path_series_;  // null: it does not serve

@@ -3,18 +3,19 @@
 #include "dynamics/constrained_system.hpp"
 #include "dynamics/forward_dynamics.hpp"
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/projector.hpp"
 #include "dynamics/residuals.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
 /// The constrained system as contacts see it, in equations with multipliers.
 class MultiplierSystem final : public ConstrainedSystem {
  public:
-  MultiplierSystem(Model& model, Linearization& linearization, Residuals& residuals, Projector& projector,
+  MultiplierSystem(Workspace& work, Linearization& linearization, Residuals& residuals, Projector& projector,
                    ForwardDynamics& dynamics, SolveReport& report)
-      : model_(model),
+      : work_(work),
+        model_(work.model()),
         linearization_(linearization),
         residuals_(residuals),
         projector_(projector),
@@ -24,7 +25,7 @@ class MultiplierSystem final : public ConstrainedSystem {
   void solve_once(const double* b, double* x) override {
     // A compliant factor alone is no answer.
     if (linearization_.rank_factor().is_compliant()) return solve_refined(b, x, nullptr);
-    ++model_.counters.solves;
+    ++work_.counters.solves;
     linearization_.solve_negative(b, x);
   }
   void solve_refined(const double* b, double* x, double* dw) override {
@@ -57,7 +58,8 @@ class MultiplierSystem final : public ConstrainedSystem {
   }
 
  private:
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
   Projector& projector_;

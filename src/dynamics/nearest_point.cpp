@@ -15,12 +15,12 @@ constexpr double eps = std::numeric_limits<double>::epsilon();
 
 /// Some place on xi = 0, from anywhere: Newton's method in small moves, the last digits by chord iterations.
 ProjectionReport NearestPoint::reach_constraints(double t, double* r) {
-  model_.set_time(t);
+  work_.set_time(t);
   constexpr int most_iterations = 100;
   constexpr double near = 1e-3;
   std::vector<double> next;  // big systems mostly start near enough
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const double violation = model_.constraints.evaluate_values(model_.parallel, r, rows_.data());
+    const double violation = work_.constraints.evaluate_values(model_.parallel, r, rows_.data());
     if (violation <= near || !std::isfinite(violation)) break;
     if (Outcome outcome = linearization_.update(t, r); !outcome.ok())
       return {std::move(outcome), 0.0, violation, iteration};
@@ -28,10 +28,10 @@ ProjectionReport NearestPoint::reach_constraints(double t, double* r) {
     linearization_.correct(rows_.data(), next.data());
     // A full step may overshoot: at most a quarter of the neighbourhood at once.
     for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) next[i] -= r[i];
-    const std::vector<double> moves = model_.largest_norms(next.data());
+    const std::vector<double> moves = work_.largest_norms(next.data());
     for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-      const std::size_t k = model_.scales.of_point(i);
-      add_to(r, i, std::min(1.0, 0.25 * model_.scales.length(k) / moves[k]) * load(next.data(), i));
+      const std::size_t k = work_.scales.of_point(i);
+      add_to(r, i, std::min(1.0, 0.25 * work_.scales.length(k) / moves[k]) * load(next.data(), i));
     }
   }
   if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
@@ -51,10 +51,10 @@ Outcome NearestPoint::find_slope(const std::vector<double>& wanted, double t, co
 bool NearestPoint::is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const {
   std::vector<double> way(r, r + 3 * model_.num_points());
   for (std::size_t i = 0; i < 3 * model_.num_points(); ++i) way[i] -= wanted[i];
-  const std::vector<double> left = model_.largest_norms(d), ways = model_.largest_norms(way.data()),
-                            places = model_.largest_norms(r);
+  const std::vector<double> left = work_.largest_norms(d), ways = work_.largest_norms(way.data()),
+                            places = work_.largest_norms(r);
   for (std::size_t k = 0; k < left.size(); ++k) {
-    const double nearly_0 = std::max({1e-10 * ways[k], 1e-13 * model_.scales.length(k), 4.0 * eps * places[k]});
+    const double nearly_0 = std::max({1e-10 * ways[k], 1e-13 * work_.scales.length(k), 4.0 * eps * places[k]});
     if (!(left[k] <= nearly_0)) return false;
   }
   return true;

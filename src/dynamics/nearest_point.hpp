@@ -1,8 +1,8 @@
 #pragma once
 
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/projector.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -10,8 +10,12 @@ namespace tanor {
 /// down the slope of the distance along xi = 0.
 class NearestPoint {
  public:
-  NearestPoint(Model& model, Linearization& linearization, Projector& projector)
-      : model_(model), linearization_(linearization), projector_(projector), rows_(model.num_rows()) {}
+  NearestPoint(Workspace& work, Linearization& linearization, Projector& projector)
+      : work_(work),
+        model_(work.model()),
+        linearization_(linearization),
+        projector_(projector),
+        rows_(model_.num_rows()) {}
 
   ProjectionReport find(double t, double* r);
 
@@ -21,7 +25,8 @@ class NearestPoint {
   bool is_nearest(const double* r, const std::vector<double>& wanted, const double* d) const;
   double product(const double* a, const double* b) const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization& linearization_;
   Projector& projector_;
   std::vector<double> rows_;  // [d] scratch

@@ -14,8 +14,12 @@ constexpr double rounding = 1e-9;  // of velocities, relative; more is no roundi
 
 }  // namespace
 
-Projector::Projector(Model& model, Linearization& linearization, Residuals& residuals)
-    : model_(model), linearization_(linearization), residuals_(residuals), rows_(model.num_rows()) {}
+Projector::Projector(Workspace& work, Linearization& linearization, Residuals& residuals)
+    : work_(work),
+      model_(work.model()),
+      linearization_(linearization),
+      residuals_(residuals),
+      rows_(model_.num_rows()) {}
 
 // ---- positions ----
 
@@ -29,7 +33,7 @@ ProjectionReport Projector::project_positions(double t, double* r, Turn turn) {
 /// `sum` is their guess and becomes the sum of the multipliers; then the slope is never renewed, since they belong to
 /// one K.
 ProjectionReport Projector::iterate_positions(double t, double* r, double* sum, double far) {
-  model_.set_time(t);
+  work_.set_time(t);
   ProjectionReport report;
   if (model_.num_rows() == 0) return report;
   if (contacts_ != nullptr) contacts_->carry_places(t);
@@ -99,15 +103,15 @@ Outcome Projector::explain_stall(double t, double violation) const {
   const auto worst =
       std::max_element(rows_.begin(), rows_.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
   const auto row = static_cast<std::size_t>(worst - rows_.begin());
-  const std::string place = model_.name_row(row) + " at t = " + text(t) + ", violation " + text(violation);
+  const std::string place = work_.name_row(row) + " at t = " + text(t) + ", violation " + text(violation);
   if (row >= model_.numbering.first_idle_row()) {
     return {Status::Contradictory, "what is prescribed at supports breaks " + place};
   }
   // The independent rows are satisfied, what depends on them is not.
-  const std::vector<double>& lengths = model_.scales.lengths();
+  const std::vector<double>& lengths = work_.scales.lengths();
   const RankRevealingFactor& factor = linearization_.rank_factor();
   if (factor.largest_active(rows_, lengths) < 1e-3 * factor.largest_dependent(rows_, lengths)) {
-    const std::vector<double> nothing(model_.scales.size(), 0.0);
+    const std::vector<double> nothing(work_.scales.size(), 0.0);
     if (Outcome outcome = factor.explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok()) return outcome;
   }
   constexpr double poor = 1e-6;
@@ -119,18 +123,18 @@ Outcome Projector::explain_stall(double t, double violation) const {
 // ---- velocities ----
 
 ProjectionReport Projector::project_velocities(double t, const double* r, double* v, double* sum) {
-  model_.set_time(t);
+  work_.set_time(t);
   ProjectionReport report;
   if (model_.num_rows() == 0) return report;
   constexpr double target = 1e-13;
   // What sticks stands still: there is no rounding that may add up to a creep.
-  const bool holds_contacts = model_.constraints.tangents().num_sticking() > 0;
+  const bool holds_contacts = work_.constraints.tangents().num_sticking() > 0;
   double before = infinity, least = infinity;
   int since_least = 0;
   bool decided_here = false;
   const RankRevealingFactor& factor = linearization_.rank_factor();
   if (sum == nullptr) {
-    const double speed = model_.scales.least_speed();
+    const double speed = work_.scales.least_speed();
     const Projection by_islands = linearization_.project_velocities(target * speed, r, v);
     report.iterations = by_islands.iterations;
     report.violation = by_islands.violation / speed;
@@ -155,7 +159,7 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
       // A dependent row stays behind: it became independent, or contradicts the others.
       decided_here = true;
       if (!linearization_.decide_rank_again(r)) {
-        report.outcome = factor.explain_contradiction(t, rows_, model_.scales.speeds(), rounding, " m/s");
+        report.outcome = factor.explain_contradiction(t, rows_, work_.scales.speeds(), rounding, " m/s");
         return report;
       }
     }

@@ -5,8 +5,8 @@
 
 #include "dynamics/contact_modes.hpp"
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/residuals.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -14,7 +14,7 @@ namespace tanor {
 /// with the factor of S that stands.
 class Projector {
  public:
-  Projector(Model& model, Linearization& linearization, Residuals& residuals);
+  Projector(Workspace& work, Linearization& linearization, Residuals& residuals);
   /// Constraints with friction: what sticks, and where it is held.
   void set_contacts(ContactModes* contacts) { contacts_ = contacts; }
 
@@ -35,7 +35,8 @@ class Projector {
   double evaluate_values(const double* r);
   Outcome explain_stall(double t, double violation) const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
   ContactModes* contacts_ = nullptr;  // null: constraints are ideal

@@ -16,19 +16,20 @@ constexpr double hidden_by_rounding = 1e-8;
 
 }  // namespace
 
-RankRevealingFactor::RankRevealingFactor(Model& model, Ordering ordering, const std::vector<double>& blocks,
+RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks,
                                          SolveReport* report)
-    : model_(model),
+    : work_(work),
+      model_(work.model()),
       ordering_(ordering),
       blocks_(blocks),
       report_(*report),
-      redundancy_(model.incidences, model.inverse_mass, model.numbering),
+      redundancy_(model_.incidences, model_.inverse_mass, model_.numbering),
       suspect_below_(first_suspicion) {}
 
 GramSolver& RankRevealingFactor::gram() {
   if (gram_ == nullptr) {
     gram_ = std::make_unique<GramSolver>(model_.incidences, model_.inverse_mass, model_.numbering, ordering_,
-                                         model_.constraints.squared_gradient_norms());
+                                         work_.constraints.squared_gradient_norms());
     gram_->allow_zero_rows(model_.numbering.user_row, model_.numbering.num_user_rows);
   }
   return *gram_;
@@ -37,7 +38,7 @@ GramSolver& RankRevealingFactor::gram() {
 // ---- the factor ----
 
 GramSolver::Quality RankRevealingFactor::factorize_rows() {
-  const GramSolver::Quality quality = model_.factorize(&gram(), blocks_.data());
+  const GramSolver::Quality quality = work_.factorize(&gram(), blocks_.data());
   report_.reciprocal_condition = quality.reciprocal_condition;
   return quality;
 }
@@ -56,7 +57,7 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;
   }
   // Rows of contacts came or went: what depended on them may not any more.
-  if (model_.constraints.tangents().forget_switches()) (void)decide_rank_again(r);
+  if (work_.constraints.tangents().forget_switches()) (void)decide_rank_again(r);
   return {};
 }
 
@@ -78,11 +79,11 @@ void RankRevealingFactor::add_reactions(const Parallel& parallel, const double* 
 }
 
 double RankRevealingFactor::evaluate_values(const Parallel& parallel, const double* r, double* xi) {
-  return model_.constraints.evaluate_values(parallel, r, xi);
+  return work_.constraints.evaluate_values(parallel, r, xi);
 }
 
 double RankRevealingFactor::evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) {
-  return model_.constraints.evaluate_rates(parallel, r, v, rates);
+  return work_.constraints.evaluate_rates(parallel, r, v, rates);
 }
 
 Projection RankRevealingFactor::project_positions(const Parallel& parallel, const double* blocks, double, double* r,
@@ -99,14 +100,14 @@ Projection RankRevealingFactor::project_velocities(const Parallel&, const double
 
 /// K as far as its rank is a question: contacts take no part.
 std::vector<double> RankRevealingFactor::blocks_of_constraints() const {
-  return model_.numbering.has_contact_rows() ? model_.without_contacts(blocks_) : blocks_;
+  return model_.numbering.has_contact_rows() ? work_.without_contacts(blocks_) : blocks_;
 }
 
 /// Where S has no factor, or one that looks singular.
 Outcome RankRevealingFactor::decide_rank(double t, const double* r) {
   if (Outcome outcome = check_gradients(t); !outcome.ok()) return outcome;
-  const std::vector<double> tolerances = model_.rank_tolerances(r);
-  ++model_.counters.rank_decisions;
+  const std::vector<double> tolerances = work_.rank_tolerances(r);
+  ++work_.counters.rank_decisions;
   bool has_changed = false;
   const std::vector<double> K = blocks_of_constraints();
   for (const Redundancy::Rows& rows : gram().weak_parts(suspect_below_)) {
@@ -128,7 +129,7 @@ void RankRevealingFactor::leave_out_dependent_rows(bool has_changed) {
     }
     // rows of contacts that slide have no gradient now, and a unit one when they stick
     for (double& norm : gradient_norms_) norm = norm > 0.0 ? std::sqrt(norm) : 1.0;
-    model_.rank = model_.numbering.first_idle_row() - redundancy_.num_dependent();
+    work_.rank = model_.numbering.first_idle_row() - redundancy_.num_dependent();
     gram().set_active(redundancy_.rows_for_gram());
     factorize_again();
   }
@@ -143,28 +144,28 @@ void RankRevealingFactor::leave_out_dependent_rows(bool has_changed) {
 
 bool RankRevealingFactor::decide_rank_again(const double* r) {
   if (!redundancy_.is_found()) return false;
-  ++model_.counters.rank_decisions;
-  const bool has_changed = redundancy_.decide_again(blocks_of_constraints().data(), model_.rank_tolerances(r));
+  ++work_.counters.rank_decisions;
+  const bool has_changed = redundancy_.decide_again(blocks_of_constraints().data(), work_.rank_tolerances(r));
   if (has_changed) leave_out_dependent_rows(true);
   return has_changed;
 }
 
 bool RankRevealingFactor::decide_whole_rank(const double* r) {
-  ++model_.counters.rank_decisions;
+  ++work_.counters.rank_decisions;
   const auto end = static_cast<Index>(model_.numbering.first_idle_row());
-  const bool has_changed = redundancy_.decide(blocks_of_constraints().data(), {0, end}, model_.rank_tolerances(r));
+  const bool has_changed = redundancy_.decide(blocks_of_constraints().data(), {0, end}, work_.rank_tolerances(r));
   if (has_changed) leave_out_dependent_rows(true);
   return has_changed;
 }
 
 void RankRevealingFactor::decide_rank_of_poor_parts(const double* r, const std::vector<double>& rows,
                                                     const std::vector<double>& accelerations, double allowed) {
-  ++model_.counters.rank_decisions;
+  ++work_.counters.rank_decisions;
   for (const Redundancy::Rows& part : gram().weak_parts(1.0)) {
-    const double unit = accelerations[model_.scales.of_row(static_cast<std::size_t>(part.first))];
+    const double unit = accelerations[work_.scales.of_row(static_cast<std::size_t>(part.first))];
     const auto is_poor = [&](double value) { return !(std::abs(value) <= allowed * unit); };
     if (std::none_of(rows.begin() + part.first, rows.begin() + part.second, is_poor)) continue;
-    (void)redundancy_.decide(blocks_of_constraints().data(), part, model_.rank_tolerances(r));
+    (void)redundancy_.decide(blocks_of_constraints().data(), part, work_.rank_tolerances(r));
     if (!is_compliant()) redundancy_.take_qr(part);
   }
   gram().set_active(redundancy_.rows_for_gram());
@@ -179,7 +180,7 @@ Outcome RankRevealingFactor::check_gradients(double t) const {
     const double length = norm(load(blocks_.data(), incidence.block));
     const auto row = static_cast<std::size_t>(incidence.row);
     if (!std::isfinite(length)) {
-      return {Status::Singular, "the gradient of " + model_.name_row(row) + " does not exist at t = " + text(t) +
+      return {Status::Singular, "the gradient of " + work_.name_row(row) + " does not exist at t = " + text(t) +
                                     ": a point lies where it is measured from"};
     }
     if (model_.inverse_mass[static_cast<std::size_t>(incidence.point)] > 0.0)
@@ -188,8 +189,8 @@ Outcome RankRevealingFactor::check_gradients(double t) const {
   for (std::size_t a = 0; a < model_.numbering.first_idle_row(); ++a) {
     // a contact that slides has none, and needs none
     if (model_.numbering.is_contact_row(a)) continue;
-    if (largest[a] * model_.scales.length(model_.scales.of_row(a)) < 1e-12)
-      return {Status::Singular, "the gradient of " + model_.name_row(a) + " vanishes at t = " + text(t)};
+    if (largest[a] * work_.scales.length(work_.scales.of_row(a)) < 1e-12)
+      return {Status::Singular, "the gradient of " + work_.name_row(a) + " vanishes at t = " + text(t)};
   }
   return {};
 }
@@ -200,7 +201,7 @@ double RankRevealingFactor::largest_active(const std::vector<double>& rows, cons
   double largest = 0.0;
   for (std::size_t a = 0; a < rows.size(); ++a) {
     if (redundancy_.is_dependent(a)) continue;
-    const double unit = units[model_.scales.of_row(a)] * (gradient_norms_.empty() ? 1.0 : gradient_norms_[a]);
+    const double unit = units[work_.scales.of_row(a)] * (gradient_norms_.empty() ? 1.0 : gradient_norms_[a]);
     largest = larger(largest, std::abs(rows[a]) / unit);
   }
   return largest;
@@ -210,7 +211,7 @@ double RankRevealingFactor::largest_dependent(const std::vector<double>& rows, c
   if (!redundancy_.is_found()) return 0.0;
   double largest = 0.0;
   for (std::size_t a = 0; a < rows.size(); ++a) {
-    const double unit = units[model_.scales.of_row(a)] * gradient_norms_[a];
+    const double unit = units[work_.scales.of_row(a)] * gradient_norms_[a];
     if (redundancy_.is_dependent(a)) largest = larger(largest, std::abs(rows[a]) / unit);
   }
   return largest;
@@ -218,9 +219,9 @@ double RankRevealingFactor::largest_dependent(const std::vector<double>& rows, c
 
 std::string RankRevealingFactor::describe(const Redundancy::Found& found, const char* verb) const {
   constexpr std::size_t most_names = 6;
-  std::string text = model_.name_row(static_cast<std::size_t>(found.row)) + " " + verb + " ";
+  std::string text = work_.name_row(static_cast<std::size_t>(found.row)) + " " + verb + " ";
   for (std::size_t k = 0; k < std::min(found.terms.size(), most_names); ++k) {
-    text += (k > 0 ? ", " : "") + model_.name_row(static_cast<std::size_t>(found.terms[k].first));
+    text += (k > 0 ? ", " : "") + work_.name_row(static_cast<std::size_t>(found.terms[k].first));
   }
   return text + (found.terms.size() > most_names ? ", …" : "");
 }
@@ -229,7 +230,7 @@ Outcome RankRevealingFactor::explain_contradiction(double t, const std::vector<d
                                                    const std::vector<double>& sizes, double allowed,
                                                    const char* unit) const {
   std::vector<double> scales = gradient_norms_;
-  for (std::size_t a = 0; a < scales.size(); ++a) scales[a] *= sizes[model_.scales.of_row(a)];
+  for (std::size_t a = 0; a < scales.size(); ++a) scales[a] *= sizes[work_.scales.of_row(a)];
   const auto contradiction = redundancy_.find_contradiction(rows, scales, allowed);
   if (!contradiction) return {};
   return {Status::Contradictory, describe(contradiction->found, "contradicts") + " at t = " + text(t) + " (by " +

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dynamics/load_sharing.hpp"
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "schur/gram_solver.hpp"
 #include "schur/redundancy.hpp"
 #include "schur/schur_solver.hpp"
@@ -20,7 +20,7 @@ class RankRevealingFactor final : public SchurFactor {
  public:
   /// `blocks`: K, always at the present configuration. What a factorization finds of the condition of S goes into
   /// `report`. Both outlive the factor, as the model does.
-  RankRevealingFactor(Model& model, Ordering ordering, const std::vector<double>& blocks, SolveReport* report);
+  RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, SolveReport* report);
 
   /// Null: no contact sticks.
   void set_sharing(LoadSharing* sharing) { sharing_ = sharing; }
@@ -87,7 +87,8 @@ class RankRevealingFactor final : public SchurFactor {
   Outcome check_gradients(double t) const;
   std::vector<double> blocks_of_constraints() const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   const Ordering ordering_;
   const std::vector<double>& blocks_;
   SolveReport& report_;

@@ -12,8 +12,9 @@ constexpr double eps = std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-Residuals::Residuals(const Model& model, const std::vector<double>& blocks) : model_(model), blocks_(blocks) {
-  if (!model.scales.are_one()) norms_.reserve(model.num_rows());
+Residuals::Residuals(const Workspace& work, const std::vector<double>& blocks)
+    : work_(work), model_(work.model()), blocks_(blocks) {
+  if (!work.scales.are_one()) norms_.reserve(model_.num_rows());
 }
 
 /// Of the rows of K at hand; 1 where a contact slides.
@@ -31,10 +32,10 @@ const std::vector<double>& Residuals::measure_accelerations(const Problem& probl
   const auto& [w0, b, scale] = problem;
   if (knows_accelerations_) return accelerations_;
   knows_accelerations_ = true;
-  const Scales& scales = model_.scales;
+  const Scales& scales = work_.scales;
   accelerations_.assign(scales.size(), scale > 0.0 ? scale : 1.0);
   if (scales.are_one()) return accelerations_;
-  model_.largest_norms(w0, &accelerations_);
+  work_.largest_norms(w0, &accelerations_);
   accelerations_.back() = scale;
   const std::vector<double>& norms = gradient_norms();
   for (std::size_t a = 0; a < model_.num_rows(); ++a) {
@@ -50,7 +51,7 @@ const std::vector<double>& Residuals::measure_accelerations(const Problem& probl
 
 double Residuals::relative_residual(const Problem& problem, const std::vector<double>& rows, double largest) {
   constexpr double little = 1e-13;
-  const Scales& scales = model_.scales;
+  const Scales& scales = work_.scales;
   const double relative = largest / (problem.scale > 0.0 ? problem.scale : 1.0);
   if (scales.are_one() || largest <= little * scales.least_acceleration()) return relative;
   measure_accelerations(problem);
@@ -63,7 +64,7 @@ double Residuals::relative_residual(const Problem& problem, const std::vector<do
 
 double Residuals::relative_rates(const std::vector<double>& rows, double largest) {
   constexpr double little = 1e-14;
-  const Scales& scales = model_.scales;
+  const Scales& scales = work_.scales;
   if (scales.are_one()) return largest / scales.speed(0);
   if (largest <= little * scales.least_speed()) return largest / scales.least_speed();
   const std::vector<double>& norms = gradient_norms();
@@ -79,16 +80,16 @@ double Residuals::rounding_floor(const double* r) const {
 }
 
 double Residuals::beyond_rounding(const double* r, double violation, double allowed, double times) {
-  const Scales& scales = model_.scales;
+  const Scales& scales = work_.scales;
   if (!(violation <= std::max(allowed, times * rounding_floor(r)))) return violation;
   if (scales.are_one()) return 0.0;
   auto& [places, at_rest, position, rates, lengths] = beyond_;
-  model_.largest_norms(r, &places);
+  work_.largest_norms(r, &places);
   at_rest.resize(3 * model_.num_points(), 0.0);
   for (std::vector<double>* array : {&position, &rates}) array->resize(model_.num_rows());
   lengths.assign(model_.num_rows(), 0.0);
-  model_.constraints.measure(r, at_rest.data(), position.data(), rates.data());
-  model_.constraints.write_lengths(lengths.data());
+  work_.constraints.measure(r, at_rest.data(), position.data(), rates.data());
+  work_.constraints.write_lengths(lengths.data());
   double worst = 0.0;
   for (std::size_t a = 0; a < model_.num_rows(); ++a) {
     if (!(lengths[a] > 0.0)) continue;

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -11,7 +11,7 @@ namespace tanor {
 class Residuals {
  public:
   /// `blocks`: K, always at the present configuration.
-  Residuals(const Model& model, const std::vector<double>& blocks);
+  Residuals(const Workspace& work, const std::vector<double>& blocks);
 
   /// What is solved for at the instant at hand: w0 = M^-1 f [3n], b = phi + K'w0 [d], and the largest of both, m/s^2.
   struct Problem {
@@ -38,6 +38,7 @@ class Residuals {
   const std::vector<double>& gradient_norms();
   double rounding_floor(const double* r) const;
 
+  const Workspace& work_;
   const Model& model_;
   const std::vector<double>& blocks_;
   std::vector<double> accelerations_;  // [neighbourhood] m/s^2

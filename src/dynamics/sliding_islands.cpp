@@ -8,10 +8,11 @@
 
 namespace tanor {
 
-SlidingIslands::SlidingIslands(const Model& model, const FrictionLaws& laws, const ContactIslands& islands,
+SlidingIslands::SlidingIslands(const Workspace& work, const FrictionLaws& laws, const ContactIslands& islands,
                                Response& response)
-    : model_(model),
-      tangents_(model.constraints.tangents()),
+    : work_(work),
+      model_(work.model()),
+      tangents_(work.constraints.tangents()),
       laws_(laws),
       numbered_(islands),
       response_(response),
@@ -90,7 +91,7 @@ double SlidingIslands::amplification_of_full_reactions() const {
 }
 
 std::string SlidingIslands::name(const Island& island) const {
-  return model_.name_contact(island.members.front()) + (island.members.size() > 1 ? " and others of its island" : "");
+  return work_.name_contact(island.members.front()) + (island.members.size() > 1 ? " and others of its island" : "");
 }
 
 /// With these sizes of friction in the island and those at the multipliers `at` elsewhere, contacts of the island that

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dynamics/contact_islands.hpp"
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "friction/contraction.hpp"
 #include "friction/enumeration.hpp"
 #include "friction/laws.hpp"
@@ -25,7 +25,7 @@ struct UniquenessCheck {
 class SlidingIslands {
  public:
   /// All must outlive it; `response` at the place where `laws` stand.
-  SlidingIslands(const Model& model, const FrictionLaws& laws, const ContactIslands& islands, Response& response);
+  SlidingIslands(const Workspace& work, const FrictionLaws& laws, const ContactIslands& islands, Response& response);
 
   /// Is the solution lambda [rows] the only one? Into the report; `amplification`: 1/(1 - L) where a contraction
   /// constant L < 1 is proven, else NaN.
@@ -57,6 +57,7 @@ class SlidingIslands {
   Outcome choose_nearest(const Island& island, double t, const UniquenessCheck& check, const double* lambda,
                          double* force, FrictionReport* report) const;
 
+  const Workspace& work_;
   const Model& model_;
   const Tangents& tangents_;
   const FrictionLaws& laws_;

@@ -28,37 +28,38 @@ bool has_one_mass(const Model& model) {
 
 // ---- N ----
 
-NormalSpace::NormalSpace(Model& model, Linearization* one_mass)
-    : model_(model),
+NormalSpace::NormalSpace(Workspace& work, Linearization* one_mass)
+    : work_(work),
+      model_(work.model()),
       one_mass_(one_mass),
-      unit_(unit_masses(model)),
-      redundancy_(model.incidences, unit_, model.numbering),
-      c_(model.num_rows()),
-      rows_(model.num_rows()),
-      points_(3 * model.num_points(), 0.0) {
-  if (one_mass_ != nullptr || model.num_rows() == 0) return;
-  solver_ = std::make_unique<GramSolver>(model.incidences, unit_, model.numbering, Ordering::Auto,
-                                         model.constraints.squared_gradient_norms());
-  solver_->allow_zero_rows(model.numbering.user_row, model.numbering.num_user_rows);
+      unit_(unit_masses(model_)),
+      redundancy_(model_.incidences, unit_, model_.numbering),
+      c_(model_.num_rows()),
+      rows_(model_.num_rows()),
+      points_(3 * model_.num_points(), 0.0) {
+  if (one_mass_ != nullptr || model_.num_rows() == 0) return;
+  solver_ = std::make_unique<GramSolver>(model_.incidences, unit_, model_.numbering, Ordering::Auto,
+                                         work.constraints.squared_gradient_norms());
+  solver_->allow_zero_rows(model_.numbering.user_row, model_.numbering.num_user_rows);
 }
 
 Outcome NormalSpace::factorize(double t, const double* r, const double* blocks) {
   blocks_ = blocks;
   if (!solver_) return {};
-  const Stopwatch watch(&model_.times.factor);
-  ++model_.counters.split_factorizations;
+  const Stopwatch watch(&work_.times.factor);
+  ++work_.counters.split_factorizations;
   solver_->assemble(model_.parallel, blocks);
   GramSolver::Quality quality = solver_->factorize(model_.parallel);
   if (!quality.positive_definite || quality.reciprocal_condition <= suspicion) {
     for (const Redundancy::Rows& rows : solver_->weak_parts(suspicion)) {
-      (void)redundancy_.decide(blocks, rows, model_.rank_tolerances(r));
+      (void)redundancy_.decide(blocks, rows, work_.rank_tolerances(r));
     }
     solver_->set_active(redundancy_.rows_for_gram());
     solver_->assemble(model_.parallel, blocks);
     quality = solver_->factorize(model_.parallel);
   }
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
-  return {Status::Singular, "Gamma = K'K is singular at t = " + text(t) + ": " + model_.name_row(quality.weakest_row) +
+  return {Status::Singular, "Gamma = K'K is singular at t = " + text(t) + ": " + work_.name_row(quality.weakest_row) +
                                 " depends on other constraints, or its gradient vanishes"};
 }
 
@@ -76,7 +77,7 @@ void NormalSpace::find_least(const double* c, double* x, double* mu) {
   rows_ = c_;
   // rho = K'x - c, mu -= Gamma^-1 rho, x -= K Gamma^-1 rho
   refine_solution(
-      passes, [&] { model_.constraints.apply_transposed(model_.parallel, blocks_, x, c_.data(), rows_.data()); },
+      passes, [&] { work_.constraints.apply_transposed(model_.parallel, blocks_, x, c_.data(), rows_.data()); },
       [&](int) {
         solver_->solve_negative(model_.parallel, rows_.data(), rows_.data());
         for (std::size_t a = 0; a < rows_.size(); ++a) mu[a] += rows_[a];
@@ -90,25 +91,26 @@ void NormalSpace::project(const double* u, double* u_N, double* mu) {
   std::copy(u, u + 3 * model_.num_moving(), points_.begin());
   std::vector<double> c(rows_.size());
   if (!c.empty()) {
-    model_.constraints.apply_transposed(model_.parallel, blocks_, points_.data(), nullptr, c.data());
+    work_.constraints.apply_transposed(model_.parallel, blocks_, points_.data(), nullptr, c.data());
   }
   find_least(c.data(), u_N, mu);
 }
 
 // ---- T ----
 
-TangentSpace::TangentSpace(Model& model)
-    : model_(model),
-      solver_(model.coordinates.list_products(unit_masses(model)),
-              {model.coordinates.island_start(), model.coordinates.num_coordinates()}, Ordering::Auto),
-      columns_(model.coordinates.num_coordinates()),
-      points_(3 * model.num_points(), 0.0),
-      rest_(3 * model.num_points(), 0.0) {}
+TangentSpace::TangentSpace(Workspace& work)
+    : work_(work),
+      model_(work.model()),
+      solver_(work.coordinates.list_products(unit_masses(model_)),
+              {work.coordinates.island_start(), work.coordinates.num_coordinates()}, Ordering::Auto),
+      columns_(work.coordinates.num_coordinates()),
+      points_(3 * model_.num_points(), 0.0),
+      rest_(3 * model_.num_points(), 0.0) {}
 
 Outcome TangentSpace::factorize(double t, const double* blocks) {
   blocks_ = blocks;
-  const Stopwatch watch(&model_.times.factor);
-  ++model_.counters.split_factorizations;
+  const Stopwatch watch(&work_.times.factor);
+  ++work_.counters.split_factorizations;
   solver_.assemble(model_.parallel, blocks);
   const GramSolver::Quality quality = solver_.factorize(model_.parallel);
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
@@ -123,9 +125,9 @@ void TangentSpace::project(const double* u, double* u_T, double* x) {
   std::copy(u, u + moving, rest_.begin());
   // rest = u - u_T; u_T += A G^-1 A'rest
   for (int pass = 0; pass < passes; ++pass) {
-    model_.coordinates.apply_transposed(model_.parallel, blocks_, rest_.data(), columns_.data());
+    work_.coordinates.apply_transposed(model_.parallel, blocks_, rest_.data(), columns_.data());
     solver_.solve_negative(model_.parallel, columns_.data(), columns_.data());
-    model_.coordinates.apply(model_.parallel, blocks_, columns_.data(), points_.data());
+    work_.coordinates.apply(model_.parallel, blocks_, columns_.data(), points_.data());
     for (std::size_t j = 0; x != nullptr && j < columns_.size(); ++j) x[j] -= columns_[j];
     for (std::size_t i = 0; i < moving; ++i) {
       u_T[i] -= points_[i];

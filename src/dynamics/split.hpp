@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "schur/gram_solver.hpp"
 
 /// \file The Euclidean split u = u_T + u_N (16) of R^{3n}; mass does not enter. Rows of supports have no part in it.
@@ -16,7 +16,7 @@ class NormalSpace {
  public:
   /// `one_mass`: null, or the linearization of a system whose masses are all m. Then Gamma = m S (36), and its factor
   /// of S serves: it must stand at the same configuration.
-  explicit NormalSpace(Model& model, Linearization* one_mass = nullptr);
+  explicit NormalSpace(Workspace& work, Linearization* one_mass = nullptr);
 
   /// At (t, r), with K as blocks, which must live as long as the factor. Rows that depend on others take no part.
   Outcome factorize(double t, const double* r, const double* blocks);
@@ -26,7 +26,8 @@ class NormalSpace {
   void project(const double* u, double* u_N, double* mu);
 
  private:
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization* one_mass_;
   std::vector<double> unit_;            // [point] 1; supports: 0
   std::unique_ptr<GramSolver> solver_;  // null with one mass
@@ -39,7 +40,7 @@ class NormalSpace {
 /// T, spanned by A: u_T = A G^-1 A'u (15), G = A'A: H with unit masses.
 class TangentSpace {
  public:
-  explicit TangentSpace(Model& model);
+  explicit TangentSpace(Workspace& work);
 
   /// At t, with A as blocks, which must live as long as the factor.
   Outcome factorize(double t, const double* blocks);
@@ -47,7 +48,8 @@ class TangentSpace {
   void project(const double* u, double* u_T, double* x = nullptr);
 
  private:
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   GramSolver solver_;
   const double* blocks_ = nullptr;
   std::vector<double> columns_;        // [s] scratch

@@ -17,14 +17,15 @@ constexpr int most_friction_iterations = 100;
 
 }  // namespace
 
-StepProjection::StepProjection(Model& model, Linearization& linearization, Projector& projector,
+StepProjection::StepProjection(Workspace& work, Linearization& linearization, Projector& projector,
                                ForwardDynamics& dynamics)
-    : model_(model),
+    : work_(work),
+      model_(work.model()),
       linearization_(linearization),
       projector_(projector),
       dynamics_(dynamics),
-      step_{std::vector<double>(model.num_rows()), std::vector<double>(model.num_rows()),
-            std::vector<double>(model.num_rows())} {}
+      step_{std::vector<double>(model_.num_rows()), std::vector<double>(model_.num_rows()),
+            std::vector<double>(model_.num_rows())} {}
 
 void StepProjection::forget_steps() {
   std::fill(step_.last.begin(), step_.last.end(), 0.0);
@@ -34,9 +35,9 @@ void StepProjection::forget_steps() {
 /// What starts the iteration of the next step.
 void StepProjection::exchange_memory(Memory& memory) {
   memory.exchange(step_.last, step_.before, step_.last_h, step_.before_h);
-  bool have_same_frames = step_.frames == model_.constraints.frames();
+  bool have_same_frames = step_.frames == work_.constraints.frames();
   memory.exchange(have_same_frames);
-  if (memory.reads()) step_.frames = model_.constraints.frames() + (have_same_frames ? 0 : 1);
+  if (memory.reads()) step_.frames = work_.constraints.frames() + (have_same_frames ? 0 : 1);
 }
 
 Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& request, double* w) {
@@ -48,19 +49,19 @@ Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& 
     for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w[i] -= model_.inverse_mass[i / 3] * eta_[i];
     return {};
   }
-  const Stopwatch watch(&model_.times.evaluate);
+  const Stopwatch watch(&work_.times.evaluate);
   if (linearization_.uniform_free() != nullptr) {
-    model_.write_uniform(w);
+    work_.write_uniform(w);
     return {};
   }
-  return std::isfinite(model_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : model_.not_finite(at.t);
+  return std::isfinite(work_.evaluate_free(at.t, at.x, at.v, w)) ? Outcome{} : model_.not_finite(at.t);
 }
 
 /// The sum of the multipliers is h^2 times a smooth function of time (half of lambda): extrapolated from the last two
 /// steps it saves iterations, the solution is the same.
 void StepProjection::guess_step(double h) {
   const double scale = h * h;
-  if (const std::size_t frames = model_.constraints.frames(); frames != step_.frames) {
+  if (const std::size_t frames = work_.constraints.frames(); frames != step_.frames) {
     forget_steps();
     step_.frames = frames;
   }
@@ -113,11 +114,11 @@ ProjectionReport StepProjection::settle_step_friction(double t, double h, double
                                                       ProjectionReport report) {
   for (int k = 0; k < most_friction_iterations; ++k) {
     for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 * step_.last[a];
-    const Stopwatch watch(&model_.times.friction);
+    const Stopwatch watch(&work_.times.friction);
     const double change = friction_->change_to(lambda_.data(), 0.5 * h, step_velocity);
     friction_->add_change(0.5 * h * h, r);
     if (change <= friction_is_settled) return report;
-    ++model_.counters.friction_iterations;
+    ++work_.counters.friction_iterations;
     std::fill(step_.sum.begin(), step_.sum.end(), 0.0);
     const ProjectionReport again = projector_.project_along_gradients(t, r, step_.sum.data());
     report.iterations += again.iterations;
@@ -155,9 +156,9 @@ ProjectionReport StepProjection::project_step_velocities(double t, double h, con
     report.violation = again.violation;
     if (report.outcome = again.outcome; !report.outcome.ok()) return report;
     for (std::size_t a = 0; a < model_.num_rows(); ++a) lambda_[a] = 2.0 / h * sum[a];
-    const Stopwatch watch(&model_.times.friction);
+    const Stopwatch watch(&work_.times.friction);
     if (friction_->change_to(lambda_.data(), 0.5 * h, v) <= friction_is_settled) return report;
-    ++model_.counters.friction_iterations;
+    ++work_.counters.friction_iterations;
   }
   report.outcome = fail_friction(Status::NotConverged, t, "the iteration for the step's multipliers stalls");
   return report;

@@ -6,9 +6,9 @@
 #include "dynamics/forward_dynamics.hpp"
 #include "dynamics/friction_solver.hpp"
 #include "dynamics/linearization.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/projector.hpp"
 #include "dynamics/roles.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -16,13 +16,13 @@ namespace tanor {
 /// last ones, and friction becomes that of the step's own multipliers.
 class StepProjection final : public StepProjector {
  public:
-  StepProjection(Model& model, Linearization& linearization, Projector& projector, ForwardDynamics& dynamics);
+  StepProjection(Workspace& work, Linearization& linearization, Projector& projector, ForwardDynamics& dynamics);
   void set_friction(FrictionSolver* friction) {
     friction_ = friction;
     lambda_.resize(model_.num_rows());
   }
 
-  bool depends_on_velocity() const override { return model_.forces.depends_on_velocity() || friction_ != nullptr; }
+  bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || friction_ != nullptr; }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
@@ -45,7 +45,8 @@ class StepProjection final : public StepProjector {
   ProjectionReport settle_step_friction(double t, double h, double* r, double* step_velocity, ProjectionReport report);
   bool steps_with_friction() const;
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   Linearization& linearization_;
   Projector& projector_;
   ForwardDynamics& dynamics_;

@@ -15,19 +15,20 @@ constexpr double good_enough = 1e-12;  // error of w, of the largest acceleratio
 
 }  // namespace
 
-TangentDynamics::TangentDynamics(Model& model, TangentLinearization& linearization, SolveReport* report)
-    : model_(model),
+TangentDynamics::TangentDynamics(Workspace& work, TangentLinearization& linearization, SolveReport* report)
+    : work_(work),
+      model_(work.model()),
       linearization_(linearization),
       report_(*report),
-      has_closed_form_(model.coordinates.has_closed_form()) {
+      has_closed_form_(work.coordinates.has_closed_form()) {
   for (std::vector<double>* array : {&last_q_, &last_q_dot_, &last_q_ddot_, &columns_})
-    array->resize(model.coordinates.num_coordinates());
-  for (std::vector<double>* array : {&w_, &w0_, &points_}) array->resize(3 * model.num_points(), 0.0);
+    array->resize(work.coordinates.num_coordinates());
+  for (std::vector<double>* array : {&w_, &w0_, &points_}) array->resize(3 * model_.num_points(), 0.0);
 }
 
 Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, double* q_ddot) {
   const auto [t, q, q_dot] = at;
-  ++model_.counters.evaluations;
+  ++work_.counters.evaluations;
   const bool has_closed_form = !request.exact && friction_ == nullptr && has_closed_form_;
   if (has_closed_form && solve_in_closed_form(at, q_ddot)) {
     remember(at);
@@ -35,9 +36,9 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, dou
   }
   double scale = 0.0;
   {
-    const Stopwatch watch(&model_.times.evaluate);
+    const Stopwatch watch(&work_.times.evaluate);
     linearization_.evaluate(t, q, q_dot, true);
-    scale = larger(model_.evaluate_free(t, linearization_.r().data(), linearization_.v().data(), w0_.data()),
+    scale = larger(work_.evaluate_free(t, linearization_.r().data(), linearization_.v().data(), w0_.data()),
                    model_.largest_norm(linearization_.psi().data()));
   }
   report_.residual = 0.0;
@@ -54,7 +55,7 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, dou
 /// rho = A'(M w - f) from w = psi on; q_ddot -= H^-1 rho, w follows; again with what is left of it (refinement in w). A
 /// well conditioned H needs no second look: its error stays below `good_enough`.
 void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
-  const Stopwatch watch(&model_.times.solve);
+  const Stopwatch watch(&work_.times.solve);
   const double enough = exact ? 4.0 * eps : good_enough;
   const double expected = eps / report_.reciprocal_condition;
   constexpr int most_passes = 5;
@@ -75,37 +76,37 @@ void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
 bool TangentDynamics::solve_in_closed_form(const Kinematics& at, double* q_ddot) {
   const auto [t, q, q_dot] = at;
   const Vec3* const uniform = model_.uniform_free();
-  const Stopwatch watch(&model_.times.solve);
+  const Stopwatch watch(&work_.times.solve);
   if (uniform == nullptr) {
     linearization_.evaluate(t, q, q_dot, false);
-    (void)model_.evaluate_free(t, linearization_.r().data(), linearization_.v().data(), w0_.data());
+    (void)work_.evaluate_free(t, linearization_.r().data(), linearization_.v().data(), w0_.data());
   } else {
     linearization_.prescribe(t);
   }
-  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
             w_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
   const double condition =
-      model_.coordinates.accelerate(model_.parallel, q, q_dot, w0_.data(), uniform, q_ddot, w_.data());
+      work_.coordinates.accelerate(model_.parallel, q, q_dot, w0_.data(), uniform, q_ddot, w_.data());
   report_.reciprocal_condition = 1.0 / condition;
   report_.residual = std::numeric_limits<double>::epsilon() * condition;
   report_.refinements = 0;
   if (!(report_.residual <= good_enough)) return false;
-  ++model_.counters.factorizations;
-  ++model_.counters.solves;
+  ++work_.counters.factorizations;
+  ++work_.counters.solves;
   linearization_.leave_out_blocks();
   return true;
 }
 
 void TangentDynamics::complete() {
   if (linearization_.has_blocks()) return;
-  const Stopwatch watch(&model_.times.evaluate);
-  const double now = model_.time();
+  const Stopwatch watch(&work_.times.evaluate);
+  const double now = work_.time();
   linearization_.evaluate(t_, last_q_.data(), last_q_dot_.data(), true);
-  (void)model_.evaluate_free(t_, linearization_.r().data(), linearization_.v().data(), w0_.data());
+  (void)work_.evaluate_free(t_, linearization_.r().data(), linearization_.v().data(), w0_.data());
   linearization_.factorize_again();
-  (void)model_.coordinates.accelerate(model_.parallel, last_q_.data(), last_q_dot_.data(), w0_.data(), nullptr,
-                                      last_q_ddot_.data(), points_.data());
-  if (now != t_) model_.set_time(now);
+  (void)work_.coordinates.accelerate(model_.parallel, last_q_.data(), last_q_dot_.data(), w0_.data(), nullptr,
+                                     last_q_ddot_.data(), points_.data());
+  if (now != t_) work_.set_time(now);
 }
 
 void TangentDynamics::remember(const Kinematics& at) {
@@ -117,9 +118,9 @@ void TangentDynamics::remember(const Kinematics& at) {
 /// The last correction of w over the accelerations of its neighbourhood, the worst one; `correction`, `scale`: of all.
 double TangentDynamics::relative_correction(double correction, double scale) const {
   if (!(scale > 0.0)) return 0.0;
-  if (model_.scales.are_one()) return correction / scale;
-  const std::vector<double> changes = model_.largest_norms(points_.data()), free = model_.largest_norms(w0_.data()),
-                            psi = model_.largest_norms(linearization_.psi().data());
+  if (work_.scales.are_one()) return correction / scale;
+  const std::vector<double> changes = work_.largest_norms(points_.data()), free = work_.largest_norms(w0_.data()),
+                            psi = work_.largest_norms(linearization_.psi().data());
   double worst = 0.0;
   for (std::size_t k = 0; k < changes.size(); ++k) {
     const double own = std::max(free[k], psi[k]);
@@ -149,15 +150,15 @@ void TangentDynamics::write_place_along(double h, double* r) {
   complete();
   std::vector<double> q(size()), rates(3 * model_.num_points());
   for (std::size_t j = 0; j < size(); ++j) q[j] = last_q_[j] + h * last_q_dot_[j] + 0.5 * h * h * last_q_ddot_[j];
-  model_.set_time(t_ + h);
-  model_.prescribe_all(t_ + h, r, rates.data());
-  model_.coordinates.evaluate(model_.parallel, q.data(), last_q_dot_.data(), r, nullptr, nullptr, nullptr);
+  work_.set_time(t_ + h);
+  work_.prescribe_all(t_ + h, r, rates.data());
+  work_.coordinates.evaluate(model_.parallel, q.data(), last_q_dot_.data(), r, nullptr, nullptr, nullptr);
 }
 
 /// q_ddot -= H^-1 A'(M w - f), w the same way; returns the largest change of w.
 double TangentDynamics::correct(double* q_ddot) {
   const Parallel& parallel = model_.parallel;
-  ++model_.counters.solves;
+  ++work_.counters.solves;
   parallel.for_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       store(points_.data(), i, model_.mass[i] * (load(w_.data(), i) - load(w0_.data(), i)));
@@ -182,7 +183,7 @@ Power TangentDynamics::power() {
   complete();
   // M^-1 eta = w - w0
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];
-  Power result = model_.power(points_.data(), linearization_.r().data(), linearization_.v().data());
+  Power result = work_.power(points_.data(), linearization_.r().data(), linearization_.v().data());
   if (friction_ == nullptr) return result;
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) result.friction += tau_[i] * linearization_.v()[i];
   return result;
@@ -200,7 +201,7 @@ void TangentDynamics::write_reactions(double* eta) {
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
     store(eta, i, model_.mass[i] * (load(w_.data(), i) - load(w0_.data(), i)));
   }
-  model_.coordinates.add_support_reactions(eta);
+  work_.coordinates.add_support_reactions(eta);
 }
 
 /// w and w0 as they were found in the charts before, and what friction keeps.

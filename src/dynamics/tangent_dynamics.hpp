@@ -4,8 +4,8 @@
 
 #include "dynamics/equations_of_motion.hpp"
 #include "dynamics/instant.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/tangent_linearization.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -18,7 +18,7 @@ namespace tanor {
 class TangentDynamics {
  public:
   /// `report`: of the last solve; it outlives the dynamics, as the others do.
-  TangentDynamics(Model& model, TangentLinearization& linearization, SolveReport* report);
+  TangentDynamics(Workspace& work, TangentLinearization& linearization, SolveReport* report);
   /// Takes tau at every instant from equations with multipliers: friction that depends on reactions needs their
   /// multipliers (42).
   void take_friction_from(EquationsOfMotion* with_multipliers) { friction_ = with_multipliers; }
@@ -42,7 +42,7 @@ class TangentDynamics {
   /// The coordinates [s] of the places r [3n]. Charts move: what was left out belongs to the old ones.
   void locate(const double* r, std::vector<double>* q) {
     complete();
-    model_.coordinates.locate(r, q->data());
+    work_.coordinates.locate(r, q->data());
   }
   /// r(q + h q_dot + h^2/2 q_ddot, t + h) [3n] from the last solve.
   void write_place_along(double h, double* r);
@@ -63,7 +63,8 @@ class TangentDynamics {
   double relative_correction(double correction, double scale) const;
   void remember(const Kinematics& at);
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   TangentLinearization& linearization_;
   SolveReport& report_;
   EquationsOfMotion* friction_ = nullptr;  // null: constraints are ideal

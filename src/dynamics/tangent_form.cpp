@@ -7,26 +7,27 @@
 
 namespace tanor {
 
-TangentForm::TangentForm(Model& model, const SolverOptions& options)
-    : model_(model),
-      linearization_(model, options, &last_),
-      dynamics_(model, linearization_, &last_),
-      passages_(model),
-      drives_(model),
+TangentForm::TangentForm(Workspace& work, const SolverOptions& options)
+    : work_(work),
+      model_(work.model()),
+      linearization_(work, options, &last_),
+      dynamics_(work, linearization_, &last_),
+      passages_(work),
+      drives_(work),
       events_(linearization_, dynamics_),
       q_(size(), 0.0),
       rates_(size()) {
-  for (std::vector<double>* array : {&moved_, &rate_, &r_from_, &v_from_}) array->resize(3 * model.num_points(), 0.0);
+  for (std::vector<double>* array : {&moved_, &rate_, &r_from_, &v_from_}) array->resize(3 * model_.num_points(), 0.0);
   std::vector<double> no_rates(size());
-  model_.coordinates.write_start(q_.data(), no_rates.data());
+  work_.coordinates.write_start(q_.data(), no_rates.data());
 }
 
 void TangentForm::describe(PlanSummary* plan) const {
   linearization_.describe(plan);
   plan->left_out.push_back("projections: r(q, t) stays on the constraints by itself");
   plan->left_out.push_back("multipliers in steps: computed where they are asked for");
-  if (!model_.coordinates.depends_on_time()) plan->left_out.push_back("r_t terms: no coordinates depend on time");
-  if (!model_.coordinates.has_charts()) plan->left_out.push_back("recentring: coordinates without charts");
+  if (!work_.coordinates.depends_on_time()) plan->left_out.push_back("r_t terms: no coordinates depend on time");
+  if (!work_.coordinates.has_charts()) plan->left_out.push_back("recentring: coordinates without charts");
 }
 
 Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request, double* q_ddot) {
@@ -42,29 +43,29 @@ Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Reque
 ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double atol, double rtol) {
   dynamics_.complete();
   // What the errors of q and q_dot do at the points, with A at the step's end: A dq, A dq_dot.
-  const auto& coordinates = model_.coordinates;
+  const auto& coordinates = work_.coordinates;
   std::fill(moved_.begin(), moved_.end(), 0.0);
   linearization_.apply(errors.x, moved_.data());
   linearization_.apply(errors.v, rate_.data());
-  const double t_end = model_.time();
-  model_.set_time(t);
-  model_.prescribe_all(t, r_from_.data(), v_from_.data());
+  const double t_end = work_.time();
+  work_.set_time(t);
+  work_.prescribe_all(t, r_from_.data(), v_from_.data());
   coordinates.evaluate(model_.parallel, errors.x_from, errors.v_from, r_from_.data(), v_from_.data(), nullptr, nullptr);
-  model_.set_time(t_end);
-  return model_.error_ratios({moved_.data(), rate_.data(), r_from_.data(), v_from_.data(), linearization_.r().data(),
-                              linearization_.v().data()},
-                             atol, rtol);
+  work_.set_time(t_end);
+  return work_.error_ratios({moved_.data(), rate_.data(), r_from_.data(), v_from_.data(), linearization_.r().data(),
+                             linearization_.v().data()},
+                            atol, rtol);
 }
 
 Energy TangentForm::energy(double t, const double* q, const double* q_dot) {
   linearization_.evaluate(t, q, q_dot, false);
-  return model_.energy(linearization_.r().data(), linearization_.v().data());
+  return work_.energy(linearization_.r().data(), linearization_.v().data());
 }
 
 // ---- points and coordinates ----
 
 Outcome TangentForm::set_state(double t, const double* r, const double* v, double* q, double* q_dot) {
-  model_.set_time(t);
+  work_.set_time(t);
   dynamics_.locate(r, &q_);
   std::copy(q_.begin(), q_.end(), q);
   if (Outcome outcome = linearization_.find_rates(t, v, q, q_dot); !outcome.ok()) return outcome;
@@ -80,7 +81,7 @@ ProjectionReport TangentForm::project_positions(double t, double* q, Turn) {
   if (model_.num_rows() == 0) return {};
   linearization_.evaluate(t, q, rates_.data(), false);
   ProjectionReport report;
-  report.violation = model_.position_violation(t, linearization_.r().data());
+  report.violation = work_.position_violation(t, linearization_.r().data());
   constexpr double rounding = 1e-9;
   const double far = std::max(1.0, model_.largest_norm(linearization_.r().data()) / model_.smallest_length);
   if (!(report.violation <= rounding * far)) {
@@ -91,22 +92,22 @@ ProjectionReport TangentForm::project_positions(double t, double* q, Turn) {
 }
 
 ProjectionReport TangentForm::project_point_positions(double t, double* r) {
-  model_.set_time(t);
+  work_.set_time(t);
   dynamics_.locate(r, &q_);
   linearization_.evaluate(t, q_.data(), rates_.data(), false);
   std::copy(linearization_.r().begin(), linearization_.r().end(), r);
-  return {.outcome = {}, .correction = 0.0, .violation = model_.position_violation(t, r), .iterations = 1};
+  return {.outcome = {}, .correction = 0.0, .violation = work_.position_violation(t, r), .iterations = 1};
 }
 
 ProjectionReport TangentForm::project_point_velocities(double t, const double* r, double* v) {
-  model_.set_time(t);
+  work_.set_time(t);
   dynamics_.locate(r, &q_);
   ProjectionReport report;
   report.outcome = linearization_.find_rates(t, v, q_.data(), rates_.data());
   if (!report.outcome.ok()) return report;
   linearization_.evaluate(t, q_.data(), rates_.data(), false);
   std::copy(linearization_.v().begin(), linearization_.v().end(), v);
-  report.violation = model_.velocity_violation(t, r, v);
+  report.violation = work_.velocity_violation(t, r, v);
   report.iterations = 1;
   return report;
 }
@@ -120,27 +121,27 @@ void TangentForm::write_points(double t, const double* q, const double* q_dot, c
 }
 
 void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot) {
-  if (model_.coordinates.has_charts()) dynamics_.complete();  // in the charts that q belongs to
+  if (work_.coordinates.has_charts()) dynamics_.complete();  // in the charts that q belongs to
   if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {
     r_from_ = linearization_.r();
     v_from_ = linearization_.v();
     friction->recentre(t, r_from_.data(), v_from_.data(), nullptr);
   }
-  model_.set_time(t);
-  model_.coordinates.recentre(t, q, q_dot, q_ddot);
+  work_.set_time(t);
+  work_.coordinates.recentre(t, q, q_dot, q_ddot);
 }
 
 /// Charts, and what was found in those before.
 void TangentForm::exchange_memory(Memory& memory) {
   if (memory.reads()) dynamics_.complete();  // in the charts that the last accelerations belong to
-  model_.exchange_memory(memory);
-  model_.coordinates.exchange_memory(memory);
+  work_.exchange_memory(memory);
+  work_.coordinates.exchange_memory(memory);
   dynamics_.exchange_memory(memory);
 }
 
 void TangentForm::resume(const Counters& counters, const PhaseTimes& times) {
-  model_.counters = counters;
-  model_.times = times;
+  work_.counters = counters;
+  work_.times = times;
 }
 
 }  // namespace tanor

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "dynamics/equations_of_motion.hpp"
-#include "dynamics/model.hpp"
 #include "dynamics/tangent_dynamics.hpp"
 #include "dynamics/tangent_linearization.hpp"
 #include "dynamics/tangent_roles.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -15,16 +15,16 @@ namespace tanor {
 /// r(q, t) stays on the constraints by itself, and nothing is projected.
 class TangentForm final : public EquationsOfMotion {
  public:
-  TangentForm(Model& model, const SolverOptions& options);
+  TangentForm(Workspace& work, const SolverOptions& options);
 
-  std::size_t size() const override { return model_.coordinates.num_coordinates(); }
+  std::size_t size() const override { return work_.coordinates.num_coordinates(); }
   bool keeps_variables() const override { return false; }
   bool has_work() const override {
-    return model_.is_rheonomic() || model_.forces.has_work() || dynamics_.friction() != nullptr;
+    return model_.is_rheonomic() || work_.forces.has_work() || dynamics_.friction() != nullptr;
   }
   const Parallel& parallel() const override { return model_.parallel; }
   PointTolerances point_tolerances() const override {
-    return {model_.scales.position_tolerances(), model_.scales.velocity_tolerances(), model_.scales.accelerations()};
+    return {work_.scales.position_tolerances(), work_.scales.velocity_tolerances(), work_.scales.accelerations()};
   }
 
   void prescribe(double, double*, double*) override {}
@@ -34,7 +34,7 @@ class TangentForm final : public EquationsOfMotion {
     return dynamics_.solve(at, request, q_ddot);
   }
   const SolveReport& last_solve() const override { return last_; }
-  std::size_t rank() const override { return model_.rank; }
+  std::size_t rank() const override { return work_.rank; }
   Power power(const double*, const double*) override { return dynamics_.power(); }
   /// Nothing is moved; where constraints are given too their violation is measured.
   ProjectionReport project_positions(double t, double* q, Turn) override;
@@ -47,11 +47,11 @@ class TangentForm final : public EquationsOfMotion {
   RankMonitor* rank_monitor() override { return &rank_; }
   RoundingGroups* rounding_groups() override { return nullptr; }
   ForcePassages* force_passages() override {
-    return model_.may_be_passed(model_.coordinate_passages) ? &passages_ : nullptr;
+    return work_.may_be_passed(work_.coordinate_passages) ? &passages_ : nullptr;
   }
   SeriesExpansion* series() override { return nullptr; }
   std::string why_no_series() const override { return "the motion in coordinates is not expanded in time"; }
-  DriveMonitor* drives() override { return !model_.drives.empty() ? &drives_ : nullptr; }
+  DriveMonitor* drives() override { return !work_.drives.empty() ? &drives_ : nullptr; }
   EventFunctions* events() override { return events_.has_some() ? &events_ : nullptr; }
   ImplicitFormulation* implicit_formulation() override { return nullptr; }
 
@@ -77,7 +77,8 @@ class TangentForm final : public EquationsOfMotion {
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   SolveReport last_;
   TangentLinearization linearization_;
   TangentDynamics dynamics_;

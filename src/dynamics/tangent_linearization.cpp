@@ -6,40 +6,41 @@
 
 namespace tanor {
 
-TangentLinearization::TangentLinearization(Model& model, const SolverOptions& options, SolveReport* report)
-    : TangentLinearization(model, options, model.coordinates.list_products(model.mass), report) {}
+TangentLinearization::TangentLinearization(Workspace& work, const SolverOptions& options, SolveReport* report)
+    : TangentLinearization(work, options, work.coordinates.list_products(work.model().mass), report) {}
 
-TangentLinearization::TangentLinearization(Model& model, const SolverOptions& options,
+TangentLinearization::TangentLinearization(Workspace& work, const SolverOptions& options,
                                            const std::vector<Product>& products, SolveReport* report)
-    : model_(model),
+    : work_(work),
+      model_(work.model()),
       report_(*report),
       num_products_(products.size()),
-      solver_(products, {model.coordinates.island_start(), model.coordinates.num_coordinates()}, options.ordering),
-      blocks_(3 * model.coordinates.num_blocks()),
-      columns_(model.coordinates.num_coordinates()) {
-  for (std::vector<double>* array : {&r_, &v_, &psi_, &points_, &moved_}) array->resize(3 * model.num_points(), 0.0);
+      solver_(products, {work.coordinates.island_start(), work.coordinates.num_coordinates()}, options.ordering),
+      blocks_(3 * work.coordinates.num_blocks()),
+      columns_(work.coordinates.num_coordinates()) {
+  for (std::vector<double>* array : {&r_, &v_, &psi_, &points_, &moved_}) array->resize(3 * model_.num_points(), 0.0);
 }
 
 void TangentLinearization::prescribe(double t) {
-  model_.set_time(t);
-  model_.prescribe_all(t, r_.data(), v_.data());
+  work_.set_time(t);
+  work_.prescribe_all(t, r_.data(), v_.data());
 }
 
 void TangentLinearization::evaluate(double t, const double* q, const double* q_dot, bool with_blocks) {
   has_blocks_ = has_blocks_ || with_blocks;
   prescribe(t);
-  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
             psi_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
-  model_.coordinates.evaluate(model_.parallel, q, q_dot, r_.data(), v_.data(), psi_.data(),
-                              with_blocks ? blocks_.data() : nullptr);
+  work_.coordinates.evaluate(model_.parallel, q, q_dot, r_.data(), v_.data(), psi_.data(),
+                             with_blocks ? blocks_.data() : nullptr);
 }
 
 Outcome TangentLinearization::factorize(double t) {
-  const GramSolver::Quality quality = model_.factorize(&solver_, blocks_.data());
+  const GramSolver::Quality quality = work_.factorize(&solver_, blocks_.data());
   report_.reciprocal_condition = quality.reciprocal_condition;
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
   return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " +
-                                model_.coordinates.name_coordinate(model_.system, quality.weakest_row) +
+                                work_.coordinates.name_coordinate(model_.system, quality.weakest_row) +
                                 " moves no point, or others move the points the same way"};
 }
 
@@ -77,13 +78,13 @@ void TangentLinearization::find_reactions(const double* force, double* eta) {
   // eta -= M A H^-1 A'eta, until A'eta = 0 to rounding
   constexpr int passes = 3;
   for (int pass = 0; pass < passes; ++pass) {
-    ++model_.counters.solves;
+    ++work_.counters.solves;
     apply_transposed(eta, columns_.data());
     solve_negative(columns_.data());
     apply(columns_.data(), points_.data());
     for (std::size_t i = 0; i < moving; ++i) eta[i] += model_.mass[i / 3] * points_[i];
   }
-  model_.coordinates.add_support_reactions(eta);
+  work_.coordinates.add_support_reactions(eta);
 }
 
 double TangentLinearization::predicted_flops() const {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "schur/gram_solver.hpp"
 
 namespace tanor {
@@ -13,7 +13,7 @@ namespace tanor {
 class TangentLinearization {
  public:
   /// `report`: gets the condition of H of each factorization; it outlives the linearization, as the model does.
-  TangentLinearization(Model& model, const SolverOptions& options, SolveReport* report);
+  TangentLinearization(Workspace& work, const SolverOptions& options, SolveReport* report);
 
   /// r, v and psi at (t, q, q_dot), and A where it is wanted.
   void evaluate(double t, const double* q, const double* q_dot, bool with_blocks);
@@ -37,11 +37,11 @@ class TangentLinearization {
   double estimate_reciprocal_condition() { return solver_.estimate_reciprocal_condition(); }
   /// points = A x [3n], of points that move.
   void apply(const double* x, double* points) const {
-    model_.coordinates.apply(model_.parallel, blocks_.data(), x, points);
+    work_.coordinates.apply(model_.parallel, blocks_.data(), x, points);
   }
   /// x = A'points [s]
   void apply_transposed(const double* points, double* x) const {
-    model_.coordinates.apply_transposed(model_.parallel, blocks_.data(), points, x);
+    work_.coordinates.apply_transposed(model_.parallel, blocks_.data(), points, x);
   }
 
   /// H q_dot = A'M (v - r_t): the rates [s] at (t, q) nearest to v [3n] in the M-norm.
@@ -56,10 +56,11 @@ class TangentLinearization {
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
 
-  TangentLinearization(Model& model, const SolverOptions& options, const std::vector<Product>& products,
+  TangentLinearization(Workspace& work, const SolverOptions& options, const std::vector<Product>& products,
                        SolveReport* report);
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   SolveReport& report_;
   const std::size_t num_products_;
   GramSolver solver_;

@@ -3,24 +3,24 @@
 namespace tanor {
 
 Kinematics TangentPassages::find_points(const Kinematics& at, double* r, double* v) {
-  const double t_before = model_.time();
-  model_.set_time(at.t);
-  model_.prescribe_all(at.t, r, v);
-  model_.coordinates.evaluate(model_.parallel, at.x, at.v, r, v, nullptr, nullptr);
-  model_.set_time(t_before);
+  const double t_before = work_.time();
+  work_.set_time(at.t);
+  work_.prescribe_all(at.t, r, v);
+  work_.coordinates.evaluate(work_.model().parallel, at.x, at.v, r, v, nullptr, nullptr);
+  work_.set_time(t_before);
   return {at.t, r, v};
 }
 
 DriveReport TangentDrives::look_at_drives(const DrivenStep& step) {
-  users_q_.resize(model_.coordinates.num_coordinates());
-  for (std::vector<double>* array : {&r_, &v_}) array->resize(3 * model_.num_points());
-  model_.coordinates.scatter(step.x, users_q_.data());
-  const double t_now = model_.time();
-  model_.set_time(step.t);
-  model_.prescribe_all(step.t, r_.data(), v_.data());
-  model_.coordinates.evaluate(model_.parallel, step.x, step.v, r_.data(), v_.data(), nullptr, nullptr);
-  model_.set_time(t_now);
-  return model_.drives.look(step, {r_.data(), v_.data(), users_q_.data(), model_.scales});
+  users_q_.resize(work_.coordinates.num_coordinates());
+  for (std::vector<double>* array : {&r_, &v_}) array->resize(3 * work_.model().num_points());
+  work_.coordinates.scatter(step.x, users_q_.data());
+  const double t_now = work_.time();
+  work_.set_time(step.t);
+  work_.prescribe_all(step.t, r_.data(), v_.data());
+  work_.coordinates.evaluate(work_.model().parallel, step.x, step.v, r_.data(), v_.data(), nullptr, nullptr);
+  work_.set_time(t_now);
+  return work_.drives.look(step, {r_.data(), v_.data(), users_q_.data(), work_.scales});
 }
 
 // ---- events ----

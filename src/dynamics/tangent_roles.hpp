@@ -20,23 +20,23 @@ class TangentRank final : public RankMonitor {
 
 class TangentPassages final : public ForcePassages {
  public:
-  explicit TangentPassages(Model& model) : model_(model) {}
-  std::size_t num_points() const override { return model_.num_points(); }
+  explicit TangentPassages(Workspace& work) : work_(work) {}
+  std::size_t num_points() const override { return work_.model().num_points(); }
   Kinematics find_points(const Kinematics& at, double* r, double* v) override;
-  double find_passage(PointPath* path) override { return model_.find_passage(model_.coordinate_passages, path); }
+  double find_passage(PointPath* path) override { return work_.find_passage(work_.coordinate_passages, path); }
 
  private:
-  Model& model_;
+  Workspace& work_;
 };
 
 class TangentDrives final : public DriveMonitor {
  public:
-  explicit TangentDrives(Model& model) : model_(model) {}
+  explicit TangentDrives(Workspace& work) : work_(work) {}
   DriveReport look_at_drives(const DrivenStep& step) override;
-  std::string name_drive(std::size_t drive) const override { return model_.drives.name(drive); }
+  std::string name_drive(std::size_t drive) const override { return work_.drives.name(drive); }
 
  private:
-  Model& model_;
+  Workspace& work_;
   std::vector<double> users_q_, r_, v_;  // [s], [3n], [3n] scratch
 };
 

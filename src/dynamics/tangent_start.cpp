@@ -31,8 +31,9 @@ double any_number(std::size_t j) {
 }
 
 /// Throws InputError that names the point whose given position or velocity is farthest from its coordinates'.
-void check_start(const Model& model, const StartReport& report, const std::vector<double>& r_given,
+void check_start(const Workspace& work, const StartReport& report, const std::vector<double>& r_given,
                  const std::vector<double>& v_given, const double* r, const double* v) {
+  const Model& model = work.model();
   const auto refuse = [&](const char* what, const std::vector<double>& given, const double* found, double by,
                           const std::string& scale) {
     const std::size_t point = worst_point(given, std::vector<double>(found, found + given.size()));
@@ -46,54 +47,55 @@ void check_start(const Model& model, const StartReport& report, const std::vecto
     refuse("position", r_given, r, report.position_correction,
            " m (the scene's size is " + text(model.scene_size) + ")");
   }
-  if (!(report.velocity_correction <= allowed * model.velocity_scale)) {
+  if (!(report.velocity_correction <= allowed * work.velocity_scale)) {
     refuse("velocity", v_given, v, report.velocity_correction,
-           " m/s (the velocity scale is " + text(model.velocity_scale) + ")");
+           " m/s (the velocity scale is " + text(work.velocity_scale) + ")");
   }
 }
 
 /// Where constraints are given as well: xi(r(q, t), t) = 0, K'v + xi_t = 0 and K'A = 0 (3).
-void check_constraints(Model& model, const TangentLinearization& at) {
+void check_constraints(Workspace& work, const TangentLinearization& at) {
+  const Model& model = work.model();
   if (model.num_rows() == 0) return;
   constexpr double rounding = 1e-9;
   std::vector<double> position(model.num_rows()), velocity(model.num_rows());
-  model.constraints.measure(at.r().data(), at.v().data(), position.data(), velocity.data());
+  work.constraints.measure(at.r().data(), at.v().data(), position.data(), velocity.data());
   const auto name_worst = [&](const std::vector<double>& values) {
     const auto worst = std::max_element(values.begin(), values.end());
-    return model.name_row(static_cast<std::size_t>(worst - values.begin())) + " by " + text(*worst);
+    return work.name_row(static_cast<std::size_t>(worst - values.begin())) + " by " + text(*worst);
   };
   const double far = std::max(1.0, model.largest_norm(at.r().data()) / model.smallest_length);
   if (!(*std::max_element(position.begin(), position.end()) <= rounding * far)) {
     throw InputError("/coordinates", "the places that the coordinates describe violate " + name_worst(position) +
                                          " of its length; both must describe the same motion");
   }
-  if (!(*std::max_element(velocity.begin(), velocity.end()) <= rounding * far * model.velocity_scale)) {
+  if (!(*std::max_element(velocity.begin(), velocity.end()) <= rounding * far * work.velocity_scale)) {
     throw InputError("/coordinates", "the velocities that the coordinates describe violate " + name_worst(velocity) +
                                          " m/s; both must describe the same motion");
   }
   // K'psi + phi = 0: with K'A = 0 the motion stays on the constraints
   std::vector<double> second(model.num_rows()), nothing(at.r().size(), 0.0);
   const auto evaluate_second = [&](const std::vector<double>& w) {
-    return model.constraints.evaluate_right_side(model.parallel, at.r().data(), at.v().data(), w.data(), second.data(),
-                                                 nullptr);
+    return work.constraints.evaluate_right_side(model.parallel, at.r().data(), at.v().data(), w.data(), second.data(),
+                                                nullptr);
   };
   const double acceleration_scale = evaluate_second(nothing) + model.largest_norm(at.psi().data()) +
-                                    model.velocity_scale * model.velocity_scale / model.scene_size;
+                                    work.velocity_scale * work.velocity_scale / model.scene_size;
   if (!(evaluate_second(at.psi()) <= rounding * far * acceleration_scale)) {
     for (double& each : second) each = std::abs(each);
     throw InputError("/coordinates", "the accelerations that the coordinates describe violate " + name_worst(second) +
                                          " m/s^2; both must describe the same motion");
   }
   // K'A x = 0 for any x: as many tries as find a wrong column of A with certainty in practice
-  std::vector<double> blocks(3 * model.constraints.num_blocks()), rows(model.num_rows()),
-      x(model.coordinates.num_coordinates()), points(at.r().size(), 0.0);
-  model.constraints.evaluate_gradients(model.parallel, at.r().data(), blocks.data());
+  std::vector<double> blocks(3 * work.constraints.num_blocks()), rows(model.num_rows()),
+      x(work.coordinates.num_coordinates()), points(at.r().size(), 0.0);
+  work.constraints.evaluate_gradients(model.parallel, at.r().data(), blocks.data());
   for (int attempt = 0; attempt < 3; ++attempt) {
     for (std::size_t j = 0; j < x.size(); ++j) x[j] = any_number(j * static_cast<std::size_t>(attempt + 1));
     at.apply(x.data(), points.data());
     const double size_of_Ax = model.largest_norm(points.data());
     const double worst =
-        model.constraints.apply_transposed(model.parallel, blocks.data(), points.data(), nullptr, rows.data());
+        work.constraints.apply_transposed(model.parallel, blocks.data(), points.data(), nullptr, rows.data());
     if (!(worst <= rounding * size_of_Ax)) {
       for (double& row : rows) row = std::abs(row);
       const auto row = std::max_element(rows.begin(), rows.end()) - rows.begin();
@@ -117,30 +119,30 @@ void check_constraints(Model& model, const TangentLinearization& at) {
 
 StartReport TangentForm::start(double t, double* r, double* v, StartMode mode) {
   const std::size_t n = 3 * model_.num_points();
-  model_.set_time(t);
-  model_.prescribe_all(t, r, v);  // what is said about supports does not count
+  work_.set_time(t);
+  work_.prescribe_all(t, r, v);  // what is said about supports does not count
   const std::vector<double> r_given(r, r + n);
   std::vector<double> v_given(v, v + n), q(size()), q_dot(size());
   StartReport report;
 
   // q of the given places, but where the user gave q himself
   dynamics_.locate(r, &q_);
-  model_.coordinates.write_start(q_.data(), rates_.data());
+  work_.coordinates.write_start(q_.data(), rates_.data());
   if (report.outcome = linearization_.find_rates(t, v, q_.data(), q_dot.data()); !report.outcome.ok()) return report;
   // There his rates count as well, and what `velocities` say about such points does not.
-  model_.coordinates.write_start(q_.data(), q_dot.data());
+  work_.coordinates.write_start(q_.data(), q_dot.data());
   linearization_.evaluate(t, q_.data(), q_dot.data(), true);
-  model_.coordinates.copy_where_given(linearization_.v().data(), v_given.data());
+  work_.coordinates.copy_where_given(linearization_.v().data(), v_given.data());
 
   std::copy(linearization_.r().begin(), linearization_.r().end(), r);
   std::copy(linearization_.v().begin(), linearization_.v().end(), v);
-  model_.measure_velocity_scale(t, r, v);
+  work_.measure_velocity_scale(t, r, v);
   report.position_correction = model_.largest_move(r, r_given.data());
   report.velocity_correction = model_.largest_move(v, v_given.data());
   report.relative =
-      std::max(report.position_correction / model_.scene_size, report.velocity_correction / model_.velocity_scale);
-  if (mode == StartMode::Check) check_start(model_, report, r_given, v_given, r, v);
-  check_constraints(model_, linearization_);
+      std::max(report.position_correction / model_.scene_size, report.velocity_correction / work_.velocity_scale);
+  if (mode == StartMode::Check) check_start(work_, report, r_given, v_given, r, v);
+  check_constraints(work_, linearization_);
   q_ = q;
   return report;
 }

@@ -28,7 +28,7 @@ std::vector<double> negative(const double* x, std::size_t size) {
 
 }  // namespace
 
-Causes::Causes(Forms& forms) : forms_(forms), model_(forms.model) {
+Causes::Causes(Forms& forms) : forms_(forms), work_(forms.work), model_(forms.model) {
   System alone = model_.system;
   for (const Force& force : model_.system.forces) {
     alone.forces = {force};
@@ -75,8 +75,8 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
     // b = K'M^-1 f
     for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] = model_.inverse_mass[i / 3] * f[i];
     if (num_rows > 0) {
-      model_.constraints.apply_transposed(model_.parallel, normal.linearization().blocks().data(), w0.data(), nullptr,
-                                          b.data());
+      work_.constraints.apply_transposed(model_.parallel, normal.linearization().blocks().data(), w0.data(), nullptr,
+                                         b.data());
     }
     add(name, b);
   };
@@ -90,7 +90,7 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
   const std::vector<double> nothing(size, 0.0), minus_v = negative(v, size);
   const auto phi = [&](const double* velocities, const std::vector<double>& accelerations) {
     std::vector<double> rows(num_rows);
-    model_.constraints.evaluate_right_side(model_.parallel, r, velocities, accelerations.data(), rows.data(), nullptr);
+    work_.constraints.evaluate_right_side(model_.parallel, r, velocities, accelerations.data(), rows.data(), nullptr);
     return rows;
   };
   const std::vector<double> whole = phi(v, nothing);
@@ -102,11 +102,11 @@ std::vector<ReactionPart> Causes::find_by_constraints(double t, const double* r,
   add("inertia", terms.quadratic);
   // K_s'a_s
   std::vector<double> given(nothing);
-  std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+  std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
             given.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
   if (num_rows > 0) {
-    model_.constraints.apply_transposed(model_.parallel, normal.linearization().blocks().data(), given.data(),
-                                        terms.rest.data(), b.data());
+    work_.constraints.apply_transposed(model_.parallel, normal.linearization().blocks().data(), given.data(),
+                                       terms.rest.data(), b.data());
   }
   add("drive", b);
   return result;
@@ -129,13 +129,12 @@ std::vector<ReactionPart> Causes::find_by_coordinates(double t, const double* r,
     add(name);
   });
 
-  const std::size_t s = model_.coordinates.num_coordinates();
+  const std::size_t s = work_.coordinates.num_coordinates();
   const auto psi = [&](const double* rates) {
     std::vector<double> places(r, r + size), velocities(v, v + size), result_psi(size, 0.0);
-    std::copy(model_.support_accelerations.begin(), model_.support_accelerations.end(),
+    std::copy(work_.support_accelerations.begin(), work_.support_accelerations.end(),
               result_psi.begin() + static_cast<std::ptrdiff_t>(moving));
-    model_.coordinates.evaluate(model_.parallel, q, rates, places.data(), velocities.data(), result_psi.data(),
-                                nullptr);
+    work_.coordinates.evaluate(model_.parallel, q, rates, places.data(), velocities.data(), result_psi.data(), nullptr);
     return result_psi;
   };
   const std::vector<double> rest(s, 0.0), minus_q_dot = negative(q_dot, s), whole = psi(q_dot);

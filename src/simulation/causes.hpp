@@ -29,7 +29,8 @@ class Causes {
   void for_each_force(double t, const double* r, const double* v, const Use& use);
 
   Forms& forms_;
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   std::vector<std::unique_ptr<Forces>> forces_;  // one an entry
 };
 

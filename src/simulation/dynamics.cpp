@@ -43,7 +43,8 @@ constexpr double smallest_number = std::numeric_limits<double>::min();
 /// Reads and writes the host's arrays once a call.
 struct Dynamics::Implementation {
   Forms forms;
-  Model& model = forms.model;
+  Workspace& work = forms.work;
+  const Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
   const Form form_wanted;
   // The state that was solved last, as it was given, …
@@ -84,7 +85,7 @@ struct Dynamics::Implementation {
       std::fill(inner_v->begin(), inner_v->end(), 0.0);
     else
       numbering().gather_points(at.velocities, *inner_v);
-    model.prescribe_all(at.time, inner_r->data(), inner_v->data());
+    work.prescribe_all(at.time, inner_r->data(), inner_v->data());
   }
 
   /// One instant is solved to rounding, and asks for other solutions.
@@ -146,21 +147,21 @@ Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N)
   // The factor of S knows what sticks, the split does not.
   const bool one_mass_serves = has_one_mass(model) && normal.events() == nullptr;
   if (!normal_space)
-    normal_space = std::make_unique<NormalSpace>(model, one_mass_serves ? &normal.linearization() : nullptr);
-  if (normal.events() != nullptr) split_blocks = model.without_contacts(normal.linearization().blocks());
+    normal_space = std::make_unique<NormalSpace>(work, one_mass_serves ? &normal.linearization() : nullptr);
+  if (normal.events() != nullptr) split_blocks = work.without_contacts(normal.linearization().blocks());
   const std::vector<double>& blocks = normal.events() != nullptr ? split_blocks : normal.linearization().blocks();
   if (Outcome outcome = normal_space->factorize(t, r.data(), blocks.data()); !outcome.ok()) return outcome;
   std::vector<double> c(model.num_rows()), mu(model.num_rows()), given(num_numbers(), 0.0);
-  std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
+  std::copy(work.support_accelerations.begin(), work.support_accelerations.end(),
             given.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()));
   // K'w_N = -phi, with the supports' accelerations in phi (21)
-  model.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), given.data(), c.data(), nullptr);
+  work.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), given.data(), c.data(), nullptr);
   for (double& each : c) each = -each;
   for (std::size_t a = 0; a < c.size(); ++a) {
     if (numbering().is_contact_row(a)) c[a] = 0.0;
   }
   normal_space->find_least(c.data(), w_N, mu.data());
-  normal_space->project(model.f.data(), f_N, mu.data());
+  normal_space->project(work.f.data(), f_N, mu.data());
   normal_space->project(tau.data(), tau_N.data(), mu.data());
 
   // (44): M^-1 K x stays in N?
@@ -175,7 +176,7 @@ Outcome Dynamics::Implementation::split_by_constraints(double* w_N, double* f_N)
 
 Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N) {
   TangentForm& tangent = *forms.tangent;
-  if (!tangent_space) tangent_space = std::make_unique<TangentSpace>(model);
+  if (!tangent_space) tangent_space = std::make_unique<TangentSpace>(work);
   if (Outcome outcome = tangent_space->factorize(t, tangent.dynamics().blocks().data()); !outcome.ok()) return outcome;
   // u_N = (I - A G^-1 A') u (22)
   const auto normal_part = [&](const std::vector<double>& u, double* u_N) {
@@ -183,13 +184,13 @@ Outcome Dynamics::Implementation::split_by_coordinates(double* w_N, double* f_N)
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) u_N[i] = u[i] - u_N[i];
   };
   normal_part(tangent.dynamics().psi(), w_N);
-  normal_part(model.f, f_N);
+  normal_part(work.f, f_N);
   std::fill(tau_N.begin(), tau_N.end(), 0.0);  // coordinates alone name no guides
 
   // (44): M A x stays in T?
   std::vector<double> u(num_numbers(), 0.0), u_N(num_numbers(), 0.0);
   const std::vector<double> any = random_numbers(tangent.size());
-  model.coordinates.apply(model.parallel, tangent.dynamics().blocks().data(), any.data(), u.data());
+  work.coordinates.apply(model.parallel, tangent.dynamics().blocks().data(), any.data(), u.data());
   for (std::size_t i = 0; i < u.size(); ++i) u[i] *= model.mass[i / 3];
   normal_part(u, u_N.data());
   mass_coupling = model.largest_norm(u_N.data()) / std::max(model.largest_norm(u.data()), smallest_number);
@@ -219,10 +220,10 @@ const PlanSummary& Dynamics::plan() const {
   return live(implementation_, "Dynamics").forms.plan;
 }
 PhaseTimes Dynamics::phase_times() const {
-  return live(implementation_, "Dynamics").model.times;
+  return live(implementation_, "Dynamics").work.times;
 }
 Counters Dynamics::counters() const {
-  return live(implementation_, "Dynamics").model.counters;
+  return live(implementation_, "Dynamics").work.counters;
 }
 
 /// The load that supports carry (K lambda + f there), f and tau, where the forms stand.
@@ -231,10 +232,10 @@ void Dynamics::Implementation::write_forces(const SolveArrays& wanted) {
     for (std::size_t i = 0; i < model.num_points(); ++i) {
       const bool moves = i < model.num_moving();
       store(wanted.support_forces.data(), numbering().user_point[i],
-            moves ? Vec3{} : load(eta.data(), i) + load(model.f.data(), i));
+            moves ? Vec3{} : load(eta.data(), i) + load(work.f.data(), i));
     }
   }
-  if (!wanted.active_forces.empty()) numbering().scatter_points(model.f, wanted.active_forces);
+  if (!wanted.active_forces.empty()) numbering().scatter_points(work.f, wanted.active_forces);
   if (wanted.friction_forces.empty()) return;
   std::vector<double> friction(num_numbers());
   forms.main->friction_forces(friction.data());
@@ -243,7 +244,7 @@ void Dynamics::Implementation::write_forces(const SolveArrays& wanted) {
 
 void Dynamics::Implementation::write_coordinates(const SolveArrays& wanted) const {
   const auto write = [&](const std::vector<double>& inner, std::span<double> users) {
-    if (!users.empty()) model.coordinates.scatter(inner.data(), users.data());
+    if (!users.empty()) work.coordinates.scatter(inner.data(), users.data());
   };
   write(x, wanted.coordinates);
   write(x_dot, wanted.coordinate_rates);
@@ -299,7 +300,7 @@ Solution Dynamics::solution(const StateView& at) {
                     .outcome;
   self.numbering().scatter_points(self.r, now.positions);
   self.numbering().scatter_points(self.v, now.velocities);
-  now.position_violation = self.model.position_violation(at.time, self.r.data());
+  now.position_violation = self.work.position_violation(at.time, self.r.data());
   return now;
 }
 
@@ -331,7 +332,7 @@ Split Dynamics::split(const StateView& at) {
     self.numbering().scatter_points(u_N, *normal);
   };
   write(self.w, w_N, &result.tangent_accelerations, &result.normal_accelerations);
-  write(self.model.f, f_N, &result.tangent_forces, &result.normal_forces);
+  write(self.work.f, f_N, &result.tangent_forces, &result.normal_forces);
   write(self.tau, self.tau_N, &result.tangent_friction, &result.normal_friction);
   result.mass_coupling = self.mass_coupling;
   return result;
@@ -355,7 +356,7 @@ FrictionBlocks Dynamics::friction_by_blocks(const StateView& at) {
   if (!self.model.has_friction()) throw InputError("/friction", "there is none: (43) has nothing to find");
   constexpr int most_iterations = 2000;
   result.outcome =
-      iterate_friction_blocks(*self.forms.normal, self.model, {self.t, self.r, self.v}, most_iterations, &result);
+      iterate_friction_blocks(*self.forms.normal, self.work, {self.t, self.r, self.v}, most_iterations, &result);
   return result;
 }
 
@@ -410,14 +411,14 @@ double Dynamics::position_violation(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
   self.leave_for(at);
-  return self.model.position_violation(at.time, self.y.data());
+  return self.work.position_violation(at.time, self.y.data());
 }
 
 double Dynamics::velocity_violation(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
   self.leave_for(at);
-  return self.model.velocity_violation(at.time, self.y.data(), self.z.data());
+  return self.work.velocity_violation(at.time, self.y.data(), self.z.data());
 }
 
 }  // namespace tanor

@@ -64,7 +64,8 @@ void check_time(double t) {
 }  // namespace
 
 struct InverseDynamics::Implementation {
-  Model model;
+  Workspace work;
+  const Model& model{work.model()};
   std::optional<NormalSpace> normal;    // none: coordinates alone are given
   std::optional<TangentSpace> tangent;  // only where they are
   std::optional<DirectFriction> friction;
@@ -75,20 +76,20 @@ struct InverseDynamics::Implementation {
   std::vector<std::size_t> coordinate;  // [user's] -> inner
 
   Implementation(System system, const SolverOptions& options)
-      : model(std::move(system), options, 0.0),
+      : work(std::move(system), options, 0.0),
         row_norms(model.num_rows()),
-        q(model.coordinates.num_coordinates()),
+        q(work.coordinates.num_coordinates()),
         q_dot(q.size()),
         coordinate(order_coordinates(model.system)) {
     for (std::vector<double>* array : {&r, &v, &w, &w0}) array->resize(size());
-    if (model.coordinates.empty() || model.num_rows() > 0) {
-      normal.emplace(model);
-      if (model.has_friction()) friction.emplace(model, *normal);
-      blocks.resize(3 * model.constraints.num_blocks());
+    if (work.coordinates.empty() || model.num_rows() > 0) {
+      normal.emplace(work);
+      if (model.has_friction()) friction.emplace(work, *normal);
+      blocks.resize(3 * work.constraints.num_blocks());
     } else {
-      tangent.emplace(model);
-      blocks.resize(3 * model.coordinates.num_blocks());
-      model.coordinates.write_start(q.data(), q_dot.data());
+      tangent.emplace(work);
+      blocks.resize(3 * work.coordinates.num_blocks());
+      work.coordinates.write_start(q.data(), q_dot.data());
     }
   }
 
@@ -107,7 +108,7 @@ struct InverseDynamics::Implementation {
   }
   void compare(const std::vector<double>& rows, Violation* violation) const {
     for (std::size_t a = 0; a < rows.size(); ++a) {
-      if (std::abs(rows[a]) > violation->largest) *violation = {std::abs(rows[a]), model.name_row(a)};
+      if (std::abs(rows[a]) > violation->largest) *violation = {std::abs(rows[a]), work.name_row(a)};
     }
   }
 
@@ -121,8 +122,8 @@ struct InverseDynamics::Implementation {
 /// Supports move as prescribed; the given motion is judged by that.
 void InverseDynamics::Implementation::put_supports(double t, MotionForces* result) {
   const std::vector<double> r_given = r, v_given = v, w_given = w;
-  model.prescribe_all(t, r.data(), v.data());
-  std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
+  work.prescribe_all(t, r.data(), v.data());
+  std::copy(work.support_accelerations.begin(), work.support_accelerations.end(),
             w.begin() + static_cast<std::ptrdiff_t>(moving()));
   const std::size_t first = model.num_moving(), end = model.num_points();
   compare(r_given, r, model.scene_size, first, end, &result->position);
@@ -133,10 +134,10 @@ void InverseDynamics::Implementation::put_supports(double t, MotionForces* resul
 Outcome InverseDynamics::Implementation::measure_constraints(double t, MotionForces* result) {
   std::vector<double> position(model.num_rows()), velocity(position), acceleration(position);
   if (!position.empty()) {
-    model.constraints.measure(r.data(), v.data(), position.data(), velocity.data());
+    work.constraints.measure(r.data(), v.data(), position.data(), velocity.data());
     // K'w + phi
-    model.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), w.data(), acceleration.data(),
-                                          blocks.data());
+    work.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), w.data(), acceleration.data(),
+                                         blocks.data());
     std::fill(row_norms.begin(), row_norms.end(), 0.0);
     for (const Incidence& incidence : model.incidences) {
       double& largest = row_norms[static_cast<std::size_t>(incidence.row)];
@@ -155,16 +156,16 @@ Outcome InverseDynamics::Implementation::measure_constraints(double t, MotionFor
 Outcome InverseDynamics::Implementation::measure_coordinates(double t, MotionForces* result) {
   std::vector<double> places = r, rates = v, psi(size()), part(size()), rest(size(), 0.0);
   const std::vector<double> no_rates(q.size(), 0.0);
-  model.coordinates.locate(r.data(), q.data());
-  model.coordinates.evaluate(model.parallel, q.data(), no_rates.data(), places.data(), rates.data(), psi.data(),
-                             blocks.data());
+  work.coordinates.locate(r.data(), q.data());
+  work.coordinates.evaluate(model.parallel, q.data(), no_rates.data(), places.data(), rates.data(), psi.data(),
+                            blocks.data());
   compare(r, places, model.scene_size, 0, model.num_moving(), &result->position);
   if (Outcome outcome = tangent->factorize(t, blocks.data()); !outcome.ok()) return outcome;
   // G q_dot = A'(v - r_t)
   for (std::size_t i = 0; i < moving(); ++i) rest[i] = v[i] - rates[i];
   tangent->project(rest.data(), part.data(), q_dot.data());
   compare(rest, part, 1.0, 0, model.num_moving(), &result->velocity);
-  model.coordinates.evaluate(model.parallel, q.data(), q_dot.data(), places.data(), rates.data(), psi.data(), nullptr);
+  work.coordinates.evaluate(model.parallel, q.data(), q_dot.data(), places.data(), rates.data(), psi.data(), nullptr);
   for (std::size_t i = 0; i < moving(); ++i) rest[i] = w[i] - psi[i];
   tangent->project(rest.data(), part.data());
   compare(rest, part, 1.0, 0, model.num_moving(), &result->acceleration);
@@ -174,7 +175,7 @@ Outcome InverseDynamics::Implementation::measure_coordinates(double t, MotionFor
 /// Mw - f - tau = eta + u_T
 Outcome InverseDynamics::Implementation::divide_force(double t, MotionForces* result) {
   std::vector<double> force(size(), 0.0), tau(size(), 0.0), eta(size(), 0.0), control(size(), 0.0);
-  for (std::size_t i = 0; i < moving(); ++i) force[i] = model.mass[i / 3] * w[i] - model.f[i];
+  for (std::size_t i = 0; i < moving(); ++i) force[i] = model.mass[i / 3] * w[i] - work.f[i];
   if (friction) {
     if (Outcome outcome = friction->find(t, r, v, blocks, force, &tau); !outcome.ok()) return outcome;
     for (std::size_t i = 0; i < moving(); ++i) force[i] -= tau[i];
@@ -189,7 +190,7 @@ Outcome InverseDynamics::Implementation::divide_force(double t, MotionForces* re
   } else {
     tangent->project(force.data(), control.data());
     for (std::size_t i = 0; i < moving(); ++i) eta[i] = force[i] - control[i];
-    model.coordinates.add_support_reactions(eta.data());
+    work.coordinates.add_support_reactions(eta.data());
   }
   for (std::size_t i = 0; i < model.num_moving(); ++i) {
     const double by = norm(load(control.data(), i));
@@ -208,7 +209,7 @@ Outcome InverseDynamics::Implementation::divide_force(double t, MotionForces* re
   model.numbering.scatter_points(control, result->control_forces);
   // What the constraints do there, and f.
   std::fill_n(eta.begin(), moving(), 0.0);
-  for (std::size_t i = moving(); i < size(); ++i) eta[i] += model.f[i];
+  for (std::size_t i = moving(); i < size(); ++i) eta[i] += work.f[i];
   model.numbering.scatter_points(eta, result->support_forces);
   return {};
 }
@@ -218,14 +219,14 @@ MotionForces InverseDynamics::Implementation::evaluate(double t, const MotionSta
   check_size(points.value, size(), "positions");
   check_size(points.rate, size(), "velocities");
   check_size(points.acceleration, size(), "accelerations");
-  model.set_time(t);
-  model.constraints.choose_frames();
+  work.set_time(t);
+  work.constraints.choose_frames();
   model.numbering.gather_points(points.value, r);
   model.numbering.gather_points(points.rate, v);
   model.numbering.gather_points(points.acceleration, w);
   MotionForces result;
   put_supports(t, &result);
-  if (!std::isfinite(model.evaluate_free(t, r.data(), v.data(), w0.data()) + model.largest_norm(r.data()) +
+  if (!std::isfinite(work.evaluate_free(t, r.data(), v.data(), w0.data()) + model.largest_norm(r.data()) +
                      model.largest_norm(v.data()) + model.largest_norm(w.data()))) {
     result.outcome = model.not_finite(t);
     return result;
@@ -259,10 +260,11 @@ MotionForces InverseDynamics::evaluate(double t, const MotionState& points) {
 MotionState InverseDynamics::place(double t, const MotionState& coordinates) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "InverseDynamics");
-  Model& model = self.model;
+  Workspace& work = self.work;
+  const Model& model = self.model;
   check_time(t);
-  if (model.coordinates.empty()) throw InputError("/coordinates", "a motion q(t) needs coordinates; none are given");
-  if (model.coordinates.has_charts()) {
+  if (work.coordinates.empty()) throw InputError("/coordinates", "a motion q(t) needs coordinates; none are given");
+  if (work.coordinates.has_charts()) {
     throw InputError("/coordinates",
                      "a motion q(t) needs coordinates of one meaning; spheres, bodies and directions in "
                      "space have charts that move along: give r(t) instead");
@@ -277,14 +279,14 @@ MotionState InverseDynamics::place(double t, const MotionState& coordinates) {
   const std::vector<double> q = gather(coordinates.value, "q"), q_dot = gather(coordinates.rate, "q_dot"),
                             q_ddot = gather(coordinates.acceleration, "q_ddot");
   std::vector<double> r(self.size()), v(self.size()), psi(self.size()), w(self.size()),
-      blocks(3 * model.coordinates.num_blocks());
-  model.set_time(t);
-  model.prescribe_all(t, r.data(), v.data());
-  std::copy(model.support_accelerations.begin(), model.support_accelerations.end(),
+      blocks(3 * work.coordinates.num_blocks());
+  work.set_time(t);
+  work.prescribe_all(t, r.data(), v.data());
+  std::copy(work.support_accelerations.begin(), work.support_accelerations.end(),
             psi.begin() + static_cast<std::ptrdiff_t>(self.moving()));
-  model.coordinates.evaluate(model.parallel, q.data(), q_dot.data(), r.data(), v.data(), psi.data(), blocks.data());
+  work.coordinates.evaluate(model.parallel, q.data(), q_dot.data(), r.data(), v.data(), psi.data(), blocks.data());
   // w = A q_ddot + psi
-  model.coordinates.apply(model.parallel, blocks.data(), q_ddot.data(), w.data());
+  work.coordinates.apply(model.parallel, blocks.data(), q_ddot.data(), w.data());
   for (std::size_t i = 0; i < self.size(); ++i) w[i] = (i < self.moving() ? w[i] : 0.0) + psi[i];
 
   MotionState result{std::vector<double>(self.size()), std::vector<double>(self.size()),

@@ -6,20 +6,21 @@
 
 namespace tanor {
 
-DirectFriction::DirectFriction(Model& model, NormalSpace& normal)
-    : model_(model),
+DirectFriction::DirectFriction(Workspace& work, NormalSpace& normal)
+    : work_(work),
+      model_(work.model()),
       normal_(normal),
-      laws_(model.system, model.numbering, model.constraints.tangents(), model.incidences),
-      fixed_point_(laws_, *this, model.num_rows()),
-      lambda_(model.num_rows()),
-      forces_(3 * model.constraints.tangents().size()),
-      points_(3 * model.num_points()),
+      laws_(model_.system, model_.numbering, work.constraints.tangents(), model_.incidences),
+      fixed_point_(laws_, *this, model_.num_rows()),
+      lambda_(model_.num_rows()),
+      forces_(3 * work.constraints.tangents().size()),
+      points_(3 * model_.num_points()),
       part_(points_.size()) {}
 
 /// points += sign tau(x)
 void DirectFriction::add(double sign, const double* x, std::vector<double>* points) {
   laws_.write_forces(x, forces_.data());
-  const Tangents& tangents = model_.constraints.tangents();
+  const Tangents& tangents = work_.constraints.tangents();
   for (std::size_t c = 0; c < tangents.size(); ++c)
     add_to(points->data(), tangents[c].point, sign * load(forces_.data(), c));
 }
@@ -41,7 +42,7 @@ Outcome DirectFriction::find(double t, const std::vector<double>& r, const std::
                              const std::vector<double>& blocks, const std::vector<double>& force,
                              std::vector<double>* tau) {
   constexpr double rest = 1e-9;  // over the fastest point: what is left of a velocity that was given as 0
-  Tangents& tangents = model_.constraints.tangents();
+  Tangents& tangents = work_.constraints.tangents();
   const double fastest = model_.largest_norm(v.data());
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const bool is_exact = tangents[c].first_row >= 0;

@@ -13,7 +13,7 @@ namespace tanor {
 class DirectFriction final : private Response {
  public:
   /// Both must outlive it.
-  DirectFriction(Model& model, NormalSpace& normal);
+  DirectFriction(Workspace& work, NormalSpace& normal);
 
   /// tau [3n] at (t, r, v) for `force` = Mw - f [3n]; `normal` and K in `blocks` stand there.
   Outcome find(double t, const std::vector<double>& r, const std::vector<double>& v, const std::vector<double>& blocks,
@@ -24,7 +24,8 @@ class DirectFriction final : private Response {
   void find_change(const double* x, double* lambda) override;
   void add(double sign, const double* x, std::vector<double>* points);
 
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   NormalSpace& normal_;
   FrictionLaws laws_;
   FixedPoint fixed_point_;

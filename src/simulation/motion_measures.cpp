@@ -32,8 +32,8 @@ void MotionMeasures::begin() {
   report_.energy.scale =
       std::max(rounding_of_energies * (std::abs(energy.potential) + energy_of_a_fall()), energy.kinetic);
   warn_of_tolerance();
-  report_.position_violation = model_.position_violation(state_.t, points_.r.data());
-  report_.velocity_violation = model_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
+  report_.position_violation = work_.position_violation(state_.t, points_.r.data());
+  report_.velocity_violation = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
   report_.acceleration_violation = form_.last_solve().residual;
 }
 
@@ -42,8 +42,8 @@ void MotionMeasures::measure_violations(const StepResult& step) {
   double position = step.position_violation, velocity = step.velocity_violation;
   if (options_.stabilisation == Stabilisation::None || !step.is_stabilized) {
     write_points();
-    position = model_.position_violation(state_.t, points_.r.data());
-    velocity = model_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
+    position = work_.position_violation(state_.t, points_.r.data());
+    velocity = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
   }
   report_.position_violation = std::max(report_.position_violation, position);
   report_.velocity_violation = std::max(report_.velocity_violation, velocity);
@@ -65,8 +65,8 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
                 std::abs(state_.work.forces), std::abs(state_.work.friction)});
   if (model_.has_friction()) measure_friction(is_sound);
   watch_accuracy();
-  report_.counters = model_.counters;
-  report_.times = model_.times;
+  report_.counters = work_.counters;
+  report_.times = work_.times;
 }
 
 /// K'w + phi of the last accelerations.
@@ -78,7 +78,7 @@ void MotionMeasures::measure_acceleration() {
 double MotionMeasures::energy_of_a_fall() const {
   double sum = 0.0;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-    const double speed = model_.scales.speed(model_.scales.of_point(i));
+    const double speed = work_.scales.speed(work_.scales.of_point(i));
     sum += 0.5 * model_.mass[i] * speed * speed;
   }
   return sum;
@@ -89,9 +89,9 @@ void MotionMeasures::warn_of_tolerance() {
   constexpr double coarse = 1e-4;
   if (!integration_.scheme().is_adaptive() || !(options_.atol > 0.0)) return;
   std::size_t smallest = 0;
-  for (std::size_t k = 0; k + 1 < model_.scales.size(); ++k)
-    if (model_.scales.length(k) < model_.scales.length(smallest)) smallest = k;
-  const double length = model_.scales.length(smallest);
+  for (std::size_t k = 0; k + 1 < work_.scales.size(); ++k)
+    if (work_.scales.length(k) < work_.scales.length(smallest)) smallest = k;
+  const double length = work_.scales.length(smallest);
   if (!(options_.atol > coarse * length)) return;
   std::array<char, 16> part{};
   std::snprintf(part.data(), part.size(), "%.3g", options_.atol / length);
@@ -107,12 +107,12 @@ double MotionMeasures::tolerated_energy() {
   write_points();
   double sum = 0.0;
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-    const double speed = norm(load(points_.v.data(), i)), atol = model_.scales.velocity_tolerance(options_.atol, i);
+    const double speed = norm(load(points_.v.data(), i)), atol = work_.scales.velocity_tolerance(options_.atol, i);
     // m v dv + m a dr
     const double of_velocity = (speed + tolerances * atol) * (atol + options_.rtol * speed);
-    const double acceleration = model_.scales.accelerations()[i];
+    const double acceleration = work_.scales.accelerations()[i];
     sum +=
-        tolerances * model_.mass[i] * (of_velocity + acceleration * model_.scales.position_tolerance(options_.atol, i));
+        tolerances * model_.mass[i] * (of_velocity + acceleration * work_.scales.position_tolerance(options_.atol, i));
   }
   return sum;
 }
@@ -155,8 +155,8 @@ std::string MotionMeasures::explain_drift() const {
 void MotionMeasures::measure_friction(bool is_sound) {
   const FrictionReport& last = form_.last_solve().friction;
   FrictionSummary& all = report_.friction;
-  all.solves = model_.counters.friction_solves;
-  const auto iterations = static_cast<double>(model_.counters.friction_iterations);
+  all.solves = work_.counters.friction_solves;
+  const auto iterations = static_cast<double>(work_.counters.friction_iterations);
   all.iterations_mean = all.solves > 0 ? iterations / static_cast<double>(all.solves) : 0.0;
   all.iterations_max = std::max(all.iterations_max, last.iterations);
   all.contraction_max = std::max(all.contraction_max, last.contraction);

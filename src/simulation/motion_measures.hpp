@@ -6,7 +6,7 @@
 #include <tanor/motion.hpp>
 
 #include "dynamics/equations_of_motion.hpp"
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 #include "motion/integration.hpp"
 
 namespace tanor {
@@ -21,10 +21,11 @@ struct PointState {
 class MotionMeasures {
  public:
   /// All arguments outlive it. `points` is overwritten with the present state wherever it is needed.
-  MotionMeasures(const MotionOptions& options, Model& model, EquationsOfMotion& form, Integration& integration,
+  MotionMeasures(const MotionOptions& options, Workspace& work, EquationsOfMotion& form, Integration& integration,
                  PointState* points, MotionReport* report)
       : options_(options),
-        model_(model),
+        work_(work),
+        model_(work.model()),
         form_(form),
         integration_(integration),
         state_(integration.state),
@@ -51,7 +52,8 @@ class MotionMeasures {
   void write_points();
 
   const MotionOptions& options_;
-  Model& model_;
+  Workspace& work_;
+  const Model& model_;
   EquationsOfMotion& form_;
   Integration& integration_;
   State& state_;

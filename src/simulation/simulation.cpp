@@ -34,7 +34,8 @@ struct Simulation::Implementation {
   MotionOptions options;
   SolverOptions solver_options;
   Forms forms;
-  Model& model = forms.model;
+  Workspace& work = forms.work;
+  const Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
   Outcome outcome;
   MotionReport report;
@@ -46,7 +47,7 @@ struct Simulation::Implementation {
   PointState points;            // the state in the inner order
   std::vector<double> rows;     // [d]
   std::size_t num_events = 0;
-  MotionMeasures measures{options, model, form, integration, &points, &report};
+  MotionMeasures measures{options, work, form, integration, &points, &report};
   bool is_advancing = false;
 
   Implementation(System system, const MotionOptions& motion, const SolverOptions& solver, double t_start)
@@ -123,10 +124,10 @@ struct Simulation::Implementation {
     state.work = {.supports = report.energy.work_of_supports,
                   .forces = report.energy.work_of_forces,
                   .friction = report.energy.work_of_friction};
-    model.prescribe_all(state.t, points.r.data(), points.v.data());
+    work.prescribe_all(state.t, points.r.data(), points.v.data());
     outcome = complete_state(&snapshot);
     integration.resume(snapshot);
-    model.counters = snapshot.report.counters;  // what restoring takes is no work of the motion
+    work.counters = snapshot.report.counters;  // what restoring takes is no work of the motion
     publish();
   }
 
@@ -158,7 +159,7 @@ struct Simulation::Implementation {
   /// Points held rigid by prestress: they do not move though K alone would let them.
   std::vector<Index> find_prestress_rigid_points() {
     constexpr double rounding = 1e-12;  // lengths that are not those of the given places: another system
-    if (!outcome.ok() || model.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
+    if (!outcome.ok() || work.rank == model.numbering.first_idle_row() || report.start.relative > rounding) return {};
     return find_rank().prestress_rigid_points;
   }
 
@@ -171,8 +172,8 @@ struct Simulation::Implementation {
     write_points();
     const Outcome known = write_solution(&now);
     if (outcome.ok()) outcome = known;
-    report.counters = model.counters;
-    report.times = model.times;
+    report.counters = work.counters;
+    report.times = work.times;
   }
 
   /// The points, the coordinates and the forces that belong to the last accelerations, in the user's order.
@@ -182,15 +183,15 @@ struct Simulation::Implementation {
     numbering.scatter_points(points.v, at->velocities);
     numbering.scatter_points(points.w, at->accelerations);
     if (forms.is_tangent()) {
-      model.coordinates.scatter(state.x.data(), at->coordinates.data());
-      model.coordinates.scatter(state.v.data(), at->coordinate_rates.data());
+      work.coordinates.scatter(state.x.data(), at->coordinates.data());
+      work.coordinates.scatter(state.v.data(), at->coordinate_rates.data());
     }
     Outcome known = forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), points.w.data());
     numbering.scatter_rows(rows, at->multipliers);
     numbering.scatter_points(points.w, at->reactions);
     // What supports carry: eta + f there
     for (std::size_t i = 0; i < 3 * model.num_moving(); ++i) points.w[i] = 0.0;
-    for (std::size_t i = 3 * model.num_moving(); i < points.w.size(); ++i) points.w[i] += model.f[i];
+    for (std::size_t i = 3 * model.num_moving(); i < points.w.size(); ++i) points.w[i] += work.f[i];
     numbering.scatter_points(points.w, at->support_forces);
     return known;
   }
@@ -216,7 +217,7 @@ struct Simulation::Implementation {
     if (!is_advancing) at.outcome = outcome;
     at.time = state.t;
     write_points();
-    at.position_violation = model.position_violation(state.t, points.r.data());
+    at.position_violation = work.position_violation(state.t, points.r.data());
     return at;
   }
 
@@ -242,11 +243,11 @@ struct Simulation::Implementation {
   double first_step(double span) {
     if (options.step > 0.0) return std::min(options.step, span);
     write_points();
-    const std::vector<double> speeds = model.largest_norms(points.v.data());
-    const std::vector<double> accelerations = model.largest_norms(points.w.data());
+    const std::vector<double> speeds = work.largest_norms(points.v.data());
+    const std::vector<double> accelerations = work.largest_norms(points.w.data());
     double time = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < speeds.size(); ++k) {
-      if (accelerations[k] > 0.0) time = std::min(time, std::max(speeds[k], model.scales.speed(k)) / accelerations[k]);
+      if (accelerations[k] > 0.0) time = std::min(time, std::max(speeds[k], work.scales.speed(k)) / accelerations[k]);
     }
     if (!std::isfinite(time)) time = span;
     return std::min(span, time * std::pow(options.rtol, 1.0 / integration.scheme().order()));

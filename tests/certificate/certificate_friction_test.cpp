@@ -164,7 +164,7 @@ TEST(FrictionCertificate, PassesWhatIsHeldMoreThanOnce) {
 TEST(FrictionCertificate, AWrongCoefficientIsCaughtByTheLawAlone) {
   for (const Friction& friction : laws_of_each_kind()) {
     Case solved(make_ball(friction));
-    Friction& known = solved.forms.model.system.friction[0];
+    Friction& known = solved.told_system().friction[0];
     if (auto* coulomb = std::get_if<Coulomb>(&known)) coulomb->coefficient *= 1.0 + 1e-6;
     if (auto* viscous = std::get_if<Viscous>(&known)) viscous->coefficient *= 1.0 + 1e-6;
     if (auto* user = std::get_if<UserFriction>(&known)) {
@@ -185,9 +185,9 @@ TEST(FrictionCertificate, AWrongLimitIsCaughtWhereItSticks) {
   System system = make_slope_by_coordinates(0.0);
   system.coordinates.clear();
   Case solved(system);
-  std::get<Coulomb>(solved.forms.model.system.friction[0]).coefficient = std::tan(0.4) * (1.0 - 1e-6);
+  std::get<Coulomb>(solved.told_system().friction[0]).coefficient = std::tan(0.4) * (1.0 - 1e-6);
   EXPECT_TRUE(fails(solved.certify(), limit));
-  std::get<Coulomb>(solved.forms.model.system.friction[0]).coefficient = std::tan(0.4) * (1.0 + 1e-6);
+  std::get<Coulomb>(solved.told_system().friction[0]).coefficient = std::tan(0.4) * (1.0 + 1e-6);
   EXPECT_TRUE(solved.certify().passed());
 }
 

@@ -48,7 +48,7 @@ struct Tampering {
   /// The last look at what contacts at rest were found to do, with multipliers of guides times `factor`.
   static Outcome check_rest(Case& solved, const std::vector<double>& w, double factor) {
     MultiplierForm& normal = *solved.forms.normal;
-    const Tangents& tangents = solved.forms.model.constraints.tangents();
+    const Tangents& tangents = solved.forms.work.constraints.tangents();
     std::vector<double>& lambda = normal.dynamics_.multipliers();
     const std::vector<double> found = lambda;
     for (std::size_t c = 0; c < tangents.size(); ++c) {
@@ -233,7 +233,8 @@ TEST(Certificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
   for (std::size_t a = 0; a < 4; ++a) {
     Case solved(make_driven_chain());
     // What a wrong phi does to the answer: S dlambda = -dphi, dw = M^-1 K dlambda.
-    Model& model = solved.forms.model;
+    Workspace& work = solved.forms.work;
+    const Model& model = solved.forms.model;
     std::vector<double> rows(model.num_rows(), 0.0), change(solved.w.size(), 0.0);
     rows[a] = 1e-6;
     solved.forms.normal->linearization().solve_negative(rows.data());
@@ -248,7 +249,7 @@ TEST(Certificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
     const Certificate certificate = solved.certify();
 
     EXPECT_EQ(failed(certificate), "K'w + phi = 0");
-    EXPECT_NE(certificate.line().find(model.name_row(a)), std::string::npos) << certificate.line();
+    EXPECT_NE(certificate.line().find(work.name_row(a)), std::string::npos) << certificate.line();
   }
 }
 
@@ -257,14 +258,15 @@ TEST(Certificate, FindsACorruptedPsi) {
   // w = A q_ddot + psi keeps A'(M w - f) = 0 whatever psi is: only the curve itself tells.
   for (std::size_t i = 0; i < 9; ++i) {
     Case wrong(only_coordinates());
-    Model& model = wrong.forms.model;
-    std::vector<double> force(wrong.w.size(), 0.0), x(model.coordinates.num_coordinates()), change(wrong.w.size(), 0.0);
+    Workspace& work = wrong.forms.work;
+    const Model& model = wrong.forms.model;
+    std::vector<double> force(wrong.w.size(), 0.0), x(work.coordinates.num_coordinates()), change(wrong.w.size(), 0.0);
     // dw = (I - A H^-1 A'M) dpsi
     force[i] = model.mass[i / 3] * 1e-3;
     const std::vector<double>& A = wrong.forms.tangent->dynamics().blocks();
-    model.coordinates.apply_transposed(model.parallel, A.data(), force.data(), x.data());
+    work.coordinates.apply_transposed(model.parallel, A.data(), force.data(), x.data());
     wrong.forms.tangent->dynamics().completed().solve_negative(x.data());
-    model.coordinates.apply(model.parallel, A.data(), x.data(), change.data());
+    work.coordinates.apply(model.parallel, A.data(), x.data(), change.data());
     change[i] += 1e-3;
     for (std::size_t k = 0; k < 9; ++k) wrong.w[k] += change[k];
 

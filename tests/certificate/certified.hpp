@@ -20,8 +20,11 @@ struct Case {
   double t = 0.0;
   std::vector<double> r, v, w, eta, lambda, tau;
 
+  /// The system that a certificate is told, to be made another one than was solved.
+  System& told_system() { return const_cast<System&>(forms.model.system); }
+
   explicit Case(System system, const SolverOptions& options = {}) : forms(std::move(system), options) {
-    Model& model = forms.model;
+    const Model& model = forms.model;
     for (std::vector<double>* array : {&r, &v, &w, &eta, &tau}) array->resize(3 * model.num_points());
     lambda.resize(model.num_rows());
     model.numbering.gather_points(model.system.positions, r);
@@ -30,12 +33,12 @@ struct Case {
     solve();
   }
   Case(const RandomSystem& random, const SolverOptions& options) : forms(random.system, options), t(random.t) {
-    Model& model = forms.model;
+    const Model& model = forms.model;
     for (std::vector<double>* array : {&r, &v, &w, &eta, &tau}) array->resize(3 * model.num_points());
     lambda.resize(model.num_rows());
     model.numbering.gather_points(random.positions, r);
     model.numbering.gather_points(random.velocities, v);
-    model.prescribe_all(t, r.data(), v.data());
+    forms.work.prescribe_all(t, r.data(), v.data());
     solve();
   }
 

@@ -27,10 +27,10 @@ System draw_beads(unsigned seed) {
 /// x, tau of random sizes of friction, and b = K'M^-1 tau by dense products.
 struct DrawnFriction {
   DrawnFriction(unsigned seed, InstantOfContacts& at)
-      : laws(at.model.system, at.model.numbering, at.model.constraints.tangents(), at.model.incidences),
-        coupling(at.model, laws),
+      : laws(at.model.system, at.model.numbering, at.work.constraints.tangents(), at.model.incidences),
+        coupling(at.work, laws),
         x(laws.num_parts()),
-        tau(3 * at.model.constraints.tangents().size()) {
+        tau(3 * at.work.constraints.tangents().size()) {
     laws.set_state(at.model.parallel, 0.0, at.r.data(), at.v.data(), at.blocks.data());
     coupling.set_place(at.blocks.data());
     std::mt19937 random(seed + 100);
@@ -38,7 +38,7 @@ struct DrawnFriction {
     for (double& each : x) each = size(random);
     laws.write_forces(x.data(), tau.data());
     Eigen::VectorXd at_points = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(at.r.size()));
-    const Tangents& tangents = at.model.constraints.tangents();
+    const Tangents& tangents = at.work.constraints.tangents();
     for (std::size_t c = 0; c < tangents.size(); ++c)
       at_points.segment<3>(3 * tangents[c].point) += Eigen::Map<const Eigen::Vector3d>(tau.data() + 3 * c);
     w = at.inverse_mass().cwiseProduct(at_points);
@@ -103,7 +103,7 @@ TEST(ContactCoupling, AddsAccelerationsOfFrictionAndOfItsChange) {
 TEST(ContactCoupling, AddsOneForceAtAContact) {
   InstantOfContacts at(draw_beads(5));
   const DrawnFriction drawn(5, at);
-  const Tangents& tangents = at.model.constraints.tangents();
+  const Tangents& tangents = at.work.constraints.tangents();
   const Vec3 force = 3.0 * tangents.directions(1)[0];
 
   std::vector<double> rows(at.b.size(), 0.0);

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 namespace {
@@ -16,10 +16,10 @@ namespace {
 constexpr double atol = 1e-3, rtol = 1e-2;
 
 struct Step {
-  Model model;
+  Workspace work;
   std::vector<double> error, from, to;
 
-  explicit Step(std::size_t points, int threads = 1) : model(make_system(points), {.threads = threads}, 0.0) {
+  explicit Step(std::size_t points, int threads = 1) : work(make_system(points), {.threads = threads}, 0.0) {
     std::mt19937 random(static_cast<std::uint32_t>(points));
     std::normal_distribution<double> normal;
     for (std::vector<double>* array : {&error, &from, &to}) {
@@ -36,7 +36,7 @@ struct Step {
   }
   ErrorRatios ratios() const {
     const std::vector<double> none(error.size(), 0.0);
-    return model.error_ratios({error.data(), none.data(), from.data(), from.data(), to.data(), to.data()}, atol, rtol);
+    return work.error_ratios({error.data(), none.data(), from.data(), from.data(), to.data(), to.data()}, atol, rtol);
   }
   double one_by_one() const {
     double worst = 0.0;

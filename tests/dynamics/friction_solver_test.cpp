@@ -26,8 +26,8 @@ System make_two_beads(double mu) {
 
 struct Found {
   Found(const System& system, FrictionMethod method, const UniquenessCheck& check = {})
-      : at(system), response(at), solver(at.model, method, response), lambda(at.b.size(), 0.0), w(at.w0), b(at.b) {
-    solver.set_accelerations(std::vector<double>(at.model.scales.size(), g));
+      : at(system), response(at), solver(at.work, method, response), lambda(at.b.size(), 0.0), w(at.w0), b(at.b) {
+    solver.set_accelerations(std::vector<double>(at.work.scales.size(), g));
     outcome = solver.find({0.0, at.r.data(), at.v.data(), at.blocks.data()}, at.b.data(), check, lambda.data());
     solver.add(1.0, w.data(), b.data());
     response.solve_refined(b.data(), lambda.data(), nullptr);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dynamics/contact_response.hpp"
-#include "dynamics/model.hpp"
+#include "dynamics/workspace.hpp"
 
 namespace tanor {
 
@@ -34,20 +34,20 @@ inline System make_beads_on_lines(const std::vector<Vector3>& positions, const s
 
 struct InstantOfContacts {
   explicit InstantOfContacts(const System& system)
-      : model(system, {}, 0.0),
+      : work(system, {}, 0.0),
         r(3 * model.num_points()),
         v(r),
         w0(r),
         b(model.num_rows()),
-        blocks(3 * model.constraints.num_blocks()) {
+        blocks(3 * work.constraints.num_blocks()) {
     model.numbering.gather_points(model.system.positions, r);
     model.numbering.gather_points(model.system.velocities, v);
-    model.set_time(0.0);
-    model.constraints.choose_frames();
-    model.constraints.evaluate_gradients(model.parallel, r.data(), blocks.data());
-    model.measure_velocity_scale(0.0, r.data(), v.data());
-    (void)model.evaluate_free(0.0, r.data(), v.data(), w0.data());
-    model.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), w0.data(), b.data(), blocks.data());
+    work.set_time(0.0);
+    work.constraints.choose_frames();
+    work.constraints.evaluate_gradients(model.parallel, r.data(), blocks.data());
+    work.measure_velocity_scale(0.0, r.data(), v.data());
+    (void)work.evaluate_free(0.0, r.data(), v.data(), w0.data());
+    work.constraints.evaluate_right_side(model.parallel, r.data(), v.data(), w0.data(), b.data(), blocks.data());
   }
 
   /// K [3n][rows]
@@ -75,7 +75,8 @@ struct InstantOfContacts {
     return result;
   }
 
-  Model model;
+  Workspace work;
+  const Model& model{work.model()};
   std::vector<double> r, v, w0;  // [3n]
   std::vector<double> b;         // [rows] phi + K'w0
   std::vector<double> blocks;

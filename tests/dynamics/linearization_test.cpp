@@ -27,7 +27,8 @@ std::vector<double> any_numbers(std::size_t size, std::uint32_t seed) {
 
 /// A random system, linearized at its state by the library and once more as dense matrices.
 struct AtState {
-  Model model;
+  Workspace work;
+  const Model& model{work.model()};
   Linearised dense;
   SolveReport report;
   Linearization linearization;
@@ -37,15 +38,15 @@ struct AtState {
   Outcome outcome;
 
   explicit AtState(const RandomSystem& random)
-      : model(random.system, {.threads = 1}, random.t),
+      : work(random.system, {.threads = 1}, random.t),
         dense(random),
-        linearization(model, {.threads = 1}, &report),
-        residuals(model, linearization.blocks()),
-        projector(model, linearization, residuals),
+        linearization(work, {.threads = 1}, &report),
+        residuals(work, linearization.blocks()),
+        projector(work, linearization, residuals),
         t(random.t) {
-    model.set_time(t);
-    model.prescribe_all(t, dense.r.data(), dense.v.data());
-    model.measure_velocity_scale(t, dense.r.data(), dense.v.data());
+    work.set_time(t);
+    work.prescribe_all(t, dense.r.data(), dense.v.data());
+    work.measure_velocity_scale(t, dense.r.data(), dense.v.data());
     outcome = linearization.update(t, dense.r.data());
   }
 
@@ -110,11 +111,11 @@ TEST(Linearization, ConstantGradientsAreFactorizedOnce) {
   system.constraints = {Planes{"floor", {0, 1}, Vector3{0.0, 0.0, 1.0}, 1.0}};
   AtState state({system, 0.0, system.positions, system.velocities});
   ASSERT_TRUE(state.outcome.ok());
-  const std::size_t factorizations = state.model.counters.factorizations;
+  const std::size_t factorizations = state.work.counters.factorizations;
 
   ASSERT_TRUE(state.linearization.update(1.0, system.positions.data()).ok());
 
-  EXPECT_EQ(state.model.counters.factorizations, factorizations);
+  EXPECT_EQ(state.work.counters.factorizations, factorizations);
 }
 
 RC_GTEST_PROP(Projector, VelocitiesMoveAlongMInverseKAlone, ()) {
@@ -128,7 +129,7 @@ RC_GTEST_PROP(Projector, VelocitiesMoveAlongMInverseKAlone, ()) {
   const ProjectionReport report = state.projector.project_velocities(state.t, state.dense.r.data(), v.data());
 
   RC_ASSERT(report.outcome.ok());
-  RC_ASSERT(state.model.velocity_violation(state.t, state.dense.r.data(), v.data()) <= 1e-11);
+  RC_ASSERT(state.work.velocity_violation(state.t, state.dense.r.data(), v.data()) <= 1e-11);
   // v - v* = M^-1 K nu: what is left of it beside the range of M^-1/2 K is rounding.
   const VectorXd moved = state.vector(v) - before;
   const Eigen::Index size = static_cast<Eigen::Index>(3 * state.model.num_moving());
@@ -150,7 +151,7 @@ RC_GTEST_PROP(Projector, PositionsNearbyEndOnTheConstraints, ()) {
   const ProjectionReport report = state.projector.project_positions(state.t, r.data());
 
   RC_ASSERT(report.outcome.ok());
-  RC_ASSERT(state.model.position_violation(state.t, r.data()) <= 1e-11);
+  RC_ASSERT(state.work.position_violation(state.t, r.data()) <= 1e-11);
 }
 
 }  // namespace

@@ -16,22 +16,23 @@ namespace {
 
 /// A system in normal form at one instant, and its series.
 struct Expanded {
-  Model model;
+  Workspace work;
+  const Model& model{work.model()};
   MultiplierForm form;
   double t;
   std::vector<std::vector<double>> coefficients;
   Outcome outcome;
 
   Expanded(const RandomSystem& random, int order)
-      : model(random.system, {.threads = 1}, random.t),
-        form(model, {.threads = 1}),
+      : work(random.system, {.threads = 1}, random.t),
+        form(work, {.threads = 1}),
         t(random.t),
         coefficients(static_cast<std::size_t>(order) + 1, std::vector<double>(form.size())) {
     std::vector<double> r(form.size()), v(form.size());
     model.numbering.gather_points(random.positions, r);
     model.numbering.gather_points(random.velocities, v);
     form.prescribe(t, r.data(), v.data());
-    model.prescribe_all(t, r.data(), v.data());
+    work.prescribe_all(t, r.data(), v.data());
     outcome = form.linearise(t, r.data());
     std::vector<double*> pointers;
     for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
@@ -82,7 +83,7 @@ struct Expanded {
   double violation(double h) {
     std::vector<double> r = at(h, 0), v = at(h, 1);
     form.prescribe(t + h, r.data(), v.data());
-    return model.position_violation(t + h, r.data());
+    return work.position_violation(t + h, r.data());
   }
 };
 

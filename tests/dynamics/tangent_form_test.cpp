@@ -111,7 +111,7 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   const Model& model = forms.model;
   const auto size = static_cast<Eigen::Index>(3 * model.num_points()),
              moving = static_cast<Eigen::Index>(3 * model.num_moving());
-  const auto s = static_cast<Eigen::Index>(model.coordinates.num_coordinates());
+  const auto s = static_cast<Eigen::Index>(forms.work.coordinates.num_coordinates());
   VectorXd r(size), v(size), w(size), eta(size), q(s), q_dot(s), q_ddot(s);
   const auto gather = [&](int k, VectorXd* inner) {
     model.numbering.gather_points(random.derivative(t, k), {inner->data(), static_cast<std::size_t>(size)});
@@ -126,10 +126,10 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   MatrixXd A = MatrixXd::Zero(size, s);
   for (Eigen::Index j = 0; j < s; ++j) {
     const VectorXd e = VectorXd::Unit(s, j);
-    model.coordinates.apply(model.parallel, forms.tangent->dynamics().blocks().data(), e.data(), A.col(j).data());
+    forms.work.coordinates.apply(model.parallel, forms.tangent->dynamics().blocks().data(), e.data(), A.col(j).data());
   }
   A = A.topRows(moving).eval();
-  const VectorXd psi = vector(forms.tangent->dynamics().psi()).head(moving), f = vector(model.f).head(moving);
+  const VectorXd psi = vector(forms.tangent->dynamics().psi()).head(moving), f = vector(forms.work.f).head(moving);
   VectorXd M(moving);
   for (Eigen::Index c = 0; c < moving; ++c) M[c] = model.mass[static_cast<std::size_t>(c / 3)];
   const auto H = MatrixXd(A.transpose() * M.asDiagonal() * A).ldlt();

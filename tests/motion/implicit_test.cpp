@@ -16,7 +16,7 @@ namespace {
 class Walk {
  public:
   Walk(System system, const MotionOptions& options) : forms_(std::move(system), SolverOptions{}) {
-    Model& model = forms_.model;
+    const Model& model = forms_.model;
     EquationsOfMotion& form = *forms_.main;
     std::vector<double> r(3 * model.num_points()), v(r);
     model.numbering.gather_points(model.system.positions, r);
@@ -44,7 +44,7 @@ class Walk {
   std::vector<double> positions() const { return in_users_order(now_.x); }
   std::vector<double> velocities() const { return in_users_order(now_.v); }
   const Power& work() const { return now_.work; }
-  const Counters& counters() const { return forms_.model.counters; }
+  const Counters& counters() const { return forms_.work.counters; }
 
  private:
   std::vector<double> in_users_order(const std::vector<double>& inner) const {

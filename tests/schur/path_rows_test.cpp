@@ -61,14 +61,15 @@ System make_paths(const std::vector<std::size_t>& lengths, Kind kind, std::mt199
 
 /// One place on the general way and along paths.
 struct Rows {
-  Model model;
+  Workspace work;
+  const Model& model{work.model()};
   CompositeSolver solver;
   std::vector<double> r, v, here, there;
 
   explicit Rows(const System& system, int threads = 1, double t = 0.3)
-      : model(system, {.threads = threads}, t),
+      : work(system, {.threads = threads}, t),
         solver(make_composite_solver(
-            {model.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass},
+            {work.constraints, model.gather, model.incidences, model.numbering, model.inverse_mass},
             {.linear_solver = LinearSolver::Paths})),
         r(3 * model.num_points()),
         v(r.size()),
@@ -76,7 +77,7 @@ struct Rows {
         there(model.num_rows()) {
     model.numbering.gather_points(system.positions, r);
     model.numbering.gather_points(system.velocities, v);
-    model.prescribe_all(t, r.data(), v.data());
+    work.prescribe_all(t, r.data(), v.data());
   }
 };
 
@@ -94,13 +95,13 @@ TEST_P(PathRows, ValuesAndRatesAreThoseOfTheFamilies) {
     const Parallel& parallel = rows.model.parallel;
 
     const double violation = rows.solver.evaluate_values(parallel, rows.r.data(), rows.here.data());
-    const double known = rows.model.constraints.evaluate_values(parallel, rows.r.data(), rows.there.data());
+    const double known = rows.work.constraints.evaluate_values(parallel, rows.r.data(), rows.there.data());
     EXPECT_LE(largest_difference(rows.here, rows.there), rounding);
     EXPECT_NEAR(violation, known, rounding * (1.0 + known));
 
     const double rate = rows.solver.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.here.data());
     const double known_rate =
-        rows.model.constraints.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.there.data());
+        rows.work.constraints.evaluate_rates(parallel, rows.r.data(), rows.v.data(), rows.there.data());
     EXPECT_LE(largest_difference(rows.here, rows.there), rounding);
     EXPECT_NEAR(rate, known_rate, rounding);
   }
@@ -110,11 +111,12 @@ TEST_P(PathRows, SolvingAgainIsSolving) {
   std::mt19937 random(32);
   for (const auto& lengths : shapes) {
     Rows rows(make_paths(lengths, GetParam(), &random));
-    Model& model = rows.model;
-    std::vector<double> blocks(3 * model.constraints.num_blocks()), again_blocks(blocks), b(model.num_rows());
+    Workspace& work = rows.work;
+    const Model& model = rows.model;
+    std::vector<double> blocks(3 * work.constraints.num_blocks()), again_blocks(blocks), b(model.num_rows());
     std::vector<double> lambda(b), again(b), w(rows.r.size()), w_again(w);
     for (std::vector<double>* array : {&w, &w_again})
-      (void)model.evaluate_free(0.3, rows.r.data(), rows.v.data(), array->data());
+      (void)work.evaluate_free(0.3, rows.r.data(), rows.v.data(), array->data());
 
     const Elimination solved = rows.solver.solve(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
                                                  blocks.data(), b.data(), lambda.data(), w.data());
@@ -139,7 +141,8 @@ TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
   for (const int threads : {1, 2, 3, 5}) {
     Rows rows(system, threads);
     const Model& model = rows.model;
-    std::vector<double> blocks(3 * model.constraints.num_blocks()), b(model.num_rows()), lambda(b), w(rows.r.size());
+    std::vector<double> blocks(3 * rows.work.constraints.num_blocks()), b(model.num_rows()), lambda(b),
+        w(rows.r.size());
     std::vector<double>& all = found.emplace_back();
     const auto append = [&](const std::vector<double>& x) { all.insert(all.end(), x.begin(), x.end()); };
     all.push_back(rows.solver.evaluate_values(model.parallel, rows.r.data(), rows.here.data()));
@@ -162,7 +165,7 @@ TEST(PathRows, PointsThatCoincideMakeNoFactor) {
   const System system = make_paths({300}, Kind::Plain, &random);
   for (const std::size_t row : {0, 1, 77, 149, 150, 151, 299}) {
     Rows rows(system);
-    std::vector<double> blocks(3 * rows.model.constraints.num_blocks());
+    std::vector<double> blocks(3 * rows.work.constraints.num_blocks());
     // of the path in the inner order
     for (std::size_t c = 0; c < 3; ++c) rows.r[3 * row + c] = rows.r[3 * (row + 1) + c];
     const double condition =

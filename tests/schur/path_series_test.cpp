@@ -67,19 +67,20 @@ struct RandomPaths {
 };
 
 struct Expanded {
-  Model model;
+  Workspace work;
+  const Model& model{work.model()};
   MultiplierForm form;
   std::vector<std::vector<double>> coefficients;
   Outcome outcome;
 
-  explicit Expanded(const System& system) : model(system, {.threads = 1}, 0.0), form(model, {.threads = 1}) {
+  explicit Expanded(const System& system) : work(system, {.threads = 1}, 0.0), form(work, {.threads = 1}) {
     const std::size_t n = form.size();
     coefficients.assign(order + 1, std::vector<double>(n, std::nan("")));
     std::vector<double> r(n), v(n);
     model.numbering.gather_points(system.positions, r);
     model.numbering.gather_points(system.velocities, v);
     form.prescribe(0.0, r.data(), v.data());
-    model.prescribe_all(0.0, r.data(), v.data());
+    work.prescribe_all(0.0, r.data(), v.data());
     outcome = form.linearise(0.0, r.data());
     if (outcome.ok()) outcome = form.project_velocities(0.0, r.data(), v.data()).outcome;
     std::vector<double*> pointers;

@@ -1,0 +1,353 @@
+#include "dynamics/workspace.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "base/eight.hpp"
+#include "base/instruction_sets.hpp"
+#include "base/stopwatch.hpp"
+#include "base/text.hpp"
+#include "system/members.hpp"
+#include "system/neighbourhoods.hpp"
+
+namespace tanor {
+
+namespace {
+
+/// Lists what looks for narrow places of constraints that are given by formulas.
+Workspace::Formulas list_passages(const System& system, const Numbering& numbering) {
+  Workspace::Formulas result;
+  for (const Constraint& constraint : system.constraints) {
+    const auto* const group = std::get_if<UserConstraints>(&constraint);
+    if (group == nullptr) continue;
+    std::vector<Index> points;
+    for (const auto& tuple : group->tuples)
+      for (const Index point : tuple) points.push_back(numbering.inner_point[static_cast<std::size_t>(point)]);
+    if (auto passages = make_constraint_passages(group->kernel, points)) result.push_back(std::move(passages));
+  }
+  return result;
+}
+
+/// x² + y² + z² of 8 points.
+[[gnu::always_inline]] inline Eight add_triples(const Eight& a, const Eight& b, const Eight& c) {
+  const Eight x =
+      __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 0, 0), c, 0, 1, 2, 3, 4, 5, 10, 13);
+  const Eight y =
+      __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 10, 13, 0, 0, 0), c, 0, 1, 2, 3, 4, 8, 11, 14);
+  const Eight z =
+      __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 8, 11, 14, 0, 0, 0), c, 0, 1, 2, 3, 4, 9, 12, 15);
+  return x + y + z;
+}
+
+template <class Mask>
+[[gnu::always_inline]] inline bool are_all(Mask mask) {
+  mask &= __builtin_shufflevector(mask, mask, 4, 5, 6, 7, 0, 1, 2, 3);
+  mask &= __builtin_shufflevector(mask, mask, 2, 3, 0, 1, 6, 7, 4, 5);
+  return (mask[0] & mask[1]) != 0;
+}
+
+/// Largest |error_i|/(atol + rtol |.|) of the points [begin, end), where |.| is the larger one by components: at least
+/// 8 of them, the last ones twice where they fill no lane.
+TANOR_EACH_INSTRUCTION_SET
+double largest_ratio(const double* error, const double* from, const double* to, std::size_t begin, std::size_t end,
+                     const double* own_atol, double same_atol, double rtol) {
+  constexpr std::size_t width = 8;
+  // Of squares. (atol + rtol |.|)^2 lies above atol^2 + rtol^2 |.|^2: most points need no root and no quotient.
+  Eight worst{};
+  auto is_unordered = worst != worst;
+  for (std::size_t next = begin; next < end; next += width) {
+    const std::size_t first = 3 * std::min(next, end - width);
+    Eight square[3], size[3];
+    for (std::size_t part = 0; part < 3; ++part) {
+      const std::size_t at = first + width * part;
+      const Eight e = eight_at(error + at), a = eight_at(from + at), b = eight_at(to + at);
+      square[part] = e * e;
+      size[part] = a * a > b * b ? a * a : b * b;
+    }
+    const Eight atol = own_atol != nullptr ? eight_at(own_atol + first / 3) : Eight{} + same_atol;
+    const Eight squares = add_triples(square[0], square[1], square[2]);
+    const Eight sizes = add_triples(size[0], size[1], size[2]);
+    if (are_all(squares <= worst * (atol * atol + rtol * rtol * sizes))) continue;
+    std::array<double, width> roots;
+    std::memcpy(roots.data(), &sizes, sizeof(sizes));
+    for (double& x : roots) x = std::sqrt(x);
+    const Eight allowed = atol + rtol * eight_at(roots.data()), ratio = squares / (allowed * allowed);
+    is_unordered |= ratio != ratio;
+    worst = ratio > worst ? ratio : worst;
+  }
+  double result = 0.0;
+  for (std::size_t k = 0; k < width; ++k)
+    result = larger(result, is_unordered[k] != 0 ? std::numeric_limits<double>::quiet_NaN() : worst[k]);
+  return std::sqrt(result);
+}
+
+double largest_ratio_of_few(const double* error, const double* from, const double* to, std::size_t count,
+                            const double* own_atol, double same_atol, double rtol) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 a = load(from, i), b = load(to, i);
+    const double size =
+        std::max(a.x * a.x, b.x * b.x) + std::max(a.y * a.y, b.y * b.y) + std::max(a.z * a.z, b.z * b.z);
+    const double atol = own_atol != nullptr ? own_atol[i] : same_atol;
+    worst = larger(worst, norm(load(error, i)) / (atol + rtol * std::sqrt(size)));
+  }
+  return worst;
+}
+
+}  // namespace
+
+void describe_factor(const GramSolver::Summary& summary, PlanSummary* plan) {
+  plan->parts = summary.parts;
+  plan->pattern_nonzeros = summary.pattern_nonzeros;
+  plan->factor_nonzeros = static_cast<std::size_t>(summary.factor_nonzeros);
+  plan->factor_flops = summary.flops;
+  plan->orderings = summary.orderings;
+  plan->factorizations = summary.factorizations;
+}
+
+Workspace::Workspace(System given, const SolverOptions& options, double t)
+    : Workspace(NumberedSystem(std::move(given), options, t), t) {}
+
+Workspace::Workspace(NumberedSystem numbered, double t)
+    : Families(numbered, t),
+      model_(std::move(numbered), *this),
+      joints(model_.incidences, forces.list_couplings(), model_.num_moving()),
+      drives(model_.system, model_.numbering, model_.inverse_mass, model_.scene_size, t),
+      scales(find_neighbourhoods(model_.system, t), model_.numbering, model_.incidences, model_.scene_size),
+      f(3 * model_.num_points(), 0.0),
+      support_accelerations(3 * (model_.num_points() - model_.num_moving()), 0.0),
+      constraint_passages(list_passages(model_.system, model_.numbering)),
+      coordinate_passages(coordinates.list_passages()),
+      rank(model_.numbering.first_idle_row()),
+      time_(t),
+      rows_(model_.num_rows()) {
+  // m g, for good: nobody evaluates it where w0 is known
+  const System& system = model_.system;
+  if (model_.uniform_free() != nullptr)
+    forces.evaluate(model_.parallel, t, system.positions.data(), system.velocities.data(), f.data());
+}
+
+void Workspace::set_time(double t) {
+  if (t == time_) return;
+  time_ = std::numeric_limits<double>::quiet_NaN();  // should a table end before t: no time at all
+  constraints.set_time(t);
+  coordinates.set_time(t);
+  time_ = t;
+}
+
+double Workspace::find_passage(const Formulas& formulas, PointPath* path) {
+  double part = forces.find_passage(model_.parallel, path);
+  for (const auto& formula : formulas) part = std::min(part, formula->find(model_.parallel, path));
+  return part;
+}
+
+double Workspace::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {
+  forces.evaluate(model_.parallel, t, r, v, f.data(), which);
+  std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * model_.num_moving());
+  return model_.parallel.max_over_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+    double worst = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 a = model_.inverse_mass[i] * load(f.data(), i);
+      store(w0, i, a);
+      worst = larger(worst, dot(a, a));
+    }
+    return std::sqrt(worst);
+  });
+}
+
+double Workspace::write_unconstrained(double* w0) const {
+  std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * model_.num_moving());
+  if (model_.uniform_free() == nullptr) return 0.0;
+  for (std::size_t i = model_.num_constrained(); i < model_.num_moving(); ++i) store(w0, i, *model_.uniform_free());
+  return norm(*model_.uniform_free());
+}
+
+void Workspace::write_uniform(double* w0) const {
+  (void)write_unconstrained(w0);
+  model_.parallel.for_ranges(model_.num_constrained(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) store(w0, i, *model_.uniform_free());
+  });
+}
+
+GramSolver::Quality Workspace::factorize(GramSolver* solver, const double* blocks) {
+  {
+    const Stopwatch watch(&times.assemble);
+    solver->assemble(model_.parallel, blocks);
+  }
+  const Stopwatch watch(&times.factor);
+  ++counters.factorizations;
+  return solver->factorize(model_.parallel);
+}
+
+void Workspace::measure_velocity_scale(double t, const double* r, const double* v) {
+  std::vector<double> w0(3 * model_.num_points()), zero(3 * model_.num_points(), 0.0);
+  const double acceleration = evaluate_free(t, r, v, w0.data());
+  const double prescribed =
+      model_.num_rows() > 0 ? constraints.evaluate_rates(model_.parallel, r, zero.data(), rows_.data()) : 0.0;
+  velocity_scale = std::max({model_.largest_norm(v), prescribed, std::sqrt(acceleration * model_.scene_size)});
+  if (!(velocity_scale > 0.0)) velocity_scale = 1.0;
+  measure_local_speeds(r, v, w0.data());
+}
+
+void Workspace::exchange_memory(Memory& memory) {
+  std::vector<double> speeds = scales.speeds();
+  memory.exchange(velocity_scale, speeds);
+  if (memory.reads()) scales.set_speeds(speeds);
+}
+
+/// Each neighbourhood's own; `w0`: M^-1 f, prescribed accelerations at supports.
+void Workspace::measure_local_speeds(const double* r, const double* v, const double* w0) {
+  const std::vector<double> zero(3 * model_.num_points(), 0.0);
+  std::vector<double> speeds = largest_norms(v), position(model_.num_rows()), prescribed(model_.num_rows());
+  const std::vector<double> accelerations = largest_norms(w0);
+  for (std::size_t k = 0; k < speeds.size(); ++k)
+    speeds[k] = std::max(speeds[k], std::sqrt(accelerations[k] * scales.length(k)));
+  constraints.measure(r, zero.data(), position.data(), prescribed.data());
+  for (std::size_t a = 0; a < model_.num_rows(); ++a) {
+    double& own = speeds[scales.of_row(a)];
+    own = std::max(own, std::abs(prescribed[a]));
+  }
+  for (const Incidence& incidence : model_.incidences) {
+    const auto point = static_cast<std::size_t>(incidence.point);
+    double& own = speeds[scales.of_row(static_cast<std::size_t>(incidence.row))];
+    if (point >= model_.num_moving()) own = std::max(own, norm(load(v, point)));
+  }
+  const Tangents& tangents = constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    double& own = speeds[scales.of_point(static_cast<std::size_t>(tangents[c].point))];
+    own = std::max(own, norm(tangents.own_velocity(c).value));
+  }
+  speeds.back() = velocity_scale;
+  scales.set_speeds(speeds);
+}
+
+Energy Workspace::energy(const double* r, const double* v) {
+  return {model_.parallel.sum(model_.num_moving(),
+                              [&](std::size_t i) { return 0.5 * model_.mass[i] * dot(load(v, i), load(v, i)); }),
+          forces.potential(model_.parallel, r)};
+}
+
+Power Workspace::power(const double* reaction_accelerations, const double* r, const double* v) {
+  Power result;
+  if (model_.is_rheonomic()) {
+    // eta'v on the moving points, eta = M (M^-1 eta); and what supports do through springs
+    result.supports = model_.parallel.sum(model_.num_moving(), [&](std::size_t i) {
+      return model_.mass[i] * dot(load(reaction_accelerations, i), load(v, i));
+    }) + forces.elastic_power_of_supports(model_.parallel, r, v);
+  }
+  if (forces.has_work()) result.forces = forces.power(model_.parallel, r, v);
+  return result;
+}
+
+double Workspace::position_violation(double t, const double* r) {
+  set_time(t);
+  return constraints.evaluate_values(model_.parallel, r, rows_.data());
+}
+
+std::vector<double> Workspace::rank_tolerances(const double* r) {
+  // On the way to xi = 0 and back K may differ by so much from the one there, for each unit of violation.
+  constexpr double spread = 1e2, largest = 1e-6;  // what S cannot see lies below
+  const std::vector<double> at_rest(3 * model_.num_points(), 0.0);
+  std::vector<double> result(model_.num_rows());
+  constraints.measure(r, at_rest.data(), result.data(), rows_.data());
+  for (std::size_t a = 0; a < model_.num_rows(); ++a) {
+    const bool is_contact = model_.numbering.is_contact_row(a);
+    result[a] = is_contact ? 0.0 : std::min(largest, spread * result[a]);
+  }
+  return result;
+}
+
+double Workspace::velocity_violation(double t, const double* r, const double* v) {
+  set_time(t);
+  const double largest = constraints.evaluate_rates(model_.parallel, r, v, rows_.data());
+  if (scales.are_one()) return largest / scales.speed(0);
+  std::vector<double> position(model_.num_rows()), rates(model_.num_rows());
+  constraints.measure(r, v, position.data(), rates.data());
+  double worst = 0.0;
+  for (std::size_t a = 0; a < model_.num_rows(); ++a)
+    worst = larger(worst, std::abs(rates[a]) / scales.speed(scales.of_row(a)));
+  return worst;
+}
+
+ErrorRatios Workspace::error_ratios(const StepErrors& errors, double atol, double rtol) const {
+  constexpr std::size_t few = 8;
+  if (joints.allows_rounding() && !errors.are_of_projections) return joints.error_ratios(errors, atol, rtol, scales);
+  const auto largest = [&](const double* error, const double* from, const double* to, std::span<const double> all) {
+    const double* const own = atol > 0.0 ? nullptr : all.data();
+    if (model_.num_points() < few) return largest_ratio_of_few(error, from, to, model_.num_points(), own, atol, rtol);
+    return model_.parallel.max_over_ranges(model_.num_points(), [&](std::size_t begin, std::size_t end) {
+      return largest_ratio(error, from, to, begin, end, own, atol, rtol);
+    });
+  };
+  return {largest(errors.x, errors.x_from, errors.x_to, scales.position_tolerances()),
+          largest(errors.v, errors.v_from, errors.v_to, scales.velocity_tolerances())};
+}
+
+void Workspace::largest_norms(const double* x, std::vector<double>* result) const {
+  result->assign(scales.size(), 0.0);
+  for (std::size_t i = 0; i < model_.num_moving(); ++i) {
+    double& worst = (*result)[scales.of_point(i)];
+    worst = larger(worst, norm(load(x, i)));
+  }
+}
+
+std::vector<double> Workspace::largest_norms(const double* x) const {
+  std::vector<double> result;
+  largest_norms(x, &result);
+  return result;
+}
+
+double Workspace::largest_move(const double* x, const double* y, const std::vector<double>& scale) const {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < model_.num_moving(); ++i)
+    worst = larger(worst, norm(load(x, i) - load(y, i)) / scale[scales.of_point(i)]);
+  return worst;
+}
+
+std::string Workspace::name_row(std::size_t inner_row) const {
+  const auto row = static_cast<std::size_t>(model_.numbering.user_row[inner_row]);
+  if (row < model_.numbering.num_user_rows) return equation_name(model_.system, row);
+  const Tangents& tangents = constraints.tangents();
+  for (std::size_t c = 0; c < tangents.size(); ++c) {
+    const Tangents::Place& place = tangents[c];
+    const auto first = static_cast<std::size_t>(place.first_row);
+    if (place.first_row >= 0 && inner_row - first < static_cast<std::size_t>(place.num_tangents()))
+      return name_contact(c);
+  }
+  return "a contact";
+}
+
+void Workspace::clear_contacts(double* blocks) const {
+  constraints.tangents().list_incidences([&](const Incidence& i) { store(blocks, i.block, Vec3{}); });
+}
+
+std::vector<double> Workspace::without_contacts(const std::vector<double>& blocks) const {
+  std::vector<double> result = blocks;
+  clear_contacts(result.data());
+  return result;
+}
+
+std::string Workspace::name_contact(std::size_t contact) const {
+  const Tangents::Place& place = constraints.tangents()[contact];
+  const std::string guide = name_row(static_cast<std::size_t>(place.guide_row[0]));  // "wire[4].0"
+  return friction_name(model_.system, static_cast<std::size_t>(place.friction)) + " at " +
+         guide.substr(0, guide.find(']') + 1) + ", point " +
+         std::to_string(model_.numbering.user_point[static_cast<std::size_t>(place.point)]);
+}
+
+Outcome Workspace::check_contacts(double t) const {
+  const Tangents& tangents = constraints.tangents();
+  const std::size_t c = tangents.find_undirected();
+  if (c == tangents.size()) return {};
+  return {Status::Singular, "friction at t = " + text(t) + ": " + name_contact(c) +
+                                (tangents[c].num_guides == 2
+                                     ? ": its two surfaces are parallel there, and where it may slide is not defined; "
+                                       "a list in \"at\" names the two surfaces that cross in a wire"
+                                     : ": its surface has no normal there")};
+}
+
+}  // namespace tanor
