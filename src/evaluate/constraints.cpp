@@ -72,9 +72,9 @@ struct Builder {
   const System& system;
   const Numbering& numbering;
   double t;
-  double size;                                           // of the scene
-  mutable std::optional<Neighbourhoods> neighbourhoods;  // made when first needed: rods have lengths of their own
-  std::vector<std::vector<Member>> members_of_kind;      // [index in the variant], by increasing row
+  double size;                                       // of the scene
+  std::optional<Neighbourhoods> neighbourhoods;      // made when first needed: rods have lengths of their own
+  std::vector<std::vector<Member>> members_of_kind;  // [index in the variant], by increasing row
 
   Builder(const System& s, const Numbering& n, double start)
       : system(s), numbering(n), t(start), size(scene_size(s)), members_of_kind(std::variant_size_v<Constraint>) {
@@ -93,7 +93,7 @@ struct Builder {
   }
 
   /// Of the neighbourhood of the first point that moves; of the scene where none does.
-  double length_around(std::span<const Index> points) const {
+  double length_around(std::span<const Index> points) {
     if (!neighbourhoods) neighbourhoods = find_neighbourhoods(system, t);
     for (const Index point : points) {
       const Index own = neighbourhoods->of_point[static_cast<std::size_t>(point)];
@@ -153,7 +153,7 @@ struct Builder {
   }
 
   template <class Kernel>
-  void fill(Family<Kernel>* family) const {
+  void fill(Family<Kernel>* family) {
     using Group = typename Kernel::Group;
     auto& kernel = family->kernel;
     GeometryReader geometry;
@@ -174,7 +174,7 @@ struct Builder {
     });
   }
 
-  void fill(LinearFamily* family) const {
+  void fill(LinearFamily* family) {
     LinearKernel& kernel = family->kernel;
     ParameterReader numbers(&kernel.value);
     for_each<Linears>([&](const Linears& linears, const Member& member) {
@@ -188,7 +188,7 @@ struct Builder {
     });
   }
 
-  void fill(UserFamily* family) const {
+  void fill(UserFamily* family) {
     auto& groups = family->kernel.groups;
     GeometryReader geometry;
     for_each<UserConstraints>([&](const UserConstraints& constraints, const Member& member) {
@@ -223,7 +223,7 @@ Index blocks_of(const UserFamily& family) {
 
 Constraints::Constraints(const System& system, const Numbering& numbering, double t)
     : num_points_(numbering.num_points()), num_rows_(numbering.num_rows()) {
-  const Builder builder(system, numbering, t);
+  Builder builder(system, numbering, t);
   std::apply([&](auto&... family) { (builder.fill(&family), ...); }, families_);
   for_each_family([&](auto& family) {
     family.first_block = static_cast<Index>(num_blocks_);

@@ -172,7 +172,7 @@ double Forces::find_passage(const Parallel& parallel, PointPath* path) {
   return part;
 }
 
-double Forces::potential(const Parallel& parallel, const double* r) const {
+double Forces::potential(const Parallel& parallel, const double* r) {
   // -(m g + constant forces).r
   const double of_points = parallel.sum(num_moving_, [&](std::size_t i) {
     Vec3 force = mass_[i] * gravity_;
@@ -217,7 +217,7 @@ double Forces::power(const Parallel& parallel, const double* r, const double* v)
   return result;
 }
 
-double Forces::elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const {
+double Forces::elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) {
   double of_pairs = 0.0;
   for (PairField& pairs : pairs_) of_pairs += pairs.power_of_supports(parallel, r, v);
   // The support does the work -(force on it).velocity on the elastic energy.

@@ -101,11 +101,11 @@ class Forces {
 
   /// Potential energy of gravity, constant forces, springs and pairs, J. Supports take part as far as springs hold them
   /// moving points push them: what two supports do to each other by pair forces is a load of theirs (f), no energy.
-  double potential(const Parallel& parallel, const double* r) const;
+  double potential(const Parallel& parallel, const double* r);
   /// Power of the forces without potential on the moving points, W, at the (t, r, v) of the last `evaluate`.
   double power(const Parallel& parallel, const double* r, const double* v) const;
   /// Power that moving supports put in through springs and pairs, W.
-  double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v) const;
+  double elastic_power_of_supports(const Parallel& parallel, const double* r, const double* v);
 
  private:
   struct Spring {
@@ -139,7 +139,7 @@ class Forces {
   std::vector<double> spring_force_;          // [spring] on its point j
   std::vector<Index> compliant_springs_;      // numbers in springs_
   ByPoint<Index> spring_ends_;                // k, or ~k where the point is the spring's point i
-  mutable std::vector<PairField> pairs_;      // each keeps what belongs to the positions it saw last
+  std::vector<PairField> pairs_;              // each keeps what belongs to the positions it saw last
   std::vector<PairField> pairs_of_supports_;  // of both ends; on supports that stand it is found once
   bool has_damping_ = false, forces_depend_on_time_ = false;
   std::vector<FormulaGroup> formulas_;

@@ -32,7 +32,8 @@ int choose_order(double tolerance, std::size_t n) {
 // A template's Eight forgets its alignment, which copies by memcpy do not need.
 #pragma GCC diagnostic ignored "-Wignored-attributes"
 
-/// Sums x, x' and x'' of some numbers at h, with q = c_2 + c_3 h + … and its derivatives by Horner's scheme:
+/// Sums x, x' and x'' (unless `a` is null) of some numbers at h, with q = c_2 + c_3 h + … and its derivatives by
+/// Horner's scheme:
 ///
 ///   x = c_0 + h (c_1 + h q),   x' = c_1 + h (2 q + h q'),   x'' = 2 q + h (4 q' + h q'')
 template <class Number>
@@ -61,7 +62,7 @@ template <class Number>
     const Number v0 = load(coefficients[1], i);
     store(load(coefficients[0], i) + h * (v0 + h * q[i]), x, i);
     store(v0 + h * (2.0 * q[i] + h * slope[i]), v, i);
-    store(2.0 * (q[i] + h * (2.0 * slope[i] + h * half_bend[i])), a, i);
+    if (a != nullptr) store(2.0 * (q[i] + h * (2.0 * slope[i] + h * half_bend[i])), a, i);
   }
 }
 
@@ -245,7 +246,7 @@ double Taylor::log_of_longest_step(const State& from, int k) {
   return log_of_limit;
 }
 
-/// Evaluates x, x' and x'' at h, in pieces that stay in the first cache.
+/// Evaluates x, x' and x'' (unless `a` is null) at h, in pieces that stay in the first cache.
 void Taylor::evaluate(double h, double* x, double* v, double* a) const {
   const std::size_t n = coefficients_[0].size();
   constexpr std::size_t piece = 256;
@@ -303,7 +304,7 @@ Outcome Taylor::prepare_inside(const State& from, const State& to) {
 void Taylor::interpolate(const Parallel& parallel, const State& from, const State& to, double fraction, double* x,
                          double* v) const {
   if (!exists_ || series_time_ != from.t) return other_->interpolate(parallel, from, to, fraction, x, v);
-  evaluate(fraction * (to.t - from.t), x, v, inside_.a.data());
+  evaluate(fraction * (to.t - from.t), x, v, nullptr);
 }
 
 StepResult Taylor::step(const State& from, double h, State* to) {

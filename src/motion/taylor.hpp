@@ -46,7 +46,9 @@ class Taylor final : public Scheme {
   std::vector<std::vector<double>> coefficients_;  // [order + 1][n]
   std::vector<double*> pointers_;
   std::unique_ptr<Scheme> other_;  // where there is no series
-  mutable struct { std::vector<double> x, v, a; } inside_;
+  struct {
+    std::vector<double> x, v, a;
+  } inside_;                             // of the step
   std::vector<double> noise_;            // [neighbourhood] scratch
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
 

@@ -192,7 +192,7 @@ double derivative_at_zero(const Function& function, double h = 0.01) {
 TEST_F(ForceTest, ForcesOnMovingPointsAreMinusTheSlopeOfThePotential) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Scene scene = any_scene(seed);
-    const Forces forces(scene.system, number(scene.system));
+    Forces forces(scene.system, number(scene.system));
     const Eigen::VectorXd f = forces_at(scene);
 
     for (std::size_t c = 0; c < 3 * num_moving; ++c) {
@@ -233,7 +233,7 @@ TEST_F(ForceTest, PotentialGrowsByTheWorkOfMovingPointsAndOfSupports) {
   // dU/dt along v = -(conservative forces on moving points).v + what the supports put in through springs
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Scene scene = any_scene(seed);
-    const Forces forces(scene.system, number(scene.system));
+    Forces forces(scene.system, number(scene.system));
     const Eigen::VectorXd f = forces_at(scene), v = reference::vector(scene.v);
 
     const double rate = derivative_at_zero([&](double e) {
