@@ -12,8 +12,11 @@ namespace tanor {
 
 /// What contacts ask of the constrained system around them while they choose their modes: to linearize, to project, to
 /// solve, always with the contacts that stick now.
-class ConstrainedSystem : public ContactResponse {
+class ConstrainedSystem {
  public:
+  virtual ~ConstrainedSystem() = default;
+
+  virtual ContactResponse& response() = 0;
   /// K at (t, r), and S with its factor.
   virtual Outcome linearise(double t, const double* r) = 0;
   /// v onto K'v + xi_t = 0 in the M-norm, with the linearization at (t, r); `impulses` [rows] += the multipliers, N s.
@@ -35,9 +38,6 @@ class ConstrainedSystem : public ContactResponse {
   /// K at the last linearization, and which of its rows depend on others.
   virtual const std::vector<double>& blocks() const = 0;
   virtual const Redundancy& redundancy() const = 0;
-  /// A compliance of rows of contacts, over the diagonal of S, with `weights` [rows of contacts], makes S regular where
-  /// contacts hold more than can move; 0: none.
-  virtual void set_compliance(double size, std::vector<double> weights) = 0;
 };
 
 }  // namespace tanor

@@ -83,16 +83,4 @@ struct ContactChoice {
   }
 };
 
-/// What is known of all motions since the modes were counted last: the worst that was noted.
-struct ContactVerdict {
-  Uniqueness uniqueness = Uniqueness::NotAsked;
-  std::string reason;
-
-  void note(Uniqueness other, const std::string& why) {
-    if (other <= uniqueness) return;
-    uniqueness = other;
-    reason = why;
-  }
-};
-
 }  // namespace tanor

@@ -15,15 +15,16 @@ constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-ContactModes::ContactModes(Workspace& work, FrictionSolver& friction, ConstrainedSystem& system)
-    : work_(work),
-      model_(work.model()),
+ContactModes::ContactModes(ContactState& state, LoadSharing& sharing, FrictionSolver& friction,
+                           ConstrainedSystem& system)
+    : work_(state.work),
+      model_(state.model),
       friction_(friction),
       system_(system),
-      state_(work, friction.laws()),
-      sharing_(state_, system),
-      choices_(state_, friction, system, sharing_),
-      pivoting_(state_, system, sharing_, choices_) {}
+      state_(state),
+      sharing_(sharing),
+      choices_(state, friction, system, sharing),
+      pivoting_(state, system, sharing, choices_) {}
 
 // ---- events ----
 
@@ -77,7 +78,7 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
     state_.laws.set_sense(c, {});
   }
   state_.laws.keep_senses(v);
-  verdict_.uniqueness = Uniqueness::NotAsked;
+  state_.verdict.uniqueness = Uniqueness::NotAsked;
   state_.softness.clear();
   state_.overloads.clear();
   std::fill(system_.lambda().begin(), system_.lambda().end(), 0.0);
@@ -223,7 +224,7 @@ std::vector<char> ContactModes::find_many_on_surfaces(const ModeSwitch& at) cons
 Outcome ContactModes::count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts,
                             bool takes_all, std::vector<ContactChoice>* choices) {
   std::vector<ContactChoice> counted;
-  Outcome outcome = choices_.count(at, wanted, most_contacts, &verdict_, &counted);
+  Outcome outcome = choices_.count(at, wanted, most_contacts, &state_.verdict, &counted);
   if (outcome.ok()) outcome = choices_.take(at, takes_all, &counted);
   if (takes_all) std::erase_if(counted, [](const auto& choice) { return !choice.has_shared; });
   choices->insert(choices->end(), std::make_move_iterator(counted.begin()), std::make_move_iterator(counted.end()));
@@ -293,15 +294,15 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
   for (std::size_t island = 0; island < are_open.size(); ++island) {
     if (are_counted[island] != 0 || !rests(at, island)) are_open[island] = 0;
   }
-  if (Outcome outcome = choices_.verify_uncounted(at, are_open, &verdict_); !outcome.ok()) return outcome;
+  if (Outcome outcome = choices_.verify_uncounted(at, are_open, &state_.verdict); !outcome.ok()) return outcome;
   state_.places.hold(at.t, at.r);
   Request at_end = at.request;
   at_end.gradients = Gradients::Keep;
   Outcome found = system_.accelerations({at.t, at.r, at.v}, at_end, are_counted, at.w);
   if (found.ok()) system_.report().outcome = found = check_rest(at);
-  if (verdict_.uniqueness == Uniqueness::Several) {
-    verdict_.uniqueness = Uniqueness::Unproven;
-    verdict_.reason = "several accelerations obeyed the law at t = " + text(at.t);
+  if (state_.verdict.uniqueness == Uniqueness::Several) {
+    state_.verdict.uniqueness = Uniqueness::Unproven;
+    state_.verdict.reason = "several accelerations obeyed the law at t = " + text(at.t);
   }
   return found;
 }
@@ -343,76 +344,15 @@ void ContactModes::accept(double t, const double* r, const double* v) {
   state_.laws.keep_senses(v);
 }
 
-void ContactModes::prepare(const double* r, const double* v) {
-  state_.restore_senses(r, v);
-  state_.set_sliding_speeds();
-}
-
-void ContactModes::carry_places(double t) {
-  if (num_events() > 0) state_.places.carry(t);
-}
-
-double ContactModes::held_violation(const double* rows) const {
-  return sharing_.is_compliant() ? 0.0 : state_.places.largest_violation(rows, system_.redundancy());
-}
-
 void ContactModes::exchange_memory(Memory& memory) {
   bool is_compliant = sharing_.is_compliant();
-  memory.exchange(is_compliant, verdict_.uniqueness);
+  memory.exchange(is_compliant, state_.verdict.uniqueness);
   if (memory.reads()) {
     sharing_.forget();
     if (is_compliant) (void)sharing_.make_compliant();
   }
   state_.places.exchange_memory(memory);
   friction_.exchange_memory(memory);
-}
-
-// ---- what is known ----
-
-void ContactModes::add_verdict(FrictionReport* report) const {
-  const auto add = [&](Uniqueness uniqueness, const std::string& reason) {
-    if (uniqueness < report->uniqueness || (uniqueness == report->uniqueness && !report->uniqueness_reason.empty()))
-      return;
-    report->uniqueness = uniqueness;
-    report->uniqueness_reason = reason;
-  };
-  if (const std::string contact = find_undetermined_reaction(); !contact.empty()) {
-    add(Uniqueness::Unproven, "constraints that depend on each other share the reaction of " + contact +
-                                  " by convention, and the motion depends on the share");
-  }
-  if (verdict_.uniqueness > Uniqueness::Proven) add(verdict_.uniqueness, verdict_.reason);
-  // An answer that is not proven has no bound of its error.
-  if (report->uniqueness != Uniqueness::Proven) report->error_bound = std::numeric_limits<double>::quiet_NaN();
-}
-
-std::string ContactModes::find_undetermined_reaction() const {
-  const Redundancy& redundancy = system_.redundancy();
-  if (!redundancy.is_found()) return {};
-  const double* const blocks = system_.blocks().data();
-  std::vector<double> lengths(model_.num_rows(), 0.0);  // of gradients in the norm of M^-1
-  for (const Incidence& i : model_.incidences) {
-    const Vec3 g = load(blocks, i.block);
-    lengths[static_cast<std::size_t>(i.row)] += model_.inverse_mass[static_cast<std::size_t>(i.point)] * dot(g, g);
-  }
-  for (double& length : lengths) length = length > 0.0 ? std::sqrt(length) : 1.0;
-  std::vector<double> z(model_.num_rows(), 0.0);  // K z = 0
-  for (const Redundancy::Found& found : redundancy.list()) {
-    std::fill(z.begin(), z.end(), 0.0);
-    const auto row = static_cast<std::size_t>(found.row);
-    z[row] = 1.0 / lengths[row];
-    double largest = z[row];
-    for (const auto& [other, coefficient] : found.terms) {
-      const auto a = static_cast<std::size_t>(other);
-      z[a] = -coefficient / lengths[a];
-      largest = std::max(largest, std::abs(z[a]));
-    }
-    for (std::size_t c = 0; c < state_.size(); ++c) {
-      constexpr double rounding = 1e-8;
-      if (!state_.laws.is_coulomb(c) || state_.laws.static_coefficient(c) == 0.0) continue;
-      if (norm(state_.laws.normal_force(c, z.data())) > rounding * largest) return work_.name_contact(c);
-    }
-  }
-  return {};
 }
 
 }  // namespace tanor

@@ -17,10 +17,7 @@ namespace tanor {
 class ContactModes final : public EventFunctions {
  public:
   /// All must outlive it.
-  ContactModes(Workspace& work, FrictionSolver& friction, ConstrainedSystem& system);
-
-  const LoadSharing& sharing() const { return sharing_; }
-  LoadSharing& sharing() { return sharing_; }
+  ContactModes(ContactState& state, LoadSharing& sharing, FrictionSolver& friction, ConstrainedSystem& system);
 
   // ---- the modes ----
 
@@ -36,23 +33,6 @@ class ContactModes final : public EventFunctions {
   void restore_discrete_state(std::span<const int> state) override { state_.restore_discrete_state(state); }
   /// A step to (t, r, v) was accepted.
   void accept(double t, const double* r, const double* v);
-  /// Before friction is solved for at (r, v).
-  void prepare(const double* r, const double* v);
-
-  // ---- where contacts that stick are held ----
-
-  /// Places at t, into the rows of the contacts.
-  void carry_places(double t);
-  /// Largest |T'(r - p)| over the length around it; `rows` [rows] = xi(r).
-  double held_violation(const double* rows) const;
-
-  // ---- what is known, and kept ----
-
-  /// What is known about all modes, and about reactions, into the report of one instant.
-  void add_verdict(FrictionReport* report) const;
-  /// Dependent constraints share their load in many ways: a contact whose reaction depends on the share has no motion
-  /// but by convention. Names it; empty: there is none.
-  std::string find_undetermined_reaction() const;
 
   void exchange_memory(Memory& memory);
 
@@ -78,11 +58,10 @@ class ContactModes final : public EventFunctions {
   const Model& model_;
   FrictionSolver& friction_;
   ConstrainedSystem& system_;
-  ContactState state_;
-  LoadSharing sharing_;
+  ContactState& state_;
+  LoadSharing& sharing_;
   ContactChoices choices_;
   ModePivoting pivoting_;
-  ContactVerdict verdict_;
   Power work_of_rest_;  // J, of the last switch
 };
 

@@ -50,8 +50,8 @@ void ContactReduction::reduce(const ModeSwitch& at, std::vector<ContactChoice>* 
 
 /// lambda = -S^-1 b, dw = M^-1 K lambda
 void ContactReduction::solve(const std::vector<double>& b, std::vector<double>* lambda, std::vector<double>* dw) {
-  system_.solve_refined(b.data(), lambda->data(), dw->data());
-  system_.minimize_multiplier_norm(lambda->data());
+  system_.response().solve_refined(b.data(), lambda->data(), dw->data());
+  system_.response().minimize_multiplier_norm(lambda->data());
 }
 
 /// w = w0 and b = phi + K'w0 with forces alone; returns their largest number.

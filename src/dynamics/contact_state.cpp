@@ -1,7 +1,8 @@
 #include "dynamics/contact_state.hpp"
 
 #include <algorithm>
-#include <string>
+#include <cmath>
+#include <limits>
 
 namespace tanor {
 
@@ -19,8 +20,12 @@ enum Mode : int {
 
 }  // namespace
 
-ContactState::ContactState(Workspace& a_work, FrictionLaws& a_laws)
-    : work(a_work), model(a_work.model()), tangents(a_work.constraints.tangents()), laws(a_laws), places(a_work) {
+ContactState::ContactState(Workspace& a_work)
+    : work(a_work),
+      model(a_work.model()),
+      tangents(a_work.constraints.tangents()),
+      laws(model.system, model.numbering, tangents, model.incidences),
+      places(a_work) {
   for (std::size_t c = 0; c < size(); ++c) num_switches += may_stick(c) ? 1 : 0;
 }
 
@@ -101,6 +106,54 @@ void ContactState::restore_senses(const double* r, const double* v) {
   }
   laws.keep_senses(v);
   restored_.clear();
+}
+
+// ---- what is known ----
+
+void ContactState::add_verdict(const std::vector<double>& blocks, const Redundancy& redundancy,
+                               FrictionReport* report) const {
+  const auto add = [&](Uniqueness uniqueness, const std::string& reason) {
+    if (uniqueness < report->uniqueness || (uniqueness == report->uniqueness && !report->uniqueness_reason.empty()))
+      return;
+    report->uniqueness = uniqueness;
+    report->uniqueness_reason = reason;
+  };
+  if (const std::string contact = find_undetermined_reaction(blocks, redundancy); !contact.empty()) {
+    add(Uniqueness::Unproven, "constraints that depend on each other share the reaction of " + contact +
+                                  " by convention, and the motion depends on the share");
+  }
+  if (verdict.uniqueness > Uniqueness::Proven) add(verdict.uniqueness, verdict.reason);
+  // An answer that is not proven has no bound of its error.
+  if (report->uniqueness != Uniqueness::Proven) report->error_bound = std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string ContactState::find_undetermined_reaction(const std::vector<double>& blocks,
+                                                     const Redundancy& redundancy) const {
+  if (!redundancy.is_found()) return {};
+  std::vector<double> lengths(model.num_rows(), 0.0);  // of gradients in the norm of M^-1
+  for (const Incidence& i : model.incidences) {
+    const Vec3 g = load(blocks.data(), i.block);
+    lengths[static_cast<std::size_t>(i.row)] += model.inverse_mass[static_cast<std::size_t>(i.point)] * dot(g, g);
+  }
+  for (double& length : lengths) length = length > 0.0 ? std::sqrt(length) : 1.0;
+  std::vector<double> z(model.num_rows(), 0.0);  // K z = 0
+  for (const Redundancy::Found& found : redundancy.list()) {
+    std::fill(z.begin(), z.end(), 0.0);
+    const auto row = static_cast<std::size_t>(found.row);
+    z[row] = 1.0 / lengths[row];
+    double largest = z[row];
+    for (const auto& [other, coefficient] : found.terms) {
+      const auto a = static_cast<std::size_t>(other);
+      z[a] = -coefficient / lengths[a];
+      largest = std::max(largest, std::abs(z[a]));
+    }
+    for (std::size_t c = 0; c < size(); ++c) {
+      constexpr double rounding = 1e-8;
+      if (!laws.is_coulomb(c) || laws.static_coefficient(c) == 0.0) continue;
+      if (norm(laws.normal_force(c, z.data())) > rounding * largest) return work.name_contact(c);
+    }
+  }
+  return {};
 }
 
 }  // namespace tanor

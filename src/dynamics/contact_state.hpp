@@ -1,20 +1,35 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "dynamics/held_friction.hpp"
 #include "dynamics/held_places.hpp"
 #include "dynamics/workspace.hpp"
 #include "friction/laws.hpp"
+#include "schur/redundancy.hpp"
 
 namespace tanor {
 
-/// The discrete state of all contacts. `tangents` know which ones stick, `laws` to where the others slide; beside that
-/// a contact that sticks has a place, a softness by which it shares a load, and may be held a little above its limit.
+/// What is known of all motions since the modes were counted last: the worst that was noted.
+struct ContactVerdict {
+  Uniqueness uniqueness = Uniqueness::NotAsked;
+  std::string reason;
+
+  void note(Uniqueness other, const std::string& why) {
+    if (other <= uniqueness) return;
+    uniqueness = other;
+    reason = why;
+  }
+};
+
+/// The discrete state of all contacts, and what is known about it. `tangents` know which ones stick, `laws` to where
+/// the others slide; beside that a contact that sticks has a place, a softness by which it shares a load, and may be
+/// held a little above its limit.
 struct ContactState {
-  /// Both must outlive it.
-  ContactState(Workspace& work, FrictionLaws& laws);
+  /// `work` must outlive it.
+  explicit ContactState(Workspace& work);
 
   /// An octave of softness.
   static constexpr int softness_steps = 1 << 20;
@@ -25,11 +40,12 @@ struct ContactState {
   Workspace& work;
   const Model& model;
   Tangents& tangents;
-  FrictionLaws& laws;
+  FrictionLaws laws;
   HeldPlaces places;
   std::size_t num_switches = 0;  ///< contacts that may stick
   std::vector<int> softness;     ///< [contact] 0: softest; empty: all are alike
   std::vector<char> overloads;   ///< [contact] held until `overload` above its limit; empty: none is
+  ContactVerdict verdict;
 
   std::size_t size() const { return tangents.size(); }
   bool may_stick(std::size_t contact) const { return tangents[contact].first_row >= 0; }
@@ -65,6 +81,13 @@ struct ContactState {
   /// it stands, by `restore_senses`, which does nothing but then.
   void restore_discrete_state(std::span<const int> state);
   void restore_senses(const double* r, const double* v);
+
+  /// What is known about all modes, and about reactions, into the report of one instant. K as blocks, and which of its
+  /// rows depend on others.
+  void add_verdict(const std::vector<double>& blocks, const Redundancy& redundancy, FrictionReport* report) const;
+  /// Dependent constraints share their load in many ways: a contact whose reaction depends on the share has no motion
+  /// but by convention. Names it; empty: there is none.
+  std::string find_undetermined_reaction(const std::vector<double>& blocks, const Redundancy& redundancy) const;
 
  private:
   std::vector<int> restored_;  // modes whose senses are still to be found

@@ -12,12 +12,14 @@
 namespace tanor {
 
 ForwardDynamics::ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals,
-                                 SolveReport* report)
+                                 const Contacts& contacts, SolveReport* report)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
       residuals_(residuals),
       report_(*report),
+      contacts_(contacts.state),
+      friction_(contacts.friction),
       lambda_(model_.num_rows(), 0.0),
       dw_(3 * model_.num_points(), 0.0),
       b_(model_.num_rows()),
@@ -196,7 +198,8 @@ void ForwardDynamics::write_reactions(double* eta) {
 Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessCheck& check, double* w) {
   if (friction_ == nullptr) return {};
   const auto [t, r, v] = at;
-  contacts_->prepare(r, v);
+  contacts_->restore_senses(r, v);
+  contacts_->set_sliding_speeds();
   // The null space turns with K.
   if (!work_.constraints.gradients_are_constant()) (void)linearization_.decide_rank_again(r);
   friction_->set_accelerations(residuals_.accelerations());
@@ -226,7 +229,7 @@ void ForwardDynamics::improve_friction(double* w) {
 
 /// One motion obeys the law, but modes that were chosen wrongly leave friction that no iteration brings to it.
 Outcome ForwardDynamics::verify_friction(double t) {
-  contacts_->add_verdict(&report_.friction);
+  contacts_->add_verdict(linearization_.blocks(), linearization_.rank_factor().redundancy(), &report_.friction);
   constexpr double largest_miss = 1e-4;
   const FrictionReport& friction = report_.friction;
   if (friction.uniqueness != Uniqueness::Proven || friction.residual <= largest_miss) return {};

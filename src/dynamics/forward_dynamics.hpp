@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dynamics/contact_modes.hpp"
+#include "dynamics/contact_state.hpp"
 #include "dynamics/friction_solver.hpp"
 #include "dynamics/instant.hpp"
 #include "dynamics/linearization.hpp"
@@ -23,12 +23,14 @@ namespace tanor {
 /// in place of f.
 class ForwardDynamics {
  public:
+  /// Contacts and their friction; null: constraints are ideal.
+  struct Contacts {
+    ContactState* state = nullptr;
+    FrictionSolver* friction = nullptr;
+  };
   /// `report`: of the last solve; it outlives the dynamics, as the others do.
-  ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, SolveReport* report);
-  void set_friction(FrictionSolver* friction, ContactModes* contacts) {
-    friction_ = friction;
-    contacts_ = contacts;
-  }
+  ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, const Contacts& contacts,
+                  SolveReport* report);
 
   /// w [3n] at (t, r, v), with K and the factor of S there or with those that stand.
   Outcome solve(const Kinematics& at, const Request& request, double* w) { return solve(at, request, {}, w); }
@@ -64,8 +66,8 @@ class ForwardDynamics {
   Linearization& linearization_;
   Residuals& residuals_;
   SolveReport& report_;
-  FrictionSolver* friction_ = nullptr;                 // null: constraints are ideal
-  ContactModes* contacts_ = nullptr;                   // likewise
+  ContactState* contacts_;                             // null: constraints are ideal
+  FrictionSolver* friction_;                           // likewise
   bool exact_ = false;                                 // the solve at hand is
   std::vector<double> lambda_, dw_;                    // [d]; [3n] w - w0 = M^-1 K lambda
   std::vector<double> b_, rows_;                       // [d] phi + K'w0; K'w + phi

@@ -23,13 +23,13 @@ int anderson_depth(std::size_t num_contacts) {
 
 }  // namespace
 
-FrictionSolver::FrictionSolver(Workspace& work, FrictionMethod method, ContactResponse& response)
+FrictionSolver::FrictionSolver(Workspace& work, FrictionLaws& laws, FrictionMethod method, ContactResponse& response)
     : work_(work),
       model_(work.model()),
       tangents_(work.constraints.tangents()),
       method_(method),
       response_(response),
-      laws_(model_.system, model_.numbering, tangents_, model_.incidences),
+      laws_(laws),
       islands_(work),
       coupling_(work, laws_),
       scales_(work, laws_),

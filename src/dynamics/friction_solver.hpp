@@ -28,8 +28,8 @@ struct ContactPlace {
 /// tau found, it is a given force.
 class FrictionSolver final : private Response {
  public:
-  /// `model` and `response` must outlive it.
-  FrictionSolver(Workspace& work, FrictionMethod method, ContactResponse& response);
+  /// All must outlive it.
+  FrictionSolver(Workspace& work, FrictionLaws& laws, FrictionMethod method, ContactResponse& response);
 
   FrictionLaws& laws() { return laws_; }
   const FrictionLaws& laws() const { return laws_; }
@@ -94,7 +94,7 @@ class FrictionSolver final : private Response {
   const Tangents& tangents_;
   const FrictionMethod method_;
   ContactResponse& response_;
-  FrictionLaws laws_;
+  FrictionLaws& laws_;
   const ContactIslands islands_;
   ContactCoupling coupling_;
   FrictionScales scales_;

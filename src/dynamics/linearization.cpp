@@ -18,13 +18,13 @@ SchurProblem problem_of(const Workspace& work) {
 
 }  // namespace
 
-Linearization::Linearization(Workspace& work, const SolverOptions& options, SolveReport* report)
+Linearization::Linearization(Workspace& work, const SolverOptions& options, SolveReport* report, ContactState* contacts)
     : work_(work),
       model_(work.model()),
       report_(*report),
       blocks_(3 * work.constraints.num_blocks()),
       composite_(make_composite_solver(problem_of(work), options)),
-      factor_(work, options.ordering, blocks_, report),
+      factor_(work, options.ordering, blocks_, contacts, report),
       evaluator_(composite_.empty() ? static_cast<SchurFactor&>(factor_) : composite_),
       conjugate_(work, factor_, blocks_),
       rows_(model_.num_rows()) {

@@ -29,8 +29,9 @@ enum class FactorState {
 /// and where the composite would be no faster, the factor of all rows together answers (see RankRevealingFactor).
 class Linearization {
  public:
-  /// `report`: gets the condition of S of each factorization; it outlives the linearization, as the model does.
-  Linearization(Workspace& work, const SolverOptions& options, SolveReport* report);
+  /// `report`: gets the condition of S of each factorization; it outlives the linearization, as the others do.
+  /// `contacts`: with friction; null where constraints are ideal.
+  Linearization(Workspace& work, const SolverOptions& options, SolveReport* report, ContactState* contacts = nullptr);
   Linearization(const Linearization&) = delete;
   Linearization& operator=(const Linearization&) = delete;
 

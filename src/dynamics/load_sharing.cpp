@@ -8,7 +8,7 @@ namespace tanor {
 
 void LoadSharing::forget() {
   is_compliant_ = false;
-  system_.set_compliance(0.0, {});
+  S_.set_compliance(0.0);
 }
 
 bool LoadSharing::make_compliant() {
@@ -24,7 +24,7 @@ bool LoadSharing::make_compliant() {
           std::exp2(-static_cast<double>(state_.softness[c]) / ContactState::softness_steps);
     }
   }
-  system_.set_compliance(compliance, std::move(weights));
+  S_.set_compliance(compliance, std::move(weights));
   return true;
 }
 

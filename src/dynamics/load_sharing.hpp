@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "dynamics/constrained_system.hpp"
 #include "dynamics/contact_state.hpp"
+#include "schur/gram_solver.hpp"
 
 namespace tanor {
 
@@ -13,7 +13,7 @@ namespace tanor {
 class LoadSharing {
  public:
   /// Both must outlive it.
-  LoadSharing(ContactState& state, ConstrainedSystem& system) : state_(state), system_(system) {}
+  LoadSharing(ContactState& state, GramSolver& S) : state_(state), S_(S) {}
 
   /// Contacts that stick depend on constraints, or on each other: their rows are compliant in the factor of S.
   bool is_compliant() const { return is_compliant_; }
@@ -32,7 +32,7 @@ class LoadSharing {
   static constexpr double compliance = 1e-4;  // rounding grows by its inverse, each refinement wins its digits
 
   ContactState& state_;
-  ConstrainedSystem& system_;
+  GramSolver& S_;
   bool is_compliant_ = false;
 };
 

@@ -9,22 +9,30 @@ namespace tanor {
 
 MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
     : PointForm(work),
-      linearization_(work, options, &last_),
+      contact_state_(work.model().has_friction() ? std::make_unique<ContactState>(work) : nullptr),
+      linearization_(work, options, &last_, contact_state_.get()),
       residuals_(work, linearization_.blocks()),
-      projector_(work, linearization_, residuals_),
-      dynamics_(work, linearization_, residuals_, &last_),
-      steps_(work, linearization_, projector_, dynamics_),
+      projector_(work, linearization_, residuals_, contact_state_.get()),
+      response_(work, linearization_),
+      friction_(make_friction(options.friction)),
+      dynamics_(work, linearization_, residuals_, {contact_state_.get(), friction_.get()}, &last_),
+      steps_(work, linearization_, projector_, dynamics_, friction_.get()),
       gradient_rank_(work, linearization_),
       implicit_(work, dynamics_.multipliers()),
       rows_(model_.num_rows()),
-      system_(work, linearization_, residuals_, projector_, dynamics_, last_) {
-  if (!model_.has_friction()) return;
-  friction_ = std::make_unique<FrictionSolver>(work, options.friction, system_);
-  contacts_ = std::make_unique<ContactModes>(work, *friction_, system_);
-  linearization_.rank_factor().set_sharing(&contacts_->sharing());
-  projector_.set_contacts(contacts_.get());
-  dynamics_.set_friction(friction_.get(), contacts_.get());
-  steps_.set_friction(friction_.get());
+      system_(linearization_, residuals_, projector_, dynamics_, response_, last_) {
+  if (friction_ == nullptr) return;
+  LoadSharing& sharing = linearization_.rank_factor().sharing();
+  contacts_ = std::make_unique<ContactModes>(*contact_state_, sharing, *friction_, system_);
+}
+
+std::unique_ptr<FrictionSolver> MultiplierForm::make_friction(FrictionMethod method) {
+  if (contact_state_ == nullptr) return nullptr;
+  return std::make_unique<FrictionSolver>(work_, contact_state_->laws, method, response_);
+}
+
+std::string MultiplierForm::find_undetermined_reaction() const {
+  return contact_state_->find_undetermined_reaction(linearization_.blocks(), linearization_.rank_factor().redundancy());
 }
 
 double MultiplierForm::predicted_flops() const {

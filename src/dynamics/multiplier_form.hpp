@@ -75,7 +75,8 @@ class MultiplierForm final : public PointForm {
   const std::vector<double>& multipliers() const { return dynamics_.multipliers(); }
   /// Null: constraints are ideal.
   const FrictionSolver* friction() const { return friction_.get(); }
-  const ContactModes* contacts() const { return contacts_.get(); }
+  /// With friction: a contact whose reaction is a convention, see ContactState; empty: there is none.
+  std::string find_undetermined_reaction() const;
 
   /// Predicted flops of one evaluation and solve.
   double predicted_flops() const;
@@ -84,10 +85,16 @@ class MultiplierForm final : public PointForm {
 
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
+  std::unique_ptr<FrictionSolver> make_friction(FrictionMethod method);
+
+  // Each stands on those above it.
   SolveReport last_;
+  std::unique_ptr<ContactState> contact_state_;  // null: constraints are ideal
   Linearization linearization_;
   Residuals residuals_;
   Projector projector_;
+  LinearizedResponse response_;
+  std::unique_ptr<FrictionSolver> friction_;  // null: constraints are ideal
   ForwardDynamics dynamics_;
   StepProjection steps_;
   GradientRank gradient_rank_;
@@ -96,8 +103,7 @@ class MultiplierForm final : public PointForm {
   std::vector<double> error_x_, error_v_;     // [3n] of a step, the parts that constraints leave
   std::vector<double> rows_;                  // [d] scratch
   MultiplierSystem system_;                   // as contacts see it
-  std::unique_ptr<FrictionSolver> friction_;  // null: constraints are ideal
-  std::unique_ptr<ContactModes> contacts_;    // likewise
+  std::unique_ptr<ContactModes> contacts_;    // null: constraints are ideal
 };
 
 }  // namespace tanor

@@ -9,18 +9,10 @@
 
 namespace tanor {
 
-/// The constrained system as contacts see it, in equations with multipliers.
-class MultiplierSystem final : public ConstrainedSystem {
+/// How multipliers answer at the configuration that is linearized.
+class LinearizedResponse final : public ContactResponse {
  public:
-  MultiplierSystem(Workspace& work, Linearization& linearization, Residuals& residuals, Projector& projector,
-                   ForwardDynamics& dynamics, SolveReport& report)
-      : work_(work),
-        model_(work.model()),
-        linearization_(linearization),
-        residuals_(residuals),
-        projector_(projector),
-        dynamics_(dynamics),
-        report_(report) {}
+  LinearizedResponse(Workspace& work, Linearization& linearization) : work_(work), linearization_(linearization) {}
 
   void solve_once(const double* b, double* x) override {
     // A compliant factor alone is no answer.
@@ -29,11 +21,30 @@ class MultiplierSystem final : public ConstrainedSystem {
     linearization_.solve_negative(b, x);
   }
   void solve_refined(const double* b, double* x, double* dw) override {
-    points_.resize(3 * model_.num_points());
+    points_.resize(3 * work_.model().num_points());
     linearization_.solve_refined(b, x, dw != nullptr ? dw : points_.data());
   }
   void minimize_multiplier_norm(double* x) override { linearization_.minimize_multiplier_norm(x); }
 
+ private:
+  Workspace& work_;
+  Linearization& linearization_;
+  std::vector<double> points_;  // [3n] scratch
+};
+
+/// The constrained system as contacts see it, in equations with multipliers.
+class MultiplierSystem final : public ConstrainedSystem {
+ public:
+  MultiplierSystem(Linearization& linearization, Residuals& residuals, Projector& projector, ForwardDynamics& dynamics,
+                   ContactResponse& response, SolveReport& report)
+      : linearization_(linearization),
+        residuals_(residuals),
+        projector_(projector),
+        dynamics_(dynamics),
+        response_(response),
+        report_(report) {}
+
+  ContactResponse& response() override { return response_; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   ProjectionReport project_velocities(double t, const double* r, double* v, double* impulses) override {
     return projector_.project_velocities(t, r, v, impulses);
@@ -53,19 +64,14 @@ class MultiplierSystem final : public ConstrainedSystem {
 
   const std::vector<double>& blocks() const override { return linearization_.blocks(); }
   const Redundancy& redundancy() const override { return linearization_.rank_factor().redundancy(); }
-  void set_compliance(double size, std::vector<double> weights) override {
-    linearization_.rank_factor().gram().set_compliance(size, std::move(weights));
-  }
 
  private:
-  Workspace& work_;
-  const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
   Projector& projector_;
   ForwardDynamics& dynamics_;
+  ContactResponse& response_;
   SolveReport& report_;
-  std::vector<double> points_;  // [3n] scratch
 };
 
 }  // namespace tanor

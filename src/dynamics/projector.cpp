@@ -14,11 +14,12 @@ constexpr double rounding = 1e-9;  // of velocities, relative; more is no roundi
 
 }  // namespace
 
-Projector::Projector(Workspace& work, Linearization& linearization, Residuals& residuals)
+Projector::Projector(Workspace& work, Linearization& linearization, Residuals& residuals, ContactState* contacts)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
       residuals_(residuals),
+      contacts_(contacts),
       rows_(model_.num_rows()) {}
 
 // ---- positions ----
@@ -36,7 +37,7 @@ ProjectionReport Projector::iterate_positions(double t, double* r, double* sum, 
   work_.set_time(t);
   ProjectionReport report;
   if (model_.num_rows() == 0) return report;
-  if (contacts_ != nullptr) contacts_->carry_places(t);
+  if (contacts_ != nullptr && contacts_->num_switches > 0) contacts_->places.carry(t);
   constexpr double target = 1e-13, largest_left = 1e-12;
   constexpr int most_iterations = 100;
   double before = infinity, left_before = infinity;
@@ -92,10 +93,12 @@ ProjectionReport Projector::iterate_positions(double t, double* r, double* sum, 
   }
 }
 
-/// xi into `rows_`; returns the largest |xi|/length.
+/// xi into `rows_`; returns the largest |xi|/length, and |T'(r - p)| over the length around a contact that is held.
 double Projector::evaluate_values(const double* r) {
   const double largest = linearization_.evaluate_values(r, rows_.data());
-  return contacts_ != nullptr ? larger(largest, contacts_->held_violation(rows_.data())) : largest;
+  const RankRevealingFactor& factor = linearization_.rank_factor();
+  if (contacts_ == nullptr || factor.is_compliant()) return largest;
+  return larger(largest, contacts_->places.largest_violation(rows_.data(), factor.redundancy()));
 }
 
 /// Names the row that is farthest from 0 in `rows_` = xi.

@@ -3,7 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "dynamics/contact_modes.hpp"
+#include "dynamics/contact_state.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/residuals.hpp"
 #include "dynamics/workspace.hpp"
@@ -14,9 +14,8 @@ namespace tanor {
 /// with the factor of S that stands.
 class Projector {
  public:
-  Projector(Workspace& work, Linearization& linearization, Residuals& residuals);
-  /// Constraints with friction: what sticks, and where it is held.
-  void set_contacts(ContactModes* contacts) { contacts_ = contacts; }
+  /// `contacts`: what sticks, and where it is held; null where constraints are ideal.
+  Projector(Workspace& work, Linearization& linearization, Residuals& residuals, ContactState* contacts = nullptr);
 
   /// The configuration nearby; linearises anew where the iterations stall, and after a large turn at r first where that
   /// costs no more than the iterations which it saves.
@@ -39,8 +38,8 @@ class Projector {
   const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  ContactModes* contacts_ = nullptr;  // null: constraints are ideal
-  std::vector<double> rows_;          // [d] what is violated, then its correction
+  ContactState* contacts_;    // null: constraints are ideal
+  std::vector<double> rows_;  // [d] what is violated, then its correction
 };
 
 }  // namespace tanor

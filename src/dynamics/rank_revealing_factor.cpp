@@ -17,14 +17,16 @@ constexpr double hidden_by_rounding = 1e-8;
 }  // namespace
 
 RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks,
-                                         SolveReport* report)
+                                         ContactState* contacts, SolveReport* report)
     : work_(work),
       model_(work.model()),
       ordering_(ordering),
       blocks_(blocks),
       report_(*report),
       redundancy_(model_.incidences, model_.inverse_mass, model_.numbering),
-      suspect_below_(first_suspicion) {}
+      suspect_below_(first_suspicion) {
+  if (contacts != nullptr) sharing_.emplace(*contacts, gram());
+}
 
 GramSolver& RankRevealingFactor::gram() {
   if (gram_ == nullptr) {
@@ -50,8 +52,7 @@ Outcome RankRevealingFactor::factorize(double t, const double* r) {
   }
   GramSolver::Quality quality = factorize_rows();
   const auto is_fine = [&] { return quality.positive_definite && quality.reciprocal_condition > suspect_below_; };
-  const bool is_hidden =
-      quality.reciprocal_condition < hidden_by_rounding && sharing_ != nullptr && sharing_->has_references();
+  const bool is_hidden = quality.reciprocal_condition < hidden_by_rounding && sharing_ && sharing_->has_references();
   if ((!is_fine() || is_hidden) && make_compliant()) quality = factorize_rows();
   if (!is_fine()) {
     if (Outcome outcome = decide_rank(t, r); !outcome.ok()) return outcome;

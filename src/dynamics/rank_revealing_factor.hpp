@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,9 @@ class RankRevealingFactor final : public SchurFactor {
  public:
   /// `blocks`: K, always at the present configuration. What a factorization finds of the condition of S goes into
   /// `report`. Both outlive the factor, as the model does.
-  RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, SolveReport* report);
-
-  /// Null: no contact sticks.
-  void set_sharing(LoadSharing* sharing) { sharing_ = sharing; }
+  /// `contacts`: null where none may stick.
+  RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, ContactState* contacts,
+                      SolveReport* report);
 
   // ---- the factor ----
 
@@ -74,9 +74,10 @@ class RankRevealingFactor final : public SchurFactor {
 
   // ---- contacts that share a load ----
 
-  bool is_compliant() const { return sharing_ != nullptr && sharing_->is_compliant(); }
+  LoadSharing& sharing() { return *sharing_; }
+  bool is_compliant() const { return sharing_ && sharing_->is_compliant(); }
   /// Returns whether S is to be factorized anew.
-  bool make_compliant() { return sharing_ != nullptr && sharing_->make_compliant(); }
+  bool make_compliant() { return sharing_ && sharing_->make_compliant(); }
 
   void exchange_memory(Memory& memory) { memory.exchange(suspect_below_); }
 
@@ -92,8 +93,8 @@ class RankRevealingFactor final : public SchurFactor {
   const Ordering ordering_;
   const std::vector<double>& blocks_;
   SolveReport& report_;
-  LoadSharing* sharing_ = nullptr;
   std::unique_ptr<GramSolver> gram_;
+  std::optional<LoadSharing> sharing_;  // none: constraints are ideal
   Redundancy redundancy_;
   double suspect_below_;
   std::vector<double> gradient_norms_;    // [d] at the last decision, where rows depend

@@ -18,14 +18,17 @@ constexpr int most_friction_iterations = 100;
 }  // namespace
 
 StepProjection::StepProjection(Workspace& work, Linearization& linearization, Projector& projector,
-                               ForwardDynamics& dynamics)
+                               ForwardDynamics& dynamics, FrictionSolver* friction)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
       projector_(projector),
       dynamics_(dynamics),
+      friction_(friction),
       step_{std::vector<double>(model_.num_rows()), std::vector<double>(model_.num_rows()),
-            std::vector<double>(model_.num_rows())} {}
+            std::vector<double>(model_.num_rows())} {
+  if (friction != nullptr) lambda_.resize(model_.num_rows());
+}
 
 void StepProjection::forget_steps() {
   std::fill(step_.last.begin(), step_.last.end(), 0.0);

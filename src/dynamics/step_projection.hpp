@@ -16,11 +16,9 @@ namespace tanor {
 /// last ones, and friction becomes that of the step's own multipliers.
 class StepProjection final : public StepProjector {
  public:
-  StepProjection(Workspace& work, Linearization& linearization, Projector& projector, ForwardDynamics& dynamics);
-  void set_friction(FrictionSolver* friction) {
-    friction_ = friction;
-    lambda_.resize(model_.num_rows());
-  }
+  /// `friction`: null where constraints are ideal.
+  StepProjection(Workspace& work, Linearization& linearization, Projector& projector, ForwardDynamics& dynamics,
+                 FrictionSolver* friction);
 
   bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || friction_ != nullptr; }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
@@ -50,7 +48,7 @@ class StepProjection final : public StepProjector {
   Linearization& linearization_;
   Projector& projector_;
   ForwardDynamics& dynamics_;
-  FrictionSolver* friction_ = nullptr;  // null: constraints are ideal
+  FrictionSolver* friction_;  // null: constraints are ideal
   StepMultipliers step_;
   std::vector<double> lambda_;      // [d] of the step, scratch
   std::vector<double> step_start_;  // [3n] where rows depend

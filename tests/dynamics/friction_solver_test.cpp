@@ -26,7 +26,13 @@ System make_two_beads(double mu) {
 
 struct Found {
   Found(const System& system, FrictionMethod method, const UniquenessCheck& check = {})
-      : at(system), response(at), solver(at.work, method, response), lambda(at.b.size(), 0.0), w(at.w0), b(at.b) {
+      : at(system),
+        response(at),
+        laws(at.model.system, at.model.numbering, at.work.constraints.tangents(), at.model.incidences),
+        solver(at.work, laws, method, response),
+        lambda(at.b.size(), 0.0),
+        w(at.w0),
+        b(at.b) {
     solver.set_accelerations(std::vector<double>(at.work.scales.size(), g));
     outcome = solver.find({0.0, at.r.data(), at.v.data(), at.blocks.data()}, at.b.data(), check, lambda.data());
     solver.add(1.0, w.data(), b.data());
@@ -35,6 +41,7 @@ struct Found {
 
   InstantOfContacts at;
   DenseResponse response;
+  FrictionLaws laws;
   FrictionSolver solver;
   Outcome outcome;
   std::vector<double> lambda, w, b;  // with friction
