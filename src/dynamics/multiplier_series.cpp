@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/stopwatch.hpp"
+#include "schur/refinement.hpp"
 
 namespace tanor {
 
@@ -77,11 +78,12 @@ Power MultiplierSeries::power_along(const Kinematics& at, const double* w) {
 /// S mu = -(K_0'r_{k+2} + the lower ones), r_{k+2} += M^-1 K_0 mu, lambda_k = (k+1)(k+2) mu
 void MultiplierSeries::solve_order(int k, int passes, double* next) {
   std::fill(lambda_.begin(), lambda_.end(), 0.0);
-  for (int pass = 0; pass < passes; ++pass) {
-    linearization_.apply_transposed(next, right_side_.data(), rows_.data());
+  const auto measure = [&] { linearization_.apply_transposed(next, right_side_.data(), rows_.data()); };
+  measure();
+  refine_solution(passes, measure, [&](int) {
     linearization_.correct(rows_.data(), next);
     for (std::size_t a = 0; a < rows_.size(); ++a) lambda_[a] += rows_[a];
-  }
+  });
   const double factor = (k + 1.0) * (k + 2.0);
   for (double& lambda : lambda_) lambda *= factor;
 }

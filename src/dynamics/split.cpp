@@ -124,8 +124,11 @@ void TangentSpace::project(const double* u, double* u_T, double* x) {
   std::fill(u_T, u_T + 3 * model_.num_points(), 0.0);
   std::copy(u, u + moving, rest_.begin());
   // rest = u - u_T; u_T += A G^-1 A'rest
-  for (int pass = 0; pass < passes; ++pass) {
+  const auto measure = [&] {
     work_.coordinates.apply_transposed(model_.parallel, blocks_, rest_.data(), columns_.data());
+  };
+  measure();
+  refine_solution(passes, measure, [&](int) {
     solver_.solve_negative(model_.parallel, columns_.data(), columns_.data());
     work_.coordinates.apply(model_.parallel, blocks_, columns_.data(), points_.data());
     for (std::size_t j = 0; x != nullptr && j < columns_.size(); ++j) x[j] -= columns_[j];
@@ -133,7 +136,7 @@ void TangentSpace::project(const double* u, double* u_T, double* x) {
       u_T[i] -= points_[i];
       rest_[i] += points_[i];
     }
-  }
+  });
 }
 
 }  // namespace tanor

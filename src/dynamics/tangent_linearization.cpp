@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "schur/refinement.hpp"
 
 namespace tanor {
 
@@ -55,19 +56,20 @@ Outcome TangentLinearization::find_rates(double t, const double* v, const double
   evaluate(t, q, q_dot, true);
   if (Outcome outcome = factorize(t); !outcome.ok()) return outcome;
   // v_ = r_t; A q_dot of what has been found is added, and the rest found again
-  const auto missing = [&](std::size_t i) {
-    store(points_.data(), i, model_.mass[i] * (load(v_.data(), i) + load(moved_.data(), i) - load(v, i)));
-  };
   std::fill(moved_.begin(), moved_.end(), 0.0);
-  for (int pass = 0; pass < 2; ++pass) {
-    if (pass > 0) apply(q_dot, moved_.data());
+  const auto measure = [&] {
     model_.parallel.for_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) missing(i);
+      for (std::size_t i = begin; i < end; ++i)
+        store(points_.data(), i, model_.mass[i] * (load(v_.data(), i) + load(moved_.data(), i) - load(v, i)));
     });
     apply_transposed(points_.data(), columns_.data());
+  };
+  measure();
+  refine_solution(2, measure, [&](int) {
     solve_negative(columns_.data());
     for (std::size_t j = 0; j < columns_.size(); ++j) q_dot[j] += columns_[j];
-  }
+    apply(q_dot, moved_.data());
+  });
   return {};
 }
 
@@ -77,13 +79,14 @@ void TangentLinearization::find_reactions(const double* force, double* eta) {
   std::copy(force, force + moving, eta);
   // eta -= M A H^-1 A'eta, until A'eta = 0 to rounding
   constexpr int passes = 3;
-  for (int pass = 0; pass < passes; ++pass) {
+  const auto measure = [&] { apply_transposed(eta, columns_.data()); };
+  measure();
+  refine_solution(passes, measure, [&](int) {
     ++work_.counters.solves;
-    apply_transposed(eta, columns_.data());
     solve_negative(columns_.data());
     apply(columns_.data(), points_.data());
     for (std::size_t i = 0; i < moving; ++i) eta[i] += model_.mass[i / 3] * points_[i];
-  }
+  });
   work_.coordinates.add_support_reactions(eta);
 }
 
