@@ -2,15 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "base/numbers.hpp"
 
 namespace tanor {
-
-namespace {
-
-constexpr double eps = std::numeric_limits<double>::epsilon();
-
-}  // namespace
 
 Residuals::Residuals(const Model& model, const std::vector<double>& blocks) : model_(model), blocks_(blocks) {
   if (!model.scales.are_one()) norms_.reserve(model.num_rows());
