@@ -504,7 +504,8 @@ TEST(Certificate, NothingIsProvenByFewerThanFourDigits) {
 }
 
 TEST(Certificate, HeavyTipIsCertifiedAfterRefinement) {
-  // Twenty light beads and a heavy one (ratio 1e9): Cholesky of S alone leaves |K'w + phi| = 8e-6 (docs/certificate.md).
+  // Twenty light beads and a heavy one (ratio 1e9): Cholesky of S alone leaves |K'w + phi| = 8e-6
+  // (docs/certificate.md).
   Case solved(make_unequal_chain(1e9, false));
 
   const Certificate certificate = solved.certify();
