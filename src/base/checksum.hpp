@@ -10,12 +10,19 @@
 
 namespace tanor {
 
-/// FNV-1a, 64 bits, of bytes that come in pieces. Each byte acts on the sum one to one: a change of one byte alone, for
-/// instance of one bit, always gives another sum.
+/// A sum of 64 bits over bytes that come in pieces; how they were cut into pieces does not matter. It is FNV-1a on
+/// words of eight bytes, with a shift that carries high bits down. Each word acts on the sum one to one: a change
+/// within one word, for instance of one bit, always gives another sum.
 class Checksum {
  public:
   void add(std::span<const std::byte> bytes) {
-    for (const std::byte byte : bytes) value_ = (value_ ^ static_cast<std::uint64_t>(byte)) * 0x100000001b3u;
+    while (!bytes.empty() && num_pending_ > 0) bytes = take_byte(bytes);
+    for (; bytes.size() >= word_size; bytes = bytes.subspan(word_size)) {
+      std::uint64_t word = 0;
+      for (std::size_t k = 0; k < word_size; ++k) word |= static_cast<std::uint64_t>(bytes[k]) << (8 * k);
+      value_ = mix(value_, word);
+    }
+    while (!bytes.empty()) bytes = take_byte(bytes);
   }
   void add(std::string_view text) { add(std::as_bytes(std::span(text))); }
   template <class Number>
@@ -23,16 +30,37 @@ class Checksum {
     add(std::as_bytes(numbers));
   }
 
-  std::uint64_t value() const { return value_; }
+  std::uint64_t value() const {
+    // The last word may have fewer bytes than eight; their number tells them from bytes that are zero.
+    return num_pending_ == 0 ? value_ : mix(value_, pending_ | static_cast<std::uint64_t>(num_pending_) << 56);
+  }
   /// 16 hexadecimal digits.
   std::string text() const {
     std::array<char, 17> digits{};
-    std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value_));
+    std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value()));
     return digits.data();
   }
 
  private:
+  static constexpr std::size_t word_size = 8;
+
+  static std::uint64_t mix(std::uint64_t sum, std::uint64_t word) {
+    sum = (sum ^ word) * 0x100000001b3u;
+    return sum ^ (sum >> 32);
+  }
+  /// Adds the first of these bytes to the word that is not complete; returns the others.
+  std::span<const std::byte> take_byte(std::span<const std::byte> bytes) {
+    pending_ |= static_cast<std::uint64_t>(bytes.front()) << (8 * num_pending_);
+    if (++num_pending_ == word_size) {
+      value_ = mix(value_, pending_);
+      pending_ = num_pending_ = 0;
+    }
+    return bytes.subspan(1);
+  }
+
   std::uint64_t value_ = 0xcbf29ce484222325u;
+  std::uint64_t pending_ = 0;    ///< the bytes of a word that is not complete …
+  std::size_t num_pending_ = 0;  ///< … and how many they are, 0 … 7
 };
 
 }  // namespace tanor

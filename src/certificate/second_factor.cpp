@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "base/groups.hpp"
+#include "base/numbers.hpp"
 
 namespace tanor {
 
@@ -75,8 +75,7 @@ SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<c
   const bool makes_no_fill = first_orderings.size() == 1 && first_orderings[0] == Ordering::Natural;
   is_qr_ = way == SecondWay::Qr || (way == SecondWay::Auto && (makes_no_fill || d <= most_rows_of_qr));
   if (is_qr_) {
-    const double tolerance =
-        20.0 * static_cast<double>(d + 3 * model.num_points()) * std::numeric_limits<double>::epsilon();
+    const double tolerance = 20.0 * static_cast<double>(d + 3 * model.num_points()) * eps;
     R_ = makes_no_fill ? merge_rows(C, tolerance) : factorize_qr(C.expand(), tolerance);
     row_of_ = R_.independent;
   } else {
@@ -170,7 +169,7 @@ void SecondFactor::solve_negative(double* rows) {
 double SecondFactor::estimate_reciprocal_condition() {
   constexpr int iterations = 3;
   double inverse = 0.0;
-  for (std::size_t k = 0; k < packed_.size(); ++k) packed_[k] = std::sin(1.0 + 2.399963 * static_cast<double>(k));
+  for (std::size_t k = 0; k < packed_.size(); ++k) packed_[k] = irregular(k);
   double before = norm_of(packed_);
   for (int i = 0; i < iterations && !packed_.empty(); ++i) {
     solve();

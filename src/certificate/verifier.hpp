@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/numbers.hpp"
 #include "certificate/certificate.hpp"
 #include "certificate/second_factor.hpp"
 #include "evaluate/definitions.hpp"
@@ -23,7 +24,6 @@ class Verifier {
 
  private:
   using Vector = std::vector<double>;
-  static constexpr double eps = std::numeric_limits<double>::epsilon();
 
   /// The largest of some relative errors, and where it was.
   struct Worst {

@@ -1,10 +1,11 @@
 #include "dynamics/held_places.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "base/numbers.hpp"
 
 namespace tanor {
 
@@ -144,7 +145,6 @@ void HeldPlaces::carry(double t) {
 /// One step of Gragg, Bulirsch and Stoer: the midpoint rule with 2, 4, 6, … pieces, extrapolated in the square of their
 /// length until nothing changes but by rounding, that of time as well. False: it does not come to that.
 bool HeldPlaces::extrapolate(double t, double h, const Places& from, Places* ways) {
-  constexpr double eps = std::numeric_limits<double>::epsilon();
   for (int j = 0; j < static_cast<int>(most_columns); ++j) {
     Places& next = *ways;
     advance_by_midpoints(t, h, 2 * (j + 1), from, &next);

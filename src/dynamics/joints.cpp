@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
+#include "base/numbers.hpp"
 #include "base/vec3.hpp"
 
 namespace tanor {
@@ -54,7 +54,6 @@ void Joints::largest_differences(const double* a, const double* b, std::span<dou
 double Joints::allow_rounding(const RoundingLevels& levels, const RoundingGain& gain, const StepTarget& target,
                               const Scales& scales) {
   constexpr double matters = 0.1;  // of the tolerance
-  constexpr double eps = std::numeric_limits<double>::epsilon();
   // Without a look at all points: not even beside the absolute tolerance.
   bool may_matter = false;
   for (std::size_t k = 0; k < num_groups_ && !may_matter; ++k)

@@ -2,16 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "base/numbers.hpp"
+
 namespace tanor {
-
-namespace {
-
-constexpr double eps = std::numeric_limits<double>::epsilon();
-
-}  // namespace
 
 /// Some place on xi = 0, from anywhere: Newton's method in small moves, the last digits by chord iterations.
 ProjectionReport NearestPoint::reach_constraints(double t, double* r) {

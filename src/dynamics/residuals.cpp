@@ -2,15 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "base/numbers.hpp"
 
 namespace tanor {
-
-namespace {
-
-constexpr double eps = std::numeric_limits<double>::epsilon();
-
-}  // namespace
 
 Residuals::Residuals(const Workspace& work, const std::vector<double>& blocks)
     : work_(work), model_(work.model()), blocks_(blocks) {

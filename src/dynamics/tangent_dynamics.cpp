@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/numbers.hpp"
 #include "base/stopwatch.hpp"
 
 namespace tanor {
 
 namespace {
 
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double good_enough = 1e-12;  // error of w, of the largest acceleration
 
 }  // namespace
@@ -88,7 +87,7 @@ bool TangentDynamics::solve_in_closed_form(const Kinematics& at, double* q_ddot)
   const double condition =
       work_.coordinates.accelerate(model_.parallel, q, q_dot, w0_.data(), uniform, q_ddot, w_.data());
   report_.reciprocal_condition = 1.0 / condition;
-  report_.residual = std::numeric_limits<double>::epsilon() * condition;
+  report_.residual = eps * condition;
   report_.refinements = 0;
   if (!(report_.residual <= good_enough)) return false;
   ++work_.counters.factorizations;

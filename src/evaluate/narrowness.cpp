@@ -74,7 +74,7 @@ TANOR_LANES Intervals product(const Intervals& a, const Intervals& b) {
 TANOR_LANES Intervals absolute(const Intervals& a) {
   const Eight p = larger_of(a.low, -a.low), q = larger_of(a.high, -a.high);
   const Eight least = smaller_of(p, q), zero{};
-  return {(a.low <= 0.0) & (a.high >= 0.0) ? zero : least, larger_of(p, q)};
+  return {((a.low <= 0.0) & (a.high >= 0.0)) ? zero : least, larger_of(p, q)};
 }
 template <class Function>
 TANOR_LANES Eight map(const Eight& a, const Function& function) {
@@ -108,7 +108,7 @@ TANOR_LANES Eight count_factors(const Intervals& x) {
 }
 TANOR_LANES Eight count_at_kink(const Intervals& x) {
   const Eight zero{};
-  return (x.low < 0.0) & (x.high > 0.0) ? zero + infinity : zero;
+  return ((x.low < 0.0) & (x.high > 0.0)) ? zero + infinity : zero;
 }
 
 Intervals cosine(const Intervals& a) {
@@ -233,7 +233,7 @@ TANOR_LANES Eight count_function(Operation operation, const Intervals& a) {
     case Operation::Cosh:
       return run_within(a, -saturated, saturated);
     case Operation::Asin:
-      return (a.low > -1.0) & (a.high < 1.0) ? zero : none;
+      return ((a.low > -1.0) & (a.high < 1.0)) ? zero : none;
     case Operation::Atan: {
       const Intervals scaled = rising(a, [](double x) { return std::asinh(x); });
       return scaled.high - scaled.low;

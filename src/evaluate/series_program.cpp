@@ -135,7 +135,7 @@ struct Operands {
   const auto& [a, b, c, r, after] = operands;
   for (std::size_t lane = 0; lane < series_width; ++lane) {
     const double x = a[0][lane];
-    double& y = r[0][lane];
+    double y = r[0][lane];
     // clang-format off
     switch (operation) {
       case Operation::Sqrt: y = std::sqrt(x); break;
@@ -149,6 +149,7 @@ struct Operands {
       default: break;
     }
     // clang-format on
+    r[0][lane] = y;
   }
 }
 

@@ -7,11 +7,11 @@
 #include <map>
 #include <numeric>
 
+#include "base/numbers.hpp"
+
 namespace tanor {
 
 namespace {
-
-constexpr double eps = std::numeric_limits<double>::epsilon();
 
 double norm(std::span<const double> x) {
   double sum = 0.0;
@@ -175,7 +175,6 @@ void RankSolver::combine_dependent_columns() {
     place[static_cast<std::size_t>(factor_.independent[k])] = static_cast<int>(k);
 
   dependences_.clear();
-  largest_defect_ = 0.0;
   std::vector<double> residual(static_cast<std::size_t>(C_.num_rows));
   for (const int j : factor_.dependent) {
     std::vector<double> x(rank(), 0.0);
@@ -199,7 +198,6 @@ void RankSolver::combine_dependent_columns() {
         add_column(C_, factor_.independent[k], -dx[k], residual.data());
       }
     }
-    largest_defect_ = std::max(largest_defect_, norm(residual));
     Dependence& dependence = dependences_.emplace_back(Dependence{j, {}});
     for (std::size_t k = 0; k < rank(); ++k)
       if (x[k] != 0.0) dependence.terms.push_back({factor_.independent[k], x[k]});

@@ -36,7 +36,6 @@ class RankSolver {
   std::size_t num_columns() const { return scale_.size(); }
   double tolerance() const { return tolerance_; }
   double smallest_singular_value() const { return smallest_singular_value_; }  ///< of R11, from above
-  double largest_defect() const { return largest_defect_; }  ///< max |(C D)_j - (C D)_I X_j| over dependent j
 
   /// One dependence for each dependent column, by increasing column. Terms that are rounding are left out.
   const std::vector<Dependence>& dependences() const { return dependences_; }
@@ -73,7 +72,6 @@ class RankSolver {
   double tolerance_ = 0.0;
   TriangularFactor factor_;  ///< of (C D)_I
   double smallest_singular_value_ = 0.0;
-  double largest_defect_ = 0.0;
   std::vector<Dependence> dependences_;
   SparseColumns null_space_;  ///< [d x (d - rho)] Z = D [-X; 1], unit columns: they span the null space of C
   TriangularFactor null_factor_;

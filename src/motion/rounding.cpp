@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <string>
 
+#include "base/numbers.hpp"
 #include "base/text.hpp"
 
 namespace tanor {
 
 namespace {
-
-constexpr double eps = std::numeric_limits<double>::epsilon();
 
 /// Returns -1 or 1, always the same for the same i, so that no pattern of the system agrees with it.
 double sign_of(std::size_t i) {

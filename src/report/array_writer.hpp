@@ -17,27 +17,28 @@ using Numbers = std::optional<std::span<const double>>;
 /// Above this many points arrays go to .npy files and the JSON holds their names.
 constexpr std::size_t largest_inline = 10'000;
 
-/// Arrays as values of JSON: their numbers, or the name of the file `<prefix><key>.npy` that is written for them. What
-/// was not computed is null.
+/// Arrays as members of a JSON file: their numbers, or the name of the file `<prefix><key>.npy` that is written for
+/// them. What was not computed is null.
 class ArrayWriter {
  public:
   /// Everything inline.
-  ArrayWriter() = default;
+  explicit ArrayWriter(JsonObjectFile* json) : json_(json) {}
   /// Inline up to `largest_inline` points. `prefix`: folder and beginning of the files' names.
-  ArrayWriter(std::filesystem::path prefix, std::size_t num_points);
+  ArrayWriter(JsonObjectFile* json, std::filesystem::path prefix, std::size_t num_points);
 
   /// The same with more words in front of the files' names.
   ArrayWriter with_prefix(std::string_view words) const;
 
-  Json write_points(std::string_view key, const Numbers& numbers) const;  ///< n x 3
-  Json write_list(std::string_view key, const Numbers& numbers) const;    ///< d
+  void write_points(std::string_view key, const Numbers& numbers) const;  ///< n x 3
+  void write_list(std::string_view key, const Numbers& numbers) const;    ///< d
   /// Rows of any width; one column: rows of one number inline, a plain vector in a file.
-  Json write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) const;
-  Json write_booleans(std::string_view key, const std::vector<bool>& values) const;
+  void write_rows(std::string_view key, const Numbers& numbers, std::size_t columns) const;
+  void write_booleans(std::string_view key, const std::optional<std::vector<bool>>& values) const;
 
  private:
   std::filesystem::path name_file(std::string_view key) const;
 
+  JsonObjectFile* json_;
   std::optional<std::filesystem::path> prefix_;
 };
 

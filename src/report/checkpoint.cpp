@@ -20,7 +20,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr int format = 10;
+constexpr int format = 11;
 
 fs::path path_in(const fs::path& directory) {
   return directory / "checkpoint";

@@ -24,11 +24,11 @@ struct Checkpoint {
   std::vector<std::byte> state;  ///< of Simulation::save
 };
 
-/// 16 hexadecimal digits of the bytes of a scene's files and of the start that they led to (FNV-1a, 64 bits).
+/// 16 hexadecimal digits of the bytes of a scene's files and of the start that they led to.
 std::string make_fingerprint(std::span<const std::filesystem::path> files, const System& system);
 
 /// Replaces `directory/checkpoint`: a line with the format's number; a line with a JSON object; the bytes of the
-/// simulation; a line with the checksum (FNV-1a, 64 bits) of everything before.
+/// simulation; a line with the checksum of everything before.
 void write_checkpoint(const std::filesystem::path& directory, const Checkpoint& checkpoint, Wait wait = Wait::ForDisk);
 
 /// None where there is no checkpoint. Throws InputError for one that is damaged, holds an impossible number, or belongs

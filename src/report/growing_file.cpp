@@ -59,8 +59,10 @@ GrowingFile::~GrowingFile() {
 }
 
 void GrowingFile::append(std::string_view part) {
-  const std::string bytes = std::string(part) + tail_;
-  if (write_at(descriptor_, body_size_, bytes)) {
+  // In one piece, so that nobody sees the part without the tail.
+  const bool is_written = tail_.empty() ? write_at(descriptor_, body_size_, part)
+                                        : write_at(descriptor_, body_size_, std::string(part) + tail_);
+  if (is_written) {
     body_size_ += part.size();
     return;
   }

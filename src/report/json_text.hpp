@@ -1,13 +1,18 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "report/output_file.hpp"
 
 /// JSON of the results, by nlohmann: members keep their order, doubles read back to the same bits, a number that is not
-/// finite is null, and bytes that are no UTF-8 become U+FFFD.
+/// finite is null, and bytes that are no UTF-8 become U+FFFD. Arrays of numbers are written from where they are, since
+/// a tree of values would cost more than their digits.
 namespace tanor::report {
 
 using Json = nlohmann::ordered_json;
@@ -21,18 +26,38 @@ inline Json json_or_null(std::string_view text) {
   return text.empty() ? Json() : Json(text);
 }
 
-/// Writes an object member by member, so that one array at a time is in memory. Members of objects and rows of tables
-/// have a line of their own.
+/// Writes an object member by member, so that little of it is in memory. Members of objects and rows of tables have a
+/// line of their own. Elements of a list have no key.
 class JsonObjectFile {
  public:
-  explicit JsonObjectFile(OutputFile* file) : file_(file) {}
+  explicit JsonObjectFile(OutputFile* file);
   void add(std::string_view key, const Json& value);
+  void add_numbers(std::string_view key, std::span<const double> numbers);
+  /// A table: rows of `columns` numbers.
+  void add_rows(std::string_view key, std::span<const double> numbers, std::size_t columns);
+
+  /// What is added until `end` lies in the object or list that begins here.
+  void begin_object(std::string_view key = {});
+  void begin_list(std::string_view key);
+  void end();
   /// Nothing is complete before.
   void finish();
 
  private:
+  void begin_member(std::string_view key);
+  void begin_part(std::string_view key, char bracket, char closing_bracket);
+  void break_line(std::size_t level);
+  void append(std::string_view text);
+  void append_list(std::span<const double> numbers);
+  void append_number(double number);
+  /// `level`: how many objects and lists are around the value.
+  void append_value(const Json& value, std::size_t level);
+  void write_if_above(std::size_t size);
+
   OutputFile* file_;
-  bool is_empty_ = true;
+  fmt::memory_buffer text_;  ///< what is not in the file yet
+  std::string closing_;      ///< the brackets that are to close what is open
+  bool is_empty_ = true;     ///< the innermost object or list that is open
 };
 
 }  // namespace tanor::report

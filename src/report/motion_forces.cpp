@@ -42,7 +42,7 @@ void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& 
   make_folder(directory);
   replace_file(directory / "forces.json", [&](OutputFile* file) {
     JsonObjectFile json(file);
-    const ArrayWriter arrays(directory / "forces_", forces.num_points * forces.samples.size());
+    const ArrayWriter arrays(&json, directory / "forces_", forces.num_points * forces.samples.size());
     json.add("scene", forces.scene);
     json.add("motion", forces.motion);
     json.add("given", forces.by_coordinates ? "coordinates" : "positions");
@@ -56,7 +56,7 @@ void write_forces(const std::filesystem::path& directory, const ForcesOfMotion& 
       const bool is_known =
           std::ranges::any_of(forces.samples, [&](const MotionForces& sample) { return !(sample.*array).empty(); });
       const std::vector<double> rows = is_known ? stack(forces, array, columns) : std::vector<double>();
-      json.add(key, arrays.write_rows(key, is_known ? Numbers(rows) : std::nullopt, columns));
+      arrays.write_rows(key, is_known ? Numbers(rows) : std::nullopt, columns);
     };
     write("multipliers", &MotionForces::multipliers, forces.num_equations);
     write("reactions", &MotionForces::reactions, 3 * forces.num_points);

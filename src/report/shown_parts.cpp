@@ -69,21 +69,22 @@ void gather_points(const ShownParts& shown, std::span<const double> all, std::ve
   for (const Index point : shown.points) row = std::copy_n(&all[3 * static_cast<std::size_t>(point)], 3, row);
 }
 
-std::vector<double> append_images(const ShownParts& shown, std::span<const double> rows) {
-  std::vector<double> appended(rows.begin(), rows.end());
+std::vector<double> gather_images(const ShownParts& shown, std::span<const double> rows) {
+  std::vector<double> images;
+  images.reserve(3 * shown.images.size());
   for (const auto& [point, offset] : shown.images) {
-    for (std::size_t axis = 0; axis < 3; ++axis) appended.push_back(rows[3 * static_cast<std::size_t>(point) + axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis) images.push_back(rows[3 * static_cast<std::size_t>(point) + axis]);
   }
-  return appended;
+  return images;
 }
 
-std::vector<double> append_shifted_images(const ShownParts& shown, std::span<const double> positions) {
-  std::vector<double> appended = append_images(shown, positions);
-  double* row = appended.data() + 3 * shown.num_points;
+std::vector<double> gather_shifted_images(const ShownParts& shown, std::span<const double> positions) {
+  std::vector<double> images = gather_images(shown, positions);
+  double* row = images.data();
   for (const auto& [point, offset] : shown.images) {
     for (std::size_t axis = 0; axis < 3; ++axis) *row++ += offset[axis];
   }
-  return appended;
+  return images;
 }
 
 }  // namespace tanor::report

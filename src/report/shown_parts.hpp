@@ -34,9 +34,9 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen);
 /// Copies the rows of the shown points. `all` has 3n numbers; the result has 3m and reuses `rows`.
 void gather_points(const ShownParts& shown, std::span<const double> all, std::vector<double>* rows);
 
-/// Appends the rows of the images to those of the shown points (3m).
-std::vector<double> append_images(const ShownParts& shown, std::span<const double> rows);
+/// The rows of the images among those of the shown points (3m).
+std::vector<double> gather_images(const ShownParts& shown, std::span<const double> rows);
 /// The same for positions: the images are shifted.
-std::vector<double> append_shifted_images(const ShownParts& shown, std::span<const double> positions);
+std::vector<double> gather_shifted_images(const ShownParts& shown, std::span<const double> positions);
 
 }  // namespace tanor::report

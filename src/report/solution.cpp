@@ -8,60 +8,64 @@ namespace tanor::report {
 namespace {
 
 /// A list of {cause, multipliers, reactions}, in their order; large arrays in files numbered like the list.
-Json describe_causes(const ArrayWriter& arrays, const std::optional<std::vector<ReactionPart>>& parts) {
-  if (!parts) return {};
-  Json list = Json::array();
-  for (const ReactionPart& part : *parts) {
-    const ArrayWriter numbered = arrays.with_prefix("cause" + std::to_string(list.size()) + "_");
-    list.push_back({{"cause", part.cause},
-                    {"multipliers", numbered.write_list("multipliers", part.multipliers)},
-                    {"reactions", numbered.write_points("reactions", part.reactions)}});
+void write_causes(const ArrayWriter& arrays, const std::optional<std::vector<ReactionPart>>& parts,
+                  JsonObjectFile* json) {
+  constexpr std::string_view key = "reactions_by_cause";
+  if (!parts) return json->add(key, {});
+  json->begin_list(key);
+  for (std::size_t k = 0; k < parts->size(); ++k) {
+    const ReactionPart& part = (*parts)[k];
+    const ArrayWriter numbered = arrays.with_prefix("cause" + std::to_string(k) + "_");
+    json->begin_object();
+    json->add("cause", part.cause);
+    numbered.write_list("multipliers", part.multipliers);
+    numbered.write_points("reactions", part.reactions);
+    json->end();
   }
-  return list;
+  json->end();
 }
 
-void write_members(OutputFile* file, const ArrayWriter& arrays, const Solution& solution) {
-  JsonObjectFile json(file);
-  const auto add_points = [&](std::string_view key, const Numbers& numbers) {
-    json.add(key, arrays.write_points(key, numbers));
-  };
-  add_points("positions", solution.positions);
-  add_points("velocities", solution.velocities);
-  add_points("accelerations", solution.accelerations);
-  add_points("tangent_accelerations", solution.tangent_accelerations);
-  add_points("normal_accelerations", solution.normal_accelerations);
-  json.add("mass_coupling", json_or_null(solution.mass_coupling));
-  add_points("tangent_forces", solution.tangent_forces);
-  add_points("normal_forces", solution.normal_forces);
-  json.add("multipliers", arrays.write_list("multipliers", solution.multipliers));
-  json.add("multipliers_unique",
-           solution.rank ? arrays.write_booleans("multipliers_unique", solution.rank->multipliers_unique) : Json());
-  add_rank(solution.rank, &json);
-  add_points("reactions", solution.reactions);
-  json.add("reactions_by_cause", describe_causes(arrays, solution.reactions_by_cause));
-  add_points("friction", solution.friction);
-  add_points("tangent_friction", solution.tangent_friction);
-  add_points("normal_friction", solution.normal_friction);
-  json.add("friction_report", describe_friction_report(solution.friction_report));
-  add_points("support_forces", solution.support_forces);
-  json.add("certificate", describe_certificate(solution.certificate));
-  json.add("form", solution.form);
-  json.add("left_out", solution.left_out);
-  json.finish();
+void write_members(const ArrayWriter& arrays, const Solution& solution, JsonObjectFile* json) {
+  arrays.write_points("positions", solution.positions);
+  arrays.write_points("velocities", solution.velocities);
+  arrays.write_points("accelerations", solution.accelerations);
+  arrays.write_points("tangent_accelerations", solution.tangent_accelerations);
+  arrays.write_points("normal_accelerations", solution.normal_accelerations);
+  json->add("mass_coupling", json_or_null(solution.mass_coupling));
+  arrays.write_points("tangent_forces", solution.tangent_forces);
+  arrays.write_points("normal_forces", solution.normal_forces);
+  arrays.write_list("multipliers", solution.multipliers);
+  arrays.write_booleans("multipliers_unique",
+                        solution.rank ? std::optional(solution.rank->multipliers_unique) : std::nullopt);
+  add_rank(solution.rank, json);
+  arrays.write_points("reactions", solution.reactions);
+  write_causes(arrays, solution.reactions_by_cause, json);
+  arrays.write_points("friction", solution.friction);
+  arrays.write_points("tangent_friction", solution.tangent_friction);
+  arrays.write_points("normal_friction", solution.normal_friction);
+  json->add("friction_report", describe_friction_report(solution.friction_report));
+  arrays.write_points("support_forces", solution.support_forces);
+  json->add("certificate", describe_certificate(solution.certificate));
+  json->add("form", solution.form);
+  json->add("left_out", solution.left_out);
+  json->finish();
 }
 
 }  // namespace
 
 void print_solution(const Solution& solution) {
   OutputFile file = OutputFile::standard_output();
-  write_members(&file, ArrayWriter(), solution);
+  JsonObjectFile json(&file);
+  write_members(ArrayWriter(&json), solution, &json);
   file.close();
 }
 
 void write_solution(const std::filesystem::path& path, const Solution& solution) {
   const std::filesystem::path prefix = path.parent_path() / (path.stem().string() + "_");
-  replace_file(path,
-               [&](OutputFile* file) { write_members(file, ArrayWriter(prefix, solution.num_points), solution); });
+  replace_file(path, [&](OutputFile* file) {
+    JsonObjectFile json(file);
+    write_members(ArrayWriter(&json, prefix, solution.num_points), solution, &json);
+  });
 }
 
 }  // namespace tanor::report

@@ -71,20 +71,22 @@ Json describe_times(const RunFacts& facts, const PhaseTimes& times, bool has_fri
           {"output", facts.wall.output}};
 }
 
-Json describe_final(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation) {
-  const ArrayWriter arrays(directory / arrays_prefix, simulation.system().num_points());
-  const auto points = [&](std::string_view key, std::span<const double> numbers) {
-    return arrays.write_points(key, facts.has_started ? Numbers(numbers) : std::nullopt);
+void add_final(const std::filesystem::path& directory, const RunFacts& facts, const Simulation& simulation,
+               JsonObjectFile* json) {
+  const ArrayWriter arrays(json, directory / arrays_prefix, simulation.system().num_points());
+  const auto add_points = [&](std::string_view key, std::span<const double> numbers) {
+    arrays.write_points(key, facts.has_started ? Numbers(numbers) : std::nullopt);
   };
   const bool knows_multipliers = facts.has_started && has_multipliers(simulation.plan());
-  const Numbers multipliers = knows_multipliers ? Numbers(simulation.multipliers()) : std::nullopt;
-  return {{"t", if_started(facts, simulation.time())},
-          {"positions", points("positions", simulation.positions())},
-          {"velocities", points("velocities", simulation.velocities())},
-          {"accelerations", points("accelerations", simulation.accelerations())},
-          {"multipliers", arrays.write_list("multipliers", multipliers)},
-          {"reactions", points("reactions", simulation.reactions())},
-          {"support_forces", points("support_forces", simulation.support_forces())}};
+  json->begin_object("final");
+  json->add("t", if_started(facts, simulation.time()));
+  add_points("positions", simulation.positions());
+  add_points("velocities", simulation.velocities());
+  add_points("accelerations", simulation.accelerations());
+  arrays.write_list("multipliers", knows_multipliers ? Numbers(simulation.multipliers()) : std::nullopt);
+  add_points("reactions", simulation.reactions());
+  add_points("support_forces", simulation.support_forces());
+  json->end();
 }
 
 Json describe_violation(const RunFacts& facts, const MotionReport& report) {
@@ -129,7 +131,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("start", {{"position", if_started(facts, report.start.position_correction)},
                        {"velocity", if_started(facts, report.start.velocity_correction)}});
     json.add("wall_s", describe_times(facts, report.times, has_friction));
-    json.add("final", describe_final(directory, facts, simulation));
+    add_final(directory, facts, simulation, &json);
     json.add("violation", describe_violation(facts, report));
     json.add("energy", describe_energy(facts, report, has_friction));
     json.add("certificate", describe_certificate(facts.certificate));

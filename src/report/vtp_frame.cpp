@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <limits>
@@ -26,36 +27,44 @@ class Document {
     xml_ += fmt::format(
         "<DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n", name, value);
   }
-  void add(std::string_view name, int components, std::span<const double> numbers) {
-    add("Float64", name, components, {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()});
+  /// One array of two pieces.
+  void add(std::string_view name, int components, std::span<const double> first, std::span<const double> second = {}) {
+    add("Float64", name, components, {bytes_of(first), bytes_of(second)});
   }
   void add(std::string_view name, std::span<const std::int32_t> numbers) {
-    add("Int32", name, 1, {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()});
+    add("Int32", name, 1, {bytes_of(numbers), {}});
   }
 
   void write(OutputFile* file) const {
     file->write(xml_);
     file->write("<AppendedData encoding=\"raw\">\n_");
-    for (const std::string_view bytes : arrays_) {
-      const std::uint64_t size = bytes.size();
+    for (const Pieces& pieces : arrays_) {
+      const std::uint64_t size = size_of(pieces);
       file->write({reinterpret_cast<const char*>(&size), sizeof size});
-      file->write(bytes);
+      for (const std::string_view bytes : pieces) file->write(bytes);
     }
     file->write("\n</AppendedData>\n</VTKFile>\n");
   }
 
  private:
-  void add(std::string_view type, std::string_view name, int components, std::string_view bytes) {
+  using Pieces = std::array<std::string_view, 2>;
+  static std::size_t size_of(const Pieces& pieces) { return pieces[0].size() + pieces[1].size(); }
+  template <class Number>
+  static std::string_view bytes_of(std::span<const Number> numbers) {
+    return {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()};
+  }
+
+  void add(std::string_view type, std::string_view name, int components, const Pieces& pieces) {
     xml_ += fmt::format(
         "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n", type,
         name, components, offset_);
-    offset_ += sizeof(std::uint64_t) + bytes.size();
-    arrays_.push_back(bytes);
+    offset_ += sizeof(std::uint64_t) + size_of(pieces);
+    arrays_.push_back(pieces);
   }
 
   std::string xml_ = "<?xml version=\"1.0\"?>\n";
-  std::vector<std::string_view> arrays_;  ///< not ours
-  std::size_t offset_ = 0;                ///< of the next array, from the byte behind the underscore
+  std::vector<Pieces> arrays_;  ///< not ours
+  std::size_t offset_ = 0;      ///< of the next array, from the byte behind the underscore
 };
 
 constexpr std::string_view byte_order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
@@ -80,9 +89,9 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
   const std::span<const std::int32_t> rod_points{shown.rods.empty() ? nullptr : shown.rods.front().data(),
                                                  2 * shown.rods.size()};
 
-  const std::vector<double> positions = append_shifted_images(shown, frame.positions);
-  const std::vector<double> velocities = append_images(shown, frame.velocities);
-  const std::vector<double> accelerations = append_images(shown, frame.accelerations);
+  const std::vector<double> image_positions = gather_shifted_images(shown, frame.positions);
+  const std::vector<double> image_velocities = gather_images(shown, frame.velocities);
+  const std::vector<double> image_accelerations = gather_images(shown, frame.accelerations);
 
   Document document;
   document.open(
@@ -95,14 +104,14 @@ void write_vtp(const std::filesystem::path& path, const ShownParts& shown, const
       R"(Piece NumberOfPoints="{}" NumberOfVerts="{}" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="0")",
       shown.num_points + shown.images.size(), num_vertices, shown.rods.size()));
   document.open(R"(PointData Vectors="velocity")");
-  document.add("velocity", 3, velocities);
-  document.add("acceleration", 3, accelerations);
+  document.add("velocity", 3, frame.velocities, image_velocities);
+  document.add("acceleration", 3, frame.accelerations, image_accelerations);
   document.close("PointData");
   document.open(R"(CellData Scalars="tension")");
   document.add("tension", 1, tensions);
   document.close("CellData");
   document.open("Points");
-  document.add("position", 3, positions);
+  document.add("position", 3, frame.positions, image_positions);
   document.close("Points");
   document.open("Verts");
   document.add("connectivity", shown.loose_points);

@@ -4,6 +4,8 @@
 #include <numeric>
 #include <vector>
 
+#include "base/numbers.hpp"
+
 namespace tanor {
 
 double estimate_reciprocal_condition(const SchurProblem& problem, const Parallel& parallel, const double* blocks,
@@ -18,7 +20,7 @@ double estimate_reciprocal_condition(const SchurProblem& problem, const Parallel
   for (double& each : scale) each = std::sqrt(each);
   const auto find_largest = [&](const auto& apply) {
     double eigenvalue = 1.0;
-    for (std::size_t a = 0; a < x.size(); ++a) x[a] = std::sin(1.0 + 2.399963 * static_cast<double>(a));
+    for (std::size_t a = 0; a < x.size(); ++a) x[a] = irregular(a);
     for (int k = 0; k <= iterations; ++k) {
       eigenvalue = std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
       for (double& each : x) each /= eigenvalue;

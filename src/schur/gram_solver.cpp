@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/numbers.hpp"
 #include "schur/partition.hpp"
 
 namespace tanor {
@@ -200,7 +201,7 @@ double GramSolver::estimate_reciprocal_condition() {
     }
     // |S^-1| from x, S^-1 x, S^-2 x, …
     double inverse = 0.0;
-    for (std::size_t k = 0; k < part.x.size(); ++k) part.x[k] = std::sin(1.0 + 2.399963 * static_cast<double>(k));
+    for (std::size_t k = 0; k < part.x.size(); ++k) part.x[k] = irregular(k);
     double before = norm_of(part.x);
     for (int i = 0; i < iterations; ++i) {
       part.solve(part.x.data());

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/numbers.hpp"
+
 namespace tanor {
 
 double find_mass_ratio(std::span<const Incidence> incidences, std::span<const double> inverse_mass) {
@@ -210,7 +212,6 @@ void Redundancy::mark_unique(std::vector<bool>* is_unique) const {
 std::optional<Redundancy::Contradiction> Redundancy::find_contradiction(std::span<const double> b,
                                                                         std::span<const double> scale,
                                                                         double allowed) const {
-  constexpr double eps = std::numeric_limits<double>::epsilon();
   constexpr double safety = 1e3;  // what a bound by norms may be short of
   std::optional<Contradiction> worst;
   double largest = 1.0;

@@ -20,7 +20,6 @@ double EnergyReport::drift_relative() const {
 namespace {
 
 constexpr double rounding_of_energies = 1e8 * std::numeric_limits<double>::epsilon();
-constexpr const char* drifts = "the energy drifts by ";
 
 }  // namespace
 
@@ -35,6 +34,10 @@ void MotionMeasures::begin() {
   report_.position_violation = work_.position_violation(state_.t, points_.r.data());
   report_.velocity_violation = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
   report_.acceleration_violation = form_.last_solve().residual;
+}
+
+void MotionMeasures::resume() {
+  warns_of_drift_ = !report_.accuracy_warning.empty() && report_.accuracy_warning == explain_drift();
 }
 
 /// Projections know what they leave; without them it is measured here.
@@ -121,13 +124,14 @@ double MotionMeasures::tolerated_energy() {
 void MotionMeasures::watch_accuracy() {
   constexpr double longest_turn = 0.4;
   std::string& warning = report_.accuracy_warning;
-  const bool is_of_drift = warning.find(drifts) != std::string::npos;
-  if (!warning.empty() && !is_of_drift) return;
+  if (!warning.empty() && !warns_of_drift_) return;
   const double turn = integration_.scheme().is_adaptive() ? 0.0 : integration_.turn();
   watch_drift(turn);
-  warning = turn > longest_turn
+  const bool is_too_long = turn > longest_turn;
+  warning = is_too_long
                 ? "steps may be too long: one turns the motion by " + text(turn) + " rad at t = " + text(state_.t)
                 : explain_drift();
+  warns_of_drift_ = !is_too_long && !warning.empty();
 }
 
 void MotionMeasures::watch_drift(double turn) {
@@ -147,8 +151,9 @@ std::string MotionMeasures::explain_drift() const {
       is_adaptive ? std::clamp(drift_of_rtol * options_.rtol, least_drift, largest_drift) : largest_drift;
   const EnergyReport& energy = report_.energy;
   if (!(energy.largest_drift > allowed * energy.scale)) return "";
-  return std::string(is_adaptive ? "the tolerance may be missed: " : "steps may be too long: ") + drifts +
-         text(energy.largest_drift / energy.scale) + " of its scale at t = " + text(energy.largest_drift_time);
+  return std::string(is_adaptive ? "the tolerance may be missed: " : "steps may be too long: ") +
+         "the energy drifts by " + text(energy.largest_drift / energy.scale) +
+         " of its scale at t = " + text(energy.largest_drift_time);
 }
 
 /// At a step's end; iterations are counted wherever friction was found.

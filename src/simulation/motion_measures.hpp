@@ -34,6 +34,8 @@ class MotionMeasures {
 
   /// At the start, whose points are there.
   void begin();
+  /// The report is that of a motion which goes on.
+  void resume();
   /// After a step; `is_sound`: nothing failed so far.
   void take(const StepResult& step, bool is_sound);
   /// K'w + phi of the last accelerations.
@@ -59,6 +61,7 @@ class MotionMeasures {
   State& state_;
   PointState& points_;
   MotionReport& report_;
+  bool warns_of_drift_ = false;  ///< the accuracy warning is of the drift, which may become small again
 };
 
 }  // namespace tanor

@@ -16,7 +16,7 @@ namespace tanor {
 
 namespace {
 
-constexpr std::uint32_t format = 1;
+constexpr std::uint32_t format = 2;
 
 struct Header {
   std::array<char, 8> magic{'t', 'a', 'n', 'o', 'r', ' ', 's', 't'};
@@ -39,6 +39,26 @@ bool is_value(Enum value) {
 bool is_value(Method method) {
   return std::ranges::any_of(methods(), [&](const MethodTraits& each) { return each.method == method; });
 }
+
+/// Counts the bytes of numbers, texts and lists.
+struct Counter {
+  template <class... Values>
+  void operator()(const Values&... values) {
+    (add(values), ...);
+  }
+
+  std::size_t bytes = 0;
+
+ private:
+  template <PlainNumber Number>
+  void add(const Number&) {
+    bytes += sizeof(Number);
+  }
+  template <class List>
+  void add(const List& list) {
+    bytes += sizeof(std::uint64_t) + std::as_bytes(std::span(list)).size();
+  }
+};
 
 /// Appends numbers, texts and lists to bytes.
 class Writer {
@@ -206,7 +226,11 @@ std::vector<std::byte> pack(const Snapshot& snapshot, std::uint64_t fingerprint)
   Header header;
   header.fingerprint = fingerprint;
   const auto first = std::as_bytes(std::span(&header, 1));
-  std::vector<std::byte> bytes(first.begin(), first.end());
+  Counter counter;
+  exchange(counter, snapshot);
+  std::vector<std::byte> bytes;
+  bytes.reserve(first.size() + counter.bytes + sizeof(std::uint64_t));
+  bytes.assign(first.begin(), first.end());
   Writer writer(&bytes);
   exchange(writer, snapshot);
   Checksum sum;

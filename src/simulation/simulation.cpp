@@ -1,9 +1,7 @@
 #include <tanor/motion.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -127,6 +125,7 @@ struct Simulation::Implementation {
     work.prescribe_all(state.t, points.r.data(), points.v.data());
     outcome = complete_state(&snapshot);
     integration.resume(snapshot);
+    measures.resume();
     work.counters = snapshot.report.counters;  // what restoring takes is no work of the motion
     publish();
   }
@@ -196,8 +195,33 @@ struct Simulation::Implementation {
     return known;
   }
 
+  /// A look at the present state, after which the motion goes on as if there had been none: what later solves start
+  /// from and the counts of work are put back.
+  class Look {
+   public:
+    explicit Look(Implementation* at) : at_(*at), counters_(at->model.counters), times_(at->model.times) {
+      Memory memory(&kept_);
+      at_.form.exchange_memory(memory);
+    }
+    ~Look() {
+      Memory memory{std::span<const double>(kept_)};
+      at_.form.exchange_memory(memory);
+      at_.model.counters = counters_;
+      at_.model.times = times_;
+    }
+    Look(const Look&) = delete;
+    Look& operator=(const Look&) = delete;
+
+   private:
+    Implementation& at_;
+    Counters counters_;
+    PhaseTimes times_;
+    std::vector<double> kept_;
+  };
+
   /// Inside an observer accelerations may be those of a stage: they are found at the state, which keeps its own.
   Solution solve_on_the_way() {
+    const Look look(this);
     Solution at = make_solution(model.system, now.coordinates.size());
     std::vector<double> at_a(form.size());
     at.outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate), at_a.data());
@@ -222,6 +246,7 @@ struct Simulation::Implementation {
   }
 
   Certificate certify() {
+    const Look look(this);
     std::vector<double> at_a(form.size());
     Outcome found = form.accelerations(state.at(), integration.request(Gradients::Evaluate), at_a.data());
     if (!found.ok()) return make_failed_certificate(found);

@@ -8,6 +8,13 @@
 #include <tanor/forward.hpp>
 #include <tanor/jet.hpp>
 
+// The iterations of the loop that follows do not depend on each other.
+#ifdef __clang__
+#define TANOR_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define TANOR_INDEPENDENT _Pragma("GCC ivdep")
+#endif
+
 namespace tanor {
 
 /// Several numbers, jets or forward derivatives side by side, coefficient by coefficient: an interpreter reads an
@@ -45,14 +52,14 @@ struct Lanes {
 
   Lanes& operator+=(const Lanes& b) {
     for (std::size_t k = 0; k < num_coefficients; ++k) {
-#pragma GCC ivdep
+      TANOR_INDEPENDENT
       for (std::size_t lane = 0; lane < width; ++lane) c[k][lane] += b.c[k][lane];
     }
     return *this;
   }
   Lanes& operator-=(const Lanes& b) {
     for (std::size_t k = 0; k < num_coefficients; ++k) {
-#pragma GCC ivdep
+      TANOR_INDEPENDENT
       for (std::size_t lane = 0; lane < width; ++lane) c[k][lane] -= b.c[k][lane];
     }
     return *this;
@@ -67,12 +74,8 @@ struct Lanes {
     }
     return r;
   }
-  friend Lanes operator*(Lanes a, const Lanes& b) {
-    return a *= b;
-  }
-  friend Lanes operator/(Lanes a, const Lanes& b) {
-    return a /= b;
-  }
+  friend Lanes operator*(Lanes a, const Lanes& b) { return a *= b; }
+  friend Lanes operator/(Lanes a, const Lanes& b) { return a /= b; }
 };
 
 namespace detail {
@@ -86,7 +89,7 @@ inline constexpr bool is_jet<Jet<2>> = true;
 
 template <class T>
 Lanes<T>& Lanes<T>::operator*=(const Lanes& b) {
-#pragma GCC ivdep
+  TANOR_INDEPENDENT
   for (std::size_t lane = 0; lane < width; ++lane) {
     const double a0 = c[0][lane], b0 = b.c[0][lane];
     if constexpr (detail::is_jet<T>) {
@@ -103,7 +106,7 @@ Lanes<T>& Lanes<T>::operator*=(const Lanes& b) {
 
 template <class T>
 Lanes<T>& Lanes<T>::operator/=(const Lanes& b) {
-#pragma GCC ivdep
+  TANOR_INDEPENDENT
   for (std::size_t lane = 0; lane < width; ++lane) {
     // r b = a
     const double b0 = b.c[0][lane], r0 = c[0][lane] / b0;

@@ -109,6 +109,7 @@ ScalarFunction ScalarFunction::formula(std::string_view text, const Constants& c
   return ScalarFunction(std::make_shared<FormulaSource>(std::move(formula)));
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): a caller gives both lists in the same way.
 ScalarFunction ScalarFunction::table(std::vector<double> times, std::vector<double> values) {
   return ScalarFunction(std::make_shared<TableSource>(Spline(std::move(times), values)));
 }

@@ -149,6 +149,30 @@ TEST_P(GoingOnTest, BitByBitFromASnapshotThatAnObserverTook) {
   }
 }
 
+/// The counts of work, which looks at a motion do not change.
+std::vector<std::size_t> count_work(const Simulation& simulation) {
+  const Counters& counters = simulation.report().counters;
+  return {counters.evaluations,     counters.factorizations,     counters.solves,
+          counters.iterations,      counters.rank_decisions,     counters.split_factorizations,
+          counters.friction_solves, counters.friction_iterations};
+}
+
+TEST_P(GoingOnTest, BitByBitThoughAnObserverLooksAtTheSolution) {
+  const auto& [scene, make, options, solver, middle, end] = GetParam();
+  Simulation alone(make(), options, solver), watched(make(), options, solver);
+  ASSERT_TRUE(alone.advance_to(end).ok());
+
+  const Outcome outcome = watched.advance_to(end, [&](const MotionReport&) {
+    EXPECT_TRUE(watched.solution().outcome.ok());
+    (void)watched.certify();
+    return true;
+  });
+
+  ASSERT_TRUE(outcome.ok()) << outcome.what;
+  expect_same(watched, alone, "at the end");
+  EXPECT_EQ(count_work(watched), count_work(alone));
+}
+
 std::vector<Case> list_cases() {
   const std::vector<MotionOptions> all{{.method = Method::Auto},
                                        {.method = Method::Rk4, .step = 0.003},

@@ -1,28 +1,13 @@
-#include <bit>
+#include <array>
 #include <ostream>
 
 #include <gtest/gtest.h>
 
+#include "base/checksum.hpp"
 #include "scenes.hpp"
 
 namespace tanor {
 namespace {
-
-/// FNV-1a over the bytes of numbers.
-class Hash {
- public:
-  void add(double x) {
-    auto bits = std::bit_cast<std::uint64_t>(x);
-    for (int byte = 0; byte < 8; ++byte, bits >>= 8) state_ = (state_ ^ (bits & 0xff)) * 0x100000001b3;
-  }
-  void add(std::span<const double> array) {
-    for (const double x : array) add(x);
-  }
-  std::uint64_t value() const { return state_; }
-
- private:
-  std::uint64_t state_ = 0xcbf29ce484222325;
-};
 
 struct BigScene {
   std::string name;
@@ -106,17 +91,13 @@ class ThreadsTest : public testing::TestWithParam<BigRun> {
 
     EXPECT_TRUE(outcome.ok()) << outcome.what;
     EXPECT_EQ(simulation.report().steps, scene.steps);
-    Hash hash;
-    hash.add(simulation.time());
-    hash.add(simulation.positions());
-    hash.add(simulation.velocities());
-    hash.add(simulation.accelerations());
-    hash.add(simulation.multipliers());
-    hash.add(simulation.reactions());
-    hash.add(simulation.report().energy.now);
-    hash.add(simulation.report().energy.work_of_forces);
-    hash.add(simulation.report().energy.work_of_friction);
-    return hash.value();
+    const EnergyReport& energy = simulation.report().energy;
+    const std::array numbers{simulation.time(), energy.now, energy.work_of_forces, energy.work_of_friction};
+    Checksum sum;
+    for (const auto& array : {std::span<const double>(numbers), simulation.positions(), simulation.velocities(),
+                              simulation.accelerations(), simulation.multipliers(), simulation.reactions()})
+      sum.add(array);
+    return sum.value();
   }
 };
 
