@@ -34,22 +34,6 @@ void DriveControl::begin(double t) {
   pieces_ = 1.0;
 }
 
-void DriveControl::restore(double t, std::span<const double> memory) {
-  begin(t);
-  if (memory.empty()) return;
-  if (memory.size() != 8) {
-    throw InputError("/snapshot/drive_memory", "holds " + std::to_string(memory.size()) + " numbers, not 8");
-  }
-  begin_ = memory[0];
-  seen_until_ = memory[1];
-  longest_seen_ = memory[2];
-  length_ = memory[3];
-  next_length_ = memory[4];
-  pieces_ = memory[5];
-  spacing_ = memory[6];
-  end_ = memory[7];
-}
-
 void DriveControl::advance(double t, double t_end) {
   constexpr double samples = 4096.0;
   if (t_end == end_ && spacing_ > 0.0) return;  // an advance that was stopped on its way goes on

@@ -22,11 +22,10 @@ class DriveControl {
   void follow(const Scheme& scheme);
   /// A motion begins at t.
   void begin(double t);
-  /// What the next step depends on beside the state, to a snapshot at t and back.
-  std::vector<double> memory() const {
-    return {begin_, seen_until_, longest_seen_, length_, next_length_, pieces_, spacing_, end_};
+  /// What the next step depends on beside the state.
+  void exchange_memory(Memory& memory) {
+    memory.exchange(begin_, seen_until_, longest_seen_, length_, next_length_, pieces_, spacing_, end_);
   }
-  void restore(double t, std::span<const double> memory);
   /// An advance begins at t.
   void advance(double t, double t_end);
 

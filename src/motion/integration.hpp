@@ -79,6 +79,7 @@ class Integration {
 
  private:
   void exchange_memory(Memory& memory);
+  void exchange_states(Memory& memory, bool* is_after_rejection);
   void keep_memory();
 
   /// What one attempt to go on says.

@@ -9,14 +9,32 @@ namespace tanor {
 
 namespace {
 
-/// Calls visit(number) for all of a state but the works done.
-template <class S, class Visit>
-void for_each_number(S& state, const Visit& visit) {
-  visit(state.t);
-  for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) visit(state.power.*part);
-  for (auto* array : {&state.x, &state.v, &state.a}) {
-    for (auto& number : *array) visit(number);
-  }
+/// The numbers that a part exchanges.
+template <class Exchange>
+std::vector<double> write_numbers(const Exchange& exchange) {
+  std::vector<double> numbers;
+  Memory memory(&numbers);
+  exchange(memory);
+  return numbers;
+}
+
+template <class Part>
+std::vector<double> numbers_of(Part& part) {
+  return write_numbers([&](Memory& memory) { part.exchange_memory(memory); });
+}
+
+/// Gives them back. Throws InputError with that place in the snapshot where they are not as many as the part has.
+template <class Exchange>
+void read_numbers(std::span<const double> numbers, const char* where, const Exchange& exchange) {
+  if (const std::size_t wanted = write_numbers(exchange).size(); numbers.size() != wanted)
+    throw InputError(where, "holds " + text(numbers.size()) + " numbers, not " + text(wanted));
+  Memory memory(numbers);
+  exchange(memory);
+}
+
+template <class Part>
+void give_back(std::span<const double> numbers, const char* where, Part* part) {
+  read_numbers(numbers, where, [&](Memory& memory) { part->exchange_memory(memory); });
 }
 
 }  // namespace
@@ -26,24 +44,26 @@ void Integration::write(Snapshot* snapshot) {
   snapshot->last_error = control_.last_error();
   snapshot->advance_begin = last_advance_.begin;
   snapshot->advance_end = last_advance_.end;
-  snapshot->drive_memory = drives_.memory();
+  snapshot->drive_memory = numbers_of(drives_);
   snapshot->discrete_state = events_.discrete_state();
   snapshot->event_slopes = events_.slopes();
-  snapshot->memory.clear();
-  Memory memory(&snapshot->memory);
-  exchange_memory(memory);
-  scheme_->exchange_memory(memory);
-  singular_.write(&snapshot->singular_memory);
-  if (scheme_->is_adaptive()) {
-    snapshot->rounding_memory = rounding_.memory();
-    snapshot->stiff_memory = stiff_steps_.memory();
-  }
-  std::vector<double>& before = snapshot->state_before;
-  before.clear();
-  if (!trial_.is_before || !singular_.may_extrapolate()) return;
-  before.push_back(control_.is_after_rejection());
-  for_each_number(trial_.state, [&](double number) { before.push_back(number); });
-  before.insert(before.end(), state.a.begin(), state.a.end());
+  snapshot->memory = write_numbers([&](Memory& memory) {
+    exchange_memory(memory);
+    scheme_->exchange_memory(memory);
+  });
+  snapshot->singular_memory = numbers_of(singular_);
+  if (scheme_->is_adaptive()) snapshot->rounding_memory = numbers_of(rounding_);
+  if (scheme_->is_adaptive() && options_.method == Method::Auto) snapshot->stiff_memory = numbers_of(stiff_steps_);
+  bool is_after_rejection = control_.is_after_rejection();
+  if (trial_.is_before && singular_.may_extrapolate())
+    snapshot->state_before = write_numbers([&](Memory& memory) { exchange_states(memory, &is_after_rejection); });
+}
+
+/// Exchanges the state before, and what a step from it and the present one knows.
+void Integration::exchange_states(Memory& memory, bool* is_after_rejection) {
+  State& before = trial_.state;
+  memory.exchange(*is_after_rejection, before.t, before.power.supports, before.power.forces, before.power.friction,
+                  before.x, before.v, before.a, state.a);
 }
 
 /// Exchanges all memory but the scheme's: what the solve that completes a restored state may change.
@@ -70,35 +90,34 @@ void Integration::restore_good_memory() {
 }
 
 void Integration::restore(const Snapshot& snapshot) {
-  const std::vector<double>& before = snapshot.state_before;
-  if (const std::size_t expected = 5 + 4 * mechanics_.size(); !before.empty() && before.size() != expected) {
-    throw InputError("/snapshot/state_before",
-                     "holds " + std::to_string(before.size()) + " numbers, not " + std::to_string(expected));
-  }
-  stiff_steps_.restore(snapshot.stiff_memory);  // which says what steps
+  // What steps says which memory is theirs.
+  if (!snapshot.stiff_memory.empty()) give_back(snapshot.stiff_memory, "/snapshot/stiff_memory", &stiff_steps_);
   std::unique_ptr<Scheme> scheme = make_scheme(is_stiff() ? Method::Radau5 : method_, options_, mechanics_);
   if (!snapshot.memory.empty()) {
-    std::vector<double> own;
-    Memory memory(&own);
-    exchange_memory(memory);
-    scheme->exchange_memory(memory);
+    const std::vector<double> own = write_numbers([&](Memory& memory) {
+      exchange_memory(memory);
+      scheme->exchange_memory(memory);
+    });
     if (own.size() != snapshot.memory.size()) Memory::refuse();
   }
-  singular_.restore(snapshot.singular_memory);
-  rounding_.restore(snapshot.rounding_memory);
+  singular_.forget();
+  give_back(snapshot.singular_memory, "/snapshot/singular_memory", &singular_);
+  if (!snapshot.rounding_memory.empty()) give_back(snapshot.rounding_memory, "/snapshot/rounding_memory", &rounding_);
   events_.restore_discrete_state(snapshot.discrete_state);
   next_step = snapshot.next_step;
   scheme_ = std::move(scheme);  // which remembers no other motion
   drives_.follow(*scheme_);
-  control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, !before.empty() && before[0] != 0.0);
   last_advance_ = {snapshot.advance_begin, snapshot.advance_end};
-  drives_.restore(snapshot.time, snapshot.drive_memory);
+  drives_.begin(snapshot.time);
+  if (!snapshot.drive_memory.empty()) give_back(snapshot.drive_memory, "/snapshot/drive_memory", &drives_);
   events_.restore(snapshot.report.events, snapshot.report.last_event, snapshot.event_slopes);
-  trial_.is_before = !before.empty();
-  if (!trial_.is_before) return;
-  std::size_t next = 1;
-  for_each_number(trial_.state, [&](double& number) { number = before[next++]; });
-  state.a.assign(before.begin() + static_cast<std::ptrdiff_t>(next), before.end());
+  trial_.is_before = !snapshot.state_before.empty();
+  bool is_after_rejection = false;
+  if (trial_.is_before) {
+    read_numbers(snapshot.state_before, "/snapshot/state_before",
+                 [&](Memory& memory) { exchange_states(memory, &is_after_rejection); });
+  }
+  control_ = StepControl(scheme_->estimate_order(), snapshot.last_error, is_after_rejection);
 }
 
 void Integration::restore_memory(const Snapshot& snapshot) {

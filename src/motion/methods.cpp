@@ -16,137 +16,61 @@ namespace {
 
 using MakeScheme = std::unique_ptr<Scheme> (*)(const IntegrationOptions&, Mechanics&);
 
-std::unique_ptr<Scheme> make_rk4(const IntegrationOptions& options, Mechanics& mechanics) {
-  return std::make_unique<RungeKutta>(rk4_tableau(), options, mechanics);
+template <Tableau (*tableau)()>
+std::unique_ptr<Scheme> make_runge_kutta(const IntegrationOptions& options, Mechanics& mechanics) {
+  return std::make_unique<RungeKutta>(tableau(), options, mechanics);
 }
-std::unique_ptr<Scheme> make_dopri5(const IntegrationOptions& options, Mechanics& mechanics) {
-  return std::make_unique<RungeKutta>(dopri5_tableau(), options, mechanics);
-}
-std::unique_ptr<Scheme> make_dop853(const IntegrationOptions& options, Mechanics& mechanics) {
-  return std::make_unique<RungeKutta>(dop853_tableau(), options, mechanics);
-}
-std::unique_ptr<Scheme> make_taylor(const IntegrationOptions& options, Mechanics& mechanics) {
-  return std::make_unique<Taylor>(options, mechanics);
+template <int order, std::span<const double> (*fractions)()>
+std::unique_ptr<Scheme> make_composition(const IntegrationOptions&, Mechanics& mechanics) {
+  return std::make_unique<Composition>(order, fractions(), mechanics);
 }
 std::unique_ptr<Scheme> make_rattle(const IntegrationOptions&, Mechanics& mechanics) {
   return std::make_unique<Rattle>(mechanics);
 }
-std::unique_ptr<Scheme> make_rattle4(const IntegrationOptions&, Mechanics& mechanics) {
-  return std::make_unique<Composition>(4, suzuki_fractions(), mechanics);
-}
-std::unique_ptr<Scheme> make_rattle6(const IntegrationOptions&, Mechanics& mechanics) {
-  return std::make_unique<Composition>(6, kahan_li_fractions(), mechanics);
-}
-std::unique_ptr<Scheme> make_radau5(const IntegrationOptions& options, Mechanics& mechanics) {
-  return std::make_unique<Radau5>(options, mechanics);
-}
-std::unique_ptr<Scheme> make_generalized_alpha(const IntegrationOptions& options, Mechanics& mechanics) {
-  return std::make_unique<GeneralizedAlpha>(options, mechanics);
+template <class Own>
+std::unique_ptr<Scheme> make_own(const IntegrationOptions& options, Mechanics& mechanics) {
+  return std::make_unique<Own>(options, mechanics);
 }
 
-/// A method is its Scheme, its value of enum Method and one row here (docs/architecture.md, "How to add a method"). The
-/// last braces are MethodCost.
+/// A method is its Scheme, its value of enum Method and one row here (docs/architecture.md, "How to add a method").
 struct Row {
   MethodTraits traits;
   MakeScheme make;
 };
+constexpr Row row(MethodTraits traits, const MethodCost& cost, MakeScheme make) {
+  traits.cost = cost;
+  return {traits, make};
+}
 constexpr bool fixed = true, adaptive = false, implicitly = true, explicitly = false, with_friction = true,
                no_friction = false, in_coordinates = true, in_positions = false;
 constexpr std::array table{
-    Row{{Method::Auto, "auto", "the method that suits the scene; the report says which one and why", 0, adaptive,
+    row({Method::Auto, "auto", "the method that suits the scene; the report says which one and why", 0, adaptive,
          explicitly, with_friction, in_coordinates},
-        nullptr},
-    Row{{Method::Rk4,
-         "rk4",
-         "classical Runge-Kutta method",
-         4,
-         fixed,
-         explicitly,
-         with_friction,
-         in_coordinates,
-         {4.0, 4.0, 2.0, 70.0}},
-        make_rk4},
+        {}, nullptr),
+    row({Method::Rk4, "rk4", "classical Runge-Kutta method", 4, fixed, explicitly, with_friction, in_coordinates},
+        {4.0, 4.0, 2.0, 70.0}, make_runge_kutta<rk4_tableau>),
     // The seventh stage is the first one of the next step.
-    Row{{Method::Dopri5,
-         "dopri5",
-         "Dormand & Prince 5(4)",
-         5,
-         adaptive,
-         explicitly,
-         with_friction,
-         in_coordinates,
-         {6.0, 6.0, 6.0, 140.0}},
-        make_dopri5},
-    Row{{Method::Dop853,
-         "dop853",
-         "Dormand & Prince 8(5,3)",
-         8,
-         adaptive,
-         explicitly,
-         with_friction,
-         in_coordinates,
-         {12.0, 12.0, 6.0, 280.0}},
-        make_dop853},
-    Row{{Method::Taylor,
-         "taylor",
-         "power series in time, as long as the tolerance asks",
-         0,
-         adaptive,
-         explicitly,
-         no_friction,
-         in_positions,
-         {1.0, 1.0, 6.0, 57.0, 35.0}},
-        make_taylor},
-    Row{{Method::Rattle,
-         "rattle",
-         "velocity Verlet with constraints; energy does not drift",
-         2,
-         fixed,
-         explicitly,
-         with_friction,
-         in_positions,
-         {4.0, 1.0, 0.0}},
-        make_rattle},
-    Row{{Method::Rattle4,
-         "rattle4",
-         "five steps of rattle (Suzuki)",
-         4,
-         fixed,
-         explicitly,
-         with_friction,
-         in_positions,
-         {18.0, 5.0, 0.0}},
-        make_rattle4},
-    Row{{Method::Rattle6,
-         "rattle6",
-         "nine steps of rattle (Kahan & Li)",
-         6,
-         fixed,
-         explicitly,
-         with_friction,
-         in_positions,
-         {32.0, 9.0, 0.0, 140.0}},
-        make_rattle6},
-    Row{{Method::Radau5,
-         "radau5",
-         "Radau IIA, for stiff systems",
-         5,
-         adaptive,
-         implicitly,
-         no_friction,
-         in_positions,
-         {10.0, 2.0, 0.0, 2400.0, 0.0, 970.0}},
-        make_radau5},
-    Row{{Method::GeneralizedAlpha,
-         "generalized_alpha",
-         "generalized alpha method, for stiff systems",
-         2,
-         fixed,
-         implicitly,
-         no_friction,
-         in_positions,
-         {7.0, 1.0, 0.0, 1150.0, 0.0, 460.0}},
-        make_generalized_alpha},
+    row({Method::Dopri5, "dopri5", "Dormand & Prince 5(4)", 5, adaptive, explicitly, with_friction, in_coordinates},
+        {6.0, 6.0, 6.0, 140.0}, make_runge_kutta<dopri5_tableau>),
+    row({Method::Dop853, "dop853", "Dormand & Prince 8(5,3)", 8, adaptive, explicitly, with_friction, in_coordinates},
+        {12.0, 12.0, 6.0, 280.0}, make_runge_kutta<dop853_tableau>),
+    row({Method::Taylor, "taylor", "power series in time, as long as the tolerance asks", 0, adaptive, explicitly,
+         no_friction, in_positions},
+        {1.0, 1.0, 6.0, 57.0, 35.0}, make_own<Taylor>),
+    row({Method::Rattle, "rattle", "velocity Verlet with constraints; energy does not drift", 2, fixed, explicitly,
+         with_friction, in_positions},
+        {4.0, 1.0, 0.0}, make_rattle),
+    row({Method::Rattle4, "rattle4", "five steps of rattle (Suzuki)", 4, fixed, explicitly, with_friction,
+         in_positions},
+        {18.0, 5.0, 0.0}, make_composition<4, suzuki_fractions>),
+    row({Method::Rattle6, "rattle6", "nine steps of rattle (Kahan & Li)", 6, fixed, explicitly, with_friction,
+         in_positions},
+        {32.0, 9.0, 0.0, 140.0}, make_composition<6, kahan_li_fractions>),
+    row({Method::Radau5, "radau5", "Radau IIA, for stiff systems", 5, adaptive, implicitly, no_friction, in_positions},
+        {10.0, 2.0, 0.0, 2400.0, 0.0, 970.0}, make_own<Radau5>),
+    row({Method::GeneralizedAlpha, "generalized_alpha", "generalized alpha method, for stiff systems", 2, fixed,
+         implicitly, no_friction, in_positions},
+        {7.0, 1.0, 0.0, 1150.0, 0.0, 460.0}, make_own<GeneralizedAlpha>),
 };
 
 const Row& row_of(Method method) {

@@ -23,21 +23,6 @@ double sign_of(std::size_t i) {
 
 }  // namespace
 
-/// Calls visit(number) for all that is remembered but the levels.
-template <class R, class Visit>
-void Rounding::for_each_number(R& rounding, const Visit& visit) {
-  visit(rounding.is_due_);
-  visit(rounding.num_samples_);
-  visit(rounding.num_steps_);
-  visit(rounding.measured_at_);
-  visit(rounding.caution_);
-  visit(rounding.rejected_.h);
-  visit(rounding.rejected_.error);
-  visit(rounding.num_exceeding_);
-  visit(rounding.sum_of_excesses_);
-  visit(rounding.since_);
-}
-
 Rounding::Rounding(const IntegrationOptions& options, Mechanics& mechanics)
     : options_(options),
       mechanics_(mechanics),
@@ -130,28 +115,10 @@ std::string Rounding::explain() const {
          text(options_.rtol * sum_of_excesses_ / num_exceeding_) + ", not " + text(options_.rtol);
 }
 
-std::vector<double> Rounding::memory() const {
-  if (num_groups_ == 0) return {};
-  std::vector<double> memory;
-  for_each_number(*this, [&](double number) { memory.push_back(number); });
-  for (const std::vector<double>* levels : {&whole_, &along_})
-    memory.insert(memory.end(), levels->begin(), levels->end());
-  return memory;
-}
-
-void Rounding::restore(std::span<const double> memory) {
-  if (memory.empty()) return;
-  std::size_t count = 2 * num_groups_;
-  for_each_number(*this, [&](double) { ++count; });
-  if (num_groups_ == 0 || memory.size() != count) {
-    throw InputError("/snapshot/rounding_memory",
-                     "holds " + std::to_string(memory.size()) + " numbers: of another system, or of other options");
-  }
-  std::size_t next = 0;
-  for_each_number(*this, [&](double& number) { number = memory[next++]; });
-  for (std::vector<double>* levels : {&whole_, &along_}) {
-    for (double& level : *levels) level = memory[next++];
-  }
+void Rounding::exchange_memory(Memory& memory) {
+  if (num_groups_ == 0) return;
+  memory.exchange(is_due_, num_samples_, num_steps_, measured_at_, caution_, rejected_.h, rejected_.error, num_exceeding_,
+                  sum_of_excesses_, since_, whole_, along_);
 }
 
 }  // namespace tanor

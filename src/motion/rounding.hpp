@@ -30,13 +30,10 @@ class Rounding {
   /// Allows for it in a step of length h from there.
   void allow(const State& from, double h, const RoundingGain& gain);
 
-  /// Plain numbers for a snapshot, and back. Throws InputError where they do not fit.
-  std::vector<double> memory() const;
-  void restore(std::span<const double> memory);
+  /// Nothing where rounding is not asked for.
+  void exchange_memory(Memory& memory);
 
  private:
-  template <class R, class Visit>
-  static void for_each_number(R& rounding, const Visit& visit);
   void take_sample(const State& from);
 
   IntegrationOptions options_;

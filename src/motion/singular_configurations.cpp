@@ -22,43 +22,13 @@ void SingularConfigurations::resume() {
   if (!std::isnan(memory_.remembered)) monitor_->remember_gradients();
 }
 
-// ---- snapshots ----
-
-/// Calls visit(number) for all that the next steps depend on.
-template <class M, class Visit>
-void SingularConfigurations::for_each_number(M& memory, const Visit& visit) {
-  SingularForecast::for_each_number(memory.forecast, visit);
-  visit(memory.is_extrapolating);
-  visit(memory.is_at_one);
-  visit(memory.is_in_the_way);
-  visit(memory.is_foreseen);
-  visit(memory.pays_to_approach);
-  visit(memory.approaches);
-  visit(memory.extrapolation_error);
-  visit(memory.last_passage);
-  visit(memory.remembered);
-}
-
-void SingularConfigurations::write(std::vector<double>* numbers) const {
-  numbers->clear();
+void SingularConfigurations::exchange_memory(Memory& memory) {
   if (monitor_ == nullptr) return;
-  numbers->push_back(regular_);
-  for_each_number(memory_, [&](const auto& number) { numbers->push_back(static_cast<double>(number)); });
-}
-
-void SingularConfigurations::restore(std::span<const double> numbers) {
-  std::size_t count = monitor_ != nullptr ? 1 : 0;
-  if (count > 0) for_each_number(memory_, [&](const auto&) { ++count; });
-  if (numbers.size() != count) {
-    throw InputError("/snapshot/singular_memory",
-                     "holds " + std::to_string(numbers.size()) + " numbers, not " + std::to_string(count));
-  }
-  forget();
-  if (numbers.empty()) return;
-  regular_ = numbers[0];
-  std::size_t next = 1;
-  for_each_number(
-      memory_, [&](auto& number) { number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]); });
+  memory.exchange(regular_);
+  memory_.forecast.exchange_memory(memory);
+  memory.exchange(memory_.is_extrapolating, memory_.is_at_one, memory_.is_in_the_way, memory_.is_foreseen,
+                  memory_.pays_to_approach, memory_.approaches, memory_.extrapolation_error, memory_.last_passage,
+                  memory_.remembered);
 }
 
 // ---- the end of a step ----

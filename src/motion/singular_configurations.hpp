@@ -30,10 +30,8 @@ class SingularConfigurations {
   void begin(double t);
   /// The motion goes on from a snapshot; the mechanics has solved where it was on the constraints last.
   void resume();
-  /// Writes what the next steps depend on as plain numbers, and restores it. Without a rank monitor there are none.
-  /// Throws InputError.
-  void write(std::vector<double>* numbers) const;
-  void restore(std::span<const double> numbers);
+  /// What the next steps depend on; nothing without a rank monitor.
+  void exchange_memory(Memory& memory);
   /// The equations have changed: nothing of the steps before says what comes.
   void forget() { memory_ = {}; }
   /// A step was taken. The mechanics is where it ended, and stays there.
@@ -81,8 +79,6 @@ class SingularConfigurations {
   StepResult extrapolate(Scheme& scheme, const State& before, const State& from, bool takes_least_error, State* to);
 
  private:
-  template <class M, class Visit>
-  static void for_each_number(M& memory, const Visit& visit);
   bool is_at_one() const;
   void note_end(double t);
   void note_nearest(double t);
@@ -102,7 +98,7 @@ class SingularConfigurations {
   bool follows_;
   MotionReport& report_;
   /// Of the steps before.
-  struct Memory {
+  struct Past {
     SingularForecast forecast;
     bool is_extrapolating = false;
     bool is_at_one = false;      // the last step ended at a singular configuration

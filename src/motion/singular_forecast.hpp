@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/memory.hpp"
 #include "motion/singular_thresholds.hpp"
 
 namespace tanor {
@@ -34,13 +35,7 @@ class SingularForecast {
   /// At the end of the last step.
   double reciprocal_condition() const { return size_ * size_; }
 
-  /// Calls visit(number) for all that the forecast knows, to keep it in a snapshot and to bring it back.
-  template <class Forecast, class Visit>
-  static void for_each_number(Forecast& forecast, const Visit& visit) {
-    visit(forecast.time_);
-    visit(forecast.size_);
-    visit(forecast.zero_);
-  }
+  void exchange_memory(Memory& memory) { memory.exchange(time_, size_, zero_); }
 
  private:
   static constexpr double never = std::numeric_limits<double>::infinity();

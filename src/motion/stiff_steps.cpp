@@ -48,22 +48,4 @@ std::string StiffSteps::explain() const {
          " at " + text(explicit_step_) + " s, where radau5 takes " + text(factor) + " times as long ones";
 }
 
-std::vector<double> StiffSteps::memory() const {
-  if (options_.method != Method::Auto) return {};
-  return {may_look_ ? 1.0 : 0.0, is_stiff_ ? 1.0 : 0.0, num_steps_, next_look_, since_, explicit_step_};
-}
-
-void StiffSteps::restore(std::span<const double> memory) {
-  if (memory.empty()) return;
-  if (memory.size() != 6) {
-    throw InputError("/snapshot/stiff_memory", "holds " + std::to_string(memory.size()) + " numbers, not 6");
-  }
-  may_look_ = memory[0] != 0.0;
-  is_stiff_ = memory[1] != 0.0;
-  num_steps_ = memory[2];
-  next_look_ = memory[3];
-  since_ = memory[4];
-  explicit_step_ = memory[5];
-}
-
 }  // namespace tanor

@@ -33,9 +33,9 @@ class StiffSteps {
   double implicit_step() const { return factor * explicit_step_; }
   std::string explain() const;
 
-  /// Plain numbers for a snapshot, and back. Throws InputError where they do not fit.
-  std::vector<double> memory() const;
-  void restore(std::span<const double> memory);
+  void exchange_memory(Memory& memory) {
+    memory.exchange(may_look_, is_stiff_, num_steps_, next_look_, since_, explicit_step_);
+  }
 
  private:
   static constexpr double factor = 20.0;  // so many explicit steps cost more than an implicit one

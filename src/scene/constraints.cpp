@@ -1,5 +1,3 @@
-#include "scene/constraints.hpp"
-
 #include "scene/kind.hpp"
 
 namespace tanor::scene {
@@ -43,9 +41,7 @@ struct Extra<UserConstraints> {
   }
 };
 
-std::vector<Constraint> read_constraints(const Cursor& list, const Context& context) {
-  return read_entries<Constraint>(list, "a list of constraints", context);
-}
+template std::vector<Constraint> read_entries(const Cursor&, std::string_view, const Context&);
 
 std::vector<Support> read_supports(const Cursor& list, const Context& context) {
   std::vector<Support> supports;

@@ -1,5 +1,3 @@
-#include "scene/coordinates.hpp"
-
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -82,8 +80,6 @@ struct Extra<UserCoordinates> {
   }
 };
 
-std::vector<Coordinates> read_coordinates(const Cursor& list, const Context& context) {
-  return read_entries<Coordinates>(list, "a list of coordinates", context);
-}
+template std::vector<Coordinates> read_entries(const Cursor&, std::string_view, const Context&);
 
 }  // namespace tanor::scene

@@ -1,5 +1,3 @@
-#include "scene/forces.hpp"
-
 #include <fmt/format.h>
 
 #include "scene/kind.hpp"
@@ -61,8 +59,6 @@ struct Extra<PairForces> {
   }
 };
 
-std::vector<Force> read_forces(const Cursor& list, const Context& context) {
-  return read_entries<Force>(list, "a list of forces", context);
-}
+template std::vector<Force> read_entries(const Cursor&, std::string_view, const Context&);
 
 }  // namespace tanor::scene

@@ -1,5 +1,3 @@
-#include "scene/friction.hpp"
-
 #include "scene/kind.hpp"
 
 namespace tanor::scene {
@@ -32,8 +30,6 @@ struct Extra<UserFriction> {
   static constexpr bool is_left_out = true;
 };
 
-std::vector<Friction> read_friction(const Cursor& list, const Context& context) {
-  return read_entries<Friction>(list, "a list of friction laws", context);
-}
+template std::vector<Friction> read_entries(const Cursor&, std::string_view, const Context&);
 
 }  // namespace tanor::scene

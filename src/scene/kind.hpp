@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "scene/context.hpp"
+#include "scene/entries.hpp"
 
 namespace tanor::scene {
 
@@ -138,7 +138,6 @@ struct KindsOf<std::variant<Groups...>> {
   }
 };
 
-/// A list of entries, each of some kind; `wanted` says what the list should be.
 template <class Entry>
 std::vector<Entry> read_entries(const Cursor& list, std::string_view wanted, const Context& context) {
   static const std::vector<Kind<Entry>> kinds = KindsOf<Entry>::list();

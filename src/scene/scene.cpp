@@ -5,10 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "scene/constraints.hpp"
-#include "scene/coordinates.hpp"
-#include "scene/forces.hpp"
-#include "scene/friction.hpp"
+#include "scene/entries.hpp"
 #include "scene/motion.hpp"
 #include "scene/points.hpp"
 #include "scene/text_file.hpp"
@@ -151,7 +148,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
   read_solver(root["solver"], overrides, &scene);
   context.t_end = scene.t_end;
 
-  std::vector<Constraint> constraints = read_constraints(root["constraints"], context);
+  std::vector<Constraint> constraints = read_entries<Constraint>(root["constraints"], "a list of constraints", context);
   if (!points.constraints.empty()) name_by_scene_index(&constraints);
   append(std::move(constraints), &points.constraints);
   append(read_supports(root["supports"], context), &points.supports);
@@ -163,9 +160,9 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& file, co
                   .masses = std::move(points.masses),
                   .supports = std::move(points.supports),
                   .constraints = std::move(points.constraints),
-                  .forces = read_forces(root["forces"], context),
-                  .friction = read_friction(root["friction"], context),
-                  .coordinates = read_coordinates(root["coordinates"], context)};
+                  .forces = read_entries<Force>(root["forces"], "a list of forces", context),
+                  .friction = read_entries<Friction>(root["friction"], "a list of friction laws", context),
+                  .coordinates = read_entries<Coordinates>(root["coordinates"], "a list of coordinates", context)};
   try {
     validate(scene.system);
   } catch (const InputError& error) {

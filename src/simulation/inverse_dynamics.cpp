@@ -16,39 +16,12 @@ namespace tanor {
 
 namespace {
 
-std::size_t count_coordinates(const Coordinates& entry) {
-  struct Count {
-    std::size_t operator()(const FreeCoordinates& group) const { return 3 * group.points.size(); }
-    std::size_t operator()(const LineCoordinates& group) const { return group.points.size(); }
-    std::size_t operator()(const PlaneCoordinates& group) const { return 2 * group.points.size(); }
-    std::size_t operator()(const CircleCoordinates& group) const { return group.points.size(); }
-    std::size_t operator()(const SphereCoordinates& group) const { return 2 * group.points.size(); }
-    std::size_t operator()(const ChainAngles& group) const {
-      return (group.normal == Vector3{} ? 2 : 1) * group.points.size();
-    }
-    std::size_t operator()(const RigidBody&) const { return 6; }
-    std::size_t operator()(const UserCoordinates& group) const { return group.q.size(); }
-  };
-  return std::visit(Count(), entry);
-}
-
-/// [place in the user's order] -> inner coordinate: inside, entries stand kind by kind, in the order of the variant.
-std::vector<std::size_t> order_coordinates(const System& system) {
-  std::vector<std::size_t> entries(system.coordinates.size()), first(entries.size());
-  std::iota(entries.begin(), entries.end(), std::size_t{0});
-  std::stable_sort(entries.begin(), entries.end(), [&](std::size_t a, std::size_t b) {
-    return system.coordinates[a].index() < system.coordinates[b].index();
-  });
-  std::size_t next = 0;
-  for (const std::size_t entry : entries) {
-    first[entry] = next;
-    next += count_coordinates(system.coordinates[entry]);
-  }
-  std::vector<std::size_t> result;
-  for (std::size_t entry = 0; entry < first.size(); ++entry) {
-    for (std::size_t j = 0; j < count_coordinates(system.coordinates[entry]); ++j) result.push_back(first[entry] + j);
-  }
-  return result;
+/// [place in the user's order] -> inner coordinate
+std::vector<std::size_t> order_coordinates(const Parametrisation& coordinates) {
+  std::vector<double> inner(coordinates.num_coordinates()), users(inner.size());
+  std::iota(inner.begin(), inner.end(), 0.0);
+  coordinates.scatter(inner.data(), users.data());
+  return std::vector<std::size_t>(users.begin(), users.end());
 }
 
 void check_size(const std::vector<double>& array, std::size_t wanted, const char* name) {
@@ -80,7 +53,7 @@ struct InverseDynamics::Implementation {
         row_norms(model.num_rows()),
         q(work.coordinates.num_coordinates()),
         q_dot(q.size()),
-        coordinate(order_coordinates(model.system)) {
+        coordinate(order_coordinates(model.coordinates)) {
     for (std::vector<double>* array : {&r, &v, &w, &w0}) array->resize(size());
     if (work.coordinates.empty() || model.num_rows() > 0) {
       normal.emplace(work);
