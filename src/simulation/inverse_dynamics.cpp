@@ -53,7 +53,7 @@ struct InverseDynamics::Implementation {
         row_norms(model.num_rows()),
         q(work.coordinates.num_coordinates()),
         q_dot(q.size()),
-        coordinate(order_coordinates(model.coordinates)) {
+        coordinate(order_coordinates(work.coordinates)) {
     for (std::vector<double>* array : {&r, &v, &w, &w0}) array->resize(size());
     if (work.coordinates.empty() || model.num_rows() > 0) {
       normal.emplace(work);

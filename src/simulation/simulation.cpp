@@ -199,15 +199,15 @@ struct Simulation::Implementation {
   /// from and the counts of work are put back.
   class Look {
    public:
-    explicit Look(Implementation* at) : at_(*at), counters_(at->model.counters), times_(at->model.times) {
+    explicit Look(Implementation* at) : at_(*at), counters_(at->work.counters), times_(at->work.times) {
       Memory memory(&kept_);
       at_.form.exchange_memory(memory);
     }
     ~Look() {
       Memory memory{std::span<const double>(kept_)};
       at_.form.exchange_memory(memory);
-      at_.model.counters = counters_;
-      at_.model.times = times_;
+      at_.work.counters = counters_;
+      at_.work.times = times_;
     }
     Look(const Look&) = delete;
     Look& operator=(const Look&) = delete;
