@@ -1,14 +1,14 @@
 #!/usr/bin/python3
 """What the measured evaluations would cost on 64 cores and with 1e9 points, by a model that the page states.
 
-    extrapolate.py WAYS.json SET_UP.json
+    extrapolate.py LINEAR_SOLVERS.json SET_UP.json
 """
 
 import json
 import math
 import sys
 
-from tabulate_ways import bytes_in_words, processor, slope
+from tabulate_linear_solvers import bytes_in_words, processor, slope
 
 CORES = 64
 CHANNELS, CHANNEL_PEAK, SHARE_OF_PEAK = 12, 38.4e9, 0.75  # DDR5-4800; of it the triad sees three quarters
@@ -94,13 +94,13 @@ def print_nets(rows: list, set_up: list, dense: float) -> None:
 
 def main() -> None:
     with open(sys.argv[1], encoding="utf-8") as file:
-        ways = json.load(file)
+        evaluations = json.load(file)
     with open(sys.argv[2], encoding="utf-8") as file:
         set_up = json.load(file)
-    rows, machine = ways["rows"], ways["machine"]
+    rows, machine = evaluations["rows"], evaluations["machine"]
     together = CHANNELS * CHANNEL_PEAK * SHARE_OF_PEAK
     print("# 64 cores, 1e9 points: an extrapolation\n")
-    print("Nothing on this page was run at these sizes; `bench/extrapolate.py` makes it from `ways.json` and "
+    print("Nothing on this page was run at these sizes; `bench/extrapolate.py` makes it from `linear_solvers.json` and "
           "`set_up.json`.\n")
     print(f'Measured (on {processor()}, {machine["cores"]} cores): nanoseconds and bytes a member at the largest size '
           'of each')

@@ -6,7 +6,6 @@
 /// one evaluation with friction over one without. Medians of times taken in turn.
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>

@@ -6,8 +6,8 @@
 /// element (McCalpin's STREAM triad); what the cache reads before it writes is not counted.
 [[gnu::visibility("default")]] double measure_bandwidth(double working_set, int threads);
 
-/// Seconds of moving the arrays of a way as an evaluation does, 128 members at a time, and computing next to nothing:
-/// what is left for the arithmetic when memory has had its time. Median, one thread.
+/// Seconds of moving the arrays of a linear solver as an evaluation does, 128 members at a time, and computing next to
+/// nothing: what is left for the arithmetic when memory has had its time. Median, one thread.
 enum class Passes {
   Once,      ///< r v 1/m -> block w lambda: bundles, closed form
   InAndOut,  ///< r v 1/m -> block b y pivot factor, from both ends; back again these -> lambda w: paths

@@ -1,7 +1,8 @@
 // What a simulation costs before and beside its steps:
 //   set_up [--long] [--json FILE]
 // Seconds of the constructor (numbering, plan, analysis, a consistent start) and bytes a rod or bead that stay after
-// two steps, by scene, method and way, one thread, each in a process of its own. --long: also a chain of 1e7 beads.
+// two steps, by scene, method and linear solver, one thread, each in a process of its own. --long: also a chain of 1e7
+// beads.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -2,9 +2,9 @@
 
 #include <tanor/solver_options.hpp>
 
-/// \file What one evaluation must move at least, counted from the arrays of the ways: each array once a pass over it,
-/// read or written (numbers of 8 bytes, indices of 4, signs of 1). Not counted: what a cache reads before it writes,
-/// what is found in the first cache again, refinement; mixtures of ways are counted as the general one,
+/// \file What one evaluation must move at least, counted from the arrays of the linear solvers: each array once a pass
+/// over it, read or written (numbers of 8 bytes, indices of 4, signs of 1). Not counted: what a cache reads before it
+/// writes, what is found in the first cache again, refinement; mixtures of solvers are counted as the general one,
 /// which moves more. The triad (machine.hpp) is counted likewise.
 struct Traffic {
   double bytes;        ///< moved by one evaluation

@@ -43,7 +43,7 @@ class Run(NamedTuple):
     tolerance: float   # of the last three, and of generalized_alpha, the step, s
 
     def group(self) -> str:
-        """What competes as one: all orders of the series on one way, …"""
+        """What competes as one: all orders of the series with one linear solver, …"""
         return f"{self.driver} " + re.sub(r"^taylor\d+", "taylor", self.method)
 
 
@@ -336,7 +336,7 @@ net's are erk8's with 1e-13, dop853 and taylor agree to 2e-14; those of springs 
 Each program with the best of the settings in `rivals.csv`, log-log interpolation between them.
 
 - taylor, dop853, dopri5: tanor. taylor is the best of the orders that were tried; "own order": what it takes by itself;
-  "/general": with the way to S lambda = b that serves everything, sparse factors, in place of that along paths.
+  "/general": with the solver of S lambda = b that serves everything, sparse factors, in place of that along paths.
 - radau5, generalized_alpha: tanor's implicit methods, the latter with fixed steps.
 - erk5, erk8: SUNDIALS' ARKODE, projected after each step; adams: CVODE, which has no projection with it; bdf: CVODE with
   projection. S and its projections are written by hand (`bench/rivals/normal_form.hpp`, Eigen's SimplicialLDLT).

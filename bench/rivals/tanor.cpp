@@ -1,7 +1,7 @@
 /// tanor on the problems of its rivals, one thread, through its public interface alone.
 ///
 ///     rival_tanor PROBLEM SIZE METHOD RTOL FILE       METHOD: dop853, dopri5, taylor, taylor12 (with its order), …;
-///                                                     "/general" after it: on the general way; generalized_alpha: RTOL
+///                                                     "/general" after it: general solver; generalized_alpha: RTOL
 ///                                                     is the step, s
 
 #include <tanor/tanor.hpp>

@@ -48,7 +48,7 @@ struct ErrorTimeOptions {
   std::filesystem::path scene;
   std::vector<std::string> methods;                ///< default: rattle, rk4, dopri5, dop853, taylor, auto
   std::optional<std::filesystem::path> out;        ///< folder; default: `<name>.out`
-  std::optional<std::filesystem::path> reference;  ///< state at t_end that replaces the judge
+  std::optional<std::filesystem::path> reference;  ///< state at t_end that replaces the reference run
   scene::Overrides overrides;                      ///< the coarsest step, t_end, threads
   bool quiet = false;
 };

@@ -29,7 +29,7 @@ ExitCode execute(const SelftestOptions&) {
     for (const KnownProblem& problem : list()) rows.push_back(solve(problem));
   }
   fmt::print("{}", report::format_digits(rows));
-  const Outcome outcome = report::judge_digits(rows);
+  const Outcome outcome = report::verify_digits(rows);
   if (outcome.ok()) return ExitCode::Done;
   print_message("selftest: " + outcome.what);
   return ExitCode::NoAnswer;

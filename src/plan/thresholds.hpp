@@ -12,7 +12,7 @@ namespace tanor::plan {
 inline constexpr std::size_t fewest_rows = 8;
 
 /// Batches take islands up to so many rods of topologies with little fill; beyond, a batch's numbers leave the first
-/// caches, and sparse factors or paths are as good (bench/ways: clusters, rings, tetrahedra, melt).
+/// caches, and sparse factors or paths are as good (bench/linear_solvers: clusters, rings, tetrahedra, melt).
 inline constexpr std::size_t most_rods_of_batch = 128;
 inline constexpr double most_flops_a_rod = 500.0;
 /// Lanes that must have an island of their own: half of them, and of paths that are long enough to be solved alone …
@@ -21,7 +21,7 @@ inline constexpr std::size_t long_path = 32;
 /// … four of five.
 inline constexpr double fullness_of_long_paths = 0.8;
 
-/// Rods that close rings in an island that the tree solver takes (bench/ways: trees, rings).
+/// Rods that close rings in an island that the tree solver takes (bench/linear_solvers: trees, rings).
 inline constexpr std::size_t most_rings_of_tree = 4;
 
 /// What sparse factors may have to do beside special solvers, for each row of those; beyond, all of the system gets one
@@ -42,7 +42,7 @@ inline constexpr double flops_for_fronts = 8.0, flops_for_metis = 50.0;
 /// Iterations that conjugate gradients are expected to take before a solve was made (bench/reuse).
 inline constexpr double first_guess_of_iterations = 4.0;
 
-// ---- threads and caches (bench/ways --threads) ----
+// ---- threads and caches (bench/linear_solvers --threads) ----
 
 inline constexpr std::size_t rows_worth_a_thread = 4096, rows_of_batches_worth_a_thread = 2048,
                              groups_of_points_worth_a_thread = 256;

@@ -26,7 +26,7 @@ std::string format_digits(const std::vector<DigitsRow>& rows) {
   return text + fmt::format("{} of {} keep their promise, {:.2f} s\n", kept, rows.size(), seconds);
 }
 
-Outcome judge_digits(const std::vector<DigitsRow>& rows) {
+Outcome verify_digits(const std::vector<DigitsRow>& rows) {
   std::string missed;
   for (const DigitsRow& row : rows) {
     if (row.keeps_promise()) continue;

@@ -26,6 +26,6 @@ struct DigitsRow {
 std::string format_digits(const std::vector<DigitsRow>& rows);
 
 /// Returns Ok, or names the problems that miss what they promise, with the reasons.
-Outcome judge_digits(const std::vector<DigitsRow>& rows);
+Outcome verify_digits(const std::vector<DigitsRow>& rows);
 
 }  // namespace tanor::report

@@ -19,13 +19,13 @@ constexpr double short_run = 0.1;  // s; a shorter run is repeated three times
 
 // A reference run begins with a hundredth of the tolerance of the finest row of its own method. That row then tells the
 // error of the reference at no cost.
-constexpr int first_judge_level = rows_per_method;
+constexpr int first_reference_level = rows_per_method;
 constexpr int most_refinements = 4;
-constexpr double judge_share = 0.1;         // of the smallest error that it judges
+constexpr double reference_share = 0.1;     // of the smallest error that it measures
 constexpr double finest_tolerance = 1e-13;  // below, rounding decides
 
 /// The methods that may make the reference for another method, the best first. No method is its own reference.
-std::array<Method, 2> judges_of(Method method) {
+std::array<Method, 2> reference_methods(Method method) {
   if (method == Method::Taylor) return {Method::Dop853, Method::Dopri5};
   return {Method::Taylor, method == Method::Dop853 ? Method::Dopri5 : Method::Dop853};
 }
@@ -145,8 +145,9 @@ class Runs {
   std::map<Method, std::string> refusals_;
 };
 
-/// A run that judges others, and its distance from its own coarser run; infinite where one of them did not arrive.
-struct Judge {
+/// A run that others are compared with, and its distance from its own coarser run; infinite where one of them did not
+/// arrive.
+struct ReferenceRun {
   Method method;
   int level;
   const Run* run;
@@ -154,7 +155,7 @@ struct Judge {
   Outcome outcome;  ///< of the one that did not
 };
 
-Judge call_judge(Runs* runs, Method method, int level) {
+ReferenceRun make_reference(Runs* runs, Method method, int level) {
   const Run& finer = runs->get(method, level);
   if (!finer.outcome.ok()) return {method, level, &finer, HUGE_VAL, finer.outcome};
   const Run& coarser = runs->get(method, level - 1);
@@ -162,44 +163,46 @@ Judge call_judge(Runs* runs, Method method, int level) {
   return {method, level, &finer, runs->distance(finer.positions, coarser.positions), {}};
 }
 
-/// The smallest error above 0 that a judge finds among the rows of a method.
-double smallest_error(Runs* runs, Method method, const Judge& judge) {
+/// The smallest error above 0 that a reference finds among the rows of a method.
+double smallest_error(Runs* runs, Method method, const ReferenceRun& reference) {
   double smallest = HUGE_VAL;
   for (int level = 0; level < rows_per_method; ++level) {
-    const Run& judged = runs->get(method, level);
-    const double error = runs->distance(judged.positions, judge.run->positions);
-    if (judged.outcome.ok() && error > 0.0) smallest = std::min(smallest, error);
+    const Run& row = runs->get(method, level);
+    const double error = runs->distance(row.positions, reference.run->positions);
+    if (row.outcome.ok() && error > 0.0) smallest = std::min(smallest, error);
   }
   return smallest;
 }
 
-/// A judge of a method's rows, fine enough for them where rounding permits.
-Judge refine_judge(const scene::Scene& scene, Runs* runs, Method method, Method judging) {
-  Judge judge = call_judge(runs, judging, first_judge_level);
-  for (int k = 0; k < most_refinements && judge.run->outcome.ok(); ++k) {
-    if (judge.error <= judge_share * smallest_error(runs, method, judge)) break;
-    if (options_of(scene, judging, judge.level + 1).rtol < 0.5 * finest_tolerance) break;
-    const Judge finer = call_judge(runs, judging, judge.level + 1);
-    if (!(finer.error < judge.error)) break;
-    const bool rounding_rules = finer.error > 0.5 * judge.error;
-    judge = finer;
+/// A reference for a method's rows, fine enough for them where rounding permits.
+ReferenceRun refine_reference(const scene::Scene& scene, Runs* runs, Method method, Method made_by) {
+  ReferenceRun reference = make_reference(runs, made_by, first_reference_level);
+  for (int k = 0; k < most_refinements && reference.run->outcome.ok(); ++k) {
+    if (reference.error <= reference_share * smallest_error(runs, method, reference)) break;
+    if (options_of(scene, made_by, reference.level + 1).rtol < 0.5 * finest_tolerance) break;
+    const ReferenceRun finer = make_reference(runs, made_by, reference.level + 1);
+    if (!(finer.error < reference.error)) break;
+    const bool rounding_rules = finer.error > 0.5 * reference.error;
+    reference = finer;
     if (rounding_rules) break;
   }
-  return judge;
+  return reference;
 }
 
-/// The first of those that may judge a method, arrives and knows its own error; else why the last one does not.
-Judge find_judge(const scene::Scene& scene, Runs* runs, Method method) {
-  Judge judge{};
-  for (const Method judging : judges_of(method)) {
-    if (const std::string& refusal = runs->refusal(judging); !refusal.empty()) {
-      judge.outcome = {Status::NoSolution, fmt::format("nothing judges {}: {}", name_of(method), refusal)};
+/// The first of those that may be the reference of a method, arrives and knows its own error; else why the last one
+/// does not.
+ReferenceRun find_reference(const scene::Scene& scene, Runs* runs, Method method) {
+  ReferenceRun reference{};
+  for (const Method made_by : reference_methods(method)) {
+    if (const std::string& refusal = runs->refusal(made_by); !refusal.empty()) {
+      reference.outcome = {Status::NoSolution,
+                           fmt::format("there is no reference for {}: {}", name_of(method), refusal)};
     } else {
-      judge = refine_judge(scene, runs, method, judging);
-      if (judge.outcome.ok()) break;
+      reference = refine_reference(scene, runs, method, made_by);
+      if (reference.outcome.ok()) break;
     }
   }
-  return judge;
+  return reference;
 }
 
 std::vector<Index> list_points(const System& system) {
@@ -215,34 +218,34 @@ std::string describe_setting(const ErrorTimeRow& row) {
 }
 
 ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Method> methods,
-                                  const scene::ReferenceState* reference,
+                                  const scene::ReferenceState* given,
                                   const std::function<void(const std::string&)>& say) {
   ErrorTimeTable table{scene.name, scene.source, scene.t_end, scene.solver.threads, {}, {}, {}, {}};
-  Runs runs(scene, reference ? reference->points : list_points(scene.system), say);
+  Runs runs(scene, given ? given->points : list_points(scene.system), say);
   for (const Method method : methods) {
     if (const std::string& refusal = runs.refusal(method); !refusal.empty()) {
       table.left_out.push_back(refusal);
       continue;
     }
-    const std::vector<double>* truth = reference ? &reference->positions : nullptr;
-    ErrorTimeTable::Judge named{method, reference ? reference->name : "", {}};
-    if (!reference) {
-      const Judge judge = find_judge(scene, &runs, method);
-      if (!judge.outcome.ok()) {
-        table.outcome = judge.outcome;
+    const std::vector<double>* truth = given ? &given->positions : nullptr;
+    ErrorTimeTable::Reference named{method, given ? given->name : "", {}};
+    if (!given) {
+      const ReferenceRun reference = find_reference(scene, &runs, method);
+      if (!reference.outcome.ok()) {
+        table.outcome = reference.outcome;
         return table;
       }
-      truth = &judge.run->positions;
-      named.setting = fmt::format("{} with {}", name_of(judge.method), describe_setting(judge.run->row));
-      named.error = judge.error;
+      truth = &reference.run->positions;
+      named.setting = fmt::format("{} with {}", name_of(reference.method), describe_setting(reference.run->row));
+      named.error = reference.error;
     }
-    table.judges.push_back(named);
+    table.references.push_back(named);
     double last_error = 0.0;
     for (int level = 0; level < rows_per_method; ++level) {
-      const Run& judged = runs.get(method, level);
-      ErrorTimeRow row = judged.row;
-      row.error = judged.outcome.ok() ? runs.distance(judged.positions, *truth) : NAN;
-      row.judge_error = named.error.value_or(0.0);
+      const Run& run = runs.get(method, level);
+      ErrorTimeRow row = run.row;
+      row.error = run.outcome.ok() ? runs.distance(run.positions, *truth) : NAN;
+      row.reference_error = named.error.value_or(0.0);
       const bool has_order = has_fixed_steps(method) && last_error > 0.0 && row.error > 0.0;
       if (has_order && std::isfinite(last_error) && std::isfinite(row.error))
         row.order = std::log2(last_error / row.error);

@@ -19,11 +19,11 @@ struct ErrorTimeRow {
   double step = 0.0;       ///< s; 0 for adaptive methods
   double tolerance = 0.0;  ///< rtol; 0 for fixed steps
   std::size_t steps = 0, factorizations = 0;
-  double wall_s = 0.0;       ///< of the steps alone, without set-up; short runs: the middle one of three
-  double error = 0.0;        ///< largest distance of a point from the judge at t_end, m; NaN: it did not arrive
-  double judge_error = 0.0;  ///< of the judge itself, m: what the error is uncertain by
-  double order = 0.0;        ///< log2 of the error's ratio to the row before (fixed steps halved); 0: first row
-  double violation = 0.0;    ///< largest of the run, relative
+  double wall_s = 0.0;           ///< of the steps alone, without set-up; short runs: the middle one of three
+  double error = 0.0;            ///< largest distance of a point from the reference at t_end, m; NaN: it did not arrive
+  double reference_error = 0.0;  ///< of the reference itself, m: what the error is uncertain by
+  double order = 0.0;            ///< log2 of the error's ratio to the row before (fixed steps halved); 0: first row
+  double violation = 0.0;        ///< largest of the run, relative
   double energy_drift = 0.0;
   std::string trouble;  ///< why it did not arrive; empty: it did
 };
@@ -33,23 +33,24 @@ struct ErrorTimeTable {
   std::string scene, source;
   double t_end = 0.0;
   int threads = 1;
-  struct Judge {
-    Method judged;
+  struct Reference {
+    Method method;
     std::string setting;            ///< "taylor with rtol 1e-13", "chain10.txt"
     std::optional<double> error{};  ///< its distance from its own run with 100 times the tolerance, m; none for a file
   };
-  std::vector<Judge> judges;  ///< one for each method of the rows
+  std::vector<Reference> references;  ///< one for each method of the rows
   std::vector<ErrorTimeRow> rows;
   std::vector<std::string> left_out;  ///< "taylor: <force> has no series": methods that the scene refuses, and why
-  Outcome outcome;                    ///< why no judge was found for a method; its rows and the next ones are missing
+  Outcome outcome;  ///< why no reference was found for a method; its rows and the next ones are missing
 };
 
 /// Runs each method with four step sizes (halved) or tolerances (a hundredth each) against the file that is given, or
-/// else against a finer run of *another* method, the judge: dop853 judges taylor, taylor all others; where it refuses
-/// the scene, dop853, and dopri5 judges dop853. A judge is refined until its own error is a tenth of the smallest that
-/// it finds, or rounding rules. `say` hears a line after each run. Throws InputError where the scene refuses all.
+/// else against a finer run of *another* method, the reference: dop853 for taylor, taylor for all others; where taylor
+/// refuses the scene, dop853, and dopri5 for dop853. A reference is refined until its own error is a tenth of the
+/// smallest error that it finds, or rounding rules. `say` hears a line after each run. Throws InputError where the
+/// scene refuses all.
 ErrorTimeTable measure_error_time(const scene::Scene& scene, std::span<const Method> methods,
-                                  const scene::ReferenceState* reference,
+                                  const scene::ReferenceState* given,
                                   const std::function<void(const std::string&)>& say);
 
 /// "rtol 1e-05", "step 0.005"

@@ -14,24 +14,24 @@ namespace tanor::report {
 
 namespace {
 
-constexpr double certain_above = 3.0;  // errors of the judge
+constexpr double certain_above = 3.0;  // errors of the reference
 
-/// Within three errors of the judge only a bound is certain.
+/// Within three errors of the reference only a bound is certain.
 std::string describe_error(const ErrorTimeRow& row) {
-  const bool is_certain = row.error >= certain_above * row.judge_error;
-  return is_certain ? in_words(row.error, "{:.2e}") : "<= " + in_words(row.error + row.judge_error, "{:.2e}");
+  const bool is_certain = row.error >= certain_above * row.reference_error;
+  return is_certain ? in_words(row.error, "{:.2e}") : "<= " + in_words(row.error + row.reference_error, "{:.2e}");
 }
 
 std::string describe_order(const ErrorTimeRow& row) {
   return row.order != 0.0 ? in_words(row.order, "{:.2f}") : "";
 }
 
-/// Lists which run judged which methods, and what was left out.
+/// Lists which run is the reference of which method, and what was left out.
 std::vector<std::string> list_remarks(const ErrorTimeTable& table) {
   std::vector<std::string> remarks;
-  for (const auto& [judged, setting, error] : table.judges) {
-    remarks.push_back(fmt::format("{} is judged by {}", name_of(judged), setting));
-    if (error) remarks.back() += fmt::format(", judge's own error <= {} m", in_words(*error, "{:.1e}"));
+  for (const auto& [method, setting, error] : table.references) {
+    remarks.push_back(fmt::format("{} is compared with {}", name_of(method), setting));
+    if (error) remarks.back() += fmt::format(", whose own error is <= {} m", in_words(*error, "{:.1e}"));
   }
   for (const std::string& method : table.left_out) remarks.push_back("left out: " + method);
   return remarks;
@@ -51,11 +51,11 @@ std::string field(double number) {
 
 std::string make_csv(const ErrorTimeTable& table) {
   std::string text =
-      "method,step_s,rtol,steps,factorizations,wall_s,error_m,judge_error_m,order,violation,energy_drift,trouble\n";
+      "method,step_s,rtol,steps,factorizations,wall_s,error_m,reference_error_m,order,violation,energy_drift,trouble\n";
   for (const ErrorTimeRow& row : table.rows) {
     const std::string error = row.trouble.empty() ? field(row.error) : "";
     text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", name_of(row.method), row.step, row.tolerance,
-                        row.steps, row.factorizations, row.wall_s, error, field(row.judge_error), field(row.order),
+                        row.steps, row.factorizations, row.wall_s, error, field(row.reference_error), field(row.order),
                         field(row.violation), field(row.energy_drift), quote(row.trouble));
   }
   return text;

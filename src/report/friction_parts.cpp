@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <string_view>
-
 #include <tanor/enum_names.hpp>
 
 #include "report/words.hpp"

@@ -20,14 +20,14 @@ int open_or_throw(const fs::path& path, int flags) {
   return descriptor;
 }
 
-/// Writes all bytes at a place of a file. Returns false, with the reason in errno, where not all could be written.
-bool write_at(int descriptor, std::uint64_t place, std::string_view bytes) {
+/// Writes all bytes at an offset of a file. Returns false, with the reason in errno, where not all could be written.
+bool write_at(int descriptor, std::uint64_t offset, std::string_view bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(place));
+    const ssize_t written = pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) return false;
     bytes.remove_prefix(static_cast<std::size_t>(written));
-    place += static_cast<std::uint64_t>(written);
+    offset += static_cast<std::uint64_t>(written);
   }
   return true;
 }

@@ -2,8 +2,6 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include <tanor/certificate.hpp>
 #include <tanor/dynamics.hpp>

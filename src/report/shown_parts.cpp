@@ -15,7 +15,7 @@ std::size_t count_rows(const Constraint& constraint) {
       constraint);
 }
 
-/// Adds the image of a point and returns its place behind the points.
+/// Adds the image of a point and returns its position behind the points.
 std::int32_t add_image(std::int32_t point, const Vector3& offset, ShownParts* shown) {
   shown->images.push_back({point, offset});
   return static_cast<std::int32_t>(shown->num_points + shown->images.size() - 1);
@@ -32,13 +32,13 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
   }
   shown.num_points = shown.points.size();
 
-  std::vector<std::int32_t> places(system.num_points(), -1);
-  for (std::size_t k = 0; k < shown.num_points; ++k) places[shown.points[k]] = static_cast<std::int32_t>(k);
+  std::vector<std::int32_t> slots(system.num_points(), -1);
+  for (std::size_t k = 0; k < shown.num_points; ++k) slots[shown.points[k]] = static_cast<std::int32_t>(k);
 
   shown.is_support.assign(shown.num_points, false);
   for (const Support& support : system.supports) {
     for (const Index point : support.points) {
-      if (places[point] >= 0) shown.is_support[places[point]] = true;
+      if (slots[point] >= 0) shown.is_support[slots[point]] = true;
     }
   }
 
@@ -47,7 +47,7 @@ ShownParts choose_parts(const System& system, std::span<const Index> chosen) {
   for (const Constraint& constraint : system.constraints) {
     if (const auto* rods = std::get_if<Rods>(&constraint)) {
       for (std::size_t k = 0; k < rods->pairs.size(); ++k) {
-        const std::int32_t i = places[rods->pairs[k][0]], j = places[rods->pairs[k][1]];
+        const std::int32_t i = slots[rods->pairs[k][0]], j = slots[rods->pairs[k][1]];
         if (i < 0 || j < 0) continue;
         const Vector3 offset = rods->offsets.empty() ? Vector3{} : rods->offsets[k];
         shown.rods.push_back({i, offset == Vector3{} ? j : add_image(j, offset, &shown)});

@@ -15,14 +15,14 @@ struct ShownParts {
   std::size_t num_points = 0;                     ///< shown ones, m
   std::vector<Index> points;                      ///< m, of the system, in the order of the files
   std::vector<bool> is_support;                   ///< m
-  std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as places in `points`, behind them in `images`
+  std::vector<std::array<std::int32_t, 2>> rods;  ///< both ends, as positions in `points`, behind them in `images`
   std::vector<std::size_t> rod_rows;              ///< row of each rod among the multipliers
-  std::vector<std::int32_t> loose_points;         ///< places in `points` that no shown rod touches
+  std::vector<std::int32_t> loose_points;         ///< positions in `points` that no shown rod touches
 
   /// The end r_j + offset of a rod across the edge of a periodic sample. The rod is drawn beside its point i, not
   /// across the sample.
   struct Image {
-    std::int32_t point;  ///< place of j in `points`
+    std::int32_t point;  ///< position of j in `points`
     Vector3 offset;      ///< m
   };
   std::vector<Image> images;

@@ -38,7 +38,7 @@ Json describe_rank_changes(const RankChanges& changes) {
   return {{"start", changes.start}, {"count", changes.count}, {"first", first}};
 }
 
-/// When the motion went through places at which constraints depend on each other, `count` times.
+/// When the motion went through singular configurations, at which constraints depend on each other, `count` times.
 Json describe_singular_passages(const SingularPassages& passages) {
   Json first = Json::array();
   for (const SingularPassage& passage : passages.first)
@@ -46,7 +46,7 @@ Json describe_singular_passages(const SingularPassages& passages) {
   return {{"count", passages.count}, {"first", first}};
 }
 
-/// Where the motion came nearest to a place at which constraints depend on each other.
+/// When the motion came nearest to a singular configuration.
 Json describe_nearest_to_singular(const RunFacts& facts, const MotionReport& report) {
   return {{"t", if_started(facts, report.reciprocal_condition_time)},
           {"reciprocal_condition", if_started(facts, report.reciprocal_condition)}};

@@ -2,29 +2,20 @@
 
 #include "assembly/reactions.hpp"
 
-#include <random>
-
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "linearised.hpp"
+#include "random_numbers.hpp"
 
 namespace tanor {
 namespace {
-
-std::vector<double> any_numbers(std::size_t count, std::uint32_t seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  std::vector<double> result(count);
-  for (double& x : result) x = normal(generator);
-  return result;
-}
 
 RC_GTEST_PROP(ReactionGather, IsKTimesLambdaOnAllPoints, ()) {
   const RandomSystem random = any_system();
   const Linearised inner(random);
   const ReactionGather gather(inner.incidences, inner.numbering.num_points());
-  const std::vector<double> lambda = any_numbers(inner.constraints.num_rows(), 7);
+  const std::vector<double> lambda = normal_numbers(inner.constraints.num_rows(), 7);
   std::vector<double> eta(inner.r.size(), NAN);
 
   gather.reactions(Parallel(1), inner.blocks.data(), lambda.data(), eta.data());
@@ -37,7 +28,7 @@ RC_GTEST_PROP(ReactionGather, ScaledByTheInverseMassesItMovesPointsAndLeavesSupp
   const RandomSystem random = any_system();
   const Linearised inner(random);
   const ReactionGather gather(inner.incidences, inner.numbering.num_points());
-  const std::vector<double> lambda = any_numbers(inner.constraints.num_rows(), 7);
+  const std::vector<double> lambda = normal_numbers(inner.constraints.num_rows(), 7);
   std::vector<double> added = inner.v, written = inner.v;
   const std::size_t moving = inner.numbering.num_moving;
 
@@ -70,7 +61,8 @@ TEST(ReactionGather, TwoThreadsGiveTheSameBits) {
   }
   const ReactionGather gather(incidences, n);
   const auto d = static_cast<std::size_t>(row);
-  const std::vector<double> blocks = any_numbers(3 * d, 1), lambda = any_numbers(d, 2), masses = any_numbers(n, 3);
+  const std::vector<double> blocks = normal_numbers(3 * d, 1), lambda = normal_numbers(d, 2),
+                            masses = normal_numbers(n, 3);
   const auto evaluate = [&](int threads) {
     std::vector<double> eta(6 * n);
     gather.reactions(Parallel(threads), blocks.data(), lambda.data(), eta.data());

@@ -1,34 +1,30 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <ostream>
 #include <span>
-#include <sstream>
 #include <tuple>
 
 #include <gtest/gtest.h>
 #include <tanor/dynamics.hpp>
 
-#include "cases/judge.hpp"
+#include "cases/interfaces.hpp"
+#include "cases/reference_motion.hpp"
 #include "cases/scenes.hpp"
-#include "cases/ways.hpp"
 
 namespace tanor::cases {
 namespace {
 
-struct NamedWay {
+struct NamedInterface {
   std::string name;
-  Way find_answer;
+  Interface find_answer;
 };
 
-std::ostream& operator<<(std::ostream& out, const NamedWay& way) {
-  return out << way.name;
+std::ostream& operator<<(std::ostream& out, const NamedInterface& interface) {
+  return out << interface.name;
 }
 
-std::vector<NamedWay> list_ways() {
+std::vector<NamedInterface> list_interfaces() {
   return {{"library", through_library},
 #ifdef TANOR_PROGRAM
           {"program", through_program}
@@ -59,16 +55,16 @@ std::vector<MethodUnderTest> list_methods() {
           {"dopri5", adaptive(1e-8), adaptive(1e-8 / 32), 4.0, 6.5}};
 }
 
-class ConvergenceTest : public testing::TestWithParam<std::tuple<NamedWay, CaseScene, MethodUnderTest>> {};
+class ConvergenceTest : public testing::TestWithParam<std::tuple<NamedInterface, CaseScene, MethodUnderTest>> {};
 
 TEST_P(ConvergenceTest, HalfTheStepDividesTheErrorAsTheOrderSays) {
-  const auto& [way, scene, method] = GetParam();
-  const Judge judge(scene);
-  const System system = scene.build(judge.start());
+  const auto& [interface, scene, method] = GetParam();
+  const ReferenceMotion reference(scene);
+  const System system = scene.build(reference.start());
 
-  for (const Instant& instant : judge.instants()) {
-    const double coarse = judge.error(way.find_answer(scene.name, system, method.coarse, instant.t), instant);
-    const double fine = judge.error(way.find_answer(scene.name, system, method.fine, instant.t), instant);
+  for (const Instant& instant : reference.instants()) {
+    const double coarse = reference.error(interface.find_answer(scene.name, system, method.coarse, instant.t), instant);
+    const double fine = reference.error(interface.find_answer(scene.name, system, method.fine, instant.t), instant);
 
     const double order = std::log2(coarse / fine);
     EXPECT_GE(order, method.least_order) << "t = " << instant.t << ", errors " << coarse << " and " << fine;
@@ -77,7 +73,7 @@ TEST_P(ConvergenceTest, HalfTheStepDividesTheErrorAsTheOrderSays) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, ConvergenceTest,
-                         testing::Combine(testing::ValuesIn(list_ways()), testing::ValuesIn(moving_cases()),
+                         testing::Combine(testing::ValuesIn(list_interfaces()), testing::ValuesIn(moving_cases()),
                                           testing::ValuesIn(list_methods())),
                          [](const auto& instance) {
                            return std::get<0>(instance.param).name + "_" + std::get<1>(instance.param).name + "_" +
@@ -86,12 +82,12 @@ INSTANTIATE_TEST_SUITE_P(Cases, ConvergenceTest,
 
 // ---- digits --------------------------------------------------------------------------------------------------------
 
-class AnswerTest : public testing::TestWithParam<std::tuple<NamedWay, CaseScene>> {
+class AnswerTest : public testing::TestWithParam<std::tuple<NamedInterface, CaseScene>> {
  protected:
   static Answer find_answer(double t_end) {
-    const auto& [way, scene] = GetParam();
+    const auto& [interface, scene] = GetParam();
     const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14};
-    return way.find_answer(scene.name, scene.build(Judge(scene).start()), options, t_end);
+    return interface.find_answer(scene.name, scene.build(ReferenceMotion(scene).start()), options, t_end);
   }
 };
 
@@ -99,23 +95,23 @@ template <class Wanted>
 auto list_answers(const Wanted& is_wanted) {
   std::vector<CaseScene> scenes;
   std::copy_if(moving_cases().begin(), moving_cases().end(), std::back_inserter(scenes), is_wanted);
-  return testing::Combine(testing::ValuesIn(list_ways()), testing::ValuesIn(scenes));
+  return testing::Combine(testing::ValuesIn(list_interfaces()), testing::ValuesIn(scenes));
 }
 
-std::string name_answer(const testing::TestParamInfo<std::tuple<NamedWay, CaseScene>>& answer) {
+std::string name_answer(const testing::TestParamInfo<std::tuple<NamedInterface, CaseScene>>& answer) {
   return std::get<0>(answer.param).name + "_" + std::get<1>(answer.param).name;
 }
 
 class DigitsTest : public AnswerTest {};
 
 TEST_P(DigitsTest, TenDigitsOfMotionReactionsAndMultipliers) {
-  const Judge judge(std::get<1>(GetParam()));
+  const ReferenceMotion reference(std::get<1>(GetParam()));
 
-  for (const Instant& instant : judge.instants()) {
+  for (const Instant& instant : reference.instants()) {
     const Answer answer = find_answer(instant.t);
 
     EXPECT_EQ(answer.t, instant.t);
-    EXPECT_LT(judge.error(answer, instant), 1e-10) << "t = " << instant.t;
+    EXPECT_LT(reference.error(answer, instant), 1e-10) << "t = " << instant.t;
     EXPECT_LE(answer.position_violation, 1e-12);
     EXPECT_LE(answer.velocity_violation, 1e-12);
   }
@@ -127,10 +123,10 @@ INSTANTIATE_TEST_SUITE_P(Cases, DigitsTest, list_answers([](const CaseScene&) { 
 TEST(Dop853Test, ElevenDigitsOfEveryCase) {
   const MotionOptions options{.method = Method::Dop853, .rtol = 1e-12, .atol = 1e-14};
   for (const CaseScene& scene : moving_cases()) {
-    const Judge judge(scene);
-    for (const Instant& instant : judge.instants()) {
-      const Answer answer = through_library("", scene.build(judge.start()), options, instant.t);
-      EXPECT_LT(judge.error(answer, instant), 1e-11) << scene.name << ", t = " << instant.t;
+    const ReferenceMotion reference(scene);
+    for (const Instant& instant : reference.instants()) {
+      const Answer answer = through_library("", scene.build(reference.start()), options, instant.t);
+      EXPECT_LT(reference.error(answer, instant), 1e-11) << scene.name << ", t = " << instant.t;
     }
   }
 }
@@ -164,15 +160,15 @@ class EnergyTest : public AnswerTest {};
 
 /// E(t) - E(0) is what supports and moving constraints put in.
 TEST_P(EnergyTest, EnergyAndWorkAreThoseOfTheCase) {
-  const Judge judge(std::get<1>(GetParam()));
-  const Instant& end = judge.instants().back();
+  const ReferenceMotion reference(std::get<1>(GetParam()));
+  const Instant& end = reference.instants().back();
 
   const Answer answer = find_answer(end.t);
 
-  const double scale = std::max({1.0, std::abs(*end.energy), std::abs(*judge.start().energy)});
+  const double scale = std::max({1.0, std::abs(*end.energy), std::abs(*reference.start().energy)});
   EXPECT_NEAR(answer.energy, *end.energy, 1e-9 * scale);
-  EXPECT_NEAR(answer.energy_start, *judge.start().energy, 1e-12 * scale);
-  EXPECT_NEAR(answer.work_of_supports, *end.energy - *judge.start().energy, 1e-9 * scale);
+  EXPECT_NEAR(answer.energy_start, *reference.start().energy, 1e-12 * scale);
+  EXPECT_NEAR(answer.work_of_supports, *end.energy - *reference.start().energy, 1e-9 * scale);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, EnergyTest, list_answers([](const CaseScene& scene) {
@@ -202,10 +198,10 @@ INSTANTIATE_TEST_SUITE_P(Cases, SupportTest,
 
 // ---- single claims -------------------------------------------------------------------------------------------------
 
-class WayTest : public testing::TestWithParam<NamedWay> {};
+class InterfaceTest : public testing::TestWithParam<NamedInterface> {};
 
 /// The bar of the project: `tanor run … --method dopri5 --rtol 1e-10 --atol 1e-12`.
-TEST_P(WayTest, ChainOf10IsWithin1e8AtOneSecond) {
+TEST_P(InterfaceTest, ChainOf10IsWithin1e8AtOneSecond) {
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12};
   const std::vector<Instant> trajectory = read_trajectory("08_chain10");
   const Instant& end = trajectory.back();
@@ -219,7 +215,7 @@ TEST_P(WayTest, ChainOf10IsWithin1e8AtOneSecond) {
   EXPECT_LE(answer.velocity_violation, 1e-12);
 }
 
-TEST_P(WayTest, ChainBetweenSupportsStaysAtRest) {
+TEST_P(InterfaceTest, ChainBetweenSupportsStaysAtRest) {
   const System system = make_catenary();
   const MotionOptions options{.method = Method::Dopri5, .rtol = 1e-10, .atol = 1e-12};
 
@@ -229,7 +225,7 @@ TEST_P(WayTest, ChainBetweenSupportsStaysAtRest) {
   EXPECT_LT(largest(answer.velocities), 1e-10);
 }
 
-TEST_P(WayTest, MotionInAPlaneStaysInIt) {
+TEST_P(InterfaceTest, MotionInAPlaneStaysInIt) {
   for (const char* name : {"07_chain2", "07_chain2_in_plane"}) {
     const Instant start = read_trajectory("07_chain2").front();
     const bool held = std::string(name) == "07_chain2_in_plane";
@@ -241,7 +237,7 @@ TEST_P(WayTest, MotionInAPlaneStaysInIt) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, WayTest, testing::ValuesIn(list_ways()),
+INSTANTIATE_TEST_SUITE_P(Cases, InterfaceTest, testing::ValuesIn(list_interfaces()),
                          [](const auto& instance) { return instance.param.name; });
 
 TEST(CatenaryTest, LibraryFindsRestAndTwelveDigitsOfTheTensions) {

@@ -73,7 +73,7 @@ Multipliers run(const System& system, const MotionOptions& motion, const std::ve
   Simulation simulation(system, motion);
   const double others = static_cast<double>(system.num_points()) - 1.0;
   Multipliers result;
-  const auto judge = [&] {
+  const auto compare = [&] {
     const auto v = simulation.velocities();
     for (std::size_t i = 0; i < system.num_points(); ++i) {
       const double speed2 = v[3 * i] * v[3 * i] + v[3 * i + 1] * v[3 * i + 1] + v[3 * i + 2] * v[3 * i + 2];
@@ -82,11 +82,11 @@ Multipliers run(const System& system, const MotionOptions& motion, const std::ve
       result.fastest_speed2 = std::max(result.fastest_speed2, speed2);
     }
   };
-  judge();
+  compare();
   for (const double t : times) {
     const Outcome outcome = simulation.advance_to(t);
     EXPECT_TRUE(outcome.ok()) << outcome.what;
-    judge();
+    compare();
   }
   return result;
 }

@@ -8,7 +8,7 @@
 #include <tanor/dynamics.hpp>
 #include <tanor/motion.hpp>
 
-#include "cases/judge.hpp"
+#include "cases/reference_motion.hpp"
 
 namespace tanor::cases {
 namespace {

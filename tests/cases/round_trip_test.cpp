@@ -4,7 +4,7 @@
 #include <tanor/inverse_dynamics.hpp>
 #include <tanor/motion.hpp>
 
-#include "cases/judge.hpp"
+#include "cases/reference_motion.hpp"
 
 namespace tanor::cases {
 namespace {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <tanor/dynamics.hpp>
 
-#include "cases/judge.hpp"
+#include "cases/reference_motion.hpp"
 
 namespace tanor::cases {
 namespace {
@@ -100,10 +100,10 @@ class CoordinateCaseTest : public testing::TestWithParam<CoordinateCase> {
  protected:
   const CaseScene& scene = *std::find_if(moving_cases().begin(), moving_cases().end(),
                                          [&](const CaseScene& candidate) { return candidate.name == GetParam().name; });
-  const Judge judge{scene};
+  const ReferenceMotion reference{scene};
   System make_system() const {
-    System system = scene.build(judge.start());
-    system.coordinates = {GetParam().coordinates(judge.start())};
+    System system = scene.build(reference.start());
+    system.coordinates = {GetParam().coordinates(reference.start())};
     if (GetParam().is_planar) hold_in_plane(&system);
     return system;
   }
@@ -114,7 +114,7 @@ TEST_P(CoordinateCaseTest, TenDigitsOfMotionReactionsAndMultipliers) {
                         {.form = Form::Tangent});
   const auto copy = [](std::span<const double> array) { return std::vector<double>(array.begin(), array.end()); };
 
-  for (const Instant& instant : judge.instants()) {
+  for (const Instant& instant : reference.instants()) {
     ASSERT_TRUE(simulation.advance_to(instant.t).ok()) << simulation.outcome().what;
 
     const Answer answer{.t = simulation.time(),
@@ -124,7 +124,7 @@ TEST_P(CoordinateCaseTest, TenDigitsOfMotionReactionsAndMultipliers) {
                         .multipliers = copy(simulation.multipliers().first(scene.multipliers(instant).size())),
                         .reactions = copy(simulation.reactions()),
                         .support_forces = copy(simulation.support_forces())};
-    EXPECT_LT(judge.error(answer, instant), 1e-10) << "t = " << instant.t;
+    EXPECT_LT(reference.error(answer, instant), 1e-10) << "t = " << instant.t;
     EXPECT_LE(simulation.report().position_violation, 1e-12);
     EXPECT_LE(simulation.report().velocity_violation, 1e-12);
   }
@@ -135,7 +135,7 @@ TEST_P(CoordinateCaseTest, BothFormsAgreeToTwelveDigits) {
   Dynamics dynamics(system, {.form = Form::Both});
   std::vector<double> w(system.positions.size());
   Simulation simulation(system, {.method = Method::Dopri5, .rtol = 1e-12, .atol = 1e-14}, {.form = Form::Tangent});
-  for (const Instant& instant : judge.instants()) {
+  for (const Instant& instant : reference.instants()) {
     ASSERT_TRUE(simulation.advance_to(instant.t).ok());
 
     const SolveReport report =

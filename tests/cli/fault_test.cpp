@@ -8,12 +8,6 @@ namespace {
 using nlohmann::json;
 using report::read_xyz;
 
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
-
 /// One line of ours, and nothing beside it.
 void expect_one_line(const Ended& ended, const std::string& what) {
   EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << what << ": " << ended.err;

@@ -28,6 +28,13 @@ using report::read_text;
 using report::write_text;
 using Words = std::vector<std::string>;
 
+/// How often a text holds a part.
+inline std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
 /// What a run of the program left behind.
 struct Ended {
   int code = -1;  ///< exit code; 128 + signal where one killed it

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <sstream>
 
 #include "cli/program.hpp"
 #include "report/digits.hpp"
@@ -37,11 +36,11 @@ TEST(DigitsTest, AreTheLogarithmOfTheRelativeError) {
 }
 
 TEST(DigitsTest, APromiseThatIsMissedIsNamedWithItsReason) {
-  EXPECT_TRUE(report::judge_digits({row(4.0, 1e-5), row(5.0, 0.99e-5)}).ok());
+  EXPECT_TRUE(report::verify_digits({row(4.0, 1e-5), row(5.0, 0.99e-5)}).ok());
 
-  const std::string few = report::judge_digits({row(4.0, 1e-5), row(6.0, 1e-5)}).what;
+  const std::string few = report::verify_digits({row(4.0, 1e-5), row(6.0, 1e-5)}).what;
   EXPECT_EQ(few, "spin (rk4): 5.0 of 6.0 digits");
-  const std::string none = report::judge_digits({row(0.0, 0.0, {Status::NotFinite, "it flew away"})}).what;
+  const std::string none = report::verify_digits({row(0.0, 0.0, {Status::NotFinite, "it flew away"})}).what;
   EXPECT_EQ(none, "spin (rk4): it flew away");
   EXPECT_TRUE(contains(report::format_digits({row(6.0, 1e-5)}), "MISSED"));
   EXPECT_FALSE(contains(report::format_digits({row(4.0, 1e-5)}), "MISSED"));

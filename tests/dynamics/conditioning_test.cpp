@@ -184,7 +184,7 @@ INSTANTIATE_TEST_SUITE_P(Dynamics, HeavyTip,
 
 // ---- far from the origin -----------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(NormalForm, MovedAMillionLengthsAwayItAnswersTheSame, ()) {
+RC_GTEST_PROP(ForwardDynamics, MovedAMillionLengthsAwayItAnswersTheSame, ()) {
   // The places that are left when they have been there: with them no difference of two is rounded.
   constexpr double away = 1 << 20;
   RandomSystem random = without_guides(any_system());
@@ -205,7 +205,7 @@ RC_GTEST_PROP(NormalForm, MovedAMillionLengthsAwayItAnswersTheSame, ()) {
   RC_ASSERT(far.report.residual <= 1e-14);
 }
 
-RC_GTEST_PROP(NormalForm, ProjectionConvergesAMillionLengthsAway, ()) {
+RC_GTEST_PROP(ForwardDynamics, ProjectionConvergesAMillionLengthsAway, ()) {
   RandomSystem random = without_guides(any_system());
   for (double& x : random.system.positions) x += 1e6;
   for (double& x : random.positions) x += 1e6;

@@ -1,14 +1,13 @@
 /// The equations of the normal form, by their numbers in docs/theory.md, on random systems of up to 30 points, and two
 /// witnesses that know nothing of S: the KKT matrix and Gauss's principle.
 
-#include <algorithm>
 #include <cmath>
-#include <random>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "linearised.hpp"
+#include "random_numbers.hpp"
 #include "schur/gram_solver.hpp"
 #include "solved.hpp"
 
@@ -19,11 +18,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 VectorXd any_vector(Eigen::Index size, std::uint32_t seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  VectorXd result(size);
-  for (double& x : result) x = normal(generator);
-  return result;
+  const std::vector<double> numbers = normal_numbers(static_cast<std::size_t>(size), seed);
+  return VectorXd::Map(numbers.data(), size);
 }
 
 /// An orthonormal basis of the range of K, and with it of its complement.
@@ -72,7 +68,7 @@ double sqrt_condition(const MatrixXd& K, const VectorXd& weights) {
   return mechanics.sqrt_condition();
 }
 
-RC_GTEST_PROP(NormalForm, Equation12_KSinvKtMinvLeavesVectorsOfTheNormalSpaceAsTheyAre, ()) {
+RC_GTEST_PROP(ForwardDynamics, Equation12_KSinvKtMinvLeavesVectorsOfTheNormalSpaceAsTheyAre, ()) {
   const Linearised inner(any_system());
   ThroughSolver through(inner, inner.inverse_masses);
   const VectorXd inverse_M = inner.inverse_M().head(through.K().rows());
@@ -84,7 +80,7 @@ RC_GTEST_PROP(NormalForm, Equation12_KSinvKtMinvLeavesVectorsOfTheNormalSpaceAsT
   RC_ASSERT((result - u_N).norm() <= accuracy * u_N.norm());
 }
 
-RC_GTEST_PROP(NormalForm, Equation15_KGammainvKtIsTheOrthogonalProjectorOntoTheNormalSpace, ()) {
+RC_GTEST_PROP(ForwardDynamics, Equation15_KGammainvKtIsTheOrthogonalProjectorOntoTheNormalSpace, ()) {
   const Linearised inner(any_system());
   std::vector<double> unit(inner.inverse_masses);
   for (double& weight : unit) weight = weight > 0.0 ? 1.0 : 0.0;
@@ -101,7 +97,7 @@ RC_GTEST_PROP(NormalForm, Equation15_KGammainvKtIsTheOrthogonalProjectorOntoTheN
   if (P.K().cols() > 0) RC_ASSERT((Pu - Range(P.K()).part_in(u)).norm() <= accuracy * u.norm());
 }
 
-RC_GTEST_PROP(NormalForm, Equation10_KSinvKtMinvIsAProjectorOrthogonalInTheMetricOfMinv, ()) {
+RC_GTEST_PROP(ForwardDynamics, Equation10_KSinvKtMinvIsAProjectorOrthogonalInTheMetricOfMinv, ()) {
   const Linearised inner(any_system());
   ThroughSolver through(inner, inner.inverse_masses);
   const VectorXd inverse_M = inner.inverse_M().head(through.K().rows());
@@ -117,7 +113,7 @@ RC_GTEST_PROP(NormalForm, Equation10_KSinvKtMinvIsAProjectorOrthogonalInTheMetri
 
 // ---- reactions and accelerations ---------------------------------------------------------------------------------
 
-RC_GTEST_PROP(NormalForm, Equation31_MultipliersSolveSLambdaPlusPhiPlusKtMinvF, ()) {
+RC_GTEST_PROP(ForwardDynamics, Equation31_MultipliersSolveSLambdaPlusPhiPlusKtMinvF, ()) {
   const Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
 
@@ -130,7 +126,7 @@ RC_GTEST_PROP(NormalForm, Equation31_MultipliersSolveSLambdaPlusPhiPlusKtMinvF, 
   RC_ASSERT((S * solved.lambda + b).cwiseQuotient(root).norm() <= solved.accuracy * size);
 }
 
-RC_GTEST_PROP(NormalForm, Equation23_ReactionsFromTheSplitAreKLambda, ()) {
+RC_GTEST_PROP(ForwardDynamics, Equation23_ReactionsFromTheSplitAreKLambda, ()) {
   Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
   const Split split = solved.split();
@@ -146,7 +142,7 @@ RC_GTEST_PROP(NormalForm, Equation23_ReactionsFromTheSplitAreKLambda, ()) {
   RC_ASSERT(solved.as_acceleration(solved.eta - eta) <= 10.0 * solved.accuracy * solved.size);
 }
 
-RC_GTEST_PROP(NormalForm, Equation25_MassTimesAccelerationIsForcePlusReaction, ()) {
+RC_GTEST_PROP(ForwardDynamics, Equation25_MassTimesAccelerationIsForcePlusReaction, ()) {
   const Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
 
@@ -155,7 +151,7 @@ RC_GTEST_PROP(NormalForm, Equation25_MassTimesAccelerationIsForcePlusReaction, (
   RC_ASSERT(solved.as_acceleration(Mw - dense.f - solved.eta) <= solved.accuracy * solved.size);
 }
 
-RC_GTEST_PROP(NormalForm, AccelerationsSatisfyTheDifferentiatedConstraints, ()) {
+RC_GTEST_PROP(ForwardDynamics, AccelerationsSatisfyTheDifferentiatedConstraints, ()) {
   const Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
 
@@ -166,7 +162,7 @@ RC_GTEST_PROP(NormalForm, AccelerationsSatisfyTheDifferentiatedConstraints, ()) 
   RC_ASSERT(solved.report.residual <= 1e-14);
 }
 
-RC_GTEST_PROP(NormalForm, SupportsCarryTheirPrescribedAcceleration, ()) {
+RC_GTEST_PROP(ForwardDynamics, SupportsCarryTheirPrescribedAcceleration, ()) {
   const Solved solved(any_system());
 
   for (const Support& support : solved.random.system.supports) {
@@ -181,7 +177,7 @@ RC_GTEST_PROP(NormalForm, SupportsCarryTheirPrescribedAcceleration, ()) {
 
 // ---- the split ---------------------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(NormalForm, Equations19And21_SplitIsNormalAndTangent, ()) {
+RC_GTEST_PROP(ForwardDynamics, Equations19And21_SplitIsNormalAndTangent, ()) {
   Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
 
@@ -199,7 +195,7 @@ RC_GTEST_PROP(NormalForm, Equations19And21_SplitIsNormalAndTangent, ()) {
   RC_ASSERT(solved.is_small((w_T - given + (dense.K * lambda).cwiseQuotient(dense.M)) / 10.0));
 }
 
-RC_GTEST_PROP(NormalForm, SplitLeavesSupportsAtZero, ()) {
+RC_GTEST_PROP(ForwardDynamics, SplitLeavesSupportsAtZero, ()) {
   Solved solved(any_system());
 
   const Split split = solved.split();
@@ -217,7 +213,7 @@ RC_GTEST_PROP(NormalForm, SplitLeavesSupportsAtZero, ()) {
 
 // ---- witnesses ---------------------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(NormalForm, AgreesWithTheKktMatrix, ()) {
+RC_GTEST_PROP(ForwardDynamics, AgreesWithTheKktMatrix, ()) {
   const Solved solved(any_system());
 
   const reference::Solution expected = reference::solve_kkt(solved.dense);
@@ -228,7 +224,7 @@ RC_GTEST_PROP(NormalForm, AgreesWithTheKktMatrix, ()) {
             solved.accuracy * (solved.size + root.cwiseProduct(expected.lambda).norm()));
 }
 
-RC_GTEST_PROP(NormalForm, GaussPrinciple_NoOtherAdmissibleAccelerationIsCloserToTheFreeOne, ()) {
+RC_GTEST_PROP(ForwardDynamics, GaussPrinciple_NoOtherAdmissibleAccelerationIsCloserToTheFreeOne, ()) {
   const Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
   const VectorXd free = dense.f.cwiseQuotient(dense.M);
@@ -248,7 +244,7 @@ RC_GTEST_PROP(NormalForm, GaussPrinciple_NoOtherAdmissibleAccelerationIsCloserTo
 
 // ---- power and momentum ------------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(NormalForm, PowerOfReactionsIsThatOfMovingConstraintsAndSupports, ()) {
+RC_GTEST_PROP(ForwardDynamics, PowerOfReactionsIsThatOfMovingConstraintsAndSupports, ()) {
   const Solved solved(any_system());
   const reference::Mechanics& dense = solved.dense;
 
@@ -259,7 +255,7 @@ RC_GTEST_PROP(NormalForm, PowerOfReactionsIsThatOfMovingConstraintsAndSupports, 
   RC_ASSERT(std::abs(power - expected) <= solved.accuracy * size);
 }
 
-RC_GTEST_PROP(NormalForm, IdealReactionsDoNoWorkWhereNothingIsDriven, ()) {
+RC_GTEST_PROP(ForwardDynamics, IdealReactionsDoNoWorkWhereNothingIsDriven, ()) {
   const Solved solved(any_system({.time_dependent = false}));
 
   const double power = solved.eta.dot(solved.dense.v);
@@ -267,7 +263,7 @@ RC_GTEST_PROP(NormalForm, IdealReactionsDoNoWorkWhereNothingIsDriven, ()) {
   RC_ASSERT(std::abs(power) <= solved.accuracy * (1.0 + solved.eta.norm() * solved.dense.v.norm()));
 }
 
-RC_GTEST_PROP(NormalForm, SupportLoadsAndActiveForcesAreTheRateOfMomentum, ()) {
+RC_GTEST_PROP(ForwardDynamics, SupportLoadsAndActiveForcesAreTheRateOfMomentum, ()) {
   // Rods and angles act between points, so that d/dt sum m v = sum of all forces - sum of what the supports carry.
   Solved solved(without_guides(any_system()));
   const reference::Mechanics& dense = solved.dense;
@@ -285,7 +281,7 @@ RC_GTEST_PROP(NormalForm, SupportLoadsAndActiveForcesAreTheRateOfMomentum, ()) {
   RC_ASSERT((momentum_rate - balance).norm() <= solved.accuracy * size);
 }
 
-RC_GTEST_PROP(NormalForm, SupportForceIsKLambdaPlusTheActiveForceThere, ()) {
+RC_GTEST_PROP(ForwardDynamics, SupportForceIsKLambdaPlusTheActiveForceThere, ()) {
   Solved solved(any_system());
   const RandomSystem& random = solved.random;
 

@@ -1,7 +1,5 @@
 /// Motions that are known exactly: the forces and reactions that make them are put in, the accelerations come out.
 
-#include <cmath>
-#include <functional>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -145,7 +143,7 @@ VectorXd any_admissible(const reference::Mechanics& dense, std::mt19937& generat
   return w;
 }
 
-RC_GTEST_PROP(NormalForm, ForcesThatMakeAMotionGiveBackItsAccelerationsAndMultipliers, ()) {
+RC_GTEST_PROP(ForwardDynamics, ForcesThatMakeAMotionGiveBackItsAccelerationsAndMultipliers, ()) {
   RandomSystem random = any_system({.forces = false});
   const auto dense = reference::make_mechanics(random.system, random.t, random.positions, random.velocities);
   std::mt19937 generator(1);

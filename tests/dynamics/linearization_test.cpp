@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -10,20 +9,13 @@
 #include "dynamics/linearization.hpp"
 #include "dynamics/projector.hpp"
 #include "linearised.hpp"
+#include "random_numbers.hpp"
 
 namespace tanor {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-std::vector<double> any_numbers(std::size_t size, std::uint32_t seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  std::vector<double> result(size);
-  for (double& x : result) x = normal(generator);
-  return result;
-}
 
 /// A random system, linearized at its state by the library and once more as dense matrices.
 struct AtState {
@@ -71,7 +63,7 @@ struct AtState {
 RC_GTEST_PROP(Linearization, RefinedSolutionIsThatOfTheDenseS, ()) {
   AtState state(any_system());
   RC_ASSERT(state.outcome.ok());
-  const std::vector<double> b = any_numbers(state.model.num_rows(), 1);
+  const std::vector<double> b = normal_numbers(state.model.num_rows(), 1);
   std::vector<double> lambda(b.size()), dw(state.dense.r.size());
 
   state.linearization.solve_refined(b.data(), lambda.data(), dw.data());
@@ -87,7 +79,7 @@ RC_GTEST_PROP(Linearization, RefinedSolutionIsThatOfTheDenseS, ()) {
 RC_GTEST_PROP(Linearization, CorrectionTakesFromPointsWhatTheConstraintsForbid, ()) {
   AtState state(any_system());
   RC_ASSERT(state.outcome.ok());
-  std::vector<double> points = any_numbers(state.dense.r.size(), 2), rows(state.model.num_rows());
+  std::vector<double> points = normal_numbers(state.dense.r.size(), 2), rows(state.model.num_rows());
   std::fill(points.begin() + static_cast<std::ptrdiff_t>(3 * state.model.num_moving()), points.end(), 0.0);
   const VectorXd before = state.vector(points);
 
@@ -121,7 +113,7 @@ TEST(Linearization, ConstantGradientsAreFactorizedOnce) {
 RC_GTEST_PROP(Projector, VelocitiesMoveAlongMInverseKAlone, ()) {
   AtState state(any_system());
   RC_ASSERT(state.outcome.ok());
-  const std::vector<double> away = any_numbers(state.dense.v.size(), 3);
+  const std::vector<double> away = normal_numbers(state.dense.v.size(), 3);
   std::vector<double> v = state.dense.v;
   for (std::size_t i = 0; i < 3 * state.model.num_moving(); ++i) v[i] += 0.1 * away[i];
   const VectorXd before = state.vector(v);
@@ -144,7 +136,7 @@ RC_GTEST_PROP(Projector, VelocitiesMoveAlongMInverseKAlone, ()) {
 RC_GTEST_PROP(Projector, PositionsNearbyEndOnTheConstraints, ()) {
   AtState state(any_system({.time_dependent = false}));
   RC_ASSERT(state.outcome.ok());
-  const std::vector<double> away = any_numbers(state.dense.r.size(), 4);
+  const std::vector<double> away = normal_numbers(state.dense.r.size(), 4);
   std::vector<double> r = state.dense.r;
   for (std::size_t i = 0; i < 3 * state.model.num_moving(); ++i) r[i] += 1e-5 * away[i];
 

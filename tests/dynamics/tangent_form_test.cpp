@@ -200,13 +200,13 @@ RC_GTEST_PROP(TangentForm, CoordinatesAndConstraintsThatSayTheSameAreAccepted, (
 RC_GTEST_PROP(TangentForm, StateOfTheMotionIsAdmissibleAndStays, ()) {
   RandomCoordinates random = any_coordinates();
   Simulation simulation(random.system, {.method = Method::Rk4, .step = 0.01}, {.form = Form::Tangent});
-  Dynamics judge(random.system, {.form = Form::Tangent});
+  Dynamics other(random.system, {.form = Form::Tangent});
 
   const Outcome outcome = simulation.advance_to(0.2);
 
   RC_ASSERT(outcome.ok());
-  RC_ASSERT(judge.position_violation({.time = 0.2, .positions = simulation.positions()}) <= 1e-11);
-  RC_ASSERT(judge.velocity_violation(
+  RC_ASSERT(other.position_violation({.time = 0.2, .positions = simulation.positions()}) <= 1e-11);
+  RC_ASSERT(other.velocity_violation(
                 {.time = 0.2, .positions = simulation.positions(), .velocities = simulation.velocities()}) <= 1e-11);
 }
 

@@ -13,18 +13,11 @@
 #include <tanor/dynamics.hpp>
 
 #include "evaluate/constraints.hpp"
+#include "random_numbers.hpp"
 #include "reference.hpp"
 
 namespace tanor {
 namespace {
-
-std::vector<double> random_numbers(std::size_t count, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> number(-2.0, 2.0);
-  std::vector<double> result(count);
-  for (double& x : result) x = number(generator);
-  return result;
-}
 
 struct Numbers {
   std::vector<double> xi, rate, phi, gradient;
@@ -46,7 +39,7 @@ TEST(UserKernel, MovingCylinderIsExactToRounding) {
     const auto radius = 1.0 + 0.1 * sin(3.0 * t);
     return x[0] * x[0] + x[1] * x[1] - radius * radius;
   });
-  const std::vector<double> r = random_numbers(300, 1), v = random_numbers(300, 2);
+  const std::vector<double> r = uniform_numbers(300, 1), v = uniform_numbers(300, 2);
   constexpr double eps = 2.3e-16;
   for (const ConstraintKernel& kernel : {formula, lambda}) {
     for (const double t : {0.0, 0.4, 2.9}) {
@@ -129,7 +122,7 @@ class RandomFormula {
 };
 
 TEST(UserKernel, GradientsOfRandomFormulasAreTheirDirectionalDerivatives) {
-  const std::vector<double> r = random_numbers(6 * 40, 5), v = random_numbers(6 * 40, 6);
+  const std::vector<double> r = uniform_numbers(6 * 40, 5), v = uniform_numbers(6 * 40, 6);
   int with_gradient = 0;
   for (unsigned seed = 0; seed < 200; ++seed) {
     const std::string text = RandomFormula(seed).make(5);
@@ -190,7 +183,7 @@ TEST(UserConstraints, RodsInThreeWaysGiveTheSameMotionAlsoOnASupportThatMoves) {
   for (Index i = 1; i < n; ++i) rods.pairs.push_back({i - 1, i});
   const auto solve = [](const Constraint& constraint, std::vector<double>* loads) {
     Dynamics dynamics(make_zigzag(n, constraint));
-    std::vector<double> r = dynamics.system().positions, v = random_numbers(3 * n, 4), w(3 * n), lambda(n - 1);
+    std::vector<double> r = dynamics.system().positions, v = uniform_numbers(3 * n, 4), w(3 * n), lambda(n - 1);
     EXPECT_TRUE(dynamics.project_positions({.time = 0.3, .positions = r}).outcome.ok());
     EXPECT_TRUE(dynamics.project_velocities({.time = 0.3, .positions = r, .velocities = v}).outcome.ok());
     loads->resize(3 * n);
@@ -223,7 +216,7 @@ struct Evaluation {
 Evaluation evaluate_all(Constraints& constraints, int threads) {
   const Parallel parallel(threads);
   const std::size_t d = constraints.num_rows(), size = 3 * (d + 1);
-  const std::vector<double> r = random_numbers(size, 1), v = random_numbers(size, 2), w = random_numbers(size, 3);
+  const std::vector<double> r = uniform_numbers(size, 1), v = uniform_numbers(size, 2), w = uniform_numbers(size, 3);
   Evaluation e{std::vector<double>(d), std::vector<double>(d),
                std::vector<double>(d), std::vector<double>(3 * constraints.num_blocks()),
                std::vector<double>(d), {}};

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <random>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 #include <Eigen/Dense>
+
+#include "random_numbers.hpp"
 
 namespace tanor {
 namespace {
@@ -34,11 +35,8 @@ Matrix make_definite(int n, std::uint32_t seed) {
 }
 
 Vector any_vector(Eigen::Index n, std::uint32_t seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  Vector result(n);
-  for (double& x : result) x = normal(generator);
-  return result;
+  const std::vector<double> numbers = normal_numbers(static_cast<std::size_t>(n), seed);
+  return Vector::Map(numbers.data(), n);
 }
 
 /// Nonzeros of the lower or upper triangle, column by column, with the diagonal.

@@ -188,9 +188,12 @@ TEST(RankSolver, SeesADependenceThatShowsInNoDiagonalEntry) {
   EXPECT_GT(solver.smallest_singular_value(), 1e-3);
   ASSERT_EQ(solver.dependences().size(), 1u);
   const Dependence& dependence = solver.dependences()[0];
-  Vector defect = C.col(dependence.column).normalized();
-  for (const auto& [column, coefficient] : dependence.terms) defect -= coefficient * C.col(column).normalized();
-  EXPECT_LT(defect.norm(), solver.tolerance());
+  Matrix others = C.colwise().normalized();
+  const Vector left_out = others.col(dependence.column);
+  others.col(dependence.column).setZero();
+  const Vector x = others.colPivHouseholderQr().solve(left_out);
+  EXPECT_LT((others * x - left_out).norm(), solver.tolerance());
+  for (const auto& [column, coefficient] : dependence.terms) EXPECT_NEAR(coefficient, x[column], 1e-10);
 }
 
 TEST(RankSolver, GivesAColumnOfZerosNoMultiplier) {

@@ -37,8 +37,8 @@ def main() -> None:
     with open(folder / "error_time.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     check(len(rows) == 20 and not any(row["trouble"] for row in rows), "20 rows without trouble")
-    judged = [(float(row["error_m"]), float(row["judge_error_m"])) for row in rows]
-    check(all(error >= 3.0 * uncertainty for error, uncertainty in judged), "judges are better than the judged")
+    compared = [(float(row["error_m"]), float(row["reference_error_m"])) for row in rows]
+    check(all(error >= 3.0 * uncertainty for error, uncertainty in compared), "references are better than the rows")
     for method, order in (("rattle", 2.0), ("rk4", 4.0)):
         last = [float(row["order"]) for row in rows if row["method"] == method][-1]
         check(abs(last - order) < 0.3, f"order of {method} {last:.2f}")

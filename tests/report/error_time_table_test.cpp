@@ -12,7 +12,7 @@ namespace {
 /// Two methods of two rows each; the last one did not arrive.
 ErrorTimeTable make_table() {
   ErrorTimeTable table{"s", "inline", 1.0, 1, {}, {}, {}, {}};
-  table.judges = {{Method::Rk4, "taylor with rtol 1e-13", 0.0}, {Method::Taylor, "end.txt", {}}};
+  table.references = {{Method::Rk4, "taylor with rtol 1e-13", 0.0}, {Method::Taylor, "end.txt", {}}};
   for (const Method method : {Method::Rk4, Method::Taylor}) {
     for (const double error : {1e-3, 1e-6}) {
       table.rows.push_back(
@@ -33,12 +33,13 @@ TEST(ErrorTimeTableTest, CsvHoldsNoErrorOfARunThatDidNotArriveAndQuotesItsTroubl
   EXPECT_TRUE(csv.ends_with("\ntaylor,0.1,0,10,0,0.999999,,0,0,0,0,\"event \"\"vertical\"\", at t = 1\"\n")) << csv;
 }
 
-TEST(ErrorTimeTableTest, AJudgeTellsItsErrorEvenWhereItIsNothing) {
+TEST(ErrorTimeTableTest, AReferenceTellsItsErrorEvenWhereItIsNothing) {
   const std::string text = format_error_time(make_table());
 
-  EXPECT_NE(text.find("rk4 is judged by taylor with rtol 1e-13, judge's own error <= 0.0e+00 m\n"), std::string::npos)
+  EXPECT_NE(text.find("rk4 is compared with taylor with rtol 1e-13, whose own error is <= 0.0e+00 m\n"),
+            std::string::npos)
       << text;
-  EXPECT_NE(text.find("taylor is judged by end.txt\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("taylor is compared with end.txt\n"), std::string::npos) << text;
 }
 
 /// rsvg-convert is a package of the program.

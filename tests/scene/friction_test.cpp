@@ -23,12 +23,6 @@ Law read_law(const std::string& fields) {
   return std::get<Law>(parse(rough_scene("{" + fields + "}")).system.friction.at(0));
 }
 
-/// Value of a vector at time t.
-Vector3 at(const VectorFunction& function, double t) {
-  const auto jets = function(t);
-  return {jets[0].value(), jets[1].value(), jets[2].value()};
-}
-
 using Names = std::vector<std::string>;
 
 TEST(Friction, CoulombIsExactByDefault) {

@@ -20,12 +20,6 @@ Group read_force(const std::string& fields) {
   return std::get<Group>(parse(three_points(R"("forces": [{)" + fields + "}]")).system.forces.at(0));
 }
 
-/// Value of a vector at time t.
-Vector3 at(const VectorFunction& function, double t) {
-  const auto jets = function(t);
-  return {jets[0].value(), jets[1].value(), jets[2].value()};
-}
-
 // ---- constraints ----
 
 TEST(Constraints, RodsHaveTheirInitialLength) {

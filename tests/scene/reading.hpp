@@ -32,6 +32,12 @@ inline std::string three_points(const std::string& more = "") {
          (more.empty() ? "" : ", " + more) + "}";
 }
 
+/// Value of a vector at time t.
+inline Vector3 at(const VectorFunction& function, double t) {
+  const auto jets = function(t);
+  return {jets[0].value(), jets[1].value(), jets[2].value()};
+}
+
 /// Length of a rod at the start.
 inline double rod_length(const System& system, const Rods& rods, std::size_t k) {
   const auto [i, j] = rods.pairs[k];

@@ -1,4 +1,4 @@
-/// Every way to S lambda = b agrees with the general one.
+/// Every solver of S lambda = b agrees with the general one.
 
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ System make_random_chain(std::size_t num_points, Ends ends, double mass_range, s
   return system;
 }
 
-TEST(Ways, PathsAgreeWithTheGeneralWay) {
+TEST(LinearSolvers, PathsAgreeWithTheGeneralSolver) {
   std::mt19937 random(6);
   int refined = 0, solved = 0;
   for (const Ends ends : {Ends::Free, Ends::First, Ends::Last, Ends::Both}) {
@@ -74,7 +74,7 @@ TEST(Ways, PathsAgreeWithTheGeneralWay) {
   EXPECT_LT(4 * refined, solved);  // badly conditioned ones alone: else wrong numbers were mended
 }
 
-TEST(Ways, PathsAgreeWhereMassesAreFarApart) {
+TEST(LinearSolvers, PathsAgreeWhereMassesAreFarApart) {
   std::mt19937 random(7);
   for (const Ends ends : {Ends::Free, Ends::First, Ends::Both}) {
     const System system = make_random_chain(300, ends, 1e6, &random);
@@ -88,7 +88,7 @@ TEST(Ways, PathsAgreeWhereMassesAreFarApart) {
   }
 }
 
-TEST(Ways, HangingPathCarriesTheWeightBelow) {
+TEST(LinearSolvers, HangingPathCarriesTheWeightBelow) {
   constexpr Index num_points = 1001;
   constexpr double g = 9.81;
   System system;
@@ -140,7 +140,7 @@ System make_driven_chain(std::mt19937* random) {
   return system;
 }
 
-TEST(Ways, PathsKnowLengthsThatMoveOffsetsAndForces) {
+TEST(LinearSolvers, PathsKnowLengthsThatMoveOffsetsAndForces) {
   std::mt19937 random(8);
   for (int repetition = 0; repetition < 3; ++repetition) {
     const System system = make_driven_chain(&random);
@@ -155,7 +155,7 @@ TEST(Ways, PathsKnowLengthsThatMoveOffsetsAndForces) {
   }
 }
 
-TEST(Ways, PathsSideBySideAgreeWithTheGeneralWay) {
+TEST(LinearSolvers, PathsSideBySideAgreeWithTheGeneralSolver) {
   std::mt19937 random(9);
   System system;
   Rods rods;
@@ -176,7 +176,7 @@ TEST(Ways, PathsSideBySideAgreeWithTheGeneralWay) {
   EXPECT_LE(relative_difference(paths.lambda, general.lambda), 1e-12);
 }
 
-TEST(Ways, FreePointsBesidePathsFall) {
+TEST(LinearSolvers, FreePointsBesidePathsFall) {
   std::mt19937 random(12);
   System system = make_random_chain(7, Ends::Free, 1e1, &random);
   for (int k = 0; k < 3; ++k) {
@@ -196,18 +196,10 @@ TEST(Ways, FreePointsBesidePathsFall) {
   EXPECT_LE(relative_difference(paths.w, general.w), 1e-12);
 }
 
-TEST(Ways, ThreadsChangeNoBit) {
+TEST(LinearSolvers, ThreadsChangeNoBit) {
   std::mt19937 random(10);
-  for (const Ends ends : {Ends::Free, Ends::Both}) {
-    const System system = make_random_chain(20011, ends, 1e1, &random);
-    const Answer one = solve(system, {.linear_solver = LinearSolver::Paths, .threads = 1});
-    for (const int threads : {2, 3, 7}) {
-      const Answer several = solve(system, {.linear_solver = LinearSolver::Paths, .threads = threads});
-      EXPECT_EQ(several.w, one.w) << threads;
-      EXPECT_EQ(several.lambda, one.lambda) << threads;
-      EXPECT_EQ(several.report.residual, one.report.residual) << threads;
-    }
-  }
+  for (const Ends ends : {Ends::Free, Ends::Both})
+    expect_the_same_bits_with_threads(make_random_chain(20011, ends, 1e1, &random), LinearSolver::Paths);
 }
 
 /// `bend`: how far the middle of a straight path between two supports is out of line.
@@ -226,7 +218,7 @@ System make_taut_path(double bend) {
   return system;
 }
 
-TEST(Ways, TautPathIsLeftToTheGeneralWay) {
+TEST(LinearSolvers, TautPathIsLeftToTheGeneralSolver) {
   const System taut = make_taut_path(0.0), bent = make_taut_path(0.1);
   Dynamics dynamics(taut, {.linear_solver = LinearSolver::Paths});
   std::vector<double> w(18), lambda(5);
@@ -242,7 +234,7 @@ TEST(Ways, TautPathIsLeftToTheGeneralWay) {
   EXPECT_EQ(w, general.w);
   EXPECT_EQ(lambda, general.lambda);
 
-  // And back on its own way where the rank is full.
+  // And back with its own solver where the rank is full.
   ASSERT_TRUE(dynamics
                   .solve({.time = 0.0, .positions = bent.positions, .velocities = bent.velocities},
                          {.accelerations = w, .multipliers = lambda})
@@ -251,7 +243,7 @@ TEST(Ways, TautPathIsLeftToTheGeneralWay) {
   EXPECT_LE(relative_difference(w, solve(bent, {.linear_solver = LinearSolver::General}).w), 1e-12);
 }
 
-TEST(Ways, NearlyTautPathIsAsGoodAsOnTheGeneralWay) {
+TEST(LinearSolvers, NearlyTautPathIsAsGoodAsWithTheGeneralSolver) {
   for (const double bend : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
     const System system = make_taut_path(bend);
 
@@ -264,7 +256,7 @@ TEST(Ways, NearlyTautPathIsAsGoodAsOnTheGeneralWay) {
   }
 }
 
-TEST(Ways, PathsStepAsTheGeneralWayDoes) {
+TEST(LinearSolvers, PathsStepAsTheGeneralSolverDoes) {
   std::mt19937 random(11);
   const System system = make_random_chain(40, Ends::First, 1e1, &random);
   for (const Method method : {Method::Rattle, Method::Dop853, Method::Taylor}) {
@@ -283,11 +275,11 @@ TEST(Ways, PathsStepAsTheGeneralWayDoes) {
   }
 }
 
-TEST(Ways, WrongNumbersAreToldAsOnTheGeneralWay) {
+TEST(LinearSolvers, WrongNumbersAreToldAsWithTheGeneralSolver) {
   System system = make_taut_path(0.1);
   system.velocities[7] = std::numeric_limits<double>::infinity();
-  for (const LinearSolver way : {LinearSolver::General, LinearSolver::Paths}) {
-    Dynamics dynamics(make_taut_path(0.1), {.linear_solver = way});
+  for (const LinearSolver solver : {LinearSolver::General, LinearSolver::Paths}) {
+    Dynamics dynamics(make_taut_path(0.1), {.linear_solver = solver});
     std::vector<double> w(18);
     EXPECT_EQ(
         dynamics
@@ -302,7 +294,7 @@ TEST(Ways, WrongNumbersAreToldAsOnTheGeneralWay) {
   }
 }
 
-TEST(Ways, WhatDoesNotServeIsRefused) {
+TEST(LinearSolvers, WhatDoesNotServeIsRefused) {
   System tree = make_taut_path(0.1);
   std::get<Rods>(tree.constraints[0]).pairs[4] = {2, 5};
   const auto message = [](const System& system, SolverOptions options) -> std::string {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file What two ways to the same accelerations say, side by side.
+/// \file What two solvers of the same accelerations say, side by side.
 
 #include <gtest/gtest.h>
 
@@ -37,6 +37,17 @@ inline Answer solve(Dynamics* dynamics, const System& system, double t = 0.0) {
 inline Answer solve(const System& system, const SolverOptions& options, double t = 0.0) {
   Dynamics dynamics(system, options);
   return solve(&dynamics, system, t);
+}
+
+/// Answers do not depend on the number of threads, to the last bit.
+inline void expect_the_same_bits_with_threads(const System& system, LinearSolver solver) {
+  const Answer one = solve(system, {.linear_solver = solver, .threads = 1});
+  for (const int threads : {2, 3, 7}) {
+    const Answer several = solve(system, {.linear_solver = solver, .threads = threads});
+    EXPECT_EQ(several.w, one.w) << threads;
+    EXPECT_EQ(several.lambda, one.lambda) << threads;
+    EXPECT_EQ(several.report.residual, one.report.residual) << threads;
+  }
 }
 
 /// A ring of four rods, stretched to a line: they depend on one another.

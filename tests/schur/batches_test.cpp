@@ -1,4 +1,4 @@
-/// Islands of equal topology side by side in lanes, against the general way.
+/// Islands of equal topology side by side in lanes, against the general solver.
 
 #include <gtest/gtest.h>
 
@@ -121,7 +121,7 @@ void expect_agreement(const System& system, const SolverOptions& options = {.lin
   EXPECT_LE(relative_difference(bundles.eta, general.eta), rounding);
 }
 
-TEST(Bundles, AgreeWithTheGeneralWayOnAnyTopologies) {
+TEST(Batches, AgreeWithTheGeneralSolverOnAnyTopologies) {
   AnyNumbers any(11);
   for (int k = 0; k < 60; ++k) {
     // Lanes that are left over, alone and beside full ones.
@@ -132,7 +132,7 @@ TEST(Bundles, AgreeWithTheGeneralWayOnAnyTopologies) {
   }
 }
 
-TEST(Bundles, AgreeWithTheGeneralWayOnClustersRingsTrianglesAndTetrahedra) {
+TEST(Batches, AgreeWithTheGeneralSolverOnClustersRingsTrianglesAndTetrahedra) {
   AnyNumbers any(12);
   for (const Shape& shape : {path(1), path(10), path(99), ring(6), ring(12), triangle, tetrahedron}) {
     for (const int count : {1, 7, 8, 9, 24}) {
@@ -170,19 +170,19 @@ System breathing_rings(AnyNumbers* any) {
   return system;
 }
 
-TEST(Bundles, KnowLengthsThatMoveOffsetsSupportsThatMoveAndForces) {
+TEST(Batches, KnowLengthsThatMoveOffsetsSupportsThatMoveAndForces) {
   AnyNumbers any(13);
   expect_agreement(breathing_rings(&any), {.linear_solver = LinearSolver::Batches}, 0.3);
 }
 
-/// Motion on the way that the plan chooses, beside the general one.
-void expect_the_same_motion(const System& system, const std::string& way) {
+/// Motion with the solver that the plan chooses, beside the general one.
+void expect_the_same_motion(const System& system, const std::string& solver) {
   for (const Method method : {Method::Rattle, Method::Dop853}) {
     std::vector<double> positions[2], velocities[2];
     for (const std::size_t k : {0, 1}) {
       const MotionOptions options{.method = method, .step = 1e-3, .start = StartMode::Project};
       Simulation simulation(system, options, {.linear_solver = k == 0 ? LinearSolver::General : LinearSolver::Auto});
-      EXPECT_EQ(simulation.plan().linear_solver(), k == 0 ? "general" : way);
+      EXPECT_EQ(simulation.plan().linear_solver(), k == 0 ? "general" : solver);
       const Outcome outcome = simulation.advance_to(0.05);
       ASSERT_TRUE(outcome.ok()) << outcome.what;
       EXPECT_LE(simulation.report().position_violation, 1e-12);
@@ -195,13 +195,13 @@ void expect_the_same_motion(const System& system, const std::string& way) {
   }
 }
 
-TEST(Bundles, MoveAsOnTheGeneralWay) {
+TEST(Batches, MoveAsWithTheGeneralSolver) {
   AnyNumbers any(17);
   expect_the_same_motion(copies_of(path(10), 20, &any), "batches");
   expect_the_same_motion(breathing_rings(&any), "batches");
 }
 
-TEST(Bundles, GiveTheSameBitsForAnyNumberOfThreads) {
+TEST(Batches, GiveTheSameBitsForAnyNumberOfThreads) {
   AnyNumbers any(14);
   System system = copies_of(path(10), 3003, &any);
   const Answer one = solve(system, {.linear_solver = LinearSolver::Batches, .threads = 1});
@@ -212,7 +212,7 @@ TEST(Bundles, GiveTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-TEST(Bundles, LeaveSingularIslandsToTheGeneralWayWhichNamesTheRow) {
+TEST(Batches, LeaveSingularIslandsToTheGeneralSolverWhichNamesTheRow) {
   AnyNumbers any(15);
   System flat = copies_of(triangle, 20, &any);
   for (std::size_t c = 0; c < 3; ++c) {  // its corner 2 on the line through the others
@@ -262,7 +262,7 @@ System islands_of_every_kind(AnyNumbers* any) {
   return system;
 }
 
-TEST(MixedWays, GiveEachIslandItsOwn) {
+TEST(MixedSolvers, GiveEachIslandItsOwn) {
   AnyNumbers any(18);
   const System system = islands_of_every_kind(&any);
   EXPECT_EQ(Dynamics(system).plan().linear_solver(), "closed_form+batches+paths");
@@ -270,7 +270,7 @@ TEST(MixedWays, GiveEachIslandItsOwn) {
   expect_the_same_motion(system, "closed_form+batches+paths");
 }
 
-TEST(Bundles, ServeWhereManyIslandsAreAlikeUnlessForced) {
+TEST(Batches, ServeWhereManyIslandsAreAlikeUnlessForced) {
   AnyNumbers any(16);
   const System rings = copies_of(ring(6), 100, &any), few = copies_of(ring(6), 2, &any);
   System mixed = rings;

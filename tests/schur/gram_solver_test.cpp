@@ -8,6 +8,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "linearised.hpp"
+#include "random_numbers.hpp"
 
 namespace tanor {
 namespace {
@@ -15,14 +16,6 @@ namespace {
 GramSolver make_solver(const Linearised& inner, Ordering ordering = Ordering::Auto) {
   return {inner.incidences, inner.inverse_masses, inner.numbering, ordering,
           inner.constraints.squared_gradient_norms()};
-}
-
-std::vector<double> any_numbers(std::size_t count, std::uint32_t seed = 1) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  std::vector<double> result(count);
-  for (double& x : result) x = normal(generator);
-  return result;
 }
 
 /// Chains of rods in random directions, each from a support of its own; `redundant`: a chain whose last rod is doubled.
@@ -61,7 +54,7 @@ RC_GTEST_PROP(GramSolver, GivesMinusTheSolutionOfTheDenseSystem, ()) {
   const Linearised inner(random);
   GramSolver solver = make_solver(inner, ordering);
   const Parallel parallel(1);
-  std::vector<double> x = any_numbers(inner.constraints.num_rows());
+  std::vector<double> x = normal_numbers(inner.constraints.num_rows(), 1);
   const Eigen::VectorXd b = reference::vector(x);
 
   solver.assemble(parallel, inner.blocks.data());
@@ -81,7 +74,7 @@ TEST(GramSolver, ManyIslandsAreSolvedPartByPart) {
   const Linearised inner = linearised_start(make_chains(40, 30));
   GramSolver solver = make_solver(inner);
   const Parallel parallel(2);
-  const std::vector<double> b = any_numbers(1200);
+  const std::vector<double> b = normal_numbers(1200, 1);
   std::vector<double> x(1200, NAN);
 
   solver.assemble(parallel, inner.blocks.data());
@@ -99,7 +92,7 @@ TEST(GramSolver, ManyIslandsAreSolvedPartByPart) {
 
 TEST(GramSolver, TwoThreadsGiveTheSameBits) {
   const Linearised inner = linearised_start(make_chains(200, 30));
-  const std::vector<double> b = any_numbers(6000);
+  const std::vector<double> b = normal_numbers(6000, 1);
   const auto solve = [&](int threads) {
     GramSolver solver = make_solver(inner, Ordering::Amd);
     const Parallel parallel(threads);
@@ -196,7 +189,7 @@ TEST(GramSolver, LatticeIsFactorizedBySupernodes) {
   GramSolver solver = make_solver(inner);
   const Parallel parallel(1);
   const std::size_t d = rods.pairs.size();
-  const std::vector<double> b = any_numbers(d);
+  const std::vector<double> b = normal_numbers(d, 1);
   std::vector<double> x(d);
 
   solver.assemble(parallel, inner.blocks.data());

@@ -1,8 +1,8 @@
-/// Islands that no short way serves beside others: sparse factors of theirs alone, against the general way for all.
+/// Islands that no special solver serves beside others: sparse factors of theirs alone, against the general solver for
+/// all.
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 #include <string>
 
@@ -107,7 +107,7 @@ System beads(int count, AnyNumbers* any) {
 
 const Force gravity = Gravity{"", {0.1, 0.0, -9.81}};
 
-/// Short islands of all ways with the others between them.
+/// Islands of all special solvers with the others between them.
 System mixture(AnyNumbers* any) {
   System system = beads(7, any);
   put_beside(net(4, 5, any), &system);
@@ -127,8 +127,8 @@ void add_forces(System* system) {
   system->forces.push_back(ConstantForce{"", {22, 25, 30, 200}, {ScalarFunction::formula("sin(t)"), 1.0, 0.0}});
 }
 
-bool has_part_of(const std::string& way, const std::string& part) {
-  return ("+" + way + "+").find("+" + part + "+") != std::string::npos;
+bool has_part_of(const std::string& solver, const std::string& part) {
+  return ("+" + solver + "+").find("+" + part + "+") != std::string::npos;
 }
 
 TEST(Mixtures, GiveShortIslandsTheirWaysBesideOthers) {
@@ -199,7 +199,7 @@ TEST(Mixtures, GiveTheSameBitsForAnyNumberOfThreads) {
 }
 
 /// A rod given twice.
-TEST(Mixtures, LeaveSingularIslandsToTheGeneralWayWhichNamesTheRow) {
+TEST(Mixtures, LeaveSingularIslandsToTheGeneralSolverWhichNamesTheRow) {
   AnyNumbers any(23);
   System system = net(5, 5, &any);
   auto& rods = std::get<Rods>(system.constraints[0]);
@@ -220,7 +220,7 @@ TEST(Mixtures, LeaveSingularIslandsToTheGeneralWayWhichNamesTheRow) {
   EXPECT_EQ(report.dependences[0].what, reference.dependences[0].what);
 }
 
-TEST(Mixtures, TellWrongNumbersAsTheGeneralWayDoes) {
+TEST(Mixtures, TellWrongNumbersAsTheGeneralSolverDoes) {
   AnyNumbers any(24);
   System system = net(5, 5, &any);
   put_beside(clusters(30, &any), &system);
@@ -277,7 +277,7 @@ TEST(Mixtures, AreTakenUnlessTheRestIsMuchMore) {
   EXPECT_EQ(plan_of_net(30, 180).linear_solver(), "batches+general");
 }
 
-TEST(Mixtures, AreNotMadeForAForcedWay) {
+TEST(Mixtures, AreNotMadeForAForcedSolver) {
   AnyNumbers any(26);
   System system = net(10, 10, &any);
   put_beside(clusters(30, &any), &system);
@@ -321,7 +321,7 @@ class MovingMixtures : public testing::TestWithParam<Method> {
   }
 };
 
-TEST_P(MovingMixtures, MoveAsOnTheGeneralWay) {
+TEST_P(MovingMixtures, MoveAsWithTheGeneralSolver) {
   for (const bool is_uniform : {true, false}) {
     const System system = moving_mixture(is_uniform);
     Simulation general(system, options(), {.linear_solver = LinearSolver::General}), mixed(system, options());

@@ -1,4 +1,4 @@
-/// Ways that serve some islands of a system leave the rows and points of the others alone.
+/// Solvers that serve some islands of a system leave the rows and points of the others alone.
 
 #include <cmath>
 #include <limits>
@@ -206,7 +206,7 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   expect_own_points(v);
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, PartsOfMixtures, testing::Values("points", "batches", "paths", "trees", "general"),
+INSTANTIATE_TEST_SUITE_P(Solvers, PartsOfMixtures, testing::Values("points", "batches", "paths", "trees", "general"),
                          [](const auto& instance) { return instance.param; });
 
 }  // namespace

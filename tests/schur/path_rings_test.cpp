@@ -1,4 +1,4 @@
-/// Rings on the paths' way, before any refinement: every call of the sweep against K, M and each other.
+/// Rings in the solver of paths, before any refinement: every call of it against K, M and each other.
 
 #include <gtest/gtest.h>
 

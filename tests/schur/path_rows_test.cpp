@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <random>
 
@@ -59,7 +58,7 @@ System make_paths(const std::vector<std::size_t>& lengths, Kind kind, std::mt199
   return system;
 }
 
-/// One place on the general way and along paths.
+/// One place with the general solver and along paths.
 struct Rows {
   Workspace work;
   const Model& model{work.model()};

@@ -1,4 +1,4 @@
-/// Points on guides of their own in closed form, against the general way.
+/// Points on guides of their own in closed form, against the general solver.
 
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ void expect_agreement(const System& system, double t) {
   EXPECT_LE(relative_difference(points.eta, general.eta), accuracy);
 }
 
-TEST(PointsOnGuides, AgreeWithTheGeneralWayOnOneGuide) {
+TEST(PointsOnGuides, AgreeWithTheGeneralSolverOnOneGuide) {
   AnyNumbers any(21);
   for (const bool moves : {false, true}) {
     for (int kind = 0; kind < 4; ++kind) {
@@ -78,7 +78,7 @@ TEST(PointsOnGuides, AgreeWithTheGeneralWayOnOneGuide) {
   }
 }
 
-TEST(PointsOnGuides, AgreeWithTheGeneralWayOnAnyGuidesOfUpToThreeRows) {
+TEST(PointsOnGuides, AgreeWithTheGeneralSolverOnAnyGuidesOfUpToThreeRows) {
   AnyNumbers any(22);
   for (int k = 0; k < 40; ++k) {
     SCOPED_TRACE("system " + std::to_string(k));
@@ -111,7 +111,7 @@ TEST(PointsOnGuides, GiveTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-TEST(PointsOnGuides, LeaveASingularPointToTheGeneralWayWhichNamesTheRow) {
+TEST(PointsOnGuides, LeaveASingularPointToTheGeneralSolverWhichNamesTheRow) {
   AnyNumbers any(24);
   System system = points_in_space(30, &any);
   std::fill(system.velocities.begin(), system.velocities.end(), 0.0);

@@ -1,4 +1,4 @@
-/// Rings of rods, which go the paths' way, against the general way.
+/// Rings of rods, which the solver of paths takes, against the general solver.
 
 #include <gtest/gtest.h>
 
@@ -83,7 +83,7 @@ void expect_agreement(const System& system) {
   EXPECT_LE(paths.report.refinements, general.report.refinements + 1);
 }
 
-TEST(Rings, AgreeWithTheGeneralWay) {
+TEST(Rings, AgreeWithTheGeneralSolver) {
   AnyNumbers any(21);
   for (const Index num_points : {3, 4, 5, 6, 7, 17, 63, 64, 65, 128, 129, 130, 131, 256, 257, 258, 259, 260, 700}) {
     SCOPED_TRACE(testing::Message() << num_points << " points");
@@ -101,7 +101,7 @@ TEST(Rings, FlatOnesAgreeToo) {
   }
 }
 
-TEST(Rings, BesidePathsAgreeWithTheGeneralWay) {
+TEST(Rings, BesidePathsAgreeWithTheGeneralSolver) {
   AnyNumbers any(23);
   System system = make_ring(90, 0.5, &any);
   for (int k = 0; k < 60; ++k) {
@@ -142,18 +142,11 @@ TEST(Rings, TurningOnePullsAsClosedFormSays) {
 
 TEST(Rings, ThreadsChangeNoBit) {
   AnyNumbers any(24);
-  const System system = make_ring(20011, 0.5, &any);
-  const Answer one = solve(system, {.linear_solver = LinearSolver::Paths, .threads = 1});
-  for (const int threads : {2, 3, 7}) {
-    const Answer several = solve(system, {.linear_solver = LinearSolver::Paths, .threads = threads});
-    EXPECT_EQ(several.w, one.w) << threads;
-    EXPECT_EQ(several.lambda, one.lambda) << threads;
-    EXPECT_EQ(several.report.residual, one.report.residual) << threads;
-  }
+  expect_the_same_bits_with_threads(make_ring(20011, 0.5, &any), LinearSolver::Paths);
 }
 
 /// Projections and corrections too: further right sides with a factor.
-TEST(Rings, MotionIsThatOfTheGeneralWay) {
+TEST(Rings, MotionIsThatOfTheGeneralSolver) {
   AnyNumbers any(25);
   const System system = make_ring(150, 0.5, &any);
   for (const Method method : {Method::Rattle, Method::Dop853, Method::Taylor}) {
@@ -170,8 +163,8 @@ TEST(Rings, MotionIsThatOfTheGeneralWay) {
   }
 }
 
-/// Four rods, stretched to a line, depend on one another, which the general way decides.
-TEST(Rings, SingularOneIsLeftToTheGeneralWay) {
+/// Four rods, stretched to a line, depend on one another, which the general solver decides.
+TEST(Rings, SingularOneIsLeftToTheGeneralSolver) {
   const System system = make_stretched_ring();
 
   const Answer paths = solve(system, {.linear_solver = LinearSolver::Paths}),

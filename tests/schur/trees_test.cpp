@@ -1,9 +1,8 @@
-/// Trees of rods, and trees that close a few rings, against the general way.
+/// Trees of rods, and trees that close a few rings, against the general solver.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "schur/answers.hpp"
@@ -84,7 +83,7 @@ int expect_agreement(const System& system, double tolerance) {
   return trees.report.refinements;
 }
 
-TEST(Trees, AgreeWithTheGeneralWay) {
+TEST(Trees, AgreeWithTheGeneralSolver) {
   AnyNumbers any(3);
   int refined = 0, solved = 0;
   for (const int num_points : {3, 4, 7, 30, 300, 2000}) {
@@ -135,7 +134,7 @@ TEST(Trees, ManyOfThemAgreeAndThreadsGiveTheSameBits) {
   EXPECT_EQ(a.lambda, b.lambda);
 }
 
-TEST(Trees, MotionIsThatOfTheGeneralWay) {
+TEST(Trees, MotionIsThatOfTheGeneralSolver) {
   AnyNumbers any(6);
   const System system = make_tree({60, 2, 1, 3}, &any);
   MotionOptions motion{.method = Method::Dop853, .rtol = 1e-10, .atol = 1e-12, .start = StartMode::Project};
@@ -147,8 +146,8 @@ TEST(Trees, MotionIsThatOfTheGeneralWay) {
   EXPECT_LE(trees.report().position_violation, 1e-12);
 }
 
-/// A flat ring of four rods, stretched to a line: its rods depend on one another, which the general way decides.
-TEST(Trees, SingularRingsAreLeftToTheGeneralWay) {
+/// A flat ring of four rods, stretched to a line: its rods depend on one another, which the general solver decides.
+TEST(Trees, SingularRingsAreLeftToTheGeneralSolver) {
   const System system = make_stretched_ring();
   const Answer trees = solve(system, {.linear_solver = LinearSolver::Trees}),
                general = solve(system, {.linear_solver = LinearSolver::General});
@@ -156,7 +155,7 @@ TEST(Trees, SingularRingsAreLeftToTheGeneralWay) {
   EXPECT_LE(relative_difference(trees.w, general.w), rounding);
 }
 
-TEST(Trees, MoreRingsAreForTheGeneralWay) {
+TEST(Trees, MoreRingsAreForTheGeneralSolver) {
   AnyNumbers any(7);
   const System system = make_tree({200, 9, 1}, &any);
   EXPECT_THROW((void)Dynamics(system, {.linear_solver = LinearSolver::Trees}), InputError);

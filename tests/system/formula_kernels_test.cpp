@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include <tanor/kernel.hpp>
 
 #include "errors.hpp"
+#include "random_numbers.hpp"
 #include "system/formula.hpp"
 
 namespace tanor {
@@ -57,14 +57,6 @@ const char* const formulas[] = {
     "x1+(y1+(z1+(x2+(y2+(z2+(t+(x1*(y1+(z1*(x2+y2))))))))))",
 };
 
-std::vector<double> random_numbers(std::size_t count, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> number(-2.0, 2.0);
-  std::vector<double> result(count);
-  for (double& x : result) x = number(generator);
-  return result;
-}
-
 bool same_bits(double a, double b) {
   return std::memcmp(&a, &b, sizeof a) == 0 || (std::isnan(a) && std::isnan(b)) || (a == 0.0 && b == 0.0);
 }
@@ -72,8 +64,8 @@ bool same_bits(double a, double b) {
 TEST(FormulaConstraint, EachMemberHasTheBitsOfAFormulaOnOneJetAndOneForward) {
   constexpr std::size_t count = 77;  // two groups of lanes and a part of one
   constexpr double t = 0.7;
-  std::vector<double> r = random_numbers(6 * count, 1);
-  const std::vector<double> v = random_numbers(6 * count, 2);
+  std::vector<double> r = uniform_numbers(6 * count, 1);
+  const std::vector<double> v = uniform_numbers(6 * count, 2);
   for (std::size_t i = 0; i < 12; ++i) r[i] = 0.0;
   for (const char* text : formulas) {
     const Formula formula(text, variables);
@@ -128,7 +120,7 @@ TEST(FormulaCoordinates, PositionsVelocitiesAndCurvatureOfATurningRing) {
       "(R + cos(b))*cos(a + 3*t)", "(R + cos(b))*sin(a + 3*t)", "sin(b)", "0", "0", "a*t"};
   const CoordinateKernel kernel = formula_coordinates(names, components, {{"R", 2.0}});
   constexpr std::size_t count = 40;
-  const std::vector<double> q = random_numbers(2 * count, 3), q_dot = random_numbers(2 * count, 4);
+  const std::vector<double> q = uniform_numbers(2 * count, 3), q_dot = uniform_numbers(2 * count, 4);
   std::vector<double> r(6 * count), v(6 * count), psi(6 * count), tangents(12 * count);
   constexpr double t = 0.4;
 

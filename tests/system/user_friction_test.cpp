@@ -1,7 +1,6 @@
 /// Users' laws of friction: value and derivative against closed forms.
 
 #include <cmath>
-#include <random>
 #include <stdexcept>
 #include <vector>
 
@@ -9,16 +8,10 @@
 #include <tanor/system.hpp>
 #include <tanor/user_kernel.hpp>
 
+#include "random_numbers.hpp"
+
 namespace tanor {
 namespace {
-
-std::vector<double> random_numbers(std::size_t count, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> number(-2.0, 2.0);
-  std::vector<double> result(count);
-  for (double& x : result) x = number(generator);
-  return result;
-}
 
 /// A Stribeck law on a wire: its value and its derivatives by the multipliers.
 ///
@@ -36,8 +29,8 @@ TEST(UserFriction, LawOfAWireHasItsValueAndItsDerivatives) {
       },
       false);
   constexpr std::size_t count = 100;
-  const std::vector<double> r = random_numbers(3 * count, 1), v = random_numbers(3 * count, 2),
-                            lambda = random_numbers(2 * count, 3);
+  const std::vector<double> r = uniform_numbers(3 * count, 1), v = uniform_numbers(3 * count, 2),
+                            lambda = uniform_numbers(2 * count, 3);
   const double t = 0.7;
   std::vector<double> tau(3 * count), tau_alone(3 * count), derivative(6 * count);
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A page of what the benchmarks measured.
 
-    tabulate_ways.py WAYS.json [SET_UP.json] [STEP_COST.json] [PHASES.json]      files that are not there are left out
+    tabulate_linear_solvers.py LINEAR_SOLVERS.json [SET_UP.json] [STEP_COST.json] [PHASES.json]      files that are not there are left out
 """
 
 import collections
@@ -92,7 +92,7 @@ def print_limits(machine: dict, rows: list) -> None:
     shared = ", ".join(f"{bandwidth / 1e9:.1f} GB/s by {threads}" for threads, bandwidth in machine["bandwidth_by_threads"])
     print(f"One thread's triad a = b + s c: {levels}; far beyond the caches {shared} threads. dgemm: "
           f'{machine["dense_flops"] / 1e9:.0f} Gflop/s.')
-    print("Bytes: what one evaluation must move at least, each array of the way once a pass (`bench/traffic.hpp`), "
+    print("Bytes: what one evaluation must move at least, each array of the solver once a pass (`bench/traffic.hpp`), "
           "as the triad")
     print("is counted; bandwidth: the triad's over as many bytes as the scene's arrays have, measured beside it. "
           "Flops: of the")
@@ -183,7 +183,7 @@ def print_step_cost(rows: list) -> None:
 
 
 def print_phases(report: dict) -> None:
-    print("\n## Phases of the general way\n")
+    print("\n## Phases of the general solver\n")
     print("Google Benchmark, ns a rod, one thread (`build/bench/phases`).\n")
     table = collections.defaultdict(dict)
     for run in report["benchmarks"]:
@@ -196,13 +196,13 @@ def print_phases(report: dict) -> None:
 
 
 def main() -> None:
-    ways, set_up, step_cost, phases = ([read(name) for name in sys.argv[1:]] + [None] * 4)[:4]
-    print("# One evaluation on each way\n")
+    evaluations, set_up, step_cost, phases = ([read(name) for name in sys.argv[1:]] + [None] * 4)[:4]
+    print("# One evaluation by each linear solver\n")
     print(f"Measured {datetime.date.today()} on {processor()}, load {os.getloadavg()[0]:.2f}; repeat with "
           "`scripts/bench`.")
-    print_evaluations(ways["rows"])
-    print_limits(ways["machine"], ways["rows"])
-    print_exponents(ways["rows"])
+    print_evaluations(evaluations["rows"])
+    print_limits(evaluations["machine"], evaluations["rows"])
+    print_exponents(evaluations["rows"])
     for rows, show in ((set_up, print_set_up), (step_cost, print_step_cost), (phases, print_phases)):
         if rows:
             show(rows)

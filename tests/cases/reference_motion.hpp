@@ -4,22 +4,21 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "cases/interfaces.hpp"
 #include "cases/scenes.hpp"
-#include "cases/ways.hpp"
 #include "measures.hpp"
 
 namespace tanor::cases {
 
 /// r, v, w, K lambda and lambda, each beside the largest value that it takes in its case.
-class Judge {
+class ReferenceMotion {
  public:
-  explicit Judge(const CaseScene& scene) : scene_(scene), trajectory_(read_trajectory(scene.reference)) {
+  explicit ReferenceMotion(const CaseScene& scene) : scene_(scene), trajectory_(read_trajectory(scene.reference)) {
     for (const Instant& instant : trajectory_) {
       const Quantities wanted = read(instant);
       for (std::size_t k = 0; k < wanted.size(); ++k) scale_[k] = std::max(scale_[k], largest(wanted[k]));

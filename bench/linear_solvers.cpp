@@ -1,16 +1,16 @@
-// One evaluation of the accelerations on each way (SolverOptions::way), beside the Eigen baseline, in turn in one
-// process:
-//   ways [--threads N] [--json FILE] [NAME …]      scenes whose name begins so; default: all of them
-//   ways --repeat SECONDS NAME                     our way alone, one thread, for a profiler: prints the evaluations
-//   made
-//   ways --series SECONDS RTOL                     likewise a chain of 1000 rods, released level, by power series
-//                                                  (problem P1 of bench/rivals): prints the steps
+// One evaluation of the accelerations by each linear solver (SolverOptions::linear_solver), beside the Eigen baseline,
+// in turn in one process:
+//   linear_solvers [--threads N] [--json FILE] [NAME …]   scenes whose name begins so; default: all of them
+//   linear_solvers --repeat SECONDS NAME                  our solver alone, one thread, for a profiler: prints the
+//                                                         evaluations made
+//   linear_solvers --series SECONDS RTOL                  likewise a chain of 1000 rods, released level, by power
+//   series
+//                                                         (problem P1 of bench/rivals): prints the steps
 // Prints nanoseconds a rod or bead (medians): ours by itself, in the inner order, and as a host calls it
 // (Dynamics::solve: the user's arrays in the user's order, accelerations and multipliers); the ratios baseline/ours,
-// baseline/called and general way/ours on one thread, and which
-// part of the memory's bandwidth (for as many bytes as the scene has) or of dgemm's speed that is; then by
-// how much 2, 4, … N threads are faster than one (best of each: others' work on the machine stops threads that wait for
-// each other).
+// baseline/called and general solver/ours on one thread, and which part of the memory's bandwidth (for as many bytes as
+// the scene has) or of dgemm's speed that is; then by how much 2, 4, … N threads are faster than one (best of each:
+// others' work on the machine stops threads that wait for each other).
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -295,6 +295,6 @@ int main(int argc, char** argv) try {
                                        describe_machine(dense, most_threads), fmt::join(lines, ",\n"));
   }
 } catch (const std::exception& error) {
-  fmt::print(stderr, "ways: {}\n", error.what());
+  fmt::print(stderr, "linear_solvers: {}\n", error.what());
   return 1;
 }

@@ -2,7 +2,7 @@
 """Where the nanoseconds go: of an evaluation as scenes outgrow the caches, and of a step of a chain by power series.
 Samples of perf, by function.
 
-    profile_ways.py BUILD/bench/ways [SECONDS]      prints a page; nothing where there is no perf
+    profile_linear_solvers.py BUILD/bench/linear_solvers [SECONDS]      prints a page; nothing where there is no perf
 """
 
 import collections
@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-from tabulate_ways import processor
+from tabulate_linear_solvers import processor
 
 FAMILIES = {"Chains": ["chain 1e3", "chain 1e4", "chain 1e5", "chain 1e6"],
             "Clusters": ["clusters 1e2 x 10", "clusters 1e3 x 10", "clusters 1e4 x 10", "clusters 1e5 x 10"],
@@ -21,9 +21,9 @@ FAMILIES = {"Chains": ["chain 1e3", "chain 1e4", "chain 1e5", "chain 1e6"],
             "Rings of one island": ["ring 1e3", "ring 1e5"]}
 REMARKS = {"Chains": """Only the recurrences (`find_pivots`, `substitute_inwards`, `substitute_outwards`) are not side by side, a third of the time
 in the caches. Eight pieces of a path in lanes would save most of that, and bring r, v, w, K and lambda in and out of lanes at
-each evaluation instead: clusters, and the melt's chains of 99 rods, which are so computed, take as long a rod (`ways.md`).
+each evaluation instead: clusters, and the melt's chains of 99 rods, which are so computed, take as long a rod (`linear_solvers.md`).
 Series keep their coefficients in lanes over all orders of a step, so they do have the pieces (`solve/path_lanes.hpp`).
-`ways.md` has a step of `rk4`, too: about half of it are its four evaluations, the rest is what ends a step."""}
+`linear_solvers.md` has a step of `rk4`, too: about half of it are its four evaluations, the rest is what ends a step."""}
 LEAST_SHOWN = 0.3  # ns
 SERIES = {"an error of 1e-6 m": "1e-4", "of 1e-9 m": "1e-7"}  # relative tolerances
 LEAST_OF_SERIES = 1.0  # ns
@@ -63,19 +63,19 @@ def print_table(columns: list, profiles: list, least: float) -> None:
 
 def main() -> None:
     if shutil.which("perf") is None:
-        print("profile_ways: no perf here", file=sys.stderr)
+        print("profile_linear_solvers: no perf here", file=sys.stderr)
         return
     seconds = sys.argv[2] if len(sys.argv) > 2 else "2"
     print("# Where an evaluation spends its time, by size\n")
     print(f"ns a rod by function, one thread, on {processor()}: samples of `perf record -e cpu-clock` "
-          "(`bench/profile_ways.py`).")
+          "(`bench/profile_linear_solvers.py`).")
     print("Functions whose numbers do not grow work in the first cache whatever the size (128 rods, or 8 islands, at "
           "a time).")
     print("Those that grow touch the scene's arrays first, or call for them ahead: `evaluate` (r, v; block, b), "
           "`find_pivots` and")
     print("`substitute_outwards` (which call for the next rods' numbers) and `accelerate` (block, lambda; w) along paths; "
           "of bundles")
-    print("what gathers, scatters and calls for sequences, and `eliminate` (factors). `ways.md` has the passes alone "
+    print("what gathers, scatters and calls for sequences, and `eliminate` (factors). `linear_solvers.md` has the passes alone "
           "beside: beyond")
     print("the caches a chain's arrays take as long to pass as all its arithmetic, so exponents above 1 stay.")
     for title, scenes in FAMILIES.items():
@@ -92,7 +92,7 @@ def main() -> None:
     print("and step. `advance` and `begin` are the series themselves (`solve/path_lanes.hpp`), what follows is the "
           "step: sums,")
     print("projections, the acceleration at its end, error estimates.")
-    print("A third of `advance` is products of coefficients, the rest elimination, substitution and the way of points "
+    print("A third of `advance` is products of coefficients, the rest elimination, substitution and the moving of points "
           "out of")
     print("the lanes. Tried without gain (each within 2 %): error ratios from the far end, fewer numbers a rod between "
           "the orders.")

@@ -13,7 +13,7 @@
 
 #include "folder.hpp"
 
-/// The ways to an answer: the library called from C++, and the program on a scene file.
+/// The interfaces that give an answer: the library called from C++, and the program on a scene file.
 namespace tanor::cases {
 
 /// What a run leaves at its end, all points in the scene's order.
@@ -25,7 +25,8 @@ struct Answer {
 };
 
 /// From a case to its answer at t_end; `scene_name` is a file of tests/cases/scenes, `system` the same in C++.
-using Way = Answer (*)(const std::string& scene_name, const System& system, const MotionOptions& options, double t_end);
+using Interface = Answer (*)(const std::string& scene_name, const System& system, const MotionOptions& options,
+                             double t_end);
 
 inline Answer through_library(const std::string&, const System& system, const MotionOptions& options, double t_end) {
   Simulation simulation(system, options);
