@@ -1,14 +1,12 @@
 #include <fmt/format.h>
 
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
 
 #include "cli/command_line.hpp"
-#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
 #include "report/words.hpp"
@@ -19,16 +17,6 @@ namespace tanor::cli {
 namespace {
 
 using report::in_words;
-
-void print(std::string_view key, const std::string& value) {
-  fmt::print("{:<24} {}\n", fmt::format("{}:", key), value);
-}
-
-ExitCode tell(const CheckOptions& options, const Outcome& outcome) {
-  print("result", outcome.what);
-  print_message(options.scene.string() + ": " + outcome.what);
-  return ExitCode::NoAnswer;
-}
 
 void print_start(Dynamics* dynamics, const std::vector<double>& positions, const std::vector<double>& velocities) {
   print("positions violate",
@@ -75,9 +63,7 @@ void print_certificate(const Certificate& certificate) {
 }  // namespace
 
 ExitCode execute(const CheckOptions& options) {
-  scene::Scene scene = scene::load_scene(options.scene);
-  tell_old_names(scene);
-  require_threads(scene.solver.threads);
+  scene::Scene scene = prepare(scene::load_scene(options.scene));
   std::vector<double> positions = scene.system.positions;
   std::vector<double> velocities = scene.system.velocities;
   velocities.resize(positions.size(), 0.0);
@@ -89,13 +75,17 @@ ExitCode execute(const CheckOptions& options) {
   const StartReport start = naming_file(options.scene, [&] {
     return dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene.motion.start);
   });
-  if (!start.outcome.ok()) return tell(options, start.outcome);
+  const auto fail = [&](const Outcome& outcome) {
+    print("result", outcome.what);
+    return tell(options.scene, outcome.what);
+  };
+  if (!start.outcome.ok()) return fail(start.outcome);
   print("start", fmt::format("corrected by {} m and {} m/s", in_words(start.position_correction, "{:.2g}"),
                              in_words(start.velocity_correction, "{:.2g}")));
 
   const StateView state{.time = 0.0, .positions = positions, .velocities = velocities};
   const SolveReport solved = dynamics.solve(state);
-  if (!solved.outcome.ok()) return tell(options, solved.outcome);
+  if (!solved.outcome.ok()) return fail(solved.outcome);
   print_rank(dynamics.rank(state, true), dynamics.num_equations());
   print("reciprocal condition", fmt::format("{} (of the scaled {})", in_words(solved.reciprocal_condition, "{:.2e}"),
                                             dynamics.plan().form == Form::Tangent ? "H = A'MA" : "S = K'M^-1K"));
@@ -104,8 +94,7 @@ ExitCode execute(const CheckOptions& options) {
   const Certificate certificate = dynamics.certify(state);
   print_certificate(certificate);
   if (certificate.passed()) return ExitCode::Done;
-  print_message(options.scene.string() + ": " + certificate.line());
-  return ExitCode::NoAnswer;
+  return tell(options.scene, certificate.line());
 }
 
 }  // namespace tanor::cli

@@ -8,7 +8,6 @@
 
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
-#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/error_time_table.hpp"
@@ -68,9 +67,7 @@ class Destination {
 }  // namespace
 
 ExitCode execute(const ErrorTimeOptions& options) {
-  const scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
-  tell_old_names(scene);
-  require_threads(scene.solver.threads);
+  const scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
   const std::vector<Method> wanted = read_methods(options.methods);
   const auto say = [&](const std::string& line) {
     if (!options.quiet) fmt::print(stderr, "{}\n", line);
@@ -88,8 +85,7 @@ ExitCode execute(const ErrorTimeOptions& options) {
     if (!no_picture.empty()) say(no_picture);
   }
   if (table.outcome.ok()) return ExitCode::Done;
-  print_message(options.scene.string() + ": " + table.outcome.what);
-  return ExitCode::NoAnswer;
+  return tell(options.scene, table.outcome.what);
 }
 
 }  // namespace tanor::cli

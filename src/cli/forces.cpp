@@ -9,7 +9,6 @@
 
 #include "cli/command_line.hpp"
 #include "cli/folder_lock.hpp"
-#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "report/motion_forces.hpp"
@@ -127,9 +126,7 @@ std::string find_trouble(const report::ForcesOfMotion& forces, std::size_t worst
 }  // namespace
 
 ExitCode execute(const ForcesOptions& options) {
-  scene::Scene scene = scene::load_scene(options.scene);
-  tell_old_names(scene);
-  require_threads(scene.solver.threads);
+  scene::Scene scene = prepare(scene::load_scene(options.scene));
   const fs::path directory = choose_folder(options.out, scene);
   InverseDynamics problem =
       naming_file(options.scene, [&] { return InverseDynamics(std::move(scene.system), scene.solver); });
@@ -155,8 +152,7 @@ ExitCode execute(const ForcesOptions& options) {
     print_message(options.scene.string() + ": warning: " + doubt);
   const std::string trouble = find_trouble(forces, worst);
   if (trouble.empty()) return ExitCode::Done;
-  print_message(options.scene.string() + ": " + trouble);
-  return ExitCode::NoAnswer;
+  return tell(options.scene, trouble);
 }
 
 }  // namespace tanor::cli

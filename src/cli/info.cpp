@@ -1,17 +1,13 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cstdio>
 #include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include <tanor/dynamics.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/cost.hpp"
-#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "report/friction_parts.hpp"
 #include "scene/scene.hpp"
@@ -19,10 +15,6 @@
 namespace tanor::cli {
 
 namespace {
-
-void print(std::string_view key, const std::string& value) {
-  fmt::print("{:<24} {}\n", fmt::format("{}:", key), value);
-}
 
 /// "rods (rod), rail (line)"
 template <class Entries>
@@ -73,9 +65,7 @@ std::string describe_step(const RunCost& cost) {
 }  // namespace
 
 ExitCode execute(const InfoOptions& options) {
-  scene::Scene scene = scene::load_scene(options.scene);
-  tell_old_names(scene);
-  require_threads(scene.solver.threads);
+  scene::Scene scene = prepare(scene::load_scene(options.scene));
   const std::string constraints = list_entries(scene.system.constraints);
   const std::string coordinates = list_entries(scene.system.coordinates);
   const std::string forces = list_entries(scene.system.forces);

@@ -8,7 +8,6 @@ namespace tanor::cli {
 namespace {
 
 using std::numbers::pi;
-constexpr double g = 9.81;
 
 /// Ten rods of 0.1 m, beads of 0.1 kg, ends 0.8 m apart. The tensions have one horizontal part H in common and vertical
 /// ones that grow by m g from bead to bead; H is what makes the rods end where they must.
@@ -30,12 +29,8 @@ Finding hang_chain() {
   system.supports = {{"ends", {0, 10}, {}}};
   system.constraints = {rods};
   system.forces = {Gravity{"", {0, -g, 0}}};
-  Dynamics dynamics(system, {.threads = 1});
-  std::vector<double> w(33), lambda(10);
-  const SolveReport report =
-      dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
-                     {.accelerations = w, .multipliers = lambda});
-  return {relative_error(lambda, tensions), report.outcome};
+  const Answer answer = solve_start(system);
+  return {relative_error(answer.multipliers, tensions), answer.outcome};
 }
 
 /// A straight chain of 20 light beads and a tip of 1e12 kg that turns about its anchor at 3 rad/s while it begins to
@@ -54,11 +49,8 @@ Finding whirl_heavy_tip() {
   system.supports = {{"anchor", {0}, {}}};
   system.constraints = {rods};
   system.forces = {Gravity{"", {0, -g, 0}}};
-  Dynamics dynamics(system, {.threads = 1});
-  std::vector<double> w(63);
-  const SolveReport report = dynamics.solve(
-      {.time = 0.0, .positions = system.positions, .velocities = system.velocities}, {.accelerations = w});
-  return {relative_error(w, known), report.outcome};
+  const Answer answer = solve_start(system);
+  return {relative_error(answer.accelerations, known), answer.outcome};
 }
 
 /// Fekete points, IVP test set, Release 2.4, part II-4: 20 points of 1 kg on the unit sphere repel each other by

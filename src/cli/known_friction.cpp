@@ -8,7 +8,6 @@ namespace tanor::cli {
 namespace {
 
 using std::numbers::pi;
-constexpr double g = 9.81;
 
 /// 2 kg on a rough line, 30 degrees steep, mu = 0.3; along it with the given speed, downhill.
 System make_incline(double speed) {
@@ -71,17 +70,13 @@ Finding pull_rope() {
                    ConstantForce{"pulled end", {count - 1}, pull(pi - turn, 1.0, std::pow(ratio, count))}};
   system.friction = {Coulomb{.name = "", .at = {"cylinder"}, .coefficient = mu}};
 
-  Dynamics dynamics(system, {.threads = 1});
-  std::vector<double> w(3 * count), lambda(num_equations(system));
-  const SolveReport report =
-      dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
-                     {.accelerations = w, .multipliers = lambda});
-  for (double& multiplier : lambda) multiplier = -multiplier;  // tension
-  return {relative_error(std::span(lambda).subspan(2 * count), tensions), report.outcome};
+  Answer answer = solve_start(system);
+  for (double& multiplier : answer.multipliers) multiplier = -multiplier;  // tension
+  return {relative_error(std::span(answer.multipliers).subspan(2 * count), tensions), answer.outcome};
 }
 
 /// Painleve: a rough rail and a smooth one, a rod of 75 degrees between beads of 1 kg that slide, pushed by `push`.
-SolveReport push_rod(double mu, double push, std::vector<double>* lambda) {
+Answer push_rod(double mu, double push) {
   System system;
   add_point({0, 0, 0}, {1, 0, 0}, 1.0, &system);
   add_point({std::tan(pi / 12.0), 1, 0}, {1, 0, 0}, 1.0, &system);
@@ -89,26 +84,21 @@ SolveReport push_rod(double mu, double push, std::vector<double>* lambda) {
                         Lines{"smooth rail", {1}, Vector3{0, 1, 0}, Vector3{1, 0, 0}}, Rods{"rod", {{0, 1}}, {}, {}}};
   system.forces = {Gravity{"", {0, -g, 0}}, ConstantForce{"push", {1}, Vector3{push, 0, 0}}};
   system.friction = {Coulomb{.name = "", .at = {"rough rail"}, .coefficient = mu}};
-  Dynamics dynamics(system, {.threads = 1});
-  std::vector<double> w(6);
-  lambda->resize(num_equations(system));
-  return dynamics.solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
-                        {.accelerations = w, .multipliers = *lambda});
+  return solve_start(system);
 }
 
 /// T c 2 + mu |g + T s| = -f2 for the rod's compression T: one solution for mu = 0.4; for mu = 0.6 two, or none.
 Finding jam_rod() {
-  std::vector<double> lambda;
-  if (push_rod(0.6, 1.0, &lambda).outcome.status != Status::NotUnique) {
+  if (push_rod(0.6, 1.0).outcome.status != Status::NotUnique) {
     return {HUGE_VAL, {Status::NotUnique, "two solutions were not found out"}};
   }
-  if (push_rod(0.6, 30.0, &lambda).outcome.status != Status::NoSolution) {
+  if (push_rod(0.6, 30.0).outcome.status != Status::NoSolution) {
     return {HUGE_VAL, {Status::NoSolution, "that there is no solution was not found out"}};
   }
-  const SolveReport report = push_rod(0.4, 1.0, &lambda);
+  const Answer answer = push_rod(0.4, 1.0);
   const double alpha = 5.0 * pi / 12.0, c = std::cos(alpha), s = std::sin(alpha);
   const double compression = -(1.0 + 0.4 * g) / (2.0 * c + 0.4 * s);  // where the bead is pushed down, g + T s > 0
-  return {relative_error({{lambda.back()}}, {{compression}}), report.outcome};
+  return {relative_error({{answer.multipliers.back()}}, {{compression}}), answer.outcome};
 }
 
 }  // namespace

@@ -6,8 +6,6 @@ namespace tanor::cli {
 
 namespace {
 
-constexpr double g = 9.81;
-
 /// IVP test set, Release 2.4, part II-1 (M = 10, eps = 0.01): the support at (xb, yb) is the road under the right
 /// wheel.
 ///

@@ -8,7 +8,6 @@ namespace tanor::cli {
 namespace {
 
 using std::numbers::pi;
-constexpr double g = 9.81;
 
 // ---- planar pendulum: elliptic functions ---------------------------------------------------------------------------
 

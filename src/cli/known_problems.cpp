@@ -35,4 +35,14 @@ Finding follow(const System& system, const MotionOptions& options, double t_end,
   return {relative_error(found, known), outcome};
 }
 
+Answer solve_start(const System& system) {
+  Dynamics dynamics(system, {.threads = 1});
+  Answer answer{std::vector<double>(system.positions.size()), std::vector<double>(num_equations(system)), {}};
+  answer.outcome = dynamics
+                       .solve({.time = 0.0, .positions = system.positions, .velocities = system.velocities},
+                              {.accelerations = answer.accelerations, .multipliers = answer.multipliers})
+                       .outcome;
+  return answer;
+}
+
 }  // namespace tanor::cli

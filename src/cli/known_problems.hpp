@@ -32,6 +32,8 @@ std::vector<KnownProblem> list_known_forces();
 
 // ---- what they share ----
 
+inline constexpr double g = 9.81;
+
 /// Adds a point and gives its number.
 Index add_point(const Vector3& place, const Vector3& velocity, double mass, System* system);
 
@@ -43,5 +45,13 @@ double relative_error(std::span<const double> found, std::span<const double> kno
 /// Advances to t_end and compares positions, from the given point on.
 Finding follow(const System& system, const MotionOptions& options, double t_end, Index first_point,
                const std::vector<double>& known);
+
+/// What acts at the start.
+struct Answer {
+  std::vector<double> accelerations, multipliers;
+  Outcome outcome{};
+};
+
+Answer solve_start(const System& system);
 
 }  // namespace tanor::cli

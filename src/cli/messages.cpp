@@ -1,9 +1,13 @@
 #include "cli/messages.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
+
+#include "cli/machine.hpp"
 
 namespace tanor::cli {
 
@@ -14,8 +18,19 @@ void print_message(const std::string& message) {
   std::fputs((line + '\n').c_str(), stderr);
 }
 
-void tell_old_names(const scene::Scene& scene) {
+void print(std::string_view key, const std::string& value) {
+  fmt::print("{:<24} {}\n", fmt::format("{}:", key), value);
+}
+
+ExitCode tell(const std::filesystem::path& scene, const std::string& why) {
+  print_message(scene.string() + ": " + why);
+  return ExitCode::NoAnswer;
+}
+
+scene::Scene prepare(scene::Scene scene) {
   for (const std::string& each : scene.old_names) print_message(scene.file.string() + ": " + each);
+  require_threads(scene.solver.threads);
+  return scene;
 }
 
 std::string describe(const InputError& error) {

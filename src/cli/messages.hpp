@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include <tanor/error.hpp>
 
@@ -13,8 +14,15 @@ namespace tanor::cli {
 /// One line on stderr, "tanor: <message>", whatever the message holds.
 void print_message(const std::string& message);
 
-/// One line for each old name that a scene uses.
-void tell_old_names(const scene::Scene& scene);
+/// "<key>:   <value>" on standard output.
+void print(std::string_view key, const std::string& value);
+
+/// Says on stderr why a scene has no complete answer.
+ExitCode tell(const std::filesystem::path& scene, const std::string& why);
+
+/// A scene that was read: one line on stderr for each old name that it uses, and the threads that it asks for are
+/// there.
+scene::Scene prepare(scene::Scene scene);
 
 /// "<where>: <what>", or what alone.
 std::string describe(const InputError& error);

@@ -10,7 +10,6 @@
 #include "cli/cost.hpp"
 #include "cli/folder_lock.hpp"
 #include "cli/interrupt.hpp"
-#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "cli/output_folder.hpp"
 #include "cli/output_times.hpp"
@@ -154,9 +153,7 @@ std::string describe_end(const Ending& ending, const Simulation& simulation, dou
 
 ExitCode execute(const RunOptions& options) {
   const auto begin = RunPlan::Clock::now();
-  scene::Scene scene = scene::load_moving_scene(options.scene, options.overrides);
-  tell_old_names(scene);
-  require_threads(scene.solver.threads);
+  scene::Scene scene = prepare(scene::load_moving_scene(options.scene, options.overrides));
   const RunPlan plan = plan_run(options, scene, begin);
   Simulation simulation = make_simulation(&scene, plan);
   naming_file(options.scene, [&] { require_memory(scene, simulation); });

@@ -1,11 +1,9 @@
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include <tanor/enum_names.hpp>
 
 #include "cli/command_line.hpp"
-#include "cli/machine.hpp"
 #include "cli/messages.hpp"
 #include "report/solution.hpp"
 #include "scene/scene.hpp"
@@ -18,18 +16,10 @@ void write(const SolveOptions& options, const report::Solution& solution) {
   options.out ? report::write_solution(*options.out, solution) : report::print_solution(solution);
 }
 
-/// The end of an answer that is incomplete: what is null in it, and why.
-ExitCode tell(const SolveOptions& options, const Outcome& outcome) {
-  print_message(options.scene.string() + ": " + outcome.what);
-  return ExitCode::NoAnswer;
-}
-
 }  // namespace
 
 ExitCode execute(const SolveOptions& options) {
-  scene::Scene scene = scene::load_scene(options.scene);
-  tell_old_names(scene);
-  require_threads(scene.solver.threads);
+  scene::Scene scene = prepare(scene::load_scene(options.scene));
   std::vector<double> positions = scene.system.positions;
   std::vector<double> velocities = scene.system.velocities;
   velocities.resize(positions.size(), 0.0);
@@ -42,9 +32,10 @@ ExitCode execute(const SolveOptions& options) {
   const StartReport start = naming_file(options.scene, [&] {
     return dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene.motion.start);
   });
+  // What is null in an answer that is incomplete was not found.
   if (!start.outcome.ok()) {
     write(options, solution);
-    return tell(options, start.outcome);
+    return tell(options.scene, start.outcome.what);
   }
   solution.positions = positions;
   solution.velocities = velocities;
@@ -62,7 +53,7 @@ ExitCode execute(const SolveOptions& options) {
   if (has_friction) solution.friction_report = report.friction;
   if (!report.outcome.ok()) {
     write(options, solution);
-    return tell(options, report.outcome);
+    return tell(options.scene, report.outcome.what);
   }
   solution.accelerations = accelerations;
   if (report::has_multipliers(dynamics.plan())) solution.multipliers = multipliers;
@@ -87,10 +78,9 @@ ExitCode execute(const SolveOptions& options) {
   const ReactionsByCause by_cause = dynamics.reactions_by_cause(state);
   if (by_cause.outcome.ok()) solution.reactions_by_cause = by_cause.parts;
   write(options, solution);
-  if (!split.outcome.ok()) return tell(options, split.outcome);
+  if (!split.outcome.ok()) return tell(options.scene, split.outcome.what);
   if (!solution.certificate || solution.certificate->passed()) return ExitCode::Done;
-  print_message(options.scene.string() + ": " + solution.certificate->line());
-  return ExitCode::NoAnswer;
+  return tell(options.scene, solution.certificate->line());
 }
 
 }  // namespace tanor::cli

@@ -1,6 +1,5 @@
 #include "evaluate/force_series.hpp"
 
-#include <memory>
 #include <variant>
 
 #include "base/text.hpp"

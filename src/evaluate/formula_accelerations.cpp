@@ -1,4 +1,3 @@
-#include <cmath>
 #include <utility>
 
 #include "evaluate/formula_passages.hpp"

@@ -1,6 +1,5 @@
 #include "motion/generalized_alpha.hpp"
 
-#include <algorithm>
 #include <limits>
 
 #include "base/text.hpp"

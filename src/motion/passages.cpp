@@ -1,7 +1,6 @@
 #include "motion/passages.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "base/gauss_rule.hpp"

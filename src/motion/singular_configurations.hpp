@@ -2,8 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <span>
-#include <vector>
 
 #include "motion/extrapolation.hpp"
 #include "motion/passage_finder.hpp"

@@ -1,7 +1,6 @@
 #include "motion/stiff_steps.hpp"
 
-#include <array>
-#include <cmath>
+#include <memory>
 #include <string>
 
 #include "base/text.hpp"

@@ -1,10 +1,6 @@
 #pragma once
 
-#include <limits>
-#include <memory>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "motion/rounding.hpp"
 #include "motion/scheme.hpp"

@@ -1,7 +1,6 @@
 #include "scene/lammps_data.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>

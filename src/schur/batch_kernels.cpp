@@ -186,11 +186,8 @@ void scatter_neighbours(const Eight3* from, std::size_t count, double* to) {
 TANOR_EACH_INSTRUCTION_SET
 void fill(Eight3* points, std::size_t count, Vec3 value) {
   const Eight nothing{};
-  for (std::size_t p = 0; p < count; ++p) {
-    points[p].x = nothing + value.x;
-    points[p].y = nothing + value.y;
-    points[p].z = nothing + value.z;
-  }
+  const Eight3 everywhere{nothing + value.x, nothing + value.y, nothing + value.z};
+  for (std::size_t p = 0; p < count; ++p) everywhere.write(&points[p]);
 }
 
 TANOR_EACH_INSTRUCTION_SET
@@ -211,91 +208,77 @@ void add(Vec3 value, std::size_t count, Eight3* to) {
   }
 }
 
+namespace {
+
+/// r_j - r_i + offset of rod a
+[[gnu::always_inline]] inline Eight3 distance(const IslandTopology& topology, std::size_t a, const Eight3* r,
+                                              const Eight3* offsets) {
+  const auto [i, j] = topology.rods[a];
+  const Eight3 result = r[j] - r[i];
+  return offsets != nullptr ? result + offsets[a] : result;
+}
+
+}  // namespace
+
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_rods(const IslandTopology& topology, const Eight3* r, const Eight3* v, const Eight3* w0,
                    const Eight3* offsets, const Eight* second_derivatives, Eight3* u, Eight* b, Largest* largest) {
-  Eight worst = largest->value, zero = largest->zero;
+  Largest seen = *largest;
   for (std::size_t a = 0; a < topology.rods.size(); ++a) {
     const auto [i, j] = topology.rods[a];
-    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
-    if (offsets != nullptr) {
-      x += offsets[a].x;
-      y += offsets[a].y;
-      z += offsets[a].z;
-    }
-    const Eight vx = v[j].x - v[i].x, vy = v[j].y - v[i].y, vz = v[j].z - v[i].z;
+    const Eight3 velocity = v[j] - v[i];
     // rho = |a|, u = a/rho
+    Eight3 unit = distance(topology, a, r, offsets);
     Eight inverse;
-    normalise(&x, &y, &z, &inverse);
+    normalise(&unit.x, &unit.y, &unit.z, &inverse);
     // phi = (v.v - (u.v)^2)/rho
-    const Eight speed = x * vx + y * vy + z * vz;
-    Eight right = (vx * vx + vy * vy + vz * vz - speed * speed) * inverse;
-    if (w0 != nullptr) right += x * (w0[j].x - w0[i].x) + y * (w0[j].y - w0[i].y) + z * (w0[j].z - w0[i].z);
+    const Eight speed = dot(unit, velocity);
+    Eight right = (dot(velocity, velocity) - speed * speed) * inverse;
+    if (w0 != nullptr) right += dot(unit, w0[j] - w0[i]);
     if (second_derivatives != nullptr) right -= second_derivatives[a];
-    const Eight size = right < 0.0 ? -right : right;
-    worst = size > worst ? size : worst;
-    zero += 0.0 * right;
-    u[a] = {x, y, z};
+    seen.see(right < 0.0 ? -right : right);
+    unit.write(&u[a]);
     b[a] = right;
   }
-  largest->value = worst;
-  largest->zero = zero;
+  *largest = seen;
 }
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_directions(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, Eight3* u) {
   for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    const auto [i, j] = topology.rods[a];
-    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
-    if (offsets != nullptr) {
-      x += offsets[a].x;
-      y += offsets[a].y;
-      z += offsets[a].z;
-    }
+    Eight3 unit = distance(topology, a, r, offsets);
     Eight inverse;
-    normalise(&x, &y, &z, &inverse);
-    u[a] = {x, y, z};
+    normalise(&unit.x, &unit.y, &unit.z, &inverse);
+    unit.write(&u[a]);
   }
 }
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_values(const IslandTopology& topology, const Eight3* r, const Eight3* offsets, const Eight* lengths,
                      Eight* xi, Largest* largest) {
-  Eight worst = largest->value, zero = largest->zero;
+  Largest seen = *largest;
   for (std::size_t a = 0; a < topology.rods.size(); ++a) {
-    const auto [i, j] = topology.rods[a];
-    Eight x = r[j].x - r[i].x, y = r[j].y - r[i].y, z = r[j].z - r[i].z;
-    if (offsets != nullptr) {
-      x += offsets[a].x;
-      y += offsets[a].y;
-      z += offsets[a].z;
-    }
-    Eight rho = x * x + y * y + z * z;
+    const Eight3 along = distance(topology, a, r, offsets);
+    Eight rho = dot(along, along);
     take_roots(&rho);
-    const Eight value = rho - lengths[a], size = (value < 0.0 ? -value : value) / lengths[a];
-    worst = size > worst ? size : worst;
-    zero += 0.0 * value;
-    xi[a] = value;
+    xi[a] = rho - lengths[a];
+    seen.see((xi[a] < 0.0 ? -xi[a] : xi[a]) / lengths[a]);
   }
-  largest->value = worst;
-  largest->zero = zero;
+  *largest = seen;
 }
 
 TANOR_EACH_INSTRUCTION_SET
 void evaluate_rates(const IslandTopology& topology, const Eight3* u, const Eight3* v, const Eight* first_derivatives,
                     Eight* rates, Largest* largest) {
-  Eight worst = largest->value, zero = largest->zero;
+  Largest seen = *largest;
   for (std::size_t a = 0; a < topology.rods.size(); ++a) {
     const auto [i, j] = topology.rods[a];
-    Eight rate = u[a].x * (v[j].x - v[i].x) + u[a].y * (v[j].y - v[i].y) + u[a].z * (v[j].z - v[i].z);
+    Eight rate = dot(u[a], v[j] - v[i]);
     if (first_derivatives != nullptr) rate -= first_derivatives[a];
-    const Eight size = rate < 0.0 ? -rate : rate;
-    worst = size > worst ? size : worst;
-    zero += 0.0 * rate;
+    seen.see(rate < 0.0 ? -rate : rate);
     rates[a] = rate;
   }
-  largest->value = worst;
-  largest->zero = zero;
+  *largest = seen;
 }
 
 TANOR_EACH_INSTRUCTION_SET
@@ -303,14 +286,9 @@ void move(const IslandTopology& topology, const Eight* inverse_mass, const Eight
           Eight3* points) {
   for (std::size_t a = 0; a < topology.rods.size(); ++a) {
     const auto [i, j] = topology.rods[a];
-    const Eight row = rows[a], x = row * u[a].x, y = row * u[a].y, z = row * u[a].z;
-    const Eight mi = inverse_mass[i], mj = inverse_mass[j];
-    points[i].x -= mi * x;
-    points[i].y -= mi * y;
-    points[i].z -= mi * z;
-    points[j].x += mj * x;
-    points[j].y += mj * y;
-    points[j].z += mj * z;
+    const Eight3 impulse = rows[a] * u[a];
+    (points[i] - inverse_mass[i] * impulse).write(&points[i]);
+    (points[j] + inverse_mass[j] * impulse).write(&points[j]);
   }
 }
 
@@ -319,15 +297,13 @@ void eliminate(const IslandTopology& topology, const IslandSchedule& schedule, c
                const Eight3* u, Eight* factor, Eight* smallest) {
   const Eight nothing{};
   for (int slot = 0; slot < schedule.num_slots; ++slot) factor[slot] = nothing;
-  for (const auto& [slot, a, b, point, sign] : schedule.products) {
-    factor[slot] += sign * inverse_mass[point] * (u[a].x * u[b].x + u[a].y * u[b].y + u[a].z * u[b].z);
-  }
+  for (const auto& [slot, a, b, point, sign] : schedule.products)
+    factor[slot] += sign * inverse_mass[point] * dot(u[a], u[b]);
   Eight largest_inverse = nothing + 1.0;  // of the scaled pivots
   for (const auto& [row, first, end, first_target] : schedule.columns) {
     const auto [i, j] = topology.rods[row];
     // g.g (1/m_i + 1/m_j) with g as it was rounded is the diagonal; what was eliminated before lies in its slot
-    const Eight3& g = u[row];
-    const Eight diagonal = (g.x * g.x + g.y * g.y + g.z * g.z) * (inverse_mass[i] + inverse_mass[j]);
+    const Eight diagonal = dot(u[row], u[row]) * (inverse_mass[i] + inverse_mass[j]);
     const Eight pivot = diagonal + factor[first], inverse = 1.0 / pivot, scaled = diagonal * inverse;
     // a pivot of 0, below 0 or NaN ends it
     const Eight checked = scaled > 0.0 ? scaled : nothing + HUGE_VAL;
@@ -366,30 +342,22 @@ void apply(const IslandTopology& topology, const Eight* inverse_mass, const Eigh
   for (int p = 0; p < num_places; ++p) dw[p].x = dw[p].y = dw[p].z = nothing;
   for (std::size_t a = 0; a < topology.rods.size(); ++a) {
     const auto [i, j] = topology.rods[a];
-    const Eight x = lambda[a] * u[a].x, y = lambda[a] * u[a].y, z = lambda[a] * u[a].z;
-    dw[i].x -= x;
-    dw[i].y -= y;
-    dw[i].z -= z;
-    dw[j].x += x;
-    dw[j].y += y;
-    dw[j].z += z;
+    const Eight3 force = lambda[a] * u[a];
+    (dw[i] - force).write(&dw[i]);
+    (dw[j] + force).write(&dw[j]);
   }
   for (int p = 0; p < num_places; ++p) {
     dw[p].x *= inverse_mass[p];
     dw[p].y *= inverse_mass[p];
     dw[p].z *= inverse_mass[p];
   }
-  Eight worst = largest->value, zero = largest->zero;
+  Largest seen = *largest;
   for (std::size_t a = 0; a < topology.rods.size(); ++a) {
     const auto [i, j] = topology.rods[a];
-    const Eight left =
-        u[a].x * (dw[j].x - dw[i].x) + u[a].y * (dw[j].y - dw[i].y) + u[a].z * (dw[j].z - dw[i].z) + b[a];
-    const Eight size = left < 0.0 ? -left : left;
-    worst = size > worst ? size : worst;
-    zero += 0.0 * left;
+    const Eight left = dot(u[a], dw[j] - dw[i]) + b[a];
+    seen.see(left < 0.0 ? -left : left);
   }
-  largest->value = worst;
-  largest->zero = zero;
+  *largest = seen;
 }
 
 }  // namespace tanor_kernels

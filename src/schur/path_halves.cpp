@@ -208,32 +208,25 @@ void PathSolver::substitute_halves(std::size_t p, const Substituted& numbers, Ha
     }
     end += to_right.count;
   }
-  if (goes_left) work->left = accelerate_left_end(path, numbers, first, dw_left, of_left);
-  if (goes_right) work->right = accelerate_right_end(path, numbers, last - 1, dw_right, of_right);
+  if (goes_left) work->left = accelerate_outermost(path, numbers, Halves::Left, first, dw_left, of_left);
+  if (goes_right) work->right = accelerate_outermost(path, numbers, Halves::Right, last - 1, dw_right, of_right);
 }
 
-/// The outermost point of the left half; `dw_next` is that of the point beside it.
-PathSolver::Accelerated PathSolver::accelerate_left_end(const Path& path, const Substituted& numbers, std::size_t row,
-                                                        Vec3 dw_next, Accelerated half) const {
-  half.end_dw = path.begins_at_support(row) ? Vec3{} : accelerate_end(path, numbers, row, path.left_point(row), -1.0);
+/// The outermost point of one of the halves; `dw_next` is that of the point beside it.
+PathSolver::Accelerated PathSolver::accelerate_outermost(const Path& path, const Substituted& numbers, Halves half,
+                                                         std::size_t row, Vec3 dw_next, Accelerated found) const {
+  const bool is_left = half == Halves::Left;
+  const std::size_t point = is_left ? path.left_point(row) : path.right_point(row);
+  const bool is_held = is_left ? path.begins_at_support(row) : path.ends_at_support(row);
+  found.end_dw = is_held ? Vec3{} : accelerate_end(path, numbers, row, point, is_left ? -1.0 : 1.0);
   if (row == path.middle()) {
-    half.dw = half.end_dw;
+    found.dw = found.end_dw;
   } else {
-    half.residual = larger(half.residual, rest_of(numbers, row, half.end_dw, dw_next));
+    const double rest =
+        is_left ? rest_of(numbers, row, found.end_dw, dw_next) : rest_of(numbers, row, dw_next, found.end_dw);
+    found.residual = larger(found.residual, rest);
   }
-  return half;
-}
-
-/// Likewise of the right half.
-PathSolver::Accelerated PathSolver::accelerate_right_end(const Path& path, const Substituted& numbers, std::size_t row,
-                                                         Vec3 dw_next, Accelerated half) const {
-  half.end_dw = path.ends_at_support(row) ? Vec3{} : accelerate_end(path, numbers, row, path.right_point(row), 1.0);
-  if (row == path.middle()) {
-    half.dw = half.end_dw;
-  } else {
-    half.residual = larger(half.residual, rest_of(numbers, row, dw_next, half.end_dw));
-  }
-  return half;
+  return found;
 }
 
 /// The points between `count` + 1 rows.

@@ -1,7 +1,6 @@
 #include "schur/path_series.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <variant>
 
 #include "base/instruction_sets.hpp"

@@ -24,7 +24,14 @@ std::unique_ptr<PathSolver> PathSolver::make(const SchurProblem& problem, std::v
   result->inverse_mass_ = problem.inverse_mass;
   RodRows rods(problem.constraints, numbering.num_rows());
   result->sign_.assign(numbering.num_rows(), 1);
-  std::erase_if(*islands, [&](Index island) { return result->add_path(numbering, island, rods.ends); });
+  std::erase_if(*islands, [&](Index island) {
+    const std::optional<Path> path = find_path(rods.ends, numbering, island);
+    if (!path) return false;
+    for (std::size_t row = path->first; row < path->first + path->num_rows(); ++row)
+      result->sign_[row] = rods.ends[row][0] == static_cast<Index>(path->left_point(row)) ? 1 : -1;
+    result->paths_.push_back(*path);
+    return true;
+  });
   if (result->paths_.empty()) return nullptr;
   result->block_ = std::move(rods.block);
   result->offset_ = std::move(rods.offset);
@@ -33,33 +40,6 @@ std::unique_ptr<PathSolver> PathSolver::make(const SchurProblem& problem, std::v
   result->finish();
   result->serve(problem, before, *islands);
   return result;
-}
-
-/// False where the island is no path and no ring.
-bool PathSolver::add_path(const Numbering& numbering, Index island, std::span<const std::array<Index, 2>> ends) {
-  const auto joins = [&](std::size_t row, Index a, Index b) {
-    return ends[row] == std::array{a, b} || ends[row] == std::array{b, a};
-  };
-  const auto num_moving = static_cast<Index>(numbering.num_moving);
-  const Index* const start = numbering.island_start.data() + island;
-  Path path{.first = static_cast<std::size_t>(start[0]), .end = static_cast<std::size_t>(start[1]), .shift = 0};
-  const auto& [i, j] = ends[path.first];
-  const Index low = std::min(i, j), high = std::max(i, j),
-              last = std::max(ends[path.end - 1][0], ends[path.end - 1][1]);
-  const auto num_rows = static_cast<Index>(path.end - path.first);
-  path.is_ring = num_rows > 2 && high < num_moving && joins(path.end - 1, low, low + num_rows - 1);
-  if (path.is_ring) --path.end;
-  if (high >= num_moving) path.left_support = high;
-  if (path.end - path.first > 1 && last >= num_moving) path.right_support = last;
-  path.shift =
-      static_cast<std::ptrdiff_t>(low) - static_cast<std::ptrdiff_t>(path.first) - (high >= num_moving ? 1 : 0);
-  for (std::size_t row = path.first; row < path.first + path.num_rows(); ++row) {
-    const auto left = static_cast<Index>(path.left_point(row)), right = static_cast<Index>(path.right_point(row));
-    if (!joins(row, left, right)) return false;
-    sign_[row] = ends[row][0] == left ? 1 : -1;
-  }
-  paths_.push_back(path);
-  return true;
 }
 
 void PathSolver::finish() {

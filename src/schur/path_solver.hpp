@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <memory>
 #include <span>
 #include <utility>
@@ -35,27 +34,7 @@ class PathSolver final : public IslandSolver {
                           double* w) override;
 
  private:
-  /// Rows [first, end): row a joins the points a + shift and a + shift + 1, but a support at an end that has one.
-  struct Path {
-    std::size_t first, end;
-    std::ptrdiff_t shift;
-    Index left_support = -1, right_support = -1;
-    bool is_ring = false;  ///< row `end` joins the last point and the first one
-
-    std::size_t closing_row() const { return end; }
-    std::size_t num_rows() const { return end - first + (is_ring ? 1 : 0); }
-    /// The row that is eliminated last; the left half is [first, middle), the right one [middle + 1, end).
-    std::size_t middle() const { return first + (end - first) / 2; }
-    bool begins_at_support(std::size_t row) const { return row == first && left_support >= 0; }
-    bool ends_at_support(std::size_t row) const { return row + 1 == end && right_support >= 0; }
-    std::size_t left_point(std::size_t row) const {
-      return begins_at_support(row) ? static_cast<std::size_t>(left_support) : row + static_cast<std::size_t>(shift);
-    }
-    std::size_t right_point(std::size_t row) const {
-      if (ends_at_support(row)) return static_cast<std::size_t>(right_support);
-      return (is_ring && row == closing_row() ? first : row + 1) + static_cast<std::size_t>(shift);
-    }
-  };
+  using Path = RodPath;
   enum class Halves { Both, Left, Right };
   static bool includes(Halves halves, Halves one) { return halves == Halves::Both || halves == one; }
 
@@ -99,7 +78,6 @@ class PathSolver final : public IslandSolver {
   struct Half;
 
   PathSolver() = default;
-  bool add_path(const Numbering& numbering, Index island, std::span<const std::array<Index, 2>> ends);
   void finish();
 
   template <class Inwards, class Middle, class Outwards, class Finish>
@@ -130,10 +108,8 @@ class PathSolver final : public IslandSolver {
                          double* residual) const;
   Vec3 accelerate_end(const Path& path, const Substituted& numbers, std::size_t row, std::size_t point,
                       double sense) const;
-  Accelerated accelerate_left_end(const Path& path, const Substituted& numbers, std::size_t row, Vec3 dw_next,
-                                  Accelerated half) const;
-  Accelerated accelerate_right_end(const Path& path, const Substituted& numbers, std::size_t row, Vec3 dw_next,
-                                   Accelerated half) const;
+  Accelerated accelerate_outermost(const Path& path, const Substituted& numbers, Halves half, std::size_t row,
+                                   Vec3 dw_next, Accelerated found) const;
   double rest_of(const Substituted& numbers, std::size_t row, Vec3 dw_left, Vec3 dw_right) const;
 
   void spread_spikes(const Path& path, const Numbers& numbers, Half* left, Half* right);

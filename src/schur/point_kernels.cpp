@@ -1,7 +1,5 @@
 #include "schur/point_kernels.hpp"
 
-#include <cmath>
-
 #include "base/instruction_sets.hpp"
 
 namespace tanor_kernels {
@@ -16,24 +14,24 @@ namespace {
 
 /// Eight points from their guides' centers, and how they move.
 struct Apart {
-  Eight x, y, z, vx, vy, vz;
+  Eight3 a, v;
 };
 [[gnu::always_inline]] inline void load_apart(const double* r, const double* v, const Eight3& center, std::size_t group,
-                                              Apart* a) {
-  load_points(r + 3 * num_lanes * group, &a->x, &a->y, &a->z);
-  load_points(v + 3 * num_lanes * group, &a->vx, &a->vy, &a->vz);
-  a->x -= center.x;
-  a->y -= center.y;
-  a->z -= center.z;
+                                              Apart* apart) {
+  auto& [a, velocity] = *apart;
+  load_points(r + 3 * num_lanes * group, &a.x, &a.y, &a.z);
+  load_points(v + 3 * num_lanes * group, &velocity.x, &velocity.y, &velocity.z);
+  a = a - center;
 }
 
 /// u = a/|a|, phi = (v.v - (u.v)^2)/|a|
-[[gnu::always_inline]] inline void evaluate_distance(Apart* a, Eight3* gradient, Eight* phi) {
+[[gnu::always_inline]] inline void evaluate_distance(Apart* apart, Eight3* gradient, Eight* phi) {
+  auto& [a, v] = *apart;
   Eight inverse;
-  normalise(&a->x, &a->y, &a->z, &inverse);
-  const Eight speed = a->x * a->vx + a->y * a->vy + a->z * a->vz;
-  *phi = (a->vx * a->vx + a->vy * a->vy + a->vz * a->vz - speed * speed) * inverse;
-  *gradient = {a->x, a->y, a->z};
+  normalise(&a.x, &a.y, &a.z, &inverse);
+  const Eight speed = dot(a, v);
+  *phi = (dot(v, v) - speed * speed) * inverse;
+  a.write(gradient);
 }
 
 }  // namespace
@@ -42,9 +40,9 @@ TANOR_EACH_INSTRUCTION_SET
 void evaluate_spheres(std::size_t count, const double* r, const double* v, const OfGuides& centers, Eight3* gradients,
                       Eight* phi) {
   for (std::size_t k = 0; k < count; ++k) {
-    Apart a;
-    load_apart(r, v, centers[k], k, &a);
-    evaluate_distance(&a, &gradients[k], &phi[k]);
+    Apart apart;
+    load_apart(r, v, centers[k], k, &apart);
+    evaluate_distance(&apart, &gradients[k], &phi[k]);
   }
 }
 
@@ -53,20 +51,15 @@ void evaluate_circles(std::size_t count, const double* r, const double* v, const
                       const OfGuides& normals, Eight3* gradients, Eight* phi) {
   const Eight nothing{};
   for (std::size_t k = 0; k < count; ++k) {
-    Apart a;
-    load_apart(r, v, centers[k], k, &a);
+    Apart apart;
+    load_apart(r, v, centers[k], k, &apart);
     // In the plane: a - (n.a) n, and its derivative
-    const Eight nx = normals[k].x, ny = normals[k].y, nz = normals[k].z;
-    const Eight s = nx * a.x + ny * a.y + nz * a.z, s1 = nx * a.vx + ny * a.vy + nz * a.vz;
-    a.x -= s * nx;
-    a.y -= s * ny;
-    a.z -= s * nz;
-    a.vx -= s1 * nx;
-    a.vy -= s1 * ny;
-    a.vz -= s1 * nz;
+    const Eight3& n = normals[k];
+    apart.a = apart.a - dot(n, apart.a) * n;
+    apart.v = apart.v - dot(n, apart.v) * n;
     phi[k] = nothing;
-    gradients[k] = {nx, ny, nz};
-    evaluate_distance(&a, &gradients[count + k], &phi[count + k]);
+    n.write(&gradients[k]);
+    evaluate_distance(&apart, &gradients[count + k], &phi[count + k]);
   }
 }
 
@@ -77,21 +70,21 @@ void factorize_points(int num_rows, std::size_t count, const Eight3* gradients, 
   for (std::size_t k = 0; k < count; ++k) {
     PointFactor& factor = factors[k];
     const Eight3& g0 = gradients[k];
-    const Eight inverse_d0 = 1.0 / (g0.x * g0.x + g0.y * g0.y + g0.z * g0.z);
+    const Eight inverse_d0 = 1.0 / dot(g0, g0);
     factor.inverse_d0 = inverse_d0;
     if (num_rows == 1) continue;
     const Eight3& g1 = gradients[count + k];
-    const Eight c10 = g1.x * g0.x + g1.y * g0.y + g1.z * g0.z, l10 = c10 * inverse_d0;
-    const Eight d1 = (g1.x * g1.x + g1.y * g1.y + g1.z * g1.z) - c10 * l10, inverse_d1 = 1.0 / d1;
+    const Eight c10 = dot(g1, g0), l10 = c10 * inverse_d0;
+    const Eight d1 = dot(g1, g1) - c10 * l10, inverse_d1 = 1.0 / d1;
     factor.l10 = l10;
     factor.inverse_d1 = inverse_d1;
     const Eight checked1 = d1 > 0.0 ? d1 : nothing;
     least = checked1 < least ? checked1 : least;
     if (num_rows == 2) continue;
     const Eight3& g2 = gradients[2 * count + k];
-    const Eight c20 = g2.x * g0.x + g2.y * g0.y + g2.z * g0.z, l20 = c20 * inverse_d0;
-    const Eight c21 = g2.x * g1.x + g2.y * g1.y + g2.z * g1.z - c20 * l10, l21 = c21 * inverse_d1;
-    const Eight d2 = (g2.x * g2.x + g2.y * g2.y + g2.z * g2.z) - c20 * l20 - c21 * l21;
+    const Eight c20 = dot(g2, g0), l20 = c20 * inverse_d0;
+    const Eight c21 = dot(g2, g1) - c20 * l10, l21 = c21 * inverse_d1;
+    const Eight d2 = dot(g2, g2) - c20 * l20 - c21 * l21;
     factor.l20 = l20;
     factor.l21 = l21;
     factor.inverse_d2 = 1.0 / d2;
@@ -126,48 +119,40 @@ void solve_points(int num_rows, std::size_t count, const PointFactor* factors, c
 TANOR_EACH_INSTRUCTION_SET
 void add_free(int num_rows, std::size_t count, const Eight3* gradients, const double* w0, const Vec3* uniform,
               Eight* phi, Largest* largest) {
-  Eight worst = largest->value, zero = largest->zero;
+  Largest seen = *largest;
   for (int m = 0; m < num_rows; ++m, gradients += count, phi += count) {
     for (std::size_t k = 0; k < count; ++k) {
       Eight3 w;
       load_free(w0, uniform, k, &w);
-      const Eight3& g = gradients[k];
-      const Eight b = phi[k] + (g.x * w.x + g.y * w.y + g.z * w.z), size = b < 0.0 ? -b : b;
-      worst = size > worst ? size : worst;
-      zero += 0.0 * b;
+      const Eight b = phi[k] + dot(gradients[k], w);
+      seen.see(b < 0.0 ? -b : b);
       phi[k] = b;
     }
   }
-  largest->value = worst;
-  largest->zero = zero;
+  *largest = seen;
 }
 
 TANOR_EACH_INSTRUCTION_SET
 void add_reactions(int num_rows, std::size_t count, const Eight3* gradients, const Eight* b, const Eight* x,
                    const double* w0, const Vec3* uniform, double* w, Largest* largest) {
-  const Eight nothing{};
-  Eight worst = largest->value, zero = largest->zero;
+  Largest seen = *largest;
   for (std::size_t k = 0; k < count; ++k) {
-    Eight wx = nothing, wy = nothing, wz = nothing;
+    Eight3 dw{};
     for (int m = 0; m < num_rows; ++m) {
       const std::size_t row = static_cast<std::size_t>(m) * count + k;
-      wx += x[row] * gradients[row].x;
-      wy += x[row] * gradients[row].y;
-      wz += x[row] * gradients[row].z;
+      dw = dw + x[row] * gradients[row];
     }
     for (int m = 0; m < num_rows; ++m) {
       const std::size_t row = static_cast<std::size_t>(m) * count + k;
-      const Eight3& g = gradients[row];
-      const Eight left = b[row] + (g.x * wx + g.y * wy + g.z * wz), size = left < 0.0 ? -left : left;
-      worst = size > worst ? size : worst;
-      zero += 0.0 * left;
+      const Eight left = b[row] + dot(gradients[row], dw);
+      seen.see(left < 0.0 ? -left : left);
     }
     Eight3 free;
     load_free(w0, uniform, k, &free);
-    store_points(free.x + wx, free.y + wy, free.z + wz, w + 3 * num_lanes * k);
+    free = free + dw;
+    store_points(free.x, free.y, free.z, w + 3 * num_lanes * k);
   }
-  largest->value = worst;
-  largest->zero = zero;
+  *largest = seen;
 }
 
 TANOR_EACH_INSTRUCTION_SET
@@ -182,29 +167,24 @@ TANOR_EACH_INSTRUCTION_SET
 void solve_single_rows(std::size_t count, const Eight3* gradients, const Eight* phi, const double* inverse_mass,
                        const double* w0, const Vec3* uniform, double* lambda, double* w, Largest* right_side,
                        Largest* residual) {
-  Eight largest_b = right_side->value, zero_b = right_side->zero;
-  Eight largest_left = residual->value, zero_left = residual->zero;
+  Largest seen_b = *right_side, seen_left = *residual;
   for (std::size_t k = 0; k < count; ++k) {
-    const Eight gx = gradients[k].x, gy = gradients[k].y, gz = gradients[k].z;
+    const Eight3& g = gradients[k];
     Eight3 free;
     load_free(w0, uniform, k, &free);
-    const Eight b = phi[k] + (gx * free.x + gy * free.y + gz * free.z);
+    const Eight b = phi[k] + dot(g, free);
     // 1/(g.g) = 2 - g.g, since g.g = 1 but for rounding
-    const Eight answer = -b * (2.0 - (gx * gx + gy * gy + gz * gz));
-    const Eight wx = answer * gx, wy = answer * gy, wz = answer * gz;
-    const Eight left = b + (gx * wx + gy * wy + gz * wz);
-    store_points(free.x + wx, free.y + wy, free.z + wz, w + 3 * num_lanes * k);
+    const Eight answer = -b * (2.0 - dot(g, g));
+    const Eight3 dw = answer * g;
+    const Eight left = b + dot(g, dw);
+    free = free + dw;
+    store_points(free.x, free.y, free.z, w + 3 * num_lanes * k);
     eight_at(lambda + num_lanes * k) = answer * (1.0 / eight_at(inverse_mass + num_lanes * k));  // nearly always m
-    const Eight size_b = b < 0.0 ? -b : b, size_left = left < 0.0 ? -left : left;
-    largest_b = size_b > largest_b ? size_b : largest_b;
-    largest_left = size_left > largest_left ? size_left : largest_left;
-    zero_b += 0.0 * b;
-    zero_left += 0.0 * left;
+    seen_b.see(b < 0.0 ? -b : b);
+    seen_left.see(left < 0.0 ? -left : left);
   }
-  right_side->value = largest_b;
-  right_side->zero = zero_b;
-  residual->value = largest_left;
-  residual->zero = zero_left;
+  *right_side = seen_b;
+  *residual = seen_left;
 }
 
 }  // namespace tanor_kernels

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "evaluate/constraints.hpp"
 #include "plan/thresholds.hpp"
+#include "system/numbering.hpp"
 
 namespace tanor {
 
@@ -65,5 +68,31 @@ std::vector<std::size_t> group_islands(std::size_t count, std::size_t num_rows, 
   }
   return start;
 }
+
+/// An island of rods that follow one another, point after point and row after row in the inner numbering: of its rows
+/// [first, end), row a joins the points a + shift and a + shift + 1, but a support at an end that has one.
+struct RodPath {
+  std::size_t first, end;
+  std::ptrdiff_t shift;
+  Index left_support = -1, right_support = -1;
+  bool is_ring = false;  ///< row `end` joins the last point and the first one
+
+  std::size_t closing_row() const { return end; }
+  std::size_t num_rows() const { return end - first + (is_ring ? 1 : 0); }
+  /// The row that is eliminated last; the left half is [first, middle), the right one [middle + 1, end).
+  std::size_t middle() const { return first + (end - first) / 2; }
+  bool begins_at_support(std::size_t row) const { return row == first && left_support >= 0; }
+  bool ends_at_support(std::size_t row) const { return row + 1 == end && right_support >= 0; }
+  std::size_t left_point(std::size_t row) const {
+    return begins_at_support(row) ? static_cast<std::size_t>(left_support) : row + static_cast<std::size_t>(shift);
+  }
+  std::size_t right_point(std::size_t row) const {
+    if (ends_at_support(row)) return static_cast<std::size_t>(right_support);
+    return (is_ring && row == closing_row() ? first : row + 1) + static_cast<std::size_t>(shift);
+  }
+};
+
+/// `ends` [row]: inner points of the rods. None where the island is no path and no ring.
+std::optional<RodPath> find_path(std::span<const std::array<Index, 2>> ends, const Numbering& numbering, Index island);
 
 }  // namespace tanor

@@ -34,15 +34,33 @@ void scatter(const double* lanes, const Rows& rows, std::size_t stride, std::siz
   for (std::size_t lane = 0; lane < width; ++lane) array[rows[lane] * stride + i] = lanes[lane];
 }
 
-/// The formula along (x + e x_dot, t + e) for one group of rows with n variables each; t is variable n.
-Lanes<Jet<2>> evaluate_along(const Formula& formula, const double* x, const double* x_dot, double t, const Rows& rows,
-                             std::size_t n) {
+/// What the variables of a formula are for one group of rows: the columns of x, those of `more`, then the time.
+struct Variables {
+  const double *x, *more;
+  double t;
+  const Rows& rows;
+  std::size_t width, n;  // columns of each array, of both
+
+  Variables(const double* array, double time, const Rows& of, std::size_t count)
+      : x(array), more(nullptr), t(time), rows(of), width(count), n(count) {}
+  explicit Variables(const ForceBatch& batch, const Rows& of)
+      : x(batch.r), more(batch.v), t(batch.t), rows(of), width(3), n(6) {}
+
+  /// The value and, where there are any, derivatives of 0.
+  template <class T>
+  void load(std::size_t i, Lanes<T>* a) const {
+    a->fill(t);
+    if (i < n) gather(i < width ? x : more, rows, width, i % width, a->c[0]);
+  }
+};
+
+/// The formula along (x + e x_dot, t + e).
+Lanes<Jet<2>> evaluate_along(const Formula& formula, const Variables& variables, const double* x_dot) {
   return formula.evaluate_loading<Lanes<Jet<2>>>([&](int variable, Lanes<Jet<2>>* a) {
     const auto i = static_cast<std::size_t>(variable);
-    a->fill(i < n ? 0.0 : t);
-    if (i < n) {
-      gather(x, rows, n, i, a->c[0]);
-      gather(x_dot, rows, n, i, a->c[1]);
+    variables.load(i, a);
+    if (i < variables.n) {
+      gather(x_dot, variables.rows, variables.n, i, a->c[1]);
     } else {
       for (double& rate : a->c[1]) rate = 1.0;
     }
@@ -50,40 +68,34 @@ Lanes<Jet<2>> evaluate_along(const Formula& formula, const double* x, const doub
 }
 
 /// The formula with its partial derivatives in the variables first, first + 1, first + 2.
-Lanes<Forward<3>> evaluate_partials(const Formula& formula, const double* x, double t, const Rows& rows, std::size_t n,
-                                    std::size_t first) {
+Lanes<Forward<3>> evaluate_partials(const Formula& formula, const Variables& variables, std::size_t first) {
   return formula.evaluate_loading<Lanes<Forward<3>>>([&](int variable, Lanes<Forward<3>>* a) {
     const auto i = static_cast<std::size_t>(variable);
-    a->fill(t);
-    if (i < n) gather(x, rows, n, i, a->c[0]);
-    if (first <= i && i < std::min(first + 3, n)) {
+    variables.load(i, a);
+    if (first <= i && i < std::min(first + 3, variables.n)) {
       for (double& partial : a->c[1 + i - first]) partial = 1.0;
     }
   });
 }
 
-Lanes<double> evaluate_values(const Formula& formula, const double* x, double t, const Rows& rows, std::size_t n) {
-  return formula.evaluate_loading<Lanes<double>>([&](int variable, Lanes<double>* a) {
-    const auto i = static_cast<std::size_t>(variable);
-    if (i < n) {
-      gather(x, rows, n, i, a->c[0]);
-    } else {
-      a->fill(t);
-    }
-  });
+Lanes<double> evaluate_values(const Formula& formula, const Variables& variables) {
+  return formula.evaluate_loading<Lanes<double>>(
+      [&](int variable, Lanes<double>* a) { variables.load(static_cast<std::size_t>(variable), a); });
 }
 
 /// Row by row: the partial derivatives of a formula in its n variables, to derivatives[row * stride].
 /// Three variables a pass; those that do not occur cost nothing.
-void scatter_partials(const Formula& formula, const double* x, double t, const Rows& rows, std::size_t n,
-                      std::size_t stride, std::size_t step, double* derivatives) {
+void scatter_partials(const Formula& formula, const Variables& variables, std::size_t stride, std::size_t step,
+                      double* derivatives) {
+  const std::size_t n = variables.n;
   for (std::size_t first = 0; first < n; first += 3) {
     const std::size_t last = std::min(first + 3, n);
     bool occur = false;
     for (std::size_t i = first; i < last; ++i) occur = occur || formula.depends_on(static_cast<int>(i));
     Lanes<Forward<3>> value(0.0);
-    if (occur) value = evaluate_partials(formula, x, t, rows, n, first);
-    for (std::size_t i = first; i < last; ++i) scatter(value.c[1 + i - first], rows, stride, step * i, derivatives);
+    if (occur) value = evaluate_partials(formula, variables, first);
+    for (std::size_t i = first; i < last; ++i)
+      scatter(value.c[1 + i - first], variables.rows, stride, step * i, derivatives);
   }
 }
 
@@ -92,18 +104,17 @@ void scatter_partials(const Formula& formula, const double* x, double t, const R
 void evaluate_constraint(const void* context, const ConstraintBatch& batch) {
   const auto& [formula, num_variables] = *static_cast<const std::pair<Formula, std::size_t>*>(context);
   for_each_group(batch.count, [&, &formula = formula, num_variables = num_variables](const Rows& rows) {
+    const Variables variables(batch.r, batch.t, rows, num_variables);
     if (batch.rate != nullptr) {
-      Lanes<Jet<2>> xi = evaluate_along(formula, batch.r, batch.v, batch.t, rows, num_variables);
+      Lanes<Jet<2>> xi = evaluate_along(formula, variables, batch.v);
       for (double& second : xi.c[2]) second *= 2.0;
       scatter(xi.c[0], rows, 1, 0, batch.xi);
       scatter(xi.c[1], rows, 1, 0, batch.rate);
       scatter(xi.c[2], rows, 1, 0, batch.phi);
     } else {
-      scatter(evaluate_values(formula, batch.r, batch.t, rows, num_variables).c[0], rows, 1, 0, batch.xi);
+      scatter(evaluate_values(formula, variables).c[0], rows, 1, 0, batch.xi);
     }
-    if (batch.gradient != nullptr) {
-      scatter_partials(formula, batch.r, batch.t, rows, num_variables, num_variables, 1, batch.gradient);
-    }
+    if (batch.gradient != nullptr) scatter_partials(formula, variables, num_variables, 1, batch.gradient);
   });
 }
 
@@ -118,19 +129,20 @@ void evaluate_coordinates(const void* context, const CoordinateBatch& batch) {
   const auto& [components, s] = *static_cast<const CoordinateFormulas*>(context);
   const std::size_t size = components.size();
   for_each_group(batch.count, [&, &components = components, s = s](const Rows& rows) {
+    const Variables variables(batch.q, batch.t, rows, s);
     for (std::size_t i = 0; i < size; ++i) {
       const Formula& formula = components[i];
       if (batch.v != nullptr) {
-        Lanes<Jet<2>> r = evaluate_along(formula, batch.q, batch.q_dot, batch.t, rows, s);
+        Lanes<Jet<2>> r = evaluate_along(formula, variables, batch.q_dot);
         for (double& second : r.c[2]) second *= 2.0;
         scatter(r.c[0], rows, size, i, batch.r);
         scatter(r.c[1], rows, size, i, batch.v);
         scatter(r.c[2], rows, size, i, batch.psi);
       } else {
-        scatter(evaluate_values(formula, batch.q, batch.t, rows, s).c[0], rows, size, i, batch.r);
+        scatter(evaluate_values(formula, variables).c[0], rows, size, i, batch.r);
       }
       if (batch.tangents != nullptr) {
-        scatter_partials(formula, batch.q, batch.t, rows, s, s * size, size, batch.tangents + i);
+        scatter_partials(formula, variables, s * size, size, batch.tangents + i);
       }
     }
   });
@@ -179,35 +191,16 @@ void check_names(std::span<const std::string> names, const Constants& constants)
 
 using ForceFormulas = std::vector<Formula>;
 
-/// With the partial derivatives in the positions (first = 0) or in the velocities (first = 3).
-Lanes<Forward<3>> evaluate_force_partials(const Formula& formula, const ForceBatch& batch, const Rows& rows,
-                                          std::size_t first) {
-  return formula.evaluate_loading<Lanes<Forward<3>>>([&](int variable, Lanes<Forward<3>>* a) {
-    const auto i = static_cast<std::size_t>(variable);
-    a->fill(batch.t);
-    if (i < 6) gather(i < 3 ? batch.r : batch.v, rows, 3, i % 3, a->c[0]);
-    if (first <= i && i < first + 3) {
-      for (double& partial : a->c[1 + i - first]) partial = 1.0;
-    }
-  });
-}
-
 void evaluate_force(const void* context, const ForceBatch& batch) {
   const auto& formulas = *static_cast<const ForceFormulas*>(context);
   for_each_group(batch.count, [&](const Rows& rows) {
+    const Variables variables(batch, rows);
     for (std::size_t component = 0; component < 3; ++component) {
-      const auto f = formulas[component].evaluate_loading<Lanes<double>>([&](int variable, Lanes<double>* a) {
-        const auto i = static_cast<std::size_t>(variable);
-        if (i < 6) {
-          gather(i < 3 ? batch.r : batch.v, rows, 3, i % 3, a->c[0]);
-        } else {
-          a->fill(batch.t);
-        }
-      });
-      scatter(f.c[0], rows, 3, component, batch.f);
+      const Formula& formula = formulas[component];
+      scatter(evaluate_values(formula, variables).c[0], rows, 3, component, batch.f);
       if (batch.derivative == nullptr) continue;
       for (const std::size_t first : {0, 3}) {
-        const Lanes<Forward<3>> partials = evaluate_force_partials(formulas[component], batch, rows, first);
+        const Lanes<Forward<3>> partials = evaluate_partials(formula, variables, first);
         for (std::size_t i = 0; i < 3; ++i)
           scatter(partials.c[1 + i], rows, 18, 6 * component + first + i, batch.derivative);
       }

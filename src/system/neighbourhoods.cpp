@@ -1,7 +1,6 @@
 #include "system/neighbourhoods.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <span>

@@ -1,4 +1,3 @@
-#include <cmath>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -267,7 +266,6 @@ class Validation {
 
   std::size_t num_points() const { return system_.num_points(); }
   bool is_support(Index point) const { return support_of_point_[point] != none; }
-  Vec3 position(Index point) const { return load(system_.positions.data(), point); }
 
   static constexpr std::size_t none = no_support;
 
