@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -15,41 +14,6 @@
 namespace tanor {
 
 namespace {
-
-std::size_t count_coordinates(const Coordinates& entry) {
-  struct Count {
-    std::size_t operator()(const FreeCoordinates& group) const { return 3 * group.points.size(); }
-    std::size_t operator()(const LineCoordinates& group) const { return group.points.size(); }
-    std::size_t operator()(const PlaneCoordinates& group) const { return 2 * group.points.size(); }
-    std::size_t operator()(const CircleCoordinates& group) const { return group.points.size(); }
-    std::size_t operator()(const SphereCoordinates& group) const { return 2 * group.points.size(); }
-    std::size_t operator()(const ChainAngles& group) const {
-      return (group.normal == Vector3{} ? 2 : 1) * group.points.size();
-    }
-    std::size_t operator()(const RigidBody&) const { return 6; }
-    std::size_t operator()(const UserCoordinates& group) const { return group.q.size(); }
-  };
-  return std::visit(Count(), entry);
-}
-
-/// [place in the user's order] -> inner coordinate: inside, entries stand kind by kind, in the order of the variant.
-std::vector<std::size_t> order_coordinates(const System& system) {
-  std::vector<std::size_t> entries(system.coordinates.size()), first(entries.size());
-  std::iota(entries.begin(), entries.end(), std::size_t{0});
-  std::stable_sort(entries.begin(), entries.end(), [&](std::size_t a, std::size_t b) {
-    return system.coordinates[a].index() < system.coordinates[b].index();
-  });
-  std::size_t next = 0;
-  for (const std::size_t entry : entries) {
-    first[entry] = next;
-    next += count_coordinates(system.coordinates[entry]);
-  }
-  std::vector<std::size_t> result;
-  for (std::size_t entry = 0; entry < first.size(); ++entry) {
-    for (std::size_t j = 0; j < count_coordinates(system.coordinates[entry]); ++j) result.push_back(first[entry] + j);
-  }
-  return result;
-}
 
 void check_size(const std::vector<double>& array, std::size_t wanted, const char* name) {
   if (array.size() != wanted) {
@@ -68,18 +32,16 @@ struct InverseDynamics::Implementation {
   std::optional<NormalSpace> normal;    // none: coordinates alone are given
   std::optional<TangentSpace> tangent;  // only where they are
   std::optional<DirectFriction> friction;
-  std::vector<double> blocks;           // of K or A
-  std::vector<double> row_norms;        // [d] largest |gradient| at one of its points
-  std::vector<double> r, v, w, w0;      // [3n] inner
-  std::vector<double> q, q_dot;         // [s]
-  std::vector<std::size_t> coordinate;  // [user's] -> inner
+  std::vector<double> blocks;       // of K or A
+  std::vector<double> row_norms;    // [d] largest |gradient| at one of its points
+  std::vector<double> r, v, w, w0;  // [3n] inner
+  std::vector<double> q, q_dot;     // [s]
 
   Implementation(System system, const SolverOptions& options)
       : model(std::move(system), options, 0.0),
         row_norms(model.num_rows()),
         q(model.coordinates.num_coordinates()),
-        q_dot(q.size()),
-        coordinate(order_coordinates(model.system)) {
+        q_dot(q.size()) {
     for (std::vector<double>* array : {&r, &v, &w, &w0}) array->resize(size());
     if (model.coordinates.empty() || model.num_rows() > 0) {
       normal.emplace(model);
@@ -248,7 +210,7 @@ std::size_t InverseDynamics::num_equations() const {
   return live(implementation_, "InverseDynamics").model.numbering.num_user_rows;
 }
 std::size_t InverseDynamics::num_coordinates() const {
-  return live(implementation_, "InverseDynamics").coordinate.size();
+  return live(implementation_, "InverseDynamics").q.size();
 }
 
 MotionForces InverseDynamics::evaluate(double t, const MotionState& points) {
@@ -271,7 +233,7 @@ MotionState InverseDynamics::place(double t, const MotionState& coordinates) {
   const auto gather = [&](const std::vector<double>& given, const char* name) {
     check_size(given, s, name);
     std::vector<double> result(s);
-    for (std::size_t j = 0; j < s; ++j) result[self.coordinate[j]] = given[j];
+    model.coordinates.gather(given.data(), result.data());
     return result;
   };
   const std::vector<double> q = gather(coordinates.value, "q"), q_dot = gather(coordinates.rate, "q_dot"),

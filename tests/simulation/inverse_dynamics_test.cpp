@@ -96,6 +96,24 @@ TEST(InverseDynamics, PlacesAreThoseOfTheCoordinatesInTheUsersOrder) {
   EXPECT_EQ(points.acceleration, (std::vector<double>{2.0, 0.125, 0.0, 7.0, 8.0, 9.0}));
 }
 
+TEST(InverseDynamics, PlacesOfCirclesThatRestAndOfThoseThatBreatheAreTold) {
+  // Two families of one kind, listed against their inner order.
+  System system;
+  system.positions = {1.0, 0.0, 0.0, 5.0, 0.0, 0.0};
+  system.masses = {1.0, 1.0};
+  const Vector3 axis{0.0, 0.0, 1.0};
+  system.coordinates = {CircleCoordinates{"rests", {0}, {}, axis, 1.0},
+                        CircleCoordinates{"breathes", {1}, {}, axis, ScalarFunction::formula("5 + t")}};
+  InverseDynamics problem(system);
+  const double quarter = 0.5 * M_PI;
+
+  const MotionState points = problem.place(1.0, {{0.0, quarter}, {0.0, 0.0}, {0.0, 0.0}});
+
+  // e1 of the z axis is x.
+  const double expected[] = {1.0, 0.0, 0.0, 0.0, 6.0, 0.0};
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(points.value[i], expected[i], 1e-15) << i;
+}
+
 // ---- round trips -------------------------------------------------------------------------------------------------
 
 /// Motion -> table -> forces, away from the ends, where splines are one-sided.
