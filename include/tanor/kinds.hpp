@@ -9,6 +9,7 @@
 #include <tuple>
 #include <variant>
 
+#include <tanor/forward.hpp>
 #include <tanor/kinds/constraint/angle.hpp>
 #include <tanor/kinds/constraint/circle.hpp>
 #include <tanor/kinds/constraint/ellipsoid.hpp>
@@ -84,6 +85,37 @@ concept HasDefinition = requires(const Group& group) {
     } -> std::convertible_to<std::array<Jet<2>, static_cast<std::size_t>(KindOf<Group>::rows)>>;
 };
 
+/// Coordinates of single points; those that tie points have a family by hand, users' own bring a kernel.
+template <class Group>
+concept HasPlace = requires(const Group& group) {
+  group.kernel;
+}
+|| requires(const Group& group) {
+  KindOf<Group>::tied_points(group);
+  sizeof(typename KindOf<Group>::template Definition<Jet<2>>);
+}
+|| requires(const Group& group, const NumbersOf<Group, Jet<2>>& q, const Jet<2>& number, const ChartOf<Group>& chart,
+            typename KindOf<Group>::template Definition<Jet<2>> now) {
+  { now.place(q, number, chart) } -> std::convertible_to<TripleOf<Jet<2>>>;
+  { now.locate(TripleOf<Jet<2>>{}, number, chart) } -> std::convertible_to<NumbersOf<Group, Jet<2>>>;
+};
+template <class Law>
+concept HasMagnitude = requires(const Law& law) {
+  { KindOf<Law>::magnitude(law, 0.0) } -> std::convertible_to<double>;
+}
+|| requires(const Law& law, const Forward<1>& normal) {
+  { KindOf<Law>::magnitude(law, 0.0, normal) } -> std::convertible_to<Forward<1>>;
+}
+|| HasForceOfFriction<Law>;
+/// A law that sticks has a limit, mu_s |N|, and reads |N| alone when it slides.
+template <class Law>
+concept HasLimitWhereItSticks = !requires(const Law& law) {
+  KindOf<Law>::sticks(law);
+}
+|| (IsProportionalFriction<Law> && requires(const Law& law) {
+  { KindOf<Law>::static_coefficient(law) } -> std::convertible_to<double>;
+});
+
 namespace detail {
 
 template <class List>
@@ -102,11 +134,32 @@ struct CheckConstraints<std::variant<Groups...>> {
                 "KindOf<Group> of each constraint has a Definition<T> with xi(r, number, k)");
 };
 
+template <class List>
+struct CheckCoordinates;
+template <class... Groups>
+struct CheckCoordinates<std::variant<Groups...>> {
+  static_assert((HasPlace<Groups> && ...),
+                "KindOf<Group> of coordinates of single points has `coordinates` and a Definition<T> with "
+                "place(q, number, chart) and locate(r, number, chart)");
+};
+template <class List>
+struct CheckFriction;
+template <class... Laws>
+struct CheckFriction<std::variant<Laws...>> {
+  static_assert(
+      (HasMagnitude<Laws> && ...),
+      "KindOf<Law> of each law of friction has magnitude(law, speed), magnitude(law, speed, normal) or force");
+  static_assert((HasLimitWhereItSticks<Laws> && ...),
+                "a law of friction that sticks is_proportional and has a static_coefficient(law)");
+};
+
 template struct CheckKinds<Constraint>;
 template struct CheckKinds<Force>;
 template struct CheckKinds<Friction>;
 template struct CheckKinds<Coordinates>;
 template struct CheckConstraints<Constraint>;
+template struct CheckCoordinates<Coordinates>;
+template struct CheckFriction<Friction>;
 
 }  // namespace detail
 

@@ -4,10 +4,34 @@
 
 #include "certificate/verifier.hpp"
 #include "dynamics/friction_blocks.hpp"
+#include "system/contacts.hpp"
 
 /// \file Friction: the laws once more, straight from the System, at the answer's own multipliers; what sticks stays at
 /// rest; (43) by its three blocks.
 namespace tanor {
+
+namespace {
+
+/// The law that its own file says: judged are its direction, what it is evaluated at, and that (43) was solved.
+template <class Law>
+double magnitude_again(const Law& law, double speed, double normal) {
+  if constexpr (HasForceOfFriction<Law>)
+    return 0.0;
+  else if constexpr (ReadsNormalForce<Law>)
+    return KindOf<Law>::magnitude(law, speed, normal);
+  else
+    return KindOf<Law>::magnitude(law, speed);
+}
+// Once more, as the contract of scene files has them: an error in their files shows here.
+double magnitude_again(const Coulomb& law, double speed, double normal) {
+  const double v0 = law.regularisation.value_or(0.0);
+  return law.coefficient * normal * (v0 > 0.0 ? speed / std::sqrt(speed * speed + v0 * v0) : 1.0);
+}
+double magnitude_again(const Viscous& law, double speed, double) {
+  return law.coefficient * speed;
+}
+
+}  // namespace
 
 /// One contact at the answer, with P = I - K_g Gamma_g^-1 K_g' onto the directions that its guides leave it.
 struct Verifier::Sliding {
@@ -33,27 +57,30 @@ struct Verifier::Sliding {
     return a - c * k[0] - d * k[1];
   }
 
-  /// Exact Coulomb friction: mu |N| against a direction that a slow velocity does not tell, and its limit at rest.
-  const Coulomb* exact() const {
-    const auto* coulomb = std::get_if<Coulomb>(&friction);
-    return coulomb != nullptr && !coulomb->regularisation ? coulomb : nullptr;
+  /// It sticks or slides: mu |N| against a direction that a slow velocity does not tell, and its limit at rest.
+  bool may_stick() const { return law_sticks(friction); }
+  double limit() const { return static_coefficient_of(friction) * norm(normal); }
+  bool takes_energy() const {
+    return !std::visit([]<class Law>(const Law&) { return HasForceOfFriction<Law>; }, friction);
   }
-  double limit() const { return exact()->static_coefficient.value_or(exact()->coefficient) * norm(normal); }
-  bool takes_energy() const { return !std::holds_alternative<UserFriction>(friction); }
+  /// Of the friction of a law that says one.
+  double magnitude(double speed) const {
+    return std::visit([&]<class Law>(const Law& law) { return magnitude_again(law, speed, norm(normal)); }, friction);
+  }
 
-  /// tau at (t, r) as the contract of scene files has it.
+  /// tau at (t, r).
   Vec3 law(double t, Vec3 r) const {
-    if (const auto* coulomb = std::get_if<Coulomb>(&friction)) {
-      const double speed = std::hypot(norm(velocity), coulomb->regularisation.value_or(0.0));
-      return (-coulomb->coefficient * norm(normal) / speed) * velocity;
-    }
-    if (const auto* viscous = std::get_if<Viscous>(&friction)) return -viscous->coefficient * velocity;
-    static_assert(std::variant_size_v<Friction> == 3, "a new law needs its branch here");
-    const FrictionKernel& kernel = std::get<UserFriction>(friction).kernel;
-    const std::array place_of{r.x, r.y, r.z}, moves{velocity.x, velocity.y, velocity.z};
-    std::array<double, 3> tau{};
-    kernel.evaluate(kernel.context.get(), {1, t, place_of.data(), moves.data(), own.data(), tau.data(), nullptr});
-    return make_vec3(tau);
+    return std::visit(
+        [&]<class Law>(const Law& law) -> Vec3 {
+          if constexpr (HasForceOfFriction<Law>) {
+            return make_vec3(
+                KindOf<Law>::force(law, t, {r.x, r.y, r.z}, {velocity.x, velocity.y, velocity.z}, own.data(), nullptr));
+          } else {
+            const double speed = norm(velocity);
+            return speed > 0.0 ? (-magnitude(speed) / speed) * velocity : Vec3{};
+          }
+        },
+        friction);
   }
 };
 
@@ -92,10 +119,7 @@ std::vector<Verifier::Sliding> Verifier::measure_sliding(const Definitions& defi
     contact.velocity = contact.along(relative);
     contact.acceleration = load(answer_.w.data(), place.point) - u.first;
     contact.normal = contact.own[0] * contact.k[0] + contact.own[1] * contact.k[1];
-    if (const auto* coulomb = std::get_if<Coulomb>(&friction);
-        coulomb != nullptr && coulomb->reaction == Coulomb::Reaction::Full) {
-      contact.normal = load(answer_.eta.data(), place.point);
-    }
+    if (reads_full_reaction(friction)) contact.normal = load(answer_.eta.data(), place.point);
     turns = turns || contact.across != std::array{0.0, 0.0};
   }
 
@@ -129,7 +153,7 @@ std::vector<Verifier::Sliding> Verifier::measure_sliding(const Definitions& defi
 void Verifier::verify_law(const std::vector<Sliding>& contacts) {
   const auto has_direction = [&](const Sliding& contact) {
     const double slow = 1e-6 * speed_at(contact.place.point);
-    return contact.exact() == nullptr || (!contact.sticks && norm(contact.velocity) > slow);
+    return !contact.may_stick() || (!contact.sticks && norm(contact.velocity) > slow);
   };
   Vector law(n_, 0.0), limit(n_ / 3, 0.0);
   std::vector<int> open(n_ / 3, 0);  // contacts at a point that take the rest
@@ -166,7 +190,7 @@ void Verifier::verify_law(const std::vector<Sliding>& contacts) {
       limit[point] = contact.limit();
     } else {
       // It slides from now on, or gave way while others hold it: then it bears its limit.
-      const double sliding = contact.exact()->coefficient * norm(contact.normal), limit_of_it = contact.limit();
+      const double sliding = contact.magnitude(0.0), limit_of_it = contact.limit();
       const bool is_at_limit = std::abs(norm(tau) - limit_of_it) < std::abs(norm(tau) - sliding);
       tau = (is_at_limit ? limit_of_it : sliding) * to_unit(tau);
       add(contact, tau);
@@ -195,7 +219,7 @@ void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
     if (contact.sticks) {
       moves.see(norm(contact.velocity) / speed_at(contact.place.point), point);
       stays.see(norm(a) / at_point(scale_, point), point);
-    } else if (contact.exact() != nullptr && norm(contact.velocity) <= 1e-11 * speed_at(contact.place.point)) {
+    } else if (contact.may_stick() && norm(contact.velocity) <= 1e-11 * speed_at(contact.place.point)) {
       starts = true;
       turns.see((norm(a) + dot(a, to_unit(load(answer_.tau.data(), point)))) / at_point(scale_, point), point);
     }

@@ -44,7 +44,7 @@ bool ContactCoupling::touches(const Incidence& i, std::size_t contact) const {
   const Tangents::Place& place = tangents_[contact];
   const auto guides_end = place.guide_row.begin() + place.num_guides;
   const bool is_guide = std::find(place.guide_row.begin(), guides_end, i.row) != guides_end;
-  return laws_.is_user(contact) || !is_guide;
+  return laws_.has_three_parts(contact) || !is_guide;
 }
 
 void ContactCoupling::set_place(const double* blocks) {

@@ -56,7 +56,7 @@ double length_of(const VectorFunction& a, double t) {
 }
 
 std::size_t num_coordinates(const Coordinates& coordinates) {
-  return std::visit([]<class Group>(const Group& group) { return KindOf<Group>::num_coordinates(group); }, coordinates);
+  return std::visit([](const auto& group) { return num_coordinates_of(group); }, coordinates);
 }
 
 }  // namespace

@@ -15,6 +15,8 @@ namespace tanor {
 /// with the root Q of its tensor of inertia, Q'Q = J. Three more blocks, Q R'axis_j, make its 9 products.
 class BodyCoordinates final : public CoordinateFamily {
  public:
+  using Group = RigidBody;
+
   std::vector<Index> points;          ///< inner, body after body
   std::vector<Index> point_start{0};  ///< [body], one more
   std::vector<Vec3> rho;              ///< beside `points`, m, in the body's frame
@@ -23,24 +25,25 @@ class BodyCoordinates final : public CoordinateFamily {
   std::vector<double> total_mass;     ///< [body] kg
   std::vector<Eigen::Matrix3d> root;  ///< [body] Q, kg^1/2 m
 
-  /// `places` of its points now, m.
-  void add(const std::vector<Index>& inner_points, const std::vector<Vec3>& places, const std::vector<double>& masses) {
+  static bool takes(const RigidBody&) { return true; }
+  void add(const RigidBody& group, const CoordinateStart& start) {
+    const auto mass_of = [&](Index point) { return start.system.masses[static_cast<std::size_t>(point)]; };
     Vec3 centre{};
     double total = 0.0;
-    for (std::size_t p = 0; p < places.size(); ++p) {
-      centre = centre + masses[p] * places[p];
-      total += masses[p];
+    for (const Index point : group.points) {
+      centre = centre + mass_of(point) * start.place(point);
+      total += mass_of(point);
     }
     centre = (1.0 / total) * centre;
     // J = sum m (|rho|^2 I - rho rho')
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-    for (std::size_t p = 0; p < places.size(); ++p) {
-      const Vec3 arm = places[p] - centre;
+    for (const Index point : group.points) {
+      const Vec3 arm = start.place(point) - centre;
       const Eigen::Vector3d a(arm.x, arm.y, arm.z);
-      inertia += masses[p] * (a.squaredNorm() * Eigen::Matrix3d::Identity() - a * a.transpose());
-      points.push_back(inner_points[p]);
+      inertia += mass_of(point) * (a.squaredNorm() * Eigen::Matrix3d::Identity() - a * a.transpose());
+      points.push_back(start.inner(point));
       rho.push_back(arm);
-      mass.push_back(masses[p]);
+      mass.push_back(mass_of(point));
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia);
     root.push_back(eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose());
@@ -110,6 +113,8 @@ class BodyCoordinates final : public CoordinateFamily {
       for (int j = 0; j < 3; ++j) out[3 + j] = torque[j];
     });
   }
+
+  void add_support_reactions(double*) const override {}
 
   void append_products(const std::vector<double>& weights, std::vector<Product>* products) const override {
     for (std::size_t k = 0; k < size(); ++k) {

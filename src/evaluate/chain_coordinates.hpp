@@ -10,6 +10,8 @@ namespace tanor {
 /// or one (its angle in a plane), and one block each, l du/dq: the same for all points after it.
 class ChainCoordinates final : public CoordinateFamily {
  public:
+  using Group = ChainAngles;
+
   struct Chain {
     Index anchor;  // inner
     Index first_link, end_link;
@@ -23,6 +25,30 @@ class ChainCoordinates final : public CoordinateFamily {
   std::vector<Index> points;          ///< [link] inner: its outer end
   std::vector<DirectionChart> chart;  ///< [link]; of planar ones unused
   ScalarTable length;                 ///< [link] m
+
+  static bool takes(const ChainAngles&) { return true; }
+  void add(const ChainAngles& group, const CoordinateStart& start) {
+    if (group.points.empty()) return;
+    const Vec3 normal = make_vec3(group.normal);
+    const auto first_link = static_cast<Index>(points.size());
+    Chain chain{start.inner(group.anchor), first_link, first_link + static_cast<Index>(group.points.size()),
+                dot(normal, normal) > 0.0, {},         {},
+                num_coordinates()};
+    if (chain.is_planar) {
+      const Vec3 n = (1.0 / norm(normal)) * normal;
+      chain.e1 = any_orthogonal(n);
+      chain.e2 = cross(n, chain.e1);
+    }
+    Vec3 before = start.place(group.anchor);
+    for (std::size_t k = 0; k < group.points.size(); ++k) {
+      const Vec3 place = start.place(group.points[k]);
+      points.push_back(start.inner(group.points[k]));
+      chart.emplace_back();
+      length.append_member(length.add(number_of(group.length, k, norm(place - before))));
+      before = place;
+    }
+    chains.push_back(chain);
+  }
 
   std::size_t size() const override { return chains.size(); }
   Index num_coordinates() const override {

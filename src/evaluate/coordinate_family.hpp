@@ -17,6 +17,23 @@
 
 namespace tanor {
 
+/// What coordinates are made from: a system, and the instant of "initial" numbers and of the first charts.
+struct CoordinateStart {
+  const System& system;
+  const Numbering& numbering;
+  double t;
+
+  Index inner(Index user) const { return numbering.inner_point[static_cast<std::size_t>(user)]; }
+  Vec3 place(Index user) const { return load(system.positions.data(), user); }
+};
+
+/// The number of member k by its parameter; `initial` where the start decides.
+inline ScalarFunction number_of(const Parameter& parameter, std::size_t k, double initial) {
+  if (parameter.is_initial()) return initial;
+  if (parameter.functions.empty()) return parameter.constants[parameter.constants.size() == 1 ? 0 : k];
+  return parameter.functions[parameter.functions.size() == 1 ? 0 : k];
+}
+
 /// Coordinates q of members of one kind and the places of their points, in the inner order; a member's coordinates move
 /// its own points alone. Arrays over points are 3n; A is stored as blocks dr_p/dq_j, 3 numbers each.
 class CoordinateFamily {
@@ -36,42 +53,41 @@ class CoordinateFamily {
   /// stands at supports is given.
   virtual void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v,
                         double* psi, double* blocks) const = 0;
-  /// Whether every member moves one point alone.
-  virtual bool has_closed_form() const { return false; }
-  /// There: q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member in closed form; `w0` [3n], or the
-  /// same `uniform` everywhere. Returns the largest condition of A'A; NaN where some number is no number, infinite
-  /// where a member's is singular.
-  virtual double accelerate(const Parallel& /*parallel*/, const double* /*q*/, const double* /*q_dot*/,
-                            const double* /*w0*/, const Vec3* /*uniform*/, double* /*q_ddot*/, double* /*w*/) const {
-    return std::numeric_limits<double>::infinity();
-  }
   /// y = A x at the family's points
   virtual void apply(const Parallel& parallel, const double* blocks, const double* x, double* y) const = 0;
   /// x = A'y
   virtual void apply_transposed(const Parallel& parallel, const double* blocks, const double* y, double* x) const = 0;
   /// Adds to the rows of supports that hold members what these members do to them; eta at the points is given [3n].
-  virtual void add_support_reactions(double* /*eta*/) const {}
+  virtual void add_support_reactions(double* eta) const = 0;
   /// The products of A'WA, member by member; `weights` [point].
   virtual void append_products(const std::vector<double>& weights, std::vector<Product>* products) const = 0;
 
   /// q of the places r, in charts centred there. Where several q say the same: near the given one.
   virtual void locate(const double* r, double* q) = 0;
-  /// The start that the user gave, where he did.
-  virtual void write_start(double* /*q*/, double* /*q_dot*/) const {}
 
-  /// to := from at the points whose coordinates the user gave [3n].
-  virtual void copy_where_given(const double* /*from*/, double* /*to*/) const {}
-
-  virtual bool has_charts() const { return false; }
+  /// Whether the places of charts are centred anew on the way.
+  virtual bool has_charts() const = 0;
   /// Charts centred at q, at the time of `set_time`; the motion (q, q_dot, q_ddot) goes along.
-  virtual void recentre(double /*t*/, double* /*q*/, double* /*q_dot*/, double* /*q_ddot*/) {}
+  virtual void recentre(double t, double* q, double* q_dot, double* q_ddot) = 0;
   /// Where charts are centred; reading leaves the family at the time of the last `set_time`.
-  virtual void exchange_memory(Memory& /*memory*/) {}
+  virtual void exchange_memory(Memory& memory) = 0;
+};
+
+/// A family whose members move one point each: its accelerations have a closed form.
+class PointFamily : public CoordinateFamily {
+ public:
+  /// q_ddot and w = A q_ddot + psi with A'M (w - w0) = 0, member by member; `w0` [3n], or the same `uniform`
+  /// everywhere. Returns the largest condition of A'A; NaN where some number is no number, infinite where a member's is
+  /// singular.
+  virtual double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
+                            const Vec3* uniform, double* q_ddot, double* w) const = 0;
+
+  void add_support_reactions(double*) const final {}
 };
 
 /// A'A x = A'b of one point in closed form; returns the condition of A'A scaled to a unit diagonal, infinite where it
-/// is singular. Three tangents are those of free points, which are orthonormal.
-template <int S>
+/// is singular. `are_unit`: three tangents are orthonormal.
+template <int S, bool are_unit>
 double solve_normal_equations(const Vec3 (&A)[S], Vec3 b, double* x) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   if constexpr (S == 1) {
@@ -85,22 +101,45 @@ double solve_normal_equations(const Vec3 (&A)[S], Vec3 b, double* x) {
     x[1] = (aa * second - ab * first) / det;
     const double cosine = std::abs(ab) / std::sqrt(aa * bb);
     return det > 0.0 ? (1.0 + cosine) / (1.0 - cosine) : infinity;
-  } else {
+  } else if constexpr (are_unit) {
     static_assert(S == 3);
     for (int j = 0; j < S; ++j) x[j] = dot(A[j], b);
     return 1.0;
+  } else {
+    static_assert(S == 3, "a point has at most three coordinates");
+    // A x = b by cross products. Eigenvalues of A'A with a unit diagonal are at most 3, their product is volume^2.
+    const Vec3 across[] = {cross(A[1], A[2]), cross(A[2], A[0]), cross(A[0], A[1])};
+    const double det = dot(A[0], across[0]), volume = det / (norm(A[0]) * norm(A[1]) * norm(A[2]));
+    for (int j = 0; j < S; ++j) x[j] = dot(across[j], b) / det;
+    return det != 0.0 ? 6.75 / (volume * volume) : infinity;
   }
 }
 
-/// Members of one point each: Kernel says place(k, q, q_dot) and locate(k, r, q). q is S numbers a member, and its
-/// blocks are S a member. A kernel that has place_run(begin, count, q, q_dot, places) places many at once.
+/// Members of one point each. Kernel says add(group, t), which keeps what the members of a group share and returns its
+/// slot; add_member(group, slot, k, place, t); place(k, q, q_dot) and locate(k, r, q); and what charts do. q is S
+/// numbers a member, and its blocks are S a member. A kernel that has place_run(begin, count, q, q_dot, places) places
+/// many at once.
 template <class Kernel>
-class PointCoordinates final : public CoordinateFamily {
+class PointCoordinates final : public PointFamily {
  public:
+  using Group = typename Kernel::Group;
   static constexpr int S = Kernel::num_coordinates;
 
   Kernel kernel;
   std::vector<Index> points;  ///< [member] inner
+
+  /// Whether this one of several families of a kind serves the group.
+  static bool takes([[maybe_unused]] const Group& group) {
+    if constexpr (requires { Kernel::takes(group); }) return Kernel::takes(group);
+    return true;
+  }
+  void add(const Group& group, const CoordinateStart& start) {
+    const Index slot = kernel.add(group, start.t);
+    for (std::size_t k = 0; k < group.points.size(); ++k) {
+      points.push_back(start.inner(group.points[k]));
+      kernel.add_member(group, slot, k, start.place(group.points[k]), start.t);
+    }
+  }
 
   std::size_t size() const override { return points.size(); }
   Index num_coordinates() const override { return S * static_cast<Index>(size()); }
@@ -122,7 +161,6 @@ class PointCoordinates final : public CoordinateFamily {
     });
   }
 
-  bool has_closed_form() const override { return true; }
   /// A'A q_ddot = A'(w0 - psi): a point's mass drops out.
   double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                     const Vec3* uniform, double* q_ddot, double* w) const override {
@@ -134,7 +172,7 @@ class PointCoordinates final : public CoordinateFamily {
       for_each_place(begin, end, q, q_dot, [&](std::size_t k, const Place<S>& place) {
         double* const x = q_ddot + first_coordinate_of(k);
         const Vec3 missing = (uniform != nullptr ? *uniform : load(w0, points[k])) - place.psi;
-        worst = std::max(worst, solve_normal_equations(place.tangent, missing, x));
+        worst = std::max(worst, solve_normal_equations<S, Kernel::are_unit>(place.tangent, missing, x));
         Vec3 sum = place.psi;
         for (int j = 0; j < S; ++j) sum = sum + x[j] * place.tangent[j];
         store(w, points[k], sum);
@@ -179,9 +217,7 @@ class PointCoordinates final : public CoordinateFamily {
     for (std::size_t k = 0; k < size(); ++k) kernel.locate(k, load(r, points[k]), q + first_coordinate_of(k));
   }
   bool has_charts() const override { return kernel.has_charts(); }
-  void exchange_memory(Memory& memory) override {
-    if constexpr (requires { kernel.exchange_memory(memory); }) kernel.exchange_memory(memory);
-  }
+  void exchange_memory(Memory& memory) override { kernel.exchange_memory(memory); }
   void recentre(double t, double* q, double* q_dot, double* q_ddot) override {
     if (!has_charts()) return;
     kernel.begin_recentre(t);

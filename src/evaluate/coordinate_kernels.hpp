@@ -9,9 +9,12 @@
 #include "evaluate/charts.hpp"
 #include "evaluate/circle_kernels.hpp"
 #include "evaluate/coordinate_family.hpp"
+#include "kinds/circle_kernel.hpp"
+#include "kinds/jet_kernel.hpp"
 #include "kinds/tables.hpp"
 
-/// \file The built-in coordinates of single points, hand-written; psi is the second derivative along (q + e q', t + e).
+/// \file Coordinates of single points, written by hand where speed asks for it (jet_chart.hpp serves the others); psi
+/// is the second derivative along (q + e q', t + e).
 namespace tanor {
 
 /// The frame of a direction that may turn, from an axis that stays between steps, as a chart does. `recentre`
@@ -85,28 +88,45 @@ inline void write_jet(const Jet<2>& jet, double* value, double* first, double* s
   *second = jet.derivative(2);
 }
 
-/// Free points: r = q.
-struct FreeKernel {
-  static constexpr int num_coordinates = 3;
+/// What a kernel with one chart for all places says of charts.
+struct OneChart {
+  bool has_charts() const { return false; }
+  void exchange_memory(Memory&) {}
+  void begin_recentre(double) {}
+  void recentre(std::size_t, double*, double*, double*) const {}
+};
 
+/// Free points: r = q.
+struct FreeKernel : OneChart {
+  using Group = FreeCoordinates;
+  static constexpr int num_coordinates = 3;
+  static constexpr bool are_unit = true;
+
+  Index add(const FreeCoordinates&, double) { return 0; }
+  void add_member(const FreeCoordinates&, Index, std::size_t, Vec3, double) {}
   bool depends_on_time() const { return false; }
   void set_time(double) {}
   Place<3> place(std::size_t, const double* q, const double* q_dot) const {
     return {load(q, 0), load(q_dot, 0), {}, {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
   }
   void locate(std::size_t, Vec3 r, double* q) const { store(q, 0, r); }
-  bool has_charts() const { return false; }
-  void begin_recentre(double) {}
-  void recentre(std::size_t, double*, double*, double*) const {}
 };
 
 /// r = o + q e
-struct LineChartKernel {
+struct LineChartKernel : OneChart {
+  using Group = LineCoordinates;
   static constexpr int num_coordinates = 1;
+  static constexpr bool are_unit = false;
 
   std::vector<Index> entry;  ///< [member]
   VectorTable<AsGiven> origin;
   VectorTable<ToUnit> direction;
+
+  Index add(const LineCoordinates& group, double) {
+    origin.add(group.origin);
+    return static_cast<Index>(direction.add(group.direction));
+  }
+  void add_member(const LineCoordinates&, Index slot, std::size_t, Vec3, double) { entry.push_back(slot); }
 
   bool depends_on_time() const { return !origin.is_constant() || !direction.is_constant(); }
   void set_time(double t) {
@@ -123,20 +143,29 @@ struct LineChartKernel {
   void locate(std::size_t k, Vec3 r, double* q) const {
     *q = dot(direction[entry[k]].value, r - origin[entry[k]].value);
   }
-  bool has_charts() const { return false; }
-  void begin_recentre(double) {}
-  void recentre(std::size_t, double*, double*, double*) const {}
 };
 
 /// r = (offset/|normal|) n + q1 e1 + q2 e2, n the unit normal, the e in the plane.
 struct PlaneChartKernel {
+  using Group = PlaneCoordinates;
   static constexpr int num_coordinates = 2;
+  static constexpr bool are_unit = false;
 
   std::vector<Index> entry;  ///< [member]
   std::vector<TurningPair> axes;
   std::vector<Jet<2>> turn;
   VectorTable<PlaneNormal> normal;
   ScalarTable offset;
+
+  Index add(const PlaneCoordinates& group, double t) {
+    axes.emplace_back(group.normal, t);
+    turn.emplace_back();
+    return static_cast<Index>(normal.add(group.normal));
+  }
+  void add_member(const PlaneCoordinates& group, Index slot, std::size_t k, Vec3 r, double t) {
+    entry.push_back(slot);
+    offset.append_member(offset.add(number_of(group.offset, k, dot(make_moving(group.normal(t)).value, r))));
+  }
 
   bool depends_on_time() const { return !normal.is_constant() || !offset.is_constant(); }
   void set_time(double t) {
@@ -186,13 +215,26 @@ struct PlaneChartKernel {
 
 /// r = c + R u, u = cos q e1 + sin q e2 in the plane of the circle.
 struct CircleChartKernel {
+  using Group = CircleCoordinates;
   static constexpr int num_coordinates = 1;
+  static constexpr bool are_unit = false;
 
   std::vector<Index> entry;  ///< [member]
   VectorTable<AsGiven> center;
   std::vector<TurningPair> axes;
   std::vector<Jet<2>> turn;
   ScalarTable radius;
+
+  static bool takes(const CircleCoordinates& group) { return tanor::depends_on_time(group); }
+  Index add(const CircleCoordinates& group, double t) {
+    axes.emplace_back(group.normal, t);
+    turn.emplace_back();
+    return static_cast<Index>(center.add(group.center));
+  }
+  void add_member(const CircleCoordinates& group, Index slot, std::size_t k, Vec3 r, double t) {
+    entry.push_back(slot);
+    radius.append_member(radius.add(number_of(group.radius, k, CircleKernel::measure(group, t, r))));
+  }
 
   bool turns() const {
     return std::ranges::any_of(axes, [](const TurningPair& pair) { return pair.moves(); });
@@ -237,22 +279,28 @@ struct CircleChartKernel {
 };
 
 /// The same for circles that stay where they are.
-struct FixedCircleKernel {
+struct FixedCircleKernel : OneChart {
+  using Group = CircleCoordinates;
   static constexpr int num_coordinates = 1;
+  static constexpr bool are_unit = false;
   static constexpr std::size_t run_size = circles::chunk_size;
 
   std::vector<double> ax, ay, az, bx, by, bz;  ///< [member] r = center + cos q a + sin q b
   std::vector<Vec3> center;
 
-  void add(Vec3 c, Vec3 a, Vec3 b) {
-    center.push_back(c);
-    const auto append = [](Vec3 from, std::vector<double>* x, std::vector<double>* y, std::vector<double>* z) {
-      x->push_back(from.x);
-      y->push_back(from.y);
-      z->push_back(from.z);
-    };
-    append(a, &ax, &ay, &az);
-    append(b, &bx, &by, &bz);
+  static bool takes(const CircleCoordinates& group) { return !tanor::depends_on_time(group); }
+  Index add(const CircleCoordinates& group, double t) {
+    const TurningPair axes(group.normal, t);
+    group_ = {make_moving(group.center(t)).value, axes.first.value, axes.second.value};
+    return 0;
+  }
+  void add_member(const CircleCoordinates& group, Index, std::size_t k, Vec3 r, double t) {
+    const auto& [middle, first, second] = group_;
+    const double radius = number_of(group.radius, k, CircleKernel::measure(group, t, r))(t).value();
+    const Vec3 a = radius * first, b = radius * second;
+    center.push_back(middle);
+    for (const auto& [list, number] : {std::pair{&ax, a.x}, {&ay, a.y}, {&az, a.z}, {&bx, b.x}, {&by, b.y}, {&bz, b.z}})
+      list->push_back(number);
   }
   circles::Circles from(std::size_t k) const { return {&ax[k], &ay[k], &az[k], &bx[k], &by[k], &bz[k], &center[k]}; }
   bool depends_on_time() const { return false; }
@@ -268,19 +316,28 @@ struct FixedCircleKernel {
     const Vec3 arm = r - center[k];
     *q = std::atan2(dot({bx[k], by[k], bz[k]}, arm), dot({ax[k], ay[k], az[k]}, arm));
   }
-  bool has_charts() const { return false; }
-  void begin_recentre(double) {}
-  void recentre(std::size_t, double*, double*, double*) const {}
+
+ private:
+  std::array<Vec3, 3> group_;  // center and unit vectors of the group that is being added
 };
 
 /// r = c + R u(q), u in a chart around the present place.
 struct SphereChartKernel {
+  using Group = SphereCoordinates;
   static constexpr int num_coordinates = 2;
+  static constexpr bool are_unit = false;
 
   std::vector<Index> entry;  ///< [member]
   VectorTable<AsGiven> center;
   ScalarTable radius;
   std::vector<DirectionChart> chart;  ///< [member]
+
+  Index add(const SphereCoordinates& group, double) { return static_cast<Index>(center.add(group.center)); }
+  void add_member(const SphereCoordinates& group, Index slot, std::size_t k, Vec3 r, double t) {
+    entry.push_back(slot);
+    chart.emplace_back();
+    radius.append_member(radius.add(number_of(group.radius, k, norm(r - make_moving(group.center(t)).value))));
+  }
 
   bool depends_on_time() const { return !center.is_constant() || !radius.is_constant(); }
   void set_time(double t) {

@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <tanor/forward.hpp>
-
+#include "evaluate/dual.hpp"
 #include "system/members.hpp"
 #include "system/tuples.hpp"
 
@@ -92,18 +91,20 @@ class Rows {
 
 // ---- points ----
 
+TripleOf<double> place_of(const double* r, Index i) {
+  const Vec3 place = load(r, i);
+  return {place.x, place.y, place.z};
+}
+
 /// r + e v + e^2/2 w
 struct Along {
   const double *r, *v, *w;
 
-  TripleOf<Jet<2>> operator()(Index i) const {
-    const auto first = 3 * static_cast<std::size_t>(i);
-    TripleOf<Jet<2>> result;
-    for (std::size_t k = 0; k < 3; ++k) {
-      Jet<2>& x = k == 0 ? result.x : k == 1 ? result.y : result.z;
-      x.c = {r[first + k], v[first + k], 0.5 * w[first + k]};
-    }
-    return result;
+  TripleOf<SecondDual> operator()(Index i) const {
+    const auto [x, y, z] = place_of(r, i);
+    const auto [vx, vy, vz] = place_of(v, i);
+    const auto [wx, wy, wz] = place_of(w, i);
+    return {second_dual(x, vx, wx), second_dual(y, vy, wy), second_dual(z, vz, wz)};
   }
 };
 
@@ -111,26 +112,23 @@ struct Along {
 struct Straight {
   const double *r, *u;
 
-  TripleOf<Forward<1>> operator()(Index i) const {
-    const auto first = 3 * static_cast<std::size_t>(i);
-    TripleOf<Forward<1>> result{r[first], r[first + 1], r[first + 2]};
-    result.x.d[0] = u[first];
-    result.y.d[0] = u[first + 1];
-    result.z.d[0] = u[first + 2];
-    return result;
+  TripleOf<Dual<double>> operator()(Index i) const {
+    const auto [x, y, z] = place_of(r, i);
+    const auto [ux, uy, uz] = place_of(u, i);
+    return {{x, ux}, {y, uy}, {z, uz}};
   }
 };
 
-/// Point `active` varies, the others stand.
+/// Point `active` moves along an axis, the others stand.
 struct Varying {
   const double* r;
   Index active;
+  int axis;
 
-  TripleOf<Forward<3>> operator()(Index i) const {
-    const double* const p = r + 3 * static_cast<std::size_t>(i);
-    if (i != active) return {p[0], p[1], p[2]};
-    using Number = Forward<3>;
-    return {Number::variable(p[0], 0), Number::variable(p[1], 1), Number::variable(p[2], 2)};
+  TripleOf<Dual<double>> operator()(Index i) const {
+    const auto [x, y, z] = place_of(r, i);
+    const auto along = [&](int k) { return i == active && axis == k ? 1.0 : 0.0; };
+    return {{x, along(0)}, {y, along(1)}, {z, along(2)}};
   }
 };
 
@@ -269,12 +267,12 @@ void Definitions::for_each_row(const Parallel& parallel, double t, const double*
 void Definitions::taylor(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> v,
                          std::span<const double> w, std::span<double> xi, std::span<double> rate,
                          std::span<double> second) const {
-  for_each_row<Jet<2>>(
+  for_each_row<SecondDual>(
       parallel, t, r.data(), v.data(), Along{r.data(), v.data(), w.data()},
-      [&](std::size_t row, const Jet<2>& jet) {
-        xi[row] = jet.value();
-        rate[row] = jet.derivative(1);
-        second[row] = jet.derivative(2);
+      [&](std::size_t row, const SecondDual& now) {
+        xi[row] = now.v.v;
+        rate[row] = now.v.d;
+        second[row] = now.d.d;
       },
       [&](std::size_t first_row, const UserConstraints& group, const TupleValues& values) {
         for (std::size_t k = 0; k < values.count; ++k) {
@@ -288,9 +286,9 @@ void Definitions::taylor(const Parallel& parallel, double t, std::span<const dou
 
 void Definitions::transposed(const Parallel& parallel, double t, std::span<const double> r, std::span<const double> u,
                              std::span<double> y) const {
-  for_each_row<Forward<1>>(
+  for_each_row<Dual<double>>(
       parallel, t, r.data(), nullptr, Straight{r.data(), u.data()},
-      [&](std::size_t row, const Forward<1>& xi) { y[row] = xi.d[0]; },
+      [&](std::size_t row, const Dual<double>& xi) { y[row] = xi.d; },
       [&](std::size_t first_row, const UserConstraints& group, const TupleValues& values) {
         for (std::size_t k = 0; k < values.count; ++k) {
           y[first_row + values.first + k] = along_gradient(group, values, k, u.data());
@@ -316,13 +314,16 @@ void Definitions::for_each_gradient(double t, std::span<const double> r, const U
                              }
                            });
           } else {
-            const Rows<Group, Forward<3>> rows(group, ClockOf<Forward<3>>{t}, start.values);
+            using Number = Dual<double>;
+            constexpr auto num_rows = static_cast<std::size_t>(rows_per_member<Group>());
+            const Rows<Group, Number> rows(group, ClockOf<Number>{t}, start.values);
             for (std::size_t k = 0; k < num_members(group); ++k) {
               for (const Index point : member_points(group, k)) {
-                std::size_t row = start.first_row + k * rows_per_member<Group>();
-                for (const Forward<3>& xi : rows.xi(k, Varying{r.data(), point})) {
-                  use(row++, point, Vec3{xi.d[0], xi.d[1], xi.d[2]});
-                }
+                const std::array<Number, num_rows> x = rows.xi(k, Varying{r.data(), point, 0}),
+                                                   y = rows.xi(k, Varying{r.data(), point, 1}),
+                                                   z = rows.xi(k, Varying{r.data(), point, 2});
+                for (std::size_t m = 0; m < num_rows; ++m)
+                  use(start.first_row + k * num_rows + m, point, Vec3{x[m].d, y[m].d, z[m].d});
               }
             }
           }

@@ -20,9 +20,10 @@ struct RecordedDefinition {
   bool has_parameter = false;             ///< the last variable is each member's own, see Definitions::parameter
 };
 
-/// Every constraint a second time: xi as the definition of its kind says it, over a scalar type, straight from the
-/// System; all derivatives come from the scalar type. It shares nothing with the families and their hand-written
-/// kernels, so it can be their witness. Users' own kernels are their own definition.
+/// Every constraint a second time: xi as the definition of its kind says it, straight from the System, on dual numbers
+/// (dual.hpp), from which all derivatives come. It shares nothing with the families and their hand-written kernels, so
+/// it can be their witness. With kinds that run on their definition (jet_kernel.hpp) it shares the definition, not the
+/// arithmetic that takes derivatives of it. Users' own kernels are their own definition.
 ///
 /// Everything stands in the user's order of points and rows. The two unit vectors of a line are those of
 /// line_frame.hpp.

@@ -10,6 +10,8 @@
 
 namespace tanor {
 
+class UserCoordinateFamily;
+
 /// r = r(q, t) of all points that move, one family a kind. Coordinates are numbered family by family; a member's own
 /// coordinates are an island of A'WA, since no other member moves its points.
 class Parametrisation {
@@ -29,8 +31,9 @@ class Parametrisation {
   /// r; v = A q_dot + r_t and psi unless null; A's blocks unless null.
   void evaluate(const Parallel& parallel, const double* q, const double* q_dot, double* r, double* v, double* psi,
                 double* blocks) const;
-  /// q_ddot and w, as CoordinateFamily::accelerate, where all families have a closed form.
+  /// Whether all families move single points.
   bool has_closed_form() const;
+  /// There: q_ddot and w, as PointFamily::accelerate.
   double accelerate(const Parallel& parallel, const double* q, const double* q_dot, const double* w0,
                     const Vec3* uniform, double* q_ddot, double* w) const;
   /// y = A x at points that move
@@ -48,6 +51,8 @@ class Parametrisation {
 
   /// Numbers of coordinates, [s] from this order into the user's: entry by entry, member by member.
   void scatter(const double* inner, double* users) const;
+  /// And back.
+  void gather(const double* users, double* inner) const;
   /// Whose an inner coordinate is: "wire[3]", the number counting the entry's own.
   std::string name_coordinate(const System& system, std::size_t inner) const;
 
@@ -76,6 +81,8 @@ class Parametrisation {
   };
 
   std::vector<std::unique_ptr<CoordinateFamily>> families_;
+  std::vector<const PointFamily*> points_;          // those of families_ that move single points
+  std::vector<const UserCoordinateFamily*> users_;  // and a user's own
   std::vector<Entry> entries_;
   std::size_t num_coordinates_ = 0, num_blocks_ = 0;
   std::vector<Index> island_start_{0};

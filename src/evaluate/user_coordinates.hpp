@@ -13,9 +13,23 @@ namespace tanor {
 /// A user's map from s coordinates to p points: one kernel, one loop.
 class UserCoordinateFamily final : public CoordinateFamily {
  public:
+  using Group = UserCoordinates;
+  static constexpr bool is_of_one_group = true;
+
   CoordinateKernel kernel;
   std::vector<Index> points;                 ///< [member][p] inner
   std::vector<double> q_start, q_dot_start;  ///< [member][s]
+
+  static bool takes(const UserCoordinates&) { return true; }
+  void add(const UserCoordinates& group, const CoordinateStart& start) {
+    kernel = group.kernel;
+    for (const auto& tuple : group.tuples) {
+      for (const Index point : tuple) points.push_back(start.inner(point));
+    }
+    q_start = group.q;
+    q_dot_start = group.q_dot;
+    q_dot_start.resize(group.q.size(), 0.0);
+  }
 
   std::size_t size() const override { return points.size() / num_points(); }
   Index num_coordinates() const override { return static_cast<Index>(size() * s()); }
@@ -129,12 +143,18 @@ class UserCoordinateFamily final : public CoordinateFamily {
     }
   }
 
-  void write_start(double* q, double* q_dot) const override {
+  void add_support_reactions(double*) const override {}
+  bool has_charts() const override { return false; }
+  void recentre(double, double*, double*, double*) override {}
+  void exchange_memory(Memory&) override {}
+
+  /// The start that the user gave.
+  void write_start(double* q, double* q_dot) const {
     std::copy(q_start.begin(), q_start.end(), q + first_coordinate);
     std::copy(q_dot_start.begin(), q_dot_start.end(), q_dot + first_coordinate);
   }
-  void copy_where_given(const double* from, double* to) const override {
-    if (q_start.empty()) return;
+  /// to := from at the family's points [3n].
+  void copy_where_given(const double* from, double* to) const {
     for (const Index point : points) store(to, point, load(from, point));
   }
 

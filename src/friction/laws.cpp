@@ -13,57 +13,56 @@ constexpr std::size_t most_multipliers = 2;  // of the guides at one point
 
 }  // namespace
 
+FrictionLaws::Contact FrictionLaws::describe(const Friction& friction, Index number) {
+  return std::visit(
+      [&]<class Law>(const Law& law) {
+        Contact contact{.law = number, .form = form_of<Law>()};
+        if constexpr (requires { KindOf<Law>::reads_full_reaction(law); })
+          contact.is_full = KindOf<Law>::reads_full_reaction(law);
+        if constexpr (IsProportionalFriction<Law>)
+          contact.coefficient = contact.static_coefficient = KindOf<Law>::magnitude(law, 1.0, 1.0);
+        if constexpr (requires { KindOf<Law>::sticks(law); }) {
+          contact.may_stick = KindOf<Law>::sticks(law);
+          contact.static_coefficient = KindOf<Law>::static_coefficient(law);
+          contact.coefficient = contact.may_stick ? KindOf<Law>::magnitude(law, 0.0, 1.0) : contact.static_coefficient;
+        }
+        return contact;
+      },
+      friction);
+}
+
 FrictionLaws::FrictionLaws(const System& system, const Numbering& numbering, const Tangents& tangents,
                            std::span<const Incidence> incidences)
-    : tangents_(tangents) {
+    : tangents_(tangents), laws_(system.friction) {
   // The rows at each point, for laws that read all of them.
   std::vector<std::vector<Term>> at_point(numbering.num_points());
   for (const Incidence& i : incidences) {
     const bool is_user = !numbering.is_contact_row(static_cast<std::size_t>(i.row));
     if (is_user) at_point[static_cast<std::size_t>(i.point)].push_back({i.row, i.block, i.sign});
   }
-  std::vector<Index> kernel_of_entry(system.friction.size(), -1);
+  for (const Friction& friction : laws_) {
+    std::visit(
+        [&]<class Law>(const Law& law) {
+          if constexpr (HasForceOfFriction<Law>)
+            threads_are_safe_ = threads_are_safe_ && KindOf<Law>::is_thread_safe(law);
+        },
+        friction);
+  }
   for (std::size_t c = 0; c < tangents.size(); ++c) {
     const Tangents::Place& place = tangents[c];
-    const auto entry_index = static_cast<std::size_t>(place.friction);
-    Contact contact{};
-    const auto add_guides = [&] {
+    const Contact contact = describe(laws_[static_cast<std::size_t>(place.friction)], place.friction);
+    if (contact.is_full) {
+      const auto& all = at_point[static_cast<std::size_t>(place.point)];
+      terms_.insert(terms_.end(), all.begin(), all.end());
+    } else if (contact.form != LawForm::Given) {
       for (std::size_t g = 0; g < static_cast<std::size_t>(place.num_guides); ++g)
         terms_.push_back({place.guide_row[g], place.guide_block[g], 1.0});
-    };
-    if (const auto* coulomb = std::get_if<Coulomb>(&system.friction[entry_index])) {
-      contact.law = Law::Coulomb;
-      contact.is_full = coulomb->reaction == Coulomb::Reaction::Full;
-      contact.coefficient = coulomb->coefficient;
-      contact.static_coefficient = coulomb->static_coefficient.value_or(coulomb->coefficient);
-      contact.regularisation = coulomb->regularisation.value_or(0.0);
-      if (contact.is_full) {
-        const auto& all = at_point[static_cast<std::size_t>(place.point)];
-        terms_.insert(terms_.end(), all.begin(), all.end());
-      } else {
-        add_guides();
-      }
-    } else if (const auto* viscous = std::get_if<Viscous>(&system.friction[entry_index])) {
-      contact.law = Law::Viscous;
-      contact.coefficient = viscous->coefficient;
-    } else {
-      static_assert(std::variant_size_v<Friction> == 3, "a new law needs its branch here");
-      const FrictionKernel& kernel = std::get<UserFriction>(system.friction[entry_index]).kernel;
-      contact.law = Law::User;
-      if (kernel_of_entry[entry_index] < 0) {
-        kernel_of_entry[entry_index] = static_cast<Index>(kernels_.size());
-        kernels_.push_back(kernel);
-        threads_are_safe_ = threads_are_safe_ && kernel.thread_safe;
-      }
-      contact.user = static_cast<Index>(users_.size());
-      users_.push_back({.kernel = kernel_of_entry[entry_index]});
-      add_guides();
     }
     term_start_.push_back(static_cast<Index>(terms_.size()));
-    is_coulomb_.push_back(contact.law == Law::Coulomb ? 1 : 0);
+    is_coulomb_.push_back(contact.form == LawForm::Proportional ? 1 : 0);
     contacts_.push_back(contact);
     constexpr std::array axes{Vec3{1.0, 0.0, 0.0}, Vec3{0.0, 1.0, 0.0}, Vec3{0.0, 0.0, 1.0}};
-    directions_.insert(directions_.end(), axes.begin(), contact.law == Law::User ? axes.end() : axes.begin() + 1);
+    directions_.insert(directions_.end(), axes.begin(), has_three_parts(c) ? axes.end() : axes.begin() + 1);
     part_start_.push_back(static_cast<Index>(directions_.size()));
   }
   factor_.resize(contacts_.size());
@@ -79,12 +78,11 @@ void FrictionLaws::set_state(const Parallel& parallel, double t, const double* r
   t_ = t;
   blocks_ = blocks;
   const auto set_contact = [&](std::size_t c) {
-    const Contact& contact = contacts_[c];
+    Contact& contact = contacts_[c];
     const Vec3 velocity = tangents_.sliding_velocity(c, v);
-    if (contact.law == Law::User) {
-      User& user = users_[static_cast<std::size_t>(contact.user)];
-      user.position = load(r, tangents_[c].point);
-      user.velocity = velocity;
+    if (has_three_parts(c)) {
+      contact.position = load(r, tangents_[c].point);
+      contact.velocity = velocity;
       return;
     }
     const double speed = norm(velocity);
@@ -96,18 +94,11 @@ void FrictionLaws::set_state(const Parallel& parallel, double t, const double* r
       return set_guides(c);
     }
     e = speed > 0.0 ? (-1.0 / speed) * velocity : Vec3{};
-    if (contact.law == Law::Viscous) {
-      factor_[c] = contact.coefficient * speed;
-      return;
-    }
-    if (contact.regularisation > 0.0) {
-      // mu |v|/sqrt(v^2 + v0^2) along v/|v|
-      factor_[c] = contact.coefficient * speed / std::hypot(speed, contact.regularisation);
-    } else {
-      factor_[c] = contact.is_at_limit ? contact.static_coefficient : contact.coefficient;
-      e = -sliding_direction(c, velocity);
-    }
-    if (!contact.is_full) set_guides(c);
+    contact.speed = speed;
+    // Of a proportional law this is mu, which a normal force of 1 N tells.
+    factor_[c] = contact.is_at_limit ? contact.static_coefficient : magnitude(law(c), speed, 1.0);
+    if (contact.may_stick) e = -sliding_direction(c, velocity);
+    if (is_coulomb(c) && !contact.is_full) set_guides(c);
   };
   parallel.for_ranges(contacts_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) set_contact(c);
@@ -172,18 +163,22 @@ Vec3 FrictionLaws::normal_force(std::size_t contact, const double* lambda) const
   return sum;
 }
 
-/// tau of a user's law; d tau/d lambda [3][terms] unless null.
-Vec3 FrictionLaws::user_friction(std::size_t c, const double* lambda, double* derivative) const {
-  const User& user = users_[static_cast<std::size_t>(contacts_[c].user)];
+/// tau of a law that says it; d tau/d lambda [3][terms] unless null.
+Vec3 FrictionLaws::force(std::size_t c, const double* lambda, double* derivative) const {
   const std::span<const Term> all = terms(c);
   std::array<double, most_multipliers> own{};
   for (std::size_t a = 0; a < all.size(); ++a) own[a] = lambda[all[a].row];
-  const FrictionKernel& kernel = kernels_[static_cast<std::size_t>(user.kernel)];
-  const std::array r{user.position.x, user.position.y, user.position.z};
-  const std::array v{user.velocity.x, user.velocity.y, user.velocity.z};
-  std::array<double, 3> tau{};
-  kernel.evaluate(kernel.context.get(), {1, t_, r.data(), v.data(), own.data(), tau.data(), derivative});
-  return make_vec3(tau);
+  const auto& [x, y, z] = contacts_[c].position;
+  const auto& [vx, vy, vz] = contacts_[c].velocity;
+  const Vector3 r{x, y, z}, v{vx, vy, vz};
+  return std::visit(
+      [&]<class Law>(const Law& own_law) -> Vec3 {
+        if constexpr (HasForceOfFriction<Law>)
+          return make_vec3(KindOf<Law>::force(own_law, t_, r, v, own.data(), derivative));
+        else
+          return {};
+      },
+      law(c));
 }
 
 void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, double* x) const {
@@ -210,8 +205,10 @@ void FrictionLaws::evaluate(const Parallel& parallel, const double* lambda, doub
         std::fill(own, x + end_part(c), has_reference(c) ? factor_[c] : 0.0);
       else if (is_coulomb(c))
         *own = factor_[c] * norm(normal_force(c, lambda));  // mu |N|
-      else if (is_user(c))
-        store(own, 0, user_friction(c, lambda, nullptr));
+      else if (has_three_parts(c))
+        store(own, 0, force(c, lambda, nullptr));
+      else if (!is_given(c))
+        *own = magnitude(law(c), contacts_[c].speed, norm(normal_force(c, lambda)));
       else
         *own = factor_[c];
     }
@@ -229,17 +226,19 @@ void FrictionLaws::apply_derivative(const Parallel& parallel, const double* lamb
       double* const own = dx + first_part(c);
       std::fill(own, dx + end_part(c), 0.0);
       if (tangents_.sticks(c)) continue;
-      if (is_coulomb(c)) {
-        // mu N'dN/|N|
-        const Vec3 normal = normal_force(c, lambda);
-        const double size = norm(normal);
-        if (size > 0.0) *own = factor_[c] * dot(normal, normal_force(c, dlambda)) / size;
-      } else if (is_user(c)) {
+      if (has_three_parts(c)) {
         derivative.fill(0.0);
-        user_friction(c, lambda, derivative.data());
+        force(c, lambda, derivative.data());
         for (std::size_t a = 0; a < all.size(); ++a) {
           for (std::size_t k = 0; k < 3; ++k) own[k] += dlambda[all[a].row] * derivative[k * all.size() + a];
         }
+      } else if (!all.empty()) {
+        // slope N'dN/|N|
+        const Vec3 normal = normal_force(c, lambda);
+        const double size = norm(normal);
+        if (!(size > 0.0)) continue;
+        const double slope = is_coulomb(c) ? factor_[c] : slope_in_normal_force(law(c), contacts_[c].speed, size);
+        *own = slope * dot(normal, normal_force(c, dlambda)) / size;
       }
     }
   };

@@ -8,15 +8,17 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 #include "evaluate/tangents.hpp"
+#include "friction/law_forms.hpp"
 
 namespace tanor {
 
 /// tau(r, v, t, lambda) of all contacts (17), (41). A contact that sticks has none but its reference: its friction is
 /// the reference and the multipliers of its own rows.
 ///
-/// At one instant tau is a sum of parts along directions that stand, tau = sum of x_p e_p: one of Coulomb's,
-/// x = mu |N|, N = sum of lambda_a k_a, e against the sliding; one that does not change of a given force; three along
-/// the axes of a user's law. What the iterations look for are the sizes x [parts], N.
+/// At one instant tau is a sum of parts along directions that stand, tau = sum of x_p e_p: one of a law that says a
+/// magnitude, e against the sliding, N = sum of lambda_a k_a; three along the axes of a law that says a force. What the
+/// iterations look for are the sizes x [parts], N. The laws themselves stand in include/tanor/kinds/friction; a law
+/// with x = mu |N| is called Coulomb's here, and its mu may depend on the speed.
 class FrictionLaws {
  public:
   FrictionLaws(const System& system, const Numbering& numbering, const Tangents& tangents,
@@ -66,7 +68,8 @@ class FrictionLaws {
   void write_forces(const double* x, double* tau) const;
 
   bool is_coulomb(std::size_t contact) const { return is_coulomb_[contact] != 0; }
-  bool is_user(std::size_t contact) const { return contacts_[contact].law == Law::User; }
+  /// Its friction is a force in any direction.
+  bool has_three_parts(std::size_t contact) const { return contacts_[contact].form == LawForm::ThreeParts; }
   /// Reads no multiplier.
   bool is_given(std::size_t contact) const { return term_start_[contact] == term_start_[contact + 1]; }
   /// mu of a Coulomb contact, with what a regularisation leaves of it.
@@ -74,41 +77,42 @@ class FrictionLaws {
   double coefficient_of_sliding(std::size_t contact) const { return contacts_[contact].coefficient; }
   double static_coefficient(std::size_t contact) const { return contacts_[contact].static_coefficient; }
   /// Where it slides to, unit length.
-  Vec3 direction(std::size_t contact) const { return is_user(contact) ? Vec3{} : -directions_[first_part(contact)]; }
+  Vec3 direction(std::size_t contact) const {
+    return has_three_parts(contact) ? Vec3{} : -directions_[first_part(contact)];
+  }
   bool reads_full_reaction(std::size_t contact) const { return contacts_[contact].is_full; }
   /// N of a Coulomb contact.
   Vec3 normal_force(std::size_t contact, const double* lambda) const;
 
  private:
-  enum class Law { Coulomb, Viscous, User };
   struct Term {
     Index row, block;
     double sign;
   };
   struct Contact {
-    Law law;
-    bool is_full = false, is_at_limit = false;
-    Index user = -1;
-    double coefficient = 0.0, static_coefficient = 0.0, regularisation = 0.0;
-    double rest = 0.0, slow = 0.0;  // m/s
-    Vec3 sense{};                   // last direction of sliding that was kept
-    Vec3 reference{};               // N
+    Index law;  // in laws_
+    LawForm form;
+    bool may_stick = false, is_full = false, is_at_limit = false;
+    double coefficient = 0.0, static_coefficient = 0.0;
+    double rest = 0.0, slow = 0.0, speed = 0.0;  // m/s
+    Vec3 sense{};                                // last direction of sliding that was kept
+    Vec3 reference{};                            // N
+    Vec3 position{}, velocity{};                 // at the last place, where it has three parts
   };
-  struct User {
-    Index kernel;
-    Vec3 position{}, velocity{};  // at the last place
-  };
+  static Contact describe(const Friction& law, Index number);
   void set_guides(std::size_t contact);
   Vec3 sliding_direction(std::size_t contact, const Vec3& velocity) const;
   bool has_reference(std::size_t contact) const {
     return tangents_.sticks(contact) && dot(contacts_[contact].reference, contacts_[contact].reference) > 0.0;
   }
-  Vec3 user_friction(std::size_t contact, const double* lambda, double* derivative) const;
+  const Friction& law(std::size_t contact) const { return laws_[static_cast<std::size_t>(contacts_[contact].law)]; }
+  Vec3 force(std::size_t contact, const double* lambda, double* derivative) const;
   std::span<const Term> terms(std::size_t contact) const {
     return {terms_.data() + term_start_[contact], terms_.data() + term_start_[contact + 1]};
   }
 
   const Tangents& tangents_;
+  std::vector<Friction> laws_;  // as the system lists them
   std::vector<Contact> contacts_;
   std::vector<Index> term_start_{0};  // [contact + 1]
   std::vector<Term> terms_;
@@ -121,10 +125,8 @@ class FrictionLaws {
   std::vector<Guides> guides_;       // [contact]
   std::vector<std::size_t> others_;  // contacts whose law is not Coulomb's, or reads the full reaction
   std::vector<char> is_coulomb_;
-  std::vector<double> factor_;    // [contact] mu of a Coulomb contact; of a given one x itself
-  std::vector<Vec3> directions_;  // [part]
-  std::vector<FrictionKernel> kernels_;
-  std::vector<User> users_;         // contacts with a user's law
+  std::vector<double> factor_;      // [contact] mu of a Coulomb contact; x itself of a given one
+  std::vector<Vec3> directions_;    // [part]
   const double* blocks_ = nullptr;  // K at the last place
   double t_ = 0.0;
   bool threads_are_safe_ = true;

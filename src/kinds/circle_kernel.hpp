@@ -28,7 +28,8 @@ struct CircleKernel {
   }
   ScalarTable& own() { return radius; }
   /// The radius of a place at t, by the same steps as below.
-  static double measure(const Circles& circles, double t, Vec3 r) {
+  template <class Shape>
+  static double measure(const Shape& circles, double t, Vec3 r) {
     const Vec3 a = r - make_moving(circles.center(t)).value;
     const Vec3 n = ToUnit{}(circles.normal(t)).value;
     return norm(a - dot(n, a) * n);

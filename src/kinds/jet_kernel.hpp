@@ -44,20 +44,22 @@ class JetKernel {
   std::vector<Index> member;  ///< its number in the group
   std::vector<double> size;   ///< m, of the neighbourhood, one a member
 
-  void add(const Group& group) { groups_.push_back({std::make_shared<const Group>(group), {}, {}}); }
+  void add(const Group& group) {
+    groups_.push_back({std::make_shared<const Group>(group), tanor::depends_on_time(group), {}, {}});
+  }
   ScalarTable& own() requires requires { KindOf<Group>::parameter; }
   { return numbers_; }
 
   void set_time(double t) {
     numbers_.set_time(t);
     for (OfGroup& each : groups_) {
-      if (each.along && !tanor::depends_on_time(*each.group)) continue;
+      if (each.along && !each.depends_on_time) continue;
       each.along.emplace(*each.group, ClockOf<Jet<2>>{t});
       each.around.emplace(*each.group, ClockOf<Variable>{t});
     }
   }
   bool depends_on_time() const {
-    return std::ranges::any_of(groups_, [](const OfGroup& each) { return tanor::depends_on_time(*each.group); });
+    return std::ranges::any_of(groups_, [](const OfGroup& each) { return each.depends_on_time; });
   }
   bool gradients_are_constant() const { return false; }
   double scale(std::size_t k) const { return size[k]; }
@@ -100,9 +102,11 @@ class JetKernel {
   }
 
  private:
+  friend struct Tampering;  // of tests
   using Variable = Forward<3 * num_points>;
   struct OfGroup {
     std::shared_ptr<const Group> group;
+    bool depends_on_time;
     std::optional<typename KindOf<Group>::template Definition<Jet<2>>> along;
     std::optional<typename KindOf<Group>::template Definition<Variable>> around;
   };

@@ -25,20 +25,18 @@ using KernelsByHand = std::tuple<RodKernel<false, false>, RodKernel<false, true>
                                  RodKernel<true, true>, PlaneKernel, SphereKernel, LineKernel, CircleKernel,
                                  AngleKernel, PulleyKernel, LinearKernel, UserKernels>;
 
-template <class Group, class... Kernels>
-auto choose_kernels(const std::tuple<Kernels...>*) {
+/// What a list has for a group; `Other`, where it has nothing.
+template <class Group, class Other, class List>
+struct ChosenOf;
+template <class Group, class Other, class... Listed>
+struct ChosenOf<Group, Other, std::tuple<Listed...>> {
   using Own = decltype(std::tuple_cat(
       std::declval<
-          std::conditional_t<std::is_same_v<typename Kernels::Group, Group>, std::tuple<Kernels>, std::tuple<>>>()...));
-  if constexpr (std::tuple_size_v<Own> == 0)
-    return std::tuple<JetKernel<Group>>{};
-  else
-    return Own{};
-}
+          std::conditional_t<std::is_same_v<typename Listed::Group, Group>, std::tuple<Listed>, std::tuple<>>>()...));
+  using List = std::conditional_t<std::tuple_size_v<Own> == 0, std::tuple<Other>, Own>;
+};
 
 template <class Group>
-struct KernelsOf {
-  using List = decltype(choose_kernels<Group>(static_cast<const KernelsByHand*>(nullptr)));
-};
+using KernelsOf = ChosenOf<Group, JetKernel<Group>, KernelsByHand>;
 
 }  // namespace tanor

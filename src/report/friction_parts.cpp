@@ -19,10 +19,11 @@ std::size_t count_contacts(const System& system) {
 /// "coulomb, exact", "coulomb, regularised, full reaction", "viscous"
 std::string name_law(const Friction& friction) {
   std::string law(kind_name(friction));
-  if (const auto* coulomb = std::get_if<Coulomb>(&friction)) {
-    law += coulomb->regularisation ? ", regularised" : ", exact";
-    if (coulomb->reaction == Coulomb::Reaction::Full) law += ", full reaction";
-  }
+  std::visit(
+      [&]<class Law>(const Law& given) {
+        if constexpr (requires { KindOf<Law>::variant(given); }) law += ", " + KindOf<Law>::variant(given);
+      },
+      friction);
   return law;
 }
 

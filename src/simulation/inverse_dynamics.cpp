@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -15,14 +14,6 @@
 namespace tanor {
 
 namespace {
-
-/// [place in the user's order] -> inner coordinate
-std::vector<std::size_t> order_coordinates(const Parametrisation& coordinates) {
-  std::vector<double> inner(coordinates.num_coordinates()), users(inner.size());
-  std::iota(inner.begin(), inner.end(), 0.0);
-  coordinates.scatter(inner.data(), users.data());
-  return std::vector<std::size_t>(users.begin(), users.end());
-}
 
 void check_size(const std::vector<double>& array, std::size_t wanted, const char* name) {
   if (array.size() != wanted) {
@@ -42,18 +33,16 @@ struct InverseDynamics::Implementation {
   std::optional<NormalSpace> normal;    // none: coordinates alone are given
   std::optional<TangentSpace> tangent;  // only where they are
   std::optional<DirectFriction> friction;
-  std::vector<double> blocks;           // of K or A
-  std::vector<double> row_norms;        // [d] largest |gradient| at one of its points
-  std::vector<double> r, v, w, w0;      // [3n] inner
-  std::vector<double> q, q_dot;         // [s]
-  std::vector<std::size_t> coordinate;  // [user's] -> inner
+  std::vector<double> blocks;       // of K or A
+  std::vector<double> row_norms;    // [d] largest |gradient| at one of its points
+  std::vector<double> r, v, w, w0;  // [3n] inner
+  std::vector<double> q, q_dot;     // [s]
 
   Implementation(System system, const SolverOptions& options)
       : work(std::move(system), options, 0.0),
         row_norms(model.num_rows()),
         q(work.coordinates.num_coordinates()),
-        q_dot(q.size()),
-        coordinate(order_coordinates(work.coordinates)) {
+        q_dot(q.size()) {
     for (std::vector<double>* array : {&r, &v, &w, &w0}) array->resize(size());
     if (work.coordinates.empty() || model.num_rows() > 0) {
       normal.emplace(work);
@@ -222,7 +211,7 @@ std::size_t InverseDynamics::num_equations() const {
   return live(implementation_, "InverseDynamics").model.numbering.num_user_rows;
 }
 std::size_t InverseDynamics::num_coordinates() const {
-  return live(implementation_, "InverseDynamics").coordinate.size();
+  return live(implementation_, "InverseDynamics").q.size();
 }
 
 MotionForces InverseDynamics::evaluate(double t, const MotionState& points) {
@@ -246,7 +235,7 @@ MotionState InverseDynamics::place(double t, const MotionState& coordinates) {
   const auto gather = [&](const std::vector<double>& given, const char* name) {
     check_size(given, s, name);
     std::vector<double> result(s);
-    for (std::size_t j = 0; j < s; ++j) result[self.coordinate[j]] = given[j];
+    model.coordinates.gather(given.data(), result.data());
     return result;
   };
   const std::vector<double> q = gather(coordinates.value, "q"), q_dot = gather(coordinates.rate, "q_dot"),

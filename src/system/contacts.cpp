@@ -17,6 +17,24 @@ bool law_sticks(const Friction& friction) {
       friction);
 }
 
+double static_coefficient_of(const Friction& friction) {
+  return std::visit(
+      []<class Law>(const Law& law) {
+        if constexpr (requires { KindOf<Law>::static_coefficient(law); }) return KindOf<Law>::static_coefficient(law);
+        return 0.0;
+      },
+      friction);
+}
+
+bool reads_full_reaction(const Friction& friction) {
+  return std::visit(
+      []<class Law>(const Law& law) {
+        if constexpr (requires { KindOf<Law>::reads_full_reaction(law); }) return KindOf<Law>::reads_full_reaction(law);
+        return false;
+      },
+      friction);
+}
+
 static bool is_without_effect(const Friction& friction) {
   return std::visit(
       []<class Law>(const Law& law) {

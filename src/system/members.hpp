@@ -24,6 +24,15 @@ std::size_t num_members(const Group& group) {
   return list_of(group).size();
 }
 
+/// How many numbers the coordinates of a group are.
+template <class Group>
+std::size_t num_coordinates_of(const Group& group) {
+  if constexpr (requires { KindOf<Group>::num_coordinates(group); })
+    return KindOf<Group>::num_coordinates(group);
+  else
+    return static_cast<std::size_t>(KindOf<Group>::coordinates) * num_members(group);
+}
+
 /// Points of a member of a kind whose members have a fixed number of them.
 template <class Group>
 constexpr int points_of_member() {

@@ -133,6 +133,9 @@ class Search {
 /// follow one another.
 std::vector<Index> list_lone_points(const System& system, const Groups<Index>& points_of_member,
                                     const Groups<Joint>& joints_of_point) {
+  // Points are told apart by the kinds of their last eight constraints.
+  constexpr int bits = 8;
+  static_assert(std::variant_size_v<Constraint> < (1u << bits), "the number of a kind fits its bits");
   std::vector<std::uint64_t> kind_of_member;
   for (const Constraint& constraint : system.constraints) {
     const std::size_t count = std::visit([](const auto& group) { return num_members(group); }, constraint);
@@ -147,7 +150,7 @@ std::vector<Index> list_lone_points(const System& system, const Groups<Index>& p
     };
     if (joints.empty() || !std::all_of(joints.begin(), joints.end(), is_alone)) continue;
     std::uint64_t kinds = 0;
-    for (const Joint& joint : joints) kinds = kinds << 4 | kind_of_member[static_cast<std::size_t>(joint.member)];
+    for (const Joint& joint : joints) kinds = kinds << bits | kind_of_member[static_cast<std::size_t>(joint.member)];
     points.emplace_back(kinds, static_cast<Index>(point));
   }
   std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.first < b.first; });

@@ -121,35 +121,39 @@ class FrictionValidation {
 
   // ---- laws ----
 
-  static void check_values(const Coulomb& coulomb, const std::string& where) {
-    check_enum(coulomb.reaction, Coulomb::Reaction::Full, (where + "/reaction").c_str());
-    if (coulomb.static_coefficient) {
-      const double value = *coulomb.static_coefficient;
-      if (value < coulomb.coefficient) {
-        throw InputError(where + "/static_coefficient", "static_coefficient " + text(value) +
-                                                            " is less than the coefficient " +
-                                                            text(coulomb.coefficient) + "; it is at least as large");
-      }
+  /// What a law's own check asks for and says (KindOf<Law>::check): `key` is the end of a JSON pointer.
+  struct LawCheck {
+    const std::string& where;
+
+    /// `parts`: texts and numbers, one after the other.
+    template <class... Parts>
+    [[noreturn]] void fail(const char* key, const Parts&... parts) const {
+      throw InputError(where + key, (... + in_words(parts)));
     }
-    if (coulomb.regularisation) {
-      check_number(*coulomb.regularisation, ValueRange::positive, where + "/law/regularised", "regularised");
-      if (coulomb.static_coefficient) {
-        throw InputError(where + "/static_coefficient",
-                         "stands beside a regularised law, which has no stick; leave it out, or take the exact law");
-      }
+    void number(const char* key, const char* noun, double value, const ValueRange& range) const {
+      check_number(value, range, where + key, noun);
     }
-  }
+    template <class Enum>
+    void choice(const char* key, Enum value, Enum last) const {
+      check_enum(value, last, (where + key).c_str());
+    }
+
+   private:
+    static std::string in_words(const char* part) { return part; }
+    static std::string in_words(double part) { return text(part); }
+  };
 
   template <class Law>
-  static void check_values(const Law&, const std::string&) {}
-
-  void check_values(const UserFriction& user, const std::string& where) const {
-    if (user.kernel.evaluate == nullptr) throw InputError(where + "/law", "is missing: there is no function to call");
-    for (const auto& [point, equations] : equations_of_point_) {
-      if (equations == user.kernel.num_multipliers) continue;
-      throw InputError(where + "/law", "a law of " + plural(user.kernel.num_multipliers, "multiplier") +
-                                           ", and point " + text(point) + " has " +
-                                           plural(equations, "guide equation") + "; one multiplier for each is right");
+  void check_values(const Law& law, const std::string& where) const {
+    if constexpr (requires { KindOf<Law>::check(law, LawCheck{where}); }) KindOf<Law>::check(law, LawCheck{where});
+    if constexpr (requires { KindOf<Law>::num_multipliers(law); }) {
+      const int wanted_multipliers = KindOf<Law>::num_multipliers(law);
+      for (const auto& [point, equations] : equations_of_point_) {
+        if (equations == wanted_multipliers) continue;
+        throw InputError(where + "/law", "a law of " + plural(wanted_multipliers, "multiplier") + ", and point " +
+                                             text(point) + " has " + plural(equations, "guide equation") +
+                                             "; one multiplier for each is right");
+      }
     }
   }
 
@@ -163,7 +167,7 @@ class FrictionValidation {
   const std::span<const std::size_t> support_of_point_;
   const double t_;
   std::unordered_map<std::string, std::size_t> group_of_name_;
-  std::unordered_map<std::string, std::string> sticking_entry_of_guide_;  ///< JSON pointers of exact Coulomb laws
+  std::unordered_map<std::string, std::string> sticking_entry_of_guide_;  ///< JSON pointers of laws that stick
   std::map<Index, int> equations_of_point_;  ///< of the present entry's guides; points that move alone
 };
 

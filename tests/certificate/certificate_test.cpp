@@ -62,6 +62,12 @@ struct Tampering {
     lambda = found;
     return outcome;
   }
+  /// The kernel that runs on the definition of helices; of the first of them, along the motion and around the place.
+  static auto& along_helix(Forms& forms) { return *helices(forms).groups_[0].along; }
+  static auto& around_helix(Forms& forms) { return *helices(forms).groups_[0].around; }
+  static JetKernel<Helices>& helices(Forms& forms) {
+    return const_cast<JetKernel<Helices>&>(forms.model.constraints.family<JetKernel<Helices>>().kernel);
+  }
   static void refactorize(Forms& forms) {
     S(forms).assemble(Parallel(1), K(forms).data());
     (void)S(forms).factorize(Parallel(1));
@@ -251,6 +257,27 @@ TEST(Certificate, FindsEveryCorruptedRowOfPhiAndNamesIt) {
     EXPECT_EQ(failed(certificate), "K'w + phi = 0");
     EXPECT_NE(certificate.line().find(work.name_row(a)), std::string::npos) << certificate.line();
   }
+}
+
+/// A kind without a kernel by hand runs on its own definition, and so does the certificate: in another arithmetic and
+/// from the system, so that what goes wrong on the way shows.
+TEST(Certificate, FindsAKernelThatSpoilsADefinition) {
+  System system;
+  system.positions = {0.5, 0.0, 0.0};
+  system.masses = {1.0};
+  system.velocities = {0.0, 2.0 * M_PI * 0.5, 0.6};  // a turn a second
+  system.constraints = {Helices{"wire", {0}, {}, {0.0, 0.0, 1.0}, 0.5, 0.6, 0.0}};
+  system.forces = {Gravity{"", {0.0, 0.0, -9.81}}};
+  EXPECT_TRUE(Case(system).certify().passed()) << Case(system).certify().line();
+
+  Case along(system), around(system);
+  Tampering::along_helix(along.forms).e2.y *= 1.001;     // phi alone: y is 0, y_dot is not
+  Tampering::around_helix(around.forms).turns *= 1.001;  // K
+  along.solve();
+  around.solve();
+
+  EXPECT_EQ(failed(along.certify()), "K'w + phi = 0");
+  EXPECT_TRUE(fails(around.certify(), "M w = f + K lambda")) << around.certify().line();
 }
 
 TEST(Certificate, FindsACorruptedPsi) {

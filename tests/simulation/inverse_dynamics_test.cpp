@@ -96,20 +96,22 @@ TEST(InverseDynamics, PlacesAreThoseOfTheCoordinatesInTheUsersOrder) {
   EXPECT_EQ(points.acceleration, (std::vector<double>{2.0, 0.125, 0.0, 7.0, 8.0, 9.0}));
 }
 
-TEST(InverseDynamics, CirclesThatMoveAndThatStayKeepTheUsersOrder) {
-  // Inside, those that move come first.
+TEST(InverseDynamics, PlacesOfCirclesThatRestAndOfThoseThatBreatheAreTold) {
+  // Two families of one kind, listed against their inner order.
   System system;
-  system.positions = {1.0, 0.0, 0.0, 2.0, 0.0, 0.0};
+  system.positions = {1.0, 0.0, 0.0, 5.0, 0.0, 0.0};
   system.masses = {1.0, 1.0};
-  const Vector3 center{}, normal{0.0, 0.0, 1.0};
-  system.coordinates = {CircleCoordinates{"stays", {0}, center, normal, 1.0},
-                        CircleCoordinates{"grows", {1}, center, normal, ScalarFunction::formula("2 + 0.5*t")}};
+  const Vector3 axis{0.0, 0.0, 1.0};
+  system.coordinates = {CircleCoordinates{"rests", {0}, {}, axis, 1.0},
+                        CircleCoordinates{"breathes", {1}, {}, axis, ScalarFunction::formula("5 + t")}};
   InverseDynamics problem(system);
+  const double quarter = 0.5 * M_PI;
 
-  const MotionState points = problem.place(0.0, {{0.3, 0.7}, {3.0, 0.0}, {0.0, 0.0}});
+  const MotionState points = problem.place(1.0, {{0.0, quarter}, {0.0, 0.0}, {0.0, 0.0}});
 
-  EXPECT_NEAR(std::hypot(points.rate[0], points.rate[1]), 3.0, 1e-15);
-  EXPECT_NEAR(std::hypot(points.rate[3], points.rate[4]), 0.5, 1e-15);
+  // e1 of the z axis is x.
+  const double expected[] = {1.0, 0.0, 0.0, 0.0, 6.0, 0.0};
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(points.value[i], expected[i], 1e-15) << i;
 }
 
 // ---- round trips -------------------------------------------------------------------------------------------------

@@ -155,12 +155,86 @@ struct ClockOf {
 /// It may say: `distinct`, why the points of a member differ; `parameter_range`, what its numbers are besides;
 /// complaint(group, now, r, k), what is wrong with member k at the start, or null; leverage(group, t, size), how far
 /// (m) a point moves for 1 of the parameter.
+///
+/// Coordinates of single points say besides:
+///
+///     coordinates   how many numbers q a point has, 1 to 3
+///     parameter     as above
+///     Definition<T> made from a group and a clock for one instant. place(q, number, chart) is where the numbers q put
+///     a
+///                   point; locate(r, number, chart) is the inverse, the q of a place r
+///     Chart         what the numbers of a point are centred at; equal ones are ==. It may be left out. Then
+///                   Definition<double>::chart_at(r) is the chart to use at the place r
+///
+/// Coordinates that tie points to one another say tied_points(group), num_coordinates(group) and a Definition of their
+/// own. They have a family by hand (src/evaluate/coordinate_families.hpp).
+///
+/// A law of friction acts against the sliding with a magnitude, N, and says one of
+///
+///     magnitude(law, speed)            which depends on the speed of sliding alone
+///     magnitude(law, speed, normal)    which reads multipliers, too: `normal` is |N|, of a scalar type, so that
+///     Forward
+///                                      gives the derivative. N is the force of the guides, or the whole reaction of
+///                                      the point where reads_full_reaction(law)
+///     force(law, t, r, v, lambda, derivative)
+///                                      which has any direction and reads the multipliers of the guides one by one;
+///                                      it says num_multipliers(law) and is_thread_safe(law) as well
+///
+/// It may say: `is_proportional`, whether a magnitude is mu(speed) |N|, as Coulomb's: then motions are counted and
+/// (43) runs on a fast kernel; sticks(law) and static_coefficient(law), of a proportional law that holds points at
+/// rest up to that times |N|; is_without_effect(law); check(law, check), what ranges of fields do not say;
+/// variant(law), what reports add to its name.
 template <class Group>
 struct KindOf;
 
 /// Whether the members of a kind are single points.
 template <class Group>
 constexpr bool has_single_points = std::is_same_v<decltype(KindOf<Group>::members), std::vector<Index> Group::*const>;
+
+/// The chart of coordinates that have the same one everywhere.
+struct NoChart {};
+
+namespace detail {
+
+template <class Group>
+struct ChartOf {
+  using Type = NoChart;
+};
+template <class Group>
+requires requires {
+  typename KindOf<Group>::Chart;
+}
+struct ChartOf<Group> {
+  using Type = typename KindOf<Group>::Chart;
+};
+
+}  // namespace detail
+
+/// What the numbers of a point are centred at.
+template <class Group>
+using ChartOf = typename detail::ChartOf<Group>::Type;
+
+/// The numbers q of a point by coordinates of single points.
+template <class Group, class T>
+using NumbersOf = std::array<T, static_cast<std::size_t>(KindOf<Group>::coordinates)>;
+
+/// Whether a law of friction says a force, in any direction, and no magnitude against the sliding.
+template <class Law>
+concept HasForceOfFriction = requires {
+  &KindOf<Law>::force;
+};
+
+/// Whether the magnitude of a law depends on the normal force.
+template <class Law>
+concept ReadsNormalForce = requires(const Law& law) {
+  KindOf<Law>::magnitude(law, 0.0, 0.0);
+};
+
+/// Whether the magnitude of a law is mu(speed) |N|.
+template <class Law>
+concept IsProportionalFriction = ReadsNormalForce<Law> && requires {
+  requires KindOf<Law>::is_proportional;
+};
 
 /// How scene files call the list of members.
 template <class Group>

@@ -18,23 +18,28 @@ struct Circles {
   Parameter radius{};
 };
 
+/// The fields of a circle, as a constraint and as coordinates.
+template <class Group>
+inline constexpr std::tuple circle_fields{
+    FieldOf("center", &Group::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+    FieldOf("normal", &Group::normal, {.role = FieldRole::Direction, .is_required = true}),
+    FieldOf("radius", &Group::radius, {.unit = "m", .range = ValueRange::positive})};
+
 template <>
 struct KindOf<Circles> {
   static constexpr std::string_view name = "circle";
   static constexpr auto members = &Circles::points;
   static constexpr int rows = 2;
   static constexpr auto parameter = &Circles::radius;
-  static constexpr std::tuple fields{
-      FieldOf("center", &Circles::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
-      FieldOf("normal", &Circles::normal, {.role = FieldRole::Direction, .is_required = true}),
-      FieldOf("radius", &Circles::radius, {.unit = "m", .range = ValueRange::positive})};
+  static constexpr auto fields = circle_fields<Circles>;
 
   template <class T>
   struct Definition {
     TripleOf<T> center, normal;
 
-    template <class Now>
-    Definition(const Circles& given, const Now& now) : center(now(given.center)), normal(now(given.normal)) {}
+    /// `given`: Circles, or coordinates with the same fields.
+    template <class Shape, class Now>
+    Definition(const Shape& given, const Now& now) : center(now(given.center)), normal(now(given.normal)) {}
 
     /// |n x a|/|n|, the distance from the axis.
     template <class Points>

@@ -20,14 +20,18 @@ struct Lines {
   VectorFunction direction{};
 };
 
+/// The fields of a line, as a constraint and as coordinates.
+template <class Group>
+inline constexpr std::tuple line_fields{
+    FieldOf("origin", &Group::origin, {.unit = "m", .role = FieldRole::Place, .is_required = true}),
+    FieldOf("direction", &Group::direction, {.role = FieldRole::Direction, .is_required = true})};
+
 template <>
 struct KindOf<Lines> {
   static constexpr std::string_view name = "line";
   static constexpr auto members = &Lines::points;
   static constexpr int rows = 2;
-  static constexpr std::tuple fields{
-      FieldOf("origin", &Lines::origin, {.unit = "m", .role = FieldRole::Place, .is_required = true}),
-      FieldOf("direction", &Lines::direction, {.role = FieldRole::Direction, .is_required = true})};
+  static constexpr auto fields = line_fields<Lines>;
   /// The rows stand on the two unit vectors of this direction (line_frame.hpp), which jump where another axis serves.
   static constexpr auto turning = &Lines::direction;
 

@@ -17,22 +17,27 @@ struct Planes {
   Parameter offset = 0.0;
 };
 
+/// The fields of a plane, as a constraint and as coordinates.
+template <class Group>
+inline constexpr std::tuple plane_fields{
+    FieldOf("normal", &Group::normal, {.role = FieldRole::Direction, .is_required = true}),
+    FieldOf("offset", &Group::offset, {.unit = "m"})};
+
 template <>
 struct KindOf<Planes> {
   static constexpr std::string_view name = "plane";
   static constexpr auto members = &Planes::points;
   static constexpr int rows = 1;
   static constexpr auto parameter = &Planes::offset;
-  static constexpr std::tuple fields{
-      FieldOf("normal", &Planes::normal, {.role = FieldRole::Direction, .is_required = true}),
-      FieldOf("offset", &Planes::offset, {.unit = "m"})};
+  static constexpr auto fields = plane_fields<Planes>;
 
   template <class T>
   struct Definition {
     TripleOf<T> normal;
 
-    template <class Now>
-    Definition(const Planes& given, const Now& now) : normal(now(given.normal)) {}
+    /// `given`: Planes, or coordinates with the same fields.
+    template <class Shape, class Now>
+    Definition(const Shape& given, const Now& now) : normal(now(given.normal)) {}
 
     template <class Points>
     T measure(const Points& r, std::size_t) const {
@@ -44,7 +49,8 @@ struct KindOf<Planes> {
     }
   };
 
-  static double leverage(const Planes& planes, double t, double) {
+  template <class Shape>
+  static double leverage(const Shape& planes, double t, double) {
     const auto n = planes.normal(t);
     return 1.0 / std::hypot(n[0].value(), n[1].value(), n[2].value());
   }

@@ -16,23 +16,28 @@ struct Spheres {
   Parameter radius{};
 };
 
+/// The fields of a sphere, as a constraint and as coordinates.
+template <class Group>
+inline constexpr std::tuple sphere_fields{
+    FieldOf("center", &Group::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
+    FieldOf("radius", &Group::radius, {.unit = "m", .range = ValueRange::positive})};
+
 template <>
 struct KindOf<Spheres> {
   static constexpr std::string_view name = "sphere";
   static constexpr auto members = &Spheres::points;
   static constexpr int rows = 1;
   static constexpr auto parameter = &Spheres::radius;
-  static constexpr std::tuple fields{
-      FieldOf("center", &Spheres::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
-      FieldOf("radius", &Spheres::radius, {.unit = "m", .range = ValueRange::positive})};
+  static constexpr auto fields = sphere_fields<Spheres>;
   static constexpr bool is_distance = true;
 
   template <class T>
   struct Definition {
     TripleOf<T> center;
 
-    template <class Now>
-    Definition(const Spheres& given, const Now& now) : center(now(given.center)) {}
+    /// `given`: Spheres, or coordinates with the same fields.
+    template <class Shape, class Now>
+    Definition(const Shape& given, const Now& now) : center(now(given.center)) {}
 
     template <class Points>
     T measure(const Points& r, std::size_t) const {

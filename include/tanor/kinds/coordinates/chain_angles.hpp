@@ -1,9 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
-#include <tanor/kinds/kind.hpp>
+#include <tanor/kinds/chart.hpp>
 
 namespace tanor {
 
@@ -26,6 +27,26 @@ struct KindOf<ChainAngles> {
       FieldOf("anchor", &ChainAngles::anchor, {.is_required = true}),
       FieldOf("length", &ChainAngles::length, {.unit = "m", .range = ValueRange::positive}),
       FieldOf("normal", &ChainAngles::normal)};
+
+  /// The direction of a link where its two numbers are 0, of unit length.
+  using Chart = Vector3;
+
+  template <class T>
+  struct Definition {
+    Vector3 normal;
+
+    template <class Now>
+    Definition(const ChainAngles& given, const Now&) : normal(given.normal) {}
+
+    /// The outer end of a link from its inner end: `q` are the two numbers of the link, or in a plane its angle.
+    TripleOf<T> place(const TripleOf<T>& inner_end, const T& length, const T* q, const Chart& chart) const {
+      using std::cos, std::sin;
+      if (normal == Vector3{}) return inner_end + length * direction_around(chart, q[0], q[1]);
+      const TripleOf<double> n = triple_of<double>(normal) / norm(triple_of<double>(normal));
+      const auto [e1, e2] = frame_around<T>({n.x, n.y, n.z});
+      return inner_end + length * (cos(q[0]) * e1 + sin(q[0]) * e2);
+    }
+  };
 
   /// Points that the coordinates tie to one another.
   static std::vector<Index> tied_points(const ChainAngles& chain) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,16 @@ struct KindOf<FreeCoordinates> {
   static constexpr std::string_view name = "free";
   static constexpr auto members = &FreeCoordinates::points;
   static constexpr std::tuple<> fields{};
-  static std::size_t num_coordinates(const FreeCoordinates& group) { return 3 * group.points.size(); }
+  static constexpr int coordinates = 3;
+
+  template <class T>
+  struct Definition {
+    template <class Now>
+    Definition(const FreeCoordinates&, const Now&) {}
+
+    TripleOf<T> place(const std::array<T, 3>& q, const T&, NoChart) const { return {q[0], q[1], q[2]}; }
+    std::array<T, 3> locate(const TripleOf<T>& r, const T&, NoChart) const { return {r.x, r.y, r.z}; }
+  };
 };
 
 }  // namespace tanor

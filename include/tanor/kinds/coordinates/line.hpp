@@ -1,9 +1,10 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
-#include <tanor/kinds/kind.hpp>
+#include <tanor/kinds/constraint/line.hpp>
 
 namespace tanor {
 
@@ -19,11 +20,22 @@ template <>
 struct KindOf<LineCoordinates> {
   static constexpr std::string_view name = "line";
   static constexpr auto members = &LineCoordinates::points;
-  static constexpr std::tuple fields{
-      FieldOf("origin", &LineCoordinates::origin, {.unit = "m", .role = FieldRole::Place, .is_required = true}),
-      FieldOf("direction", &LineCoordinates::direction, {.role = FieldRole::Direction, .is_required = true})};
+  static constexpr auto fields = line_fields<LineCoordinates>;
+  static constexpr int coordinates = 1;
 
-  static std::size_t num_coordinates(const LineCoordinates& group) { return group.points.size(); }
+  template <class T>
+  struct Definition {
+    TripleOf<T> origin, along;
+
+    template <class Now>
+    Definition(const LineCoordinates& given, const Now& now) : origin(now(given.origin)) {
+      const TripleOf<T> direction = now(given.direction);
+      along = direction / norm(direction);
+    }
+
+    TripleOf<T> place(const std::array<T, 1>& q, const T&, NoChart) const { return origin + q[0] * along; }
+    std::array<T, 1> locate(const TripleOf<T>& r, const T&, NoChart) const { return {dot(along, r - origin)}; }
+  };
 };
 
 }  // namespace tanor

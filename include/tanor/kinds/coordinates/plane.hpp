@@ -1,10 +1,11 @@
 #pragma once
 
-#include <cmath>
+#include <array>
 #include <string>
 #include <vector>
 
-#include <tanor/kinds/kind.hpp>
+#include <tanor/kinds/chart.hpp>
+#include <tanor/kinds/constraint/plane.hpp>
 
 namespace tanor {
 
@@ -20,15 +21,32 @@ template <>
 struct KindOf<PlaneCoordinates> {
   static constexpr std::string_view name = "plane";
   static constexpr auto members = &PlaneCoordinates::points;
-  static constexpr std::tuple fields{
-      FieldOf("normal", &PlaneCoordinates::normal, {.role = FieldRole::Direction, .is_required = true}),
-      FieldOf("offset", &PlaneCoordinates::offset, {.unit = "m"})};
+  static constexpr auto fields = plane_fields<PlaneCoordinates>;
+  static constexpr int coordinates = 2;
+  static constexpr auto parameter = &PlaneCoordinates::offset;
+  /// The axis that the first unit vector comes from.
+  using Chart = LineAxis;
 
-  static double leverage(const PlaneCoordinates& planes, double t, double) {
-    const auto n = planes.normal(t);
-    return 1.0 / std::hypot(n[0].value(), n[1].value(), n[2].value());
+  /// (offset/|n|) n/|n| + q1 e1 + q2 e2
+  template <class T>
+  struct Definition : KindOf<Planes>::Definition<T> {
+    using Base = typename KindOf<Planes>::template Definition<T>;
+    using Base::Base, Base::normal;
+
+    TripleOf<T> place(const std::array<T, 2>& q, const T& offset, Chart axis) const {
+      const auto [e1, e2] = frame_of(normal, axis);
+      return (offset / dot(normal, normal)) * normal + q[0] * e1 + q[1] * e2;
+    }
+    std::array<T, 2> locate(const TripleOf<T>& r, const T&, Chart axis) const {
+      const auto [e1, e2] = frame_of(normal, axis);
+      return {dot(e1, r), dot(e2, r)};
+    }
+    Chart chart_at(const TripleOf<double>&) const { return axis_of(normal); }
+  };
+
+  static double leverage(const PlaneCoordinates& planes, double t, double size) {
+    return KindOf<Planes>::leverage(planes, t, size);
   }
-  static std::size_t num_coordinates(const PlaneCoordinates& group) { return 2 * group.points.size(); }
 };
 
 }  // namespace tanor

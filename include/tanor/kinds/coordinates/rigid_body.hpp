@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,26 @@ struct KindOf<RigidBody> {
   static constexpr std::string_view name = "rigid_body";
   static constexpr auto members = &RigidBody::points;
   static constexpr std::tuple<> fields{};
+  /// The rotation R_c where the last three numbers are 0, a unit quaternion w, x, y, z.
+  using Chart = std::array<double, 4>;
+
+  template <class T>
+  struct Definition {
+    template <class Now>
+    Definition(const RigidBody&, const Now&) {}
+
+    /// c + R(theta) R_c arm with q = (c, theta), Gibbs' vector g = theta/2 and a = R_c arm:
+    /// R a = a + 2/(1 + g^2) (g x a + g x (g x a)). `arm`: of a point from the centre of mass, in the frame of the
+    /// body.
+    TripleOf<T> place(const std::array<T, 6>& q, const Vector3& arm, const Chart& centre) const {
+      const TripleOf<double> axis{centre[1], centre[2], centre[3]}, start = triple_of<double>(arm);
+      const TripleOf<double> turned = start + 2.0 * (centre[0] * cross(axis, start) + cross(axis, cross(axis, start)));
+      const TripleOf<T> a{T(turned.x), T(turned.y), T(turned.z)}, g{0.5 * q[3], 0.5 * q[4], 0.5 * q[5]};
+      const TripleOf<T> across = cross(g, a);
+      return TripleOf<T>{q[0], q[1], q[2]} + a + (2.0 / (1.0 + dot(g, g))) * (across + cross(g, across));
+    }
+  };
+
   /// Points that the coordinates tie to one another.
   static std::vector<Index> tied_points(const RigidBody& body) { return body.points; }
   static std::size_t num_coordinates(const RigidBody&) { return 6; }

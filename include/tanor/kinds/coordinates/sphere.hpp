@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
-#include <tanor/kinds/kind.hpp>
+#include <tanor/kinds/chart.hpp>
+#include <tanor/kinds/constraint/sphere.hpp>
 
 namespace tanor {
 
@@ -19,18 +21,37 @@ template <>
 struct KindOf<SphereCoordinates> {
   static constexpr std::string_view name = "sphere";
   static constexpr auto members = &SphereCoordinates::points;
-  static constexpr std::tuple fields{
-      FieldOf("center", &SphereCoordinates::center, {.unit = "m", .role = FieldRole::Center, .is_required = true}),
-      FieldOf("radius", &SphereCoordinates::radius, {.unit = "m", .range = ValueRange::positive})};
+  static constexpr auto fields = sphere_fields<SphereCoordinates>;
+  static constexpr int coordinates = 2;
+  static constexpr auto parameter = &SphereCoordinates::radius;
+  /// The direction of the place where both numbers are 0, of unit length.
+  using Chart = Vector3;
+
+  /// center + radius u(q), u by direction_around
+  template <class T>
+  struct Definition : KindOf<Spheres>::Definition<T> {
+    using Base = typename KindOf<Spheres>::template Definition<T>;
+    using Base::Base, Base::center;
+
+    TripleOf<T> place(const std::array<T, 2>& q, const T& radius, const Chart& chart) const {
+      return center + radius * direction_around(chart, q[0], q[1]);
+    }
+    std::array<T, 2> locate(const TripleOf<T>& r, const T&, const Chart& chart) const {
+      return numbers_around(chart, (r - center) / norm(r - center));
+    }
+    Chart chart_at(const TripleOf<double>& r) const {
+      const TripleOf<double> u = (r - center) / norm(r - center);
+      return {u.x, u.y, u.z};
+    }
+  };
 
   template <class Points>
-  static const char* complaint(const SphereCoordinates& group, const ClockOf<double>& now, const Points& r,
+  static const char* complaint(const SphereCoordinates& group, const Definition<double>& now, const Points& r,
                                std::size_t) {
-    if (norm(r[0] - now(group.center)) > 0.0) return nullptr;
+    if (norm(r[0] - now.center) > 0.0) return nullptr;
     return group.radius.is_initial() ? "it is at the center: the initial radius is 0; a radius is positive"
                                      : "it is at the center and has no direction there";
   }
-  static std::size_t num_coordinates(const SphereCoordinates& group) { return 2 * group.points.size(); }
 };
 
 }  // namespace tanor

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,10 +33,38 @@ struct KindOf<Coulomb> {
       FieldOf("static_coefficient", &Coulomb::static_coefficient, {.range = ValueRange::not_negative}),
       FieldOf("velocity", &Coulomb::velocity, {.unit = "m/s"})};
 
+  /// mu |N|; regularised, mu |N| |v|/sqrt(v^2 + v0^2).
+  template <class T>
+  static T magnitude(const Coulomb& law, double speed, const T& normal) {
+    if (!law.regularisation) return law.coefficient * normal;
+    return law.coefficient * speed / std::hypot(speed, *law.regularisation) * normal;
+  }
+  static constexpr bool is_proportional = true;
+  static bool reads_full_reaction(const Coulomb& law) { return law.reaction == Coulomb::Reaction::Full; }
+
+  static bool sticks(const Coulomb& law) { return !law.regularisation; }
+  static double static_coefficient(const Coulomb& law) { return law.static_coefficient.value_or(law.coefficient); }
   static bool is_without_effect(const Coulomb& law) {
     return law.coefficient == 0.0 && law.static_coefficient.value_or(0.0) == 0.0;
   }
-  static bool sticks(const Coulomb& law) { return !law.regularisation; }
+
+  template <class Check>
+  static void check(const Coulomb& law, const Check& check) {
+    constexpr const char* limit = "/static_coefficient";
+    check.choice("/reaction", law.reaction, Coulomb::Reaction::Full);
+    if (law.static_coefficient && *law.static_coefficient < law.coefficient) {
+      check.fail(limit, "static_coefficient ", *law.static_coefficient, " is less than the coefficient ",
+                 law.coefficient, "; it is at least as large");
+    }
+    if (!law.regularisation) return;
+    check.number("/law/regularised", "regularised", *law.regularisation, ValueRange::positive);
+    if (law.static_coefficient)
+      check.fail(limit, "stands beside a regularised law, which has no stick; leave it out, or take the exact law");
+  }
+  static std::string variant(const Coulomb& law) {
+    return std::string(law.regularisation ? "regularised" : "exact") +
+           (law.reaction == Coulomb::Reaction::Full ? ", full reaction" : "");
+  }
 };
 
 }  // namespace tanor

@@ -21,6 +21,21 @@ template <>
 struct KindOf<UserFriction> {
   static constexpr std::string_view name = "formula";
   static constexpr std::tuple fields{FieldOf("velocity", &UserFriction::velocity, {.unit = "m/s"})};
+
+  static int num_multipliers(const UserFriction& law) { return law.kernel.num_multipliers; }
+  static bool is_thread_safe(const UserFriction& law) { return law.kernel.thread_safe; }
+  /// tau, N, at the place r and time t of a point that slides with v; d tau/d lambda [3][num_multipliers] unless null.
+  static Vector3 force(const UserFriction& law, double t, const Vector3& r, const Vector3& v, const double* lambda,
+                       double* derivative) {
+    Vector3 tau{};
+    law.kernel.evaluate(law.kernel.context.get(), {1, t, r.data(), v.data(), lambda, tau.data(), derivative});
+    return tau;
+  }
+
+  template <class Check>
+  static void check(const UserFriction& law, const Check& check) {
+    if (law.kernel.evaluate == nullptr) check.fail("/law", "is missing: there is no function to call");
+  }
 };
 
 }  // namespace tanor

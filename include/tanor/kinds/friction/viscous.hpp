@@ -22,6 +22,7 @@ struct KindOf<Viscous> {
                                              {.unit = "N s/m", .range = ValueRange::not_negative, .is_required = true}),
                                      FieldOf("velocity", &Viscous::velocity, {.unit = "m/s"})};
 
+  static double magnitude(const Viscous& law, double speed) { return law.coefficient * speed; }
   static bool is_without_effect(const Viscous& law) { return law.coefficient == 0.0; }
 };
 

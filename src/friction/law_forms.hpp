@@ -1,0 +1,46 @@
+#pragma once
+
+#include <variant>
+
+#include <tanor/forward.hpp>
+#include <tanor/kinds.hpp>
+
+/// \file What the laws of friction say in their files, for any list of laws.
+namespace tanor {
+
+enum class LawForm {
+  Given,         ///< a magnitude that depends on the speed alone
+  Proportional,  ///< mu(speed) |N|
+  Magnitude,     ///< any other magnitude that depends on |N|
+  ThreeParts     ///< a force in any direction
+};
+
+template <class Law>
+constexpr LawForm form_of() {
+  if (HasForceOfFriction<Law>) return LawForm::ThreeParts;
+  if (IsProportionalFriction<Law>) return LawForm::Proportional;
+  return ReadsNormalForce<Law> ? LawForm::Magnitude : LawForm::Given;
+}
+
+/// The magnitude, N; 0 of laws that say a force. T: double, or Forward for the derivative in |N|.
+template <class T, class... Laws>
+T magnitude(const std::variant<Laws...>& friction, double speed, const T& normal) {
+  return std::visit(
+      [&]<class Law>(const Law& law) -> T {
+        if constexpr (HasForceOfFriction<Law>)
+          return 0.0;
+        else if constexpr (ReadsNormalForce<Law>)
+          return KindOf<Law>::magnitude(law, speed, normal);
+        else
+          return KindOf<Law>::magnitude(law, speed);
+      },
+      friction);
+}
+
+/// Its derivative in |N|.
+template <class... Laws>
+double slope_in_normal_force(const std::variant<Laws...>& friction, double speed, double normal) {
+  return magnitude(friction, speed, Forward<1>::variable(normal, 0)).d[0];
+}
+
+}  // namespace tanor
