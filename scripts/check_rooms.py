@@ -15,7 +15,7 @@ from typing import NamedTuple
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
                   "system",
-                  "solver_options", "certificate", "dynamics", "inverse_dynamics", "direct_problem", "motion", "enum_names",
+                  "solver_options", "certificate", "dynamics", "constrainer", "inverse_dynamics", "direct_problem", "motion", "enum_names",
                   "tanor"]
 
 
@@ -52,6 +52,7 @@ ROOMS = {
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     "simulation": Sees("base system evaluate assembly schur friction dynamics certificate motion", "enum_names", "Eigen/"),
+    "host":     Sees("base system evaluate assembly schur dynamics", "constrainer", "Eigen/"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h"),
     "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h fcntl.h sys/file.h sys/stat.h dlfcn.h"),

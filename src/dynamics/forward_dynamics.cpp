@@ -31,10 +31,10 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
   if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
   if (request.gradients == Gradients::Evaluate) model_.constraints.choose_frames();
   // (31), (23) and (25) in one pass where special solvers serve; what follows is the same step by step.
-  if (auto found = solve_at_once(at, request.gradients, w)) return outcome = *std::move(found);
+  if (auto found = solve_at_once(at, request, w)) return outcome = *std::move(found);
 
   const bool is_new = request.gradients == Gradients::Evaluate && linearization_.needs_factor();
-  evaluate(at, is_new, w);  // w0 = M^-1 f, b = phi + K'w0, K
+  evaluate(at, request, is_new, w);  // w0 = M^-1 f, b = phi + K'w0, K
   if (!std::isfinite(problem_.scale)) return outcome = model_.not_finite(at.t);
   if (model_.num_rows() == 0) return outcome = {};
   if (is_new && linearization_.solve_with_old_factor(at.t, b_.data(), &lambda_, dw_.data())) {
@@ -58,14 +58,15 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
 
 /// All of it by the composite. None where that does not serve, where S looks singular, or where K'w = -phi does not
 /// come out: the steps one by one decide.
-std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Gradients gradients, double* w) {
+std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, const Request& request, double* w) {
   const auto [t, r, v] = at;
+  const Gradients gradients = request.gradients;
   if (!linearization_.solves_at_once(gradients)) return std::nullopt;
-  const Vec3* const uniform = model_.uniform_free();
+  const Vec3* const uniform = request.forces == nullptr ? model_.uniform_free() : nullptr;
   double scale = 0.0;
   {
     const Stopwatch watch(&model_.times.evaluate);
-    scale = uniform != nullptr ? model_.write_unconstrained(w) : model_.evaluate_free(t, r, v, w);
+    scale = uniform != nullptr ? model_.write_unconstrained(w) : evaluate_free(at, request, w);
   }
   const std::optional<Elimination> found =
       linearization_.solve_at_once({r, v, w, uniform}, gradients, b_.data(), lambda_.data(), w);
@@ -87,7 +88,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Grad
   // Refinement wants w0 and dw apart, and so does the power of the reactions.
   linearization_.write_reactions(lambda_.data(), dw_.data());
   if (is_fine) return Outcome{};
-  (void)model_.evaluate_free(t, r, v, w);
+  (void)evaluate_free(at, request, w);
   (void)linearization_.evaluate_right_side(r, v, w, false, b_.data());
   problem_ = {w, b_.data(), scale};
   refine();
@@ -100,12 +101,17 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Grad
   return Outcome{};
 }
 
+/// w0 = M^-1 f into w; returns the largest.
+double ForwardDynamics::evaluate_free(const Kinematics& at, const Request& request, double* w) {
+  return request.forces != nullptr ? model_.accelerate(request.forces, w) : model_.evaluate_free(at.t, at.x, at.v, w);
+}
+
 /// w0 = M^-1 f into w, b = phi + K'w0, and K where it is wanted.
-void ForwardDynamics::evaluate(const Kinematics& at, bool with_gradients, double* w) {
+void ForwardDynamics::evaluate(const Kinematics& at, const Request& request, bool with_gradients, double* w) {
   double scale = 0.0;
   {
     const Stopwatch watch(&model_.times.evaluate);
-    scale = model_.evaluate_free(at.t, at.x, at.v, w);
+    scale = evaluate_free(at, request, w);
     scale = larger(scale, linearization_.evaluate_right_side(at.x, at.v, w, with_gradients, b_.data()));
   }
   report_.residual = 0.0;

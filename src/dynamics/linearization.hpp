@@ -40,6 +40,8 @@ class Linearization {
   Outcome update(double t, const double* r);
   /// Factorizes S for the K that `blocks()` holds already, after the composite has refused it.
   Outcome factorize(double t, const double* r);
+  /// The K at hand has its factor.
+  bool has_factor() const { return state_ == FactorState::Composite || state_ == FactorState::Sparse; }
   /// There is no factor yet, or K changes.
   bool needs_factor() const { return state_ == FactorState::None || !model_.constraints.gradients_are_constant(); }
   /// The composite serves `solve_at_once`.
@@ -89,7 +91,7 @@ class Linearization {
   double evaluate_rates(const double* r, const double* v, double* rates);
   /// Projects as far as the islands of the composite iterate by themselves (see SchurFactor).
   Projection project_positions(double target, double* r, double* sum);
-  Projection project_velocities(double target, const double* r, double* v);
+  Projection project_velocities(double target, const double* r, double* v, double* sum);
 
   // ---- factors of other configurations ----
 

@@ -82,6 +82,9 @@ class Model {
   double evaluate_free(double t, const double* r, const double* v, double* w0,
                        Forces::Which which = Forces::Which::All);
 
+  /// The same for given forces [3n].
+  double accelerate(const double* given, double* w0) const;
+
   /// w0 of every moving point, where gravity alone acts; else null.
   const Vec3* uniform_free() const { return uniform_free_ ? &*uniform_free_ : nullptr; }
   /// Where `uniform_free` says the others: the prescribed accelerations of supports, and those of points without
