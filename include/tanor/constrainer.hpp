@@ -51,6 +51,22 @@ struct BasicPointArray {
 using PointArray = BasicPointArray<double>;
 using ConstPointArray = BasicPointArray<const double>;
 
+/// A cell that repeats itself: a point has images at r + a, r + b, r + c, which are the edges.
+struct PeriodicCell {
+  std::array<Vector3, 3> edges{};  ///< a, b, c: they span space, also where the cell does not repeat itself
+  std::array<bool, 3> repeats{true, true, true};
+
+  friend bool operator==(const PeriodicCell&, const PeriodicCell&) = default;
+};
+
+/// In which cell the points of a host are, and which images its rods join.
+struct Periodicity {
+  PeriodicCell cell{};
+  /// [row] n: the rod from r_i to r_j + n0 a + n1 b + n2 c, with positions that the host never wraps. Empty: all rods
+  /// join nearest images, wherever the host has wrapped its points, and are shorter than half of the cell.
+  std::vector<std::array<int, 3>> images{};
+};
+
 /// What a call may write besides; an array that is not given costs nothing.
 struct ConstraintForces {
   std::span<double> multipliers{};  ///< [num_rows()]: lambda; the tension of a rod is -lambda
@@ -69,6 +85,9 @@ struct PositionStep {
   /// begins, for `work`.
   PointArray velocities{};
   ConstraintForces wanted{};
+  /// The cell of `old_positions` where it is another one. Null: that of the last call, if these are its positions bit
+  /// by bit; else the present one.
+  const PeriodicCell* old_cell = nullptr;
   double time = 0.0;     ///< at the end of the step: where lengths depend on it
   bool measures = true;  ///< finds the virial, the largest turn, the work and the worst row; false saves that
 };
@@ -134,9 +153,17 @@ class TANOR_API Constrainer {
   /// `at`: positions [masses.size()], which give lengths that are "initial". Throws InputError.
   Constrainer(std::span<const double> masses, std::vector<Constraint> constraints, ConstPointArray at,
               const SolverOptions& options = {});
+  /// The same in a periodic cell. Constraints that hold points in space see positions as the host wraps them.
+  Constrainer(std::span<const double> masses, std::vector<Constraint> constraints, ConstPointArray at,
+              const Periodicity& periodicity, const SolverOptions& options = {});
   Constrainer(Constrainer&&) noexcept;
   Constrainer& operator=(Constrainer&&) noexcept;
   ~Constrainer();
+
+  /// From the next call on; it may change in every step. Where rods close a way round the cell all is planned anew, and
+  /// the cell of old positions is the present one. Throws InputError, naming a rod that is longer than half of the
+  /// cell.
+  void set_cell(const PeriodicCell& cell);
 
   std::size_t num_points() const;
   std::size_t num_rows() const;

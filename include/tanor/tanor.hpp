@@ -8,7 +8,6 @@
 /// (`InverseDynamics`). Names here are those of the field.
 
 #include <tanor/certificate.hpp>
-#include <tanor/constrainer.hpp>
 #include <tanor/dynamics.hpp>
 #include <tanor/enum_names.hpp>
 #include <tanor/error.hpp>

@@ -7,200 +7,15 @@
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
-#include "base/text.hpp"
-#include "dynamics/forms.hpp"
 #include "dynamics/nearest_point.hpp"
-#include "host/point_transfer.hpp"
-#include "host/row_sums.hpp"
-#include "host/schur_determinant.hpp"
+#include "host/constrained_host.hpp"
+#include "host/host_input.hpp"
 
 namespace tanor {
 
-namespace {
-
-/// The host's masses and positions as a System; points of infinite mass are supports.
-System make_system(std::span<const double> masses, std::vector<Constraint> constraints, const ConstPointArray& at) {
-  if (!at) throw InputError("", "positions are missing");
-  System system;
-  system.masses.assign(masses.begin(), masses.end());
-  system.constraints = std::move(constraints);
-  const std::ptrdiff_t stride = at.stride != 0 ? at.stride : static_cast<std::ptrdiff_t>(3 * sizeof(double));
-  const auto* const bytes = reinterpret_cast<const std::byte*>(at.data);
-  Support supports{"supports", {}, {}};
-  for (std::size_t i = 0; i < masses.size(); ++i) {
-    const std::ptrdiff_t number = at.index != nullptr ? at.index[i] : static_cast<std::ptrdiff_t>(i);
-    const auto* const point = reinterpret_cast<const double*>(bytes + number * stride);
-    system.positions.insert(system.positions.end(), point, point + 3);
-    if (masses[i] != std::numeric_limits<double>::infinity()) continue;
-    supports.points.push_back(static_cast<Index>(i));
-    system.masses[i] = 1.0;
-  }
-  if (!supports.points.empty()) system.supports = {supports};
-  return system;
-}
-
-SolverOptions without_reuse(SolverOptions options) {
-  options.reuse = false;  // of factors inside the steps of methods
-  return options;
-}
-
-template <class Number>
-void check_array(const BasicPointArray<Number>& array, std::size_t num_points, std::size_t width, const char* name) {
-  if (!array || array.index != nullptr || array.size >= width * num_points) return;
-  throw InputError("", std::string(name) + " has " + std::to_string(array.size) + " numbers; " +
-                           std::to_string(width * num_points) + " are needed");
-}
-
-template <class Number>
-void require_array(const BasicPointArray<Number>& array, std::size_t num_points, const char* name) {
-  if (!array && num_points > 0) throw InputError("", std::string(name) + " are missing");
-  check_array(array, num_points, 3, name);
-}
-
-void check_number(double number, const char* name) {
-  if (!std::isfinite(number)) throw InputError("", std::string(name) + " = " + text(number) + " is not a number");
-}
-
-}  // namespace
-
-/// Everything in the inner order, and what is known from call to call.
-struct Constrainer::Implementation {
-  Forms forms;
-  Model& model = forms.model;
-  MultiplierForm& form = *forms.normal;
-  Linearization& linearization = form.linearization();
-  const PointTransfer transfer{model.numbering, model.parallel};
-  RowSums sums{model};
-  // K and the factor of S stand at these positions [3n] and this time, where `stands`.
-  std::vector<double> place;
-  double place_time = 0.0;
-  bool stands = false;
-  bool was_checked = false;  // the host's first positions were on the constraints
-  // Scratch: [3n] each, then [d] each.
-  std::vector<double> r, v, f, w, eta;
-  std::vector<double> rows, multipliers;
-  std::vector<double> stress;                     // [9n], made where it is first wanted
-  std::unique_ptr<SchurDeterminant> determinant;  // likewise
-
-  Implementation(System system, const SolverOptions& options) : forms(std::move(system), without_reuse(options)) {
-    for (std::vector<double>* array : {&place, &r, &v, &f, &w, &eta}) array->resize(3 * num_points());
-    for (std::vector<double>* array : {&rows, &multipliers}) array->resize(model.num_rows());
-  }
-
-  std::size_t num_points() const { return model.num_points(); }
-  /// The host's name for an inner row.
-  std::size_t user_row(std::size_t row) const { return static_cast<std::size_t>(model.numbering.user_row[row]); }
-
-  void check(const ConstraintForces& wanted) const {
-    if (!wanted.multipliers.empty() && wanted.multipliers.size() != model.num_rows()) {
-      throw InputError("", "multipliers has " + std::to_string(wanted.multipliers.size()) + " numbers; " +
-                               std::to_string(model.num_rows()) + " are needed");
-    }
-    check_array(wanted.forces, num_points(), 3, "forces");
-    check_array(wanted.stress, num_points(), 9, "stress");
-  }
-  static bool wants_multipliers(const ConstraintForces& wanted) {
-    return !wanted.multipliers.empty() || wanted.forces || wanted.stress;
-  }
-
-  bool gather_place(const ConstPointArray& positions, double t);
-  Outcome stand_at(const ConstPointArray& positions, double t);
-  Outcome check_place();
-  ProjectionReport step_positions(const PositionStep& step);
-  double support_work(double h);
-  void measure_step(const PositionStep& step, ConstraintReport* report);
-  void write(double factor, const ConstraintForces& wanted);
-  void note_worst_position(ConstraintReport* report);
+struct Constrainer::Implementation : ConstrainedHost {
+  using ConstrainedHost::ConstrainedHost;
 };
-
-/// `place` := the host's positions. Returns whether K and the factor of S stand there already.
-bool Constrainer::Implementation::gather_place(const ConstPointArray& positions, double t) {
-  const bool is_elsewhere = transfer.gather_changes(positions, place.data());
-  const bool is_other_time = t != std::exchange(place_time, t) && model.constraints.depends_on_time();
-  stands = stands && !is_elsewhere && !is_other_time && linearization.has_factor();
-  return stands;
-}
-
-/// K and the factor of S at the host's positions.
-Outcome Constrainer::Implementation::stand_at(const ConstPointArray& positions, double t) {
-  if (gather_place(positions, t)) return {};
-  Outcome outcome = linearization.update(t, place.data());
-  stands = outcome.ok();
-  const auto is_finite = [](double x) { return std::isfinite(x); };
-  if (!stands && !std::ranges::all_of(place, is_finite)) return model.not_finite(t);
-  return outcome;
-}
-
-/// A step from positions off the constraints would put its correction into the velocities.
-Outcome Constrainer::Implementation::check_place() {
-  constexpr double allowed = 1e-8;
-  if (was_checked) return {};
-  const double violation = linearization.evaluate_values(place.data(), rows.data());
-  was_checked = violation <= allowed;
-  if (was_checked) return {};
-  if (!std::isfinite(violation)) return model.not_finite(place_time);
-  return {Status::NotConverged, "the positions where the step begins violate " +
-                                    model.name_row(sums.worst_position_row(rows)) + " by " + text(violation) +
-                                    " of its length; project_positions puts them right, before the first forces"};
-}
-
-/// The host's positions into `r` and velocities into `v`, moved onto the constraints.
-ProjectionReport Constrainer::Implementation::step_positions(const PositionStep& step) {
-  transfer.gather(step.positions, r.data());
-  if (step.velocities) transfer.gather(step.velocities, v.data());
-  return form.steps().project_step(step.time, step.step, r.data(), step.velocities ? v.data() : nullptr);
-}
-
-/// -h/2 lambda'(K'v_s + xi_t) with the velocities v_s of supports, those in `v`: what lengths that depend on time, and
-/// supports that move, do to the points by the `multipliers`.
-double Constrainer::Implementation::support_work(double h) {
-  const auto moving = static_cast<std::ptrdiff_t>(3 * model.num_moving());
-  std::fill(w.begin(), w.begin() + moving, 0.0);
-  std::copy(v.begin() + moving, v.end(), w.begin() + moving);
-  const bool rest = std::all_of(w.begin() + moving, w.end(), [](double x) { return x == 0.0; });
-  if ((rest && !model.constraints.depends_on_time()) || model.num_rows() == 0) return 0.0;
-  (void)linearization.evaluate_rates(place.data(), w.data(), rows.data());
-  return -0.5 * h * model.parallel.sum(rows.size(), [&](std::size_t a) { return multipliers[a] * rows[a]; });
-}
-
-/// Writes what is wanted of the `multipliers` times `factor`, which belong to the K that stands.
-void Constrainer::Implementation::write(double factor, const ConstraintForces& wanted) {
-  const double* const blocks = linearization.blocks().data();
-  if (!wanted.multipliers.empty()) {
-    model.parallel.for_ranges(multipliers.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t a = begin; a < end; ++a) wanted.multipliers[user_row(a)] = factor * multipliers[a];
-    });
-  }
-  if (wanted.forces) {
-    model.gather.reactions(model.parallel, blocks, multipliers.data(), eta.data());
-    for (double& number : eta) number *= factor;
-    (void)transfer.scatter(eta.data(), num_points(), wanted.forces);
-  }
-  if (wanted.stress) {
-    stress.resize(9 * num_points());
-    sums.share_virial(multipliers.data(), factor, blocks, place.data(), stress.data());
-    transfer.scatter_tensors(stress.data(), wanted.stress);
-  }
-}
-
-void Constrainer::Implementation::note_worst_position(ConstraintReport* report) {
-  if (rows.empty()) return;
-  (void)linearization.evaluate_values(r.data(), rows.data());
-  report->worst_row = user_row(sums.worst_position_row(rows));
-}
-
-/// What a step from `place` to `r` says beside the positions.
-void Constrainer::Implementation::measure_step(const PositionStep& step, ConstraintReport* report) {
-  note_worst_position(report);
-  model.set_time(step.time - step.step);
-  const double factor = 2.0 / step.step;
-  const double* const blocks = linearization.blocks().data();
-  report->virial = sums.virial(multipliers.data(), factor, blocks, place.data());
-  report->largest_turn = sums.largest_turn(blocks, place.data(), r.data());
-  for (std::size_t k = 3 * model.num_moving(); k < v.size() && !step.velocities; ++k)
-    v[k] = (r[k] - place[k]) / step.step;
-  report->work = factor * support_work(step.step);
-}
 
 // ---- life ----
 
@@ -209,9 +24,40 @@ Constrainer::Constrainer(std::span<const double> masses, std::vector<Constraint>
   check_array(at, masses.size(), 3, "positions");
   implementation_ = make_quietly<Implementation>(make_system(masses, std::move(constraints), at), options);
 }
+Constrainer::Constrainer(std::span<const double> masses, std::vector<Constraint> constraints, ConstPointArray at,
+                         const Periodicity& periodicity, const SolverOptions& options) {
+  check_array(at, masses.size(), 3, "positions");
+  const QuietTraps quiet;
+  System system = make_system(masses, std::move(constraints), at);
+  validate(system);
+  auto images = std::make_unique<PeriodicImages>(system, periodicity);
+  images->prepare(&system);
+  implementation_ = std::make_unique<Implementation>(std::move(system), options);
+  images->use(implementation_->model.numbering);
+  implementation_->set_images(std::move(images));
+}
 Constrainer::Constrainer(Constrainer&&) noexcept = default;
 Constrainer& Constrainer::operator=(Constrainer&&) noexcept = default;
 Constrainer::~Constrainer() = default;
+
+void Constrainer::set_cell(const PeriodicCell& cell) {
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Constrainer");
+  if (!self.images) throw InputError("/cell", "there is none; it is given where the Constrainer is made");
+  if (cell == self.images->cell()) return;
+  const PeriodicCell old = self.images->cell();
+  self.images->set_cell(cell);
+  try {
+    self.check_cell();
+  } catch (const InputError&) {
+    self.images->set_cell(old);
+    throw;
+  }
+  if (!self.images->close_ways()) return;
+  auto planned = std::make_unique<Implementation>(self.move_offsets(), self.options);
+  planned->set_images(std::move(self.images));
+  implementation_ = std::move(planned);
+}
 
 std::size_t Constrainer::num_points() const {
   return live(implementation_, "Constrainer").num_points();
@@ -244,35 +90,36 @@ ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
   require_array(step.positions, n, "positions");
   check_array(step.velocities, n, 3, "velocities");
   self.check(step.wanted);
+  if (step.old_cell != nullptr && self.images && self.images->close_ways() && *step.old_cell != self.images->cell())
+    throw InputError("/cell", "rods close a way round the cell, so it cannot change within a step");
 
   ConstraintReport report;
   const double start = step.time - step.step;
-  if (report.outcome = self.stand_at(step.old_positions, start); !report.outcome.ok()) return report;
+  if (report.outcome = self.stand_at(step.old_positions, start, step.old_cell); !report.outcome.ok()) return report;
   if (report.outcome = self.check_place(); !report.outcome.ok()) return report;
   ProjectionReport found = self.step_positions(step);
   if (!found.outcome.ok()) {
     // The guess may have come from another motion.
     self.form.steps().forget_steps();
-    if (report.outcome = self.linearization.update(start, self.place.data()); report.outcome.ok())
+    if (report.outcome = self.linearization.update(start, self.place.r.data()); report.outcome.ok())
       found = self.step_positions(step);
   }
   report.outcome = std::move(found.outcome);
   report.iterations = found.iterations;
   report.violation = found.violation;
   if (!report.outcome.ok()) {
-    self.stands = false;
+    self.place.stands = false;
     self.note_worst_position(&report);
     return report;
   }
   const double factor = 2.0 / step.step;  // of the sum over h
-  self.multipliers = self.form.steps().sum();
+  self.multipliers = self.form.steps().sum().data();
   // Where K lost rank it stands elsewhere now, and the multipliers are not known.
-  self.stands = self.multipliers.empty() || std::isfinite(self.multipliers[0]);
+  self.place.stands = self.model.num_rows() == 0 || std::isfinite(self.multipliers[0]);
   if (step.measures) self.measure_step(step, &report);
   self.write(factor, step.wanted);
-  const std::size_t moving = self.model.num_moving();
-  report.correction = self.transfer.scatter(self.r.data(), moving, step.positions);
-  if (step.velocities) (void)self.transfer.scatter(self.v.data(), moving, step.velocities);
+  report.correction = self.scatter_moved(step.positions);
+  if (step.velocities) (void)self.transfer.scatter(self.v.data(), self.model.num_moving(), step.velocities);
   return report;
 }
 
@@ -292,25 +139,25 @@ ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
   double speed = self.transfer.gather(step.velocities, self.v.data());
   if (self.model.constraints.depends_on_time()) {
     self.model.set_time(step.time);
-    speed = larger(speed, self.linearization.evaluate_rates(self.place.data(), self.v.data(), self.rows.data()));
+    speed = larger(speed, self.linearization.evaluate_rates(self.place.r.data(), self.v.data(), self.rows.data()));
   }
-  const bool sums_multipliers = step.measures || Implementation::wants_multipliers(step.wanted);
-  if (sums_multipliers) std::fill(self.multipliers.begin(), self.multipliers.end(), 0.0);
+  const bool sums_multipliers = step.measures || ConstrainedHost::wants_multipliers(step.wanted);
+  if (sums_multipliers) std::fill(self.sum.begin(), self.sum.end(), 0.0);
+  self.multipliers = self.sum.data();
   ProjectionReport found = self.form.projector().project_velocities(
-      step.time, self.place.data(), self.v.data(), sums_multipliers ? self.multipliers.data() : nullptr, speed);
+      step.time, self.place.r.data(), self.v.data(), sums_multipliers ? self.sum.data() : nullptr, speed);
   report.outcome = std::move(found.outcome);
   report.iterations = found.iterations;
   report.violation = found.violation;
-  if (!report.outcome.ok()) self.stands = false;
+  if (!report.outcome.ok()) self.place.stands = false;
   if (self.model.num_rows() > 0 && (step.measures || !report.outcome.ok())) {
-    (void)self.linearization.evaluate_rates(self.place.data(), self.v.data(), self.rows.data());
+    (void)self.linearization.evaluate_rates(self.place.r.data(), self.v.data(), self.rows.data());
     report.worst_row = self.user_row(RowSums::worst_row(self.rows));
   }
   if (!report.outcome.ok()) return report;
   const double factor = step.step != 0.0 ? 2.0 / step.step : 1.0;
   if (step.measures) {
-    report.virial =
-        self.sums.virial(self.multipliers.data(), factor, self.linearization.blocks().data(), self.place.data());
+    report.virial = self.sums.virial(self.multipliers, factor, self.linearization.blocks().data(), self.place.r.data());
     report.work = factor * self.support_work(step.step);
   }
   self.write(factor, step.wanted);
@@ -332,25 +179,24 @@ ConstraintReport Constrainer::solve(const HostState& at) {
   self.check(at.wanted);
 
   ConstraintReport report;
-  const bool stood = self.gather_place(at.positions, at.time);
-  (void)self.transfer.gather(at.velocities, self.v.data());
-  (void)self.transfer.gather(at.forces, self.f.data());
+  const bool stood = self.gather_place(at.positions, at.time, self.present_cell());
+  const double* const v = self.read(at.velocities, &self.v);
   ForwardDynamics& dynamics = self.form.dynamics();
-  const Request request{
-      .gradients = stood ? Gradients::Keep : Gradients::Evaluate, .exact = true, .forces = self.f.data()};
-  report.outcome = dynamics.solve({at.time, self.place.data(), self.v.data()}, request, self.w.data());
-  self.stands = report.outcome.ok();
+  const Request request{.gradients = stood ? Gradients::Keep : Gradients::Evaluate,
+                        .exact = true,
+                        .forces = self.read(at.forces, &self.f)};
+  report.outcome = dynamics.solve({at.time, self.place.r.data(), v}, request, self.w.data());
+  self.place.stands = report.outcome.ok();
   report.iterations = dynamics.report().refinements;
   report.violation = dynamics.report().residual;
   if (!report.outcome.ok()) return report;
-  self.multipliers = dynamics.multipliers();
+  self.multipliers = dynamics.multipliers().data();
   const double* const blocks = self.linearization.blocks().data();
   if (at.accelerations) (void)self.transfer.scatter(self.w.data(), n, at.accelerations);
   if (at.measures && self.model.num_rows() > 0) {
-    (void)self.linearization.evaluate_right_side(self.place.data(), self.v.data(), self.w.data(), false,
-                                                 self.rows.data());
+    (void)self.linearization.evaluate_right_side(self.place.r.data(), v, self.w.data(), false, self.rows.data());
     report.worst_row = self.user_row(RowSums::worst_row(self.rows));
-    report.virial = self.sums.virial(self.multipliers.data(), 1.0, blocks, self.place.data());
+    report.virial = self.sums.virial(self.multipliers, 1.0, blocks, self.place.r.data());
   }
   self.write(1.0, at.wanted);
   return report;
@@ -395,14 +241,14 @@ ConstraintReport Constrainer::project_positions(PointArray positions, double tim
   Implementation& self = live(implementation_, "Constrainer");
   check_number(time, "time");
   require_array(positions, self.num_points(), "positions");
-  self.stands = false;
-  (void)self.transfer.gather(positions, self.r.data());
+  self.place.stands = false;
+  self.gather_moved(positions);
   NearestPoint nearest(self.model, self.linearization, self.form.projector());
   ProjectionReport found = nearest.find(time, self.r.data());
   ConstraintReport report{
       .outcome = std::move(found.outcome), .iterations = found.iterations, .violation = found.violation};
   if (self.model.num_rows() > 0) self.note_worst_position(&report);
-  if (report.outcome.ok()) report.correction = self.transfer.scatter(self.r.data(), self.model.num_moving(), positions);
+  if (report.outcome.ok()) report.correction = self.scatter_moved(positions);
   return report;
 }
 
@@ -437,7 +283,7 @@ ConstraintReport Constrainer::violation(ConstPointArray positions, double time) 
   Implementation& self = live(implementation_, "Constrainer");
   check_number(time, "time");
   require_array(positions, self.num_points(), "positions");
-  (void)self.transfer.gather(positions, self.r.data());
+  self.gather_moved(positions);
   ConstraintReport report;
   report.violation = self.model.position_violation(time, self.r.data());
   self.note_worst_position(&report);
@@ -450,8 +296,8 @@ RankReport Constrainer::rank(ConstPointArray positions, double time) {
   check_number(time, "time");
   require_array(positions, self.num_points(), "positions");
   (void)self.stand_at(positions, time);
-  self.stands = false;
-  return self.forms.rank(self.place.data(), true);
+  self.place.stands = false;
+  return self.forms.rank(self.place.r.data(), true);
 }
 
 }  // namespace tanor

@@ -33,6 +33,7 @@ class RowSums {
   void share_virial(const double* lambda, double factor, const double* blocks, const double* r, double* stress);
   /// The largest angle between a rod and its gradient in `blocks`, taken at r_old, after it has gone to r, rad.
   double largest_turn(const double* blocks, const double* r_old, const double* r);
+  const std::vector<RodRow>& rods() const { return rods_; }
   /// The lengths that violations are measured by, at the present time [d].
   const std::vector<double>& lengths();
   /// The row with the largest |rows|/length, or with the largest |rows|.
