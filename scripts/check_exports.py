@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """What does the shared library show? Only functions and classes of namespace tanor that a public header marks with
-TANOR_API, and the C interface tanor_*. And it must show InputError's type information, or users cannot catch it.
+TANOR_API, and the C interface tn_*. And it must show InputError's type information, or users cannot catch it.
 
     check_exports.py LIBTANOR_SO INCLUDE_DIR [NM]
     check_exports.py --self-test
@@ -24,7 +24,7 @@ def marked_names(headers: list[str]) -> set[str]:
 
 def wrong_symbol(symbol: str, marked: set[str]) -> str | None:
     """Why this demangled symbol should be hidden."""
-    if re.fullmatch(r"tanor_\w+", symbol):
+    if re.fullmatch(r"tn_\w+", symbol):
         return None
     about, name = re.fullmatch(r"((?:typeinfo|typeinfo name|vtable|VTT) for )?(.*)", symbol).groups()
     path = re.sub(r"\[abi:\w+\]|[(<].*", "", name).split("::")  # tanor::X::f(double) const -> tanor, X, f
@@ -48,7 +48,7 @@ def self_test() -> int:
                            "TANOR_API std::size_t num_equations(const System& system);",
                            "struct [[nodiscard]] Certificate {\n  TANOR_API bool passed() const;"])
     right = NEEDED + ["tanor::num_equations(tanor::System const&)", "tanor::System::f[abi:cxx11](std::vector<a::b>)",
-                      "tanor::InputError::~InputError()", "tanor_system_create", "tanor::Certificate::passed() const"]
+                      "tanor::InputError::~InputError()", "tn_system_create", "tanor::Certificate::passed() const"]
     wrong = ["std::vector<tanor::System, std::allocator<tanor::System> >::~vector()", "typeinfo for std::exception",
              "tanor::validate(tanor::System const&)", "tanor::System::Inner::f()", "vtable for tanor::System::Inner",
              "cholmod_start", "typeinfo for tanor::InternalError", "tanor::Certificate::judge() const"]

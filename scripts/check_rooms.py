@@ -15,7 +15,7 @@ from typing import NamedTuple
 # library and nothing else.
 PUBLIC_HEADERS = ["export", "version", "error", "jet", "forward", "expression", "time_function", "kernel", "user_kernel", "kinds/*", "kinds",
                   "system",
-                  "solver_options", "certificate", "dynamics", "inverse_dynamics", "direct_problem", "motion", "enum_names",
+                  "solver_options", "certificate", "dynamics", "constrainer", "inverse_dynamics", "direct_problem", "motion", "enum_names",
                   "tanor"]
 
 
@@ -26,12 +26,17 @@ class Sees(NamedTuple):
     foreign: str  # headers that belong neither to us nor to the standard library; "x/" is a folder
 
 
+# include/tanor.h, for C.
+C_HEADER = "tanor.h"
+
 # Headers of a folder of kinds may include one another.
 FOLDER = "kinds/*"
 
 
 def public_name(header: str) -> str:
     """"tanor/kinds/force/drag.hpp" -> "kinds/*", "tanor/jet.hpp" -> "jet"."""
+    if header == C_HEADER:
+        return header
     inner = header.removeprefix("tanor/").removesuffix(".hpp").removesuffix(".h")
     return FOLDER if inner.startswith("kinds/") else inner
 
@@ -52,6 +57,7 @@ ROOMS = {
     "motion":   Sees("base dynamics/mechanics.hpp dynamics/roles.hpp dynamics/implicit_equations.hpp "
                      "dynamics/instant.hpp dynamics/power.hpp", "motion", ""),
     "simulation": Sees("base system evaluate assembly schur friction dynamics certificate motion", "enum_names", "Eigen/"),
+    "host":     Sees("base system evaluate assembly schur dynamics", "constrainer", "tanor.h"),
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h"),
     "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h fcntl.h sys/file.h sys/stat.h dlfcn.h"),
@@ -108,6 +114,8 @@ def wrong_include_of_file(file: str, quoted: bool, header: str) -> str | None:
 
 
 def wrong_include_of_public_header(own: str, quoted: bool, header: str) -> str | None:
+    if own == C_HEADER:
+        return None if not quoted and header in ("stddef.h", "stdint.h") else "the C header needs <stddef.h> and <stdint.h> alone"
     if own not in PUBLIC_HEADERS:
         return f"give <tanor/{own}.hpp> its place in PUBLIC_HEADERS"
     if quoted:

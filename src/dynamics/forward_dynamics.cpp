@@ -35,10 +35,10 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
   if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
   if (request.gradients == Gradients::Evaluate) work_.constraints.choose_frames();
   // (31), (23) and (25) in one pass where special solvers serve; what follows is the same step by step.
-  if (auto found = solve_at_once(at, request.gradients, w)) return outcome = *std::move(found);
+  if (auto found = solve_at_once(at, request, w)) return outcome = *std::move(found);
 
   const bool is_new = request.gradients == Gradients::Evaluate && linearization_.needs_factor();
-  evaluate(at, is_new, w);  // w0 = M^-1 f, b = phi + K'w0, K
+  evaluate(at, request, is_new, w);  // w0 = M^-1 f, b = phi + K'w0, K
   if (!std::isfinite(problem_.scale)) return outcome = model_.not_finite(at.t);
   if (model_.num_rows() == 0) return outcome = {};
   if (is_new && linearization_.solve_with_old_factor(at.t, b_.data(), &lambda_, dw_.data())) {
@@ -62,12 +62,13 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
 
 /// All of it by the composite. None where that does not serve, where S looks singular, or where K'w = -phi does not
 /// come out: the steps one by one decide.
-std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Gradients gradients, double* w) {
+std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, const Request& request, double* w) {
+  const Gradients gradients = request.gradients;
   double scale = 0.0;
   const auto find_motion = [&]() -> FreeMotion {
     const Stopwatch watch(&work_.times.evaluate);
-    const Vec3* const uniform = linearization_.uniform_free();
-    scale = uniform != nullptr ? work_.write_unconstrained(w) : work_.evaluate_free(at.t, at.x, at.v, w);
+    const Vec3* const uniform = request.forces == nullptr ? linearization_.uniform_free() : nullptr;
+    scale = uniform != nullptr ? work_.write_unconstrained(w) : evaluate_free(at, request, w);
     return {at.x, at.v, w, uniform};
   };
   const std::optional<Elimination> found =
@@ -91,7 +92,7 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Grad
   // Refinement wants w0 and dw apart, and so does the power of the reactions.
   linearization_.write_reactions(lambda_.data(), dw_.data());
   if (is_fine) return Outcome{};
-  (void)work_.evaluate_free(t, r, v, w);
+  (void)evaluate_free(at, request, w);
   (void)linearization_.evaluate_right_side(r, v, w, false, b_.data());
   problem_ = {w, b_.data(), scale};
   refine();
@@ -104,12 +105,17 @@ std::optional<Outcome> ForwardDynamics::solve_at_once(const Kinematics& at, Grad
   return Outcome{};
 }
 
+/// w0 = M^-1 f into w; returns the largest.
+double ForwardDynamics::evaluate_free(const Kinematics& at, const Request& request, double* w) {
+  return request.forces != nullptr ? work_.accelerate(request.forces, w) : work_.evaluate_free(at.t, at.x, at.v, w);
+}
+
 /// w0 = M^-1 f into w, b = phi + K'w0, and K where it is wanted.
-void ForwardDynamics::evaluate(const Kinematics& at, bool with_gradients, double* w) {
+void ForwardDynamics::evaluate(const Kinematics& at, const Request& request, bool with_gradients, double* w) {
   double scale = 0.0;
   {
     const Stopwatch watch(&work_.times.evaluate);
-    scale = work_.evaluate_free(at.t, at.x, at.v, w);
+    scale = evaluate_free(at, request, w);
     scale = larger(scale, linearization_.evaluate_right_side(at.x, at.v, w, with_gradients, b_.data()));
   }
   report_.residual = 0.0;

@@ -49,8 +49,9 @@ class ForwardDynamics {
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
   double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
 
-  std::optional<Outcome> solve_at_once(const Kinematics& at, Gradients gradients, double* w);
-  void evaluate(const Kinematics& at, bool with_gradients, double* w);
+  double evaluate_free(const Kinematics& at, const Request& request, double* w);
+  std::optional<Outcome> solve_at_once(const Kinematics& at, const Request& request, double* w);
+  void evaluate(const Kinematics& at, const Request& request, bool with_gradients, double* w);
   Outcome check_idle_rows(double t) const;
   Outcome find_friction(const Kinematics& at, const UniquenessCheck& check, double* w);
   void find_multipliers();

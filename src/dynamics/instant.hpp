@@ -26,6 +26,8 @@ struct Request {
   /// Error that accelerations may have, as `InexactSolves` measures it; K then stands there, its factor need not. 0:
   /// rounding alone.
   double allowed_error = 0.0;
+  /// [3n] N, what acts in place of the model's forces, at the inner points; null: those of the model.
+  const double* forces = nullptr;
 };
 
 }  // namespace tanor

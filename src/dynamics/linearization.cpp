@@ -168,9 +168,9 @@ Projection Linearization::project_positions(double target, double* r, double* su
   return found;
 }
 
-Projection Linearization::project_velocities(double target, const double* r, double* v) {
+Projection Linearization::project_velocities(double target, const double* r, double* v, double* sum) {
   const Stopwatch watch(&work_.times.solve);
-  const Projection found = standing().project_velocities(model_.parallel, blocks_.data(), target, r, v);
+  const Projection found = standing().project_velocities(model_.parallel, blocks_.data(), target, r, v, sum);
   work_.counters.solves += static_cast<std::size_t>(found.iterations);
   return found;
 }

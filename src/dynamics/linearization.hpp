@@ -41,6 +41,8 @@ class Linearization {
   Outcome update(double t, const double* r);
   /// Factorizes S for the K that `blocks()` holds already, after the composite has refused it.
   Outcome factorize(double t, const double* r);
+  /// The K at hand has its factor.
+  bool has_factor() const { return state_ == FactorState::Composite || state_ == FactorState::Sparse; }
   /// There is no factor yet, or K changes.
   bool needs_factor() const { return state_ == FactorState::None || !work_.constraints.gradients_are_constant(); }
   /// w0 of every moving point, where solvers take it as one vector; null: they take it point by point.
@@ -93,7 +95,7 @@ class Linearization {
   double evaluate_rates(const double* r, const double* v, double* rates);
   /// Projects as far as the islands of the composite iterate by themselves (see SchurFactor).
   Projection project_positions(double target, double* r, double* sum);
-  Projection project_velocities(double target, const double* r, double* v);
+  Projection project_velocities(double target, const double* r, double* v, double* sum);
 
   // ---- factors of other configurations ----
 

@@ -71,6 +71,9 @@ class MultiplierForm final : public PointForm {
   /// Whatever is solved at the configuration of the last linearisation.
   Linearization& linearization() { return linearization_; }
   GradientRank& gradient_rank() { return gradient_rank_; }
+  Projector& projector() { return projector_; }
+  ForwardDynamics& dynamics() { return dynamics_; }
+  StepProjection& steps() { return steps_; }
   /// lambda [d] of the last accelerations.
   const std::vector<double>& multipliers() const { return dynamics_.multipliers(); }
   /// Null: constraints are ideal.

@@ -125,7 +125,7 @@ Outcome Projector::explain_stall(double t, double violation) const {
 
 // ---- velocities ----
 
-ProjectionReport Projector::project_velocities(double t, const double* r, double* v, double* sum) {
+ProjectionReport Projector::project_velocities(double t, const double* r, double* v, double* sum, double speed) {
   work_.set_time(t);
   ProjectionReport report;
   if (model_.num_rows() == 0) return report;
@@ -136,16 +136,14 @@ ProjectionReport Projector::project_velocities(double t, const double* r, double
   int since_least = 0;
   bool decided_here = false;
   const RankRevealingFactor& factor = linearization_.rank_factor();
-  if (sum == nullptr) {
-    const double speed = work_.scales.least_speed();
-    const Projection by_islands = linearization_.project_velocities(target * speed, r, v);
-    report.iterations = by_islands.iterations;
-    report.violation = by_islands.violation / speed;
-    if (report.violation <= target) return report;
-  }
+  const double least_speed = speed > 0.0 ? speed : work_.scales.least_speed();
+  const Projection by_islands = linearization_.project_velocities(target * least_speed, r, v, sum);
+  report.iterations = by_islands.iterations;
+  report.violation = by_islands.violation / least_speed;
+  if (report.violation <= target) return report;
   for (;; ++report.iterations) {
     const double rate = linearization_.evaluate_rates(r, v, rows_.data());
-    report.violation = residuals_.relative_rates(rows_, rate);
+    report.violation = speed > 0.0 ? rate / speed : residuals_.relative_rates(rows_, rate);
     if (!std::isfinite(rate)) {
       report.outcome = model_.not_finite(t);
       return report;

@@ -24,8 +24,9 @@ class Projector {
   ProjectionReport project_along_gradients(double t, double* r, double* sum) {
     return iterate_positions(t, r, sum, infinity);
   }
-  /// With K at r. Adds the multipliers that change v to `sum` [d] unless it is null.
-  ProjectionReport project_velocities(double t, const double* r, double* v, double* sum = nullptr);
+  /// With K at r. Adds the multipliers that change v to `sum` [d] unless it is null. `speed`, m/s: rates are small
+  /// beside it; 0: beside the speed of their neighbourhood.
+  ProjectionReport project_velocities(double t, const double* r, double* v, double* sum = nullptr, double speed = 0.0);
 
  private:
   static constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -93,7 +93,8 @@ Projection RankRevealingFactor::project_positions(const Parallel& parallel, cons
   return {cannot_tell};
 }
 
-Projection RankRevealingFactor::project_velocities(const Parallel&, const double*, double, const double*, double*) {
+Projection RankRevealingFactor::project_velocities(const Parallel&, const double*, double, const double*, double*,
+                                                   double*) {
   return {cannot_tell};
 }
 

@@ -46,7 +46,7 @@ class RankRevealingFactor final : public SchurFactor {
   Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                double* sum) override;
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
-                                double* v) override;
+                                double* v, double* sum) override;
 
   // ---- the rank of K ----
 

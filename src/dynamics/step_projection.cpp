@@ -106,7 +106,7 @@ ProjectionReport StepProjection::project_step(double t, double h, double* r, dou
   if (!report.outcome.ok()) return report;  // a failed step leaves no trace in the next guess
   keep_step(h);
   // The velocity takes the same multipliers: no digits cancel in (r - r0)/h.
-  linearization_.add_reactions(step_.sum.data(), step_velocity);
+  if (step_velocity != nullptr) linearization_.add_reactions(step_.sum.data(), step_velocity);
   return steps_with_friction() ? settle_step_friction(t, h, r, step_velocity, report) : report;
 }
 
@@ -140,10 +140,12 @@ ProjectionReport StepProjection::settle_step_friction(double t, double h, double
 /// Away from a place where K has less rank than around it: its range does not lead onto xi = 0, Newton's own does.
 ProjectionReport StepProjection::project_singular_step(double t, double h, double* r, double* step_velocity) {
   std::copy(step_start_.begin(), step_start_.end(), r);
+  std::fill(step_.sum.begin(), step_.sum.end(), std::numeric_limits<double>::quiet_NaN());
   if (Outcome outcome = linearization_.update(t, r); !outcome.ok()) return {std::move(outcome)};
   ProjectionReport report = projector_.project_positions(t, r, Turn::Small);
   if (!report.outcome.ok()) return report;
-  for (std::size_t i = 0; i < step_start_.size(); ++i) step_velocity[i] += (r[i] - step_start_[i]) / h;
+  for (std::size_t i = 0; step_velocity != nullptr && i < step_start_.size(); ++i)
+    step_velocity[i] += (r[i] - step_start_[i]) / h;
   return report;
 }
 

@@ -22,8 +22,12 @@ class StepProjection final : public StepProjector {
 
   bool depends_on_velocity() const override { return work_.forces.depends_on_velocity() || friction_ != nullptr; }
   Outcome free_accelerations(const Kinematics& at, const Request& request, double* w) override;
+  /// `step_velocity` may be null, which no method does.
   ProjectionReport project_step(double t, double h, double* r, double* step_velocity) override;
   ProjectionReport project_step_velocities(double t, double h, const double* r, double* v) override;
+
+  /// Of the last `project_step`: its multipliers [d] are 2/h times this sum. NaN where K lost rank there.
+  const std::vector<double>& sum() const { return step_.sum; }
 
   /// Earlier steps are unknown.
   void forget_steps();

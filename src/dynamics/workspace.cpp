@@ -147,11 +147,15 @@ double Workspace::find_passage(const Formulas& formulas, PointPath* path) {
 
 double Workspace::evaluate_free(double t, const double* r, const double* v, double* w0, Forces::Which which) {
   forces.evaluate(model_.parallel, t, r, v, f.data(), which);
+  return accelerate(f.data(), w0);
+}
+
+double Workspace::accelerate(const double* given, double* w0) const {
   std::copy(support_accelerations.begin(), support_accelerations.end(), w0 + 3 * model_.num_moving());
   return model_.parallel.max_over_ranges(model_.num_moving(), [&](std::size_t begin, std::size_t end) {
     double worst = 0.0;
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 a = model_.inverse_mass[i] * load(f.data(), i);
+      const Vec3 a = model_.inverse_mass[i] * load(given, i);
       store(w0, i, a);
       worst = larger(worst, dot(a, a));
     }

@@ -55,6 +55,8 @@ class Workspace : public Families {
   /// f at (t, r, v), and w0 [3n]: M^-1 f on moving points, the prescribed acceleration at supports. Returns max |w0|.
   double evaluate_free(double t, const double* r, const double* v, double* w0,
                        Forces::Which which = Forces::Which::All);
+  /// The same for given forces [3n].
+  double accelerate(const double* given, double* w0) const;
   /// Where `Model::uniform_free` says the others: the prescribed accelerations of supports, and those of points without
   /// constraints, into w0 [3n]. Returns its length.
   double write_unconstrained(double* w0) const;

@@ -305,7 +305,7 @@ Projection BatchSolver::project_positions(const Parallel& parallel, const double
 }
 
 Projection BatchSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
-                                           const double* r, double* v) {
+                                           const double* r, double* v, double* sum) {
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     const auto& [topology, schedule] = batch.structure();
     read_points(batch, r, work.r.data());
@@ -316,6 +316,7 @@ Projection BatchSolver::project_velocities(const Parallel& parallel, const doubl
     call_for_points(batch, r);
     call_for_points(batch, v);
     call_for_blocks(batch, blocks);
+    if (sum != nullptr) read_rows(batch, sum, work.sum.data());
     evaluate_directions(topology, work.r.data(), batch.offsets, work.directions.data());
     const Eight* const first_derivatives = moving_lengths(batch, &MovingScalar::first, &work);
     iterate(
@@ -324,8 +325,12 @@ Projection BatchSolver::project_velocities(const Parallel& parallel, const doubl
           tanor::evaluate_rates(topology, work.directions.data(), work.v.data(), first_derivatives, work.b.data(),
                                 largest);
         },
-        [&, &topology = topology] { move(topology, batch.inverse_mass, work.u.data(), work.x.data(), work.v.data()); });
+        [&, &topology = topology] {
+          move(topology, batch.inverse_mass, work.u.data(), work.x.data(), work.v.data());
+          for (std::size_t a = 0; sum != nullptr && a < batch.num_rods; ++a) work.sum.data()[a] += work.x.data()[a];
+        });
     write_points(batch, work.v.data(), v);
+    if (sum != nullptr) write_rows(batch, work.sum.data(), sum);
   });
   return reached();
 }

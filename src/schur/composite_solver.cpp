@@ -89,9 +89,9 @@ Projection CompositeSolver::project_positions(const Parallel& parallel, const do
 }
 
 Projection CompositeSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
-                                               const double* r, double* v) {
+                                               const double* r, double* v, double* sum) {
   return join_projections(
-      [&](SchurSolver& solver) { return solver.project_velocities(parallel, blocks, target, r, v); });
+      [&](SchurSolver& solver) { return solver.project_velocities(parallel, blocks, target, r, v, sum); });
 }
 
 void CompositeSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows,

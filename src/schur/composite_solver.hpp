@@ -32,7 +32,7 @@ class CompositeSolver final : public SchurSolver {
   Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                double* sum) override;
   Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
-                                double* v) override;
+                                double* v, double* sum) override;
   void add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) override;
 
  private:

@@ -50,9 +50,9 @@ Projection IslandSolver::project_positions(const Parallel& parallel, const doubl
 }
 
 Projection IslandSolver::project_velocities(const Parallel& parallel, const double* blocks, double target,
-                                            const double* r, double* v) {
+                                            const double* r, double* v, double* sum) {
   return iterate(
-      parallel, blocks, target, [&](double* rates) { return evaluate_rates(parallel, r, v, rates); }, v, nullptr);
+      parallel, blocks, target, [&](double* rates) { return evaluate_rates(parallel, r, v, rates); }, v, sum);
 }
 
 void IslandSolver::add_reactions(const Parallel& parallel, const double* blocks, const double* rows, double* points) {

@@ -94,9 +94,10 @@ class SchurFactor {
   /// A factor whose islands do not iterate by themselves returns an infinite violation.
   virtual Projection project_positions(const Parallel& parallel, const double* blocks, double target, double* r,
                                        double* sum) = 0;
-  /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s.
+  /// The same for velocities v at r, until |K'v + xi_t| <= target, m/s. There is no guess: what `sum` [d] holds grows
+  /// by all multipliers, unless it is null.
   virtual Projection project_velocities(const Parallel& parallel, const double* blocks, double target, const double* r,
-                                        double* v) = 0;
+                                        double* v, double* sum) = 0;
 };
 
 /// Solves S lambda = -b at one configuration for all islands of a system or for some of them, from the evaluation of K

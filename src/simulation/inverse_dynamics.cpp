@@ -235,7 +235,7 @@ MotionState InverseDynamics::place(double t, const MotionState& coordinates) {
   const auto gather = [&](const std::vector<double>& given, const char* name) {
     check_size(given, s, name);
     std::vector<double> result(s);
-    model.coordinates.gather(given.data(), result.data());
+    work.coordinates.gather(given.data(), result.data());
     return result;
   };
   const std::vector<double> q = gather(coordinates.value, "q"), q_dot = gather(coordinates.rate, "q_dot"),

@@ -15,9 +15,10 @@ set(prefix ${work_dir}/moved)
 
 run(${CMAKE_COMMAND} -G ${generator} -S ${CMAKE_CURRENT_LIST_DIR} -B ${work_dir}/build
   -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${compiler} -D CMAKE_BUILD_TYPE=${build_type}
-  "-DCMAKE_CXX_FLAGS=${flags}")
+  "-DCMAKE_CXX_FLAGS=${flags}" "-DCMAKE_C_FLAGS=${flags}")
 run(${CMAKE_COMMAND} --build ${work_dir}/build --config ${build_type})
 run(${work_dir}/build/chain_host)
+run(${work_dir}/build/pendulum_host)
 
 if(program)
   run(${prefix}/bin/tanor --version)
@@ -39,6 +40,7 @@ run(${compiler} -std=c++20 ${CMAKE_CURRENT_LIST_DIR}/chain_host.cpp -o ${work_di
 
 # The host needs libtanor itself, not what libtanor is made of.
 execute_process(COMMAND ${readelf} -d ${work_dir}/build/chain_host ${work_dir}/chain_host_by_hand
+  ${work_dir}/build/pendulum_host
   OUTPUT_VARIABLE needed COMMAND_ERROR_IS_FATAL ANY)
 if(NOT needed MATCHES "NEEDED[^\n]*libtanor\\.so" OR needed MATCHES "NEEDED[^\n]*(cholmod|spqr|metis|gomp|blas)")
   message(FATAL_ERROR "chain_host should need libtanor.so and the standard libraries only:\n${needed}")

@@ -201,7 +201,7 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   // What the families say, not the part itself.
   std::vector<double> rows_left(d);
   EXPECT_LE(inner_.constraints.evaluate_values(parallel, theirs.members, r.data(), rows_left.data()), 1e-12);
-  EXPECT_LE(part->project_velocities(parallel, blocks.data(), 1e-12, r.data(), v.data()).violation, 1e-12);
+  EXPECT_LE(part->project_velocities(parallel, blocks.data(), 1e-12, r.data(), v.data(), nullptr).violation, 1e-12);
   EXPECT_LE(inner_.constraints.evaluate_rates(parallel, theirs.members, r.data(), v.data(), rows_left.data()), 1e-11);
   expect_own_points(v);
 }

@@ -1,0 +1,202 @@
+#include "host/constrained_host.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "base/text.hpp"
+#include "host/host_input.hpp"
+#include "system/members.hpp"
+
+namespace tanor {
+
+namespace {
+
+SolverOptions without_reuse(SolverOptions options) {
+  options.reuse = false;  // of factors inside the steps of methods
+  return options;
+}
+
+}  // namespace
+
+ConstrainedHost::ConstrainedHost(System system, const SolverOptions& given)
+    : forms(std::move(system), without_reuse(given)), options(given) {
+  for (std::vector<double>* array : {&place.r, &r, &v, &f, &w, &eta}) array->resize(3 * num_points());
+  for (std::vector<double>* array : {&rows, &sum}) array->resize(model.num_rows());
+}
+
+void ConstrainedHost::check(const ConstraintForces& wanted) const {
+  if (!wanted.multipliers.empty() && wanted.multipliers.size() != model.num_rows()) {
+    throw InputError("", "multipliers has " + std::to_string(wanted.multipliers.size()) + " numbers; " +
+                             std::to_string(model.num_rows()) + " are needed");
+  }
+  check_array(wanted.forces, num_points(), 3, "forces");
+  check_array(wanted.stress, num_points(), 9, "stress");
+}
+
+// ---- the cell ----
+
+void ConstrainedHost::set_images(std::unique_ptr<PeriodicImages> given) {
+  images = std::move(given);
+  place.host.resize(3 * num_points());
+  before.resize(3 * num_points());
+  check_cell();
+}
+
+/// Nearest images are unique for rods that are shorter than half of the cell.
+void ConstrainedHost::check_cell() {
+  if (!images->are_nearest()) return;
+  const double height = images->lattice().smallest_height();
+  const std::vector<double>& lengths = sums.lengths();
+  for (const RodRow& rod : sums.rods()) {
+    const auto row = static_cast<std::size_t>(rod.row);
+    if (lengths[row] < 0.5 * height) continue;
+    throw InputError("/cell", work.name_row(row) + " has the length " + text(lengths[row]) +
+                                  ", no less than half of the cell, whose faces are " + text(height) +
+                                  " apart; tell which images the rods join");
+  }
+}
+
+/// The same system, whose rods have the offsets of the present cell and the lengths that they have.
+System ConstrainedHost::move_offsets() {
+  std::vector<double> lengths(model.num_rows());
+  for (std::size_t a = 0; a < lengths.size(); ++a) lengths[user_row(a)] = sums.lengths()[a];
+  System system = model.system;
+  images->set_offsets(&system);
+  std::size_t row = 0;
+  for (Constraint& constraint : system.constraints) {
+    const auto fix = [&]<class Group>(Group& group) {
+      const std::size_t count = num_members(group) * static_cast<std::size_t>(rows_per_member<Group>());
+      if constexpr (std::is_same_v<Group, Rods>) {
+        const auto first = lengths.begin() + static_cast<std::ptrdiff_t>(row);
+        if (group.length.is_initial())
+          group.length = std::vector<double>(first, first + static_cast<std::ptrdiff_t>(count));
+      }
+      row += count;
+    };
+    std::visit(fix, constraint);
+  }
+  return system;
+}
+
+/// `place` := the host's positions in a cell; null: in that of `place`, if these are its positions bit by bit, else in
+/// the present one. Returns whether K and the factor of S stand there already.
+bool ConstrainedHost::gather_place(const ConstPointArray& positions, double t, const PeriodicCell* cell) {
+  bool is_elsewhere = transfer.gather_changes(positions, images ? place.host.data() : place.r.data());
+  if (images && (is_elsewhere || (cell != nullptr && *cell != place.cell))) {
+    is_elsewhere = true;
+    place.cell = cell != nullptr ? *cell : images->cell();
+    images->unwrap(model.parallel, Lattice(place.cell), place.host.data(), place.r.data());
+  }
+  const bool is_other_time = t != std::exchange(place.time, t) && work.constraints.depends_on_time();
+  place.stands = place.stands && !is_elsewhere && !is_other_time && linearization.has_factor();
+  return place.stands;
+}
+
+/// K and the factor of S at the host's positions.
+Outcome ConstrainedHost::stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell) {
+  if (gather_place(positions, t, cell)) return {};
+  Outcome outcome = linearization.update(t, place.r.data());
+  place.stands = outcome.ok();
+  const auto is_finite = [](double x) { return std::isfinite(x); };
+  if (!place.stands && !std::ranges::all_of(place.r, is_finite)) return model.not_finite(t);
+  return outcome;
+}
+
+/// A step from positions off the constraints would put its correction into the velocities.
+Outcome ConstrainedHost::check_place() {
+  constexpr double allowed = 1e-8;
+  if (place.was_checked) return {};
+  const double violation = linearization.evaluate_values(place.r.data(), rows.data());
+  place.was_checked = violation <= allowed;
+  if (place.was_checked) return {};
+  if (!std::isfinite(violation)) return model.not_finite(place.time);
+  return {Status::NotConverged, "the positions where the step begins violate " +
+                                    work.name_row(sums.worst_position_row(rows)) + " by " + text(violation) +
+                                    " of its length; project_positions puts them right, before the first forces"};
+}
+
+/// The host's positions into `r`, at the images that constraints mean.
+void ConstrainedHost::gather_moved(const ConstPointArray& positions) {
+  (void)transfer.gather(positions, images ? f.data() : r.data());
+  if (!images) return;
+  images->unwrap(model.parallel, images->lattice(), f.data(), r.data());
+  before = r;
+}
+
+/// `r` into the host's positions: in a cell as moves, at whatever images they are.
+double ConstrainedHost::scatter_moved(const PointArray& positions) {
+  if (!images) return transfer.scatter(r.data(), model.num_moving(), positions);
+  model.parallel.for_ranges(before.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) before[k] = r[k] - before[k];
+  });
+  return transfer.add(before.data(), model.num_moving(), positions);
+}
+
+/// The host's positions into `r` and velocities into `v`, moved onto the constraints.
+ProjectionReport ConstrainedHost::step_positions(const PositionStep& step) {
+  transfer.gather(step.positions, r.data());
+  if (images) {
+    images->follow(model.parallel, Lattice(place.cell), place.r.data(), r.data());
+    before = r;
+  }
+  if (step.velocities) transfer.gather(step.velocities, v.data());
+  return form.steps().project_step(step.time, step.step, r.data(), step.velocities ? v.data() : nullptr);
+}
+
+/// -h/2 lambda'(K'v_s + xi_t) with the velocities v_s of supports, those in `v`: what lengths that depend on time, and
+/// supports that move, do to the points by the `multipliers`.
+double ConstrainedHost::support_work(double h) {
+  const auto moving = static_cast<std::ptrdiff_t>(3 * model.num_moving());
+  std::fill(w.begin(), w.begin() + moving, 0.0);
+  std::copy(v.begin() + moving, v.end(), w.begin() + moving);
+  const bool rest = std::all_of(w.begin() + moving, w.end(), [](double x) { return x == 0.0; });
+  if ((rest && !work.constraints.depends_on_time()) || model.num_rows() == 0) return 0.0;
+  (void)linearization.evaluate_rates(place.r.data(), w.data(), rows.data());
+  return -0.5 * h * model.parallel.sum(rows.size(), [&](std::size_t a) { return multipliers[a] * rows[a]; });
+}
+
+/// Writes what is wanted of the `multipliers` times `factor`, which belong to the K that stands.
+void ConstrainedHost::write(double factor, const ConstraintForces& wanted) {
+  const double* const blocks = linearization.blocks().data();
+  if (!wanted.multipliers.empty()) {
+    const Index* const user_row_of = model.numbering.user_row.data();
+    model.parallel.for_ranges(wanted.multipliers.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t a = begin; a < end; ++a) wanted.multipliers[user_row_of[a]] = factor * multipliers[a];
+    });
+  }
+  if (wanted.forces) {
+    model.gather.reactions(model.parallel, blocks, multipliers, eta.data());
+    model.parallel.for_ranges(eta.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) eta[k] *= factor;
+    });
+    (void)transfer.scatter(eta.data(), num_points(), wanted.forces);
+  }
+  if (wanted.stress) {
+    stress.resize(9 * num_points());
+    sums.share_virial(multipliers, factor, blocks, place.r.data(), stress.data());
+    transfer.scatter_tensors(stress.data(), wanted.stress);
+  }
+}
+
+void ConstrainedHost::note_worst_position(ConstraintReport* report) {
+  if (rows.empty()) return;
+  (void)linearization.evaluate_values(r.data(), rows.data());
+  report->worst_row = user_row(sums.worst_position_row(rows));
+}
+
+/// What a step from `place` to `r` says beside the positions.
+void ConstrainedHost::measure_step(const PositionStep& step, ConstraintReport* report) {
+  note_worst_position(report);
+  work.set_time(step.time - step.step);
+  const double factor = 2.0 / step.step;
+  const double* const blocks = linearization.blocks().data();
+  report->virial = sums.virial(multipliers, factor, blocks, place.r.data());
+  report->largest_turn = sums.largest_turn(blocks, place.r.data(), r.data());
+  for (std::size_t k = 3 * model.num_moving(); k < v.size() && !step.velocities; ++k)
+    v[k] = (r[k] - place.r[k]) / step.step;
+  report->work = factor * support_work(step.step);
+}
+
+}  // namespace tanor

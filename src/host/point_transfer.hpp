@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+
+#include <tanor/constrainer.hpp>
+
+#include "base/parallel.hpp"
+#include "system/numbering.hpp"
+
+namespace tanor {
+
+/// The way between the arrays of a host and arrays in the inner order.
+class PointTransfer {
+ public:
+  /// Both outlive the transfer.
+  PointTransfer(const Numbering& numbering, const Parallel& parallel);
+
+  /// The host's array where it has the inner order already, packed; null: it has not.
+  const double* straight(const ConstPointArray& array) const;
+  /// to [3n] := the host's points; returns the largest |x_i|.
+  double gather(const ConstPointArray& from, double* to) const;
+  /// The same; returns whether any bit of `to` has changed.
+  bool gather_changes(const ConstPointArray& from, double* to) const;
+  /// The host's points := from [3n] for the first `count` inner points; returns the largest |change|.
+  double scatter(const double* from, std::size_t count, const PointArray& to) const;
+  /// The host's points += moves [3n], likewise; returns the largest |move|.
+  double add(const double* moves, std::size_t count, const PointArray& to) const;
+  /// The host's points := from [9n], nine numbers each.
+  void scatter_tensors(const double* from, const PointArray& to) const;
+
+ private:
+  /// each(i, address of the host's point) for the first `count` inner points; returns the largest of what it returns.
+  template <class Number, class Each>
+  double visit(const BasicPointArray<Number>& array, std::size_t count, std::size_t width, const Each& each) const;
+
+  const Numbering& numbering_;
+  const Parallel& parallel_;
+  const bool is_natural_;  // the inner order is the user's
+};
+
+}  // namespace tanor

@@ -1,0 +1,143 @@
+#include "host/schur_determinant.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace tanor {
+
+SchurDeterminant::SchurDeterminant(const Workspace& work)
+    : model_(work.model()),
+      rods_(list_rods(work)),
+      by_point_(model_.num_moving(),
+                [this](const auto& add) {
+                  for (const Incidence& incidence : model_.incidences) {
+                    if (static_cast<std::size_t>(incidence.point) < model_.num_moving())
+                      add(incidence.point, Entry{incidence.row, incidence.block, incidence.sign});
+                  }
+                }),
+      diagonal_(model_.numbering.first_idle_row()),
+      inverse_diagonal_(diagonal_.size()) {
+  plan_pattern();
+  lower_.resize(pattern_.entries.size());
+  inverse_lower_.resize(lower_.size());
+}
+
+/// Column j of L has the rows of S below it, and those of the columns whose first row below the diagonal is j.
+void SchurDeterminant::plan_pattern() {
+  std::vector<std::set<Index>> rows(diagonal_.size());
+  for (std::size_t i = 0; i < by_point_.size(); ++i) {
+    for (const Entry& a : by_point_[i]) {
+      for (const Entry& b : by_point_[i]) {
+        if (b.row > a.row) rows[static_cast<std::size_t>(a.row)].insert(b.row);
+      }
+    }
+  }
+  for (std::set<Index>& own : rows) {
+    for (const Index row : own) pattern_.entries.push_back(row);
+    pattern_.end_group();
+    if (own.empty()) continue;
+    std::set<Index>& parent = rows[static_cast<std::size_t>(*own.begin())];
+    parent.insert(std::next(own.begin()), own.end());
+    own.clear();
+  }
+}
+
+/// Of the entry at (row, column).
+std::size_t SchurDeterminant::place(std::size_t column, Index row) const {
+  const std::span<const Index> rows = below(column);
+  const auto found = std::lower_bound(rows.begin(), rows.end(), row);
+  return static_cast<std::size_t>(pattern_.start[column]) + static_cast<std::size_t>(found - rows.begin());
+}
+
+/// S_ab = sum over the points of K_a'K_b/m
+void SchurDeterminant::assemble(const double* blocks) {
+  std::fill(lower_.begin(), lower_.end(), 0.0);
+  std::fill(diagonal_.begin(), diagonal_.end(), 0.0);
+  for (std::size_t i = 0; i < by_point_.size(); ++i) {
+    for (const Entry& a : by_point_[i]) {
+      for (const Entry& b : by_point_[i]) {
+        if (b.row < a.row) continue;
+        const double product =
+            model_.inverse_mass[i] * a.sign * b.sign * dot(load(blocks, a.block), load(blocks, b.block));
+        const auto column = static_cast<std::size_t>(a.row);
+        (a.row == b.row ? diagonal_[column] : lower_[place(column, b.row)]) += product;
+      }
+    }
+  }
+}
+
+double SchurDeterminant::evaluate(const double* blocks) {
+  constexpr double rounding = 1e-13;
+  assemble(blocks);
+  const std::vector<double> of_s = diagonal_;
+  double result = 0.0;
+  // Right-looking: column j takes its outer product from those behind it.
+  for (std::size_t j = 0; j < diagonal_.size(); ++j) {
+    if (!(diagonal_[j] > rounding * of_s[j])) {
+      dependent_row_ = j;
+      return -std::numeric_limits<double>::infinity();
+    }
+    result += std::log(diagonal_[j]);
+    const auto first = static_cast<std::size_t>(pattern_.start[j]);
+    const std::span<const Index> rows = below(j);
+    for (std::size_t p = 0; p < rows.size(); ++p) {
+      const double factor = lower_[first + p] / diagonal_[j];
+      const auto column = static_cast<std::size_t>(rows[p]);
+      diagonal_[column] -= factor * lower_[first + p];
+      for (std::size_t q = p + 1; q < rows.size(); ++q) lower_[place(column, rows[q])] -= factor * lower_[first + q];
+    }
+    for (std::size_t p = 0; p < rows.size(); ++p) lower_[first + p] /= diagonal_[j];
+  }
+  return result;
+}
+
+/// From the last column on: Z_ij = -sum over k of L_kj Z_ik, Z_jj = 1/D_j - sum over k of L_kj Z_kj.
+void SchurDeterminant::invert() {
+  for (std::size_t j = diagonal_.size(); j-- > 0;) {
+    const auto first = static_cast<std::size_t>(pattern_.start[j]);
+    const std::span<const Index> rows = below(j);
+    double sum = 1.0 / diagonal_[j];
+    for (std::size_t p = rows.size(); p-- > 0;) {
+      double z = 0.0;
+      for (std::size_t q = 0; q < rows.size(); ++q) {
+        const auto [low, high] = std::minmax(rows[p], rows[q]);
+        const auto column = static_cast<std::size_t>(low);
+        z -= lower_[first + q] * (low == high ? inverse_diagonal_[column] : inverse_lower_[place(column, high)]);
+      }
+      inverse_lower_[first + p] = z;
+      sum -= lower_[first + p] * z;
+    }
+    inverse_diagonal_[j] = sum;
+  }
+}
+
+/// With y = M^-1 K Z_a at both ends of rod a: 2 (I - uu')(y_j - y_i)/L at j, minus that at i.
+void SchurDeterminant::write_gradient(const double* blocks, const double* lengths, double* gradient) {
+  invert();
+  std::fill(gradient, gradient + 3 * model_.num_points(), 0.0);
+  const auto entry = [&](Index a, Index b) {
+    const auto [low, high] = std::minmax(a, b);
+    const auto column = static_cast<std::size_t>(low);
+    return low == high ? inverse_diagonal_[column] : inverse_lower_[place(column, high)];
+  };
+  // M^-1 K Z_a at a point
+  const auto spread = [&](Index a, Index i) {
+    const auto point = static_cast<std::size_t>(i);
+    Vec3 sum{};
+    if (point >= model_.num_moving()) return sum;
+    for (const Entry& b : by_point_[point])
+      sum = sum + (model_.inverse_mass[point] * entry(a, b.row) * b.sign) * load(blocks, b.block);
+    return sum;
+  };
+  for (const auto& [row, block, i, j] : rods_) {
+    if (static_cast<std::size_t>(row) >= diagonal_.size()) continue;
+    const Vec3 u = load(blocks, block), y = spread(row, j) - spread(row, i);
+    const Vec3 part = (2.0 / lengths[row]) * (y - dot(u, y) * u);
+    add_to(gradient, j, part);
+    add_to(gradient, i, -part);
+  }
+}
+
+}  // namespace tanor

@@ -1,0 +1,202 @@
+/// The interface for C beside the Constrainer that it stands for. tests/package has a program in C.
+
+#include <gtest/gtest.h>
+#include <tanor.h>
+
+#include <array>
+#include <memory>
+
+#include "host/velocity_verlet.hpp"
+
+namespace tanor::host {
+namespace {
+
+struct Destroy {
+  void operator()(tn_system* system) const { tn_destroy(system); }
+};
+using Handle = std::unique_ptr<tn_system, Destroy>;
+
+/// A triangle with a tail.
+struct Tailed {
+  std::vector<double> masses{1.0, 2.0, 0.5, 1.5};
+  std::vector<double> r{0, 0, 0, 1, 0.2, 0.1, 0.4, 0.9, -0.2, 0.5, 1.8, 0.3};
+  std::vector<double> v{0.1, 0.3, -0.2, 0.4, -0.1, 0.6, 0.2, 0.8, -0.5, 0.3, 0.1, 0.7};
+  std::vector<std::int32_t> pairs{0, 1, 1, 2, 0, 2, 2, 3};
+
+  Handle make_handle() const {
+    tn_system* system = nullptr;
+    EXPECT_EQ(tn_create(&system, 4, masses.data(), {r.data(), 0, nullptr}, nullptr), TN_OK) << tn_create_error();
+    EXPECT_EQ(tn_add_rods(system, 4, pairs.data(), nullptr, nullptr, nullptr), TN_OK) << tn_last_error(system);
+    return Handle(system);
+  }
+  Constrainer make_constrainer() const {
+    Rods rods;
+    for (std::size_t k = 0; k < 4; ++k) rods.pairs.push_back({pairs[2 * k], pairs[2 * k + 1]});
+    return {masses, {rods}, r};
+  }
+};
+
+TEST(CInterface, HasTheBitsOfTheConstrainer) {
+  const double h = 1e-2;
+  const Tailed host;
+  const Handle handle = host.make_handle();
+  Constrainer constrainer = host.make_constrainer();
+  std::vector<double> r = host.r, v = host.v, lambda(4), forces(12), stress(36);
+  for (std::size_t k = 0; k < 12; ++k) r[k] += h * v[k];
+  std::vector<double> c_r = r, c_v = v, c_lambda(4), c_forces(12), c_stress(36);
+  const tn_wanted wanted{
+      sizeof(tn_wanted), 1, c_lambda.data(), {c_forces.data(), 0, nullptr}, {c_stress.data(), 0, nullptr}};
+  tn_report c_report{};
+  c_report.size = sizeof(c_report);
+
+  const ConstraintReport report =
+      constrainer.constrain_positions({.step = h,
+                                       .old_positions = host.r,
+                                       .positions = r,
+                                       .velocities = v,
+                                       .wanted = {.multipliers = lambda, .forces = forces, .stress = stress}});
+  ASSERT_TRUE(report.outcome.ok());
+  ASSERT_EQ(tn_constrain_positions(handle.get(), h, {host.r.data(), 0, nullptr}, {c_r.data(), 0, nullptr},
+                                   {c_v.data(), 0, nullptr}, &wanted, &c_report),
+            TN_OK)
+      << tn_last_error(handle.get());
+
+  EXPECT_EQ(c_r, r);
+  EXPECT_EQ(c_v, v);
+  EXPECT_EQ(c_lambda, lambda);
+  EXPECT_EQ(c_forces, forces);
+  EXPECT_EQ(c_stress, stress);
+  EXPECT_EQ(c_report.iterations, report.iterations);
+  EXPECT_EQ(c_report.violation, report.violation);
+  EXPECT_EQ(c_report.correction, report.correction);
+  EXPECT_EQ(c_report.largest_turn, report.largest_turn);
+  EXPECT_EQ(static_cast<std::size_t>(c_report.worst_row), report.worst_row);
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(c_report.virial[k], report.virial[k]);
+
+  std::vector<double> f = host.v, c_f = f, gradient(12), c_gradient(12);
+  ASSERT_TRUE(constrainer.project_forces(host.r, f).outcome.ok());
+  ASSERT_EQ(tn_project_forces(handle.get(), {host.r.data(), 0, nullptr}, {c_f.data(), 0, nullptr}, nullptr), TN_OK);
+  EXPECT_EQ(c_f, f);
+  double value = 0.0;
+  ASSERT_EQ(tn_log_det(handle.get(), {host.r.data(), 0, nullptr}, &value, {c_gradient.data(), 0, nullptr}), TN_OK);
+  EXPECT_EQ(value, constrainer.log_det(host.r, gradient).value);
+  EXPECT_EQ(c_gradient, gradient);
+  std::size_t removed = 0;
+  ASSERT_EQ(tn_removed_dof(handle.get(), {host.r.data(), 0, nullptr}, &removed), TN_OK);
+  EXPECT_EQ(removed, 4U);
+}
+
+/// A caller whose structs are shorter, as those of an older header.
+TEST(CInterface, ReadsAndWritesNoFurtherThanTheSize) {
+  const Tailed host;
+  const Handle handle = host.make_handle();
+  tn_report report{};
+  report.size = offsetof(tn_report, correction);
+  report.correction = 42.0;
+  std::array<double, 2> behind{7.0, 7.0};
+  std::vector<double> v = host.v;
+  tn_wanted wanted{};
+  wanted.size = offsetof(tn_wanted, multipliers);
+  wanted.multipliers = behind.data();
+
+  ASSERT_EQ(tn_constrain_velocities(handle.get(), 1e-2, {host.r.data(), 0, nullptr}, {v.data(), 0, nullptr}, &wanted,
+                                    &report),
+            TN_OK);
+
+  EXPECT_EQ(report.iterations, 1);
+  EXPECT_EQ(report.correction, 42.0);
+  EXPECT_EQ(behind[0], 7.0);
+  wanted.size = 0;
+  EXPECT_EQ(tn_constrain_velocities(handle.get(), 1e-2, {host.r.data(), 0, nullptr}, {v.data(), 0, nullptr}, &wanted,
+                                    nullptr),
+            TN_EINVAL);
+  EXPECT_STREQ(tn_last_error(handle.get()), "size = 0 of a struct is not sizeof it");
+}
+
+TEST(CInterface, SaysWhatIsWrong) {
+  const Tailed host;
+  tn_system* system = nullptr;
+  EXPECT_EQ(tn_create(&system, 4, nullptr, {host.r.data(), 0, nullptr}, nullptr), TN_EINVAL);
+  EXPECT_EQ(system, nullptr);
+  EXPECT_STREQ(tn_create_error(), "masses or positions are a null pointer");
+  const Handle handle = host.make_handle();
+  const std::array<std::int32_t, 2> itself{1, 1};
+  EXPECT_EQ(tn_add_rods(handle.get(), 1, itself.data(), nullptr, nullptr, nullptr), TN_EINVAL);
+  EXPECT_NE(std::string(tn_last_error(handle.get())).find("two different points"), std::string::npos)
+      << tn_last_error(handle.get());
+  EXPECT_EQ(tn_num_rows(handle.get()), 4U);
+  std::vector<double> r = host.r;
+  r[3] += 50.0;
+  EXPECT_EQ(tn_constrain_positions(handle.get(), 0.1, {host.r.data(), 0, nullptr}, {r.data(), 0, nullptr},
+                                   {nullptr, 0, nullptr}, nullptr, nullptr),
+            TN_NOT_CONVERGED);
+  EXPECT_NE(std::string(tn_last_error(handle.get())).find("rod0["), std::string::npos) << tn_last_error(handle.get());
+  r[3] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(tn_constrain_positions(handle.get(), 0.1, {host.r.data(), 0, nullptr}, {r.data(), 0, nullptr},
+                                   {nullptr, 0, nullptr}, nullptr, nullptr),
+            TN_NOT_FINITE);
+  EXPECT_EQ(
+      tn_constrain_velocities(nullptr, 0.1, {host.r.data(), 0, nullptr}, {r.data(), 0, nullptr}, nullptr, nullptr),
+      TN_EINVAL);
+  EXPECT_STREQ(tn_last_error(nullptr), "the system is a null pointer");
+}
+
+/// Rods that are added later stand behind those that were there.
+TEST(CInterface, RodsMayBeAddedAfterAStep) {
+  const Tailed host;
+  const Handle handle = host.make_handle();
+  std::vector<double> v = host.v;
+  ASSERT_EQ(
+      tn_constrain_velocities(handle.get(), 0.0, {host.r.data(), 0, nullptr}, {v.data(), 0, nullptr}, nullptr, nullptr),
+      TN_OK);
+  const std::array<std::int32_t, 2> one_more{0, 3};
+  std::size_t row = 0;
+
+  ASSERT_EQ(tn_add_rods(handle.get(), 1, one_more.data(), nullptr, nullptr, &row), TN_OK)
+      << tn_last_error(handle.get());
+  ASSERT_EQ(
+      tn_constrain_velocities(handle.get(), 0.0, {host.r.data(), 0, nullptr}, {v.data(), 0, nullptr}, nullptr, nullptr),
+      TN_OK);
+
+  EXPECT_EQ(row, 4U);
+  EXPECT_EQ(tn_num_rows(handle.get()), 5U);
+  double rate = 0.0;
+  for (std::size_t d = 0; d < 3; ++d) rate += (host.r[9 + d] - host.r[d]) * (v[9 + d] - v[d]);
+  EXPECT_NEAR(rate, 0.0, 1e-14);
+  std::array<char, 8> name{};
+  ASSERT_EQ(tn_row_name(handle.get(), 4, name.data(), name.size()), TN_OK);
+  EXPECT_STREQ(name.data(), "rod1[0]");
+  ASSERT_EQ(tn_row_name(handle.get(), 4, name.data(), 4), TN_OK);
+  EXPECT_STREQ(name.data(), "rod");
+}
+
+/// The first rod crosses the face x = 0; given images say the same as nearest ones.
+TEST(CInterface, RodsMayCrossTheFacesOfACell) {
+  const std::array<double, 9> cell{3, 0, 0, 0.5, 4, 0, 0, 0, 5}, larger{3.03, 0, 0, 0.505, 4.04, 0, 0, 0, 5.05};
+  const std::vector<double> masses(3, 1.0), old{2.6, 1, 1, 0.4, 1.2, 1, 1.2, 1.4, 1};
+  const std::array<std::int32_t, 4> pairs{0, 1, 1, 2};
+  const std::array<std::int32_t, 6> images{1, 0, 0, 0, 0, 0};
+  for (const std::int32_t* const own : {static_cast<const std::int32_t*>(nullptr), images.data()}) {
+    tn_system* system = nullptr;
+    ASSERT_EQ(tn_create(&system, 3, masses.data(), {old.data(), 0, nullptr}, nullptr), TN_OK);
+    const Handle handle(system);
+    EXPECT_EQ(tn_set_old_box(system, cell.data()), TN_EINVAL);
+    ASSERT_EQ(tn_set_box(system, cell.data(), nullptr), TN_OK) << tn_last_error(system);
+    ASSERT_EQ(tn_add_rods(system, 2, pairs.data(), nullptr, own, nullptr), TN_OK) << tn_last_error(system);
+    std::vector<double> r = old;
+    for (double& x : r) x *= 1.01;
+    ASSERT_EQ(tn_set_box(system, larger.data(), nullptr), TN_OK);
+    ASSERT_EQ(tn_set_old_box(system, cell.data()), TN_OK);
+
+    ASSERT_EQ(tn_constrain_positions(system, 0.1, {old.data(), 0, nullptr}, {r.data(), 0, nullptr},
+                                     {nullptr, 0, nullptr}, nullptr, nullptr),
+              TN_OK)
+        << tn_last_error(system);
+
+    EXPECT_NEAR(std::hypot(r[3] + 3.03 - r[0], r[4] - r[1], r[5] - r[2]), std::hypot(0.8, 0.2), 1e-13);
+    EXPECT_NEAR(std::hypot(r[6] - r[3], r[7] - r[4], r[8] - r[5]), std::hypot(0.8, 0.2), 1e-13);
+  }
+}
+
+}  // namespace
+}  // namespace tanor::host

@@ -1,0 +1,217 @@
+/// Velocity Verlet of a host with a Constrainer: energy, time reversal, bits, redundant constraints.
+
+#include <gtest/gtest.h>
+
+#include "host/velocity_verlet.hpp"
+
+namespace tanor::host {
+namespace {
+
+struct EnergyRun {
+  double trend, largest;  // of the energy over the run, over the largest kinetic energy
+};
+
+/// By least squares over all steps.
+EnergyRun run_energy(Host* host, double h, int num_steps) {
+  host->start();
+  EXPECT_TRUE(host->outcome.ok()) << host->outcome.what;
+  const double at_start = host->energy();
+  double kinetic = host->kinetic(), largest = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+  for (int k = 0; k < num_steps; ++k) {
+    EXPECT_TRUE(host->step(h)) << host->outcome.what << " in step " << k;
+    if (!host->outcome.ok()) break;
+    const double x = k, y = host->energy() - at_start;
+    kinetic = std::max(kinetic, host->kinetic());
+    largest = std::max(largest, std::abs(y));
+    sx += x, sy += y, sxx += x * x, sxy += x * y;
+  }
+  const double n = num_steps, slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  return {slope * n / kinetic, largest / kinetic};
+}
+
+constexpr int many = 100'000;
+
+TEST(VelocityVerlet, KeepsTheEnergyOfAPendulumFromTheHorizontal) {
+  Host host = make_hanging_chain(1, 1.0, 1.0, 1.0, 0.0);
+  host.set_gravity(9.81);
+
+  const EnergyRun run = run_energy(&host, 1e-3, many);
+
+  EXPECT_LE(std::abs(run.trend), 1e-7);
+  EXPECT_LE(run.largest, 1e-5);
+  EXPECT_LE(host.violation, 1e-13);
+}
+
+TEST(VelocityVerlet, KeepsTheEnergyOfADoublePendulum) {
+  Host host = make_hanging_chain(2, 1.0, 1.0, std::sin(0.3), -std::cos(0.3));
+  host.set_gravity(9.81);
+
+  const EnergyRun run = run_energy(&host, 2e-3, many);
+
+  EXPECT_LE(std::abs(run.trend), 1e-7);
+  EXPECT_LE(run.largest, 2e-5);
+  EXPECT_LE(host.violation, 1e-13);
+}
+
+TEST(VelocityVerlet, KeepsTheEnergyOfTwentyHangingRods) {
+  Host host = make_hanging_chain(20, 0.1, 0.1, 0.0, -1.0);
+  host.set_gravity(9.81);
+  for (std::size_t i = 0; i <= 20; ++i) {
+    const double s = static_cast<double>(i);
+    host.v[3 * i] = 0.5 * s / 20.0;
+    host.v[3 * i + 2] = i > 0 ? 0.3 * std::sin(0.3 * s) : 0.0;
+  }
+
+  const EnergyRun run = run_energy(&host, 1e-3, many);
+
+  EXPECT_LE(std::abs(run.trend), 1e-7);
+  EXPECT_LE(run.largest, 5e-5);
+  EXPECT_LE(host.violation, 1e-13);
+}
+
+TEST(VelocityVerlet, KeepsTheEnergyOfAFreeThermalChain) {
+  std::vector<double> r;
+  for (int i = 0; i < 10; ++i) r.insert(r.end(), {std::cos(0.6) * i, i % 2 == 1 ? std::sin(0.6) : 0.0, 0.0});
+  Host host(std::vector<double>(10, 1.0), r, {make_chain_of_rods(10)});
+  host.set_well(1.0);
+  unsigned random = 12345;
+  for (double& v : host.v) {
+    random = random * 1664525U + 1013904223U;
+    v = static_cast<double>(random >> 8U) / (1 << 24) * 2.0 - 1.0;
+  }
+
+  const EnergyRun run = run_energy(&host, 5e-3, many);
+
+  EXPECT_LE(std::abs(run.trend), 5e-6);
+  EXPECT_LE(run.largest, 5e-4);
+  EXPECT_LE(host.violation, 1e-13);
+}
+
+// ---- redundant constraints ----
+
+TEST(VelocityVerlet, CarriesMethaneWithAllTenDistances) {
+  const double a = 0.629;
+  Host host({12.0, 1.0, 1.0, 1.0, 1.0}, {0, 0, 0, a, a, a, a, -a, -a, -a, a, -a, -a, -a, a}, {make_all_distances(5)});
+  host.set_well(1.0, false);
+  for (std::size_t k = 0; k < 15; ++k) host.v[k] = std::sin(3.0 * static_cast<double>(k) + 1.0);
+
+  const EnergyRun run = run_energy(&host, 2e-3, many);
+
+  EXPECT_LE(run.largest, 1e-5);
+  EXPECT_LE(host.violation, 1e-13);
+  EXPECT_EQ(host.constrainer.rank(host.r).rank, 9U);
+}
+
+/// openmm#3603: two triangles on one side.
+TEST(VelocityVerlet, CarriesADiamondOfFiveRods) {
+  Rods rods{"rods", {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 2}}, {}, {}};
+  Host host({1.0, 2.0, 1.5, 1.0}, {0, 0, 0, 0.8, 0.5, 0, 1.6, 0, 0.1, 0.8, -0.6, 0}, {rods});
+  host.set_well(1.0, false);
+  for (std::size_t k = 0; k < 12; ++k) host.v[k] = std::sin(3.0 * static_cast<double>(k) + 1.0);
+
+  const EnergyRun run = run_energy(&host, 2e-3, many);
+
+  EXPECT_LE(run.largest, 1e-4);
+  EXPECT_LE(host.violation, 1e-13);
+}
+
+// ---- many chains ----
+
+Host make_chains(std::size_t num_chains, int threads) {
+  constexpr std::size_t num_points = 101;
+  std::vector<double> r;
+  std::vector<Constraint> constraints;
+  Rods all{"rods", {}, {}, {}};
+  for (std::size_t c = 0; c < num_chains; ++c) {
+    for (std::size_t i = 0; i < num_points; ++i)
+      r.insert(r.end(), {0.8 * static_cast<double>(i), i % 2 == 1 ? 0.6 : 0.0, 3.0 * static_cast<double>(c)});
+    const Rods own = make_chain_of_rods(num_points, static_cast<Index>(c * num_points));
+    all.pairs.insert(all.pairs.end(), own.pairs.begin(), own.pairs.end());
+  }
+  return {std::vector<double>(r.size() / 3, 1.0), r, {all}, {.threads = threads}};
+}
+
+void set_springs_to_start(Host* host) {
+  host->set_forces = [at_start = host->r](const std::vector<double>& r, std::vector<double>* f) {
+    for (std::size_t k = 0; k < r.size(); ++k) (*f)[k] = -0.3 * (r[k] - at_start[k]);
+  };
+  for (std::size_t k = 0; k < host->v.size(); ++k) host->v[k] = std::sin(1.0 + 7.3 * static_cast<double>(k));
+}
+
+TEST(VelocityVerlet, GoesBackTheWayItCame) {
+  constexpr int num_steps = 500;
+  Host host = make_chains(100, 1);
+  set_springs_to_start(&host);
+  const std::vector<double> at_start = host.r;
+  host.start();
+  for (int k = 0; k < num_steps; ++k) ASSERT_TRUE(host.step(2e-3)) << host.outcome.what;
+
+  for (double& v : host.v) v = -v;
+  for (int k = 0; k < num_steps; ++k) ASSERT_TRUE(host.step(2e-3)) << host.outcome.what;
+
+  double largest = 0.0;
+  for (std::size_t k = 0; k < host.r.size(); ++k) largest = std::max(largest, std::abs(host.r[k] - at_start[k]));
+  EXPECT_LE(largest, 1e-10);
+}
+
+TEST(VelocityVerlet, HasTheSameBitsWithOneAndTwoThreads) {
+  std::vector<double> states[2];
+  for (const int threads : {1, 2}) {
+    Host host = make_chains(100, threads);
+    set_springs_to_start(&host);
+    host.start();
+    for (int k = 0; k < 20; ++k) ASSERT_TRUE(host.step(2e-3)) << host.outcome.what;
+    std::vector<double> lambda(host.constrainer.num_rows()), w(host.r.size());
+    const ConstraintReport report = host.constrainer.solve({.positions = host.r,
+                                                            .velocities = host.v,
+                                                            .forces = host.f,
+                                                            .accelerations = w,
+                                                            .wanted = {.multipliers = lambda}});
+    std::vector<double>& state = states[threads - 1];
+    for (const auto& array : {host.r, host.v, lambda, w}) state.insert(state.end(), array.begin(), array.end());
+    state.insert(state.end(), report.virial.begin(), report.virial.end());
+  }
+  EXPECT_EQ(states[0], states[1]);
+}
+
+/// One factorization a step: positions, velocities and an instant at the same place share theirs.
+TEST(VelocityVerlet, FactorizesOnceAStep) {
+  Host host = make_chains(3, 1);
+  set_springs_to_start(&host);
+  host.start();
+  ASSERT_TRUE(host.step(2e-3));
+  const std::size_t before = host.constrainer.counters().factorizations;
+
+  for (int k = 0; k < 10; ++k) {
+    ASSERT_TRUE(host.step(2e-3));
+    ASSERT_TRUE(host.constrainer.solve({.positions = host.r, .velocities = host.v, .forces = host.f}).outcome.ok());
+  }
+
+  EXPECT_EQ(host.constrainer.counters().factorizations, before + 10);
+}
+
+/// What is measured, and what a call may keep from another one, changes no bit of the motion.
+TEST(VelocityVerlet, IsTheSameWithAFreshHandleEachStep) {
+  Host host = make_chains(2, 1), fresh = make_chains(2, 1);
+  for (Host* const each : {&host, &fresh}) {
+    set_springs_to_start(each);
+    each->start();
+  }
+  host.measures = true;
+  for (int k = 0; k < 10; ++k) {
+    ASSERT_TRUE(host.step(2e-3));
+    Host next = make_chains(2, 1);
+    next.set_forces = fresh.set_forces;
+    next.v = fresh.v;
+    next.f = fresh.f;
+    next.r = fresh.r;
+    ASSERT_TRUE(next.step(2e-3));
+    fresh.r = next.r;
+    fresh.v = next.v;
+    fresh.f = next.f;
+  }
+  for (std::size_t k = 0; k < host.r.size(); ++k) ASSERT_NEAR(host.r[k], fresh.r[k], 1e-12);
+}
+
+}  // namespace
+}  // namespace tanor::host
