@@ -1,4 +1,4 @@
-#include "factor/sparse_qr.hpp"
+#include "factor/suitesparse_qr.hpp"
 
 #include <SuiteSparseQR.hpp>
 #include <algorithm>
@@ -38,7 +38,7 @@ struct Result {
 
 }  // namespace
 
-TriangularFactor factorize_qr(const SparseColumns& C, double tolerance) {
+TriangularFactor factorize_with_suitesparse(const SparseColumns& C, double tolerance) {
   const std::size_t d = C.num_columns();
   TriangularFactor factor;
   if (C.rows.empty()) {
@@ -93,24 +93,6 @@ TriangularFactor factorize_qr(const SparseColumns& C, double tolerance) {
   ensure(factor.rank() == static_cast<std::size_t>(rank), "each independent column has a diagonal entry");
   std::sort(factor.dependent.begin(), factor.dependent.end());
   return factor;
-}
-
-void TriangularFactor::solve(double* x) const {
-  for (std::size_t j = rank(); j-- > 0;) {
-    if (x[j] == 0.0) continue;
-    const auto first = static_cast<std::size_t>(start[j]), diagonal = static_cast<std::size_t>(start[j + 1]) - 1;
-    x[j] /= values[diagonal];
-    for (std::size_t k = first; k < diagonal; ++k) x[rows[k]] -= values[k] * x[j];
-  }
-}
-
-void TriangularFactor::solve_transposed(double* x) const {
-  for (std::size_t j = 0; j < rank(); ++j) {
-    const auto first = static_cast<std::size_t>(start[j]), diagonal = static_cast<std::size_t>(start[j + 1]) - 1;
-    double sum = x[j];
-    for (std::size_t k = first; k < diagonal; ++k) sum -= values[k] * x[rows[k]];
-    x[j] = sum / values[diagonal];
-  }
 }
 
 }  // namespace tanor
