@@ -5,6 +5,9 @@ add_test(NAME house/rooms_self_test COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_
 if(TANOR_SHARED)
   add_test(NAME house/exports COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_exports.py
     $<TARGET_FILE:tanor> ${PROJECT_SOURCE_DIR}/include ${CMAKE_NM})
+  add_test(NAME house/licence COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_licence.py $<TARGET_FILE:tanor>
+    $<IF:$<BOOL:${TANOR_GPL}>,ON,OFF> ${CMAKE_NM})
+  add_test(NAME house/licence_self_test COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_licence.py --self-test)
   add_test(NAME house/exports_self_test COMMAND ${PROJECT_SOURCE_DIR}/scripts/check_exports.py --self-test)
 endif()
 

@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <system_error>
 
+#include <tanor/build_info.hpp>
 #include <tanor/error.hpp>
 #include <tanor/motion.hpp>
-#include <tanor/version.hpp>
 
 namespace tanor::cli {
 
@@ -133,7 +133,7 @@ Command parse_command_line(int argc, const char* const* argv) {
   CheckOptions check;
   ErrorTimeOptions error_time;
   CLI::App app("Motion and reactions of large systems of material points under constraints.", "tanor");
-  app.set_version_flag("--version", "tanor " TANOR_VERSION);
+  app.set_version_flag("--version", describe(build_info()));
   bool lists_methods = false;
   app.add_flag("--methods", lists_methods, "list the methods: name, order, steps, what it is");
   app.require_subcommand(0, 1);  // none is our complaint: CLI11 would not name an unknown one

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <new>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
 #include "base/check.hpp"
@@ -35,10 +34,7 @@ struct Common {
   Common& operator=(const Common&) = delete;
 
   void check() const {
-    if (c.status == CHOLMOD_TOO_LARGE)
-      throw std::length_error("L of " + std::to_string(static_cast<std::size_t>(c.lnz)) +
-                              " nonzeros: its supernodes store more than 2^31 - 1 = 2147483647");
-    if (c.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+    if (c.status == CHOLMOD_OUT_OF_MEMORY || c.status == CHOLMOD_TOO_LARGE) throw std::bad_alloc();
     ensure(c.status >= CHOLMOD_OK, "CHOLMOD takes the matrices that we build");
   }
 };
@@ -84,14 +80,6 @@ SymbolicAnalysis analyze_with(const TrianglePattern& lower, Ordering ordering) {
   return result;
 }
 
-Supernodes supernodes_of(const cholmod_factor& factor) {
-  const int *first_column = static_cast<const int*>(factor.super), *start = static_cast<const int*>(factor.pi),
-            *rows = static_cast<const int*>(factor.s);
-  return {{first_column, first_column + factor.nsuper + 1},
-          {start, start + factor.nsuper + 1},
-          {rows, rows + factor.ssize}};
-}
-
 }  // namespace
 
 SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
@@ -112,8 +100,8 @@ SymbolicAnalysis analyze(const TrianglePattern& lower, Ordering wanted) {
 struct Cholesky::Implementation {
   TrianglePattern pattern;
   std::vector<double> values;
-  std::optional<Multifrontal> fronts;  // supernodal
-  Common common;                       // of the analysis, and of the factor else
+  std::optional<Multifrontal> fronts;  // supernodal; what follows is of a simplicial factor
+  Common common;
   cholmod_sparse matrix{};
   cholmod_factor* factor = nullptr;
   std::vector<double> unit_lower, inverse_pivots;  // L D^-1 beside L's entries, D^-2
@@ -168,16 +156,17 @@ Cholesky::Cholesky(TrianglePattern pattern, bool supernodal) : implementation_(s
   Implementation& self = *implementation_;
   self.pattern = std::move(pattern);
   self.values.resize(self.pattern.rows.size());
+  if (supernodal) {
+    self.fronts.emplace(self.pattern);
+    return;
+  }
   cholmod_common& c = self.common.c;
-  c.supernodal = supernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
+  c.supernodal = CHOLMOD_SIMPLICIAL;
   c.method[0].ordering = CHOLMOD_NATURAL;
   c.postorder = 0;
-  self.matrix = view(self.pattern, self.values.data(), supernodal);
+  self.matrix = view(self.pattern, self.values.data(), false);
   self.factor = cholmod_analyze(&self.matrix, &c);
   self.common.check();
-  if (!supernodal) return;
-  self.fronts.emplace(self.pattern, supernodes_of(*self.factor));
-  cholmod_free_factor(&self.factor, &c);
 }
 
 Cholesky::Cholesky(Cholesky&&) noexcept = default;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/groups.hpp"
+#include "factor/triangular_rows.hpp"
 
 namespace tanor {
 
@@ -99,31 +100,6 @@ bool reflect(double* rows, std::size_t num_rows, std::size_t width, std::size_t 
   return true;
 }
 
-/// R row by row into columns; those of dependent columns are left out.
-void write_columns(const std::vector<int>& row_start, const std::vector<int>& columns,
-                   const std::vector<double>& values, std::size_t num_columns, TriangularFactor* R) {
-  std::vector<int> place(num_columns, -1);
-  for (std::size_t k = 0; k < R->rank(); ++k) place[static_cast<std::size_t>(R->independent[k])] = static_cast<int>(k);
-  R->start.assign(R->rank() + 1, 0);
-  for (const int column : columns) {
-    if (const int k = place[static_cast<std::size_t>(column)]; k >= 0) ++R->start[static_cast<std::size_t>(k) + 1];
-  }
-  std::partial_sum(R->start.begin(), R->start.end(), R->start.begin());
-  R->rows.resize(static_cast<std::size_t>(R->start.back()));
-  R->values.resize(R->rows.size());
-  std::vector<int> next(R->start.begin(), R->start.end() - 1);
-  // Rows come in order, so that the diagonal is the last of its column.
-  for (std::size_t row = 0; row < R->rank(); ++row) {
-    for (int entry = row_start[row]; entry < row_start[row + 1]; ++entry) {
-      const int k = place[static_cast<std::size_t>(columns[static_cast<std::size_t>(entry)])];
-      if (k < 0) continue;
-      const auto slot = static_cast<std::size_t>(next[static_cast<std::size_t>(k)]++);
-      R->rows[slot] = static_cast<int>(row);
-      R->values[slot] = values[static_cast<std::size_t>(entry)];
-    }
-  }
-}
-
 /// Eliminates the columns of C from left to right, each with a dense front of the rows that begin there.
 class RowMerger {
  public:
@@ -133,9 +109,9 @@ class RowMerger {
         by_point_(group_by_point(C)),
         waiting_(C.num_columns()),
         place_(C.num_columns(), -1) {
-    row_columns_.reserve(C.entries.size());
-    row_values_.reserve(C.entries.size());
-    row_start_.reserve(C.num_columns() + 1);
+    rows_.columns.reserve(C.entries.size());
+    rows_.values.reserve(C.entries.size());
+    rows_.start.reserve(C.num_columns() + 1);
     R_.independent.reserve(C.num_columns());
   }
 
@@ -151,7 +127,7 @@ class RowMerger {
       reduce_front(j, num_rows);
       for (const int column : columns_) place_[static_cast<std::size_t>(column)] = -1;
     }
-    write_columns(row_start_, row_columns_, row_values_, C_.num_columns(), &R_);
+    rows_.write_columns(C_.num_columns(), &R_);
     return std::move(R_);
   }
 
@@ -217,9 +193,9 @@ class RowMerger {
     }
     if (is_independent) {
       R_.independent.push_back(static_cast<int>(j));
-      row_columns_.insert(row_columns_.end(), columns_.begin(), columns_.end());
-      row_values_.insert(row_values_.end(), front_.data(), front_.data() + width);
-      row_start_.push_back(static_cast<int>(row_columns_.size()));
+      rows_.columns.insert(rows_.columns.end(), columns_.begin(), columns_.end());
+      rows_.values.insert(rows_.values.end(), front_.data(), front_.data() + width);
+      rows_.end_row();
     } else {
       R_.dependent.push_back(static_cast<int>(j));
     }
@@ -238,8 +214,7 @@ class RowMerger {
   const Groups<EntryPlace> by_point_;
   WaitingRoom waiting_;
   TriangularFactor R_;
-  std::vector<int> row_start_{0}, row_columns_;  // of R, row by row
-  std::vector<double> row_values_;
+  TriangularRows rows_;
   std::vector<int> columns_, place_;  // of the front at hand; column -> its place there, -1: it has none
   std::vector<int> own_;              // points whose rows begin at the column at hand
   std::vector<double> front_;         // [num_rows x columns]

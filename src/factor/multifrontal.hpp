@@ -3,16 +3,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "factor/cholesky.hpp"
+#include "factor/supernodes.hpp"
 
 namespace tanor {
-
-/// Columns of L that have (almost) the same pattern, and their rows.
-struct Supernodes {
-  std::vector<int> first_column;        ///< [supernode], and the number of columns at the end
-  std::vector<std::size_t> rows_start;  ///< [supernode + 1] into `rows`
-  std::vector<int> rows;                ///< of each supernode, increasing: its own columns first
-};
 
 /// L L' = S by the multifrontal method (Duff & Reid 1983; Liu 1992). Each supernode has a front, a dense lower triangle
 /// of its rows,
@@ -20,11 +13,12 @@ struct Supernodes {
 ///   [ L11    ]   its columns, from S and the updates of its children
 ///   [ L21  U ]   U = updates of its children - L21 L21',   for its parent
 ///
-/// It replaces CHOLMOD's supernodal numeric factorization, which enters several parallel regions for each supernode and
-/// BLAS for each small block. That is three quarters of its time on nets.
+/// CHOLMOD's supernodal numeric factorization enters several parallel regions for each supernode and BLAS for each
+/// small block. That is three quarters of its time on nets.
 class Multifrontal {
  public:
   /// `lower` is the lower triangle of S in the order of elimination.
+  explicit Multifrontal(const TrianglePattern& lower) : Multifrontal(lower, find_supernodes(lower)) {}
   Multifrontal(const TrianglePattern& lower, Supernodes supernodes);
 
   /// Factorizes the values that stand beside the pattern's rows. Returns the column whose pivot is not positive, or n.

@@ -122,6 +122,66 @@ std::size_t find_largest(const std::vector<double>& x) {
   return static_cast<std::size_t>(std::max_element(x.begin(), x.end(), is_smaller) - x.begin());
 }
 
+/// A dependent column as a combination of independent ones, by increasing column.
+struct Combination {
+  std::vector<Dependence::Term> terms;
+  bool is_settled = false;  // has no column that it should be exchanged with
+};
+
+/// The term that should be dependent in place of column j: the largest above 2, or else the first later one that is no
+/// smaller than j's own; -1: none.
+int find_exchange(int j, const std::vector<Dependence::Term>& terms) {
+  constexpr double largest_coefficient = 2.0, rounding = 1e-6;
+  double largest = largest_coefficient;
+  int result = -1;
+  for (const auto& [column, coefficient] : terms) {
+    const bool is_equal_and_later = result < 0 && column > j && std::abs(coefficient) > 1.0 - rounding;
+    if (std::abs(coefficient) <= largest && !is_equal_and_later) continue;
+    largest = std::max(largest, std::abs(coefficient));
+    result = column;
+  }
+  return result;
+}
+
+/// terms += factor * others
+void add_terms(double factor, const std::vector<Dependence::Term>& others, std::vector<Dependence::Term>* terms) {
+  std::vector<Dependence::Term> sum;
+  sum.reserve(terms->size() + others.size());
+  auto term = terms->begin();
+  for (const auto& [column, coefficient] : others) {
+    while (term != terms->end() && term->column < column) sum.push_back(*term++);
+    const double before = term != terms->end() && term->column == column ? (term++)->coefficient : 0.0;
+    sum.push_back({column, before + factor * coefficient});
+  }
+  sum.insert(sum.end(), term, terms->end());
+  *terms = std::move(sum);
+}
+
+/// Makes column i dependent in place of j in all combinations.
+void exchange(int j, int i, std::map<int, Combination>* X) {
+  const auto find = [](std::vector<Dependence::Term>& terms, int column) {
+    const auto found = std::ranges::lower_bound(terms, column, {}, &Dependence::Term::column);
+    return found != terms.end() && found->column == column ? found : terms.end();
+  };
+  // c_j = sum x_k c_k  =>  c_i = c_j/x_i - sum over k != i of x_k/x_i c_k
+  std::vector<Dependence::Term> terms = std::move(X->at(j).terms);
+  X->erase(j);
+  const auto at = find(terms, i);
+  const double pivot = at->coefficient;
+  terms.erase(at);
+  for (Dependence::Term& term : terms) term.coefficient /= -pivot;
+  terms.insert(std::ranges::lower_bound(terms, j, {}, &Dependence::Term::column), {j, 1.0 / pivot});
+  for (auto& [column, other] : *X) {
+    const auto found = find(other.terms, i);
+    if (found == other.terms.end()) continue;
+    const double factor = found->coefficient;
+    other.terms.erase(found);
+    add_terms(factor, terms, &other.terms);
+    other.is_settled = false;
+  }
+  X->emplace(i, Combination{std::move(terms)});
+}
+
 }  // namespace
 
 RankSolver::RankSolver(SparseColumns C, double least_tolerance) : C_(std::move(C)) {
@@ -206,53 +266,29 @@ void RankSolver::combine_dependent_columns() {
 
 /// Returns whether it exchanged any column; R11 is then that of the new independent columns.
 bool RankSolver::exchange_columns() {
-  constexpr double largest_coefficient = 2.0, rounding = 1e-6;
-  std::map<int, std::map<int, double>> X;  // dependent column -> independent column -> coefficient
+  std::map<int, Combination> X;  // dependent column -> its combination of independent ones
   for (const Dependence& dependence : dependences_) {
-    std::map<int, double>& terms = X[dependence.column];
+    std::vector<Dependence::Term>& terms = X[dependence.column].terms;
     for (const Dependence::Term& term : dependence.terms)
-      if (std::abs(term.coefficient) > tolerance_) terms.emplace(term.column, term.coefficient);
+      if (std::abs(term.coefficient) > tolerance_) terms.push_back(term);
+    std::ranges::sort(terms, {}, &Dependence::Term::column);
   }
-  const auto find_exchange = [&](int* j, int* i) {
-    for (const auto& [column, terms] : X) {
-      double largest = largest_coefficient;
-      *i = -1;
-      for (const auto& [other, coefficient] : terms) {
-        const bool is_equal_and_later = *i < 0 && other > column && std::abs(coefficient) > 1.0 - rounding;
-        if (std::abs(coefficient) <= largest && !is_equal_and_later) continue;
-        largest = std::max(largest, std::abs(coefficient));
-        *i = other;
-      }
-      *j = column;
-      if (*i >= 0) return true;
-    }
-    return false;
-  };
-
-  int j, i;
   bool exchanged = false;
-  while (find_exchange(&j, &i)) {
-    exchanged = true;
-    // c_j = sum x_k c_k  =>  c_i = c_j/x_i - sum over k != i of x_k/x_i c_k
-    std::map<int, double> combination = std::move(X.at(j));
-    X.erase(j);
-    const double pivot = combination.at(i);
-    combination.erase(i);
-    for (auto& [column, coefficient] : combination) coefficient /= -pivot;
-    combination[j] = 1.0 / pivot;
-    for (auto& [column, terms] : X) {
-      const auto found = terms.find(i);
-      if (found == terms.end()) continue;
-      const double factor = found->second;
-      terms.erase(found);
-      for (const auto& [k, coefficient] : combination) terms[k] += factor * coefficient;
+  for (auto next = X.begin(); next != X.end();) {
+    const auto& [j, combination] = *next;
+    const int i = combination.is_settled ? -1 : find_exchange(j, combination.terms);
+    if (i < 0) {
+      next++->second.is_settled = true;
+      continue;
     }
-    X.emplace(i, std::move(combination));
+    exchanged = true;
+    exchange(j, i, &X);
+    next = X.begin();
   }
   if (!exchanged) return false;
 
   std::vector<int> dependent;
-  for (const auto& [column, terms] : X) dependent.push_back(column);
+  for (const auto& [column, combination] : X) dependent.push_back(column);
   factor_ = factorize_columns(C_, all_but(dependent, num_columns()), -1.0);
   factor_.dependent = std::move(dependent);
   smallest_singular_value_ = find_smallest_singular_value(factor_).value;

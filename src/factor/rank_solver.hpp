@@ -21,7 +21,7 @@ struct Dependence {
 ///
 /// D scales the columns to unit length and I names the independent ones, so that C D = (C D)_I [1 X]. S is never
 /// formed; what is factorized is (C D)_I, by QR:
-///  1. SuiteSparseQR leaves out each column closer than the tolerance to those before it (Heath).
+///  1. QR leaves out each column closer than the tolerance to those before it (Heath).
 ///  2. A dependence spread over many columns is found by the smallest singular value of R11 (inverse iteration), and
 ///     its largest column left out (Foster and Davis, Algorithm 933, ACM TOMS 40, 2013).
 ///  3. Exchange of columns until |X| <= 2: I is then about as well conditioned as C allows (Gu and Eisenstat, SIAM J.

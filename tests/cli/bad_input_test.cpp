@@ -1,5 +1,8 @@
 #include <ostream>
 
+#include <tanor/build_info.hpp>
+#include <tanor/version.hpp>
+
 #include "cli/program.hpp"
 
 namespace tanor::cli {
@@ -46,6 +49,15 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{{"run", "s.json", "--out", ""}, "--out: must not be empty"},
         WrongUsage{{"solve", "s.json", "--quiet"}, "--quiet"}, WrongUsage{{"info", "s.json", "--out", "x"}, "--out"},
         WrongUsage{{"selftest", "s.json"}, "s.json"}));
+
+TEST(HelpTest, VersionSaysWhichCodeUnderTheGplIsCalled) {
+  const std::string out = run_program(Folder(), {"--version"}).out;
+
+  EXPECT_EQ(out, describe(build_info()) + "\n");
+  EXPECT_TRUE(contains(out, "tanor " TANOR_VERSION "\nQR: ")) << out;
+  EXPECT_EQ(contains(out, "SuiteSparseQR (GPL-2.0-or-later)"), build_info().has_suitesparse_qr) << out;
+  EXPECT_EQ(contains(out, "GPL modules that tanor does not call"), build_info().cholmod_has_gpl_modules) << out;
+}
 
 TEST(HelpTest, IsNoError) {
   const Folder folder;

@@ -1,0 +1,125 @@
+#include "factor/reflection_kernels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "base/eight.hpp"
+#include "base/instruction_sets.hpp"
+
+namespace tanor_kernels {
+
+using tanor::Eight, tanor::eight_at, tanor::num_lanes;
+
+namespace {
+
+static_assert(rows_read_beyond == num_lanes);
+
+constexpr std::size_t most = 4;  // reflections at once
+
+/// H_0 H_1 … = 1 - V T V', T upper triangular.
+struct Block {
+  std::size_t count = 0, length = 0, stride = 0;  // length: whole lanes
+  double* v = nullptr;                            // [count][stride]
+  double t[most][most] = {};
+
+  double* reflector(std::size_t k) const { return v + k * stride; }
+};
+
+[[gnu::always_inline]] inline double sum_of(const Eight& s) {
+  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+}
+
+[[gnu::always_inline]] inline double dot(std::size_t length, const double* a, const double* b) {
+  Eight sum{};
+  for (std::size_t i = 0; i < length; i += num_lanes) sum += eight_at(a + i) * eight_at(b + i);
+  return sum_of(sum);
+}
+
+/// x := (1 - V T' V') x
+template <std::size_t count>
+[[gnu::always_inline]] inline void apply(const Block& block, double* x) {
+  Eight sum[count]{};
+  for (std::size_t i = 0; i < block.length; i += num_lanes) {
+    const Eight x_i = eight_at(x + i);
+    for (std::size_t k = 0; k < count; ++k) sum[k] += eight_at(block.v + k * block.stride + i) * x_i;
+  }
+  double y[count], z[count];
+  for (std::size_t k = 0; k < count; ++k) {
+    y[k] = sum_of(sum[k]);
+    z[k] = 0.0;
+    for (std::size_t l = 0; l <= k; ++l) z[k] += block.t[l][k] * y[l];
+  }
+  for (std::size_t i = 0; i < block.length; i += num_lanes) {
+    Eight x_i = eight_at(x + i);
+    for (std::size_t k = 0; k < count; ++k) x_i -= z[k] * eight_at(block.v + k * block.stride + i);
+    eight_at(x + i) = x_i;
+  }
+}
+
+template <class Body>
+[[gnu::always_inline]] inline void with_count(std::size_t count, const Body& body) {
+  if (count == 4) return body(std::integral_constant<std::size_t, 4>{});
+  if (count == 3) return body(std::integral_constant<std::size_t, 3>{});
+  if (count == 2) return body(std::integral_constant<std::size_t, 2>{});
+  if (count == 1) return body(std::integral_constant<std::size_t, 1>{});
+}
+
+/// Appends the reflection that takes x[at …] into x[at], unless x is no longer than the tolerance there.
+[[gnu::always_inline]] inline bool append_reflection(std::size_t at, double tolerance, double* x, Block* block) {
+  double* const v = block->reflector(block->count);
+  std::fill_n(v, at, 0.0);
+  std::copy(x + at, x + block->length, v + at);
+  const double length = std::sqrt(dot(block->length, v, v));
+  if (!(length > tolerance)) return false;
+  // H = 1 - tau v v', v = (1, x_2/u, …), u = x_1 + sign(x_1) length, tau = u/(sign(x_1) length);
+  // H x = -sign(x_1) length e_1
+  const double signed_length = std::copysign(length, x[at]), u = x[at] + signed_length, inverse = 1.0 / u;
+  for (std::size_t i = at / num_lanes * num_lanes; i < block->length; i += num_lanes) eight_at(v + i) *= inverse;
+  v[at] = 1.0;
+  std::fill(x + at, x + block->length, 0.0);
+  x[at] = -signed_length;
+  // T's next column: -tau T V'v, tau
+  const std::size_t k = block->count;
+  const double tau = u / signed_length;
+  double y[most];
+  for (std::size_t l = 0; l < k; ++l) y[l] = -tau * dot(block->length, block->reflector(l), v);
+  for (std::size_t l = 0; l < k; ++l) {
+    double sum = 0.0;
+    for (std::size_t p = l; p < k; ++p) sum += block->t[l][p] * y[p];
+    block->t[l][k] = sum;
+  }
+  block->t[k][k] = tau;
+  ++block->count;
+  return true;
+}
+
+}  // namespace
+
+TANOR_EACH_INSTRUCTION_SET
+std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance, double* scratch, int* row_at) {
+  std::size_t end = 0;  // rows that are done
+  Block block;
+  block.stride = front.stride;
+  block.v = scratch;
+  for (std::size_t c = 0; c < front.columns;) {
+    const std::size_t first = end, last = std::min(c + most, front.columns);
+    block.count = 0;
+    block.length = (front.height[last - 1] - first + num_lanes - 1) / num_lanes * num_lanes;
+    for (; c < last; ++c) {
+      double* const x = front.values + c * front.stride + first;
+      with_count(
+          block.count, [&](auto count) __attribute__((always_inline)) { apply<count>(block, x); });
+      const bool begins = end < front.height[c] && append_reflection(end - first, c < own ? tolerance : 0.0, x, &block);
+      row_at[c] = begins ? static_cast<int>(end++) : -1;
+    }
+    with_count(
+        block.count, [&](auto count) __attribute__((always_inline)) {
+          for (std::size_t k = last; k < front.columns; ++k)
+            apply<count>(block, front.values + k * front.stride + first);
+        });
+  }
+  return end;
+}
+
+}  // namespace tanor_kernels

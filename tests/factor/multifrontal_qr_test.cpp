@@ -1,0 +1,210 @@
+/// QR by fronts: R'R is C'C, dependent columns are left out, and SuiteSparseQR says the same.
+
+#include "factor/multifrontal_qr.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <Eigen/Dense>
+#include <numeric>
+
+#include "factor/suitesparse_qr.hpp"
+#include "other_rank_solver.hpp"
+#include "patterns.hpp"
+
+namespace tanor {
+namespace {
+
+using namespace patterns;
+using Matrix = Eigen::MatrixXd;
+
+Matrix dense(const SparseColumns& C) {
+  Matrix result = Matrix::Zero(C.num_rows, static_cast<Eigen::Index>(C.num_columns()));
+  for (std::size_t j = 0; j < C.num_columns(); ++j) {
+    for (auto k = static_cast<std::size_t>(C.start[j]); k < static_cast<std::size_t>(C.start[j + 1]); ++k)
+      result(C.rows[k], static_cast<Eigen::Index>(j)) += C.values[k];
+  }
+  return result;
+}
+
+Matrix dense(const TriangularFactor& R) {
+  const auto rank = static_cast<Eigen::Index>(R.rank());
+  Matrix result = Matrix::Zero(rank, rank);
+  for (std::size_t j = 0; j < R.rank(); ++j) {
+    for (auto k = static_cast<std::size_t>(R.start[j]); k < static_cast<std::size_t>(R.start[j + 1]); ++k)
+      result(R.rows[k], static_cast<Eigen::Index>(j)) = R.values[k];
+  }
+  return result;
+}
+
+/// Random columns of a few entries, some of them empty or sums of others.
+SparseColumns make_columns(std::uint32_t seed) {
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> normal;
+  const auto any_of = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(generator); };
+  const int m = 1 + any_of(60), d = any_of(50);
+  Matrix A = Matrix::Zero(m, d);
+  for (int j = 0; j < d; ++j) {
+    for (int k = any_of(6); k > 0; --k) A(any_of(m), j) += normal(generator);
+    if (j > 2 && any_of(5) == 0) A.col(j) = normal(generator) * A.col(any_of(j)) + normal(generator) * A.col(any_of(j));
+    if (A.col(j).norm() > 0.0) A.col(j).normalize();
+  }
+  SparseColumns C;
+  C.num_rows = m;
+  for (int j = 0; j < d; ++j) {
+    for (int i = 0; i < m; ++i) {
+      if (A(i, j) == 0.0) continue;
+      C.rows.push_back(i);
+      C.values.push_back(A(i, j));
+    }
+    C.start.push_back(static_cast<int>(C.rows.size()));
+  }
+  return C;
+}
+
+void check_factor(const TriangularFactor& R, const SparseColumns& C) {
+  std::vector<int> columns = R.independent;
+  columns.insert(columns.end(), R.dependent.begin(), R.dependent.end());
+  std::ranges::sort(columns);
+  std::vector<int> all(C.num_columns());
+  std::iota(all.begin(), all.end(), 0);
+  RC_ASSERT(columns == all);
+  RC_ASSERT(std::ranges::is_sorted(R.dependent));
+  const Matrix upper = dense(R), chosen = dense(C)(Eigen::all, R.independent);
+  for (std::size_t j = 0; j < R.rank(); ++j) {
+    RC_ASSERT(R.rows[static_cast<std::size_t>(R.start[j + 1]) - 1] == static_cast<int>(j));
+    RC_ASSERT(std::is_sorted(R.rows.begin() + R.start[j], R.rows.begin() + R.start[j + 1]));
+  }
+  if (R.rank() > 0) RC_ASSERT((upper.transpose() * upper - chosen.transpose() * chosen).cwiseAbs().maxCoeff() <= 1e-13);
+}
+
+RC_GTEST_PROP(MultifrontalQr, GivesTheFactorOfTheIndependentColumns, ()) {
+  const SparseColumns C = make_columns(*rc::gen::arbitrary<std::uint32_t>());
+
+  const TriangularFactor R = factorize_by_fronts(C, 1e-10);
+
+  check_factor(R, C);
+  if (C.rows.empty()) return;
+  Eigen::FullPivHouseholderQR<Matrix> qr(C.num_rows, static_cast<Eigen::Index>(C.num_columns()));
+  qr.setThreshold(1e-9);
+  RC_ASSERT(static_cast<Eigen::Index>(R.rank()) == qr.compute(dense(C)).rank());
+}
+
+TEST(MultifrontalQr, FrontsOfEverySizeAreThoseOfDenseQr) {
+  std::mt19937 generator(3);
+  std::normal_distribution<double> normal;
+  for (const int n : {1, 2, 3, 4, 5, 7, 8, 9, 16, 33, 70, 150}) {
+    for (const int m : {n, n + 1, n + 9, 3 * n}) {
+      SparseColumns C;
+      C.num_rows = m;
+      for (int j = 0; j < n; ++j) {
+        for (int i = 0; i < m; ++i) {
+          C.rows.push_back(i);
+          C.values.push_back(normal(generator));
+        }
+        C.start.push_back(static_cast<int>(C.rows.size()));
+      }
+
+      const TriangularFactor R = factorize_by_fronts(C, 1e-12);
+
+      ASSERT_EQ(R.rank(), static_cast<std::size_t>(n)) << m;
+      const Matrix upper = dense(R), A = dense(C)(Eigen::all, R.independent);
+      EXPECT_LE((upper.transpose() * upper - A.transpose() * A).cwiseAbs().maxCoeff(), 1e-13 * m) << n << " " << m;
+    }
+  }
+}
+
+TEST(MultifrontalQr, ANegativeToleranceKeepsWhateverIsNotZero) {
+  SparseColumns C;
+  C.num_rows = 2;
+  C.rows = {0, 0, 1};
+  C.values = {1.0, 1.0, 1e-200};
+  C.start = {0, 1, 3, 3};
+
+  const TriangularFactor R = factorize_by_fronts(C, -1.0);
+
+  EXPECT_EQ(R.dependent.back(), 2) << "the empty one";
+  EXPECT_EQ(factorize_by_fronts(SparseColumns{}, 1e-12).rank(), 0u);
+}
+
+TEST(MultifrontalQr, NumbersThatAreNotFiniteEnd) {
+  SparseColumns C = gradients_of(make_net(5, 5), 1);
+  C.values[17] = NAN;
+  C.values[40] = INFINITY;
+
+  const TriangularFactor R = factorize_by_fronts(C, 1e-12);
+
+  EXPECT_EQ(R.independent.size() + R.dependent.size(), C.num_columns());
+}
+
+RC_GTEST_PROP(MultifrontalQr, SolvesWithRAndItsTranspose, ()) {
+  const SparseColumns C = gradients_of(make_net(6, 7), *rc::gen::arbitrary<std::uint32_t>());
+  const TriangularFactor R = factorize_by_fronts(C, 1e-12);
+  const auto d = static_cast<Eigen::Index>(R.rank());
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(d, -1.0, 2.0);
+
+  Eigen::VectorXd x = b;
+  R.solve_transposed(x.data());
+  R.solve(x.data());
+
+  const Matrix A = dense(C)(Eigen::all, R.independent);
+  RC_ASSERT((A.transpose() * (A * x) - b).norm() <= 1e-13 * x.norm());
+}
+
+#if TANOR_TEST_SPQR
+
+/// A net in a plane, braced at random: many of its diagonals are redundant.
+Rods make_braced_net(int side, std::uint32_t seed) {
+  std::mt19937 generator(seed);
+  Rods rods = make_net(side, side);
+  for (int i = 0; i + 1 < side; ++i) {
+    for (int j = 0; j + 1 < side; ++j) {
+      const int corner = i * side + j;
+      if (generator() % 3 != 0) rods.ends.emplace_back(corner, corner + side + 1);
+      if (generator() % 2 != 0) rods.ends.emplace_back(corner + 1, corner + side);
+    }
+  }
+  std::shuffle(rods.ends.begin(), rods.ends.end(), generator);
+  return rods;
+}
+
+std::vector<int> names_of(const std::vector<Dependence>& dependences) {
+  std::vector<int> names;
+  for (const Dependence& dependence : dependences) {
+    names.push_back(dependence.column);
+    const auto first = static_cast<std::ptrdiff_t>(names.size());
+    for (const Dependence::Term& term : dependence.terms) names.push_back(term.column);
+    std::sort(names.begin() + first, names.end());
+  }
+  return names;
+}
+
+RC_GTEST_PROP(MultifrontalQr, FindsTheRankAndTheRedundantRodsOfSuiteSparseQr, ()) {
+  const auto seed = *rc::gen::arbitrary<std::uint32_t>().as("seed");
+  const bool is_molecule = *rc::gen::arbitrary<bool>().as("molecule");
+  const SparseColumns C = is_molecule ? gradients_of(make_protein(*rc::gen::inRange(1, 12), seed), seed)
+                                      : gradients_of(make_braced_net(*rc::gen::inRange(2, 9), seed), seed,
+                                                     *rc::gen::arbitrary<bool>().as("flat"));
+
+  const RankSolver ours(C);  // one of the two is on SuiteSparseQR
+  const OtherRank theirs = find_rank_on_other_qr(C);
+
+  RC_ASSERT(ours.rank() == theirs.rank);
+  RC_ASSERT(ours.unique() == theirs.unique);
+  // Nets in a plane may be so crooked that rounding chooses among the rods of a circuit.
+  if (is_molecule) RC_ASSERT(names_of(ours.dependences()) == names_of(theirs.dependences));
+}
+
+TEST(MultifrontalQr, FillsNoMoreThanSuiteSparseQr) {
+  for (const Rods& rods : {make_net(60, 60), make_lattice(10), make_protein(200, 3)}) {
+    const SparseColumns C = gradients_of(rods, 1);
+    const double ours = static_cast<double>(factorize_by_fronts(C, 1e-11).values.size()),
+                 theirs = static_cast<double>(factorize_with_suitesparse(C, 1e-11).values.size());
+    EXPECT_LE(ours, 1.05 * theirs);
+  }
+}
+
+#endif
+
+}  // namespace
+}  // namespace tanor
