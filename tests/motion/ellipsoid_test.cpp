@@ -3,22 +3,13 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <tanor/motion.hpp>
 
-#include "scenes.hpp"
+#include "motion/by_method.hpp"
 
 namespace tanor {
 namespace {
 
-class EllipsoidMotion : public testing::TestWithParam<Method> {
- protected:
-  Simulation run(System system, double t_end) const {
-    Simulation simulation(std::move(system), {.method = GetParam(), .rtol = 1e-11, .atol = 1e-12});
-    const Outcome outcome = simulation.advance_to(t_end);
-    EXPECT_TRUE(outcome.ok()) << outcome.what;
-    return simulation;
-  }
-};
+using EllipsoidMotion = MotionByMethod;
 
 /// Nothing pulls a bead out of the equator: it goes round with its speed, and the surface turns it by m v^2/a.
 TEST_P(EllipsoidMotion, EquatorIsACircle) {
@@ -77,8 +68,7 @@ TEST_P(EllipsoidMotion, AgreesWithTheSurfaceAsAFormula) {
   EXPECT_LT(std::abs(simulation.report().energy.drift_relative()), 1e-9);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, EllipsoidMotion, testing::Values(Method::Taylor, Method::Dop853),
-                         [](const auto& method) { return std::string(name_of(method.param)); });
+INSTANTIATE_TEST_SUITE_P(Methods, EllipsoidMotion, series_and_kernels, name_method);
 
 /// The same surface twice: one row too many, and the multipliers share the load.
 TEST(Ellipsoid, TwiceTheSameIsRedundant) {

@@ -4,9 +4,8 @@
 #include <numbers>
 
 #include <gtest/gtest.h>
-#include <tanor/motion.hpp>
 
-#include "scenes.hpp"
+#include "motion/by_method.hpp"
 
 namespace tanor {
 namespace {
@@ -30,15 +29,7 @@ void expect_at_height(const Simulation& simulation, double z, double turned, dou
   EXPECT_NEAR(simulation.positions()[2], z, tolerance);
 }
 
-class HelixMotion : public testing::TestWithParam<Method> {
- protected:
-  Simulation run(System system, double t_end) const {
-    Simulation simulation(std::move(system), {.method = GetParam(), .rtol = 1e-11, .atol = 1e-12});
-    const Outcome outcome = simulation.advance_to(t_end);
-    EXPECT_TRUE(outcome.ok()) << outcome.what;
-    return simulation;
-  }
-};
+using HelixMotion = MotionByMethod;
 
 /// z = -(1/2) g sin^2 t^2; the wire holds m R omega^2 inwards and m g cos across.
 TEST_P(HelixMotion, BeadSlidesDownAsOnAnIncline) {
@@ -79,8 +70,7 @@ TEST_P(HelixMotion, NegativePitchWindsTheOtherWay) {
   EXPECT_NEAR(simulation.positions()[2], z + 0.4 * t_end, 1e-8);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, HelixMotion, testing::Values(Method::Taylor, Method::Dop853),
-                         [](const auto& method) { return std::string(name_of(method.param)); });
+INSTANTIATE_TEST_SUITE_P(Methods, HelixMotion, series_and_kernels, name_method);
 
 /// A helix is a guide: with -c v along the wire, z'' = -g sin^2 - k z', k = c/m.
 TEST(Helix, ViscousFrictionSlowsTheBead) {
