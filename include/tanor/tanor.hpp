@@ -7,6 +7,7 @@
 /// dynamics* (`Dynamics`, `Simulation`); its *direct problem*, forces from a motion, is everybody's *inverse dynamics*
 /// (`InverseDynamics`). Names here are those of the field.
 
+#include <tanor/build_info.hpp>
 #include <tanor/certificate.hpp>
 #include <tanor/dynamics.hpp>
 #include <tanor/enum_names.hpp>
