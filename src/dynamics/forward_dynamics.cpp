@@ -50,7 +50,7 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
     if (!outcome.ok()) return outcome;
   }
   if (outcome = check_idle_rows(at.t); !outcome.ok()) return outcome;
-  const UniquenessCheck check{request.judgement != Judgement::None, request.refuses_several, are_counted};
+  const UniquenessCheck check{request.verification != Verification::None, request.refuses_several, are_counted};
   if (outcome = find_friction(at, check, w); !outcome.ok()) return outcome;  // tau, then f + tau for f (43)
   find_multipliers();                                                        // S lambda = -b (31)
   improve_friction(w);

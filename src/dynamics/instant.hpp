@@ -11,16 +11,16 @@ struct Kinematics {
 /// Whether a computation evaluates K (and factorizes S) at its own configuration or keeps those of the last one.
 enum class Gradients { Evaluate, Keep };
 
-/// How much is asked about other solutions of friction than the one that was found: nothing; of few contacts, as in
-/// every step; of more of them.
-enum class Judgement { None, Quick, Thorough };
+/// When it is verified that friction has no other solution than the one that was found: never; where a step ends, whose
+/// K is kept; wherever accelerations are asked for.
+enum class Verification { None, AtStepEnds, Always };
 
 /// How accelerations are asked for. Each call says it anew.
 struct Request {
   Gradients gradients = Gradients::Evaluate;
   /// Refine to the rounding of the residual; else to 1e-12 of its scale.
   bool exact = false;
-  Judgement judgement = Judgement::None;
+  Verification verification = Verification::None;
   /// Several accelerations that obey the laws of friction are a failure; else the nearest one is taken and reported.
   bool refuses_several = false;
   /// Error that accelerations may have, as `InexactSolves` measures it; K then stands there, its factor need not. 0:
@@ -28,6 +28,14 @@ struct Request {
   double allowed_error = 0.0;
   /// [3n] N, what acts in place of the model's forces, at the inner points; null: those of the model.
   const double* forces = nullptr;
+
+  /// The same where K is evaluated anew, which no end of a step is.
+  Request evaluated_anew() const {
+    Request anew = *this;
+    anew.gradients = Gradients::Evaluate;
+    if (verification == Verification::AtStepEnds) anew.verification = Verification::None;
+    return anew;
+  }
 };
 
 }  // namespace tanor

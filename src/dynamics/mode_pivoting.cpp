@@ -57,7 +57,7 @@ Outcome ModePivoting::settle(const ModeSwitch& at, const std::vector<ContactChoi
   Search search = begin(at, choices, islands);
   Request on_the_way = at.request;
   on_the_way.gradients = Gradients::Evaluate;
-  on_the_way.judgement = Judgement::None;
+  on_the_way.verification = Verification::None;
   const std::size_t num_at_rest = at.num_at_rest();
   for (; search.pass < most_passes; ++search.pass) {
     Outcome outcome = system_.accelerations({at.t, at.r, at.v}, on_the_way, are_counted, at.w);

@@ -80,10 +80,7 @@ Power MultiplierForm::power(const double* r, const double* v) {
 
 Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request, double* w) {
   if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return contacts_->begin(t, r, v, request, w);
-  Request anew = request;
-  anew.gradients = Gradients::Evaluate;
-  if (anew.judgement == Judgement::Quick) anew.judgement = Judgement::None;
-  return accelerations({t, r, v}, anew, w);
+  return accelerations({t, r, v}, request.evaluated_anew(), w);
 }
 
 /// What starts an iteration, or was decided where the motion has been.

@@ -133,11 +133,8 @@ Outcome TangentDynamics::add_friction(double t, const Request& request) {
   if (friction_ == nullptr) return {};
   friction_w_.resize(w0_.size());
   tau_.resize(w0_.size());
-  Request anew = request;
-  anew.gradients = Gradients::Evaluate;
-  if (anew.judgement == Judgement::Quick) anew.judgement = Judgement::None;
-  Outcome outcome =
-      friction_->accelerations({t, linearization_.r().data(), linearization_.v().data()}, anew, friction_w_.data());
+  Outcome outcome = friction_->accelerations({t, linearization_.r().data(), linearization_.v().data()},
+                                             request.evaluated_anew(), friction_w_.data());
   report_.friction = friction_->last_solve().friction;
   if (!outcome.ok()) return outcome;
   friction_->friction_forces(tau_.data());

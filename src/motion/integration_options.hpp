@@ -18,7 +18,7 @@ struct IntegrationOptions : MotionOptions {
   Request request(Gradients gradients) const {
     return {.gradients = gradients,
             .exact = exact,
-            .judgement = gradients == Gradients::Keep ? Judgement::Quick : Judgement::None};
+            .verification = gradients == Gradients::Keep ? Verification::AtStepEnds : Verification::None};
   }
 };
 

@@ -89,7 +89,7 @@ struct Dynamics::Implementation {
   }
 
   /// One instant is solved to rounding, and asks for other solutions.
-  static constexpr Request demanding{.exact = true, .judgement = Judgement::Thorough, .refuses_several = true};
+  static constexpr Request demanding{.exact = true, .verification = Verification::Always, .refuses_several = true};
 
   /// w, and what the form keeps.
   const Outcome& solve(const StateView& at) {

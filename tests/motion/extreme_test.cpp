@@ -20,7 +20,7 @@ struct Named {
 
 /// Found anew from the positions: the largest ||dr| - l|/l.
 double find_violation(const System& system, std::span<const double> r) {
-  long double worst = 0.0L;
+  double worst = 0.0;
   for (const Constraint& constraint : system.constraints) {
     const Rods* rods = std::get_if<Rods>(&constraint);
     if (rods == nullptr) continue;
@@ -35,10 +35,10 @@ double find_violation(const System& system, std::span<const double> r) {
       };
       const std::vector<double>& given = rods->length.constants;
       const long double l = given.empty() ? length(system.positions) : given[given.size() == 1 ? 0 : k];
-      worst = larger(worst, std::abs(length(r) - l) / l);
+      worst = larger(worst, static_cast<double>(std::abs(length(r) - l) / l));
     }
   }
-  return static_cast<double>(worst);
+  return worst;
 }
 
 class ExtremeScene : public testing::TestWithParam<std::tuple<Named, Method>> {};

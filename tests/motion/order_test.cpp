@@ -23,8 +23,6 @@ struct KnownMotion {
   std::string name;
   std::function<System()> build;
   std::function<double(double t, const std::vector<double>& x)> measure_error;
-
-  friend std::ostream& operator<<(std::ostream& out, const KnownMotion& motion) { return out << motion.name; }
 };
 
 /// Let go horizontally at the length 0.1 m.

@@ -86,7 +86,7 @@ TEST(TurningLine, MultipliersDoNotDependOnTheStepsTaken) {
     ASSERT_TRUE(reference.advance_to(0.1 * k).ok());
     for (std::size_t w = 0; w < std::size(ways); ++w) {
       if (k % 5 != 0 && w % 2 == 0) continue;  // some of them in fewer, longer advances
-      ASSERT_TRUE(others[w].advance(0.1 * k).ok()) << others[w].outcome().what;
+      ASSERT_TRUE(others[w].advance_to(0.1 * k).ok()) << others[w].outcome().what;
       for (std::size_t a = 0; a < 3; ++a) {
         EXPECT_NEAR(others[w].multipliers()[a], reference.multipliers()[a], 1e3 * ways[w].error)
             << name_of(ways[w].motion.method) << " at " << 0.1 * k;
