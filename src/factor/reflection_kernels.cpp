@@ -86,7 +86,7 @@ template <class Body>
   for (std::size_t l = 0; l < k; ++l) y[l] = -tau * dot(block->length, block->reflector(l), v);
   for (std::size_t l = 0; l < k; ++l) {
     double sum = 0.0;
-    for (std::size_t p = l; p < k; ++p) sum += block->t[l][p] * y[p];
+    for (std::size_t p = l; p < most && p < k; ++p) sum += block->t[l][p] * y[p];
     block->t[l][k] = sum;
   }
   block->t[k][k] = tau;
@@ -99,9 +99,7 @@ template <class Body>
 TANOR_EACH_INSTRUCTION_SET
 std::size_t reduce_rows(const RowFront& front, std::size_t own, double tolerance, double* scratch, int* row_at) {
   std::size_t end = 0;  // rows that are done
-  Block block;
-  block.stride = front.stride;
-  block.v = scratch;
+  Block block{.stride = front.stride, .v = scratch};
   for (std::size_t c = 0; c < front.columns;) {
     const std::size_t first = end, last = std::min(c + most, front.columns);
     block.count = 0;
