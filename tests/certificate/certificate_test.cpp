@@ -66,7 +66,7 @@ struct Tampering {
   static auto& along_helix(Forms& forms) { return *helices(forms).groups_[0].along; }
   static auto& around_helix(Forms& forms) { return *helices(forms).groups_[0].around; }
   static JetKernel<Helices>& helices(Forms& forms) {
-    return const_cast<JetKernel<Helices>&>(forms.model.constraints.family<JetKernel<Helices>>().kernel);
+    return const_cast<JetKernel<Helices>&>(forms.work.constraints.family<JetKernel<Helices>>().kernel);
   }
   static void refactorize(Forms& forms) {
     S(forms).assemble(Parallel(1), K(forms).data());
