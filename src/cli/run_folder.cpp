@@ -86,6 +86,7 @@ std::string RunFolder::finish(Simulation& simulation, bool can_go_on) {
 }
 
 void RunFolder::take_certificate(const Certificate& certificate) {
+  ++facts_.certificates;
   if (!facts_.certificate || facts_.certificate->passed()) facts_.certificate = certificate;
 }
 

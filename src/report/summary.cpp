@@ -135,6 +135,7 @@ void write_summary(const std::filesystem::path& directory, const RunFacts& facts
     json.add("violation", describe_violation(facts, report));
     json.add("energy", describe_energy(facts, report, has_friction));
     json.add("certificate", describe_certificate(facts.certificate));
+    json.add("certificates", facts.certificates);
     json.add("friction", describe_friction_summary(simulation.system(), report.friction));
     json.add("left_out", simulation.plan().left_out);
     json.finish();

@@ -21,6 +21,7 @@ struct RunFacts {
   double t_end = 0.0;                      ///< asked for, s
   bool has_started = true;                 ///< a start was found; else no state is known
   std::optional<Certificate> certificate;  ///< of the end, or the first one that failed
+  std::size_t certificates = 0;            ///< made since the run began or was resumed
   WallTimes wall;
 };
 

@@ -258,6 +258,7 @@ TEST(SummaryTest, HasTheKeysOfTheContract) {
   const json summary = read_json(folder / "summary.json");
   EXPECT_EQ(list_keys(summary), (Keys{"accuracy_warning",
                                       "certificate",
+                                      "certificates",
                                       "degrees_of_freedom",
                                       "doubt",
                                       "energy",
