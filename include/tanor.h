@@ -1,16 +1,16 @@
 #ifndef TANOR_H
 #define TANOR_H
 /** \file
- *  Exact constraints for a host's own time loop, in C: tanor::Constrainer (<tanor/constrainer.hpp>).
+ * Exact constraints for a host's own time loop, in C: tanor::Constrainer (<tanor/constrainer.hpp>).
  *
- *  The host owns every array and the time loop; a handle owns the plan, the factors and its scratch. Nothing throws,
- *  prints or aborts; a step allocates nothing once the handle is planned. Handles are independent: different ones may be
- *  used by different threads at once, one handle by one thread at a time. Arrays handed to one call must not overlap.
+ * The host owns every array and the time loop; a handle owns the plan, the factors and its scratch. Nothing throws,
+ * prints or aborts; a step allocates nothing once the handle is planned. Handles are independent: different ones may be
+ * used by different threads at once, one handle by one thread at a time. Arrays handed to one call must not overlap.
  *
- *  Units are the host's: lengths, times and masses as it likes; a force is mass * length / time^2.
+ * Units are the host's: lengths, times and masses as it likes; a force is mass * length / time^2.
  *
- *  Rules of the binary interface: a struct that may grow begins with its `size`, which the caller sets to sizeof; what
- *  lies beyond it is neither read nor written. A changed meaning changes TN_ABI.
+ * Rules of the binary interface: a struct that may grow begins with its `size`, which the caller sets to sizeof; what
+ * lies beyond it is neither read nor written. A changed meaning changes TN_ABI.
  */
 #include <stddef.h>
 #include <stdint.h>
@@ -33,18 +33,18 @@ typedef struct tn_system tn_system;
 /** 0: all right. 1 to 99: the caller's mistake. From 100 on: the numbers say no. In all these no array was changed. */
 typedef enum tn_result {
   TN_OK = 0,
-  TN_EINVAL = 1,        /**< wrong argument, see tn_last_error */
-  TN_ENOMEM = 2,        /**< no memory; the handle can only be destroyed */
-  TN_EINTERNAL = 3,     /**< a defect of the library; the handle can only be destroyed */
-  TN_SINGULAR = 101,    /**< a constraint has no gradient here, or rows depend on each other */
+  TN_EINVAL = 1,     /**< wrong argument, see tn_last_error */
+  TN_ENOMEM = 2,     /**< no memory; the handle can only be destroyed */
+  TN_EINTERNAL = 3,  /**< a defect of the library; the handle can only be destroyed */
+  TN_SINGULAR = 101, /**< a constraint has no gradient here, or rows depend on each other */
   TN_CONTRADICTORY = 102,
   TN_NOT_CONVERGED = 103, /**< tn_last_error names the constraint; a shorter step may do */
   TN_NOT_FINITE = 104     /**< NaN or infinity in the host's arrays */
 } tn_result;
 
 /** Points of a host as it stores them: the three numbers of a point follow one another, the next point begins `stride`
- *  bytes further on (0: packed). `index` (may be null) says which of the host's points is point i of this system: arrays
- *  in another order, or with strangers in between, are read and written in place. Borrowed for the call. */
+ * bytes further on (0: packed). `index` (may be null) says which of the host's points is point i of this system: arrays
+ * in another order, or with strangers in between, are read and written in place. Borrowed for the call. */
 typedef struct tn_points {
   double* data;
   ptrdiff_t stride;
@@ -88,7 +88,7 @@ TN_API int tn_abi(void);             /**< TN_ABI of the library */
 TN_API const char* tn_version(void); /**< "0.1.0" */
 
 /** n points with their masses (infinite: a support, which constraints never move) at `positions`, which are read now.
- *  `options` may be null. `*out` is null after a failure; tn_create_error() then says why, for each thread its own. */
+ * `options` may be null. `*out` is null after a failure; tn_create_error() then says why, for each thread its own. */
 TN_API int tn_create(tn_system** out, size_t num_points, const double* masses, tn_const_points positions,
                      const tn_options* options);
 TN_API void tn_destroy(tn_system* system); /**< null: nothing */
@@ -99,18 +99,18 @@ TN_API const char* tn_last_error(const tn_system* system);
 /* ---- what is constrained ---- */
 
 /** Rods between the points i = pairs[2k] and j = pairs[2k + 1], of these lengths (null: as long as they are at the
- *  positions of tn_create). `images` (may be null), three whole numbers a rod: it joins r_i and r_j + n0 a + n1 b + n2 c,
- *  see tn_set_box. Their rows follow those that are there; `first_row` (may be null) receives the first one. Rods that
- *  come after a step are planned with all others anew. */
+ * positions of tn_create). `images` (may be null), three whole numbers a rod: it joins r_i and r_j + n0 a + n1 b + n2
+ * c, see tn_set_box. Their rows follow those that are there; `first_row` (may be null) receives the first one. Rods
+ * that come after a step are planned with all others anew. */
 TN_API int tn_add_rods(tn_system* system, size_t count, const int32_t* pairs, const double* lengths,
                        const int32_t* images, size_t* first_row);
 /** Edges of a periodic cell, rows a, b, c, from the next call on; it may change in every step. `repeats` three flags
- *  (null: all are set). Rods join nearest images, wherever the host has wrapped its points; or, as soon as `images` of
- *  some rod are given, those images, of positions that are never wrapped. The first one is that of the
- *  positions of tn_create; where it comes after a step, all is planned anew. */
+ * (null: all are set). Rods join nearest images, wherever the host has wrapped its points; or, as soon as `images` of
+ * some rod are given, those images, of positions that are never wrapped. The first one is that of the
+ * positions of tn_create; where it comes after a step, all is planned anew. */
 TN_API int tn_set_box(tn_system* system, const double cell[9], const int repeats[3]);
 /** The cell in which x_old of the next tn_constrain_positions is. Without it: that of the last call, if these are its
- *  positions bit by bit, else the present one. */
+ * positions bit by bit, else the present one. */
 TN_API int tn_set_old_box(tn_system* system, const double cell[9]);
 /** Plans now what the next call would. */
 TN_API int tn_plan(tn_system* system);
@@ -123,10 +123,10 @@ TN_API int tn_row_name(tn_system* system, size_t row, char* text, size_t size);
 
 /** From x_old, which obeys the constraints, the host went to x. Moves x onto them along M^-1 K(x_old):
  *
- *      x += M^-1 K(x_old) mu,   v += M^-1 K(x_old) mu / dt,   multipliers 2 mu/dt^2
+ *     x += M^-1 K(x_old) mu,   v += M^-1 K(x_old) mu / dt,   multipliers 2 mu/dt^2
  *
- *  v (data may be null): at half of the step. `wanted` and `report` may be null. Where x_old is, bit by bit, where the
- *  last call ended, its factor is used again. */
+ * v (data may be null): at half of the step. `wanted` and `report` may be null. Where x_old is, bit by bit, where the
+ * last call ended, its factor is used again. */
 TN_API int tn_constrain_positions(tn_system* system, double dt, tn_const_points x_old, tn_points x, tn_points v,
                                   const tn_wanted* wanted, tn_report* report);
 /** v onto K(x)'v = 0 in the M-norm; multipliers 2 nu/dt, where dt is 0 the impulses nu. */
@@ -135,11 +135,13 @@ TN_API int tn_constrain_velocities(tn_system* system, double dt, tn_const_points
 
 /* ---- an instant ---- */
 
-/** Accelerations w (data may be null) and multipliers at (x, v) under the host's forces f. The virial is exact: with rigid
- *  molecules the atomic and the molecular pressure agree to rounding; multipliers of a step agree to O(dt) only. */
+/** Accelerations w (data may be null) and multipliers at (x, v) under the host's forces f. The virial is exact: with
+ * rigid molecules the atomic and the molecular pressure agree to rounding; multipliers of a step agree to O(dt) only.
+ */
 TN_API int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_points f, tn_points w,
                     const tn_wanted* wanted, tn_report* report);
-/** f -= K S^-1 K'M^-1 f: what is left moves no constraint. For minimisers; without masses of their own: all masses 1. */
+/** f -= K S^-1 K'M^-1 f: what is left moves no constraint. For minimisers; without masses of their own: all masses 1.
+ */
 TN_API int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, tn_report* report);
 /** The nearest x on the constraints in the M-norm, from anywhere: for starts, before the first forces. */
 TN_API int tn_project_positions(tn_system* system, tn_points x, tn_report* report);
