@@ -12,6 +12,7 @@ slower where the whole interval lies above 1.03; the exit code is 1 then.
 import argparse
 import math
 import os
+import resource
 import statistics
 import subprocess
 import sys
@@ -44,11 +45,11 @@ def time_evaluation(tree: str, scene: str) -> float:
 def time_run(tree: str, arguments: list) -> float:
     """s of the processor, of the program and what it calls."""
     with tempfile.TemporaryDirectory() as folder:
-        before = os.times()
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([f"{tree}/build/src/cli/tanor", "run", f"{tree}/examples/{arguments[0]}", *arguments[1:],
                         "--threads", "1", "--quiet", "--out", f"{folder}/out"], check=True, capture_output=True)
-        after = os.times()
-    return after.children_user + after.children_system - before.children_user - before.children_system
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def interval_of_median(values: list) -> tuple:
