@@ -63,7 +63,7 @@ struct Verifier::Sliding {
   bool takes_energy() const {
     return !std::visit([]<class Law>(const Law&) { return HasForceOfFriction<Law>; }, friction);
   }
-  /// Of the friction of a law that says one.
+  /// The magnitude of the friction, for laws that say one.
   double magnitude(double speed) const {
     return std::visit([&]<class Law>(const Law& law) { return magnitude_again(law, speed, norm(normal)); }, friction);
   }

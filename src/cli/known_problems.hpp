@@ -46,7 +46,7 @@ double relative_error(std::span<const double> found, std::span<const double> kno
 Finding follow(const System& system, const MotionOptions& options, double t_end, Index first_point,
                const std::vector<double>& known);
 
-/// What acts at the start.
+/// The accelerations and multipliers at the start of a problem.
 struct Answer {
   std::vector<double> accelerations, multipliers;
   Outcome outcome{};

@@ -32,7 +32,7 @@ ExitCode execute(const SolveOptions& options) {
   const StartReport start = naming_file(options.scene, [&] {
     return dynamics.start({.time = 0.0, .positions = positions, .velocities = velocities}, scene.motion.start);
   });
-  // What is null in an answer that is incomplete was not found.
+  // An incomplete answer has null in place of what was not found.
   if (!start.outcome.ok()) {
     write(options, solution);
     return tell(options.scene, start.outcome.what);

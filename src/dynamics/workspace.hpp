@@ -60,7 +60,7 @@ class Workspace : public Families {
   /// Where `Model::uniform_free` says the others: the prescribed accelerations of supports, and those of points without
   /// constraints, into w0 [3n]. Returns its length.
   double write_unconstrained(double* w0) const;
-  /// Those of all points.
+  /// Writes the accelerations of all points likewise.
   void write_uniform(double* w0) const;
 
   /// Assembles and factorizes S or H, timed and counted.

@@ -210,7 +210,7 @@ struct ChartOf<Group> {
 
 }  // namespace detail
 
-/// What the numbers of a point are centred at.
+/// The chart of a group: the point at which the numbers of a member are centred.
 template <class Group>
 using ChartOf = typename detail::ChartOf<Group>::Type;
 
