@@ -29,8 +29,8 @@ install(FILES ${PROJECT_BINARY_DIR}/tanor.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}
 if(TANOR_BUILD_PROGRAM)
   # The executable loads the program from a folder of its own, which finds libtanor beside it.
   set_target_properties(tanor_commands PROPERTIES INSTALL_RPATH "$ORIGIN/..")
-  install(TARGETS tanor_commands LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tanor COMPONENT runtime)
-  install(TARGETS tanor_cli RUNTIME COMPONENT runtime)
+  install(TARGETS tanor_commands LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tanor COMPONENT program)
+  install(TARGETS tanor_cli RUNTIME COMPONENT program)
 endif()
 
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)

@@ -45,7 +45,7 @@ headline "format (scripts/check.sh --format mends it)"
 clang-format --dry-run -Werror "${sources[@]}"
 
 headline "scripts"
-shellcheck scripts/{bench,check.sh,docs,error-time,extreme,fetch_examples,install_packages,main_job,run,test,test_aarch64} \
+shellcheck scripts/{abi,bench,check.sh,docs,error-time,extreme,fetch_examples,install_packages,main_job,package,run,test,test_aarch64} \
   .ci/run
 
 headline "rooms"
@@ -67,6 +67,16 @@ if [[ ${1:-} != --quick ]]; then
 
   headline "release"
   build_and_test release
+
+  headline "binary interface"
+  scripts/abi
+
+  headline "a project that contains tanor"
+  cmake --build build/tests/package-FetchContent --parallel "$(nproc)"
+  build/tests/package-FetchContent/chain_host
+
+  headline "Debian packages"
+  scripts/package --check
 fi
 
 headline "all good"

@@ -23,3 +23,10 @@ if(TANOR_INSTALL)
     -P ${CMAKE_CURRENT_SOURCE_DIR}/package/run.cmake)
   set_tests_properties(package/foreign_project PROPERTIES TIMEOUT 300)
 endif()
+
+# A project that contains tanor; only configured, for scripts/check.sh builds it.
+foreach(by add_subdirectory FetchContent)
+  add_test(NAME package/${by} COMMAND ${CMAKE_COMMAND} -G ${CMAKE_GENERATOR} --fresh
+    -S ${CMAKE_CURRENT_SOURCE_DIR}/package/subproject -B ${CMAKE_CURRENT_BINARY_DIR}/package-${by}
+    -D by=${by} -D tanor_source=${PROJECT_SOURCE_DIR} -D CMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER})
+endforeach()

@@ -329,7 +329,7 @@ class TANOR_API Dynamics {
   /// Likewise by velocities, |K'v + xi_t|/|gradient|/velocity scale.
   [[nodiscard]] double velocity_violation(const StateView& at);
 
-  // The calls of the version before; those that looked at "the last solve" take its state now (CHANGELOG.md).
+  // The calls of the version before; those that looked at "the last solve" take its state now (docs/from-0.1.md).
   [[deprecated("takes {.time, .positions, .velocities}, {.accelerations, .multipliers, .reactions}")]] SolveReport
   solve(double t, std::span<const double> r, std::span<const double> v, std::span<double> w,
         std::span<double> lambda = {}, std::span<double> eta = {}) {

@@ -37,10 +37,12 @@ execute_process(COMMAND ${pkg_config} --cflags --libs tanor
   OUTPUT_VARIABLE options OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 separate_arguments(options UNIX_COMMAND "${options} ${flags}")
 run(${compiler} -std=c++20 ${CMAKE_CURRENT_LIST_DIR}/chain_host.cpp -o ${work_dir}/chain_host_by_hand ${options})
+find_program(c_compiler NAMES cc gcc clang REQUIRED)
+run(${c_compiler} -std=c11 ${CMAKE_CURRENT_LIST_DIR}/pendulum_host.c -o ${work_dir}/pendulum_host_by_hand ${options} -lm)
 
 # The host needs libtanor itself, not what libtanor is made of.
 execute_process(COMMAND ${readelf} -d ${work_dir}/build/chain_host ${work_dir}/chain_host_by_hand
-  ${work_dir}/build/pendulum_host
+  ${work_dir}/build/pendulum_host ${work_dir}/pendulum_host_by_hand
   OUTPUT_VARIABLE needed COMMAND_ERROR_IS_FATAL ANY)
 if(NOT needed MATCHES "NEEDED[^\n]*libtanor\\.so" OR needed MATCHES "NEEDED[^\n]*(cholmod|spqr|metis|gomp|blas)")
   message(FATAL_ERROR "chain_host should need libtanor.so and the standard libraries only:\n${needed}")
