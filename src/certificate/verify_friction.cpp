@@ -236,8 +236,7 @@ void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
 void Verifier::verify_friction_by_blocks() {
   constexpr int most_iterations = 60;
   FrictionBlocks blocks{};
-  const FrictionReport& friction = forms_.normal->last_solve().friction;
-  if (friction.sticking_is_indeterminate) {
+  if (forms_.normal->linearization().rank_factor().is_compliant()) {
     blocks.outcome = {Status::NotUnique, "contacts that stick share their load by convention"};
   } else if (const std::string contact = forms_.normal->find_undetermined_reaction(); !contact.empty()) {
     // Each way takes a share of its own.
