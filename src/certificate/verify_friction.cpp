@@ -5,6 +5,7 @@
 #include "certificate/verifier.hpp"
 #include "dynamics/friction_blocks.hpp"
 #include "system/contacts.hpp"
+#include "system/friction_magnitude.hpp"
 
 /// \file Friction: the laws once more, straight from the System, at the answer's own multipliers; what sticks stays at
 /// rest; (43) by its three blocks.
@@ -15,12 +16,7 @@ namespace {
 /// The law that its own file says: judged are its direction, what it is evaluated at, and that (43) was solved.
 template <class Law>
 double magnitude_again(const Law& law, double speed, double normal) {
-  if constexpr (HasForceOfFriction<Law>)
-    return 0.0;
-  else if constexpr (ReadsNormalForce<Law>)
-    return KindOf<Law>::magnitude(law, speed, normal);
-  else
-    return KindOf<Law>::magnitude(law, speed);
+  return magnitude_of(law, speed, normal);
 }
 // Once more, as the contract of scene files has them: an error in their files shows here.
 double magnitude_again(const Coulomb& law, double speed, double normal) {

@@ -24,7 +24,7 @@ class ConstrainedSystem {
   /// w [3n] by (31) and (25), with friction by (43). `are_counted` [island]: all motions of its contacts are known, so
   /// that several sizes of friction are no several motions there; empty: of none.
   virtual Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
-                                const Answer& to) = 0;
+                                const AccelerationOutput& to) = 0;
 
   /// lambda [rows]: the guess of the next `accelerations`, the answer of the last ones.
   virtual std::vector<double>& lambda() = 0;

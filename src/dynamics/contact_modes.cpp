@@ -63,7 +63,8 @@ void ContactModes::shape_events(const double* values, double* shapes) const {
 
 // ---- the driver ----
 
-Outcome ContactModes::begin(double t, const double* r, double* v, const Request& request, const Answer& to) {
+Outcome ContactModes::begin(double t, const double* r, double* v, const Request& request,
+                            const AccelerationOutput& to) {
   Tangents& tangents = state_.tangents;
   ModeSwitch at{t, r, v, to, request};
   at.at_rest.assign(state_.size(), 0);
@@ -86,7 +87,7 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
 }
 
 Outcome ContactModes::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                                       const Request& request, const Answer& to) {
+                                       const Request& request, const AccelerationOutput& to) {
   Tangents& tangents = state_.tangents;
   const ContactIslands& islands = friction_.islands();
   ModeSwitch at{t, r, v, to, request};

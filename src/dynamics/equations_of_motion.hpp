@@ -23,7 +23,8 @@ class EquationsOfMotion : public Mechanics {
                             double* w) = 0;
   /// Accelerations where nothing is known of earlier instants: contacts at rest choose whether they stick or slide. May
   /// change x' of those by rounding.
-  virtual Outcome begin(double t, const double* x, double* x_dot, const Request& request, const Answer& to) = 0;
+  virtual Outcome begin(double t, const double* x, double* x_dot, const Request& request,
+                        const AccelerationOutput& to) = 0;
   /// After a step that was accepted: variables that serve the neighbourhood of (x, x') best; x'' goes along.
   virtual void recentre(double t, double* x, double* x_dot, double* x_ddot) = 0;
   /// Goes on with a motion from elsewhere: its earlier steps are unknown, the work is counted on.

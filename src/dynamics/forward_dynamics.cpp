@@ -25,7 +25,7 @@ ForwardDynamics::ForwardDynamics(Workspace& work, Linearization& linearization, 
       rows_(model_.num_rows()) {}
 
 Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
-                               const Answer& to) {
+                               const AccelerationOutput& to) {
   Outcome outcome = find(at, request, are_counted, to.a);
   if (to.report != nullptr) {
     *to.report = report_;

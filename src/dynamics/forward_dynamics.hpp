@@ -32,9 +32,12 @@ class ForwardDynamics {
   ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, const Contacts& contacts);
 
   /// w [3n] at (t, r, v), with K and the factor of S there or with those that stand.
-  Outcome solve(const Kinematics& at, const Request& request, const Answer& to) { return solve(at, request, {}, to); }
+  Outcome solve(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
+    return solve(at, request, {}, to);
+  }
   /// `are_counted` [island of contacts]: its motions are known, see UniquenessCheck; empty: of none.
-  Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted, const Answer& to);
+  Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                const AccelerationOutput& to);
 
   // Of the last solve.
   int refinements() const { return report_.refinements; }

@@ -43,9 +43,9 @@ struct Request {
 };
 
 /// Where accelerations are written, and what is found with them; null: nobody asks.
-struct Answer {
+struct AccelerationOutput {
   // NOLINTNEXTLINE(google-explicit-constructor): an array alone is a whole answer.
-  Answer(double* accelerations, Power* with_power = nullptr, SolveReport* with_report = nullptr)
+  AccelerationOutput(double* accelerations, Power* with_power = nullptr, SolveReport* with_report = nullptr)
       : a(accelerations), power(with_power), report(with_report) {}
 
   double* a;

@@ -58,7 +58,7 @@ Outcome ModePivoting::settle(const ModeSwitch& at, const std::vector<ContactChoi
   Request on_the_way = at.request;
   on_the_way.gradients = Gradients::Evaluate;
   on_the_way.verification = Verification::None;
-  const Answer on_the_way_to{at.to.a, nullptr, at.to.report};
+  const AccelerationOutput on_the_way_to{at.to.a, nullptr, at.to.report};
   const std::size_t num_at_rest = at.num_at_rest();
   for (; search.pass < most_passes; ++search.pass) {
     Outcome outcome = system_.accelerations({at.t, at.r, at.v}, on_the_way, are_counted, on_the_way_to);

@@ -69,7 +69,8 @@ void MultiplierForm::friction_forces(double* tau) const {
   std::fill(tau, tau + size(), 0.0);
 }
 
-Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request, const Answer& to) {
+Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request,
+                              const AccelerationOutput& to) {
   if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return contacts_->begin(t, r, v, request, to);
   return accelerations({t, r, v}, request.evaluated_anew(), to);
 }

@@ -29,7 +29,7 @@ class MultiplierForm final : public PointForm {
   bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
   double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
-  Outcome accelerations(const Kinematics& at, const Request& request, const Answer& to) override {
+  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
     return dynamics_.solve(at, request, to);
   }
   ProjectionReport project_positions(double t, double* r, Turn turn) override {
@@ -58,7 +58,7 @@ class MultiplierForm final : public PointForm {
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;
   ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
-  Outcome begin(double t, const double* r, double* v, const Request& request, const Answer& to) override;
+  Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
   void recentre(double t, double* r, double* v, double*) override {
     if (contacts_ != nullptr) contacts_->accept(t, r, v);
   }

@@ -49,7 +49,7 @@ class MultiplierSystem final : public ConstrainedSystem {
     return projector_.project_velocities(t, r, v, impulses);
   }
   Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
-                        const Answer& to) override {
+                        const AccelerationOutput& to) override {
     return dynamics_.solve(at, request, are_counted, to);
   }
 

@@ -171,7 +171,7 @@ class EventFunctions {
   /// change v by what has vanished (a sliding velocity of rounding size becomes 0). Answers with the accelerations of
   /// the new equations, linearised at (t, x).
   virtual Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which,
-                                   const Request& request, const Answer& to) = 0;
+                                   const Request& request, const AccelerationOutput& to) = 0;
   /// What guides and supports that move have done at the last switch where it changed v, J.
   virtual Power work_of_switch() const = 0;
   /// The discrete state as plain numbers, to be kept in a snapshot.

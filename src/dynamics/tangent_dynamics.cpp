@@ -24,7 +24,7 @@ TangentDynamics::TangentDynamics(Workspace& work, TangentLinearization& lineariz
   for (std::vector<double>* array : {&w_, &w0_, &points_}) array->resize(3 * model_.num_points(), 0.0);
 }
 
-Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, const Answer& to) {
+Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
   Outcome outcome = find(at, request, to.a);
   if (to.report != nullptr) {
     *to.report = report_;

@@ -29,7 +29,7 @@ class TangentDynamics {
   bool has_work() const { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
 
   /// q_ddot [s] at (t, q, q_dot).
-  Outcome solve(const Kinematics& at, const Request& request, const Answer& to);
+  Outcome solve(const Kinematics& at, const Request& request, const AccelerationOutput& to);
   /// r, v, psi, w0, A, the factor of H and q_ddot of the last solve, where they were left out.
   void complete();
 

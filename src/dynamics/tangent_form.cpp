@@ -30,7 +30,8 @@ void TangentForm::describe(PlanSummary* plan) const {
   if (!work_.coordinates.has_charts()) plan->left_out.push_back("recentring: coordinates without charts");
 }
 
-Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request, const Answer& to) {
+Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request,
+                           const AccelerationOutput& to) {
   if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {
     linearization_.evaluate(t, q, q_dot, false);
     std::vector<double> v = linearization_.v(), w(v.size());

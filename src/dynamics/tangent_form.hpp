@@ -29,7 +29,7 @@ class TangentForm final : public EquationsOfMotion {
   /// Nothing is projected, so nothing needs a factor but the accelerations, which make their own.
   Outcome linearise(double, const double*) override { return {}; }
   double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
-  Outcome accelerations(const Kinematics& at, const Request& request, const Answer& to) override {
+  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
     return dynamics_.solve(at, request, to);
   }
   std::size_t rank() const override { return work_.rank; }
@@ -58,7 +58,8 @@ class TangentForm final : public EquationsOfMotion {
   Outcome set_state(double t, const double* r, const double* v, double* q, double* q_dot) override;
   void write_points(double t, const double* q, const double* q_dot, const double* q_ddot, double* r, double* v,
                     double* w) override;
-  Outcome begin(double t, const double* q, double* q_dot, const Request& request, const Answer& to) override;
+  Outcome begin(double t, const double* q, double* q_dot, const Request& request,
+                const AccelerationOutput& to) override;
   void recentre(double t, double* q, double* q_dot, double* q_ddot) override;
   void resume(const Counters& counters, const PhaseTimes& times) override;
   Energy energy(double t, const double* q, const double* q_dot) override;

@@ -30,7 +30,7 @@ void TangentEvents::evaluate_events(double t, const double*, const double*, doub
 }
 
 Outcome TangentEvents::switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
-                                        const Request& request, const Answer& to) {
+                                        const Request& request, const AccelerationOutput& to) {
   linearization_.evaluate(t, q, q_dot, false);
   std::vector<double> v = linearization_.v(), w(v.size());
   Outcome outcome =

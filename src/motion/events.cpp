@@ -323,7 +323,7 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   const double h = to->t - from.t;
   const std::vector<int> before = functions_->discrete_state();
   Outcome found = functions_->switch_equations(to->t, to->x.data(), to->v.data(), which_,
-                                               options_.request(Gradients::Keep), to->answer());
+                                               options_.request(Gradients::Keep), to->output());
   if (found.ok()) {
     resize();
     found = evaluate(to->t, to->x.data(), to->v.data(), start_.values.data());

@@ -61,7 +61,7 @@ Outcome Integration::return_to_constraints() {
   if (found.ok()) {
     // The acceleration is known, but the mechanics has to know it.
     found = mechanics_.accelerations(trial_.state.at(), options_.request(Gradients::Keep),
-                                     trial_.state.answer_without_power());
+                                     trial_.state.output_without_power());
   }
   state.power = trial_.state.power;
   state.report = trial_.state.report;
@@ -131,7 +131,7 @@ Integration::Attempt Integration::try_extrapolation(double t, bool takes_least_e
   if (trial_.beyond.x.empty()) trial_.beyond = state;
   if (!knows_acceleration()) {
     Outcome& found = attempt.step.outcome;
-    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.answer_without_power());
+    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.output_without_power());
     if (!found.ok()) return attempt;
   }
   trial_.beyond.t = t;
@@ -250,7 +250,7 @@ Outcome Integration::look_for_stiffness(double t_end) {
   // The forces of the step are evaluated again, as they were before the look.
   Outcome found = mechanics_.linearise(state.t, state.x.data());
   if (found.ok())
-    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.answer_without_power());
+    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.output_without_power());
   return found;
 }
 

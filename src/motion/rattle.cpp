@@ -68,7 +68,7 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   free_time_ = t;
 
   if (knows_acceleration()) {
-    result.outcome = mechanics_.accelerations(to->at(), request, to->answer());
+    result.outcome = mechanics_.accelerations(to->at(), request, to->output());
     if (!result.outcome.ok()) return result;
   }
   if (mechanics_.has_work()) {

@@ -133,7 +133,7 @@ RungeKutta::Accelerations RungeKutta::accelerations(const State& from, const Sta
 
 /// x_i = x + h c_i v + h^2 sum_j (A^2)_ij a_j,  v_i = v + h sum_j A_ij a_j: only accelerations need to be kept.
 Outcome RungeKutta::evaluate_stage(const State& from, double h, double c, const Weights& row,
-                                   const Accelerations& known, double allowed_error, const Answer& to) {
+                                   const Accelerations& known, double allowed_error, const AccelerationOutput& to) {
   const std::size_t n = from.x.size();
   const double t = from.t + c * h;
   combine(mechanics_.parallel(), n, from.x.data(), h * c, from.v.data(), row.x, h * h, known, stage_x_.data());

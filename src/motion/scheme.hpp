@@ -25,9 +25,9 @@ struct State {
 
   Kinematics at() const { return {t, x.data(), v.data()}; }
   /// Accelerations are to be written here, with all that belongs to them.
-  Answer answer() { return {a.data(), &power, &report}; }
+  AccelerationOutput output() { return {a.data(), &power, &report}; }
   /// The same where the power is known.
-  Answer answer_without_power() { return {a.data(), nullptr, &report}; }
+  AccelerationOutput output_without_power() { return {a.data(), nullptr, &report}; }
 };
 
 /// Instants near t that are no further apart than this are one, in a stretch of length h.

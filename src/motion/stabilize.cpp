@@ -51,7 +51,7 @@ StepResult stabilize(Mechanics& mechanics, const IntegrationOptions& options, St
       result.error = measure_moved_velocity(mechanics, options, *state, moved);
     }
   }
-  result.outcome = mechanics.accelerations({t, x, v}, options.request(Gradients::Keep), state->answer());
+  result.outcome = mechanics.accelerations({t, x, v}, options.request(Gradients::Keep), state->output());
   return result;
 }
 

@@ -138,12 +138,12 @@ struct Simulation::Implementation {
     if (found.ok() && begins && model.has_friction()) {
       Request at_start = integration.request(Gradients::Keep);
       at_start.refuses_several = true;
-      found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.answer());
+      found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.output());
     } else if (found.ok() && integration.is_extrapolating()) {
       found = integration.return_to_constraints();
     } else {
       if (found.ok()) found = form.linearise(state.t, state.x.data());
-      if (found.ok()) found = form.accelerations(state.at(), integration.request(Gradients::Keep), state.answer());
+      if (found.ok()) found = form.accelerations(state.at(), integration.request(Gradients::Keep), state.output());
     }
     return found;
   }
@@ -259,7 +259,7 @@ struct Simulation::Implementation {
 
   /// Accelerations and multipliers at the state itself, after steps that left others behind.
   Outcome refresh(Gradients gradients) {
-    return form.accelerations(state.at(), integration.request(gradients), state.answer_without_power());
+    return form.accelerations(state.at(), integration.request(gradients), state.output_without_power());
   }
 
   /// A first step from the time in which velocities or positions change by themselves.

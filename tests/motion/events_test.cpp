@@ -38,7 +38,7 @@ class Free final : public SwitchingToy {
     for (std::size_t k = 0; k < functions_.size(); ++k) values[k] = functions_[k](t, x[0], v[0]);
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which, const Request&,
-                           const Answer& to) override {
+                           const AccelerationOutput& to) override {
     switch_times.push_back(t);
     vanished.emplace_back(which.begin(), which.end());
     on_switch(v);

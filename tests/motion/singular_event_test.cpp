@@ -27,7 +27,7 @@ class Ball final : public SwitchingToy {
     values[0] = v[0] > 0.0 ? 1.0 : x[0];
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, const Request&,
-                           const Answer& to) override {
+                           const AccelerationOutput& to) override {
     switch_times.push_back(t);
     v[0] = -v[0];
     return push(t, x, v, to.a);

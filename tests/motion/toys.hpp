@@ -29,7 +29,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
   virtual Power power(const double* /*v*/) { return {}; }
   /// x'' = a(t, x, v)
   virtual Outcome push(double t, const double* x, const double* v, double* a) = 0;
-  Outcome accelerations(const Kinematics& at, const Request& request, const Answer& to) override {
+  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
     if (request.gradients == Gradients::Evaluate) linearised_at_ = at.t;
     Outcome found = push(at.t, at.x, at.v, to.a);
     if (to.power != nullptr) *to.power = power(at.v);
@@ -116,7 +116,7 @@ class Block final : public SwitchingToy {
     values[0] = direction == 0 ? rest_ - std::abs(pull_) : direction * v[0];
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, const Request&,
-                           const Answer& to) override {
+                           const AccelerationOutput& to) override {
     switch_times.push_back(t);
     const bool stuck = direction == 0;
     v[0] = 0.0;
