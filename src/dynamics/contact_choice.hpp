@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include <tanor/dynamics.hpp>

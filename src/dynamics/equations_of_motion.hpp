@@ -1,8 +1,5 @@
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "dynamics/mechanics.hpp"
 
 namespace tanor {

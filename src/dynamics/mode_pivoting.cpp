@@ -1,7 +1,6 @@
 #include "dynamics/mode_pivoting.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/text.hpp"
 #include "dynamics/held_friction.hpp"

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <limits>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "dynamics/contact_choices.hpp"

@@ -1,7 +1,6 @@
 #include "dynamics/multiplier_form.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "dynamics/consistent_start.hpp"
 

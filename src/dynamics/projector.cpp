@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/stopwatch.hpp"
 #include "base/text.hpp"
 
 namespace tanor {

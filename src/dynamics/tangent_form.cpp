@@ -1,7 +1,6 @@
 #include "dynamics/tangent_form.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/text.hpp"
 

@@ -9,7 +9,6 @@
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
-#include "base/vec3.hpp"
 #include "certificate/certificate.hpp"
 #include "motion/integration.hpp"
 #include "simulation/motion_input.hpp"
