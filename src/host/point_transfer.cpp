@@ -21,7 +21,6 @@ bool is_natural(const Numbering& numbering) {
   return true;
 }
 
-constexpr std::size_t ahead = 16;   // points that are fetched before they are needed, where their places jump
 constexpr std::size_t piece = 128;  // points
 constexpr std::size_t bytes_of_point = 3 * sizeof(double);
 
@@ -37,12 +36,8 @@ void PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t widt
   Byte* const bytes = reinterpret_cast<Byte*>(array.data);
   const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
   const Index* const user_point = numbering_.user_point.data();
-  const std::size_t last = numbering_.num_points() - 1;
   const auto go = [&](const auto& number_of) {
-    for (std::size_t i = first; i < first + count; ++i) {
-      __builtin_prefetch(bytes + number_of(std::min(i + ahead, last)) * stride);
-      at(i, bytes + number_of(i) * stride);
-    }
+    for (std::size_t i = first; i < first + count; ++i) at(i, bytes + number_of(i) * stride);
   };
   if (array.index != nullptr)
     go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[user_point[i]]); });
@@ -113,6 +108,11 @@ double PointTransfer::scatter(const double* from, std::size_t count, const Point
     store(own, first, size, to);
     return change;
   }));
+}
+
+void PointTransfer::write(const double* from, std::size_t count, const PointArray& to) const {
+  parallel_.for_ranges(count,
+                       [&](std::size_t begin, std::size_t end) { store(from + 3 * begin, begin, end - begin, to); });
 }
 
 double PointTransfer::add(const double* moves, std::size_t count, const PointArray& to) const {

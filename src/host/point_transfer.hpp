@@ -23,6 +23,8 @@ class PointTransfer {
   bool gather_changes(const ConstPointArray& from, double* to) const;
   /// The host's points := from [3n] for the first `count` inner points; returns the largest |change|.
   double scatter(const double* from, std::size_t count, const PointArray& to) const;
+  /// The same, where nobody asks for the change.
+  void write(const double* from, std::size_t count, const PointArray& to) const;
   /// The host's points += moves [3n], likewise; returns the largest |move|.
   double add(const double* moves, std::size_t count, const PointArray& to) const;
   /// The host's points := from [9n], nine numbers each.
