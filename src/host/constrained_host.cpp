@@ -171,7 +171,7 @@ void ConstrainedHost::write(double factor, const ConstraintForces& wanted) {
     model.parallel.for_ranges(eta.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) eta[k] *= factor;
     });
-    (void)transfer.scatter(eta.data(), num_points(), wanted.forces);
+    transfer.write(eta.data(), num_points(), wanted.forces);
   }
   if (wanted.stress) {
     stress.resize(9 * num_points());

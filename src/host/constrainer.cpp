@@ -119,7 +119,7 @@ ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
   if (step.measures) self.measure_step(step, &report);
   self.write(factor, step.wanted);
   report.correction = self.scatter_moved(step.positions);
-  if (step.velocities) (void)self.transfer.scatter(self.v.data(), self.model.num_moving(), step.velocities);
+  if (step.velocities) self.transfer.write(self.v.data(), self.model.num_moving(), step.velocities);
   return report;
 }
 
@@ -192,7 +192,7 @@ ConstraintReport Constrainer::solve(const HostState& at) {
   if (!report.outcome.ok()) return report;
   self.multipliers = dynamics.multipliers().data();
   const double* const blocks = self.linearization.blocks().data();
-  if (at.accelerations) (void)self.transfer.scatter(self.w.data(), n, at.accelerations);
+  if (at.accelerations) self.transfer.write(self.w.data(), n, at.accelerations);
   if (at.measures && self.model.num_rows() > 0) {
     (void)self.linearization.evaluate_right_side(self.place.r.data(), v, self.w.data(), false, self.rows.data());
     report.worst_row = self.user_row(RowSums::worst_row(self.rows));
@@ -274,7 +274,7 @@ LogDeterminant Constrainer::log_det(ConstPointArray positions, PointArray gradie
   }
   if (!gradient) return result;
   self.determinant->write_gradient(blocks, self.sums.lengths().data(), self.eta.data());
-  (void)self.transfer.scatter(self.eta.data(), self.num_points(), gradient);
+  self.transfer.write(self.eta.data(), self.num_points(), gradient);
   return result;
 }
 

@@ -4,12 +4,13 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <type_traits>
 
-#include "base/vec3.hpp"
+#include "host/point_norms.hpp"
 
 namespace tanor {
+
+using tanor_kernels::largest_square, tanor_kernels::largest_squared_distance;
 
 namespace {
 
@@ -20,50 +21,38 @@ bool is_natural(const Numbering& numbering) {
   return true;
 }
 
-constexpr std::size_t ahead = 16;  // points that are fetched before they are needed, where their places jump
-
-/// A host's numbers may stand at any address.
-Vec3 read(const double* from) {
-  double x[3];
-  std::memcpy(x, from, sizeof(x));
-  return {x[0], x[1], x[2]};
-}
-
-void write(Vec3 point, double* to) {
-  const double x[3]{point.x, point.y, point.z};
-  std::memcpy(to, x, sizeof(x));
-}
+constexpr std::size_t piece = 128;  // points
+constexpr std::size_t bytes_of_point = 3 * sizeof(double);
 
 }  // namespace
 
 PointTransfer::PointTransfer(const Numbering& numbering, const Parallel& parallel)
     : numbering_(numbering), parallel_(parallel), is_natural_(is_natural(numbering)) {}
 
-template <class Number, class Each>
-double PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t count, std::size_t width,
-                            const Each& each) const {
+template <class Number, class At>
+void PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t width, std::size_t first, std::size_t count,
+                          const At& at) const {
   using Byte = std::conditional_t<std::is_const_v<Number>, const std::byte, std::byte>;
   Byte* const bytes = reinterpret_cast<Byte*>(array.data);
   const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
   const Index* const user_point = numbering_.user_point.data();
-  const auto largest = [&](const auto& number_of, auto jumps) {
-    return parallel_.max_over_ranges(count, [&](std::size_t begin, std::size_t end) {
-      double worst = 0.0;
-      bool is_unordered = false;
-      for (std::size_t i = begin; i < end; ++i) {
-        if constexpr (jumps) __builtin_prefetch(bytes + number_of(std::min(i + ahead, count - 1)) * stride);
-        const double own = each(i, reinterpret_cast<Number*>(bytes + number_of(i) * stride));
-        worst = own > worst ? own : worst;
-        is_unordered |= own != own;
-      }
-      return is_unordered ? std::numeric_limits<double>::quiet_NaN() : worst;
-    });
+  const auto go = [&](const auto& number_of) {
+    for (std::size_t i = first; i < first + count; ++i) at(i, bytes + number_of(i) * stride);
   };
   if (array.index != nullptr)
-    return largest([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[user_point[i]]); },
-                   std::true_type{});
-  if (is_natural_) return largest([](std::size_t i) { return static_cast<std::ptrdiff_t>(i); }, std::false_type{});
-  return largest([&](std::size_t i) { return static_cast<std::ptrdiff_t>(user_point[i]); }, std::true_type{});
+    go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[user_point[i]]); });
+  else
+    go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(user_point[i]); });
+}
+
+template <class Piece>
+double PointTransfer::largest(std::size_t count, const Piece& of_piece) const {
+  return parallel_.max_over_ranges(count, [&](std::size_t begin, std::size_t end) {
+    double result = 0.0;
+    for (std::size_t first = begin; first < end; first += piece)
+      result = larger(result, of_piece(first, std::min(piece, end - first)));
+    return result;
+  });
 }
 
 const double* PointTransfer::straight(const ConstPointArray& array) const {
@@ -72,55 +61,75 @@ const double* PointTransfer::straight(const ConstPointArray& array) const {
   return is_natural_ && is_packed && is_aligned && array.index == nullptr ? array.data : nullptr;
 }
 
+/// Some of the host's points, one after the other: where they are, or in `scratch`. A host's numbers may stand at any
+/// address.
+const double* PointTransfer::load(const ConstPointArray& array, std::size_t first, std::size_t count,
+                                  double* scratch) const {
+  if (const double* const there = straight(array)) return there + 3 * first;
+  visit(array, 3, first, count,
+        [&](std::size_t i, const std::byte* point) { std::memcpy(scratch + 3 * (i - first), point, bytes_of_point); });
+  return scratch;
+}
+
+void PointTransfer::store(const double* from, std::size_t first, std::size_t count, const PointArray& array) const {
+  if (straight(array) != nullptr) {
+    std::memcpy(array.data + 3 * first, from, bytes_of_point * count);
+    return;
+  }
+  visit(array, 3, first, count,
+        [&](std::size_t i, std::byte* point) { std::memcpy(point, from + 3 * (i - first), bytes_of_point); });
+}
+
 double PointTransfer::gather(const ConstPointArray& from, double* to) const {
-  return std::sqrt(visit(from, numbering_.num_points(), 3, [&](std::size_t i, const double* point) {
-    const Vec3 x = read(point);
-    store(to, i, x);
-    return dot(x, x);
+  return std::sqrt(largest(numbering_.num_points(), [&](std::size_t first, std::size_t count) {
+    double* const own = to + 3 * first;
+    const double* const x = load(from, first, count, own);
+    if (x != own) std::memcpy(own, x, bytes_of_point * count);
+    return largest_square(own, count);
   }));
 }
 
 bool PointTransfer::gather_changes(const ConstPointArray& from, double* to) const {
-  constexpr std::size_t bytes = 3 * sizeof(double);
-  const std::size_t count = numbering_.num_points();
-  if (const double* const there = straight(from)) {
-    return parallel_.max_over_ranges(count, [&](std::size_t begin, std::size_t end) {
-      const std::size_t size = bytes * (end - begin);
-      if (std::memcmp(there + 3 * begin, to + 3 * begin, size) == 0) return 0.0;
-      std::memcpy(to + 3 * begin, there + 3 * begin, size);
-      return 1.0;
-    }) > 0.0;
-  }
-  return visit(from, count, 3, [&](std::size_t i, const double* point) {
-           std::uint64_t now[3], before[3];
-           std::memcpy(now, point, bytes);
-           std::memcpy(before, to + 3 * i, bytes);
-           std::memcpy(to + 3 * i, now, bytes);
-           const std::uint64_t change = (now[0] ^ before[0]) | (now[1] ^ before[1]) | (now[2] ^ before[2]);
-           return change != 0 ? 1.0 : 0.0;
+  return largest(numbering_.num_points(), [&](std::size_t first, std::size_t count) {
+           double scratch[3 * piece];  // NOLINT: filled where needed
+           double* const own = to + 3 * first;
+           const double* const x = load(from, first, count, scratch);
+           if (std::memcmp(x, own, bytes_of_point * count) == 0) return 0.0;
+           std::memcpy(own, x, bytes_of_point * count);
+           return 1.0;
          }) > 0.0;
 }
 
 double PointTransfer::scatter(const double* from, std::size_t count, const PointArray& to) const {
-  return std::sqrt(visit(to, count, 3, [&](std::size_t i, double* point) {
-    const Vec3 x = load(from, i), change = x - read(point);
-    write(x, point);
-    return dot(change, change);
+  return std::sqrt(largest(count, [&](std::size_t first, std::size_t size) {
+    double scratch[3 * piece];  // NOLINT: filled where needed
+    const double* const own = from + 3 * first;
+    const double change = largest_squared_distance(own, load(to, first, size, scratch), size);
+    store(own, first, size, to);
+    return change;
   }));
 }
 
+void PointTransfer::write(const double* from, std::size_t count, const PointArray& to) const {
+  parallel_.for_ranges(count,
+                       [&](std::size_t begin, std::size_t end) { store(from + 3 * begin, begin, end - begin, to); });
+}
+
 double PointTransfer::add(const double* moves, std::size_t count, const PointArray& to) const {
-  return std::sqrt(visit(to, count, 3, [&](std::size_t i, double* point) {
-    const Vec3 move = load(moves, i);
-    write(read(point) + move, point);
-    return dot(move, move);
+  return std::sqrt(largest(count, [&](std::size_t first, std::size_t size) {
+    double sums[3 * piece];  // NOLINT: filled before use
+    const double* const own = moves + 3 * first;
+    const double* const x = load(to, first, size, sums);
+    for (std::size_t k = 0; k < 3 * size; ++k) sums[k] = x[k] + own[k];
+    store(sums, first, size, to);
+    return largest_square(own, size);
   }));
 }
 
 void PointTransfer::scatter_tensors(const double* from, const PointArray& to) const {
-  (void)visit(to, numbering_.num_points(), 9, [&](std::size_t i, double* point) {
-    std::memcpy(point, from + 9 * i, 9 * sizeof(double));
-    return 0.0;
+  parallel_.for_ranges(numbering_.num_points(), [&](std::size_t begin, std::size_t end) {
+    visit(to, 9, begin, end - begin,
+          [&](std::size_t i, std::byte* point) { std::memcpy(point, from + 9 * i, 9 * sizeof(double)); });
   });
 }
 

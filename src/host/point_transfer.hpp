@@ -23,15 +23,24 @@ class PointTransfer {
   bool gather_changes(const ConstPointArray& from, double* to) const;
   /// The host's points := from [3n] for the first `count` inner points; returns the largest |change|.
   double scatter(const double* from, std::size_t count, const PointArray& to) const;
+  /// The same, where nobody asks for the change.
+  void write(const double* from, std::size_t count, const PointArray& to) const;
   /// The host's points += moves [3n], likewise; returns the largest |move|.
   double add(const double* moves, std::size_t count, const PointArray& to) const;
   /// The host's points := from [9n], nine numbers each.
   void scatter_tensors(const double* from, const PointArray& to) const;
 
  private:
-  /// each(i, address of the host's point) for the first `count` inner points; returns the largest of what it returns.
-  template <class Number, class Each>
-  double visit(const BasicPointArray<Number>& array, std::size_t count, std::size_t width, const Each& each) const;
+  /// at(i, address of the host's point) for the inner points [first, first + count).
+  template <class Number, class At>
+  void visit(const BasicPointArray<Number>& array, std::size_t width, std::size_t first, std::size_t count,
+             const At& at) const;
+  const double* load(const ConstPointArray& array, std::size_t first, std::size_t count, double* scratch) const;
+  void store(const double* from, std::size_t first, std::size_t count, const PointArray& array) const;
+  /// The largest piece(first, count) over pieces of the first `count` inner points, of which several fit into the first
+  /// cache.
+  template <class Piece>
+  double largest(std::size_t count, const Piece& piece) const;
 
   const Numbering& numbering_;
   const Parallel& parallel_;

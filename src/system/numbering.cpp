@@ -232,10 +232,13 @@ class NumberingBuilder {
     }
   }
 
-  /// Appends an island backwards from a far end, which two searches find: what lies farthest comes first.
+  /// Appends an island backwards from a far end, which a search finds: what lies farthest comes first. Of two ends that
+  /// is the one with the larger number, so that a chain keeps the user's direction.
   void append_from_far_end(const Island& island) {
-    const Index far_end = search_.visit(island, static_cast<Index>(island.points.size()) - 1).back();
-    const std::vector<Index>& order = search_.visit(island, far_end);
+    const auto end = static_cast<Index>(island.points.size()) - 1;  // far from the root
+    const Index other_end = search_.visit(island, end).back();
+    const bool is_other_larger = island.points[other_end] > island.points[end];
+    const std::vector<Index>& order = search_.visit(island, is_other_larger ? other_end : end);
     is_numbered_.assign(island.members.size(), 0);
     for (auto point = order.rbegin(); point != order.rend(); ++point) {
       append_point(island.points[*point]);

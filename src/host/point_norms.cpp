@@ -1,0 +1,55 @@
+#include "host/point_norms.hpp"
+
+#include <algorithm>
+
+#include "base/eight.hpp"
+#include "base/instruction_sets.hpp"
+
+namespace tanor_kernels {
+
+using tanor::Eight3, tanor::Largest, tanor::num_lanes;
+
+namespace {
+
+constexpr std::size_t numbers = 3 * num_lanes;  // of eight points
+
+[[gnu::always_inline]] inline Eight3 load_eight(const double* from) {
+  Eight3 points;
+  tanor::load_points(from, &points.x, &points.y, &points.z);
+  return points;
+}
+
+}  // namespace
+
+TANOR_EACH_INSTRUCTION_SET
+double largest_square(const double* x, std::size_t count) {
+  Largest seen;
+  std::size_t k = 0;
+  for (; k + numbers <= 3 * count; k += numbers) {
+    const Eight3 points = load_eight(x + k);
+    seen.see(dot(points, points));
+  }
+  double rest[numbers] = {};
+  std::copy(x + k, x + 3 * count, rest);
+  const Eight3 points = load_eight(rest);
+  seen.see(dot(points, points));
+  return seen.read();
+}
+
+TANOR_EACH_INSTRUCTION_SET
+double largest_squared_distance(const double* x, const double* y, std::size_t count) {
+  Largest seen;
+  std::size_t k = 0;
+  for (; k + numbers <= 3 * count; k += numbers) {
+    const Eight3 change = load_eight(x + k) - load_eight(y + k);
+    seen.see(dot(change, change));
+  }
+  double rest[2][numbers] = {};
+  std::copy(x + k, x + 3 * count, rest[0]);
+  std::copy(y + k, y + 3 * count, rest[1]);
+  const Eight3 change = load_eight(rest[0]) - load_eight(rest[1]);
+  seen.see(dot(change, change));
+  return seen.read();
+}
+
+}  // namespace tanor_kernels
