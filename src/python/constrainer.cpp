@@ -9,6 +9,7 @@
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
+#include "python/handle.hpp"
 #include "python/kinds.hpp"
 
 namespace tanor::python {
@@ -34,31 +35,23 @@ PeriodicCell read_cell(const py::object& cell, const py::object& repeats) {
   return result;
 }
 
-/// A Constrainer with its description: copies and pickles keep that, and the handle is made where it is first needed.
-class Handle {
+/// A Constrainer with its description.
+class HostHandle : public Handle<Constrainer> {
  public:
   /// What the user gave; None where nothing was given. `present_cell` is that of the last set_cell.
   struct Description {
     py::object masses, constraints, positions, cell, repeats, images, options, present_cell;
   };
 
-  explicit Handle(Description description) : description_(std::move(description)) {}
+  explicit HostHandle(Description description) : Handle("Constrainer"), description_(std::move(description)) {}
 
   const Description& description() const { return description_; }
-
-  /// call(constrainer), without the interpreter's lock.
-  template <class Call>
-  auto run(const Call& call) {
-    const Turns::Turn turn(turns_, "Constrainer");
-    Constrainer& constrainer = made();
-    return without_lock([&] { return call(constrainer); });
-  }
 
   void set_cell(const py::object& edges, const py::object& repeats) {
     const py::object kept = repeats.is_none() ? description_.repeats : repeats;
     const PeriodicCell cell = read_cell(edges, kept);
     run([&](Constrainer& constrainer) { constrainer.set_cell(cell); });
-    description_.present_cell = py::make_tuple(edges.attr("__array__")().attr("copy")(), kept);
+    description_.present_cell = py::make_tuple(py::module_::import("numpy").attr("array")(edges), kept);
   }
 
   py::ssize_t num_points() const { return py::len(description_.masses); }
@@ -67,27 +60,23 @@ class Handle {
   }
 
  private:
-  Constrainer& made() {
-    if (constrainer_) return *constrainer_;
+  Constrainer make() override {
     std::vector<double> masses;
     read({description_.masses, "/masses"}, &masses);
     std::vector<Constraint> constraints = read_constraints(description_.constraints);
     const SolverOptions options = read_solver_options(description_.options);
     const ConstPointArray at = points_to_read(description_.positions, {"positions", num_points()});
-    std::optional<Periodicity> periodicity;
-    if (!description_.cell.is_none()) periodicity = read_periodicity();
-    without_lock([&] {
-      if (periodicity) {
-        constrainer_.emplace(masses, std::move(constraints), at, *periodicity, options);
-      } else {
-        constrainer_.emplace(masses, std::move(constraints), at, options);
-      }
+    const bool has_cell = !description_.cell.is_none();
+    const Periodicity periodicity = has_cell ? read_periodicity() : Periodicity{};
+    Constrainer made = without_lock([&] {
+      return has_cell ? Constrainer(masses, std::move(constraints), at, periodicity, options)
+                      : Constrainer(masses, std::move(constraints), at, options);
     });
     if (!description_.present_cell.is_none()) {
       const auto [edges, repeats] = description_.present_cell.cast<std::pair<py::object, py::object>>();
-      constrainer_->set_cell(read_cell(edges, repeats));
+      made.set_cell(read_cell(edges, repeats));
     }
-    return *constrainer_;
+    return made;
   }
 
   Periodicity read_periodicity() const {
@@ -103,14 +92,12 @@ class Handle {
   }
 
   Description description_;
-  std::optional<Constrainer> constrainer_;
-  Turns turns_;
 };
 
 /// The arrays of a call: as many rows as points, or, with an index, those that it names.
 class CallArrays {
  public:
-  CallArrays(Handle& handle, const py::object& index)
+  CallArrays(HostHandle& handle, const py::object& index)
       : handle_(handle), index_(index_to_read(index, {"index", handle.num_points(), 0})) {}
 
   ConstPointArray in(const char* name, const py::object& array) const {
@@ -133,11 +120,11 @@ class CallArrays {
     return index_.empty() ? std::optional(handle_.num_points()) : std::nullopt;
   }
 
-  Handle& handle_;
+  HostHandle& handle_;
   std::span<const Index> index_;
 };
 
-ConstraintReport constrain_positions(Handle& handle, double step, const py::object& old_positions,
+ConstraintReport constrain_positions(HostHandle& handle, double step, const py::object& old_positions,
                                      const py::object& positions, const py::object& velocities,
                                      const py::object& multipliers, const py::object& constraint_forces,
                                      const py::object& stress, const py::object& old_cell, const py::object& index,
@@ -160,7 +147,7 @@ ConstraintReport constrain_positions(Handle& handle, double step, const py::obje
   return handle.run([&](Constrainer& c) { return c.constrain_positions(call); });
 }
 
-ConstraintReport constrain_velocities(Handle& handle, double step, const py::object& positions,
+ConstraintReport constrain_velocities(HostHandle& handle, double step, const py::object& positions,
                                       const py::object& velocities, const py::object& multipliers,
                                       const py::object& constraint_forces, const py::object& stress,
                                       const py::object& index, double time, bool measures) {
@@ -174,7 +161,7 @@ ConstraintReport constrain_velocities(Handle& handle, double step, const py::obj
   return handle.run([&](Constrainer& c) { return c.constrain_velocities(call); });
 }
 
-ConstraintReport solve(Handle& handle, const py::object& positions, const py::object& velocities,
+ConstraintReport solve(HostHandle& handle, const py::object& positions, const py::object& velocities,
                        const py::object& forces, const py::object& accelerations, const py::object& multipliers,
                        const py::object& constraint_forces, const py::object& stress, const py::object& index,
                        double time, bool measures) {
@@ -189,7 +176,7 @@ ConstraintReport solve(Handle& handle, const py::object& positions, const py::ob
   return handle.run([&](Constrainer& c) { return c.solve(call); });
 }
 
-ConstraintReport project_forces(Handle& handle, const py::object& positions, const py::object& forces,
+ConstraintReport project_forces(HostHandle& handle, const py::object& positions, const py::object& forces,
                                 const py::object& index, double time) {
   const CallArrays arrays(handle, index);
   const ConstPointArray at = arrays.in("positions", positions);
@@ -197,12 +184,12 @@ ConstraintReport project_forces(Handle& handle, const py::object& positions, con
   return handle.run([&](Constrainer& c) { return c.project_forces(at, projected, time); });
 }
 
-ConstraintReport project_positions(Handle& handle, const py::object& positions, const py::object& index, double time) {
+ConstraintReport project_positions(HostHandle& handle, const py::object& positions, const py::object& index, double time) {
   const PointArray projected = CallArrays(handle, index).out("positions", positions);
   return handle.run([&](Constrainer& c) { return c.project_positions(projected, time); });
 }
 
-LogDeterminant log_det(Handle& handle, const py::object& positions, const py::object& gradient,
+LogDeterminant log_det(HostHandle& handle, const py::object& positions, const py::object& gradient,
                        const py::object& index, double time) {
   const CallArrays arrays(handle, index);
   const ConstPointArray at = arrays.in("positions", positions);
@@ -210,36 +197,36 @@ LogDeterminant log_det(Handle& handle, const py::object& positions, const py::ob
   return handle.run([&](Constrainer& c) { return c.log_det(at, derivative, time); });
 }
 
-ConstraintReport violation(Handle& handle, const py::object& positions, const py::object& index, double time) {
+ConstraintReport violation(HostHandle& handle, const py::object& positions, const py::object& index, double time) {
   const ConstPointArray at = CallArrays(handle, index).in("positions", positions);
   return handle.run([&](Constrainer& c) { return c.violation(at, time); });
 }
 
-RankReport rank(Handle& handle, const py::object& positions, const py::object& index, double time) {
+RankReport rank(HostHandle& handle, const py::object& positions, const py::object& index, double time) {
   const ConstPointArray at = CallArrays(handle, index).in("positions", positions);
   return handle.run([&](Constrainer& c) { return c.rank(at, time); });
 }
 
-std::unique_ptr<Handle> make_handle(const py::object& masses, const py::object& constraints,
+std::unique_ptr<HostHandle> make_handle(const py::object& masses, const py::object& constraints,
                                     const py::object& positions, const py::object& cell, const py::object& repeats,
                                     const py::object& images, const py::object& options) {
   const auto copy_array = py::module_::import("numpy").attr("array");
   (void)points_to_read(positions, {"positions", py::len(masses)});
   if (cell.is_none() && !images.is_none()) throw py::value_error("images: they need a cell");
-  auto handle = std::make_unique<Handle>(Handle::Description{copy_array(masses, "float64"), py::list(constraints),
+  auto handle = std::make_unique<HostHandle>(HostHandle::Description{copy_array(masses, "float64"), py::list(constraints),
                                                              copy_array(positions), cell, repeats, images, options,
                                                              py::none()});
   handle->run([](const Constrainer&) {});  // complains now
   return handle;
 }
 
-py::tuple get_state(const Handle& handle) {
-  const Handle::Description& d = handle.description();
+py::tuple get_state(const HostHandle& handle) {
+  const HostHandle::Description& d = handle.description();
   return py::make_tuple(d.masses, d.constraints, d.positions, d.cell, d.repeats, d.images, d.options, d.present_cell);
 }
 
-std::unique_ptr<Handle> set_state(const py::tuple& s) {
-  return std::make_unique<Handle>(Handle::Description{s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7]});
+std::unique_ptr<HostHandle> set_state(const py::tuple& s) {
+  return std::make_unique<HostHandle>(HostHandle::Description{s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7]});
 }
 
 constexpr const char* class_doc = R"doc(
@@ -273,7 +260,7 @@ Raises InputError, naming the place.
 void bind_constrainer(py::module_& module) {
   using py::arg;
   const py::none none;
-  py::class_<Handle>(module, "Constrainer", class_doc)
+  py::class_<HostHandle>(module, "Constrainer", class_doc)
       .def(py::init(&make_handle), arg("masses"), arg("constraints"), arg("positions"), py::kw_only(),
            arg("cell") = none, arg("repeats") = py::make_tuple(true, true, true), arg("images") = none,
            arg("options") = none)
@@ -327,23 +314,23 @@ The others as in constrain_positions.)doc")
       .def("rank", &rank, arg("positions"), py::kw_only(), arg("index") = none, arg("time") = 0.0,
            "How many degrees of freedom the constraints take at positions, float64 [n, 3], also where rows depend on "
            "others.")
-      .def("set_cell", &Handle::set_cell, arg("cell"), arg("repeats") = none,
+      .def("set_cell", &HostHandle::set_cell, arg("cell"), arg("repeats") = none,
            "The periodic cell from the next call on, as in the constructor; repeats None: as before.")
       .def("row_name",
-           [](Handle& handle, std::size_t row) {
+           [](HostHandle& handle, std::size_t row) {
              return handle.run([&](const Constrainer& c) { return c.row_name(row); });
            },
            arg("row"), "\"rods[17]\", in the order in which the constraints were given.")
-      .def_property_readonly("num_points", &Handle::num_points, "(int) number of points, supports included")
-      .def_property_readonly("num_rows", &Handle::num_rows, "(int) number of equations")
+      .def_property_readonly("num_points", &HostHandle::num_points, "(int) number of points, supports included")
+      .def_property_readonly("num_rows", &HostHandle::num_rows, "(int) number of equations")
       .def_property_readonly(
-          "plan", [](Handle& handle) { return handle.run([](const Constrainer& c) { return c.plan(); }); },
+          "plan", [](HostHandle& handle) { return handle.run([](const Constrainer& c) { return c.plan(); }); },
           "(PlanSummary) how the equations are solved, and why so")
       .def_property_readonly(
-          "counters", [](Handle& handle) { return handle.run([](const Constrainer& c) { return c.counters(); }); },
+          "counters", [](HostHandle& handle) { return handle.run([](const Constrainer& c) { return c.counters(); }); },
           "(Counters) work done so far by this handle")
       .def("__repr__",
-           [](Handle& handle) {
+           [](HostHandle& handle) {
              return "Constrainer(num_points=" + std::to_string(handle.num_points()) +
                     ", num_rows=" + std::to_string(handle.num_rows()) + ")";
            })

@@ -11,6 +11,7 @@
 
 #include "python/functions.hpp"
 #include "python/header_docs.hpp"
+#include "python/scene_file.hpp"
 
 namespace tanor::python {
 namespace {
@@ -212,6 +213,7 @@ std::vector<Constraint> read_constraints(const py::object& constraints) {
 }
 
 System read_system(const py::object& object) {
+  if (py::isinstance<SceneFile>(object)) return object.cast<SceneFile&>().read().system;
   const Given given{object, ""};
   System system;
   std::vector<Vector3> positions, velocities;
@@ -236,6 +238,38 @@ SolverOptions read_solver_options(const py::object& options) {
 
 MotionOptions read_motion_options(const py::object& options) {
   return options.is_none() ? MotionOptions{} : read_struct<MotionOptions>({options, "/motion"});
+}
+
+SolverOptions options_of_scene(const py::object& object) {
+  return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().solver : SolverOptions{};
+}
+
+MotionOptions motion_of_scene(const py::object& object) {
+  return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().motion : MotionOptions{};
+}
+
+void bind_system_functions(py::module_& module) {
+  using py::arg;
+  module.def(
+      "validate",
+      [](const py::object& object, double time) {
+        const System system = read_system(object);
+        without_lock([&] { validate(system, time); });
+      },
+      arg("system"), arg("time") = 0.0,
+      "Checks a System by every rule; what depends on time at `time`, s. Raises InputError with the place.");
+  module.def(
+      "num_equations", [](const py::object& object) { return num_equations(read_system(object)); }, arg("system"),
+      "Scalar equations of all constraints of a System, group by group, member by member.");
+  module.def(
+      "equation_names",
+      [](const py::object& object) {
+        const System system = read_system(object);
+        std::vector<std::string> names(num_equations(system));
+        for (std::size_t row = 0; row < names.size(); ++row) names[row] = equation_name(system, row);
+        return names;
+      },
+      arg("system"), "The names of all rows: \"rods[17]\"; \"wire[4].1\" for the second row of a member with several.");
 }
 
 py::list descriptions() {

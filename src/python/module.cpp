@@ -9,7 +9,12 @@ PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled part of tanor.";
   bind_errors(module);
   bind_reports(module);
+  bind_motion_reports(module);
+  bind_scene(module);
   bind_constrainer(module);
+  bind_dynamics(module);
+  bind_simulation(module);
+  bind_system_functions(module);
   module.def("descriptions", &descriptions);
   module.attr("__version__") = tanor::build_info().version;
 }

@@ -83,6 +83,12 @@ class Record {
     return *this;
   }
 
+  template <class Call, class... Arguments>
+  Record& method(const char* name, const Call& call, const char* text, const Arguments&... arguments) {
+    type_.def(name, call, text, arguments...);
+    return *this;
+  }
+
  private:
   template <class Value>
   static std::string in_stub() {

@@ -8,5 +8,6 @@ its time loop. Wrong input is an `InputError`; what the numbers refuse is in a r
 from ._core import *  # noqa: F403
 from ._core import InputError, __version__  # noqa: F401
 from .description import DESCRIPTIONS, Formula, System, Table  # noqa: F401
+from .runs import Trajectory, run, run_scene  # noqa: F401
 
 globals().update(DESCRIPTIONS)
