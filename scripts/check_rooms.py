@@ -61,6 +61,7 @@ ROOMS = {
     "scene":    Sees("", "tanor", "nlohmann/ fmt/ unistd.h sys/resource.h"),
     "report":   Sees("scene base/checksum.hpp", "tanor", "nlohmann/ fmt/ unistd.h fcntl.h spawn.h sys/wait.h"),
     "cli":      Sees("scene report", "tanor", "nlohmann/ fmt/ CLI/ unistd.h fcntl.h sys/file.h sys/stat.h dlfcn.h"),
+    "python":   Sees("scene", "tanor", "pybind11/ cxxabi.h"),
     "launcher": Sees("", "export", "unistd.h dlfcn.h fcntl.h sys/mman.h sys/syscall.h"),
 }
 

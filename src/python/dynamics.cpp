@@ -1,0 +1,259 @@
+#include <tanor/dynamics.hpp>
+#include <tanor/inverse_dynamics.hpp>
+
+#include <memory>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "python/arrays.hpp"
+#include "python/bindings.hpp"
+#include "python/handle.hpp"
+#include "python/kinds.hpp"
+
+namespace tanor::python {
+namespace {
+
+/// A Dynamics or an InverseDynamics with its description, and made of it where it is first needed.
+template <class Library>
+class Problem : public Handle<Library> {
+ public:
+  Problem(py::object the_system, py::object the_options)
+      : Handle<Library>(py::type::of<Problem>().attr("__name__").template cast<std::string>()),
+        system(std::move(the_system)),
+        options(std::move(the_options)) {}
+
+  const py::object system, options;
+
+  py::ssize_t num_points() const { return py::len(system.attr("masses")); }
+
+ private:
+  Library make() override {
+    System description = read_system(system);
+    const SolverOptions solver = options.is_none() ? options_of_scene(system) : read_solver_options(options);
+    return without_lock([&] { return Library(std::move(description), solver); });
+  }
+};
+using DynamicsProblem = Problem<Dynamics>;
+using InverseProblem = Problem<InverseDynamics>;
+
+template <class Library>
+std::unique_ptr<Problem<Library>> make_problem(const py::object& system, const py::object& options) {
+  auto problem = std::make_unique<Problem<Library>>(system, options);
+  problem->run([](Library&) {});  // complains now
+  return problem;
+}
+
+/// The description, kept by pickle and deepcopy.
+template <class Library, class Class>
+void bind_pickle(Class* type) {
+  type->def(py::pickle([](const Problem<Library>& self) { return py::make_tuple(self.system, self.options); },
+                       [](const py::tuple& state) {
+                         return std::make_unique<Problem<Library>>(state[0], state[1]);
+                       }));
+}
+
+/// Arguments (positions, velocities, time) of a call.
+StateView state_of(const DynamicsProblem& self, const py::object& positions, const py::object& velocities,
+                   double time) {
+  return {.time = time,
+          .positions = numbers_to_read(positions, {"positions", self.num_points()}),
+          .velocities = numbers_to_read(velocities, {"velocities", self.num_points()})};
+}
+
+SolveReport solve(DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time,
+                  const py::object& accelerations, const py::object& multipliers, const py::object& reactions,
+                  const py::object& support_forces, const py::object& active_forces,
+                  const py::object& friction_forces) {
+  const auto points = [&](const char* name, const py::object& array) {
+    return numbers_to_write(array, {name, self.num_points()});
+  };
+  const auto num_rows = self.run([](const Dynamics& d) { return static_cast<py::ssize_t>(d.num_equations()); });
+  const SolveArrays wanted{.accelerations = points("accelerations", accelerations),
+                           .multipliers = numbers_to_write(multipliers, {"multipliers", num_rows, 0}),
+                           .reactions = points("reactions", reactions),
+                           .support_forces = points("support_forces", support_forces),
+                           .active_forces = points("active_forces", active_forces),
+                           .friction_forces = points("friction_forces", friction_forces)};
+  const StateView at = state_of(self, positions, velocities, time);
+  return self.run([&](Dynamics& d) { return d.solve(at, wanted); });
+}
+
+/// call(dynamics, state) for arguments (positions, velocities, time).
+template <class Call>
+auto at_state(const Call& call) {
+  return [call](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time) {
+    const StateView at = state_of(self, positions, velocities, time);
+    return self.run([&](Dynamics& d) { return call(d, at); });
+  };
+}
+
+ProjectionReport project_positions(DynamicsProblem& self, const py::object& positions, double time) {
+  const MutableState state{.time = time, .positions = numbers_to_write(positions, {"positions", self.num_points()})};
+  return self.run([&](Dynamics& d) { return d.project_positions(state); });
+}
+
+ProjectionReport project_velocities(DynamicsProblem& self, const py::object& positions, const py::object& velocities,
+                                    double time) {
+  const MutableVelocities state{.time = time,
+                                .positions = numbers_to_read(positions, {"positions", self.num_points()}),
+                                .velocities = numbers_to_write(velocities, {"velocities", self.num_points()})};
+  return self.run([&](Dynamics& d) { return d.project_velocities(state); });
+}
+
+StartReport start(DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time,
+                  const py::object& mode) {
+  StartMode chosen = StartMode::Check;
+  read({mode, "/mode"}, &chosen);
+  const MutableState state{.time = time,
+                           .positions = numbers_to_write(positions, {"positions", self.num_points()}),
+                           .velocities = numbers_to_write(velocities, {"velocities", self.num_points()})};
+  return self.run([&](Dynamics& d) { return d.start(state, chosen); });
+}
+
+std::vector<double> packed(const py::object& array, const Wanted& wanted) {
+  const std::span<const double> numbers = numbers_to_read(array, wanted);
+  return {numbers.begin(), numbers.end()};
+}
+
+MotionForces evaluate(InverseProblem& self, const py::object& positions, const py::object& velocities,
+                      const py::object& accelerations, double time) {
+  const auto n = self.num_points();
+  const MotionState motion{packed(positions, {"positions", n}), packed(velocities, {"velocities", n}),
+                           packed(accelerations, {"accelerations", n})};
+  return self.run([&](InverseDynamics& d) { return d.evaluate(time, motion); });
+}
+
+py::tuple place(InverseProblem& self, const py::object& q, const py::object& q_dot, const py::object& q_ddot,
+                double time) {
+  const auto size = self.run([](const InverseDynamics& d) { return static_cast<py::ssize_t>(d.num_coordinates()); });
+  const MotionState coordinates{packed(q, {"q", size, 0}), packed(q_dot, {"q_dot", size, 0}),
+                                packed(q_ddot, {"q_ddot", size, 0})};
+  const MotionState points = self.run([&](InverseDynamics& d) { return d.place(time, coordinates); });
+  return py::make_tuple(copy(points.value, 3), copy(points.rate, 3), copy(points.acceleration, 3));
+}
+
+constexpr const char* dynamics_doc = R"doc(
+Forward dynamics: accelerations and reactions of a system at one instant, for a time loop of your own.
+
+Arrays are packed float64 [n, 3] in the system's order, read and written in place; rows of multipliers stand in the order of
+`equation_name`. At supports positions and velocities are replaced by the prescribed motion. A wrong type of numbers is a
+TypeError, a wrong shape a ValueError. Call again at the state of the last call and nothing is solved anew.
+
+The interpreter's lock is released inside; an object serves one thread at a time. pickle and copy.deepcopy keep the
+description and make the solver anew where it is first used.
+
+system   a System or a Scene
+options  SolverOptions; None: those of the scene, or the defaults
+Raises InputError, naming the place.
+)doc";
+
+constexpr const char* inverse_doc = R"doc(
+Inverse dynamics: the forces that make a given motion.
+
+system   a System or a Scene
+options  SolverOptions; None: those of the scene, or the defaults
+Raises InputError, naming the place.
+)doc";
+
+constexpr const char* state_doc = "positions, velocities  float64 [n, 3], m and m/s; velocities None: at rest\ntime  s";
+
+void bind_dynamics_calls(py::class_<DynamicsProblem>* type) {
+  using py::arg;
+  const py::none none;
+  const auto def = [&](const char* name, const auto& call, const std::string& text) {
+    type->def(name, at_state(call), arg("positions"), arg("velocities") = py::none(), arg("time") = 0.0,
+              (text + "\n\n" + state_doc).c_str());
+  };
+  def("solution", [](Dynamics& d, const StateView& at) { return d.solution(at); },
+      "The state with accelerations, multipliers, reactions and loads, as a value.");
+  def("split", [](Dynamics& d, const StateView& at) { return d.split(at); },
+      "The Euclidean split of accelerations, forces and friction into tangent and normal parts.");
+  def("reactions_by_cause", [](Dynamics& d, const StateView& at) { return d.reactions_by_cause(at); },
+      "Multipliers and reactions by what causes them: each force, friction, inertia, drives.");
+  def("friction_by_blocks", [](Dynamics& d, const StateView& at) { return d.friction_by_blocks(at); },
+      "Friction once more, by the three blocks of (43). Raises InputError where there is no friction.");
+  def("certify", [](Dynamics& d, const StateView& at) { return d.certify(at); },
+      "Proves the answer at a state, which is found anew for it: identities, and second ways to the same numbers.");
+  def("position_violation", [](Dynamics& d, const StateView& at) { return d.position_violation(at); },
+      "Largest relative violation of a constraint by positions, |xi|/|gradient|/length.");
+  def("velocity_violation", [](Dynamics& d, const StateView& at) { return d.velocity_violation(at); },
+      "Largest relative violation of a constraint by velocities.");
+  type->def("rank",
+            [](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time,
+               bool thoroughly) {
+              const StateView at = state_of(self, positions, velocities, time);
+              return self.run([&](Dynamics& d) { return d.rank(at, thoroughly); });
+            },
+            arg("positions"), arg("velocities") = none, arg("time") = 0.0, arg("thoroughly") = false,
+            "The rank of K: decided where there was a suspicion, or `thoroughly` in any case.");
+  type->def("project_positions", &project_positions, arg("positions"), arg("time") = 0.0,
+            "Nearest positions on the constraints in the norm of the masses; float64 [n, 3], written.");
+  type->def("project_velocities", &project_velocities, arg("positions"), arg("velocities"), arg("time") = 0.0,
+            "Nearest velocities that obey the constraints at positions; velocities, float64 [n, 3], are written.");
+  type->def("start", &start, arg("positions"), arg("velocities"), arg("time") = 0.0, arg("mode") = "check",
+            "Consistent start: corrects positions and velocities, float64 [n, 3], both written. mode \"check\" raises "
+            "InputError where more than 1e-3 is to be corrected, \"project\" goes however far.");
+}
+
+}  // namespace
+
+void bind_dynamics(py::module_& module) {
+  using py::arg;
+  const py::none none;
+  py::class_<DynamicsProblem> dynamics(module, "Dynamics", dynamics_doc);
+  dynamics.def(py::init(&make_problem<Dynamics>), arg("system"), arg("options") = none)
+      .def("solve", &solve, arg("positions"), arg("velocities") = none, arg("time") = 0.0, py::kw_only(),
+           arg("accelerations") = none, arg("multipliers") = none, arg("reactions") = none,
+           arg("support_forces") = none, arg("active_forces") = none, arg("friction_forces") = none, R"doc(
+Solves at a state and fills the arrays that are given.
+
+positions, velocities  float64 [n, 3], m and m/s; velocities None: at rest
+time                   s
+accelerations          float64 [n, 3], written, m/s^2; at supports the prescribed one
+multipliers            float64 [num_equations], written
+reactions              float64 [n, 3], written, N: K lambda
+support_forces         float64 [n, 3], written, N: the load that each support carries
+active_forces          float64 [n, 3], written, N
+friction_forces        float64 [n, 3], written, N)doc")
+      .def_property_readonly("system", [](const DynamicsProblem& self) { return self.system; },
+                             "(System | Scene) as it was given")
+      .def_property_readonly("num_points", &DynamicsProblem::num_points, "(int) supports included")
+      .def_property_readonly(
+          "num_equations",
+          [](DynamicsProblem& self) { return self.run([](const Dynamics& d) { return d.num_equations(); }); },
+          "(int) rows of the multipliers")
+      .def_property_readonly(
+          "plan", [](DynamicsProblem& self) { return self.run([](const Dynamics& d) { return d.plan(); }); },
+          "(PlanSummary) how the equations are solved, and why so")
+      .def_property_readonly(
+          "counters", [](DynamicsProblem& self) { return self.run([](const Dynamics& d) { return d.counters(); }); },
+          "(Counters) work done so far");
+  bind_dynamics_calls(&dynamics);
+  bind_pickle<Dynamics>(&dynamics);
+
+  py::class_<InverseProblem> inverse(module, "InverseDynamics", inverse_doc);
+  inverse.def(py::init(&make_problem<InverseDynamics>), arg("system"), arg("options") = none)
+      .def("evaluate", &evaluate, arg("positions"), arg("velocities"), arg("accelerations"), arg("time") = 0.0, R"doc(
+The forces of a motion at one instant, and how far it is from the constraints.
+
+positions, velocities, accelerations  float64 [n, 3], m, m/s, m/s^2
+time                                  s)doc")
+      .def("place", &place, arg("q"), arg("q_dot"), arg("q_ddot"), arg("time") = 0.0, R"doc(
+(positions, velocities, accelerations), float64 [n, 3], of coordinates, float64 [num_coordinates]. Raises InputError
+where there are none, or where some have charts of their own.)doc")
+      .def_property_readonly("system", [](const InverseProblem& self) { return self.system; },
+                             "(System | Scene) as it was given")
+      .def_property_readonly(
+          "num_equations",
+          [](InverseProblem& self) { return self.run([](const InverseDynamics& d) { return d.num_equations(); }); },
+          "(int) rows of the multipliers")
+      .def_property_readonly(
+          "num_coordinates",
+          [](InverseProblem& self) { return self.run([](const InverseDynamics& d) { return d.num_coordinates(); }); },
+          "(int) numbers that place all points");
+  bind_pickle<InverseDynamics>(&inverse);
+}
+
+}  // namespace tanor::python

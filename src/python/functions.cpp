@@ -1,0 +1,232 @@
+#include "python/functions.hpp"
+
+#include <pybind11/numpy.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "python/arrays.hpp"
+
+namespace tanor::python {
+namespace {
+
+/// A text with the constants that it names: a str, or a Formula.
+struct Text {
+  py::object text;
+  Constants constants;
+};
+
+Text text_of(const Given& given) {
+  if (!py::hasattr(given.value, "constants")) return {given.value, {}};
+  Text text{given.value.attr("text"), {}};
+  for (const auto& [name, number] : given.value.attr("constants").cast<py::dict>())
+    text.constants.emplace(name.cast<std::string>(), number.cast<double>());
+  return text;
+}
+
+std::vector<std::string> texts_of(const Given& given, const Text& text, const char* wanted) {
+  std::vector<std::string> texts;
+  for (const Given& each : Given{text.text, given.place}.entries(wanted)) read(each, &texts.emplace_back());
+  return texts;
+}
+
+/// What the library says of a text, with the place of the text.
+template <class Make>
+auto locate(const Given& given, const Make& make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    throw InputError(given.place, error.what());
+  }
+}
+
+/// f(t) and its derivatives, with the jet of t put in.
+Jet<2> compose(const std::array<double, 3>& f, const Jet<2>& t) {
+  Jet<2> result(f[0]);
+  // (f o t)(e) = f + f' t1 e + (f' t2 + f'' t1^2/2) e^2
+  result.c[1] = f[1] * t.c[1];
+  result.c[2] = f[1] * t.c[2] + 0.5 * f[2] * t.c[1] * t.c[1];
+  return result;
+}
+
+/// What a function of a user returned, in a given number of values: a packed array.
+py::array_t<double> result_of(const py::handle& result, py::ssize_t size, const char* what) {
+  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(result);
+  if (!array) throw py::error_already_set();
+  if (array.size() != size) {
+    throw py::value_error(std::string("a function returned ") + std::to_string(array.size()) + " numbers for " + what +
+                          ", wanted are " + std::to_string(size));
+  }
+  return array;
+}
+
+void copy_result(const py::handle& result, std::size_t size, const char* what, double* to) {
+  const auto array = result_of(result, static_cast<py::ssize_t>(size), what);
+  std::copy_n(array.data(), size, to);
+}
+
+/// Numbers of the library for the time of a call: a read-only array of the given shape.
+py::array lend(const double* numbers, std::vector<py::ssize_t> shape) {
+  py::array array(py::dtype::of<double>(), std::move(shape), numbers, py::none());
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+const py::object& callable_of(const void* context) {
+  return **static_cast<const Shared*>(context);
+}
+
+std::shared_ptr<const void> context_of(const Given& given) {
+  return std::make_shared<const Shared>(given.value);
+}
+
+/// The parts of a tuple that a function returned.
+std::vector<py::object> parts_of(const py::object& result, std::size_t count, const char* wanted) {
+  if (!py::isinstance<py::tuple>(result) || py::len(result) != count)
+    throw py::type_error(std::string("a function returned ") + py::repr(py::type::of(result)).cast<std::string>() +
+                         ", wanted is the tuple " + wanted);
+  std::vector<py::object> parts;
+  for (const py::handle part : result) parts.push_back(py::reinterpret_borrow<py::object>(part));
+  return parts;
+}
+
+void evaluate_force(const void* context, const ForceBatch& batch) {
+  const py::gil_scoped_acquire acquired;
+  const auto k = static_cast<py::ssize_t>(batch.count);
+  const py::object f = callable_of(context)(batch.t, lend(batch.r, {k, 3}), lend(batch.v, {k, 3}));
+  copy_result(f, 3 * batch.count, "forces [k, 3]", batch.f);
+}
+
+void evaluate_constraint(const void* context, const ConstraintBatch& batch, py::ssize_t p) {
+  const py::gil_scoped_acquire acquired;
+  const auto k = static_cast<py::ssize_t>(batch.count);
+  const std::size_t size = 3 * static_cast<std::size_t>(p) * batch.count;
+  // The library asks for values alone, too: without velocities they count as zero.
+  const std::vector<double> rest(batch.rate == nullptr ? size : 0, 0.0);
+  const py::object result = callable_of(context)(batch.t, lend(batch.r, {k, p, 3}),
+                                                 lend(batch.rate == nullptr ? rest.data() : batch.v, {k, p, 3}));
+  const auto parts = parts_of(result, 4, "(xi, gradient, rate, phi)");
+  copy_result(parts[0], batch.count, "xi [k]", batch.xi);
+  if (batch.gradient != nullptr) copy_result(parts[1], size, "the gradient [k, p, 3]", batch.gradient);
+  if (batch.rate == nullptr) return;
+  copy_result(parts[2], batch.count, "the rate [k]", batch.rate);
+  copy_result(parts[3], batch.count, "phi [k]", batch.phi);
+}
+
+/// A constraint's callable with the number of its points.
+struct ConstraintFunction {
+  Shared callable;
+  py::ssize_t num_points;
+};
+
+}  // namespace
+
+ScalarFunction function_of_time(const Given& given) {
+  if (py::hasattr(given.value, "times")) {
+    const auto values = result_of(given.value.attr("values"), py::len(given.value.attr("times")), "values [times]");
+    std::vector<double> times;
+    read(given["times"], &times);
+    return locate(given, [&] {
+      return ScalarFunction::table(times, std::vector<double>(values.data(), values.data() + values.size()));
+    });
+  }
+  if (PyCallable_Check(given.value.ptr()) != 0) {
+    return ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>([f = Shared(given.value)](const Jet<2>& t) {
+      const py::gil_scoped_acquire acquired;
+      std::array<double, 3> numbers{};
+      copy_result((*f)(t.value()), 3, "(value, first derivative, second derivative)", numbers.data());
+      return compose(numbers, t);
+    }));
+  }
+  const Text text = text_of(given);
+  if (!py::isinstance<py::str>(text.text))
+    given.fail("a number, a formula in t, a Formula, a Table or a callable of time");
+  return locate(given, [&] { return ScalarFunction::formula(text.text.cast<std::string>(), text.constants); });
+}
+
+VectorFunction vector_function_of_time(const Given& given) {
+  VectorFunction result;
+  if (py::hasattr(given.value, "times")) {
+    std::vector<double> times, column(static_cast<std::size_t>(py::len(given.value.attr("times"))));
+    read(given["times"], &times);
+    const auto values =
+        result_of(given.value.attr("values"), 3 * static_cast<py::ssize_t>(times.size()), "values [times, 3]");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t k = 0; k < times.size(); ++k) column[k] = values.data()[3 * k + axis];
+      result.components[axis] = locate(given, [&] { return ScalarFunction::table(times, column); });
+    }
+    return result;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    result.components[axis] = ScalarFunction::custom(
+        std::function<Jet<2>(const Jet<2>&)>([f = Shared(given.value), axis](const Jet<2>& t) {
+          const py::gil_scoped_acquire acquired;
+          const auto numbers = result_of((*f)(t.value()), 9, "(value, first, second derivative), [3] each");
+          const double* const x = numbers.data() + axis;
+          return compose({x[0], x[3], x[6]}, t);
+        }));
+  }
+  return result;
+}
+
+void read(const Given& given, ForceKernel* kernel) {
+  if (PyCallable_Check(given.value.ptr()) != 0) {
+    *kernel = {.thread_safe = false, .context = context_of(given), .evaluate = evaluate_force};
+    return;
+  }
+  const Text text = text_of(given);
+  const std::vector<std::string> texts = texts_of(given, text, "three formulas or a callable (t, r, v)");
+  if (texts.size() != 3) given.fail("three formulas or a callable (t, r, v)");
+  *kernel = locate(given, [&] { return formula_force({texts[0], texts[1], texts[2]}, text.constants); });
+}
+
+void read(const Given& given, int num_points, ConstraintKernel* kernel) {
+  if (PyCallable_Check(given.value.ptr()) != 0) {
+    kernel->num_points = num_points;
+    kernel->thread_safe = false;
+    kernel->context = std::make_shared<const ConstraintFunction>(ConstraintFunction{Shared(given.value), num_points});
+    kernel->evaluate = [](const void* context, const ConstraintBatch& batch) {
+      const auto& function = *static_cast<const ConstraintFunction*>(context);
+      evaluate_constraint(&function.callable, batch, function.num_points);
+    };
+    return;
+  }
+  const Text text = text_of(given);
+  if (!py::isinstance<py::str>(text.text)) given.fail("a formula, a Formula or a callable (t, r, v)");
+  *kernel =
+      locate(given, [&] { return formula_constraint(text.text.cast<std::string>(), num_points, text.constants); });
+}
+
+void read(const Given& given, int num_multipliers, FrictionKernel* kernel) {
+  struct Law {
+    Shared callable;
+    py::ssize_t num_multipliers;
+  };
+  if (PyCallable_Check(given.value.ptr()) == 0) given.fail("a callable (t, r, v, multipliers)");
+  kernel->num_multipliers = num_multipliers;
+  kernel->thread_safe = false;
+  kernel->context = std::make_shared<const Law>(Law{Shared(given.value), num_multipliers});
+  kernel->evaluate = [](const void* context, const FrictionBatch& batch) {
+    const py::gil_scoped_acquire acquired;
+    const auto& law = *static_cast<const Law*>(context);
+    const auto k = static_cast<py::ssize_t>(batch.count);
+    const py::object result = (*law.callable)(batch.t, lend(batch.r, {k, 3}), lend(batch.v, {k, 3}),
+                                              lend(batch.lambda, {k, law.num_multipliers}));
+    const auto parts = parts_of(result, 2, "(tau, derivative)");
+    copy_result(parts[0], 3 * batch.count, "tau [k, 3]", batch.tau);
+    if (batch.derivative != nullptr)
+      copy_result(parts[1], 3 * batch.count * static_cast<std::size_t>(law.num_multipliers),
+                  "the derivative [k, 3, p]", batch.derivative);
+  };
+}
+
+void read(const Given& given, const std::vector<std::string>& names, CoordinateKernel* kernel) {
+  const Text text = text_of(given);
+  const std::vector<std::string> texts = texts_of(given, text, "formulas x, y, z of each point");
+  *kernel = locate(given, [&] { return formula_coordinates(names, texts, text.constants); });
+}
+
+}  // namespace tanor::python

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "python/values.hpp"
+
+/// \file
+/// Functions that users write in Python: of time, and the kernels of their own forces, constraints and friction.
+namespace tanor::python {
+
+/// A text, a Formula, a Table or a callable t -> (value, first derivative, second derivative).
+ScalarFunction function_of_time(const Given& given);
+/// A Table with three columns, or a callable t -> the same three, float [3] each.
+VectorFunction vector_function_of_time(const Given& given);
+
+/// Three texts, or a callable (t, r [k, 3], v [k, 3]) -> f [k, 3], N.
+void read(const Given& given, ForceKernel* kernel);
+/// A text in x1, y1, z1, x2, …, or a callable (t, r [k, p, 3], v [k, p, 3]) -> (xi [k], gradient [k, p, 3], rate [k],
+/// phi [k]). `num_points`: p.
+void read(const Given& given, int num_points, ConstraintKernel* kernel);
+/// A callable (t, r [k, 3], v [k, 3], multipliers [k, p]) -> (tau [k, 3], derivative [k, 3, p]); `num_multipliers`: p.
+void read(const Given& given, int num_multipliers, FrictionKernel* kernel);
+/// Texts x, y, z of each point, in the names of the coordinates.
+void read(const Given& given, const std::vector<std::string>& names, CoordinateKernel* kernel);
+
+}  // namespace tanor::python

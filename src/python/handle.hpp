@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "python/call.hpp"
+
+namespace tanor::python {
+
+/// An object of the library that is made of a description where it is first needed: copies and pickles keep the
+/// description alone.
+template <class Library>
+class Handle {
+ public:
+  explicit Handle(std::string name) : name_(std::move(name)) {}
+  virtual ~Handle() = default;
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+
+  /// call(library's object), without the interpreter's lock.
+  template <class Call>
+  auto run(const Call& call) {
+    const Turns::Turn turn(turns_, name_.c_str());
+    if (!made_) made_.emplace(make());
+    return without_lock([&] { return call(*made_); });
+  }
+
+ private:
+  virtual Library make() = 0;
+
+  std::string name_;
+  std::optional<Library> made_;
+  Turns turns_;
+};
+
+}  // namespace tanor::python

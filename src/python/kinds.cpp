@@ -1,0 +1,287 @@
+#include "python/kinds.hpp"
+
+#include <cxxabi.h>
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <typeinfo>
+#include <variant>
+
+#include "python/functions.hpp"
+#include "python/header_docs.hpp"
+#include "python/scene_file.hpp"
+
+namespace tanor::python {
+namespace {
+
+/// "Rods": the struct's own name.
+template <class Struct>
+std::string name_of_struct() {
+  const std::unique_ptr<char, void (*)(void*)> name(
+      abi::__cxa_demangle(typeid(Struct).name(), nullptr, nullptr, nullptr), std::free);
+  const std::string full = name.get();
+  return full.substr(full.rfind(':') + 1);
+}
+
+/// What the fields of a kind do not say: members of its struct that scene files spell in a way of their own.
+template <class Group>
+struct Extra {
+  static constexpr std::tuple<> fields{};
+};
+template <>
+struct Extra<UserConstraints> {
+  static constexpr std::tuple fields{FieldOf("kernel", &UserConstraints::kernel, {.is_required = true})};
+};
+template <>
+struct Extra<FormulaForce> {
+  static constexpr std::tuple fields{FieldOf("kernel", &FormulaForce::kernel, {.is_required = true})};
+};
+template <>
+struct Extra<UserFriction> {
+  static constexpr std::tuple fields{FieldOf("kernel", &UserFriction::kernel, {.is_required = true})};
+};
+template <>
+struct Extra<UserCoordinates> {
+  static constexpr std::tuple fields{FieldOf("kernel", &UserCoordinates::kernel, {.is_required = true}),
+                                     FieldOf("q", &UserCoordinates::q, {.is_required = true}),
+                                     FieldOf("q_dot", &UserCoordinates::q_dot)};
+};
+template <>
+struct Extra<PairForces> {
+  static constexpr bool members_are_optional = true;
+  static constexpr std::tuple fields{FieldOf("law", &PairForces::law), FieldOf("box", &PairForces::box, {.unit = "m"}),
+                                     FieldOf("exclude_rods", &PairForces::exclude_rods)};
+};
+template <>
+struct Extra<Coulomb> {
+  static constexpr std::tuple fields{FieldOf("regularisation", &Coulomb::regularisation, {.unit = "m/s"}),
+                                     FieldOf("reaction", &Coulomb::reaction)};
+};
+
+/// All fields of a kind of <tanor/kinds.hpp>, its members and guides first, its name last.
+template <class Group>
+struct Description {
+  static constexpr auto members() {
+    if constexpr (requires { KindOf<Group>::members; }) {
+      return std::tuple{FieldOf(list_name<Group>(), KindOf<Group>::members,
+                                {.is_required = !requires { Extra<Group>::members_are_optional; }})};
+    } else {
+      return std::tuple<>{};
+    }
+  }
+  static constexpr auto guides() {
+    if constexpr (requires(Group group) { group.at; }) {
+      return std::tuple{FieldOf("at", &Group::at, {.is_required = true})};
+    } else {
+      return std::tuple<>{};
+    }
+  }
+  static constexpr auto fields = std::tuple_cat(members(), guides(), KindOf<Group>::fields, Extra<Group>::fields,
+                                                std::tuple{FieldOf("name", &Group::name)});
+};
+template <>
+struct Description<Support> {
+  static constexpr std::tuple fields{FieldOf("points", &Support::points, {.is_required = true}),
+                                     FieldOf("displacement", &Support::displacement, {.unit = "m"}),
+                                     FieldOf("name", &Support::name)};
+};
+template <>
+struct Description<SolverOptions> {
+  static constexpr std::tuple fields{FieldOf("form", &SolverOptions::form),
+                                     FieldOf("linear_solver", &SolverOptions::linear_solver),
+                                     FieldOf("ordering", &SolverOptions::ordering),
+                                     FieldOf("threads", &SolverOptions::threads),
+                                     FieldOf("friction", &SolverOptions::friction),
+                                     FieldOf("reuse", &SolverOptions::reuse)};
+};
+template <>
+struct Description<MotionOptions> {
+  static constexpr std::tuple fields{FieldOf("method", &MotionOptions::method),
+                                     FieldOf("step", &MotionOptions::step),
+                                     FieldOf("max_step", &MotionOptions::max_step),
+                                     FieldOf("rtol", &MotionOptions::rtol),
+                                     FieldOf("atol", &MotionOptions::atol),
+                                     FieldOf("stabilisation", &MotionOptions::stabilisation),
+                                     FieldOf("start", &MotionOptions::start),
+                                     FieldOf("order", &MotionOptions::order),
+                                     FieldOf("spectral_radius", &MotionOptions::spectral_radius)};
+};
+
+template <class Struct, class Visit>
+void for_each_described(const Visit& visit) {
+  std::apply([&](const auto&... field) { (visit(field), ...); }, Description<Struct>::fields);
+}
+
+/// A kernel needs what else its group says.
+template <class Group, class Value>
+void read_field(const Given& given, const FieldOf<Group, Value>& field, Group* group) {
+  const Given own = given[field.name];
+  if constexpr (std::is_same_v<Value, ConstraintKernel>) {
+    read(own, group->tuples.empty() ? 1 : static_cast<int>(group->tuples[0].size()), &(group->*field.value));
+  } else if constexpr (std::is_same_v<Value, FrictionKernel>) {
+    int num_multipliers = 0;
+    read(given["num_multipliers"], &num_multipliers);
+    read(own, num_multipliers, &(group->*field.value));
+  } else if constexpr (std::is_same_v<Value, CoordinateKernel>) {
+    std::vector<std::string> names;
+    read(given["names"], &names);
+    read(own, names, &(group->*field.value));
+  } else {
+    read(own, &(group->*field.value));
+  }
+}
+
+template <class Struct>
+Struct read_struct(const Given& given) {
+  Struct result;
+  for_each_described<Struct>([&](const auto& field) { read_field(given, field, &result); });
+  return result;
+}
+
+/// One of the kinds of a list.
+template <class Entry>
+struct AnyOf;
+template <class... Groups>
+struct AnyOf<std::variant<Groups...>> {
+  static std::variant<Groups...> read(const Given& given) {
+    const std::string name = py::str(py::type::of(given.value).attr("__name__")).cast<std::string>();
+    std::variant<Groups...> result;
+    const bool is_known = ((name == name_of_struct<Groups>() && (result = read_struct<Groups>(given), true)) || ...);
+    if (is_known) return result;
+    std::string all;
+    ((all += (all.empty() ? "" : ", ") + name_of_struct<Groups>()), ...);
+    given.fail("one of " + all);
+  }
+  static void describe(const char* list, py::list* all);
+};
+
+template <class Entry>
+std::vector<Entry> read_entries(const Given& list, const char* wanted) {
+  std::vector<Entry> entries;
+  for (const Given& each : list.entries(wanted)) entries.push_back(AnyOf<Entry>::read(each));
+  return entries;
+}
+
+/// "float [3]; m; …": shape, then what the header says of the field, or its unit.
+template <class Struct, class Value>
+std::string text_of(const FieldOf<Struct, Value>& field) {
+  const std::string said = header_doc(name_of_struct<Struct>() + "." + field.name);
+  std::string text = in_words<Value>().shape;
+  if constexpr (std::is_enum_v<Value> && !std::is_same_v<Value, Method>) text = "one of " + words_of<Value>();
+  const std::string unit = field.data.unit;
+  if (!said.empty()) {
+    text += (text.empty() ? "" : "; ") + said;
+  } else if (!unit.empty()) {
+    text += "; " + unit;
+  }
+  return text;
+}
+
+template <class Struct>
+void describe(const char* list, const std::string& kind, py::list* all) {
+  py::list fields;
+  const Struct defaults;
+  for_each_described<Struct>([&]<class Value>(const FieldOf<Struct, Value>& field) {
+    const bool is_required = field.data.is_required;
+    py::object value = py::none();
+    if constexpr (!requires { (defaults.*field.value).evaluate; }) {
+      if (!is_required) value = default_of(defaults.*field.value);
+    }
+    fields.append(
+        py::make_tuple(field.name, std::string(in_words<Value>().annotation), text_of(field), value, is_required));
+  });
+  py::dict entry;
+  entry["list"] = list;
+  entry["name"] = name_of_struct<Struct>();
+  entry["kind"] = kind;
+  entry["doc"] = header_doc(name_of_struct<Struct>());
+  entry["fields"] = fields;
+  all->append(entry);
+}
+
+template <class... Groups>
+void AnyOf<std::variant<Groups...>>::describe(const char* list, py::list* all) {
+  (python::describe<Groups>(list, std::string(KindOf<Groups>::name), all), ...);
+}
+
+}  // namespace
+
+std::vector<Constraint> read_constraints(const py::object& constraints) {
+  return read_entries<Constraint>({constraints, "/constraints"}, "a list of constraints");
+}
+
+System read_system(const py::object& object) {
+  if (py::isinstance<SceneFile>(object)) return object.cast<SceneFile&>().read().system;
+  const Given given{object, ""};
+  System system;
+  std::vector<Vector3> positions, velocities;
+  read(given["name"], &system.name);
+  read(given["positions"], &positions);
+  read(given["masses"], &system.masses);
+  if (!object.attr("velocities").is_none()) read(given["velocities"], &velocities);
+  for (const Vector3& r : positions) system.positions.insert(system.positions.end(), r.begin(), r.end());
+  for (const Vector3& v : velocities) system.velocities.insert(system.velocities.end(), v.begin(), v.end());
+  for (const Given& each : given["supports"].entries("a list of supports"))
+    system.supports.push_back(read_struct<Support>(each));
+  system.constraints = read_constraints(object.attr("constraints"));
+  system.forces = read_entries<Force>(given["forces"], "a list of forces");
+  system.friction = read_entries<Friction>(given["friction"], "a list of laws of friction");
+  system.coordinates = read_entries<Coordinates>(given["coordinates"], "a list of coordinates");
+  return system;
+}
+
+SolverOptions read_solver_options(const py::object& options) {
+  return options.is_none() ? SolverOptions{} : read_struct<SolverOptions>({options, "/solver"});
+}
+
+MotionOptions read_motion_options(const py::object& options) {
+  return options.is_none() ? MotionOptions{} : read_struct<MotionOptions>({options, "/motion"});
+}
+
+SolverOptions options_of_scene(const py::object& object) {
+  return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().solver : SolverOptions{};
+}
+
+MotionOptions motion_of_scene(const py::object& object) {
+  return py::isinstance<SceneFile>(object) ? object.cast<SceneFile&>().read().motion : MotionOptions{};
+}
+
+void bind_system_functions(py::module_& module) {
+  using py::arg;
+  module.def(
+      "validate",
+      [](const py::object& object, double time) {
+        const System system = read_system(object);
+        without_lock([&] { validate(system, time); });
+      },
+      arg("system"), arg("time") = 0.0,
+      "Checks a System by every rule; what depends on time at `time`, s. Raises InputError with the place.");
+  module.def(
+      "num_equations", [](const py::object& object) { return num_equations(read_system(object)); }, arg("system"),
+      "Scalar equations of all constraints of a System, group by group, member by member.");
+  module.def(
+      "equation_names",
+      [](const py::object& object) {
+        const System system = read_system(object);
+        std::vector<std::string> names(num_equations(system));
+        for (std::size_t row = 0; row < names.size(); ++row) names[row] = equation_name(system, row);
+        return names;
+      },
+      arg("system"), "The names of all rows: \"rods[17]\"; \"wire[4].1\" for the second row of a member with several.");
+}
+
+py::list descriptions() {
+  py::list all;
+  AnyOf<Constraint>::describe("constraints", &all);
+  AnyOf<Force>::describe("forces", &all);
+  AnyOf<Friction>::describe("friction", &all);
+  AnyOf<Coordinates>::describe("coordinates", &all);
+  describe<Support>("supports", "", &all);
+  describe<SolverOptions>("options", "", &all);
+  describe<MotionOptions>("options", "", &all);
+  return all;
+}
+
+}  // namespace tanor::python

@@ -1,0 +1,101 @@
+#include "python/scene_file.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "python/bindings.hpp"
+#include "python/kinds.hpp"
+#include "scene/text_file.hpp"
+
+namespace tanor::python {
+namespace {
+
+template <class Value>
+std::optional<Value> optional_of(const py::object& object) {
+  return object.is_none() ? std::nullopt : std::optional(object.cast<Value>());
+}
+
+std::unique_ptr<SceneFile> load(const py::object& file, const py::object& method, const py::object& step,
+                                const py::object& max_step, const py::object& rtol, const py::object& atol,
+                                const py::object& t_end, const py::object& threads) {
+  const std::string path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
+  scene::Overrides overrides{.method = optional_of<std::string>(method),
+                             .step = optional_of<double>(step),
+                             .max_step = optional_of<double>(max_step),
+                             .rtol = optional_of<double>(rtol),
+                             .atol = optional_of<double>(atol),
+                             .t_end = optional_of<double>(t_end),
+                             .threads = optional_of<int>(threads)};
+  std::string text;
+  try {
+    text = scene::read_text(path);
+  } catch (const InputError& error) {
+    throw InputError(path, error.what());
+  }
+  auto result = std::make_unique<SceneFile>(std::move(text), path, std::move(overrides));
+  result->read();  // complains now
+  return result;
+}
+
+py::tuple get_state(const SceneFile& self) {
+  const scene::Overrides& o = self.overrides;
+  return py::make_tuple(self.text, self.file, o.method, o.step, o.max_step, o.rtol, o.atol, o.t_end, o.threads);
+}
+
+std::unique_ptr<SceneFile> set_state(const py::tuple& s) {
+  return std::make_unique<SceneFile>(s[0].cast<std::string>(), s[1].cast<std::string>(),
+                                     scene::Overrides{.method = optional_of<std::string>(s[2]),
+                                                      .step = optional_of<double>(s[3]),
+                                                      .max_step = optional_of<double>(s[4]),
+                                                      .rtol = optional_of<double>(s[5]),
+                                                      .atol = optional_of<double>(s[6]),
+                                                      .t_end = optional_of<double>(s[7]),
+                                                      .threads = optional_of<int>(s[8])});
+}
+
+constexpr const char* scene_doc = R"doc(
+A scene file: a system with its motion, for Simulation, Dynamics, InverseDynamics and run_scene. The format is
+docs/scene-format.md.
+
+file                                          a path
+method, step, max_step, rtol, atol, t_end, threads  values that replace those of the file, as the options of the
+                                              program do; s, > 0
+Raises InputError with the file, the place in it and the rule.
+)doc";
+
+}  // namespace
+
+SceneFile::SceneFile(std::string the_text, std::string the_file, scene::Overrides the_overrides)
+    : text(std::move(the_text)), file(std::move(the_file)), overrides(std::move(the_overrides)) {}
+
+const scene::Scene& SceneFile::read() {
+  if (!scene_) scene_ = without_lock([&] { return scene::parse_scene(text, file, overrides); });
+  return *scene_;
+}
+
+void bind_scene(py::module_& module) {
+  using py::arg;
+  const py::none none;
+  py::class_<SceneFile>(module, "Scene", scene_doc)
+      .def(py::init(&load), arg("file"), py::kw_only(), arg("method") = none, arg("step") = none,
+           arg("max_step") = none, arg("rtol") = none, arg("atol") = none, arg("t_end") = none,
+           arg("threads") = none)
+      .def_readonly("file", &SceneFile::file, "(str) its path")
+      .def_property_readonly("name", [](SceneFile& self) { return self.read().name; }, "(str) of the system")
+      .def_property_readonly("t_end", [](SceneFile& self) { return self.read().t_end; }, "(float) s; 0: not given")
+      .def_property_readonly("output_every", [](SceneFile& self) { return self.read().output_every; },
+                             "(float) s; 0: start and end only")
+      .def_property_readonly("num_points", [](SceneFile& self) { return self.read().system.num_points(); },
+                             "(int) supports included")
+      .def_property_readonly(
+          "old_names", [](SceneFile& self) { return self.read().old_names; },
+          "(list[str]) names of an older version that the file uses, with those of today")
+      .def("__repr__",
+           [](const SceneFile& self) {
+             return "Scene(" + py::repr(py::str(self.file)).cast<std::string>() + ")";
+           })
+      .def(py::pickle(&get_state, &set_state));
+}
+
+}  // namespace tanor::python

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "python/call.hpp"
+#include "scene/scene.hpp"
+
+namespace tanor::python {
+
+/// A scene file as Python holds it. Its text and what stands over it are the description; the scene is read anew after
+/// a pickle.
+class SceneFile {
+ public:
+  SceneFile(std::string text, std::string file, scene::Overrides overrides);
+
+  /// Throws InputError.
+  const scene::Scene& read();
+
+  const std::string text, file;
+  const scene::Overrides overrides;
+
+ private:
+  std::optional<scene::Scene> scene_;
+};
+
+}  // namespace tanor::python

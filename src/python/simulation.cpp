@@ -1,0 +1,191 @@
+#include <tanor/motion.hpp>
+
+#include <chrono>
+#include <exception>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "python/arrays.hpp"
+#include "python/bindings.hpp"
+#include "python/functions.hpp"
+#include "python/kinds.hpp"
+
+namespace tanor::python {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Looks after each step whether Python wants the run to end: signals (Ctrl-C) every 50 ms, the user's callback after
+/// each step. What it raises is kept until the library has come back.
+class Watch {
+ public:
+  explicit Watch(const py::object& progress) : progress_(progress) {}
+
+  bool goes_on(const MotionReport& report) {
+    const Clock::time_point now = Clock::now();
+    if (progress_.is_none() && now < next_look_) return true;
+    const py::gil_scoped_acquire acquired;
+    try {
+      if (now >= next_look_) {
+        next_look_ = now + std::chrono::milliseconds(50);
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      }
+      if (progress_.is_none()) return true;
+      const py::object answer = progress_(report);
+      return answer.is_none() || answer.cast<bool>();
+    } catch (...) {
+      raised_ = std::current_exception();
+      return false;
+    }
+  }
+
+  void raise_what_was_kept() const {
+    if (raised_) std::rethrow_exception(raised_);
+  }
+
+ private:
+  const py::object& progress_;
+  Clock::time_point next_look_ = Clock::now() + std::chrono::milliseconds(50);
+  std::exception_ptr raised_;
+};
+
+/// A Simulation with the description that it was made of.
+class Run {
+ public:
+  Run(py::object the_system, const py::object& motion, const py::object& solver, double t_start)
+      : system(std::move(the_system)), simulation_(make(system, motion, solver, t_start)) {}
+
+  const py::object system;
+
+  /// call(simulation), without the interpreter's lock.
+  template <class Call>
+  auto run(const Call& call) {
+    const Turns::Turn turn(turns_, "Simulation");
+    return without_lock([&] { return call(simulation_); });
+  }
+  const Simulation& now() const { return simulation_; }
+
+  Outcome advance_to(double t_end, const py::object& progress) {
+    Watch watch(progress);
+    const Outcome outcome = run([&](Simulation& s) {
+      return s.advance_to(t_end, [&](const MotionReport& report) { return watch.goes_on(report); });
+    });
+    watch.raise_what_was_kept();
+    return outcome;
+  }
+
+ private:
+  static Simulation make(const py::object& system, const py::object& motion, const py::object& solver,
+                         double t_start) {
+    System description = read_system(system);
+    const MotionOptions motion_options = motion.is_none() ? motion_of_scene(system) : read_motion_options(motion);
+    const SolverOptions solver_options = solver.is_none() ? options_of_scene(system) : read_solver_options(solver);
+    return without_lock([&] { return Simulation(std::move(description), motion_options, solver_options, t_start); });
+  }
+
+  Simulation simulation_;
+  Turns turns_;
+};
+
+std::size_t add_event(Run& self, const py::object& function, const py::object& direction, bool stops,
+                      const std::string& name) {
+  Event event{.name = name, .stops = stops};
+  read({direction, "/direction"}, &event.direction);
+  event.value = [f = Shared(function)](double t, std::span<const double> r, std::span<const double> v) {
+    const py::gil_scoped_acquire acquired;
+    return (*f)(t, view(r, 3, py::none()), view(v, 3, py::none())).cast<double>();
+  };
+  return self.run([&](Simulation& s) { return s.add_event(event); });
+}
+
+py::bytes save(Run& self) {
+  const std::vector<std::byte> saved = self.run([](const Simulation& s) { return s.save(); });
+  return {reinterpret_cast<const char*>(saved.data()), saved.size()};
+}
+
+void restore(Run& self, const std::string& saved) {
+  self.run([&](Simulation& s) { s.restore(std::as_bytes(std::span(saved))); });
+}
+
+constexpr const char* class_doc = R"doc(
+A system on its way through time. The start is made consistent; a numerical failure is in `outcome`.
+
+The arrays positions, velocities, ... are views of the state that the start, the last advance_to or restore ended with:
+float64, read-only, and they show the next state after the next call; copy what is to stay.
+
+The interpreter's lock is released while it steps; an object serves one thread at a time.
+
+system   a System or a Scene
+motion   MotionOptions; None: those of the scene, or the defaults
+solver   SolverOptions; likewise
+t_start  s
+Raises InputError, naming the place.
+)doc";
+
+}  // namespace
+
+void bind_simulation(py::module_& module) {
+  using py::arg;
+  const py::none none;
+  py::class_<Run> type(module, "Simulation", class_doc);
+  type.def(py::init<py::object, const py::object&, const py::object&, double>(), arg("system"), arg("motion") = none,
+           arg("solver") = none, arg("t_start") = 0.0)
+      .def("advance_to", &Run::advance_to, arg("t_end"), arg("progress") = none, R"doc(
+Steps to exactly t_end, s, or to an event that stops; after a failure the state is that of the last good step.
+
+progress  called with a MotionReport after every step; False ends the run there
+Ctrl-C, and what progress raises, end the run after a step, too, and are raised then: the simulation can go on.)doc")
+      .def("add_event", &add_event, arg("function"), py::kw_only(), arg("direction") = "both", arg("stops") = false,
+           arg("name") = "", R"doc(
+From now on looks for the zeros of function(t, positions, velocities) -> float; returns the event's number.
+
+direction  "both", "rising", "falling"
+stops      ends the advance there)doc")
+      .def_property_readonly(
+          "passages",
+          [](Run& self) {
+            const auto all = self.now().passages();
+            return std::vector<Passage>(all.begin(), all.end());
+          },
+          "(list[Passage]) of events, in the order of time")
+      .def("solution", [](Run& self) { return self.run([](Simulation& s) { return s.solution(); }); },
+           "The present state as a value, also inside a progress callback.")
+      .def("certify", [](Run& self) { return self.run([](Simulation& s) { return s.certify(); }); },
+           "Proves the answer at the present state, also inside a progress callback.")
+      .def("rank", [](Run& self) { return self.run([](Simulation& s) { return s.rank(); }); },
+           "The rank of K at the present state.")
+      .def("save", &save, "The present state as bytes, for restore of a simulation of an equal system.")
+      .def("restore", &restore, arg("saved"),
+           "Goes on from saved bytes. Raises InputError for bytes that are damaged or of another system.")
+      .def_readonly("system", &Run::system, "(System | Scene) as it was given")
+      .def_property_readonly("plan", [](const Run& self) { return self.now().plan(); },
+                             "(PlanSummary) how the equations are solved, and why so")
+      .def_property_readonly("outcome", [](const Run& self) { return self.now().outcome(); },
+                             "(Outcome) of the start, the last advance_to or restore")
+      .def_property_readonly("report", [](const Run& self) { return self.now().report(); },
+                             "(MotionReport) of the motion so far")
+      .def_property_readonly("time", [](const Run& self) { return self.now().time(); }, "(float) s")
+      .def("__repr__", [](const py::object& self) {
+        return "Simulation(time=" + std::to_string(self.cast<const Run&>().now().time()) + ")";
+      });
+  const auto array = [&](const char* name, std::span<const double> (Simulation::*get)() const, py::ssize_t columns,
+                         const char* text) {
+    type.def_property_readonly(
+        name, [=](const py::object& self) { return view((self.cast<const Run&>().now().*get)(), columns, self); },
+        text);
+  };
+  array("positions", &Simulation::positions, 3, "(numpy.ndarray) float64 [n, 3], m");
+  array("velocities", &Simulation::velocities, 3, "(numpy.ndarray) float64 [n, 3], m/s");
+  array("accelerations", &Simulation::accelerations, 3, "(numpy.ndarray) float64 [n, 3], m/s^2");
+  array("reactions", &Simulation::reactions, 3, "(numpy.ndarray) float64 [n, 3], N: K lambda");
+  array("support_forces", &Simulation::support_forces, 3,
+        "(numpy.ndarray) float64 [n, 3], N: the load that each support carries");
+  array("multipliers", &Simulation::multipliers, 0, "(numpy.ndarray) float64 [num_equations]");
+  array("coordinates", &Simulation::coordinates, 0, "(numpy.ndarray) float64, q; none in normal form");
+  array("coordinate_rates", &Simulation::coordinate_rates, 0, "(numpy.ndarray) float64, q_dot");
+}
+
+}  // namespace tanor::python

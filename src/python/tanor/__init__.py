@@ -1,0 +1,13 @@
+"""Motion and reactions of large systems of material points under constraints.
+
+A `System` describes points, constraints and forces; a `Simulation` moves it, a `Dynamics` answers at one instant, an
+`InverseDynamics` finds the forces of a given motion, and a `Constrainer` serves a simulation that owns its arrays and
+its time loop. Wrong input is an `InputError`; what the numbers refuse is in a report's `outcome`, never an exception.
+"""
+
+from ._core import *  # noqa: F403
+from ._core import InputError, __version__  # noqa: F401
+from .description import DESCRIPTIONS, Formula, System, Table  # noqa: F401
+from .runs import Trajectory, run, run_scene  # noqa: F401
+
+globals().update(DESCRIPTIONS)

@@ -1,0 +1,93 @@
+"""What a system is made of, as plain objects that hold what the user gave.
+
+The classes of the kinds are made of the library's own tables, so a kind that the library gains is here, too.
+"""
+
+import dataclasses
+from typing import Any
+
+from . import _core
+
+
+@dataclasses.dataclass
+class Formula:
+    """A formula with named constants, for whatever takes a text: Formula("0.1*sin(omega*t)", {"omega": 3.0}).
+
+    text       a text, or a list of texts where several are wanted
+    constants  numbers by name
+    """
+
+    text: Any
+    constants: dict[str, float] = dataclasses.field(default_factory=dict)
+
+
+@dataclasses.dataclass(eq=False)
+class Table:
+    """A function of time by its samples, C4 between them. Outside of its times it is an InputError.
+
+    times   float [k], increasing, s
+    values  float [k], or [k, 3] for a vector
+    """
+
+    times: Any
+    values: Any
+
+
+def _make_class(table: dict) -> type:
+    """The class of a kind or of options; its members stand first, all other fields are keywords."""
+    lines = [table["doc"], ""] if table["doc"] else []
+    fields = []
+    for number, (name, annotation, text, default, is_required) in enumerate(table["fields"]):
+        is_keyword = number > 0 or table["list"] == "options"
+        if is_required:
+            fields.append((name, annotation, dataclasses.field(kw_only=is_keyword)))
+        else:
+            fields.append((name, annotation, dataclasses.field(default=default, kw_only=is_keyword)))
+        rest = "" if is_required else f" (default {default!r})"
+        lines.append(f"{name}: {text}{rest}")
+    for name, annotation, text in _EXTRA.get(table["name"], ()):
+        fields.append((name, annotation, dataclasses.field(kw_only=True)))
+        lines.append(f"{name}: {text}")
+    namespace = {"__doc__": "\n".join(lines), "__module__": "tanor"}
+    if table["kind"]:
+        namespace["kind"] = table["kind"]
+    return dataclasses.make_dataclass(table["name"], fields, namespace=namespace, eq=False)
+
+
+# What the library reads off a kernel, and Python must be told.
+_EXTRA = {
+    "UserFriction": [("num_multipliers", "int", "equations of the guides at a point: 1 on a surface, 2 on a wire")],
+    "UserCoordinates": [("names", "Sequence[str]", "of the coordinates, as the formulas of the kernel spell them")],
+}
+
+DESCRIPTIONS = {table["name"]: _make_class(table) for table in _core.descriptions()}
+globals().update(DESCRIPTIONS)
+
+
+@dataclasses.dataclass(eq=False)
+class System:
+    """What is simulated: points, supports, constraints, forces, friction, coordinates.
+
+    positions    float [n, 3], m
+    masses       float [n], kg, > 0 (of supports: ignored)
+    velocities   float [n, 3], m/s; None: at rest
+    supports     list of Support: points whose motion is prescribed
+    constraints  list of Rods, Planes, ...
+    forces       list of Gravity, Springs, ...
+    friction     list of Coulomb, ...
+    coordinates  list of coordinates; none: the constraints alone say what can move
+    name         a text
+
+    The lists and arrays are the user's own; nothing is checked or copied before a Dynamics, a Simulation or
+    `validate` reads them.
+    """
+
+    positions: Any
+    masses: Any
+    velocities: Any = None
+    supports: list = dataclasses.field(default_factory=list, kw_only=True)
+    constraints: list = dataclasses.field(default_factory=list, kw_only=True)
+    forces: list = dataclasses.field(default_factory=list, kw_only=True)
+    friction: list = dataclasses.field(default_factory=list, kw_only=True)
+    coordinates: list = dataclasses.field(default_factory=list, kw_only=True)
+    name: str = dataclasses.field(default="system", kw_only=True)

@@ -1,0 +1,216 @@
+#include "python/values.hpp"
+
+#include <pybind11/numpy.h>
+
+#include <limits>
+
+#include "python/functions.hpp"
+
+namespace tanor::python {
+namespace {
+
+bool is_number(const py::object& value) {
+  return PyFloat_Check(value.ptr()) != 0 || (PyNumber_Check(value.ptr()) != 0 && !py::isinstance<py::str>(value) &&
+                                             PySequence_Check(value.ptr()) == 0);
+}
+
+/// An array of whole numbers that Index can hold; an empty list is one.
+template <class Take>
+void take_indices(const Given& given, py::ssize_t dimensions, py::ssize_t columns, const char* wanted,
+                  const Take& take) {
+  const auto array = py::array::ensure(given.value);
+  PyErr_Clear();
+  if (array && array.size() == 0) return;
+  if (!array || (array.dtype().kind() != 'i' && array.dtype().kind() != 'u') || array.ndim() != dimensions ||
+      (columns > 0 && array.shape(1) != columns)) {
+    given.fail(wanted);
+  }
+  const auto numbers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
+  const py::ssize_t width = dimensions == 1 ? 1 : numbers.shape(1);
+  std::vector<Index> row(static_cast<std::size_t>(width));
+  for (py::ssize_t k = 0; k < numbers.shape(0); ++k) {
+    for (py::ssize_t p = 0; p < width; ++p) {
+      const std::int64_t number = numbers.data()[k * width + p];
+      if (number < 0 || number > std::numeric_limits<Index>::max())
+        Given{py::int_(number), given.place + "/" + std::to_string(k)}.fail("the number of a point, 0 or more");
+      row[static_cast<std::size_t>(p)] = static_cast<Index>(number);
+    }
+    take(row);
+  }
+}
+
+/// A packed array of doubles, empty where the value is no array of numbers.
+py::array_t<double> numbers_of(const py::object& value) {
+  const auto raw = py::array::ensure(value);
+  PyErr_Clear();
+  if (!raw || (raw.size() > 0 && std::string("fiub").find(raw.dtype().kind()) == std::string::npos)) return {};
+  return py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(raw);
+}
+
+template <std::size_t N>
+void read_tuples(const Given& given, const char* wanted, std::vector<std::array<Index, N>>* tuples) {
+  take_indices(given, 2, N, wanted, [&](const std::vector<Index>& row) {
+    std::copy(row.begin(), row.end(), tuples->emplace_back().begin());
+  });
+}
+
+}  // namespace
+
+void Given::fail(const std::string& wanted) const {
+  std::string found = py::repr(value).cast<std::string>();
+  if (found.size() > 80) found = found.substr(0, 77) + "...";
+  throw InputError(place, "found " + found + ", wanted " + wanted);
+}
+
+Given Given::operator[](const char* name) const {
+  return {value.attr(name), place + "/" + name};
+}
+
+std::vector<Given> Given::entries(const char* wanted) const {
+  if (py::isinstance<py::str>(value) || PySequence_Check(value.ptr()) == 0) fail(wanted);
+  std::vector<Given> result;
+  for (const py::handle entry : value)
+    result.push_back({py::reinterpret_borrow<py::object>(entry), place + "/" + std::to_string(result.size())});
+  return result;
+}
+
+void read(const Given& given, bool* flag) {
+  if (!py::isinstance<py::bool_>(given.value)) given.fail("True or False");
+  *flag = given.value.cast<bool>();
+}
+
+void read(const Given& given, int* number) {
+  if (PyIndex_Check(given.value.ptr()) == 0) given.fail("a whole number");
+  *number = given.value.cast<int>();
+}
+
+void read(const Given& given, double* number) {
+  if (!is_number(given.value)) given.fail("a number");
+  *number = py::float_(given.value);
+}
+
+void read(const Given& given, std::optional<double>* number) {
+  if (given.value.is_none()) return number->reset();
+  read(given, &number->emplace());
+}
+
+void read(const Given& given, std::string* text) {
+  if (!py::isinstance<py::str>(given.value)) given.fail("a text");
+  *text = given.value.cast<std::string>();
+}
+
+void read(const Given& given, Vector3* vector) {
+  const auto numbers = numbers_of(given.value);
+  if (numbers.ndim() != 1 || numbers.size() != 3) given.fail("three numbers");
+  std::copy_n(numbers.data(), 3, vector->begin());
+}
+
+void read(const Given& given, ScalarFunction* function) {
+  if (is_number(given.value)) {
+    *function = py::float_(given.value).operator double();
+  } else {
+    *function = function_of_time(given);
+  }
+}
+
+void read(const Given& given, VectorFunction* function) {
+  if (PyCallable_Check(given.value.ptr()) != 0 || py::hasattr(given.value, "times")) {
+    *function = vector_function_of_time(given);
+    return;
+  }
+  constexpr const char* wanted = "three numbers or functions of time, or one callable of time";
+  const std::vector<Given> components = given.entries(wanted);
+  if (components.size() != 3) given.fail(wanted);
+  for (std::size_t k = 0; k < 3; ++k) read(components[k], &function->components[k]);
+}
+
+void read(const Given& given, Parameter* parameter) {
+  const bool is_text = py::isinstance<py::str>(given.value);
+  if (given.value.is_none() || (is_text && given.value.cast<std::string>() == "initial")) {
+    *parameter = {};
+  } else if (is_number(given.value)) {
+    *parameter = py::float_(given.value).operator double();
+  } else if (is_text || PySequence_Check(given.value.ptr()) == 0) {
+    *parameter = function_of_time(given);
+  } else if (const auto numbers = numbers_of(given.value); numbers.ndim() == 1 && numbers.size() > 0) {
+    *parameter = std::vector<double>(numbers.data(), numbers.data() + numbers.size());
+  } else {
+    std::vector<ScalarFunction> functions;
+    for (const Given& each : given.entries("a number or function of time for each")) read(each, &functions.emplace_back());
+    *parameter = std::move(functions);
+  }
+}
+
+void read(const Given& given, Method* method) {
+  std::string word;
+  read(given, &word);
+  try {
+    *method = method_from_name(word);
+  } catch (const InputError& error) {
+    throw InputError(given.place, error.what());
+  }
+}
+
+void read(const Given& given, std::vector<std::string>* names) {
+  if (py::isinstance<py::str>(given.value)) {
+    names->assign(1, given.value.cast<std::string>());
+  } else {
+    names->clear();
+    for (const Given& name : given.entries("a name or a list of names")) read(name, &names->emplace_back());
+  }
+}
+
+void read(const Given& given, std::vector<double>* numbers) {
+  const auto array = numbers_of(given.value);
+  if (array.ndim() != 1) given.fail("a list of numbers");
+  numbers->assign(array.data(), array.data() + array.size());
+}
+
+void read(const Given& given, std::vector<Vector3>* vectors) {
+  const auto array = numbers_of(given.value);
+  vectors->clear();
+  if (array.size() == 0 && array.ndim() >= 1 && array.shape(0) == 0) return;
+  if (array.ndim() != 2 || array.shape(1) != 3) given.fail("numbers [n, 3]");
+  for (py::ssize_t k = 0; k < array.shape(0); ++k) std::copy_n(array.data() + 3 * k, 3, vectors->emplace_back().begin());
+}
+
+void read(const Given& given, std::vector<Index>* points) {
+  points->clear();
+  take_indices(given, 1, 0, "a list of points, whole numbers [n]",
+               [&](const std::vector<Index>& row) { points->push_back(row[0]); });
+}
+
+void read(const Given& given, std::vector<std::array<Index, 2>>* pairs) {
+  pairs->clear();
+  read_tuples(given, "pairs of points, whole numbers [n, 2]", pairs);
+}
+
+void read(const Given& given, std::vector<std::array<Index, 3>>* triples) {
+  triples->clear();
+  read_tuples(given, "triples of points, whole numbers [n, 3]", triples);
+}
+
+void read(const Given& given, std::vector<std::vector<Index>>* tuples) {
+  tuples->clear();
+  take_indices(given, 2, 0, "tuples of points, whole numbers [n, p]",
+               [&](const std::vector<Index>& row) { tuples->push_back(row); });
+}
+
+py::object default_of(bool flag) { return py::bool_(flag); }
+py::object default_of(int number) { return py::int_(number); }
+py::object default_of(double number) { return py::float_(number); }
+py::object default_of(const std::optional<double>& number) {
+  return number ? default_of(*number) : py::none();
+}
+py::object default_of(const std::string& text) { return py::str(text); }
+py::object default_of(const Vector3& vector) { return py::make_tuple(vector[0], vector[1], vector[2]); }
+py::object default_of(const VectorFunction& function) {
+  const auto at = function(0.0);
+  return default_of(Vector3{at[0].value(), at[1].value(), at[2].value()});
+}
+py::object default_of(const Parameter& parameter) {
+  return parameter.is_initial() ? py::none() : default_of(parameter.constants.at(0));
+}
+py::object default_of(Method method) { return py::str(std::string(name_of(method))); }
+
+}  // namespace tanor::python

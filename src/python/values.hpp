@@ -1,0 +1,114 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <tanor/enum_names.hpp>
+#include <tanor/motion.hpp>
+#include <tanor/system.hpp>
+
+#include "python/call.hpp"
+
+/// \file
+/// Values of a description, both ways: what a field of a C++ struct is made of, and its default in Python. What cannot
+/// be read is an InputError that says where, what was found and what is wanted.
+namespace tanor::python {
+
+/// A value of Python's and its place in the description, as the library's own messages name it.
+struct Given {
+  py::object value;
+  std::string place;  ///< a JSON pointer: "/constraints/2/length"
+
+  /// Throws InputError.
+  [[noreturn]] void fail(const std::string& wanted) const;
+  /// An attribute of the value.
+  Given operator[](const char* name) const;
+  /// The entries of a sequence.
+  std::vector<Given> entries(const char* wanted) const;
+};
+
+void read(const Given& given, bool* flag);
+void read(const Given& given, int* number);  // Index, too
+void read(const Given& given, double* number);
+void read(const Given& given, std::optional<double>* number);
+void read(const Given& given, std::string* text);
+void read(const Given& given, Vector3* vector);
+void read(const Given& given, ScalarFunction* function);
+void read(const Given& given, VectorFunction* function);
+void read(const Given& given, Parameter* parameter);
+void read(const Given& given, Method* method);
+void read(const Given& given, std::vector<std::string>* names);
+void read(const Given& given, std::vector<double>* numbers);
+void read(const Given& given, std::vector<Vector3>* vectors);
+void read(const Given& given, std::vector<Index>* points);
+void read(const Given& given, std::vector<std::array<Index, 2>>* pairs);
+void read(const Given& given, std::vector<std::array<Index, 3>>* triples);
+void read(const Given& given, std::vector<std::vector<Index>>* tuples);
+
+/// The words of an enumeration, "auto, normal, tangent".
+template <class Enum>
+std::string words_of() {
+  std::string words;
+  for (const auto& each : enum_names<Enum>) words += (words.empty() ? "" : ", ") + std::string(each.name);
+  return words;
+}
+
+template <class Enum>
+requires std::is_enum_v<Enum> void read(const Given& given, Enum* value) {
+  std::string word;
+  read(given, &word);
+  const std::optional<Enum> found = value_of<Enum>(word);
+  if (!found) given.fail("one of " + words_of<Enum>());
+  *value = *found;
+}
+
+/// The default of a field as Python's code writes it: "None", "(0.0, 0.0, 0.0)".
+py::object default_of(bool flag);
+py::object default_of(int number);
+py::object default_of(double number);
+py::object default_of(const std::optional<double>& number);
+py::object default_of(const std::string& text);
+py::object default_of(const Vector3& vector);
+py::object default_of(const VectorFunction& function);
+py::object default_of(const Parameter& parameter);
+py::object default_of(Method method);
+template <class Element>
+py::object default_of(const std::vector<Element>&) {
+  return py::tuple();
+}
+template <class Enum>
+requires std::is_enum_v<Enum> py::object default_of(Enum value) { return py::str(std::string(name_of(value))); }
+
+/// What a field of this type takes, in words for docstrings, and its type in the stubs.
+struct TypeInWords {
+  const char* annotation;
+  const char* shape;
+};
+template <class Value>
+constexpr TypeInWords in_words() {
+  if constexpr (std::is_same_v<Value, bool>) return {"bool", "true or false"};
+  if constexpr (std::is_same_v<Value, int>) return {"int", "a whole number"};
+  if constexpr (std::is_same_v<Value, double>) return {"float", "a number"};
+  if constexpr (std::is_same_v<Value, std::optional<double>>) return {"float | None", "a number or None"};
+  if constexpr (std::is_same_v<Value, std::string>) return {"str", "a text"};
+  if constexpr (std::is_same_v<Value, Vector3>) return {"ArrayLike", "float [3]"};
+  if constexpr (std::is_same_v<Value, VectorFunction>)
+    return {"VectorLike", "float [3], three functions of time, or one callable of time"};
+  if constexpr (std::is_same_v<Value, Parameter>)
+    return {"ParameterLike", "None (as at the start), a number or function of time for all, or one for each"};
+  if constexpr (std::is_same_v<Value, std::vector<std::string>>) return {"str | Sequence[str]", "names"};
+  if constexpr (std::is_same_v<Value, std::vector<double>>) return {"ArrayLike", "float [n]"};
+  if constexpr (std::is_same_v<Value, std::vector<Vector3>>) return {"ArrayLike", "float [n, 3]"};
+  if constexpr (std::is_same_v<Value, std::vector<Index>>) return {"ArrayLike", "int [n]"};
+  if constexpr (std::is_same_v<Value, std::vector<std::array<Index, 2>>>) return {"ArrayLike", "int [n, 2]"};
+  if constexpr (std::is_same_v<Value, std::vector<std::array<Index, 3>>>) return {"ArrayLike", "int [n, 3]"};
+  if constexpr (std::is_same_v<Value, std::vector<std::vector<Index>>>) return {"ArrayLike", "int [n, p]"};
+  if constexpr (std::is_enum_v<Value>) return {"str", "a word"};
+  return {"Any", ""};
+}
+
+}  // namespace tanor::python
