@@ -123,7 +123,7 @@ void FixTanorRods::min_post_force(int) {
 
 int FixTanorRods::dof(int group_number) {
   if (!rods_.is_planned()) plan();
-  return static_cast<int>(rods_.count_constraints(members(group->bitmask[group_number])));
+  return static_cast<int>(rods_.count_constraints(atoms(), members(group->bitmask[group_number])));
 }
 
 double FixTanorRods::compute_scalar() {

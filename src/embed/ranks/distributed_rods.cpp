@@ -65,8 +65,9 @@ std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, c
   tensions_.assign(own_bonds_.size(), 0.0);
   virial_ = {};
   if (!unit_masses)
-    islands_.to_owners<1>([&](int i, double* mass) { *mass = atoms.mass(i); },
-                          [&](int point, const double* mass) { masses_[point] = *mass; });
+    islands_.to_owners<1>(
+        {atoms.x, atoms.x}, [&](int i, double* mass) { *mass = atoms.mass(i); },
+        [&](int point, const double* mass) { masses_[point] = *mass; });
   gather_positions(atoms);
   box_ = atoms.box;
   if (std::string trouble = find_lengths(); !trouble.empty()) return trouble;
@@ -163,7 +164,6 @@ std::string DistributedRods::make_constrainer(int threads) {
 }
 
 std::string DistributedRods::start(const Atoms& atoms) {
-  times_ = {};
   gather_positions(atoms);
   const std::string trouble = call([&] {
     set_box(atoms.box);
@@ -175,13 +175,15 @@ std::string DistributedRods::start(const Atoms& atoms) {
         constrainer_->constrain_velocities({.positions = r_, .velocities = v_, .measures = false});
     return report.outcome.ok() ? std::string() : describe(report);
   });
+  times_ = {};
   return finish_positions(atoms, trouble);
 }
 
-std::size_t DistributedRods::count_constraints(const std::vector<bool>& is_member) {
+std::size_t DistributedRods::count_constraints(const Atoms& atoms, const std::vector<bool>& is_member) {
   std::vector<bool> counts(islands_.num_points(), false);
-  islands_.to_owners<1>([&](int i, double* member) { *member = is_member[i] ? 1.0 : 0.0; },
-                        [&](int point, const double* member) { counts[point] = *member == 1.0; });
+  islands_.to_owners<1>(
+      {atoms.x, atoms.x}, [&](int i, double* member) { *member = is_member[i] ? 1.0 : 0.0; },
+      [&](int point, const double* member) { counts[point] = *member == 1.0; });
   long mine = 0, all = 0;
   for (std::size_t k = 0; k < own_bonds_.size(); ++k) {
     const Bond& bond = own_bonds_[k];
@@ -214,22 +216,25 @@ std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
 
 std::string DistributedRods::constrain_velocities(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
-  islands_.to_owners<3>([&](int i, double* v) { std::copy_n(&atoms.v[3 * i], 3, v); },
-                        [&](int point, const double* v) { std::copy_n(v, 3, &v_[3 * point]); });
+  islands_.to_owners<3>(
+      {atoms.v, atoms.v}, [&](int i, double* v) { std::copy_n(&atoms.v[3 * i], 3, v); },
+      [&](int point, const double* v) { std::copy_n(v, 3, &v_[3 * point]); });
   std::string trouble = call([&] {
     const ConstraintReport report =
         constrainer_->constrain_velocities({.step = h, .positions = old_, .velocities = v_, .measures = false});
     return report.outcome.ok() ? std::string() : describe(report);
   });
   if (trouble.empty())
-    islands_.from_owners<3>([&](int point, double* v) { std::copy_n(&v_[3 * point], 3, v); },
-                            [&](int i, const double* v) { std::copy_n(v, 3, &atoms.v[3 * i]); });
+    islands_.from_owners<3>(
+        {atoms.v, atoms.v}, [&](int point, double* v) { std::copy_n(&v_[3 * point], 3, v); },
+        [&](int i, const double* v) { std::copy_n(v, 3, &atoms.v[3 * i]); });
   return trouble;
 }
 
 std::string DistributedRods::measure(const Atoms& atoms, double half_step, double force_unit) {
   const CpuClock clock(&times_.all);
   islands_.to_owners<6>(
+      {atoms.v, atoms.f},
       [&](int i, double* vf) {
         std::copy_n(&atoms.v[3 * i], 3, vf);
         std::copy_n(&atoms.f[3 * i], 3, vf + 3);
@@ -265,8 +270,9 @@ std::string DistributedRods::project_positions(const Atoms& atoms) {
 }
 
 std::string DistributedRods::project_forces(const Atoms& atoms) {
-  islands_.to_owners<3>([&](int i, double* f) { std::copy_n(&atoms.f[3 * i], 3, f); },
-                        [&](int point, const double* f) { std::copy_n(f, 3, &f_[3 * point]); });
+  islands_.to_owners<3>(
+      {atoms.f, atoms.f}, [&](int i, double* f) { std::copy_n(&atoms.f[3 * i], 3, f); },
+      [&](int point, const double* f) { std::copy_n(f, 3, &f_[3 * point]); });
   std::fill(v_.begin(), v_.end(), 0.0);
   std::vector<double>& projected = predicted_;
   std::string trouble = call([&] {
@@ -280,8 +286,9 @@ std::string DistributedRods::project_forces(const Atoms& atoms) {
     return std::string();
   });
   if (trouble.empty())
-    islands_.from_owners<3>([&](int point, double* f) { std::copy_n(&projected[3 * point], 3, f); },
-                            [&](int i, const double* f) { std::copy_n(f, 3, &atoms.f[3 * i]); });
+    islands_.from_owners<3>(
+        {atoms.f, atoms.f}, [&](int point, double* f) { std::copy_n(&projected[3 * point], 3, f); },
+        [&](int i, const double* f) { std::copy_n(f, 3, &atoms.f[3 * i]); });
   return trouble;
 }
 
@@ -315,6 +322,7 @@ void DistributedRods::restore_lengths(const double* saved) {
 
 void DistributedRods::gather_positions(const Atoms& atoms) {
   islands_.to_owners<6>(
+      {atoms.x, atoms.v},
       [&](int i, double* rv) {
         atoms.unwrap(i, rv);
         std::copy_n(&atoms.v[3 * i], 3, rv + 3);
@@ -330,6 +338,7 @@ void DistributedRods::gather_positions(const Atoms& atoms) {
 std::string DistributedRods::finish_positions(const Atoms& atoms, const std::string& trouble) {
   if (!trouble.empty()) return trouble;
   islands_.from_owners<6>(
+      {atoms.x, atoms.v},
       [&](int point, double* rv) {
         for (int k = 0; k < 3; ++k) rv[k] = r_[3 * point + k] - predicted_[3 * point + k];
         std::copy_n(&v_[3 * point], 3, rv + 3);

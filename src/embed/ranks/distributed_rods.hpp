@@ -37,7 +37,7 @@ class DistributedRods {
   /// The atoms of the ranks, or their order, have changed.
   std::string list(const Atoms& atoms) { return islands_.list(atoms.tags()); }
   /// Degrees of freedom that rods take from the atoms of a group, counted once over all ranks.
-  std::size_t count_constraints(const std::vector<bool>& is_member);
+  std::size_t count_constraints(const Atoms& atoms, const std::vector<bool>& is_member);
 
   // ---- in a step ----
 
