@@ -6,7 +6,7 @@
 namespace tanor {
 
 System make_system(std::span<const double> masses, std::vector<Constraint> constraints, const ConstPointArray& at) {
-  if (!at && !masses.empty()) throw InputError("", "positions are missing");
+  if (!at) throw InputError("", "positions are missing");
   check_array(at, masses.size(), 3, "positions");
   System system;
   system.masses.assign(masses.begin(), masses.end());

@@ -55,7 +55,7 @@ DistributedRods::DistributedRods(MPI_Comm world, RodOptions options) : options_(
 
 std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member,
                                   int threads, bool unit_masses) {
-  constrainer_.reset();
+  forget_plan();
   has_unit_masses_ = unit_masses;
   if (std::string trouble = take_bonds(atoms, std::move(found), is_member); !trouble.empty()) return trouble;
   if (std::string trouble = list(atoms); !trouble.empty()) return trouble;
@@ -71,7 +71,14 @@ std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, c
   gather_positions(atoms);
   box_ = atoms.box;
   if (std::string trouble = find_lengths(); !trouble.empty()) return trouble;
-  return call([&] { return make_constrainer(threads); });
+  std::string trouble = call([&] { return make_constrainer(threads); });
+  is_planned_ = trouble.empty();
+  return trouble;
+}
+
+void DistributedRods::forget_plan() {
+  constrainer_.reset();
+  is_planned_ = false;
 }
 
 std::string DistributedRods::take_bonds(const Atoms& atoms, std::vector<Bond> found,
@@ -296,8 +303,7 @@ std::string DistributedRods::project_forces(const Atoms& atoms) {
 
 double DistributedRods::violation(const Atoms& atoms) {
   gather_positions(atoms);
-  set_box(atoms.box);
-  const double mine = constrainer_->violation(r_).violation;
+  const double mine = constrainer_ ? constrainer_->violation(r_).violation : 0.0;
   double largest = 0.0;
   MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, islands_.world());
   return largest;
@@ -356,13 +362,13 @@ void DistributedRods::set_box(const Box& box) {
   if (joins_nearest_images_) constrainer_->set_cell(cell_of(box));
 }
 
-/// What was thrown, and what the call answers, becomes what all ranks know.
+/// What was thrown, and what the call answers, becomes what all ranks know. A rank without islands has no Constrainer.
 template <class Call>
 std::string DistributedRods::call(const Call& call) {
   std::string trouble;
   try {
     const CpuClock clock(&times_.solver);
-    trouble = call();
+    if (islands_.num_points() > 0) trouble = call();
   } catch (const std::exception& thrown) {
     trouble = thrown.what();
   }

@@ -30,8 +30,8 @@ class DistributedRods {
   /// Plans all islands. Lengths that were known stay. `unit_masses`: for minimisers, whose variables have no masses.
   std::string plan(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member, int threads,
                    bool unit_masses);
-  bool is_planned() const { return constrainer_.has_value(); }
-  void forget_plan() { constrainer_.reset(); }
+  bool is_planned() const { return is_planned_; }
+  void forget_plan();
   /// Moves atoms onto the constraints, and their velocities if there are any.
   std::string start(const Atoms& atoms);
   /// The atoms of the ranks, or their order, have changed.
@@ -86,8 +86,8 @@ class DistributedRods {
   std::vector<bool> is_redundant_;  // [own_bonds]
   Box box_;
   bool joins_nearest_images_ = false;  // the flags of the atoms' images do not say which
-  bool has_unit_masses_ = false;
-  std::optional<Constrainer> constrainer_;
+  bool has_unit_masses_ = false, is_planned_ = false;
+  std::optional<Constrainer> constrainer_;                    // none on a rank that owns nothing
   std::vector<double> masses_, r_, old_, predicted_, v_, f_;  // in the order of points; old_: on the constraints
   std::vector<double> tensions_;
   std::array<double, 6> virial_{};
