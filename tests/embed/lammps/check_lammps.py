@@ -382,5 +382,5 @@ fix floor all wall/gran hertz/history 1e6 NULL 50.0 NULL 0.4 1 zplane 0.0 NULL
 
 
 if __name__ == "__main__":
-    REGISTER, DRIVER = sys.argv[1:3]
+    REGISTER, DRIVER = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
     unittest.main(argv=sys.argv[:1] + sys.argv[3:])
