@@ -1,6 +1,7 @@
 # LAMMPS and LIGGGHTS, where their headers are. ON: they have to be.
 function(find_rank_host name header library)
-  if(NOT TANOR_${name})
+  # A host that is not sanitized itself cannot load what is.
+  if(NOT TANOR_${name} OR TANOR_SANITIZE)
     return()
   endif()
   find_path(${name}_INCLUDE_DIR fix.h PATH_SUFFIXES ${header})
