@@ -32,8 +32,8 @@ std::string name_of(const DistanceConstraint& constraint) {
 }  // namespace
 
 ConstrainerAlgorithm::ConstrainerAlgorithm(const OpenMM::System& system, const std::vector<DistanceConstraint>& added,
-                                           const SolverOptions& options)
-    : point_(static_cast<std::size_t>(system.getNumParticles()), -1), options_(options) {
+                                           int threads)
+    : point_(static_cast<std::size_t>(system.getNumParticles()), -1), threads_(threads) {
   for (int k = 0; k < system.getNumConstraints(); ++k) {
     DistanceConstraint own;
     system.getConstraintParameters(k, own.particle1, own.particle2, own.distance);
@@ -119,7 +119,7 @@ Constrainer& ConstrainerAlgorithm::constrainer_at(std::vector<Vec3>& positions) 
   for (const DistanceConstraint& one : constraints_) lengths.push_back(one.distance);
   try {
     constrainer_.emplace(masses_, std::vector<Constraint>{Rods{"constraints", pairs_, std::move(lengths), {}}},
-                         points(positions), options_);
+                         points(positions), SolverOptions{.threads = threads_});
   } catch (const InputError& error) {
     throw OpenMMException(std::string("ExactConstraints: ") + error.what());
   }

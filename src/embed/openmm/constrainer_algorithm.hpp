@@ -17,8 +17,7 @@ class ConstrainerAlgorithm : public OpenMM::ReferenceConstraintAlgorithm {
  public:
   /// All constraints of the system and the `added` ones but those between two particles without mass. Throws
   /// OpenMM::OpenMMException.
-  ConstrainerAlgorithm(const OpenMM::System& system, const std::vector<DistanceConstraint>& added,
-                       const SolverOptions& options);
+  ConstrainerAlgorithm(const OpenMM::System& system, const std::vector<DistanceConstraint>& added, int threads);
 
   /// SHAKE along K of the old positions; where both arrays are one (Context::applyConstraints), the nearest positions.
   void apply(std::vector<OpenMM::Vec3>& old_positions, std::vector<OpenMM::Vec3>& positions,
@@ -39,7 +38,7 @@ class ConstrainerAlgorithm : public OpenMM::ReferenceConstraintAlgorithm {
   std::vector<Index> particle_;                  // [point]: its number in OpenMM
   std::vector<Index> point_;                     // [particle]: its point, or -1
   std::vector<double> masses_;                   // [point]; a particle without mass is a support
-  SolverOptions options_;
+  int threads_;
   std::optional<Constrainer> constrainer_;  // made of the first positions that are seen
 };
 

@@ -29,7 +29,7 @@ class ExactConstraintsImpl : public OpenMM::ForceImpl {
     OpenMM::ReferenceConstraints& constraints = *data->constraints;
     if (dynamic_cast<ConstrainerAlgorithm*>(constraints.ccma) != nullptr)
       throw OpenMM::OpenMMException("ExactConstraints: the System contains more than one");
-    auto algorithm = std::make_unique<ConstrainerAlgorithm>(context.getSystem(), owner_.added(), owner_.options());
+    auto algorithm = std::make_unique<ConstrainerAlgorithm>(context.getSystem(), owner_.added(), owner_.threads());
     delete std::exchange(constraints.settle, nullptr);
     delete std::exchange(constraints.ccma, algorithm.release());
   }

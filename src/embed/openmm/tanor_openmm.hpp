@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <tanor/export.hpp>
-#include <tanor/solver_options.hpp>
 
 /// \file
 /// Exact constraints for OpenMM.
@@ -26,7 +25,8 @@ struct DistanceConstraint {
 /// cannot be kept; a step throws one that names the particles, and leaves the positions as they were.
 class TANOR_API ExactConstraints : public OpenMM::Force {
  public:
-  explicit ExactConstraints(const SolverOptions& options = {.threads = 1}) : options_(options) {}
+  /// `threads` of OpenMP; 0: as many as OpenMP gives.
+  explicit ExactConstraints(int threads = 1) : threads_(threads) {}
 
   /// A constraint that the System itself does not have; returns its number. Unlike the System's own it may join a
   /// particle to one without mass, which then holds it; but OpenMM counts no degree of freedom for it, and
@@ -38,14 +38,14 @@ class TANOR_API ExactConstraints : public OpenMM::Force {
   bool usesPeriodicBoundaryConditions() const override { return false; }
 
   const std::vector<DistanceConstraint>& added() const { return added_; }
-  const SolverOptions& options() const { return options_; }
+  int threads() const { return threads_; }
 
  protected:
   OpenMM::ForceImpl* createImpl() const override;
 
  private:
   std::vector<DistanceConstraint> added_;
-  SolverOptions options_;
+  int threads_;
 };
 
 }  // namespace tanor::embed

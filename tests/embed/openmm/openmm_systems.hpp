@@ -81,7 +81,7 @@ inline Molecules make_methane() {
   return methane;
 }
 
-/// Two triangles with an edge in common, five rods: a ring that CCMA does not converge on (OpenMM issue 3603).
+/// Two triangles with an edge in common, five rods.
 inline Molecules make_diamond() {
   Molecules diamond;
   const double a = 0.15;

@@ -4,11 +4,13 @@
 #include <openmm/kernels.h>
 #include <openmm/reference/ReferenceKernelFactory.h>
 #include <openmm/reference/ReferencePlatform.h>
+#include <openmm/serialization/XmlSerializer.h>
 
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -248,6 +250,26 @@ TEST(OpenMM, ACallForPythonAddsTheForce) {
   tanor_openmm_add_exact_constraints(chain.system.get());
 
   EXPECT_NE(dynamic_cast<ExactConstraints*>(&chain.system->getForce(chain.system->getNumForces() - 1)), nullptr);
+}
+
+TEST(OpenMM, ASystemInXmlKeepsIt) {
+  Molecules chain = make_chain(2);
+  ExactConstraints& exact = chain.add_exact_constraints();
+  exact.setForceGroup(3);
+  exact.addConstraint(0, 2, 0.1875);
+  std::stringstream xml;
+
+  OpenMM::XmlSerializer::serialize<OpenMM::System>(chain.system.get(), "System", xml);
+  const std::unique_ptr<OpenMM::System> read(OpenMM::XmlSerializer::deserialize<OpenMM::System>(xml));
+
+  const auto& back = dynamic_cast<const ExactConstraints&>(read->getForce(1));
+  EXPECT_EQ(back.getForceGroup(), 3);
+  ASSERT_EQ(back.getNumConstraints(), 1);
+  int i, j;
+  double distance;
+  back.getConstraintParameters(0, i, j, distance);
+  EXPECT_EQ(std::make_pair(i, j), std::make_pair(0, 2));
+  EXPECT_EQ(distance, 0.1875);
 }
 
 // ---- errors ----
