@@ -1,0 +1,10 @@
+# OpenMM, where its headers are. ON: they have to be.
+set(TANOR_OPENMM AUTO CACHE STRING "ExactConstraints for OpenMM: ON, OFF, or AUTO, where its headers are found")
+if(TANOR_OPENMM)
+  find_package(OpenMM QUIET)
+  if(OpenMM_FOUND AND TANOR_SHARED)
+    add_subdirectory(src/embed/openmm)
+  elseif(NOT TANOR_OPENMM STREQUAL "AUTO")
+    message(FATAL_ERROR "TANOR_OPENMM needs openmm/reference/ReferenceConstraints.h, libOpenMM and TANOR_SHARED")
+  endif()
+endif()
