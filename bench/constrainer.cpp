@@ -1,8 +1,11 @@
-// Cost of the calls of a Constrainer beside the kernels inside, in turn in one process:
+// Cost of the public calls beside the kernels inside, in turn in one process:
 //   constrainer [threads] [largest number of rods]
-// Chains of 100 rods and one chain, points in the order of the chains and shuffled. Prints nanoseconds of processor
-// time a rod (medians, of all threads together) of the call, of the kernels alone on arrays in their own order, and the
-// ratio.
+// Chains of 100 rods and one chain, points in the order of the chains and shuffled. Prints a table: nanoseconds of
+// processor time a rod (medians, of all threads together) of each call, of the kernels alone on arrays in their own
+// order, and the median ratio of both.
+//   host solve, host step    Constrainer: solve; constrain_positions and constrain_velocities with new arrays
+//   Dynamics::solve          accelerations and multipliers
+//   Simulation               a step of `rattle` in a long advance, beside the same step on bare arrays
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +20,8 @@
 #include <time.h>
 
 #include <tanor/constrainer.hpp>
+#include <tanor/dynamics.hpp>
+#include <tanor/motion.hpp>
 
 #include "dynamics/forms.hpp"
 #include "timing.hpp"
@@ -62,21 +67,27 @@ double processor_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// ns a rod, medians over rounds in which the tasks take turns.
-std::vector<double> time_in_turns(const std::vector<std::function<void()>>& tasks, std::size_t num_rods) {
-  constexpr int rounds = 9;
+struct Times {
+  double call, kernels, ratio;  // ns a rod, medians
+};
+
+/// The two take turns.
+Times time_in_turns(const std::function<void()>& call, const std::function<void()>& kernels, std::size_t num_rods) {
+  constexpr int rounds = 15;
   const std::size_t repeats = std::max<std::size_t>(1, 400'000 / num_rods);
-  std::vector<std::vector<double>> times(tasks.size());
-  for (int round = 0; round < rounds; ++round) {
-    for (std::size_t k = 0; k < tasks.size(); ++k) {
+  std::vector<double> times[2], ratios;
+  for (int round = -1; round < rounds; ++round) {
+    double now[2];
+    for (const int k : {0, 1}) {
       const double begin = processor_seconds();
-      for (std::size_t i = 0; i < repeats; ++i) tasks[k]();
-      times[k].push_back(1e9 * (processor_seconds() - begin) / static_cast<double>(repeats * num_rods));
+      for (std::size_t i = 0; i < repeats; ++i) (k == 0 ? call : kernels)();
+      now[k] = 1e9 * (processor_seconds() - begin) / static_cast<double>(repeats * num_rods);
     }
+    if (round < 0) continue;  // the first one warms up
+    for (const int k : {0, 1}) times[k].push_back(now[k]);
+    ratios.push_back(now[0] / now[1]);
   }
-  std::vector<double> result;
-  for (const auto& each : times) result.push_back(median(each));
-  return result;
+  return {median(times[0]), median(times[1]), median(ratios)};
 }
 
 void expect(const Outcome& outcome) {
@@ -102,6 +113,7 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
   system.masses = host.masses;
   system.positions = host.r;
   system.constraints = {host.rods};
+  system.forces = {Gravity{}};
   Forms forms(system, options);
   const Model& model = forms.model;
   MultiplierForm& form = *forms.normal;
@@ -155,11 +167,54 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
     expect(form.linearization().update(0.0, inner_r.data()));
     expect(form.projector().project_velocities(0.0, inner_r.data(), free_v.data(), nullptr, 1.0).outcome);
   };
-  const std::vector<double> times = time_in_turns({solve, solve_inside, step, step_inside}, d);
-  std::printf(
-      "%8zu rods in chains of %7zu, %8s, %d threads: solve %5.1f / %5.1f = %4.2f   step %5.1f / %5.1f = %4.2f\n", d,
-      length, shuffled ? "shuffled" : "natural", threads, times[0], times[1], times[0] / times[1], times[2], times[3],
-      times[2] / times[3]);
+  Dynamics dynamics(system, options);
+  const auto call_dynamics = [&] {
+    expect(
+        dynamics
+            .solve({.positions = *places[turn ^= 1], .velocities = host.v}, {.accelerations = w, .multipliers = lambda})
+            .outcome);
+  };
+  const auto solve_own = [&] {
+    expect(form.dynamics().solve({0.0, inner_place.data(), inner_v.data()}, {.exact = true}, w.data()));
+  };
+
+  const std::size_t steps = std::max<std::size_t>(1, 100'000 / d);
+  Simulation simulation(system, {.method = Method::Rattle, .step = h}, options);
+  const auto advance = [&] { expect(simulation.advance_to(simulation.time() + h * static_cast<double>(steps))); };
+  std::vector<double> bare_r(r.size()), bare_v(r.size());
+  model.numbering.gather_points(simulation.positions(), bare_r);
+  model.numbering.gather_points(simulation.velocities(), bare_v);
+  expect(form.linearization().update(0.0, bare_r.data()));
+  form.steps().forget_steps();
+  const Vec3 kick = 0.5 * h * *model.uniform_free();
+  const auto advance_bare = [&] {
+    for (std::size_t k = 0; k < steps; ++k) {
+      model.parallel.for_ranges(model.num_points(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const Vec3 middle = load(bare_v.data(), i) + kick;
+          store(bare_v.data(), i, middle);
+          store(bare_r.data(), i, load(bare_r.data(), i) + h * middle);
+        }
+      });
+      expect(form.steps().project_step(0.0, h, bare_r.data(), bare_v.data()).outcome);
+      expect(form.linearization().update(0.0, bare_r.data()));
+      model.parallel.for_ranges(model.num_points(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) store(bare_v.data(), i, load(bare_v.data(), i) + kick);
+      });
+      expect(form.steps().project_step_velocities(0.0, h, bare_r.data(), bare_v.data()).outcome);
+    }
+  };
+
+  std::printf("| %zu | %zu | %s | %d", d, length, shuffled ? "shuffled" : "natural", threads);
+  const auto print = [](const Times& times) {
+    std::printf(" | %.1f / %.1f = %.2f", times.call, times.kernels, times.ratio);
+    std::fflush(stdout);
+  };
+  print(time_in_turns(advance, advance_bare, steps * d));
+  print(time_in_turns(solve, solve_inside, d));
+  print(time_in_turns(step, step_inside, d));
+  print(time_in_turns(call_dynamics, solve_own, d));
+  std::puts(" |");
 }
 
 }  // namespace
@@ -167,6 +222,9 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
 int main(int argc, char** argv) {
   const int threads = argc > 1 ? std::atoi(argv[1]) : 1;
   const double largest = argc > 2 ? std::atof(argv[2]) : 1e6;
+  std::puts(
+      "| rods | a chain | order | threads | Simulation | host solve | host step | Dynamics::solve |\n"
+      "|--:|--:|---|--:|--:|--:|--:|--:|");
   for (double rods = 1e4; rods <= largest; rods *= 10.0) {
     const auto count = static_cast<std::size_t>(rods);
     for (const bool shuffled : {false, true}) {

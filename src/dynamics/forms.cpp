@@ -91,17 +91,15 @@ Outcome Forms::compare(const Kinematics& at, const Request& request, const doubl
 }
 
 Outcome Forms::reactions(const Kinematics& at, const Request& request, double* lambda, double* eta) {
-  main->reactions(eta);
-  if (!is_tangent()) {
-    std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
-    normal->linearization().minimize_multiplier_norm(at.x, lambda);
-    return {};
-  }
+  if (eta != nullptr) main->reactions(eta);
   if (normal == nullptr) return {};
-  scratch_.resize(3 * model.num_points());
-  if (Outcome outcome = normal->accelerations(at, request, scratch_.data()); !outcome.ok()) return outcome;
+  if (is_tangent()) {
+    scratch_.resize(3 * model.num_points());
+    if (Outcome outcome = normal->accelerations(at, request, scratch_.data()); !outcome.ok()) return outcome;
+  }
   std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
   normal->linearization().minimize_multiplier_norm(at.x, lambda);
+  if (!is_tangent() || eta == nullptr) return {};
   // Supports carry what the constraints do there.
   normal->reactions(scratch_.data());
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());

@@ -35,8 +35,8 @@ class Forms {
   Outcome compare(const Kinematics& at, const Request& request, const double* w, const double* eta,
                   double* disagreement);
 
-  /// lambda [d] (the smallest where several serve) and eta [3n] that belong to `main`'s last accelerations, at
-  /// (t, r, v). The tangent form knows eta; lambda then costs a solve of the normal form.
+  /// lambda [d] (the smallest where several serve) and eta [3n], which may be null, that belong to `main`'s last
+  /// accelerations, at (t, r, v). The tangent form knows eta; lambda then costs a solve of the normal form.
   Outcome reactions(const Kinematics& at, const Request& request, double* lambda, double* eta);
   /// w and eta [3n] by the form that does not step, at (t, r, v); both forms are there.
   Outcome solve_other(const Kinematics& at, const Request& request, double* w, double* eta);

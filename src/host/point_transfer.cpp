@@ -14,20 +14,13 @@ using tanor_kernels::largest_square, tanor_kernels::largest_squared_distance;
 
 namespace {
 
-bool is_natural(const Numbering& numbering) {
-  for (std::size_t i = 0; i < numbering.num_points(); ++i) {
-    if (numbering.user_point[i] != static_cast<Index>(i)) return false;
-  }
-  return true;
-}
-
 constexpr std::size_t piece = 128;  // points
 constexpr std::size_t bytes_of_point = 3 * sizeof(double);
 
 }  // namespace
 
 PointTransfer::PointTransfer(const Numbering& numbering, const Parallel& parallel)
-    : numbering_(numbering), parallel_(parallel), is_natural_(is_natural(numbering)) {}
+    : numbering_(numbering), parallel_(parallel) {}
 
 template <class Number, class At>
 void PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t width, std::size_t first, std::size_t count,
@@ -58,7 +51,7 @@ double PointTransfer::largest(std::size_t count, const Piece& of_piece) const {
 const double* PointTransfer::straight(const ConstPointArray& array) const {
   const bool is_packed = array.stride == 0 || array.stride == static_cast<std::ptrdiff_t>(3 * sizeof(double));
   const bool is_aligned = reinterpret_cast<std::uintptr_t>(array.data) % alignof(double) == 0;
-  return is_natural_ && is_packed && is_aligned && array.index == nullptr ? array.data : nullptr;
+  return numbering_.is_natural && is_packed && is_aligned && array.index == nullptr ? array.data : nullptr;
 }
 
 /// Some of the host's points, one after the other: where they are, or in `scratch`. A host's numbers may stand at any

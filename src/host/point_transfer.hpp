@@ -44,7 +44,6 @@ class PointTransfer {
 
   const Numbering& numbering_;
   const Parallel& parallel_;
-  const bool is_natural_;  // the inner order is the user's
 };
 
 }  // namespace tanor

@@ -47,16 +47,18 @@ struct Dynamics::Implementation {
   const Model& model = forms.model;
   EquationsOfMotion& form = *forms.main;
   const Form form_wanted;
-  // The state that was solved last, as it was given, …
+  // The state that was solved last as the form answered, in the inner order, …
   double t = 0.0;
-  std::vector<double> given_r, given_v;
-  // … as the form answered, in the inner order, …
   std::vector<double> r, v, w, eta, lambda;
   Outcome solved;
   SolveReport report;         // of it, but for the outcome
   bool stands_there = false;  // The forms stand at this state; no later call took them elsewhere.
-  // … in the form's own variables …
+  // … in the form's own variables, where these are not the points themselves, …
+  const bool has_own_variables = !form.keeps_variables();
   std::vector<double> x, x_dot, x_ddot;
+  // … as it was given, where the answer may have other points: those of coordinates, and contacts that come to rest …
+  const bool may_move_points = has_own_variables || model.has_friction();
+  std::vector<double> given_r, given_v;
   // … and what the other calls work on.
   std::vector<double> y, z, before;
   // Made when first asked for.
@@ -66,8 +68,8 @@ struct Dynamics::Implementation {
 
   Implementation(System system, const SolverOptions& options)
       : forms(std::move(system), options), form_wanted(options.form) {
-    for (std::vector<double>* array : {&r, &v, &w, &eta}) array->resize(num_numbers());
-    for (std::vector<double>* array : {&x, &x_dot, &x_ddot}) array->resize(form.size());
+    for (std::vector<double>* array : {&r, &v, &w}) array->resize(num_numbers());
+    for (std::vector<double>* array : {&x, &x_dot, &x_ddot}) array->resize(has_own_variables ? form.size() : 0);
     lambda.resize(model.num_rows());
   }
 
@@ -81,42 +83,52 @@ struct Dynamics::Implementation {
     if (!at.velocities.empty()) check_size(at.velocities, num_numbers(), "velocities");
     inner_r->resize(num_numbers());
     inner_v->resize(num_numbers());
-    numbering().gather_points(at.positions, *inner_r);
+    numbering().gather_points(at.positions, *inner_r, model.parallel);
     if (at.velocities.empty())
       std::fill(inner_v->begin(), inner_v->end(), 0.0);
     else
-      numbering().gather_points(at.velocities, *inner_v);
+      numbering().gather_points(at.velocities, *inner_v, model.parallel);
     work.prescribe_all(at.time, inner_r->data(), inner_v->data());
   }
 
   /// One instant is solved to rounding, and asks for other solutions.
   static constexpr Request demanding{.exact = true, .verification = Verification::Always, .refuses_several = true};
 
-  /// w, and what the form keeps.
-  const Outcome& solve(const StateView& at) {
+  /// w, and what the form keeps; eta where somebody asks for it.
+  const Outcome& solve(const StateView& at, bool with_reactions = false) {
     stands_there = false;  // also where a host's callable throws
     report = {};
     gather(at, &r, &v);
     t = at.time;
-    given_r.assign(at.positions.begin(), at.positions.end());
-    given_v.assign(at.velocities.begin(), at.velocities.end());
+    if (may_move_points) {
+      given_r = r;
+      given_v = v;
+    }
     solved = find_accelerations();
+    if (solved.ok()) {
+      eta.resize(with_reactions ? num_numbers() : 0);
+      solved =
+          forms.reactions({t, r.data(), v.data()}, demanding, lambda.data(), with_reactions ? eta.data() : nullptr);
+    }
     stands_there = true;
     return solved;
   }
 
   Outcome find_accelerations() {
+    if (!has_own_variables) return form.begin(t, r.data(), v.data(), demanding, {w.data(), nullptr, &report});
     if (Outcome outcome = form.set_state(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
-    Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, {x_ddot.data(), nullptr, &report});
-    if (!outcome.ok()) return outcome;
+    if (Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, {x_ddot.data(), nullptr, &report});
+        !outcome.ok())
+      return outcome;
     form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
-    return forms.reactions({t, r.data(), v.data()}, demanding, lambda.data(), eta.data());
+    return {};
   }
 
   /// Solves at this state, unless the forms stand there.
   const Outcome& stand_at(const StateView& at) {
-    const bool is_there = stands_there && at.time == t && std::ranges::equal(at.positions, given_r) &&
-                          std::ranges::equal(at.velocities, given_v);
+    gather(at, &y, &z);
+    const bool is_there =
+        stands_there && at.time == t && y == (may_move_points ? given_r : r) && z == (may_move_points ? given_v : v);
     return is_there ? solved : solve(at);
   }
 
@@ -269,7 +281,9 @@ SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
   check_wanted(wanted.coordinates, num_coordinates, "coordinates");
   check_wanted(wanted.coordinate_rates, num_coordinates, "coordinate_rates");
   check_wanted(wanted.coordinate_accelerations, num_coordinates, "coordinate_accelerations");
-  Outcome outcome = self.solve(at);
+  const bool with_reactions =
+      !wanted.reactions.empty() || !wanted.support_forces.empty() || self.form_wanted == Form::Both;
+  Outcome outcome = self.solve(at, with_reactions);
   SolveReport report = self.report;
   report.outcome = std::move(outcome);
   if (!report.outcome.ok()) return report;
@@ -281,9 +295,9 @@ SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
       return report;
     }
   }
-  if (!wanted.accelerations.empty()) self.numbering().scatter_points(self.w, wanted.accelerations);
-  if (!wanted.multipliers.empty()) self.numbering().scatter_rows(self.lambda, wanted.multipliers);
-  if (!wanted.reactions.empty()) self.numbering().scatter_points(self.eta, wanted.reactions);
+  if (!wanted.accelerations.empty()) self.numbering().scatter_points(self.w, wanted.accelerations, self.model.parallel);
+  if (!wanted.multipliers.empty()) self.numbering().scatter_rows(self.lambda, wanted.multipliers, self.model.parallel);
+  if (!wanted.reactions.empty()) self.numbering().scatter_points(self.eta, wanted.reactions, self.model.parallel);
   self.write_forces(wanted);
   self.write_coordinates(wanted);
   return report;
@@ -365,7 +379,7 @@ FrictionBlocks Dynamics::friction_by_blocks(const StateView& at) {
 Certificate Dynamics::certify(const StateView& at) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Dynamics");
-  if (const Outcome& outcome = self.solve(at); !outcome.ok()) return make_failed_certificate(outcome);
+  if (const Outcome& outcome = self.solve(at, true); !outcome.ok()) return make_failed_certificate(outcome);
   self.stands_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
   self.forms.main->friction_forces(tau.data());

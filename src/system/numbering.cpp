@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/groups.hpp"
+#include "base/vec3.hpp"
 #include "system/contacts.hpp"
 #include "system/members.hpp"
 
@@ -190,6 +191,7 @@ class NumberingBuilder {
       result_.island_start.push_back(static_cast<Index>(result_.user_row.size()));
     }
     append_what_is_left(islands);
+    result_.is_natural = std::ranges::is_sorted(result_.user_point);
     return std::move(result_);
   }
 
@@ -281,22 +283,32 @@ Numbering number(const System& system) {
   return NumberingBuilder(system).build(system);
 }
 
-void Numbering::gather_points(std::span<const double> user, std::span<double> inner, std::size_t width) const {
-  for (std::size_t i = 0; i < user_point.size(); ++i) {
-    for (std::size_t k = 0; k < width; ++k) inner[width * i + k] = user[width * user_point[i] + k];
-  }
+void Numbering::gather_points(std::span<const double> user, std::span<double> inner, const Parallel& by) const {
+  by.for_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
+    if (is_natural) {
+      std::copy_n(user.data() + 3 * begin, 3 * (end - begin), inner.data() + 3 * begin);
+      return;
+    }
+    for (std::size_t i = begin; i < end; ++i) store(inner.data(), i, load(user.data(), user_point[i]));
+  });
 }
 
-void Numbering::scatter_points(std::span<const double> inner, std::span<double> user, std::size_t width) const {
-  for (std::size_t i = 0; i < user_point.size(); ++i) {
-    for (std::size_t k = 0; k < width; ++k) user[width * user_point[i] + k] = inner[width * i + k];
-  }
+void Numbering::scatter_points(std::span<const double> inner, std::span<double> user, const Parallel& by) const {
+  by.for_ranges(num_points(), [&](std::size_t begin, std::size_t end) {
+    if (is_natural) {
+      std::copy_n(inner.data() + 3 * begin, 3 * (end - begin), user.data() + 3 * begin);
+      return;
+    }
+    for (std::size_t i = begin; i < end; ++i) store(user.data(), user_point[i], load(inner.data(), i));
+  });
 }
 
-void Numbering::scatter_rows(std::span<const double> inner, std::span<double> user) const {
-  for (std::size_t a = 0; a < user_row.size(); ++a) {
-    if (!is_contact_row(a)) user[user_row[a]] = inner[a];
-  }
+void Numbering::scatter_rows(std::span<const double> inner, std::span<double> user, const Parallel& by) const {
+  by.for_ranges(num_rows(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      if (!is_contact_row(a)) user[user_row[a]] = inner[a];
+    }
+  });
 }
 
 }  // namespace tanor

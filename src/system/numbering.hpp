@@ -5,6 +5,8 @@
 
 #include <tanor/system.hpp>
 
+#include "base/parallel.hpp"
+
 namespace tanor {
 
 /// The inner order of points and rows; outside, the user's order holds everywhere.
@@ -23,6 +25,7 @@ struct Numbering {
   std::vector<Index> island_start;  ///< first row of each island, and the number of rows that are not idle
   std::size_t num_moving = 0;       ///< inner points below this move, the others are supports
   std::size_t num_user_rows = 0;    ///< d
+  bool is_natural = false;          ///< points have the user's order
 
   std::size_t num_points() const { return user_point.size(); }
   std::size_t num_rows() const { return user_row.size(); }
@@ -33,11 +36,11 @@ struct Numbering {
   }
   bool has_contact_rows() const { return num_rows() > num_user_rows; }
 
-  /// From the user's order to the inner one and back: `width` numbers a point.
-  void gather_points(std::span<const double> user, std::span<double> inner, std::size_t width = 3) const;
-  void scatter_points(std::span<const double> inner, std::span<double> user, std::size_t width = 3) const;
+  /// From the user's order to the inner one and back: three numbers a point.
+  void gather_points(std::span<const double> user, std::span<double> inner, const Parallel& by = Parallel(1)) const;
+  void scatter_points(std::span<const double> inner, std::span<double> user, const Parallel& by = Parallel(1)) const;
   /// Rows of contacts are not the user's.
-  void scatter_rows(std::span<const double> inner, std::span<double> user) const;
+  void scatter_rows(std::span<const double> inner, std::span<double> user, const Parallel& by = Parallel(1)) const;
 };
 
 Numbering number(const System& system);
