@@ -60,7 +60,7 @@ std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, c
   if (std::string trouble = take_bonds(atoms, std::move(found), is_member); !trouble.empty()) return trouble;
   if (std::string trouble = list(atoms); !trouble.empty()) return trouble;
   const std::size_t n = islands_.num_points();
-  for (std::vector<double>* const array : {&r_, &old_, &predicted_, &v_, &f_}) array->assign(3 * n, 0.0);
+  for (std::vector<double>* const array : {&r_, &old_, &v_, &f_}) array->assign(3 * n, 0.0);
   masses_.assign(n, 1.0);
   tensions_.assign(own_bonds_.size(), 0.0);
   virial_ = {};
@@ -281,7 +281,7 @@ std::string DistributedRods::project_forces(const Atoms& atoms) {
       {atoms.f, atoms.f}, [&](int i, double* f) { std::copy_n(&atoms.f[3 * i], 3, f); },
       [&](int point, const double* f) { std::copy_n(f, 3, &f_[3 * point]); });
   std::fill(v_.begin(), v_.end(), 0.0);
-  std::vector<double>& projected = predicted_;
+  std::vector<double>& projected = r_;
   std::string trouble = call([&] {
     const ConstraintReport report = constrainer_->solve({.positions = old_,
                                                          .velocities = v_,
@@ -326,6 +326,7 @@ void DistributedRods::restore_lengths(const double* saved) {
 
 // ---- parts ----
 
+/// r_ and v_ := those of the atoms.
 void DistributedRods::gather_positions(const Atoms& atoms) {
   islands_.to_owners<6>(
       {atoms.x, atoms.v},
@@ -335,7 +336,6 @@ void DistributedRods::gather_positions(const Atoms& atoms) {
       },
       [&](int point, const double* rv) {
         std::copy_n(rv, 3, &r_[3 * point]);
-        std::copy_n(rv, 3, &predicted_[3 * point]);
         std::copy_n(rv + 3, 3, &v_[3 * point]);
       });
 }
@@ -346,11 +346,13 @@ std::string DistributedRods::finish_positions(const Atoms& atoms, const std::str
   islands_.from_owners<6>(
       {atoms.x, atoms.v},
       [&](int point, double* rv) {
-        for (int k = 0; k < 3; ++k) rv[k] = r_[3 * point + k] - predicted_[3 * point + k];
+        std::copy_n(&r_[3 * point], 3, rv);
         std::copy_n(&v_[3 * point], 3, rv + 3);
       },
       [&](int i, const double* rv) {
-        for (int k = 0; k < 3; ++k) atoms.x[3 * i + k] += rv[k];
+        double before[3];
+        atoms.unwrap(i, before);
+        for (int k = 0; k < 3; ++k) atoms.x[3 * i + k] += rv[k] - before[k];
         std::copy_n(rv + 3, 3, &atoms.v[3 * i]);
       });
   std::swap(r_, old_);

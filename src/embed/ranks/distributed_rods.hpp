@@ -87,8 +87,8 @@ class DistributedRods {
   Box box_;
   bool joins_nearest_images_ = false;  // the flags of the atoms' images do not say which
   bool has_unit_masses_ = false, is_planned_ = false;
-  std::optional<Constrainer> constrainer_;                    // none on a rank that owns nothing
-  std::vector<double> masses_, r_, old_, predicted_, v_, f_;  // in the order of points; old_: on the constraints
+  std::optional<Constrainer> constrainer_;        // none on a rank that owns nothing
+  std::vector<double> masses_, r_, old_, v_, f_;  // in the order of points; old_: on the constraints
   std::vector<double> tensions_;
   std::array<double, 6> virial_{};
   Times times_;
