@@ -122,8 +122,7 @@ TEST(OpenMM, MovesAsCcmaDoesThatConverges) {
 TEST(OpenMM, TakesThePlaceOfSettleToo) {
   Molecules water;
   water.add_particle(15.999, {0, 0, 0});
-  water.add_particle(1.008, {0.09572, 0, 0});
-  water.add_particle(1.008, {-0.024, 0.09266, 0});
+  for (const double side : {-1.0, 1.0}) water.add_particle(1.008, {0.0757 * side, 0.0586, 0});
   water.add_constraint(0, 1);
   water.add_constraint(0, 2);
   water.add_constraint(1, 2);
