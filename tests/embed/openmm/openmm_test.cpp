@@ -122,8 +122,7 @@ TEST(OpenMM, MovesAsCcmaDoesThatConverges) {
 TEST(OpenMM, TakesThePlaceOfSettleToo) {
   Molecules water;
   water.add_particle(15.999, {0, 0, 0});
-  water.add_particle(1.008, {0.09572, 0, 0});
-  water.add_particle(1.008, {-0.024, 0.09266, 0});
+  for (const double side : {-1.0, 1.0}) water.add_particle(1.008, {0.0757 * side, 0.0586, 0});
   water.add_constraint(0, 1);
   water.add_constraint(0, 2);
   water.add_constraint(1, 2);
@@ -197,6 +196,27 @@ TEST(OpenMM, EveryIntegratorAndThePlatformCpuGoThroughTheSameDoor) {
       EXPECT_LT(chain.violation(positions_of(run.context)), 1e-13) << platform->getName() << ", integrator " << k;
     }
   }
+}
+
+TEST(OpenMM, WholeMoleculesInAPeriodicCellStayWholeUnderABarostat) {
+  Molecules chain = make_chain(20);  // across faces of the cell: nobody wraps it
+  chain.system->setDefaultPeriodicBoxVectors({1.2, 0, 0}, {0.2, 1.3, 0}, {-0.1, 0.3, 1.4});
+  auto* const pairs = new OpenMM::NonbondedForce;
+  pairs->setNonbondedMethod(OpenMM::NonbondedForce::CutoffPeriodic);
+  pairs->setCutoffDistance(0.4);
+  for (std::size_t i = 0; i < chain.positions.size(); ++i) pairs->addParticle(0.0, 0.1, 0.0);
+  chain.system->addForce(pairs);
+  chain.system->addForce(new OpenMM::MonteCarloBarostat(30.0, 300.0, 2));
+  chain.add_exact_constraints();
+  HostRun run(chain, 0.001);
+  run.context.setVelocitiesToTemperature(300, 7);
+
+  run.integrator->step(500);
+
+  Vec3 edges[3];
+  run.context.getState(0).getPeriodicBoxVectors(edges[0], edges[1], edges[2]);
+  EXPECT_NE(edges[0][0], 1.2);
+  EXPECT_LT(chain.violation(positions_of(run.context)), 1e-13);
 }
 
 // ---- particles without mass ----
