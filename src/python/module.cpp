@@ -15,6 +15,6 @@ PYBIND11_MODULE(_core, module) {
   bind_dynamics(module);
   bind_simulation(module);
   bind_system_functions(module);
-  module.def("descriptions", &descriptions);
+  module.def("_descriptions", &descriptions);
   module.attr("__version__") = tanor::build_info().version;
 }

@@ -7,7 +7,10 @@ its time loop. Wrong input is an `InputError`; what the numbers refuse is in a r
 
 from ._core import *  # noqa: F403
 from ._core import InputError, __version__  # noqa: F401
-from .description import DESCRIPTIONS, Formula, System, Table  # noqa: F401
+from .description import KINDS as _KINDS
+from .description import Formula, System, Table  # noqa: F401
 from .runs import Trajectory, run, run_scene  # noqa: F401
 
-globals().update(DESCRIPTIONS)
+globals().update(_KINDS)
+__all__ = sorted(name for name in globals() if name[0].isupper()) + [
+    "equation_names", "num_equations", "run", "run_scene", "validate"]

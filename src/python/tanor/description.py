@@ -60,8 +60,7 @@ _EXTRA = {
     "UserCoordinates": [("names", "Sequence[str]", "of the coordinates, as the formulas of the kernel spell them")],
 }
 
-DESCRIPTIONS = {table["name"]: _make_class(table) for table in _core.descriptions()}
-globals().update(DESCRIPTIONS)
+KINDS = {table["name"]: _make_class(table) for table in _core._descriptions()}
 
 
 @dataclasses.dataclass(eq=False)
