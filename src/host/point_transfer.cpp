@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <type_traits>
 
 #include "base/vec3.hpp"
@@ -12,13 +13,6 @@
 namespace tanor {
 
 namespace {
-
-bool is_natural(const Numbering& numbering) {
-  for (std::size_t i = 0; i < numbering.num_points(); ++i) {
-    if (numbering.user_point[i] != static_cast<Index>(i)) return false;
-  }
-  return true;
-}
 
 constexpr std::size_t ahead = 16;  // points that are fetched before they are needed, where their places jump
 
@@ -37,7 +31,18 @@ void write(Vec3 point, double* to) {
 }  // namespace
 
 PointTransfer::PointTransfer(const Numbering& numbering, const Parallel& parallel)
-    : numbering_(numbering), parallel_(parallel), is_natural_(is_natural(numbering)) {}
+    : numbering_(numbering), parallel_(parallel) {
+  std::vector<Index> same(numbering.num_points());
+  std::iota(same.begin(), same.end(), 0);
+  set_points(same);
+}
+
+void PointTransfer::set_points(std::span<const Index> of_system) {
+  host_point_.clear();
+  for (const Index point : numbering_.user_point) host_point_.push_back(of_system[static_cast<std::size_t>(point)]);
+  const auto does_not_follow = [](Index a, Index b) { return b != a + 1; };
+  is_natural_ = std::ranges::adjacent_find(host_point_, does_not_follow) == host_point_.end();
+}
 
 template <class Number, class Each>
 double PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t count, std::size_t width,
@@ -45,7 +50,7 @@ double PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t co
   using Byte = std::conditional_t<std::is_const_v<Number>, const std::byte, std::byte>;
   Byte* const bytes = reinterpret_cast<Byte*>(array.data);
   const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
-  const Index* const user_point = numbering_.user_point.data();
+  const Index* const host_point = host_point_.data();
   const auto largest = [&](const auto& number_of, auto jumps) {
     return parallel_.max_over_ranges(count, [&](std::size_t begin, std::size_t end) {
       double worst = 0.0;
@@ -60,16 +65,20 @@ double PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t co
     });
   };
   if (array.index != nullptr)
-    return largest([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[user_point[i]]); },
+    return largest([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[host_point[i]]); },
                    std::true_type{});
-  if (is_natural_) return largest([](std::size_t i) { return static_cast<std::ptrdiff_t>(i); }, std::false_type{});
-  return largest([&](std::size_t i) { return static_cast<std::ptrdiff_t>(user_point[i]); }, std::true_type{});
+  if (is_natural_) {
+    const std::ptrdiff_t first = host_point_.empty() ? 0 : host_point_[0];
+    return largest([first](std::size_t i) { return first + static_cast<std::ptrdiff_t>(i); }, std::false_type{});
+  }
+  return largest([&](std::size_t i) { return static_cast<std::ptrdiff_t>(host_point[i]); }, std::true_type{});
 }
 
 const double* PointTransfer::straight(const ConstPointArray& array) const {
   const bool is_packed = array.stride == 0 || array.stride == static_cast<std::ptrdiff_t>(3 * sizeof(double));
   const bool is_aligned = reinterpret_cast<std::uintptr_t>(array.data) % alignof(double) == 0;
-  return is_natural_ && is_packed && is_aligned && array.index == nullptr ? array.data : nullptr;
+  if (!is_natural_ || !is_packed || !is_aligned || array.index != nullptr) return nullptr;
+  return array.data + (host_point_.empty() ? 0 : 3 * static_cast<std::ptrdiff_t>(host_point_[0]));
 }
 
 double PointTransfer::gather(const ConstPointArray& from, double* to) const {
@@ -117,11 +126,23 @@ double PointTransfer::add(const double* moves, std::size_t count, const PointArr
   }));
 }
 
-void PointTransfer::scatter_tensors(const double* from, const PointArray& to) const {
-  (void)visit(to, numbering_.num_points(), 9, [&](std::size_t i, double* point) {
+void PointTransfer::scatter_tensors(const double* from, std::size_t count, const PointArray& to) const {
+  (void)visit(to, count, 9, [&](std::size_t i, double* point) {
     std::memcpy(point, from + 9 * i, 9 * sizeof(double));
     return 0.0;
   });
+}
+
+void PointTransfer::add_last(const double* from, std::size_t first, std::size_t width, const PointArray& to) const {
+  const auto stride = to.stride != 0 ? to.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
+  for (std::size_t i = first; i < host_point_.size(); ++i) {
+    const Index number = to.index != nullptr ? to.index[host_point_[i]] : host_point_[i];
+    std::byte* const point = reinterpret_cast<std::byte*>(to.data) + number * stride;
+    double sum[9];
+    std::memcpy(sum, point, width * sizeof(double));
+    for (std::size_t k = 0; k < width; ++k) sum[k] += from[width * i + k];
+    std::memcpy(point, sum, width * sizeof(double));
+  }
 }
 
 }  // namespace tanor
