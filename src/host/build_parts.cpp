@@ -63,7 +63,7 @@ void HostParts::read_guesses(Part* part) {
     const ConstraintId id = part->members[m];
     for (std::size_t k = 0; k < inventory_.num_rows(id); ++k) {
       const std::size_t row = static_cast<std::size_t>(numbering.member_row[m]) + k;
-      part->guesses.push_back({id, k, steps[row], steps[num_rows + row]});
+      part->guesses.push_back({id, k, steps[row], steps[num_rows + row], part->host->place.was_checked});
     }
   }
 }
@@ -134,7 +134,7 @@ std::unique_ptr<ConstrainedHost> HostParts::make_host(Part* part) {
   return host;
 }
 
-/// The guesses of old parts become those of their constraints in a new one.
+/// The guesses of old parts become those of their constraints in a new one. Only what is new is checked again.
 void HostParts::go_on(Part* part) const {
   std::vector<Guess> guesses = std::exchange(part->guesses, {});
   if (guesses.empty()) return;
@@ -145,6 +145,7 @@ void HostParts::go_on(Part* part) const {
   const std::size_t num_rows = numbering.num_rows();
   steps[2 * num_rows] = last_h_;
   steps[2 * num_rows + 1] = before_h_;
+  std::size_t num_checked = 0;
   for (std::size_t m = 0; m < part->members.size(); ++m) {
     const ConstraintId id = part->members[m];
     auto guess = std::ranges::lower_bound(guesses, std::pair(id, std::size_t{0}), {}, name);
@@ -152,8 +153,10 @@ void HostParts::go_on(Part* part) const {
       const std::size_t row = static_cast<std::size_t>(numbering.member_row[m]) + guess->row;
       steps[row] = guess->last;
       steps[num_rows + row] = guess->before;
+      num_checked += guess->was_checked ? 1 : 0;
     }
   }
+  part->host->place.was_checked = num_checked == num_rows;
   Memory memory{std::span<const double>(steps)};
   part->host->form.steps().exchange_memory(memory);
 }

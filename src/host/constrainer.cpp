@@ -23,9 +23,10 @@ struct Constrainer::Implementation : HostParts {
     check_array(wanted.stress, num_points(), 9, "stress");
   }
   /// Of every call: what is wanted at these positions.
-  void check(const ConstPointArray& positions, double time, const ConstraintForces& wanted = {}) const {
+  void check(const ConstPointArray& positions, double time, const ConstraintForces& wanted = {},
+             const char* name = "positions") const {
     check_finite(time, "time");
-    require_array(positions, num_points(), "positions");
+    require_array(positions, num_points(), name);
     check(wanted);
   }
   void clear_supports(const PointArray& array, std::size_t width) const;
@@ -251,7 +252,7 @@ void Constrainer::restore(std::span<const std::byte> bytes) {
 
 ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
   Call self(implementation_);
-  self->check(step.old_positions, step.time, step.wanted);
+  self->check(step.old_positions, step.time, step.wanted, "old_positions");
   require_array(step.positions, self->num_points(), "positions");
   check_array(step.velocities, self->num_points(), 3, "velocities");
   check_finite(step.step, "step");

@@ -51,6 +51,9 @@ void HostParts::list_points() {
 
 ConstraintId HostParts::add(Constraint group, std::vector<std::array<int, 3>> images) {
   has_changed_ = true;
+  if (!images.empty() && !inventory_.has_images()) {  // all others have images too, from now on
+    for (const auto& part : parts_) touch(part->key());
+  }
   return inventory_.add(std::move(group), std::move(images));
 }
 

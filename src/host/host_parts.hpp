@@ -102,6 +102,7 @@ class HostParts {
     ConstraintId id;
     std::size_t row;  // of that constraint
     double last, before;
+    bool was_checked;  // the host's positions were on the constraint
   };
   struct Part {
     std::vector<Island> islands;  // ascending, like the lists below
