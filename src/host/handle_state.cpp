@@ -55,12 +55,12 @@ std::vector<std::byte> save_state(HostParts* parts) {
   parts->exchange_memory(memory);
   Header header;
   header.fingerprint = fingerprint_of(*parts);
-  std::vector<std::byte> bytes;
-  const auto append = [&](std::span<const std::byte> more) { bytes.insert(bytes.end(), more.begin(), more.end()); };
-  append(std::as_bytes(std::span(&header, 1)));
-  append(std::as_bytes(std::span(numbers)));
-  const std::uint64_t sum = checksum_of(bytes);
-  append(std::as_bytes(std::span(&sum, 1)));
+  const std::size_t body = numbers.size() * sizeof(double);
+  std::vector<std::byte> bytes(sizeof header + body + sizeof(std::uint64_t));
+  std::memcpy(bytes.data(), &header, sizeof header);
+  std::memcpy(bytes.data() + sizeof header, numbers.data(), body);
+  const std::uint64_t sum = checksum_of(std::span(bytes).first(sizeof header + body));
+  std::memcpy(bytes.data() + sizeof header + body, &sum, sizeof sum);
   return bytes;
 }
 

@@ -178,6 +178,19 @@ void Inventory::drive(Group* group, std::size_t number) {
   parameter.functions[number] = ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>(now));
 }
 
+bool Inventory::drives_some(const Group& group, const std::vector<Index>& numbers) {
+  const auto is_driven = [&](Index k) { return group.driven[static_cast<std::size_t>(k)] != nullptr; };
+  return !group.driven.empty() && std::ranges::any_of(numbers, is_driven);
+}
+
+/// Rods whose lengths move stand in memory behind those whose lengths do not. Where one is driven all are among the
+/// former, so that it does not matter to which groups they belong.
+void Inventory::let_move(Constraint& constraint) {
+  if (Rods* const rods = std::get_if<Rods>(&constraint)) {
+    for (const double constant : std::exchange(rods->length.constants, {})) rods->length.functions.emplace_back(constant);
+  }
+}
+
 // ---- members together ----
 
 std::vector<std::array<int, 3>> Inventory::take_images(std::span<const ConstraintId> ids) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <set>
@@ -71,10 +72,13 @@ class Inventory {
   template <class NumberOf>
   std::vector<Constraint> take(std::span<const ConstraintId> ids, const NumberOf& number_of) const {
     std::vector<Constraint> result;
+    bool drives_rods = false;
     for_each_run(ids, [&](const Group& group, const std::vector<Index>& numbers) {
       result.push_back(pick(group, numbers));
+      drives_rods = drives_rods || drives_some(group, numbers);
       for_each_point(&result.back(), [&](Index* point) { *point = number_of(*point); });
     });
+    if (drives_rods) std::ranges::for_each(result, let_move);
     return result;
   }
   /// Those of their rows.
@@ -119,6 +123,8 @@ class Inventory {
         *constraint);
   }
   static Constraint pick(const Group& group, const std::vector<Index>& numbers);
+  static bool drives_some(const Group& group, const std::vector<Index>& numbers);
+  static void let_move(Constraint& constraint);
   static void drive(Group* group, std::size_t number);
   void number_rows(ConstraintId from);
 

@@ -239,7 +239,7 @@ TEST(CInterface, AddsAllOrNothing) {
   EXPECT_EQ(tn_add(handle.get(), TN_SPHERE, 2, points.data(), spheres.data(), nullptr), TN_EINVAL);
   EXPECT_NE(std::string(tn_last_error(handle.get())).find("radius"), std::string::npos) << tn_last_error(handle.get());
   EXPECT_EQ(tn_num_rows(handle.get()), 4U);
-  EXPECT_EQ(tn_add(handle.get(), static_cast<tn_kind>(9), 1, points.data(), nullptr, nullptr), TN_EINVAL);
+  EXPECT_EQ(tn_add(handle.get(), static_cast<tn_kind>(7), 1, points.data(), nullptr, nullptr), TN_EINVAL);
   EXPECT_EQ(tn_remove(handle.get(), 1, nullptr), TN_EINVAL);
   EXPECT_STREQ(tn_last_error(handle.get()), "ids is a null pointer");
 }

@@ -101,7 +101,10 @@ struct Edited {
     Constrainer fresh(masses, {all}, r, {.threads = threads});
     for (std::size_t k = 0; k < rods.size(); ++k) {
       const auto id = static_cast<ConstraintId>(k);
-      if (rods[k].has_rate) fresh.set_lengths({&id, 1}, {&rods[k].length, 1}, {&rods[k].rate, 1});
+      const double moving = 1.0;
+      if (!rods[k].has_rate) continue;
+      fresh.set_lengths({&id, 1}, {&rods[k].length, 1}, {&moving, 1});
+      fresh.set_lengths({&id, 1}, {&rods[k].length, 1}, {&rods[k].rate, 1});
     }
     return fresh;
   }
