@@ -147,7 +147,8 @@ TN_API size_t tn_num_points(const tn_system* system);
 TN_API size_t tn_num_rows(const tn_system* system);
 /** Rows of a constraint: [first, first + count). */
 TN_API int tn_rows(tn_system* system, int64_t id, size_t* first, size_t* count);
-/** The name of a row, "rod0[17]": group and member as they were added, into `text`, cut off at `size` bytes with its end. */
+/** The name of a row, "rod0[17]": group and member as they were added, into `text`, cut off at `size` bytes with its
+ * end. */
 TN_API int tn_row_name(tn_system* system, size_t row, char* text, size_t size);
 
 /* ---- a step: SHAKE and RATTLE ---- */
@@ -187,7 +188,8 @@ TN_API int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* g
 
 /* ---- going on elsewhere ---- */
 
-/** All that the next call depends on beside the host's arrays, masses, constraints and cell: where guesses begin, ranks.
+/** All that the next call depends on beside the host's arrays, masses, constraints and cell: where guesses begin,
+ * ranks.
  * `*size`: room at `data`; receives what is needed. data = null: asks for that alone. */
 TN_API int tn_save(tn_system* system, void* data, size_t* size);
 /** For a system with the same points, masses and constraints, which goes on to the last bit. TN_EINVAL where the bytes

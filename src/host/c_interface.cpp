@@ -16,6 +16,8 @@
 #include <tanor/constrainer.hpp>
 #include <tanor/version.hpp>
 
+#include "host/c_members.hpp"
+
 /// A Constrainer that is made when something is constrained: until then there may come a cell.
 struct tn_system {
   std::vector<double> masses, positions;  // of tn_create, until it is made
@@ -156,89 +158,6 @@ void write_ids(ConstraintId first, size_t count, int64_t* ids) {
   for (size_t k = 0; ids != nullptr && k < count; ++k) ids[k] = first + static_cast<ConstraintId>(k);
 }
 
-Vector3 vector_at(const double* numbers) {
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
-/// How tn_add has a kind: so many points and numbers a member, the last number its own where `has_number`; a group has
-/// the others.
-struct KindLayout {
-  size_t num_points, num_parameters;
-  bool has_number;
-  Constraint (*make)(const double* parameters);
-};
-KindLayout layout_of(tn_kind kind) {
-  switch (kind) {
-    case TN_ROD:
-      return {2, 1, true, [](const double*) -> Constraint { return Rods{}; }};
-    case TN_ANGLE:
-      return {3, 1, true, [](const double*) -> Constraint { return Angles{}; }};
-    case TN_PLANE:
-      return {1, 4, true, [](const double* p) -> Constraint { return Planes{.normal = vector_at(p)}; }};
-    case TN_SPHERE:
-      return {1, 4, true, [](const double* p) -> Constraint { return Spheres{.center = vector_at(p)}; }};
-    case TN_LINE:
-      return {1, 6, false, [](const double* p) -> Constraint {
-                return Lines{.origin = vector_at(p), .direction = vector_at(p + 3)};
-              }};
-    case TN_CIRCLE:
-      return {1, 7, true, [](const double* p) -> Constraint {
-                return Circles{.center = vector_at(p), .normal = vector_at(p + 3)};
-              }};
-  }
-  throw InputError("", "there is no kind " + std::to_string(static_cast<int>(kind)));
-}
-
-/// Members [begin, end), which have the same shape.
-Constraint make_group(const KindLayout& layout, size_t begin, size_t end, const int32_t* points,
-                      const double* parameters) {
-  Constraint constraint = layout.make(parameters != nullptr ? parameters + begin * layout.num_parameters : nullptr);
-  std::visit(
-      [&]<class Kind>(Kind& group) {
-        for (size_t k = begin; k < end; ++k) {
-          auto& members = group.*KindOf<Kind>::members;
-          using Member = typename std::remove_cvref_t<decltype(members)>::value_type;
-          const int32_t* const own = points + k * layout.num_points;
-          if constexpr (std::is_same_v<Member, Index>) {
-            members.push_back(*own);
-          } else if constexpr (!std::is_same_v<Member, std::vector<Index>>) {
-            std::copy_n(own, layout.num_points, members.emplace_back().begin());
-          }
-        }
-        if constexpr (requires { KindOf<Kind>::parameter; }) {
-          std::vector<double> numbers;
-          for (size_t k = begin; parameters != nullptr && k < end; ++k)
-            numbers.push_back(parameters[(k + 1) * layout.num_parameters - 1]);
-          group.*KindOf<Kind>::parameter = std::move(numbers);
-        }
-      },
-      constraint);
-  return constraint;
-}
-
-/// Groups of neighbours with the same shape; where one of them is wrong none is added.
-void add_members(tn_system& system, tn_kind kind, size_t count, const int32_t* points, const double* parameters,
-                 int64_t* ids) {
-  const KindLayout layout = layout_of(kind);
-  if (count > 0) require(points, "points");
-  const size_t width = layout.num_parameters, shape = layout.has_number ? width - 1 : width;
-  if (count > 0 && shape > 0) require(parameters, "parameters");
-  std::vector<ConstraintId> added;
-  try {
-    for (size_t begin = 0, end = 0; begin < count; begin = end) {
-      const double* const first = parameters + begin * width;
-      while (end < count && (shape == 0 || std::equal(first, first + shape, parameters + end * width))) ++end;
-      end = std::max(end, begin + 1);  // a NaN, which is refused
-      const ConstraintId id = system.constrainer().add(make_group(layout, begin, end, points, parameters));
-      for (size_t k = begin; k < end; ++k) added.push_back(id + static_cast<ConstraintId>(k - begin));
-    }
-  } catch (const InputError&) {
-    system.constrainer().remove(added);
-    throw;
-  }
-  if (ids != nullptr) std::ranges::copy(added, ids);
-}
-
 Outcome write_report(ConstraintReport found, tn_report* report) {
   if (report != nullptr) {
     tn_report own{};
@@ -321,7 +240,11 @@ int tn_add_rods(tn_system* system, size_t count, const int32_t* pairs, const dou
 
 int tn_add(tn_system* system, tn_kind kind, size_t count, const int32_t* points, const double* parameters,
            int64_t* ids) {
-  return guard(system, [&](tn_system& self) { add_members(self, kind, count, points, parameters, ids); });
+  return guard(system, [&](tn_system& self) {
+    if (count > 0) require(points, "points");
+    const std::vector<ConstraintId> added = add_members(&self.constrainer(), kind, count, points, parameters);
+    if (ids != nullptr) std::ranges::copy(added, ids);
+  });
 }
 
 int tn_remove(tn_system* system, size_t count, const int64_t* ids) {
@@ -343,8 +266,7 @@ int tn_set_masses(tn_system* system, size_t count, const int32_t* points, const 
 
 int tn_renumber(tn_system* system, size_t num_points, const int64_t* from, const double* masses, tn_const_points x) {
   return guard(system, [&](tn_system& self) {
-    self.constrainer().renumber(list_of(from, num_points, "from"), list_of(masses, num_points, "masses"),
-                                array_of(x));
+    self.constrainer().renumber(list_of(from, num_points, "from"), list_of(masses, num_points, "masses"), array_of(x));
   });
 }
 
@@ -456,9 +378,8 @@ int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, tn_repo
 }
 
 int tn_project_positions(tn_system* system, tn_points x, tn_report* report) {
-  return guard(system, [&](tn_system& self) {
-    return write_report(self.constrainer().project_positions(array_of(x)), report);
-  });
+  return guard(
+      system, [&](tn_system& self) { return write_report(self.constrainer().project_positions(array_of(x)), report); });
 }
 
 int tn_log_det(tn_system* system, tn_const_points x, double* value, tn_points gradient) {
@@ -479,9 +400,9 @@ int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* group, d
   return guard(system, [&](tn_system& self) {
     require(removed, "removed");
     Constrainer& constrainer = self.constrainer();
-    *removed = group == nullptr ? static_cast<double>(constrainer.rank(array_of(x)).rank)
-                                : constrainer.removed_degrees_of_freedom(
-                                      array_of(x), list_of(group, constrainer.num_points()));
+    *removed = group == nullptr
+                   ? static_cast<double>(constrainer.rank(array_of(x)).rank)
+                   : constrainer.removed_degrees_of_freedom(array_of(x), list_of(group, constrainer.num_points()));
   });
 }
 
@@ -494,8 +415,8 @@ int tn_save(tn_system* system, void* data, size_t* size) {
     const size_t room = std::exchange(*size, bytes.size());
     if (data == nullptr) return;
     if (room < bytes.size())
-      throw InputError("", "there is room for " + std::to_string(room) + " of " + std::to_string(bytes.size()) +
-                               " bytes");
+      throw InputError("",
+                       "there is room for " + std::to_string(room) + " of " + std::to_string(bytes.size()) + " bytes");
     std::memcpy(data, bytes.data(), bytes.size());
   });
 }

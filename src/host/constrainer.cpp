@@ -259,9 +259,9 @@ ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
   if (step.step == 0.0) throw InputError("", "step = 0: a step of no length has no velocities");
   if (step.old_cell != nullptr && self->closes_ways() && *step.old_cell != *self->cell())
     throw InputError("/cell", "rods close a way round the cell, so it cannot change within a step");
-  ConstraintReport report = self->call(
-      [&](ConstrainedHost& part, PartReport* own) { part.find_positions(step, own); },
-      [&](ConstrainedHost& part, PartReport* own) { part.write_positions(step, own); });
+  ConstraintReport report =
+      self->call([&](ConstrainedHost& part, PartReport* own) { part.find_positions(step, own); },
+                 [&](ConstrainedHost& part, PartReport* own) { part.write_positions(step, own); });
   if (report.outcome.ok()) self->write_supports(step.wanted);
   return report;
 }
@@ -271,8 +271,8 @@ ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
   self->check(step.positions, step.time, step.wanted);
   require_array(step.velocities, self->num_points(), "velocities");
   check_finite(step.step, "step");
-  ConstraintReport report = self->call(
-      [&](ConstrainedHost& part, PartReport* own) { own->correction = part.find_speed(step, own); });
+  ConstraintReport report =
+      self->call([&](ConstrainedHost& part, PartReport* own) { own->correction = part.find_speed(step, own); });
   if (!report.outcome.ok()) return report;
   const double speed = report.correction;
   report = self->call([&](ConstrainedHost& part, PartReport* own) { part.find_velocities(step, speed, own); },
@@ -289,9 +289,9 @@ ConstraintReport Constrainer::solve(const HostState& at) {
   require_array(at.velocities, self->num_points(), "velocities");
   require_array(at.forces, self->num_points(), "forces");
   check_array(at.accelerations, self->num_points(), 3, "accelerations");
-  ConstraintReport report = self->call(
-      [&](ConstrainedHost& part, PartReport* own) { part.find_accelerations(at, own); },
-      [&](ConstrainedHost& part, PartReport*) { part.write_accelerations(at); });
+  ConstraintReport report =
+      self->call([&](ConstrainedHost& part, PartReport* own) { part.find_accelerations(at, own); },
+                 [&](ConstrainedHost& part, PartReport*) { part.write_accelerations(at); });
   if (!report.outcome.ok()) return report;
   self->clear_supports(at.accelerations, 3);
   self->write_supports(at.wanted);
@@ -302,9 +302,8 @@ ConstraintReport Constrainer::project_forces(ConstPointArray positions, PointArr
   Call self(implementation_);
   self->check(positions, time);
   require_array(forces, self->num_points(), "forces");
-  return self->call(
-      [&](ConstrainedHost& part, PartReport* own) { part.find_forces(positions, forces, time, own); },
-      [&](ConstrainedHost& part, PartReport* own) { part.write_forces(forces, own); });
+  return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_forces(positions, forces, time, own); },
+                    [&](ConstrainedHost& part, PartReport* own) { part.write_forces(forces, own); });
 }
 
 ConstraintReport Constrainer::project_positions(PointArray positions, double time) {

@@ -43,7 +43,7 @@ class DyadicSums {
   }
 
  private:
-  std::size_t size_ = 0;             // a power of two
+  std::size_t size_ = 0;            // a power of two
   std::vector<std::int64_t> sums_;  // [node]: of 1 the whole, of 2k and 2k + 1 the halves of node k
 };
 

@@ -1,6 +1,7 @@
 #include "host/handle_state.hpp"
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -55,13 +56,12 @@ std::vector<std::byte> save_state(HostParts* parts) {
   parts->exchange_memory(memory);
   Header header;
   header.fingerprint = fingerprint_of(*parts);
-  const std::size_t body = numbers.size() * sizeof(double);
-  std::vector<std::byte> bytes(sizeof header + body + sizeof(std::uint64_t));
-  std::memcpy(bytes.data(), &header, sizeof header);
-  std::memcpy(bytes.data() + sizeof header, numbers.data(), body);
-  const std::uint64_t sum = checksum_of(std::span(bytes).first(sizeof header + body));
-  std::memcpy(bytes.data() + sizeof header + body, &sum, sizeof sum);
-  return bytes;
+  std::vector<std::uint64_t> words;
+  for (const std::uint64_t word : std::bit_cast<std::array<std::uint64_t, 3>>(header)) words.push_back(word);
+  for (const double number : numbers) words.push_back(std::bit_cast<std::uint64_t>(number));
+  words.push_back(checksum_of(std::as_bytes(std::span(words))));
+  const auto bytes = std::as_bytes(std::span(words));
+  return {bytes.begin(), bytes.end()};
 }
 
 void restore_state(std::span<const std::byte> bytes, HostParts* parts) {

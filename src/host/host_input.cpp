@@ -15,8 +15,8 @@ namespace {
 /// A member's points in space: in a cell the images that it joins.
 struct MemberImages {
   const HostPoints& points;
-  const Lattice* lattice;              // null: there is no cell
-  const std::array<int, 3>* image;     // null: the nearest ones
+  const Lattice* lattice;           // null: there is no cell
+  const std::array<int, 3>* image;  // null: the nearest ones
   std::span<const Index> members;
 
   TripleOf<double> operator[](std::size_t p) const {
@@ -75,9 +75,8 @@ System make_small(const HostPoints& points, Constraint group) {
     const Vec3 r = load(points.positions.data(), points.of_host[static_cast<std::size_t>(point)]);
     system.positions.insert(system.positions.end(), {r.x, r.y, r.z});
   }
-  for_each_point([&](Index& point) {
-    point = static_cast<Index>(std::ranges::lower_bound(list, point) - list.begin());
-  });
+  for_each_point(
+      [&](Index& point) { point = static_cast<Index>(std::ranges::lower_bound(list, point) - list.begin()); });
   system.constraints.push_back(std::move(group));
   return system;
 }

@@ -37,8 +37,8 @@ std::vector<Index> check_numbers(const HostParts& parts, std::span<const std::in
 
 inline void check_size(std::size_t size, std::size_t wanted, const char* name) {
   if (size == wanted) return;
-  throw InputError("", std::string(name) + " has " + std::to_string(size) + " numbers; " + std::to_string(wanted) +
-                           " are needed");
+  throw InputError(
+      "", std::string(name) + " has " + std::to_string(size) + " numbers; " + std::to_string(wanted) + " are needed");
 }
 
 template <class Number>

@@ -105,7 +105,7 @@ class HostParts {
     bool was_checked;  // the host's positions were on the constraint
   };
   struct Part {
-    std::vector<Island> islands;  // ascending, like the lists below
+    std::vector<Island> islands;        // ascending, like the lists below
     std::vector<Index> moving, places;  // points without and with supports
     std::vector<ConstraintId> members;
     std::vector<Guess> guesses;  // until there is a host
@@ -160,7 +160,7 @@ class HostParts {
   std::vector<std::size_t> large_, small_;    // their numbers
   std::vector<PartReport> reports_;
   PlanSummary summary_;
-  Counters left_counters_;  // of parts that are no more
+  Counters left_counters_;                                                   // of parts that are no more
   double last_h_ = std::numeric_limits<double>::max(), before_h_ = last_h_;  // the last steps, of all parts
   std::vector<Index> supports_;
   // [point]

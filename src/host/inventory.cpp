@@ -77,8 +77,8 @@ void Inventory::remove(std::span<const ConstraintId> ids) {
 
 void Inventory::require(ConstraintId id) const {
   if (has(id)) return;
-  throw InputError("", "there is no constraint with the id " + text(id) +
-                           (id >= 0 && id < next_id() ? "; it was removed" : ""));
+  throw InputError(
+      "", "there is no constraint with the id " + text(id) + (id >= 0 && id < next_id() ? "; it was removed" : ""));
 }
 
 std::span<const Index> Inventory::points(ConstraintId id) const {
@@ -187,7 +187,8 @@ bool Inventory::drives_some(const Group& group, const std::vector<Index>& number
 /// former, so that it does not matter to which groups they belong.
 void Inventory::let_move(Constraint& constraint) {
   if (Rods* const rods = std::get_if<Rods>(&constraint)) {
-    for (const double constant : std::exchange(rods->length.constants, {})) rods->length.functions.emplace_back(constant);
+    for (const double constant : std::exchange(rods->length.constants, {}))
+      rods->length.functions.emplace_back(constant);
   }
 }
 

@@ -24,7 +24,8 @@ class Inventory {
   /// Each id is there, once.
   void remove(std::span<const ConstraintId> ids);
   /// A length (radius, offset, cosine) and how fast it changes. Returns whether it is read in every call from now on;
-  /// else the constraint has to be planned anew. Throws InputError where the kind has none, or where it is out of range.
+  /// else the constraint has to be planned anew. Throws InputError where the kind has none, or where it is out of
+  /// range.
   bool set_length(ConstraintId id, double length, double rate);
   /// What `set_length` would complain about.
   void check_length(ConstraintId id, double length, double rate) const;
@@ -93,7 +94,7 @@ class Inventory {
     ConstraintId first;
     std::size_t num_left;
     std::string name;
-    std::vector<std::array<int, 3>> images;                // [member] or empty
+    std::vector<std::array<int, 3>> images;               // [member] or empty
     std::vector<std::shared_ptr<DrivenLength>> driven{};  // [member] or empty
   };
 

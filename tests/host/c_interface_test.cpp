@@ -155,8 +155,7 @@ TEST(CInterface, RodsMayBeAddedAfterAStep) {
   const std::array<std::int32_t, 2> one_more{0, 3};
   std::int64_t id = -1;
 
-  ASSERT_EQ(tn_add_rods(handle.get(), 1, one_more.data(), nullptr, nullptr, &id), TN_OK)
-      << tn_last_error(handle.get());
+  ASSERT_EQ(tn_add_rods(handle.get(), 1, one_more.data(), nullptr, nullptr, &id), TN_OK) << tn_last_error(handle.get());
   ASSERT_EQ(
       tn_constrain_velocities(handle.get(), 0.0, {host.r.data(), 0, nullptr}, {v.data(), 0, nullptr}, nullptr, nullptr),
       TN_OK);

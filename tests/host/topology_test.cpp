@@ -155,6 +155,33 @@ TEST(Lengths, ThatGrowDragThePointsAlong) {
   }
 }
 
+/// In a cell, wherever its points are wrapped: beside a new handle.
+TEST(Topology, InACellIsThatOfANewHandle) {
+  const PeriodicCell cell{.edges = {{{7, 0, 0}, {0.5, 6, 0}, {0, 0, 7}}}};
+  std::vector<double> r;
+  auto pairs = make_chains(3, 10, &r);
+  for (std::size_t k = 0; k < r.size(); k += 3) r[k] -= 7.0 * std::floor(r[k] / 7.0);
+  const std::vector<double> masses(r.size() / 3, 1.0);
+  Constrainer constrainer(masses, {Rods{{}, pairs, {}, {}}}, r, {.cell = cell});
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::vector<double> v(r.size()), other_v(r.size());
+  for (double& x : v) x = normal(random);
+  const std::vector<ConstraintId> gone{4, 13, 20};
+  constrainer.remove(gone);
+  constrainer.add(Rods{{}, {{9, 19}}, 2.7, {}}, r);
+  for (const std::size_t k : {20U, 13U, 4U}) pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(k));
+  pairs.push_back({9, 19});
+  std::vector<double> put_right = r;
+  ASSERT_TRUE(constrainer.project_positions(put_right).outcome.ok());
+  Constrainer fresh(masses, {Rods{{}, pairs, {}, {}}}, put_right, {.cell = cell});
+  other_v = v;
+  ASSERT_TRUE(constrainer.constrain_velocities({.positions = put_right, .velocities = v}).outcome.ok());
+  ASSERT_TRUE(fresh.constrain_velocities({.positions = put_right, .velocities = other_v}).outcome.ok());
+  for (std::size_t k = 0; k < v.size(); ++k) EXPECT_NEAR(v[k], other_v[k], 1e-12);
+  EXPECT_NEAR(fresh.violation(put_right).violation, 0.0, 1e-15);
+}
+
 // ---- numbers ----
 
 /// A twin keeps its numbers: the motion has the same bits.
@@ -267,11 +294,14 @@ TEST(TopologyErrors, ChangeNothing) {
   EXPECT_NE(error([&] { constrainer.set_masses(first, length); }).find("infinite mass"), std::string::npos);
   EXPECT_NE(error([&] { constrainer.set_masses(second, wrong); }).find("not positive"), std::string::npos);
   EXPECT_NE(error([&] { constrainer.set_masses(none, length); }).find("no point 8"), std::string::npos);
-  EXPECT_NE(error([&] { (void)constrainer.add(Rods{"rods", {{0, 2}}, {}, {}}); }).find("used once"),
+  EXPECT_NE(error([&] { (void)constrainer.add(Rods{"rods", {{0, 2}}, {}, {}}); }).find("used once"), std::string::npos);
+  EXPECT_NE(error([&] {
+              (void)constrainer.add(Rods{{}, {{3, 3}}, {}, {}});
+            }).find("names point 3 twice"),
             std::string::npos);
-  EXPECT_NE(error([&] { (void)constrainer.add(Rods{{}, {{3, 3}}, {}, {}}); }).find("names point 3 twice"),
-            std::string::npos);
-  EXPECT_NE(error([&] { (void)constrainer.add(Rods{{}, {{3, 8}}, {}, {}}); }).find("point 8 is out of range"),
+  EXPECT_NE(error([&] {
+              (void)constrainer.add(Rods{{}, {{3, 8}}, {}, {}});
+            }).find("point 8 is out of range"),
             std::string::npos);
   EXPECT_EQ(constrainer.num_rows(), 6U);
   EXPECT_EQ(constrainer.update_plan(), 0U);
