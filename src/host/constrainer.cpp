@@ -59,7 +59,6 @@ class Call {
 
 void Constrainer::Implementation::clear_supports(const PointArray& array, std::size_t width) const {
   if (!array) return;
-  const std::vector<double> nothing(width, 0.0);
   const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
   for (const Index point : supports()) {
     const Index host = points().host_point[static_cast<std::size_t>(point)];

@@ -156,7 +156,7 @@ void HostParts::exchange_memory(Memory& memory) {
   if (memory.reads() && (of_host != points_.of_host || size != points_.size())) rename_points(of_host, size);
   for (const auto& part : parts_) {
     part->host->form.exchange_memory(memory);
-    part->host->place.stands = false;
+    part->host->place.stands = false;  // here and there the next call factorizes
   }
 }
 
