@@ -98,25 +98,57 @@ TN_API const char* tn_last_error(const tn_system* system);
 
 /* ---- what is constrained ---- */
 
-/** Rods between the points i = pairs[2k] and j = pairs[2k + 1], of these lengths (null: as long as they are at the
- * positions of tn_create). `images` (may be null), three whole numbers a rod: it joins r_i and r_j + n0 a + n1 b + n2
- * c, see tn_set_box. Their rows follow those that are there; `first_row` (may be null) receives the first one. Rods
- * that come after a step are planned with all others anew. */
+/* What is constrained may change between steps. The next call, or tn_plan, plans the islands that an edit has touched
+ * with a few of their neighbours, and no others. After an edit that fails nothing has changed. Each constraint has an
+ * id, which none had before; ids ascend, and the rows of constraints are numbered in their order. */
+
+/** Kinds of tn_add: points, then parameters of each member. A member's last parameter, which tn_set_lengths may change,
+ * is one of its own; neighbours in the list with the same other ones are kept together. */
+typedef enum tn_kind {
+  TN_ROD = 1,    /**< i, j; length */
+  TN_ANGLE = 2,  /**< i, j, k; the cosine of the angle at j */
+  TN_PLANE = 3,  /**< i; normal n (3), offset a: n.r = a */
+  TN_SPHERE = 4, /**< i; center (3), radius */
+  TN_LINE = 5,   /**< i; a point of the line (3), direction (3): two rows; it has no length */
+  TN_CIRCLE = 6  /**< i; center (3), normal (3), radius: two rows */
+} tn_kind;
+
+/** Rods between the points i = pairs[2k] and j = pairs[2k + 1], of these lengths (null: as long as they were where the
+ * last call began, or tn_create). `images` (may be null), three whole numbers a rod: it joins r_i and r_j + n0 a + n1 b
+ * + n2 c, see tn_set_box. `ids` [count] receives their ids (may be null). */
 TN_API int tn_add_rods(tn_system* system, size_t count, const int32_t* pairs, const double* lengths,
-                       const int32_t* images, size_t* first_row);
+                       const int32_t* images, int64_t* ids);
+/** Constraints of a kind. `parameters` may be null for rods and angles, which are then as they were. */
+TN_API int tn_add(tn_system* system, tn_kind kind, size_t count, const int32_t* points, const double* parameters,
+                  int64_t* ids);
+TN_API int tn_remove(tn_system* system, size_t count, const int64_t* ids);
+/** Lengths (cosines, offsets, radii) from now on, and how fast they change (null: they are at rest). Where a rate was
+ * given once nothing is planned any more. */
+TN_API int tn_set_lengths(tn_system* system, size_t count, const int64_t* ids, const double* lengths,
+                          const double* rates);
+/** Masses of points from now on; what is infinite remains so, and what is not. */
+TN_API int tn_set_masses(tn_system* system, size_t count, const int32_t* points, const double* masses);
+/** Points come and go (those that migrate between ranks): number i was from[i], -1: a new one. Those that are missing
+ * have left; no constraint holds them any more. `masses` of all; `x` (data may be null): where they are now. What only
+ * changes its number keeps its plan. */
+TN_API int tn_renumber(tn_system* system, size_t num_points, const int64_t* from, const double* masses,
+                       tn_const_points x);
 /** Edges of a periodic cell, rows a, b, c, from the next call on; it may change in every step. `repeats` three flags
  * (null: all are set). Rods join nearest images, wherever the host has wrapped its points; or, as soon as `images` of
- * some rod are given, those images, of positions that are never wrapped. The first one is that of the
- * positions of tn_create; where it comes after a step, all is planned anew. */
+ * some rod are given, those images, of positions that are never wrapped. The first one is that of the positions of
+ * tn_create, and comes before the first constraints. */
 TN_API int tn_set_box(tn_system* system, const double cell[9], const int repeats[3]);
 /** The cell in which x_old of the next tn_constrain_positions is. Without it: that of the last call, if these are its
  * positions bit by bit, else the present one. */
 TN_API int tn_set_old_box(tn_system* system, const double cell[9]);
-/** Plans now what the next call would. */
-TN_API int tn_plan(tn_system* system);
+/** Plans now what the next call would. `islands` (may be null) receives how many were planned. */
+TN_API int tn_plan(tn_system* system, size_t* islands);
 TN_API size_t tn_num_points(const tn_system* system);
 TN_API size_t tn_num_rows(const tn_system* system);
-/** The name of a row, "rods0[17]", into `text`, cut off at `size` bytes with its end. */
+/** Rows of a constraint: [first, first + count). */
+TN_API int tn_rows(tn_system* system, int64_t id, size_t* first, size_t* count);
+/** The name of a row, "rod0[17]": group and member as they were added, into `text`, cut off at `size` bytes with its
+ * end. */
 TN_API int tn_row_name(tn_system* system, size_t row, char* text, size_t size);
 
 /* ---- a step: SHAKE and RATTLE ---- */
@@ -149,8 +181,20 @@ TN_API int tn_project_positions(tn_system* system, tn_points x, tn_report* repor
 TN_API int tn_log_det(tn_system* system, tn_const_points x, double* value, tn_points gradient);
 /** Largest |xi|/length at x and its row. */
 TN_API int tn_violation(tn_system* system, tn_const_points x, tn_report* report);
-/** Degrees of freedom that the constraints take at x: the rank of K, also where rows depend on others. */
-TN_API int tn_removed_dof(tn_system* system, tn_const_points x, size_t* removed);
+/** Degrees of freedom that the constraints take at x: the rank of K, also where rows depend on others. `group` (may be
+ * null: all) [tn_num_points]: of the points with an entry that is not 0; each independent row counts by its share of
+ * such points among those of its points that move. */
+TN_API int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* group, double* removed);
+
+/* ---- going on elsewhere ---- */
+
+/** All that the next call depends on beside the host's arrays, masses, constraints and cell: where guesses begin,
+ * ranks.
+ * `*size`: room at `data`; receives what is needed. data = null: asks for that alone. */
+TN_API int tn_save(tn_system* system, void* data, size_t* size);
+/** For a system with the same points, masses and constraints, which goes on to the last bit. TN_EINVAL where the bytes
+ * are damaged, or belong to another one. */
+TN_API int tn_restore(tn_system* system, const void* data, size_t size);
 
 #ifdef __cplusplus
 }

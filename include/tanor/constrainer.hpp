@@ -3,6 +3,7 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <ranges>
@@ -129,6 +130,15 @@ struct [[nodiscard]] ConstraintReport {
   std::array<double, 6> virial{};
 };
 
+/// A constraint by itself: a rod, a point on a plane. Ids ascend in the order in which constraints came; none is given
+/// twice.
+using ConstraintId = std::int64_t;
+
+/// Rows [first, first + count).
+struct RowRange {
+  std::size_t first = 0, count = 0;
+};
+
 /// ln det S, S = K'M^-1K being the Schur complement of the mass matrix.
 struct [[nodiscard]] LogDeterminant {
   Outcome outcome;  ///< Status::Singular, with the row's name, where rows depend on each other
@@ -165,11 +175,44 @@ class TANOR_API Constrainer {
   /// cell.
   void set_cell(const PeriodicCell& cell);
 
+  // ---- what is constrained: may change between calls ----
+  // Wrong input is an InputError, after which nothing has changed. The next call plans the islands that an edit has
+  // touched, with a few of their neighbours, and no others; all others keep plan, factor and guess. Then all is to the
+  // last bit as in a new Constrainer with the same points and constraints at the same positions. An edit begins with
+  // the positions that the last call began with.
+
+  /// A group like those that the constructor takes, which have the ids from 0 on. Returns the id of its first member;
+  /// the others follow. `at`: the host's positions now, which give lengths that are "initial"; absent: as said above.
+  /// `images` [row], if Periodicity had them: see there.
+  ConstraintId add(Constraint group, ConstPointArray at = {}, std::vector<std::array<int, 3>> images = {});
+  void remove(std::span<const ConstraintId> ids);
+  /// Lengths of rods (radii, offsets, cosines, values) from now on, and how fast they change; `rates` empty: they are
+  /// at rest. Where a rate was given once nothing is planned any more.
+  void set_lengths(std::span<const ConstraintId> ids, std::span<const double> lengths,
+                   std::span<const double> rates = {});
+  /// From now on; what is infinite remains so, and what is not.
+  void set_masses(std::span<const Index> points, std::span<const double> masses);
+  /// Points come and go, as those that migrate between ranks: number i was from[i], or is a new point where that is -1.
+  /// Those that are missing have left; no constraint holds them any more. `masses` [from.size()] of all. `at`: the
+  /// host's positions now. What only changes its number keeps its plan.
+  void renumber(std::span<const std::int64_t> from, std::span<const double> masses, ConstPointArray at = {});
+  /// Does now what the next call would; returns how many islands were planned.
+  std::size_t update_plan();
+
   std::size_t num_points() const;
   std::size_t num_rows() const;
-  /// "rods[17]", in the order in which the constraints were given.
+  /// Rows are numbered in the order of ids. Throws InputError where there is no such constraint.
+  RowRange rows(ConstraintId id) const;
+  /// "rods[17]": the name of its group and its place there when it was added.
   std::string row_name(std::size_t row) const;
+  /// Of all islands together; as it was planned last.
   const PlanSummary& plan() const;
+
+  /// All that the next call depends on beside the host's arrays, masses and constraints: where guesses begin, ranks.
+  /// For a Constrainer with the same ones, which goes on to the last bit as this one would have.
+  std::vector<std::byte> save();
+  /// Throws InputError where the bytes are damaged, or belong to others.
+  void restore(std::span<const std::byte> bytes);
 
   /// SHAKE: r += M^-1 K(r_old) mu so that xi(r) = 0, v += M^-1 K(r_old) mu/h. Multipliers are 2 mu/h^2.
   /// They are those of the accelerations up to O(h); see `solve`.
@@ -196,10 +239,15 @@ class TANOR_API Constrainer {
   /// The rank of K at these positions: so many degrees of freedom the constraints take, also where rows depend on
   /// others, which the report names.
   RankReport rank(ConstPointArray positions, double time = 0.0);
+  /// The degrees of freedom that the constraints take of the points with a flag: each independent row counts by its
+  /// share of such points among those of its points that move. With all flags it is `rank(positions).rank`.
+  double removed_degrees_of_freedom(ConstPointArray positions, std::span<const std::uint8_t> flags, double time = 0.0);
   Counters counters() const;
 
  private:
   struct TANOR_LOCAL Implementation;
+  Constrainer(std::span<const double> masses, std::vector<Constraint> constraints, ConstPointArray at,
+              const Periodicity* periodicity, const SolverOptions& options);
   std::unique_ptr<Implementation> implementation_;
 };
 

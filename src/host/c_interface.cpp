@@ -4,37 +4,36 @@
 #include <array>
 #include <cstring>
 #include <exception>
-#include <limits>
 #include <memory>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <tanor/constrainer.hpp>
 #include <tanor/version.hpp>
 
-/// A Constrainer that is made when it is first needed, from what was added until then.
+#include "host/c_members.hpp"
+
+/// A Constrainer that is made when something is constrained: until then there may come a cell.
 struct tn_system {
-  std::vector<double> masses, positions;
-  std::vector<tanor::Constraint> constraints;
-  std::size_t num_rows = 0;
-  std::vector<std::array<int, 3>> images;                         // [row]; empty: nearest ones
-  std::optional<tanor::PeriodicCell> first_cell, cell, old_cell;  // the first one is that of `positions`
+  std::vector<double> masses, positions;  // of tn_create, until it is made
+  std::optional<tanor::PeriodicCell> cell, old_cell;
   tanor::SolverOptions options;
-  std::optional<tanor::Constrainer> constrainer;  // none: something was added since
+  std::optional<tanor::Constrainer> made;
   std::string error;
 
-  tanor::Constrainer& planned() {
-    if (constrainer) return *constrainer;
-    if (first_cell) {
-      constrainer.emplace(masses, constraints, positions, tanor::Periodicity{*first_cell, images}, options);
-      constrainer->set_cell(*cell);
-    } else {
-      constrainer.emplace(masses, constraints, positions, options);
-    }
-    return *constrainer;
+  tanor::Constrainer& constrainer() {
+    if (made) return *made;
+    if (cell)
+      made.emplace(masses, std::vector<tanor::Constraint>{}, positions, tanor::Periodicity{*cell, {}}, options);
+    else
+      made.emplace(masses, std::vector<tanor::Constraint>{}, positions, options);
+    masses = positions = {};
+    return *made;
   }
 };
 
@@ -95,7 +94,12 @@ template <class Call>
 int guard(tn_system* system, const Call& call) noexcept {
   if (system == nullptr)
     return guard(&create_error(), []() -> Outcome { throw InputError("", "the system is a null pointer"); });
-  return guard(&system->error, [&] { return call(system->planned()); });
+  return guard(&system->error, [&]() -> Outcome {
+    if constexpr (std::is_void_v<decltype(call(*system))>)
+      return call(*system), Outcome{};
+    else
+      return call(*system);
+  });
 }
 
 PointArray array_of(const tn_points& points) {
@@ -116,8 +120,25 @@ Struct known_part(const Struct* given) {
   return result;
 }
 
+void require(const void* pointer, const char* name) {
+  if (pointer == nullptr) throw InputError("", std::string(name) + " is a null pointer");
+}
+
+/// [count] numbers that may be absent.
+template <class Number>
+std::span<const Number> list_of(const Number* numbers, size_t count) {
+  return {numbers, numbers != nullptr ? count : 0};
+}
+
+/// The same that must be there.
+template <class Number>
+std::span<const Number> list_of(const Number* numbers, size_t count, const char* name) {
+  if (count > 0) require(numbers, name);
+  return list_of(numbers, count);
+}
+
 PeriodicCell make_cell(const double* edges, const int* repeats) {
-  if (edges == nullptr) throw InputError("/cell", "the edges are a null pointer");
+  require(edges, "cell");
   PeriodicCell result;
   for (std::size_t k = 0; k < 9; ++k) result.edges[k / 3][k % 3] = edges[k];
   for (std::size_t k = 0; k < 3; ++k) result.repeats[k] = repeats == nullptr || repeats[k] != 0;
@@ -130,6 +151,11 @@ ConstraintForces forces_of(const tn_wanted& wanted, std::size_t num_rows) {
   result.forces = array_of(wanted.forces);
   result.stress = array_of(wanted.stress);
   return result;
+}
+
+/// The ids of `count` members from `first` on.
+void write_ids(ConstraintId first, size_t count, int64_t* ids) {
+  for (size_t k = 0; ids != nullptr && k < count; ++k) ids[k] = first + static_cast<ConstraintId>(k);
 }
 
 Outcome write_report(ConstraintReport found, tn_report* report) {
@@ -198,76 +224,100 @@ const char* tn_last_error(const tn_system* system) {
 // ---- what is constrained ----
 
 int tn_add_rods(tn_system* system, size_t count, const int32_t* pairs, const double* lengths, const int32_t* images,
-                size_t* first_row) {
-  if (system == nullptr) return guard(system, [](Constrainer&) { return Outcome{}; });
-  return guard(&system->error, [&]() -> Outcome {
-    if (pairs == nullptr && count > 0) throw InputError("", "pairs are a null pointer");
+                int64_t* ids) {
+  return guard(system, [&](tn_system& self) {
+    if (count == 0) return;
+    require(pairs, "pairs");
     Rods rods;
     for (std::size_t k = 0; k < count; ++k) rods.pairs.push_back({pairs[2 * k], pairs[2 * k + 1]});
     if (lengths != nullptr) rods.length = std::vector<double>(lengths, lengths + count);
-    System whole;  // checks what is added before it is kept
-    whole.masses = system->masses;
-    whole.positions = system->positions;
-    for (double& mass : whole.masses) mass = mass < std::numeric_limits<double>::infinity() ? mass : 1.0;
-    whole.constraints = {rods};
-    validate(whole);
-    system->constraints.push_back(std::move(rods));
-    system->constrainer.reset();
-    if (first_row != nullptr) *first_row = system->num_rows;
-    if (images != nullptr) system->images.resize(system->num_rows);
-    for (std::size_t k = 0; k < count && images != nullptr; ++k)
-      system->images.push_back({images[3 * k], images[3 * k + 1], images[3 * k + 2]});
-    system->num_rows += count;
-    if (!system->images.empty()) system->images.resize(system->num_rows);
-    return {};
+    std::vector<std::array<int, 3>> own;
+    for (std::size_t k = 0; images != nullptr && k < count; ++k)
+      own.push_back({images[3 * k], images[3 * k + 1], images[3 * k + 2]});
+    write_ids(self.constrainer().add(std::move(rods), {}, std::move(own)), count, ids);
+  });
+}
+
+int tn_add(tn_system* system, tn_kind kind, size_t count, const int32_t* points, const double* parameters,
+           int64_t* ids) {
+  return guard(system, [&](tn_system& self) {
+    if (count > 0) require(points, "points");
+    const std::vector<ConstraintId> added = add_members(&self.constrainer(), kind, count, points, parameters);
+    if (ids != nullptr) std::ranges::copy(added, ids);
+  });
+}
+
+int tn_remove(tn_system* system, size_t count, const int64_t* ids) {
+  return guard(system, [&](tn_system& self) { self.constrainer().remove(list_of(ids, count, "ids")); });
+}
+
+int tn_set_lengths(tn_system* system, size_t count, const int64_t* ids, const double* lengths, const double* rates) {
+  return guard(system, [&](tn_system& self) {
+    self.constrainer().set_lengths(list_of(ids, count, "ids"), list_of(lengths, count, "lengths"),
+                                   list_of(rates, count));
+  });
+}
+
+int tn_set_masses(tn_system* system, size_t count, const int32_t* points, const double* masses) {
+  return guard(system, [&](tn_system& self) {
+    self.constrainer().set_masses(list_of(points, count, "points"), list_of(masses, count, "masses"));
+  });
+}
+
+int tn_renumber(tn_system* system, size_t num_points, const int64_t* from, const double* masses, tn_const_points x) {
+  return guard(system, [&](tn_system& self) {
+    self.constrainer().renumber(list_of(from, num_points, "from"), list_of(masses, num_points, "masses"), array_of(x));
   });
 }
 
 int tn_set_box(tn_system* system, const double cell[9], const int repeats[3]) {
-  if (system == nullptr) return tn_plan(system);
-  return guard(&system->error, [&]() -> Outcome {
+  return guard(system, [&](tn_system& self) {
     const PeriodicCell next = make_cell(cell, repeats);
-    if (!system->first_cell) {
-      system->first_cell = next;
-      system->constrainer.reset();
-    } else if (system->constrainer) {
-      system->constrainer->set_cell(next);
-    }
-    system->cell = next;
-    return {};
+    if (self.made && !self.cell) throw InputError("/cell", "the first one comes before the first constraints");
+    if (self.made) self.made->set_cell(next);
+    self.cell = next;
   });
 }
 
 int tn_set_old_box(tn_system* system, const double cell[9]) {
-  if (system == nullptr) return tn_plan(system);
-  return guard(&system->error, [&]() -> Outcome {
-    if (!system->cell) throw InputError("/cell", "there is none; tn_set_box gives one");
-    system->old_cell = make_cell(cell, nullptr);
-    system->old_cell->repeats = system->cell->repeats;
-    return {};
+  return guard(system, [&](tn_system& self) {
+    if (!self.cell) throw InputError("/cell", "there is none; tn_set_box gives one");
+    self.old_cell = make_cell(cell, nullptr);
+    self.old_cell->repeats = self.cell->repeats;
   });
 }
 
-int tn_plan(tn_system* system) {
-  return guard(system, [](Constrainer&) { return Outcome{}; });
+int tn_plan(tn_system* system, size_t* islands) {
+  return guard(system, [&](tn_system& self) {
+    const size_t count = self.constrainer().update_plan();
+    if (islands != nullptr) *islands = count;
+  });
 }
 
 size_t tn_num_points(const tn_system* system) {
-  return system != nullptr ? system->masses.size() : 0;
+  if (system == nullptr) return 0;
+  return system->made ? system->made->num_points() : system->masses.size();
 }
 
 size_t tn_num_rows(const tn_system* system) {
-  return system != nullptr ? system->num_rows : 0;
+  return system != nullptr && system->made ? system->made->num_rows() : 0;
+}
+
+int tn_rows(tn_system* system, int64_t id, size_t* first, size_t* count) {
+  return guard(system, [&](tn_system& self) {
+    const RowRange rows = self.constrainer().rows(id);
+    if (first != nullptr) *first = rows.first;
+    if (count != nullptr) *count = rows.count;
+  });
 }
 
 int tn_row_name(tn_system* system, size_t row, char* text, size_t size) {
-  return guard(system, [&](Constrainer& constrainer) -> Outcome {
-    const std::string name = constrainer.row_name(row);
+  return guard(system, [&](tn_system& self) {
+    const std::string name = self.constrainer().row_name(row);
     if (text == nullptr || size == 0) throw InputError("", "there is no room for the name of a row");
     const std::size_t length = std::min(name.size(), size - 1);
     std::memcpy(text, name.data(), length);
     text[length] = '\0';
-    return {};
   });
 }
 
@@ -275,9 +325,10 @@ int tn_row_name(tn_system* system, size_t row, char* text, size_t size) {
 
 int tn_constrain_positions(tn_system* system, double dt, tn_const_points x_old, tn_points x, tn_points v,
                            const tn_wanted* wanted, tn_report* report) {
-  return guard(system, [&](Constrainer& constrainer) {
+  return guard(system, [&](tn_system& self) {
+    Constrainer& constrainer = self.constrainer();
     const tn_wanted own = known_part(wanted);
-    const std::optional<PeriodicCell> old_cell = std::exchange(system->old_cell, std::nullopt);
+    const std::optional<PeriodicCell> old_cell = std::exchange(self.old_cell, std::nullopt);
     return write_report(constrainer.constrain_positions({.step = dt,
                                                          .old_positions = array_of(x_old),
                                                          .positions = array_of(x),
@@ -291,7 +342,8 @@ int tn_constrain_positions(tn_system* system, double dt, tn_const_points x_old, 
 
 int tn_constrain_velocities(tn_system* system, double dt, tn_const_points x, tn_points v, const tn_wanted* wanted,
                             tn_report* report) {
-  return guard(system, [&](Constrainer& constrainer) {
+  return guard(system, [&](tn_system& self) {
+    Constrainer& constrainer = self.constrainer();
     const tn_wanted own = known_part(wanted);
     return write_report(constrainer.constrain_velocities({.step = dt,
                                                           .positions = array_of(x),
@@ -306,7 +358,8 @@ int tn_constrain_velocities(tn_system* system, double dt, tn_const_points x, tn_
 
 int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_points f, tn_points w,
              const tn_wanted* wanted, tn_report* report) {
-  return guard(system, [&](Constrainer& constrainer) {
+  return guard(system, [&](tn_system& self) {
+    Constrainer& constrainer = self.constrainer();
     const tn_wanted own = known_part(wanted);
     return write_report(constrainer.solve({.positions = array_of(x),
                                            .velocities = array_of(v),
@@ -319,21 +372,20 @@ int tn_solve(tn_system* system, tn_const_points x, tn_const_points v, tn_const_p
 }
 
 int tn_project_forces(tn_system* system, tn_const_points x, tn_points f, tn_report* report) {
-  return guard(system, [&](Constrainer& constrainer) {
-    return write_report(constrainer.project_forces(array_of(x), array_of(f)), report);
+  return guard(system, [&](tn_system& self) {
+    return write_report(self.constrainer().project_forces(array_of(x), array_of(f)), report);
   });
 }
 
 int tn_project_positions(tn_system* system, tn_points x, tn_report* report) {
-  return guard(system, [&](Constrainer& constrainer) {
-    return write_report(constrainer.project_positions(array_of(x)), report);
-  });
+  return guard(
+      system, [&](tn_system& self) { return write_report(self.constrainer().project_positions(array_of(x)), report); });
 }
 
 int tn_log_det(tn_system* system, tn_const_points x, double* value, tn_points gradient) {
-  return guard(system, [&](Constrainer& constrainer) -> Outcome {
-    if (value == nullptr) throw InputError("", "value is a null pointer");
-    const LogDeterminant found = constrainer.log_det(array_of(x), array_of(gradient));
+  return guard(system, [&](tn_system& self) -> Outcome {
+    require(value, "value");
+    const LogDeterminant found = self.constrainer().log_det(array_of(x), array_of(gradient));
     if (found.outcome.ok()) *value = found.value;
     return found.outcome;
   });
@@ -341,14 +393,37 @@ int tn_log_det(tn_system* system, tn_const_points x, double* value, tn_points gr
 
 int tn_violation(tn_system* system, tn_const_points x, tn_report* report) {
   return guard(system,
-               [&](Constrainer& constrainer) { return write_report(constrainer.violation(array_of(x)), report); });
+               [&](tn_system& self) { return write_report(self.constrainer().violation(array_of(x)), report); });
 }
 
-int tn_removed_dof(tn_system* system, tn_const_points x, size_t* removed) {
-  return guard(system, [&](Constrainer& constrainer) -> Outcome {
-    if (removed == nullptr) throw InputError("", "removed is a null pointer");
-    *removed = constrainer.rank(array_of(x)).rank;
-    return {};
+int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* group, double* removed) {
+  return guard(system, [&](tn_system& self) {
+    require(removed, "removed");
+    Constrainer& constrainer = self.constrainer();
+    *removed = group == nullptr
+                   ? static_cast<double>(constrainer.rank(array_of(x)).rank)
+                   : constrainer.removed_degrees_of_freedom(array_of(x), list_of(group, constrainer.num_points()));
+  });
+}
+
+// ---- going on elsewhere ----
+
+int tn_save(tn_system* system, void* data, size_t* size) {
+  return guard(system, [&](tn_system& self) {
+    require(size, "size");
+    const std::vector<std::byte> bytes = self.constrainer().save();
+    const size_t room = std::exchange(*size, bytes.size());
+    if (data == nullptr) return;
+    if (room < bytes.size())
+      throw InputError("",
+                       "there is room for " + std::to_string(room) + " of " + std::to_string(bytes.size()) + " bytes");
+    std::memcpy(data, bytes.data(), bytes.size());
+  });
+}
+
+int tn_restore(tn_system* system, const void* data, size_t size) {
+  return guard(system, [&](tn_system& self) {
+    self.constrainer().restore(list_of(static_cast<const std::byte*>(data), size, "data"));
   });
 }
 

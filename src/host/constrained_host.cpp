@@ -24,15 +24,7 @@ ConstrainedHost::ConstrainedHost(System system, const SolverOptions& given)
     : forms(std::move(system), without_reuse(given)), options(given) {
   for (std::vector<double>* array : {&place.r, &r, &v, &f, &w, &eta}) array->resize(3 * num_points());
   for (std::vector<double>* array : {&rows, &sum}) array->resize(model.num_rows());
-}
-
-void ConstrainedHost::check(const ConstraintForces& wanted) const {
-  if (!wanted.multipliers.empty() && wanted.multipliers.size() != model.num_rows()) {
-    throw InputError("", "multipliers has " + std::to_string(wanted.multipliers.size()) + " numbers; " +
-                             std::to_string(model.num_rows()) + " are needed");
-  }
-  check_array(wanted.forces, num_points(), 3, "forces");
-  check_array(wanted.stress, num_points(), 9, "stress");
+  host_row = model.numbering.user_row;
 }
 
 // ---- the cell ----
@@ -58,31 +50,10 @@ void ConstrainedHost::check_cell() {
   }
 }
 
-/// The same system, whose rods have the offsets of the present cell and the lengths that they have.
-System ConstrainedHost::move_offsets() {
-  std::vector<double> lengths(model.num_rows());
-  for (std::size_t a = 0; a < lengths.size(); ++a) lengths[user_row(a)] = sums.lengths()[a];
-  System system = model.system;
-  images->set_offsets(&system);
-  std::size_t row = 0;
-  for (Constraint& constraint : system.constraints) {
-    const auto fix = [&]<class Group>(Group& group) {
-      const std::size_t count = num_members(group) * static_cast<std::size_t>(rows_per_member<Group>());
-      if constexpr (std::is_same_v<Group, Rods>) {
-        const auto first = lengths.begin() + static_cast<std::ptrdiff_t>(row);
-        if (group.length.is_initial())
-          group.length = std::vector<double>(first, first + static_cast<std::ptrdiff_t>(count));
-      }
-      row += count;
-    };
-    std::visit(fix, constraint);
-  }
-  return system;
-}
-
 /// `place` := the host's positions in a cell; null: in that of `place`, if these are its positions bit by bit, else in
 /// the present one. Returns whether K and the factor of S stand there already.
 bool ConstrainedHost::gather_place(const ConstPointArray& positions, double t, const PeriodicCell* cell) {
+  was_called = true;
   bool is_elsewhere = transfer.gather_changes(positions, images ? place.host.data() : place.r.data());
   if (images && (is_elsewhere || (cell != nullptr && *cell != place.cell))) {
     is_elsewhere = true;
@@ -157,13 +128,13 @@ double ConstrainedHost::support_work(double h) {
   return -0.5 * h * model.parallel.sum(rows.size(), [&](std::size_t a) { return multipliers[a] * rows[a]; });
 }
 
-/// Writes what is wanted of the `multipliers` times `factor`, which belong to the K that stands.
+/// Writes what is wanted, but at supports, of the `multipliers` times `factor`, which belong to the K that stands.
 void ConstrainedHost::write(double factor, const ConstraintForces& wanted) {
   const double* const blocks = linearization.blocks().data();
   if (!wanted.multipliers.empty()) {
-    const Index* const user_row_of = model.numbering.user_row.data();
-    model.parallel.for_ranges(wanted.multipliers.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t a = begin; a < end; ++a) wanted.multipliers[user_row_of[a]] = factor * multipliers[a];
+    const Index* const row_of = host_row.data();
+    model.parallel.for_ranges(host_row.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t a = begin; a < end; ++a) wanted.multipliers[row_of[a]] = factor * multipliers[a];
     });
   }
   if (wanted.forces) {
@@ -171,23 +142,34 @@ void ConstrainedHost::write(double factor, const ConstraintForces& wanted) {
     model.parallel.for_ranges(eta.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) eta[k] *= factor;
     });
-    transfer.write(eta.data(), num_points(), wanted.forces);
+    transfer.write(eta.data(), model.num_moving(), wanted.forces);
   }
   if (wanted.stress) {
     stress.resize(9 * num_points());
     sums.share_virial(multipliers, factor, blocks, place.r.data(), stress.data());
-    transfer.scatter_tensors(stress.data(), wanted.stress);
+    transfer.scatter_tensors(stress.data(), model.num_moving(), wanted.stress);
   }
 }
 
-void ConstrainedHost::note_worst_position(ConstraintReport* report) {
+void ConstrainedHost::add_to_supports(const ConstraintForces& wanted) const {
+  if (wanted.forces) transfer.add_last(eta.data(), model.num_moving(), 3, wanted.forces);
+  if (wanted.stress) transfer.add_last(stress.data(), model.num_moving(), 9, wanted.stress);
+}
+
+void ConstrainedHost::note_worst(std::size_t row, double size, PartReport* report) const {
+  report->worst_row = static_cast<std::size_t>(host_row[row]);
+  report->worst = size;
+}
+
+void ConstrainedHost::note_worst_position(PartReport* report) {
   if (rows.empty()) return;
   (void)linearization.evaluate_values(r.data(), rows.data());
-  report->worst_row = user_row(sums.worst_position_row(rows));
+  const std::size_t row = sums.worst_position_row(rows);
+  note_worst(row, std::abs(rows[row]) / sums.lengths()[row], report);
 }
 
 /// What a step from `place` to `r` says beside the positions.
-void ConstrainedHost::measure_step(const PositionStep& step, ConstraintReport* report) {
+void ConstrainedHost::measure_step(const PositionStep& step, PartReport* report) {
   note_worst_position(report);
   work.set_time(step.time - step.step);
   const double factor = 2.0 / step.step;

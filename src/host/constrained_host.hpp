@@ -13,14 +13,21 @@
 
 namespace tanor {
 
-/// What stands behind a Constrainer: everything in the inner order, and what is known from call to call.
+/// What one call found in a part of the host's islands.
+struct PartReport : ConstraintReport {
+  double worst = -1.0;  ///< by how much `worst_row` is violated
+};
+
+/// Some islands of a host, planned together: everything in the inner order, and what is known from call to call. A call
+/// is made of `find_…`, which writes nothing of the host's, and `write_…`, which follows where all parts have
+/// succeeded. At supports, which several parts may share, `add_to_supports` adds to what the host's arrays hold.
 struct ConstrainedHost {
   Forms forms;
   Workspace& work = forms.work;
   const Model& model = forms.model;
   MultiplierForm& form = *forms.normal;
   Linearization& linearization = form.linearization();
-  const PointTransfer transfer{model.numbering, model.parallel};
+  PointTransfer transfer{model.numbering, model.parallel};
   RowSums sums{work};
   const SolverOptions options;
   /// Where K is, and the factor of S.
@@ -32,20 +39,18 @@ struct ConstrainedHost {
     bool was_checked = false;  // the host's first positions were on the constraints
   } place;
   std::unique_ptr<PeriodicImages> images;  // null: there is no cell
+  std::vector<Index> host_row;             // [inner row] the host's number of it
   // Scratch: [3n] each, then [d] each. `before`: in a cell, `r` before it moved.
   std::vector<double> r, before, v, f, w, eta;
   std::vector<double> rows, sum;
   const double* multipliers = nullptr;            // [d] of the call at hand
   std::vector<double> stress;                     // [9n], made where it is first wanted
   std::unique_ptr<SchurDeterminant> determinant;  // likewise
+  bool was_called = false;                        // `place` holds the host's positions
 
   ConstrainedHost(System system, const SolverOptions& given);
 
   std::size_t num_points() const { return model.num_points(); }
-  /// The host's name for an inner row.
-  std::size_t user_row(std::size_t row) const { return static_cast<std::size_t>(model.numbering.user_row[row]); }
-
-  void check(const ConstraintForces& wanted) const;
   static bool wants_multipliers(const ConstraintForces& wanted) {
     return !wanted.multipliers.empty() || wanted.forces || wanted.stress;
   }
@@ -61,7 +66,28 @@ struct ConstrainedHost {
 
   void set_images(std::unique_ptr<PeriodicImages> given);
   void check_cell();
-  System move_offsets();
+
+  // ---- calls ----
+
+  void find_positions(const PositionStep& step, PartReport* report);
+  void write_positions(const PositionStep& step, PartReport* report);
+  /// Stands there and reads the velocities; returns what is large among them.
+  double find_speed(const VelocityStep& step, PartReport* report);
+  /// `speed`: of the whole host.
+  void find_velocities(const VelocityStep& step, double speed, PartReport* report);
+  void write_velocities(const VelocityStep& step, PartReport* report);
+  void find_accelerations(const HostState& at, PartReport* report);
+  void write_accelerations(const HostState& at);
+  void find_forces(const ConstPointArray& positions, const PointArray& forces, double time, PartReport* report);
+  void write_forces(const PointArray& forces, PartReport* report);
+  void find_nearest(const PointArray& positions, double time, PartReport* report);
+  void write_nearest(const PointArray& positions, PartReport* report);
+  void find_violation(const ConstPointArray& positions, double time, PartReport* report);
+  LogDeterminant find_log_det(const ConstPointArray& positions, bool with_gradient, double time);
+  void write_gradient(const PointArray& gradient);
+  RankReport find_rank(const ConstPointArray& positions, double time);
+  void add_to_supports(const ConstraintForces& wanted) const;
+  void add_to_supports(const PointArray& gradient) const;
 
   // ---- the way in ----
 
@@ -78,8 +104,9 @@ struct ConstrainedHost {
   double scatter_moved(const PointArray& positions);
   void write(double factor, const ConstraintForces& wanted);
   double support_work(double h);
-  void measure_step(const PositionStep& step, ConstraintReport* report);
-  void note_worst_position(ConstraintReport* report);
+  void measure_step(const PositionStep& step, PartReport* report);
+  void note_worst(std::size_t row, double size, PartReport* report) const;
+  void note_worst_position(PartReport* report);
 };
 
 }  // namespace tanor

@@ -2,39 +2,145 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
-#include "dynamics/nearest_point.hpp"
-#include "host/constrained_host.hpp"
+#include "host/handle_state.hpp"
 #include "host/host_input.hpp"
+#include "host/host_parts.hpp"
 
 namespace tanor {
 
-struct Constrainer::Implementation : ConstrainedHost {
-  using ConstrainedHost::ConstrainedHost;
+struct Constrainer::Implementation : HostParts {
+  using HostParts::HostParts;
+
+  void check(const ConstraintForces& wanted) const {
+    if (!wanted.multipliers.empty()) check_size(wanted.multipliers.size(), inventory().num_rows(), "multipliers");
+    check_array(wanted.forces, num_points(), 3, "forces");
+    check_array(wanted.stress, num_points(), 9, "stress");
+  }
+  /// Of every call: what is wanted at these positions.
+  void check(const ConstPointArray& positions, double time, const ConstraintForces& wanted = {},
+             const char* name = "positions") const {
+    check_finite(time, "time");
+    require_array(positions, num_points(), name);
+    check(wanted);
+  }
+  void clear_supports(const PointArray& array, std::size_t width) const;
+  ConstraintReport sum_up();
+  template <class Find, class Write>
+  ConstraintReport call(const Find& find, const Write& write);
+  template <class Find>
+  ConstraintReport call(const Find& find) {
+    return call(find, [](ConstrainedHost&, PartReport*) {});
+  }
+  void write_supports(const ConstraintForces& wanted);
 };
+
+namespace {
+
+/// One call on a handle: without traps, with all that has changed planned.
+template <class Pointer>
+class Call {
+ public:
+  explicit Call(const Pointer& implementation) : self_(live(implementation, "Constrainer")) { (void)self_.plan(); }
+  auto& operator*() { return self_; }
+  auto* operator->() { return &self_; }
+
+ private:
+  const QuietTraps quiet_;
+  typename Pointer::element_type& self_;
+};
+
+}  // namespace
+
+void Constrainer::Implementation::clear_supports(const PointArray& array, std::size_t width) const {
+  if (!array) return;
+  const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
+  for (const Index point : supports()) {
+    const Index host = points().host_point[static_cast<std::size_t>(point)];
+    const std::ptrdiff_t place = array.index != nullptr ? array.index[host] : host;
+    std::fill_n(reinterpret_cast<std::byte*>(array.data) + place * stride, width * sizeof(double), std::byte{});
+  }
+}
+
+/// The parts' reports together; of several that failed the first one's outcome.
+ConstraintReport Constrainer::Implementation::sum_up() {
+  ConstraintReport all;
+  double worst = -1.0;
+  for (std::size_t k = 0; k < size(); ++k) {
+    PartReport& own = reports()[k];
+    all.iterations = std::max(all.iterations, own.iterations);
+    all.violation = larger(all.violation, own.violation);
+    all.correction = larger(all.correction, own.correction);
+    all.largest_turn = larger(all.largest_turn, own.largest_turn);
+    all.work += own.work;
+    for (std::size_t d = 0; d < all.virial.size(); ++d) all.virial[d] += own.virial[d];
+    const bool fails = all.outcome.ok() && !own.outcome.ok();
+    if (fails) all.outcome = {own.outcome.status, with_names(k, own.outcome.what)};
+    if (fails || (all.outcome.ok() && own.worst > worst)) {
+      worst = own.worst;
+      all.worst_row = own.worst_row;
+    }
+  }
+  return all;
+}
+
+/// find(part, its report), and where all parts have found something write(part, its report).
+template <class Find, class Write>
+ConstraintReport Constrainer::Implementation::call(const Find& find, const Write& write) {
+  for_each([&](ConstrainedHost& part, PartReport* report) {
+    *report = {};
+    find(part, report);
+  });
+  const auto is_ok = [](const PartReport& report) { return report.outcome.ok(); };
+  if (std::ranges::all_of(reports(), is_ok)) for_each(write);
+  return sum_up();
+}
+
+/// At supports the parts add up.
+void Constrainer::Implementation::write_supports(const ConstraintForces& wanted) {
+  clear_supports(wanted.forces, 3);
+  clear_supports(wanted.stress, 9);
+  for (std::size_t k = 0; k < size(); ++k) (*this)[k].add_to_supports(wanted);
+}
 
 // ---- life ----
 
 Constrainer::Constrainer(std::span<const double> masses, std::vector<Constraint> constraints, ConstPointArray at,
-                         const SolverOptions& options) {
-  check_array(at, masses.size(), 3, "positions");
-  implementation_ = make_quietly<Implementation>(make_system(masses, std::move(constraints), at), options);
-}
+                         const SolverOptions& options)
+    : Constrainer(masses, std::move(constraints), at, nullptr, options) {}
 Constrainer::Constrainer(std::span<const double> masses, std::vector<Constraint> constraints, ConstPointArray at,
-                         const Periodicity& periodicity, const SolverOptions& options) {
-  check_array(at, masses.size(), 3, "positions");
+                         const Periodicity& periodicity, const SolverOptions& options)
+    : Constrainer(masses, std::move(constraints), at, &periodicity, options) {}
+Constrainer::Constrainer(std::span<const double> masses, std::vector<Constraint> constraints, ConstPointArray at,
+                         const Periodicity* periodicity, const SolverOptions& options) {
   const QuietTraps quiet;
-  System system = make_system(masses, std::move(constraints), at);
+  HostPoints points = make_points(masses, at);
+  const System system = make_system(points, std::move(constraints));
   validate(system);
-  auto images = std::make_unique<PeriodicImages>(system, periodicity);
-  images->prepare(&system);
-  implementation_ = std::make_unique<Implementation>(std::move(system), options);
-  images->use(implementation_->model.numbering);
-  implementation_->set_images(std::move(images));
+  std::span<const std::array<int, 3>> images;
+  std::optional<PeriodicCell> cell;
+  if (periodicity != nullptr) {
+    images = periodicity->images;
+    cell = periodicity->cell;
+    (void)Lattice(*cell);
+    if (!images.empty() && images.size() != num_equations(system)) {
+      throw InputError("/cell", "images has " + std::to_string(images.size()) + " entries; " +
+                                    std::to_string(num_equations(system)) + " are needed, one a row");
+    }
+  }
+  implementation_ = std::make_unique<Implementation>(std::move(points), cell, options);
+  for (const Constraint& group : system.constraints) {
+    const GroupShape shape = shape_of(group);
+    const auto own = images.subspan(0, images.empty() ? 0 : shape.members * shape.rows_per_member);
+    images = images.subspan(own.size());
+    (void)add_group(group, {own.begin(), own.end()}, implementation_.get());
+  }
+  (void)implementation_->plan();
 }
 Constrainer::Constrainer(Constrainer&&) noexcept = default;
 Constrainer& Constrainer::operator=(Constrainer&&) noexcept = default;
@@ -43,261 +149,224 @@ Constrainer::~Constrainer() = default;
 void Constrainer::set_cell(const PeriodicCell& cell) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Constrainer");
-  if (!self.images) throw InputError("/cell", "there is none; it is given where the Constrainer is made");
-  if (cell == self.images->cell()) return;
-  const PeriodicCell old = self.images->cell();
-  self.images->set_cell(cell);
-  try {
-    self.check_cell();
-  } catch (const InputError&) {
-    self.images->set_cell(old);
-    throw;
+  if (self.cell() == nullptr) throw InputError("/cell", "there is none; it is given where the Constrainer is made");
+  if (cell != *self.cell()) self.set_cell(cell);
+}
+
+// ---- what is constrained ----
+
+ConstraintId Constrainer::add(Constraint group, ConstPointArray at, std::vector<std::array<int, 3>> images) {
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Constrainer");
+  check_array(at, self.num_points(), 3, "positions");
+  if (at)
+    self.set_positions(at);
+  else
+    self.read_positions();
+  check_group(self, group, images.size());
+  return add_group(std::move(group), std::move(images), &self);
+}
+
+void Constrainer::remove(std::span<const ConstraintId> ids) {
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Constrainer");
+  std::set<ConstraintId> seen;
+  for (const ConstraintId id : ids) {
+    self.inventory().require(id);
+    if (!seen.insert(id).second) throw InputError("", "the constraint with the id " + text(id) + " is removed twice");
   }
-  if (!self.images->close_ways()) return;
-  auto planned = std::make_unique<Implementation>(self.move_offsets(), self.options);
-  planned->set_images(std::move(self.images));
-  implementation_ = std::move(planned);
+  self.remove(ids);
+}
+
+void Constrainer::set_lengths(std::span<const ConstraintId> ids, std::span<const double> lengths,
+                              std::span<const double> rates) {
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Constrainer");
+  check_size(lengths.size(), ids.size(), "lengths");
+  if (!rates.empty()) check_size(rates.size(), ids.size(), "rates");
+  const auto rate = [&](std::size_t k) { return rates.empty() ? 0.0 : rates[k]; };
+  for (std::size_t k = 0; k < ids.size(); ++k) self.inventory().check_length(ids[k], lengths[k], rate(k));
+  for (std::size_t k = 0; k < ids.size(); ++k) self.set_length(ids[k], lengths[k], rate(k));
+}
+
+void Constrainer::set_masses(std::span<const Index> points, std::span<const double> masses) {
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Constrainer");
+  check_size(masses.size(), points.size(), "masses");
+  const HostPoints& all = self.points();
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const auto point = static_cast<std::size_t>(points[k]);
+    if (points[k] < 0 || point >= self.num_points())
+      throw InputError("/masses/" + text(k), "there is no point " + text(points[k]));
+    check_mass(masses[k], all.mass[static_cast<std::size_t>(all.of_host[point])], point);
+  }
+  for (std::size_t k = 0; k < points.size(); ++k)
+    self.set_mass(all.of_host[static_cast<std::size_t>(points[k])], masses[k]);
+}
+
+void Constrainer::renumber(std::span<const std::int64_t> from, std::span<const double> masses, ConstPointArray at) {
+  const QuietTraps quiet;
+  Implementation& self = live(implementation_, "Constrainer");
+  check_array(at, from.size(), 3, "positions");
+  self.renumber(check_numbers(self, from, masses), masses);
+  if (at) self.set_positions(at);
+}
+
+std::size_t Constrainer::update_plan() {
+  const QuietTraps quiet;
+  return live(implementation_, "Constrainer").plan();
 }
 
 std::size_t Constrainer::num_points() const {
   return live(implementation_, "Constrainer").num_points();
 }
 std::size_t Constrainer::num_rows() const {
-  return live(implementation_, "Constrainer").model.num_rows();
+  return live(implementation_, "Constrainer").inventory().num_rows();
+}
+RowRange Constrainer::rows(ConstraintId id) const {
+  const Inventory& inventory = live(implementation_, "Constrainer").inventory();
+  inventory.require(id);
+  return {inventory.first_row(id), inventory.num_rows(id)};
 }
 std::string Constrainer::row_name(std::size_t row) const {
-  const Implementation& self = live(implementation_, "Constrainer");
-  if (row >= self.model.num_rows()) throw InputError("", "there is no row " + std::to_string(row));
-  return equation_name(self.model.system, row);
+  return live(implementation_, "Constrainer").inventory().row_name(row);
 }
 const PlanSummary& Constrainer::plan() const {
-  return live(implementation_, "Constrainer").forms.plan;
+  return live(implementation_, "Constrainer").summary();
 }
 Counters Constrainer::counters() const {
-  return live(implementation_, "Constrainer").work.counters;
+  return live(implementation_, "Constrainer").counters();
+}
+
+std::vector<std::byte> Constrainer::save() {
+  Call self(implementation_);
+  return save_state(&*self);
+}
+void Constrainer::restore(std::span<const std::byte> bytes) {
+  Call self(implementation_);
+  restore_state(bytes, &*self);
 }
 
 // ---- a step ----
 
 ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
-  const QuietTraps quiet;
-  Implementation& self = live(implementation_, "Constrainer");
-  const std::size_t n = self.num_points();
-  check_number(step.step, "step");
-  check_number(step.time, "time");
+  Call self(implementation_);
+  self->check(step.old_positions, step.time, step.wanted, "old_positions");
+  require_array(step.positions, self->num_points(), "positions");
+  check_array(step.velocities, self->num_points(), 3, "velocities");
+  check_finite(step.step, "step");
   if (step.step == 0.0) throw InputError("", "step = 0: a step of no length has no velocities");
-  require_array(step.old_positions, n, "old_positions");
-  require_array(step.positions, n, "positions");
-  check_array(step.velocities, n, 3, "velocities");
-  self.check(step.wanted);
-  if (step.old_cell != nullptr && self.images && self.images->close_ways() && *step.old_cell != self.images->cell())
+  if (step.old_cell != nullptr && self->closes_ways() && *step.old_cell != *self->cell())
     throw InputError("/cell", "rods close a way round the cell, so it cannot change within a step");
-
-  ConstraintReport report;
-  const double start = step.time - step.step;
-  if (report.outcome = self.stand_at(step.old_positions, start, step.old_cell); !report.outcome.ok()) return report;
-  if (report.outcome = self.check_place(); !report.outcome.ok()) return report;
-  ProjectionReport found = self.step_positions(step);
-  if (!found.outcome.ok()) {
-    // The guess may have come from another motion.
-    self.form.steps().forget_steps();
-    if (report.outcome = self.linearization.update(start, self.place.r.data()); report.outcome.ok())
-      found = self.step_positions(step);
-  }
-  report.outcome = std::move(found.outcome);
-  report.iterations = found.iterations;
-  report.violation = found.violation;
-  if (!report.outcome.ok()) {
-    self.place.stands = false;
-    self.note_worst_position(&report);
-    return report;
-  }
-  const double factor = 2.0 / step.step;  // of the sum over h
-  self.multipliers = self.form.steps().sum().data();
-  // Where K lost rank it stands elsewhere now, and the multipliers are not known.
-  self.place.stands = self.model.num_rows() == 0 || std::isfinite(self.multipliers[0]);
-  if (step.measures) self.measure_step(step, &report);
-  self.write(factor, step.wanted);
-  report.correction = self.scatter_moved(step.positions);
-  if (step.velocities) self.transfer.write(self.v.data(), self.model.num_moving(), step.velocities);
+  ConstraintReport report =
+      self->call([&](ConstrainedHost& part, PartReport* own) { part.find_positions(step, own); },
+                 [&](ConstrainedHost& part, PartReport* own) { part.write_positions(step, own); });
+  if (report.outcome.ok()) self->write_supports(step.wanted);
   return report;
 }
 
 ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
-  const QuietTraps quiet;
-  Implementation& self = live(implementation_, "Constrainer");
-  const std::size_t n = self.num_points();
-  check_number(step.step, "step");
-  check_number(step.time, "time");
-  require_array(step.positions, n, "positions");
-  require_array(step.velocities, n, "velocities");
-  self.check(step.wanted);
-
-  ConstraintReport report;
-  if (report.outcome = self.stand_at(step.positions, step.time); !report.outcome.ok()) return report;
-  // Small is what is small beside the velocities of this call.
-  double speed = self.transfer.gather(step.velocities, self.v.data());
-  if (self.work.constraints.depends_on_time()) {
-    self.work.set_time(step.time);
-    speed = larger(speed, self.linearization.evaluate_rates(self.place.r.data(), self.v.data(), self.rows.data()));
-  }
-  const bool sums_multipliers = step.measures || ConstrainedHost::wants_multipliers(step.wanted);
-  if (sums_multipliers) std::fill(self.sum.begin(), self.sum.end(), 0.0);
-  self.multipliers = self.sum.data();
-  ProjectionReport found = self.form.projector().project_velocities(
-      step.time, self.place.r.data(), self.v.data(), sums_multipliers ? self.sum.data() : nullptr, speed);
-  report.outcome = std::move(found.outcome);
-  report.iterations = found.iterations;
-  report.violation = found.violation;
-  if (!report.outcome.ok()) self.place.stands = false;
-  if (self.model.num_rows() > 0 && (step.measures || !report.outcome.ok())) {
-    (void)self.linearization.evaluate_rates(self.place.r.data(), self.v.data(), self.rows.data());
-    report.worst_row = self.user_row(RowSums::worst_row(self.rows));
-  }
+  Call self(implementation_);
+  self->check(step.positions, step.time, step.wanted);
+  require_array(step.velocities, self->num_points(), "velocities");
+  check_finite(step.step, "step");
+  ConstraintReport report =
+      self->call([&](ConstrainedHost& part, PartReport* own) { own->correction = part.find_speed(step, own); });
   if (!report.outcome.ok()) return report;
-  const double factor = step.step != 0.0 ? 2.0 / step.step : 1.0;
-  if (step.measures) {
-    report.virial = self.sums.virial(self.multipliers, factor, self.linearization.blocks().data(), self.place.r.data());
-    report.work = factor * self.support_work(step.step);
-  }
-  self.write(factor, step.wanted);
-  report.correction = self.transfer.scatter(self.v.data(), self.model.num_moving(), step.velocities);
+  const double speed = report.correction;
+  report = self->call([&](ConstrainedHost& part, PartReport* own) { part.find_velocities(step, speed, own); },
+                      [&](ConstrainedHost& part, PartReport* own) { part.write_velocities(step, own); });
+  if (report.outcome.ok()) self->write_supports(step.wanted);
   return report;
 }
 
 // ---- an instant ----
 
 ConstraintReport Constrainer::solve(const HostState& at) {
-  const QuietTraps quiet;
-  Implementation& self = live(implementation_, "Constrainer");
-  const std::size_t n = self.num_points();
-  check_number(at.time, "time");
-  require_array(at.positions, n, "positions");
-  require_array(at.velocities, n, "velocities");
-  require_array(at.forces, n, "forces");
-  check_array(at.accelerations, n, 3, "accelerations");
-  self.check(at.wanted);
-
-  ConstraintReport report;
-  const bool stood = self.gather_place(at.positions, at.time, self.present_cell());
-  const double* const v = self.read(at.velocities, &self.v);
-  ForwardDynamics& dynamics = self.form.dynamics();
-  const Request request{.gradients = stood ? Gradients::Keep : Gradients::Evaluate,
-                        .exact = true,
-                        .forces = self.read(at.forces, &self.f)};
-  report.outcome = dynamics.solve({at.time, self.place.r.data(), v}, request, self.w.data());
-  self.place.stands = report.outcome.ok();
-  report.iterations = dynamics.report().refinements;
-  report.violation = dynamics.report().residual;
+  Call self(implementation_);
+  self->check(at.positions, at.time, at.wanted);
+  require_array(at.velocities, self->num_points(), "velocities");
+  require_array(at.forces, self->num_points(), "forces");
+  check_array(at.accelerations, self->num_points(), 3, "accelerations");
+  ConstraintReport report =
+      self->call([&](ConstrainedHost& part, PartReport* own) { part.find_accelerations(at, own); },
+                 [&](ConstrainedHost& part, PartReport*) { part.write_accelerations(at); });
   if (!report.outcome.ok()) return report;
-  self.multipliers = dynamics.multipliers().data();
-  const double* const blocks = self.linearization.blocks().data();
-  if (at.accelerations) self.transfer.write(self.w.data(), n, at.accelerations);
-  if (at.measures && self.model.num_rows() > 0) {
-    (void)self.linearization.evaluate_right_side(self.place.r.data(), v, self.w.data(), false, self.rows.data());
-    report.worst_row = self.user_row(RowSums::worst_row(self.rows));
-    report.virial = self.sums.virial(self.multipliers, 1.0, blocks, self.place.r.data());
-  }
-  self.write(1.0, at.wanted);
+  self->clear_supports(at.accelerations, 3);
+  self->write_supports(at.wanted);
   return report;
 }
 
 ConstraintReport Constrainer::project_forces(ConstPointArray positions, PointArray forces, double time) {
-  const QuietTraps quiet;
-  Implementation& self = live(implementation_, "Constrainer");
-  const Model& model = self.model;
-  check_number(time, "time");
-  require_array(positions, self.num_points(), "positions");
-  require_array(forces, self.num_points(), "forces");
-  ConstraintReport report;
-  if (report.outcome = self.stand_at(positions, time); !report.outcome.ok()) return report;
-  (void)self.transfer.gather(forces, self.f.data());
-  const double scale = self.work.accelerate(self.f.data(), self.w.data());  // w = M^-1 f
-  std::fill(self.w.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), self.w.end(), 0.0);
-  if (!std::isfinite(scale)) return report.outcome = model.not_finite(time), report;
-  if (model.num_rows() == 0 || scale == 0.0) return report;
-  // S nu = -K'w, w += M^-1 K nu
-  constexpr double target = 1e-15;
-  constexpr int most_corrections = 5;
-  const auto measure = [&] {
-    return self.linearization.apply_transposed(self.w.data(), nullptr, self.rows.data()) / scale;
-  };
-  report.violation = measure();
-  double before = std::numeric_limits<double>::infinity();
-  while (report.violation > target && report.violation < 0.5 * before && report.iterations < most_corrections) {
-    self.linearization.correct_conjugately(report.iterations == 0, self.rows.data(), self.w.data());
-    before = report.violation;
-    report.violation = measure();
-    ++report.iterations;
-  }
-  report.worst_row = self.user_row(RowSums::worst_row(self.rows));
-  for (std::size_t k = 0; k < 3 * model.num_moving(); ++k) self.w[k] *= model.mass[k / 3];
-  report.correction = self.transfer.scatter(self.w.data(), model.num_moving(), forces);
-  return report;
+  Call self(implementation_);
+  self->check(positions, time);
+  require_array(forces, self->num_points(), "forces");
+  return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_forces(positions, forces, time, own); },
+                    [&](ConstrainedHost& part, PartReport* own) { part.write_forces(forces, own); });
 }
 
 ConstraintReport Constrainer::project_positions(PointArray positions, double time) {
-  const QuietTraps quiet;
-  Implementation& self = live(implementation_, "Constrainer");
-  check_number(time, "time");
-  require_array(positions, self.num_points(), "positions");
-  self.place.stands = false;
-  self.gather_moved(positions);
-  NearestPoint nearest(self.work, self.linearization, self.form.projector());
-  ProjectionReport found = nearest.find(time, self.r.data());
-  ConstraintReport report{
-      .outcome = std::move(found.outcome), .iterations = found.iterations, .violation = found.violation};
-  if (self.model.num_rows() > 0) self.note_worst_position(&report);
-  if (report.outcome.ok()) report.correction = self.scatter_moved(positions);
-  return report;
+  Call self(implementation_);
+  self->check(positions, time);
+  return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_nearest(positions, time, own); },
+                    [&](ConstrainedHost& part, PartReport* own) { part.write_nearest(positions, own); });
 }
 
 // ---- questions ----
 
 LogDeterminant Constrainer::log_det(ConstPointArray positions, PointArray gradient, double time) {
-  const QuietTraps quiet;
-  Implementation& self = live(implementation_, "Constrainer");
-  check_number(time, "time");
-  require_array(positions, self.num_points(), "positions");
-  check_array(gradient, self.num_points(), 3, "gradient");
-  if (!self.determinant) self.determinant = std::make_unique<SchurDeterminant>(self.work);
-  if (gradient && !self.determinant->has_gradient())
-    throw InputError("", "the gradient of log_det is known for rods alone; there are other constraints");
-  LogDeterminant result;
-  if (result.outcome = self.stand_at(positions, time); !result.outcome.ok()) return result;
-  const double* const blocks = self.linearization.blocks().data();
-  result.value = self.determinant->evaluate(blocks);
-  if (!std::isfinite(result.value)) {
-    result.outcome = {Status::Singular, self.work.name_row(self.determinant->dependent_row()) +
-                                            " depends on other rows: S has no logarithm of its determinant"};
-    return result;
+  Call self(implementation_);
+  self->check(positions, time);
+  check_array(gradient, self->num_points(), 3, "gradient");
+  LogDeterminant sum;
+  for (std::size_t k = 0; k < self->size(); ++k) {
+    LogDeterminant own = (*self)[k].find_log_det(positions, static_cast<bool>(gradient), time);
+    sum.value += own.value;
+    if (own.outcome.ok() || !sum.outcome.ok()) continue;
+    sum.outcome = {own.outcome.status, self->with_names(k, own.outcome.what)};
   }
-  if (!gradient) return result;
-  self.determinant->write_gradient(blocks, self.sums.lengths().data(), self.eta.data());
-  self.transfer.write(self.eta.data(), self.num_points(), gradient);
-  return result;
+  if (!gradient || !sum.outcome.ok()) return sum;
+  self->clear_supports(gradient, 3);
+  for (std::size_t k = 0; k < self->size(); ++k) {
+    ConstrainedHost& part = (*self)[k];
+    part.write_gradient(gradient);
+    part.add_to_supports(gradient);
+  }
+  return sum;
 }
 
 ConstraintReport Constrainer::violation(ConstPointArray positions, double time) {
-  const QuietTraps quiet;
-  Implementation& self = live(implementation_, "Constrainer");
-  check_number(time, "time");
-  require_array(positions, self.num_points(), "positions");
-  self.gather_moved(positions);
-  ConstraintReport report;
-  report.violation = self.work.position_violation(time, self.r.data());
-  self.note_worst_position(&report);
-  return report;
+  Call self(implementation_);
+  self->check(positions, time);
+  return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_violation(positions, time, own); });
 }
 
 RankReport Constrainer::rank(ConstPointArray positions, double time) {
-  const QuietTraps quiet;
-  Implementation& self = live(implementation_, "Constrainer");
-  check_number(time, "time");
-  require_array(positions, self.num_points(), "positions");
-  (void)self.stand_at(positions, time);
-  self.place.stands = false;
-  return self.forms.rank(self.place.r.data(), true);
+  Call self(implementation_);
+  self->check(positions, time);
+  return self->find_rank(positions, time);
+}
+
+double Constrainer::removed_degrees_of_freedom(ConstPointArray positions, std::span<const std::uint8_t> flags,
+                                               double time) {
+  Call self(implementation_);
+  self->check(positions, time);
+  check_size(flags.size(), self->num_points(), "flags");
+  std::vector<char> counts(self->inventory().num_rows(), 1);
+  for (const RowDependence& dependence : self->find_rank(positions, time).dependences) counts[dependence.row] = 0;
+  const HostPoints& points = self->points();
+  double result = 0.0;
+  for (std::size_t row = 0; row < counts.size(); ++row) {
+    if (counts[row] == 0) continue;
+    double moving = 0.0, flagged = 0.0;
+    for (const Index point : self->inventory().points(self->inventory().id_of_row(row))) {
+      if (points.is_support(point)) continue;
+      moving += 1.0;
+      flagged += flags[static_cast<std::size_t>(points.host_point[static_cast<std::size_t>(point)])] != 0 ? 1.0 : 0.0;
+    }
+    result += flagged / moving;
+  }
+  return result;
 }
 
 }  // namespace tanor

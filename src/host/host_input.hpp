@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -8,18 +10,41 @@
 #include <tanor/constrainer.hpp>
 
 #include "base/text.hpp"
+#include "host/host_parts.hpp"
 
 /// \file What a host hands over, checked. Complaints are InputErrors.
 namespace tanor {
 
-/// The host's masses and positions as a System; points of infinite mass are supports.
-System make_system(std::span<const double> masses, std::vector<Constraint> constraints, const ConstPointArray& at);
+/// The host's points, whose numbers are its own.
+HostPoints make_points(std::span<const double> masses, const ConstPointArray& at);
+
+/// The constraints on the points as the host numbers them: what is checked, and what messages speak of.
+System make_system(const HostPoints& points, std::vector<Constraint> constraints);
+
+/// Throws where the group, on the host's points, could not be added.
+void check_group(const HostParts& parts, const Constraint& group, std::size_t num_images);
+
+/// Parts := the group on the host's points. "initial" becomes the numbers that it has, and `images` [row] those of each
+/// member.
+ConstraintId add_group(Constraint group, std::vector<std::array<int, 3>> images, HostParts* parts);
+
+/// Throws unless a point may have this mass instead of `before`; infinite is a support.
+void check_mass(double mass, std::optional<double> before, std::size_t point);
+
+/// The numbers of points that are from[i], see Constrainer::renumber.
+std::vector<Index> check_numbers(const HostParts& parts, std::span<const std::int64_t> from,
+                                 std::span<const double> masses);
+
+inline void check_size(std::size_t size, std::size_t wanted, const char* name) {
+  if (size == wanted) return;
+  throw InputError(
+      "", std::string(name) + " has " + std::to_string(size) + " numbers; " + std::to_string(wanted) + " are needed");
+}
 
 template <class Number>
 void check_array(const BasicPointArray<Number>& array, std::size_t num_points, std::size_t width, const char* name) {
-  if (!array || array.index != nullptr || array.size >= width * num_points) return;
-  throw InputError("", std::string(name) + " has " + std::to_string(array.size) + " numbers; " +
-                           std::to_string(width * num_points) + " are needed");
+  if (array && array.index == nullptr && array.size < width * num_points)
+    check_size(array.size, width * num_points, name);
 }
 
 template <class Number>
@@ -28,7 +53,7 @@ void require_array(const BasicPointArray<Number>& array, std::size_t num_points,
   check_array(array, num_points, 3, name);
 }
 
-inline void check_number(double number, const char* name) {
+inline void check_finite(double number, const char* name) {
   if (!std::isfinite(number)) throw InputError("", std::string(name) + " = " + text(number) + " is not a number");
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <type_traits>
 
 #include "host/point_norms.hpp"
@@ -15,12 +16,24 @@ using tanor_kernels::largest_square, tanor_kernels::largest_squared_distance;
 namespace {
 
 constexpr std::size_t piece = 128;  // points
+constexpr std::size_t ahead = 16;   // points that are fetched before they are needed, where their places jump
 constexpr std::size_t bytes_of_point = 3 * sizeof(double);
 
 }  // namespace
 
 PointTransfer::PointTransfer(const Numbering& numbering, const Parallel& parallel)
-    : numbering_(numbering), parallel_(parallel) {}
+    : numbering_(numbering), parallel_(parallel) {
+  std::vector<Index> same(numbering.num_points());
+  std::iota(same.begin(), same.end(), 0);
+  set_points(same);
+}
+
+void PointTransfer::set_points(std::span<const Index> of_system) {
+  host_point_.clear();
+  for (const Index point : numbering_.user_point) host_point_.push_back(of_system[static_cast<std::size_t>(point)]);
+  const auto does_not_follow = [](Index a, Index b) { return b != a + 1; };
+  is_natural_ = std::ranges::adjacent_find(host_point_, does_not_follow) == host_point_.end();
+}
 
 template <class Number, class At>
 void PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t width, std::size_t first, std::size_t count,
@@ -28,14 +41,18 @@ void PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t widt
   using Byte = std::conditional_t<std::is_const_v<Number>, const std::byte, std::byte>;
   Byte* const bytes = reinterpret_cast<Byte*>(array.data);
   const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
-  const Index* const user_point = numbering_.user_point.data();
+  const Index* const host_point = host_point_.data();
   const auto go = [&](const auto& number_of) {
-    for (std::size_t i = first; i < first + count; ++i) at(i, bytes + number_of(i) * stride);
+    const std::size_t last = host_point_.size() - 1;
+    for (std::size_t i = first; i < first + count; ++i) {
+      __builtin_prefetch(bytes + number_of(std::min(i + ahead, last)) * stride);
+      at(i, bytes + number_of(i) * stride);
+    }
   };
   if (array.index != nullptr)
-    go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[user_point[i]]); });
+    go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[host_point[i]]); });
   else
-    go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(user_point[i]); });
+    go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(host_point[i]); });
 }
 
 template <class Piece>
@@ -51,7 +68,8 @@ double PointTransfer::largest(std::size_t count, const Piece& of_piece) const {
 const double* PointTransfer::straight(const ConstPointArray& array) const {
   const bool is_packed = array.stride == 0 || array.stride == static_cast<std::ptrdiff_t>(3 * sizeof(double));
   const bool is_aligned = reinterpret_cast<std::uintptr_t>(array.data) % alignof(double) == 0;
-  return numbering_.is_natural && is_packed && is_aligned && array.index == nullptr ? array.data : nullptr;
+  if (!is_natural_ || !is_packed || !is_aligned || array.index != nullptr) return nullptr;
+  return array.data + (host_point_.empty() ? 0 : 3 * static_cast<std::ptrdiff_t>(host_point_[0]));
 }
 
 /// Some of the host's points, one after the other: where they are, or in `scratch`. A host's numbers may stand at any
@@ -65,8 +83,8 @@ const double* PointTransfer::load(const ConstPointArray& array, std::size_t firs
 }
 
 void PointTransfer::store(const double* from, std::size_t first, std::size_t count, const PointArray& array) const {
-  if (straight(array) != nullptr) {
-    std::memcpy(array.data + 3 * first, from, bytes_of_point * count);
+  if (const double* const there = straight(array)) {
+    std::memcpy(const_cast<double*>(there) + 3 * first, from, bytes_of_point * count);
     return;
   }
   visit(array, 3, first, count,
@@ -119,11 +137,23 @@ double PointTransfer::add(const double* moves, std::size_t count, const PointArr
   }));
 }
 
-void PointTransfer::scatter_tensors(const double* from, const PointArray& to) const {
-  parallel_.for_ranges(numbering_.num_points(), [&](std::size_t begin, std::size_t end) {
+void PointTransfer::scatter_tensors(const double* from, std::size_t count, const PointArray& to) const {
+  parallel_.for_ranges(count, [&](std::size_t begin, std::size_t end) {
     visit(to, 9, begin, end - begin,
           [&](std::size_t i, std::byte* point) { std::memcpy(point, from + 9 * i, 9 * sizeof(double)); });
   });
+}
+
+void PointTransfer::add_last(const double* from, std::size_t first, std::size_t width, const PointArray& to) const {
+  const auto stride = to.stride != 0 ? to.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
+  for (std::size_t i = first; i < host_point_.size(); ++i) {
+    const Index number = to.index != nullptr ? to.index[host_point_[i]] : host_point_[i];
+    std::byte* const point = reinterpret_cast<std::byte*>(to.data) + number * stride;
+    double sum[9];
+    std::memcpy(sum, point, width * sizeof(double));
+    for (std::size_t k = 0; k < width; ++k) sum[k] += from[width * i + k];
+    std::memcpy(point, sum, width * sizeof(double));
+  }
 }
 
 }  // namespace tanor

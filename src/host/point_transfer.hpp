@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
+#include <vector>
 
 #include <tanor/constrainer.hpp>
 
@@ -12,8 +14,10 @@ namespace tanor {
 /// The way between the arrays of a host and arrays in the inner order.
 class PointTransfer {
  public:
-  /// Both outlive the transfer.
+  /// Both outlive the transfer. The host's points are those of the system, until `set_points`.
   PointTransfer(const Numbering& numbering, const Parallel& parallel);
+  /// The host's number of each point of the system, in the system's order.
+  void set_points(std::span<const Index> of_system);
 
   /// The host's array where it has the inner order already, packed; null: it has not.
   const double* straight(const ConstPointArray& array) const;
@@ -27,8 +31,12 @@ class PointTransfer {
   void write(const double* from, std::size_t count, const PointArray& to) const;
   /// The host's points += moves [3n], likewise; returns the largest |move|.
   double add(const double* moves, std::size_t count, const PointArray& to) const;
-  /// The host's points := from [9n], nine numbers each.
-  void scatter_tensors(const double* from, const PointArray& to) const;
+  /// The host's points := from [9n], nine numbers each, likewise.
+  void scatter_tensors(const double* from, std::size_t count, const PointArray& to) const;
+  /// The host's points += from [width n], `width` numbers each, for the inner points from `first` on.
+  void add_last(const double* from, std::size_t first, std::size_t width, const PointArray& to) const;
+  /// The host's number of an inner point.
+  Index host_point(std::size_t inner) const { return host_point_[inner]; }
 
  private:
   /// at(i, address of the host's point) for the inner points [first, first + count).
@@ -44,6 +52,8 @@ class PointTransfer {
 
   const Numbering& numbering_;
   const Parallel& parallel_;
+  std::vector<Index> host_point_;  // [inner point]
+  bool is_natural_ = false;        // the inner order is the host's, from its point `host_point_[0]` on
 };
 
 }  // namespace tanor

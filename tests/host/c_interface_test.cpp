@@ -81,9 +81,12 @@ TEST(CInterface, HasTheBitsOfTheConstrainer) {
   ASSERT_EQ(tn_log_det(handle.get(), {host.r.data(), 0, nullptr}, &value, {c_gradient.data(), 0, nullptr}), TN_OK);
   EXPECT_EQ(value, constrainer.log_det(host.r, gradient).value);
   EXPECT_EQ(c_gradient, gradient);
-  std::size_t removed = 0;
-  ASSERT_EQ(tn_removed_dof(handle.get(), {host.r.data(), 0, nullptr}, &removed), TN_OK);
-  EXPECT_EQ(removed, 4U);
+  double removed = 0.0;
+  ASSERT_EQ(tn_removed_dof(handle.get(), {host.r.data(), 0, nullptr}, nullptr, &removed), TN_OK);
+  EXPECT_EQ(removed, 4.0);
+  const std::array<std::uint8_t, 4> tail{0, 0, 0, 1};
+  ASSERT_EQ(tn_removed_dof(handle.get(), {host.r.data(), 0, nullptr}, tail.data(), &removed), TN_OK);
+  EXPECT_EQ(removed, 0.5);
 }
 
 /// A caller whose structs are shorter, as those of an older header.
@@ -150,15 +153,17 @@ TEST(CInterface, RodsMayBeAddedAfterAStep) {
       tn_constrain_velocities(handle.get(), 0.0, {host.r.data(), 0, nullptr}, {v.data(), 0, nullptr}, nullptr, nullptr),
       TN_OK);
   const std::array<std::int32_t, 2> one_more{0, 3};
-  std::size_t row = 0;
+  std::int64_t id = -1;
 
-  ASSERT_EQ(tn_add_rods(handle.get(), 1, one_more.data(), nullptr, nullptr, &row), TN_OK)
-      << tn_last_error(handle.get());
+  ASSERT_EQ(tn_add_rods(handle.get(), 1, one_more.data(), nullptr, nullptr, &id), TN_OK) << tn_last_error(handle.get());
   ASSERT_EQ(
       tn_constrain_velocities(handle.get(), 0.0, {host.r.data(), 0, nullptr}, {v.data(), 0, nullptr}, nullptr, nullptr),
       TN_OK);
 
+  std::size_t row = 0, count = 0;
+  ASSERT_EQ(tn_rows(handle.get(), id, &row, &count), TN_OK);
   EXPECT_EQ(row, 4U);
+  EXPECT_EQ(count, 1U);
   EXPECT_EQ(tn_num_rows(handle.get()), 5U);
   double rate = 0.0;
   for (std::size_t d = 0; d < 3; ++d) rate += (host.r[9 + d] - host.r[d]) * (v[9 + d] - v[d]);
@@ -168,6 +173,74 @@ TEST(CInterface, RodsMayBeAddedAfterAStep) {
   EXPECT_STREQ(name.data(), "rod1[0]");
   ASSERT_EQ(tn_row_name(handle.get(), 4, name.data(), 4), TN_OK);
   EXPECT_STREQ(name.data(), "rod");
+}
+
+/// Every kind and every edit, beside the same in C++.
+TEST(CInterface, EditsAreThoseOfTheConstrainer) {
+  const Tailed host;
+  const Handle handle = host.make_handle();
+  tn_system* const system = handle.get();
+  Constrainer constrainer = host.make_constrainer();
+  const tn_const_points x{host.r.data(), 0, nullptr};
+  const double* const r = host.r.data();
+
+  std::array<std::int64_t, 2> ids{};
+  const std::array<std::int32_t, 3> corner{0, 1, 3};
+  ASSERT_EQ(tn_add(system, TN_ANGLE, 1, corner.data(), nullptr, ids.data()), TN_OK) << tn_last_error(system);
+  EXPECT_EQ(ids[0], constrainer.add(Angles{{}, {{0, 1, 3}}, {}}));
+  const std::array<std::int32_t, 2> held{3, 0};
+  const std::array<double, 8> planes{0, 0, 1, r[11], 0, 2, 0, 2 * r[1]};
+  ASSERT_EQ(tn_add(system, TN_PLANE, 2, held.data(), planes.data(), ids.data()), TN_OK) << tn_last_error(system);
+  (void)constrainer.add(Planes{{}, {3}, Vector3{0, 0, 1}, r[11]});
+  EXPECT_EQ(ids[1], constrainer.add(Planes{{}, {0}, Vector3{0, 2, 0}, 2 * r[1]}));
+  std::size_t first = 0, count = 0;
+  ASSERT_EQ(tn_rows(system, ids[1], &first, &count), TN_OK);
+  EXPECT_EQ(first, 6U);
+  EXPECT_EQ(count, 1U);
+  const std::int64_t tail = 3;
+  ASSERT_EQ(tn_remove(system, 1, &tail), TN_OK);
+  constrainer.remove({&tail, 1});
+  const double length = std::hypot(r[3], r[4], r[5]) * (1.0 + 1e-10), rate = 0.01, mass = 2.5;
+  const std::int64_t rod = 0;
+  const std::int32_t point = 2;
+  ASSERT_EQ(tn_set_lengths(system, 1, &rod, &length, &rate), TN_OK);
+  constrainer.set_lengths({&rod, 1}, {&length, 1}, {&rate, 1});
+  ASSERT_EQ(tn_set_masses(system, 1, &point, &mass), TN_OK);
+  constrainer.set_masses({&point, 1}, {&mass, 1});
+  std::size_t islands = 0;
+  ASSERT_EQ(tn_plan(system, &islands), TN_OK) << tn_last_error(system);
+  EXPECT_EQ(islands, constrainer.update_plan());
+
+  std::vector<double> v = host.v, c_v = host.v;
+  ASSERT_TRUE(constrainer.constrain_velocities({.positions = host.r, .velocities = v}).outcome.ok());
+  ASSERT_EQ(tn_constrain_velocities(system, 0.0, x, {c_v.data(), 0, nullptr}, nullptr, nullptr), TN_OK);
+  EXPECT_EQ(c_v, v);
+
+  std::size_t size = 0;
+  ASSERT_EQ(tn_save(system, nullptr, &size), TN_OK);
+  std::vector<std::byte> bytes(size);
+  ASSERT_EQ(tn_save(system, bytes.data(), &size), TN_OK);
+  EXPECT_EQ(bytes, constrainer.save());
+  ASSERT_EQ(tn_restore(system, bytes.data(), bytes.size()), TN_OK) << tn_last_error(system);
+  EXPECT_EQ(tn_restore(system, bytes.data(), bytes.size() - 1), TN_EINVAL);
+
+  const std::array<std::int64_t, 5> from{3, 2, 1, 0, -1};
+  const std::array<double, 5> masses{1.5, 2.5, 2.0, 1.0, 7.0};
+  ASSERT_EQ(tn_renumber(system, 5, from.data(), masses.data(), {nullptr, 0, nullptr}), TN_OK) << tn_last_error(system);
+  EXPECT_EQ(tn_num_points(system), 5U);
+}
+
+TEST(CInterface, AddsAllOrNothing) {
+  const Tailed host;
+  const Handle handle = host.make_handle();
+  const std::array<std::int32_t, 2> points{0, 1};
+  const std::array<double, 8> spheres{0, 0, 5, 5, 0, 0, 7, -1};
+  EXPECT_EQ(tn_add(handle.get(), TN_SPHERE, 2, points.data(), spheres.data(), nullptr), TN_EINVAL);
+  EXPECT_NE(std::string(tn_last_error(handle.get())).find("radius"), std::string::npos) << tn_last_error(handle.get());
+  EXPECT_EQ(tn_num_rows(handle.get()), 4U);
+  EXPECT_EQ(tn_add(handle.get(), static_cast<tn_kind>(7), 1, points.data(), nullptr, nullptr), TN_EINVAL);
+  EXPECT_EQ(tn_remove(handle.get(), 1, nullptr), TN_EINVAL);
+  EXPECT_STREQ(tn_last_error(handle.get()), "ids is a null pointer");
 }
 
 /// The first rod crosses the face x = 0; given images say the same as nearest ones.

@@ -1,0 +1,195 @@
+/// \file The calls of a Constrainer on one of its parts.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "dynamics/nearest_point.hpp"
+#include "host/constrained_host.hpp"
+
+namespace tanor {
+
+// ---- a step ----
+
+void ConstrainedHost::find_positions(const PositionStep& step, PartReport* report) {
+  const double start = step.time - step.step;
+  if (report->outcome = stand_at(step.old_positions, start, step.old_cell); !report->outcome.ok()) return;
+  if (report->outcome = check_place(); !report->outcome.ok()) return;
+  ProjectionReport found = step_positions(step);
+  if (!found.outcome.ok()) {
+    // The guess may have come from another motion.
+    form.steps().forget_steps();
+    if (report->outcome = linearization.update(start, place.r.data()); report->outcome.ok())
+      found = step_positions(step);
+  }
+  report->outcome = std::move(found.outcome);
+  report->iterations = found.iterations;
+  report->violation = found.violation;
+  if (!report->outcome.ok()) {
+    place.stands = false;
+    note_worst_position(report);
+    return;
+  }
+  multipliers = form.steps().sum().data();
+  // Where K lost rank it stands elsewhere now, and the multipliers are not known.
+  place.stands = model.num_rows() == 0 || std::isfinite(multipliers[0]);
+  if (step.measures) measure_step(step, report);
+}
+
+void ConstrainedHost::write_positions(const PositionStep& step, PartReport* report) {
+  write(2.0 / step.step, step.wanted);  // the multipliers are a sum over h
+  report->correction = scatter_moved(step.positions);
+  if (step.velocities) transfer.write(v.data(), model.num_moving(), step.velocities);
+}
+
+double ConstrainedHost::find_speed(const VelocityStep& step, PartReport* report) {
+  if (report->outcome = stand_at(step.positions, step.time); !report->outcome.ok()) return 0.0;
+  // Small is what is small beside the velocities of this call.
+  const double speed = transfer.gather(step.velocities, v.data());
+  if (!work.constraints.depends_on_time()) return speed;
+  work.set_time(step.time);
+  return larger(speed, linearization.evaluate_rates(place.r.data(), v.data(), rows.data()));
+}
+
+void ConstrainedHost::find_velocities(const VelocityStep& step, double speed, PartReport* report) {
+  const bool sums_multipliers = step.measures || wants_multipliers(step.wanted);
+  if (sums_multipliers) std::fill(sum.begin(), sum.end(), 0.0);
+  multipliers = sum.data();
+  ProjectionReport found = form.projector().project_velocities(step.time, place.r.data(), v.data(),
+                                                               sums_multipliers ? sum.data() : nullptr, speed);
+  report->outcome = std::move(found.outcome);
+  report->iterations = found.iterations;
+  report->violation = found.violation;
+  if (!report->outcome.ok()) place.stands = false;
+  if (model.num_rows() > 0 && (step.measures || !report->outcome.ok())) {
+    (void)linearization.evaluate_rates(place.r.data(), v.data(), rows.data());
+    const std::size_t row = RowSums::worst_row(rows);
+    note_worst(row, std::abs(rows[row]), report);
+  }
+  if (!report->outcome.ok() || !step.measures) return;
+  const double factor = step.step != 0.0 ? 2.0 / step.step : 1.0;
+  report->virial = sums.virial(multipliers, factor, linearization.blocks().data(), place.r.data());
+  report->work = factor * support_work(step.step);
+}
+
+void ConstrainedHost::write_velocities(const VelocityStep& step, PartReport* report) {
+  write(step.step != 0.0 ? 2.0 / step.step : 1.0, step.wanted);
+  report->correction = transfer.scatter(v.data(), model.num_moving(), step.velocities);
+}
+
+// ---- an instant ----
+
+void ConstrainedHost::find_accelerations(const HostState& at, PartReport* report) {
+  const bool stood = gather_place(at.positions, at.time, present_cell());
+  const double* const velocities = read(at.velocities, &v);
+  ForwardDynamics& dynamics = form.dynamics();
+  const Request request{
+      .gradients = stood ? Gradients::Keep : Gradients::Evaluate, .exact = true, .forces = read(at.forces, &f)};
+  SolveReport solved;
+  report->outcome = dynamics.solve({at.time, place.r.data(), velocities}, request, {w.data(), nullptr, &solved});
+  place.stands = report->outcome.ok();
+  report->iterations = solved.refinements;
+  report->violation = solved.residual;
+  if (!report->outcome.ok()) return;
+  multipliers = dynamics.multipliers().data();
+  if (!at.measures || model.num_rows() == 0) return;
+  (void)linearization.evaluate_right_side(place.r.data(), velocities, w.data(), false, rows.data());
+  const std::size_t row = RowSums::worst_row(rows);
+  note_worst(row, std::abs(rows[row]), report);
+  report->virial = sums.virial(multipliers, 1.0, linearization.blocks().data(), place.r.data());
+}
+
+void ConstrainedHost::write_accelerations(const HostState& at) {
+  if (at.accelerations) transfer.write(w.data(), model.num_moving(), at.accelerations);
+  write(1.0, at.wanted);
+}
+
+void ConstrainedHost::find_forces(const ConstPointArray& positions, const PointArray& forces, double time,
+                                  PartReport* report) {
+  if (report->outcome = stand_at(positions, time); !report->outcome.ok()) return;
+  (void)transfer.gather(forces, f.data());
+  const double scale = work.accelerate(f.data(), w.data());  // w = M^-1 f
+  std::fill(w.begin() + static_cast<std::ptrdiff_t>(3 * model.num_moving()), w.end(), 0.0);
+  if (!std::isfinite(scale)) {
+    report->outcome = model.not_finite(time);
+    return;
+  }
+  if (model.num_rows() == 0 || scale == 0.0) return;
+  // S nu = -K'w, w += M^-1 K nu
+  constexpr double target = 1e-15;
+  constexpr int most_corrections = 5;
+  const auto measure = [&] { return linearization.apply_transposed(w.data(), nullptr, rows.data()) / scale; };
+  report->violation = measure();
+  double last = std::numeric_limits<double>::infinity();
+  while (report->violation > target && report->violation < 0.5 * last && report->iterations < most_corrections) {
+    linearization.correct_conjugately(report->iterations == 0, rows.data(), w.data());
+    last = report->violation;
+    report->violation = measure();
+    ++report->iterations;
+  }
+  const std::size_t row = RowSums::worst_row(rows);
+  note_worst(row, std::abs(rows[row]), report);
+}
+
+void ConstrainedHost::write_forces(const PointArray& forces, PartReport* report) {
+  if (report->iterations == 0) return;  // they are right as they are
+  for (std::size_t k = 0; k < 3 * model.num_moving(); ++k) w[k] *= model.mass[k / 3];
+  report->correction = transfer.scatter(w.data(), model.num_moving(), forces);
+}
+
+void ConstrainedHost::find_nearest(const PointArray& positions, double time, PartReport* report) {
+  place.stands = false;
+  gather_moved(positions);
+  NearestPoint nearest(work, linearization, form.projector());
+  ProjectionReport found = nearest.find(time, r.data());
+  report->outcome = std::move(found.outcome);
+  report->iterations = found.iterations;
+  report->violation = found.violation;
+  note_worst_position(report);
+}
+
+void ConstrainedHost::write_nearest(const PointArray& positions, PartReport* report) {
+  report->correction = scatter_moved(positions);
+}
+
+// ---- questions ----
+
+void ConstrainedHost::find_violation(const ConstPointArray& positions, double time, PartReport* report) {
+  gather_moved(positions);
+  report->violation = work.position_violation(time, r.data());
+  note_worst_position(report);
+}
+
+LogDeterminant ConstrainedHost::find_log_det(const ConstPointArray& positions, bool with_gradient, double time) {
+  if (!determinant) determinant = std::make_unique<SchurDeterminant>(work);
+  if (with_gradient && !determinant->has_gradient())
+    throw InputError("", "the gradient of log_det is known for rods alone; there are other constraints");
+  LogDeterminant result;
+  if (result.outcome = stand_at(positions, time); !result.outcome.ok()) return result;
+  const double* const blocks = linearization.blocks().data();
+  result.value = determinant->evaluate(blocks);
+  if (!std::isfinite(result.value)) {
+    result.outcome = {Status::Singular, work.name_row(determinant->dependent_row()) +
+                                            " depends on other rows: S has no logarithm of its determinant"};
+    return result;
+  }
+  if (with_gradient) determinant->write_gradient(blocks, sums.lengths().data(), eta.data());
+  return result;
+}
+
+void ConstrainedHost::write_gradient(const PointArray& gradient) {
+  transfer.write(eta.data(), model.num_moving(), gradient);
+}
+
+void ConstrainedHost::add_to_supports(const PointArray& gradient) const {
+  transfer.add_last(eta.data(), model.num_moving(), 3, gradient);
+}
+
+RankReport ConstrainedHost::find_rank(const ConstPointArray& positions, double time) {
+  (void)stand_at(positions, time);
+  place.stands = false;
+  return forms.rank(place.r.data(), true);
+}
+
+}  // namespace tanor
