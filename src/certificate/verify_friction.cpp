@@ -232,7 +232,7 @@ void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
 void Verifier::verify_friction_by_blocks() {
   constexpr int most_iterations = 60;
   FrictionBlocks blocks{};
-  if (forms_.normal->linearization().rank_factor().is_compliant()) {
+  if (answer_.friction.sticking_is_indeterminate) {
     blocks.outcome = {Status::NotUnique, "contacts that stick share their load by convention"};
   } else if (const std::string contact = forms_.normal->find_undetermined_reaction(); !contact.empty()) {
     // Each way takes a share of its own.
@@ -240,7 +240,7 @@ void Verifier::verify_friction_by_blocks() {
                       "constraints that depend on each other share the reaction of " + contact + " by convention"};
   } else if (rcond_of_S_ <= 10.0 * eps) {
     blocks.outcome = {Status::NotUnique, "S is singular to rounding: how a load is shared is a convention"};
-  } else if (friction.contraction < 1.0) {
+  } else if (answer_.friction.contraction < 1.0) {
     blocks.outcome =
         iterate_friction_blocks(*forms_.normal, work_, {answer_.t, answer_.r, answer_.v}, most_iterations, &blocks);
   } else {

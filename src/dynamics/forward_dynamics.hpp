@@ -40,7 +40,7 @@ class ForwardDynamics {
                 const AccelerationOutput& to);
 
   // Of the last solve.
-  int refinements() const { return report_.refinements; }
+  const SolveReport& report() const { return report_; }
   const std::vector<double>& multipliers() const { return lambda_; }  ///< lambda [d]
   std::vector<double>& multipliers() { return lambda_; }              ///< where iterations of friction begin
   /// eta = K lambda [3n] (23) of the user's constraints; of supports: what the constraints do there.

@@ -41,7 +41,7 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, std::spa
   if (w != coefficients[2]) std::copy(w, w + size, coefficients[2]);
   for (std::size_t i = 0; i < size; ++i) coefficients[2][i] *= 0.5;
   // As many as w took.
-  const int passes = 1 + dynamics_.refinements();
+  const int passes = 1 + dynamics_.report().refinements;
   if (path_series_ != nullptr) {
     *smooth_until = std::numeric_limits<double>::infinity();
     const Stopwatch watch(&work_.times.solve);

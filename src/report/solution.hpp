@@ -9,6 +9,7 @@
 #include <tanor/dynamics.hpp>
 
 #include "report/array_writer.hpp"
+#include "report/shared_parts.hpp"
 
 namespace tanor::report {
 

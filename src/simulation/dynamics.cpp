@@ -383,7 +383,7 @@ Certificate Dynamics::certify(const StateView& at) {
   self.stands_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
   self.forms.main->friction_forces(tau.data());
-  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau});
+  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau, self.report.friction});
 }
 
 ProjectionReport Dynamics::project_positions(const MutableState& state) {

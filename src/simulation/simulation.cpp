@@ -245,7 +245,9 @@ struct Simulation::Implementation {
   Certificate certify() {
     const Look look(this);
     std::vector<double> at_a(form.size());
-    Outcome found = form.accelerations(state.at(), integration.request(Gradients::Evaluate), at_a.data());
+    SolveReport solved;
+    Outcome found =
+        form.accelerations(state.at(), integration.request(Gradients::Evaluate), {at_a.data(), nullptr, &solved});
     if (!found.ok()) return make_failed_certificate(found);
     form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), points.r.data(), points.v.data(),
                       points.w.data());
@@ -253,7 +255,7 @@ struct Simulation::Implementation {
     found = forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
     forms.main->friction_forces(at_tau.data());
-    return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau});
+    return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
   }
 
   /// Accelerations and multipliers at the state itself, after steps that left others behind.
