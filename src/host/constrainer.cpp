@@ -159,9 +159,10 @@ ConstraintId Constrainer::add(Constraint group, ConstPointArray at, std::vector<
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Constrainer");
   check_array(at, self.num_points(), 3, "positions");
+  const Rods* const rods = std::get_if<Rods>(&group);
   if (at)
     self.set_positions(at);
-  else
+  else if (rods == nullptr || rods->length.is_initial())  // rods of known lengths may be anywhere
     self.read_positions();
   check_group(self, group, images.size());
   return add_group(std::move(group), std::move(images), &self);
