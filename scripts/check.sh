@@ -30,7 +30,7 @@ sanitize() {
 
 mapfile -t sources < <(git ls-files --cached --others --exclude-standard -- '*.hpp' '*.cpp' '*.h')
 
-scripts/install_packages library program test check
+scripts/install_packages library program test python check
 
 if [[ ${1:-} == --format ]]; then
   exec clang-format -i "${sources[@]}"

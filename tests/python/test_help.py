@@ -1,0 +1,68 @@
+"""Whoever asks help() is answered, and docs/python.md is true."""
+
+import dataclasses
+import inspect
+import os
+import pathlib
+import pickle
+import re
+import unittest
+
+import tanor
+
+
+class Help(unittest.TestCase):
+    def test_every_public_name_and_member_has_a_text(self):
+        silent = []
+        for name in tanor.__all__:
+            thing = getattr(tanor, name)
+            if not (thing.__doc__ or "").strip():
+                silent.append(name)
+            if not inspect.isclass(thing) or dataclasses.is_dataclass(thing):
+                continue
+            for member, value in vars(thing).items():
+                # The first line of a compiled function's text is its signature.
+                text = (getattr(value, "__doc__", None) or "").strip()
+                own = text if isinstance(value, property) else text.partition("\n")[2].strip()
+                if not member.startswith("_") and (callable(value) or isinstance(value, property)) and not own:
+                    silent.append(f"{name}.{member}")
+        self.assertEqual(silent, [])
+
+    def test_every_field_of_a_kind_is_told_with_what_it_takes(self):
+        untold = []
+        for name in tanor.__all__:
+            thing = getattr(tanor, name)
+            if inspect.isclass(thing) and dataclasses.is_dataclass(thing):
+                untold += [f"{name}.{field.name}" for field in dataclasses.fields(thing)
+                           if not re.search(rf"^\s*{field.name}\b.*\w", thing.__doc__, re.MULTILINE)]
+        self.assertEqual(untold, [])
+
+    def test_no_text_shows_names_of_the_inside(self):
+        shown = [name for name in tanor.__all__ if inspect.isclass(getattr(tanor, name))
+                 for value in vars(getattr(tanor, name)).values() if "std::" in (getattr(value, "__doc__", None) or "")]
+        self.assertEqual(shown, [])
+
+    def test_all_kinds_of_the_library_are_there(self):
+        kinds = {thing.kind for thing in vars(tanor).values() if inspect.isclass(thing) and hasattr(thing, "kind")}
+        self.assertTrue({"rod", "plane", "sphere", "line", "circle", "angle", "pulley", "linear", "ellipsoid", "helix",
+                         "formula", "gravity", "constant", "spring", "drag", "pair", "coulomb", "viscous", "free",
+                         "chain_angles", "rigid_body"} <= kinds, kinds)
+
+    def test_classes_are_found_by_pickle(self):
+        self.assertIs(pickle.loads(pickle.dumps(tanor.Rods)), tanor.Rods)
+        self.assertIs(pickle.loads(pickle.dumps(tanor.Constrainer)), tanor.Constrainer)
+
+
+class Page(unittest.TestCase):
+    def test_programs_of_the_page_run(self):
+        page = pathlib.Path(os.environ["TANOR_DOCS"], "python.md").read_text(encoding="utf-8")
+        programs = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+        self.assertGreater(len(programs), 1)
+        os.chdir(os.environ["TANOR_EXAMPLES"])
+        for number, program in enumerate(programs):
+            with self.subTest(number=number):
+                exec(compile(program, f"docs/python.md, program {number + 1}", "exec"), {})
+
+
+if __name__ == "__main__":
+    unittest.main()
