@@ -1,10 +1,17 @@
-# OpenMM, where its headers are. ON: they have to be.
+# OpenMM, where its headers are, and a compiler takes them for C++20 (clang 14 does not). ON: they have to be.
 set(TANOR_OPENMM AUTO CACHE STRING "ExactConstraints for OpenMM: ON, OFF, or AUTO, where its headers are found")
 if(TANOR_OPENMM)
   find_package(OpenMM QUIET)
-  if(OpenMM_FOUND AND TANOR_SHARED)
+  if(OpenMM_FOUND)
+    include(CheckCXXSourceCompiles)
+    set(CMAKE_REQUIRED_LIBRARIES OpenMM::OpenMM)
+    check_cxx_source_compiles("#include <OpenMM.h>\nint main() { OpenMM::System system; }" OpenMM_COMPILES)
+    unset(CMAKE_REQUIRED_LIBRARIES)
+  endif()
+  if(OpenMM_COMPILES AND TANOR_SHARED)
     add_subdirectory(src/embed/openmm)
   elseif(NOT TANOR_OPENMM STREQUAL "AUTO")
-    message(FATAL_ERROR "TANOR_OPENMM needs openmm/reference/ReferenceConstraints.h, libOpenMM and TANOR_SHARED")
+    message(FATAL_ERROR "TANOR_OPENMM needs openmm/reference/ReferenceConstraints.h, libOpenMM, a compiler that takes "
+      "its headers for C++20, and TANOR_SHARED")
   endif()
 endif()

