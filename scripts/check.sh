@@ -45,7 +45,7 @@ headline "format (scripts/check.sh --format mends it)"
 clang-format --dry-run -Werror "${sources[@]}"
 
 headline "scripts"
-shellcheck scripts/{bench,check.sh,docs,error-time,extreme,fetch_examples,install_packages,main_job,run,test,test_aarch64} \
+shellcheck scripts/{bench,check.sh,docs,error-time,extreme,fetch_examples,install_packages,main_job,run,test,test-hosts,test_aarch64} \
   .ci/run
 
 headline "rooms"

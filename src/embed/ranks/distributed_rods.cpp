@@ -1,0 +1,390 @@
+#include "embed/ranks/distributed_rods.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "embed/ranks/cpu_clock.hpp"
+
+namespace tanor::embed {
+namespace {
+
+/// What is not further from the constraints than this stays where it is, bit by bit.
+constexpr double on_constraints = 1e-12;
+
+PeriodicCell cell_of(const Box& box) {
+  return {.edges = {{box.edges[0], box.edges[1], box.edges[2]}}, .repeats = box.repeats};
+}
+
+std::string name(const Bond& bond) {
+  return "the bond of type " + std::to_string(bond.type) + " between atoms " + std::to_string(bond.a) + " and " +
+         std::to_string(bond.b);
+}
+
+double norm(const std::array<double, 3>& d) {
+  return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+}
+
+/// The bonds of all ranks, each once, by tags.
+std::vector<Bond> unite(const std::vector<Bond>& found, MPI_Comm world) {
+  constexpr int width = 3;
+  std::vector<int> mine;
+  for (const Bond& bond : found) mine.insert(mine.end(), {bond.a, bond.b, bond.type});
+  int num_ranks = 1, size = static_cast<int>(mine.size());
+  MPI_Comm_size(world, &num_ranks);
+  std::vector<int> counts(num_ranks), starts(num_ranks + 1, 0);
+  MPI_Allgather(&size, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
+  for (int p = 0; p < num_ranks; ++p) starts[p + 1] = starts[p] + counts[p];
+  std::vector<int> all(starts[num_ranks]);
+  MPI_Allgatherv(mine.data(), size, MPI_INT, all.data(), counts.data(), starts.data(), MPI_INT, world);
+  std::vector<Bond> bonds;
+  for (std::size_t k = 0; k < all.size(); k += width)
+    bonds.push_back({std::min(all[k], all[k + 1]), std::max(all[k], all[k + 1]), all[k + 2], 0.0});
+  std::sort(bonds.begin(), bonds.end());
+  const auto end = std::unique(bonds.begin(), bonds.end(), [](const Bond& a, const Bond& b) { return a.joins_as(b); });
+  bonds.erase(end, bonds.end());
+  return bonds;
+}
+
+}  // namespace
+
+DistributedRods::DistributedRods(MPI_Comm world, RodOptions options) : options_(std::move(options)), islands_(world) {}
+
+// ---- before a run ----
+
+std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member,
+                                  int threads, bool unit_masses) {
+  forget_plan();
+  has_unit_masses_ = unit_masses;
+  if (std::string trouble = take_bonds(atoms, std::move(found), is_member); !trouble.empty()) return trouble;
+  if (std::string trouble = list(atoms); !trouble.empty()) return trouble;
+  const std::size_t n = islands_.num_points();
+  for (std::vector<double>* const array : {&r_, &old_, &v_, &f_}) array->assign(3 * n, 0.0);
+  masses_.assign(n, 1.0);
+  tensions_.assign(own_bonds_.size(), 0.0);
+  virial_ = {};
+  if (!unit_masses)
+    islands_.to_owners<1>(
+        {atoms.x, atoms.x}, [&](int i, double* mass) { *mass = atoms.mass(i); },
+        [&](int point, const double* mass) { masses_[point] = *mass; });
+  gather_positions(atoms);
+  box_ = atoms.box;
+  if (std::string trouble = find_lengths(); !trouble.empty()) return trouble;
+  std::string trouble = call([&] { return make_constrainer(threads); });
+  is_planned_ = trouble.empty();
+  return trouble;
+}
+
+void DistributedRods::forget_plan() {
+  constrainer_.reset();
+  is_planned_ = false;
+}
+
+std::string DistributedRods::take_bonds(const Atoms& atoms, std::vector<Bond> found,
+                                        const std::vector<bool>& is_member) {
+  std::vector<Bond> united = unite(found, islands_.world());
+  int highest = 0;
+  for (const Bond& bond : united) highest = std::max(highest, bond.b);
+
+  // [tag] twice the rank that has the atom, one more if it is a member of the group; -1: nobody has it.
+  std::vector<int> mine(highest + 1, -1), home(highest + 1, -1);
+  for (int i = 0; i < atoms.count; ++i)
+    if (atoms.tag[i] <= highest) mine[atoms.tag[i]] = 2 * islands_.rank() + (is_member[i] ? 1 : 0);
+  MPI_Allreduce(mine.data(), home.data(), highest + 1, MPI_INT, MPI_MAX, islands_.world());
+  for (const Bond& bond : united)
+    for (const int tag : {bond.a, bond.b})
+      if (home[tag] < 0) return "atom " + std::to_string(tag) + " was lost: " + name(bond) + " holds it";
+  std::erase_if(united, [&](const Bond& bond) { return home[bond.a] % 2 == 0 || home[bond.b] % 2 == 0; });
+  for (const int type : options_.types)
+    if (std::none_of(united.begin(), united.end(), [&](const Bond& bond) { return bond.type == type; }))
+      return "no bond of type " + std::to_string(type) + " joins two atoms of the group";
+  for (int& rank : home) rank = rank < 0 ? -1 : rank / 2;
+
+  auto known = bonds_.begin();
+  for (Bond& bond : united) {
+    while (known != bonds_.end() && *known < bond) ++known;
+    if (known != bonds_.end() && known->joins_as(bond)) bond.length = known->length;
+    if (options_.length > 0.0) bond.length = options_.length;
+  }
+  bonds_ = std::move(united);
+  islands_.assign(bonds_, home);
+  own_bonds_.clear();
+  for (const Bond& bond : bonds_)
+    if (islands_.point(bond.a) >= 0) own_bonds_.push_back(bond);
+  return {};
+}
+
+std::string DistributedRods::find_lengths() {
+  std::string trouble;
+  joins_nearest_images_ = false;
+  for (Bond& bond : own_bonds_) {
+    bool is_other_image = false;
+    const double distance = norm(nearest(bond, &is_other_image));
+    joins_nearest_images_ = joins_nearest_images_ || is_other_image;
+    if (!(distance > 0.0) && trouble.empty())
+      trouble = name(bond) + (distance == 0.0 ? " has length 0: they are at one place" : " has no finite length");
+    if (bond.length == 0.0) bond.length = distance;
+  }
+  std::vector<double> mine(bonds_.size(), 0.0), all(bonds_.size());
+  auto own = own_bonds_.begin();
+  for (std::size_t k = 0; k < bonds_.size() && own != own_bonds_.end(); ++k)
+    if (own->joins_as(bonds_[k])) mine[k] = (own++)->length;
+  MPI_Allreduce(mine.data(), all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, islands_.world());
+  for (std::size_t k = 0; k < all.size(); ++k) bonds_[k].length = all[k];
+  return islands_.agree(trouble);
+}
+
+/// r_b - r_a to the nearest image of b.
+std::array<double, 3> DistributedRods::nearest(const Bond& bond, bool* is_other_image) const {
+  const double* const a = &r_[3 * islands_.point(bond.a)];
+  const double* const b = &r_[3 * islands_.point(bond.b)];
+  std::array<double, 3> d{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  for (int k = 2; k >= 0; --k) {  // the edges have no parts behind the diagonal
+    const std::array<double, 3>& edge = box_.edges[k];
+    const double times = box_.repeats[k] ? std::round(d[k] / edge[k]) : 0.0;
+    *is_other_image = *is_other_image || times != 0.0;
+    for (int axis = 0; axis <= k; ++axis) d[axis] -= times * edge[axis];
+  }
+  return d;
+}
+
+std::string DistributedRods::make_constrainer(int threads) {
+  Rods rods{.name = "bonds", .pairs = {}, .length = {}, .offsets = {}};
+  std::vector<double> lengths;
+  for (const Bond& bond : own_bonds_) {
+    rods.pairs.push_back({islands_.point(bond.a), islands_.point(bond.b)});
+    lengths.push_back(bond.length);
+  }
+  rods.length = std::move(lengths);
+  const SolverOptions options{.threads = threads};
+  if (joins_nearest_images_)
+    constrainer_.emplace(masses_, std::vector<Constraint>{std::move(rods)}, r_, Periodicity{.cell = cell_of(box_)},
+                         options);
+  else
+    constrainer_.emplace(masses_, std::vector<Constraint>{std::move(rods)}, r_, options);
+  // A tree of rods has no redundant ones.
+  is_redundant_.assign(own_bonds_.size(), false);
+  if (own_bonds_.size() + islands_.num_islands() > islands_.num_points())
+    for (const RowDependence& dependence : constrainer_->rank(r_).dependences) is_redundant_[dependence.row] = true;
+  return {};
+}
+
+std::string DistributedRods::start(const Atoms& atoms) {
+  gather_positions(atoms);
+  const std::string trouble = call([&] {
+    set_box(atoms.box);
+    if (constrainer_->violation(r_).violation > on_constraints)
+      if (const ConstraintReport report = constrainer_->project_positions(r_); !report.outcome.ok())
+        return describe(report);
+    if (has_unit_masses_) return std::string();
+    const ConstraintReport report =
+        constrainer_->constrain_velocities({.positions = r_, .velocities = v_, .measures = false});
+    return report.outcome.ok() ? std::string() : describe(report);
+  });
+  times_ = {};
+  return finish_positions(atoms, trouble);
+}
+
+std::size_t DistributedRods::count_constraints(const Atoms& atoms, const std::vector<bool>& is_member) {
+  std::vector<bool> counts(islands_.num_points(), false);
+  islands_.to_owners<1>(
+      {atoms.x, atoms.x}, [&](int i, double* member) { *member = is_member[i] ? 1.0 : 0.0; },
+      [&](int point, const double* member) { counts[point] = *member == 1.0; });
+  long mine = 0, all = 0;
+  for (std::size_t k = 0; k < own_bonds_.size(); ++k) {
+    const Bond& bond = own_bonds_[k];
+    if (!is_redundant_[k] && counts[islands_.point(bond.a)] && counts[islands_.point(bond.b)]) ++mine;
+  }
+  MPI_Allreduce(&mine, &all, 1, MPI_LONG, MPI_SUM, islands_.world());
+  return static_cast<std::size_t>(all);
+}
+
+// ---- in a step ----
+
+std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
+  const CpuClock clock(&times_.all);
+  gather_positions(atoms);
+  const std::string trouble = call([&] {
+    set_box(atoms.box);
+    ConstraintReport report = constrainer_->constrain_positions(
+        {.step = h, .old_positions = old_, .positions = r_, .velocities = v_, .measures = false});
+    ++times_.steps;
+    times_.iterations += report.iterations;
+    if (report.outcome.ok() && !(report.violation <= options_.tolerance)) {
+      report = constrainer_->violation(r_);
+      report.outcome.what = "is off its length by " + std::to_string(report.violation) + " of it";
+      report.outcome.status = Status::NotConverged;
+    }
+    return report.outcome.ok() ? std::string() : describe(report);
+  });
+  return finish_positions(atoms, trouble);
+}
+
+std::string DistributedRods::constrain_velocities(const Atoms& atoms, double h) {
+  const CpuClock clock(&times_.all);
+  islands_.to_owners<3>(
+      {atoms.v, atoms.v}, [&](int i, double* v) { std::copy_n(&atoms.v[3 * i], 3, v); },
+      [&](int point, const double* v) { std::copy_n(v, 3, &v_[3 * point]); });
+  std::string trouble = call([&] {
+    const ConstraintReport report =
+        constrainer_->constrain_velocities({.step = h, .positions = old_, .velocities = v_, .measures = false});
+    return report.outcome.ok() ? std::string() : describe(report);
+  });
+  if (trouble.empty())
+    islands_.from_owners<3>(
+        {atoms.v, atoms.v}, [&](int point, double* v) { std::copy_n(&v_[3 * point], 3, v); },
+        [&](int i, const double* v) { std::copy_n(v, 3, &atoms.v[3 * i]); });
+  return trouble;
+}
+
+std::string DistributedRods::measure(const Atoms& atoms, double half_step, double force_unit) {
+  const CpuClock clock(&times_.all);
+  islands_.to_owners<6>(
+      {atoms.v, atoms.f},
+      [&](int i, double* vf) {
+        std::copy_n(&atoms.v[3 * i], 3, vf);
+        std::copy_n(&atoms.f[3 * i], 3, vf + 3);
+      },
+      [&](int point, const double* vf) {
+        for (int k = 0; k < 3; ++k) {
+          f_[3 * point + k] = force_unit * vf[3 + k];
+          v_[3 * point + k] = vf[k] + half_step * f_[3 * point + k] / masses_[point];
+        }
+      });
+  return call([&] {
+    if (half_step != 0.0)
+      if (const ConstraintReport report =
+              constrainer_->constrain_velocities({.positions = old_, .velocities = v_, .measures = false});
+          !report.outcome.ok())
+        return describe(report);
+    const ConstraintReport report =
+        constrainer_->solve({.positions = old_, .velocities = v_, .forces = f_, .wanted = {.multipliers = tensions_}});
+    if (!report.outcome.ok()) return describe(report);
+    take_reactions(report, force_unit);
+    return std::string();
+  });
+}
+
+std::string DistributedRods::project_positions(const Atoms& atoms) {
+  gather_positions(atoms);
+  const std::string trouble = call([&] {
+    set_box(atoms.box);
+    const ConstraintReport report = constrainer_->project_positions(r_);
+    return report.outcome.ok() ? std::string() : describe(report);
+  });
+  return finish_positions(atoms, trouble);
+}
+
+std::string DistributedRods::project_forces(const Atoms& atoms) {
+  islands_.to_owners<3>(
+      {atoms.f, atoms.f}, [&](int i, double* f) { std::copy_n(&atoms.f[3 * i], 3, f); },
+      [&](int point, const double* f) { std::copy_n(f, 3, &f_[3 * point]); });
+  std::fill(v_.begin(), v_.end(), 0.0);
+  std::vector<double>& projected = r_;
+  std::string trouble = call([&] {
+    const ConstraintReport report = constrainer_->solve({.positions = old_,
+                                                         .velocities = v_,
+                                                         .forces = f_,
+                                                         .accelerations = projected,
+                                                         .wanted = {.multipliers = tensions_}});
+    if (!report.outcome.ok()) return describe(report);
+    take_reactions(report, 1.0);
+    return std::string();
+  });
+  if (trouble.empty())
+    islands_.from_owners<3>(
+        {atoms.f, atoms.f}, [&](int point, double* f) { std::copy_n(&projected[3 * point], 3, f); },
+        [&](int i, const double* f) { std::copy_n(f, 3, &atoms.f[3 * i]); });
+  return trouble;
+}
+
+// ---- what is known ----
+
+double DistributedRods::violation(const Atoms& atoms) {
+  gather_positions(atoms);
+  const double mine = constrainer_ ? constrainer_->violation(r_).violation : 0.0;
+  double largest = 0.0;
+  MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, islands_.world());
+  return largest;
+}
+
+std::vector<double> DistributedRods::save_lengths() const {
+  std::vector<double> saved{static_cast<double>(bonds_.size())};
+  for (const Bond& bond : bonds_)
+    saved.insert(saved.end(), {static_cast<double>(bond.a), static_cast<double>(bond.b), bond.length});
+  return saved;
+}
+
+void DistributedRods::restore_lengths(const double* saved) {
+  bonds_.resize(static_cast<std::size_t>(*saved++));
+  for (Bond& bond : bonds_) {
+    bond = {static_cast<int>(saved[0]), static_cast<int>(saved[1]), 0, saved[2]};
+    saved += 3;
+  }
+}
+
+// ---- parts ----
+
+/// r_ and v_ := those of the atoms.
+void DistributedRods::gather_positions(const Atoms& atoms) {
+  islands_.to_owners<6>(
+      {atoms.x, atoms.v},
+      [&](int i, double* rv) {
+        atoms.unwrap(i, rv);
+        std::copy_n(&atoms.v[3 * i], 3, rv + 3);
+      },
+      [&](int point, const double* rv) {
+        std::copy_n(rv, 3, &r_[3 * point]);
+        std::copy_n(rv + 3, 3, &v_[3 * point]);
+      });
+}
+
+/// Atoms are moved, not put: the host has wrapped them its own way.
+std::string DistributedRods::finish_positions(const Atoms& atoms, const std::string& trouble) {
+  if (!trouble.empty()) return trouble;
+  islands_.from_owners<6>(
+      {atoms.x, atoms.v},
+      [&](int point, double* rv) {
+        std::copy_n(&r_[3 * point], 3, rv);
+        std::copy_n(&v_[3 * point], 3, rv + 3);
+      },
+      [&](int i, const double* rv) {
+        double before[3];
+        atoms.unwrap(i, before);
+        for (int k = 0; k < 3; ++k) atoms.x[3 * i + k] += rv[k] - before[k];
+        std::copy_n(rv + 3, 3, &atoms.v[3 * i]);
+      });
+  std::swap(r_, old_);
+  return {};
+}
+
+void DistributedRods::set_box(const Box& box) {
+  box_ = box;
+  if (joins_nearest_images_) constrainer_->set_cell(cell_of(box));
+}
+
+/// What was thrown, and what the call answers, becomes what all ranks know. A rank without islands has no Constrainer.
+template <class Call>
+std::string DistributedRods::call(const Call& call) {
+  std::string trouble;
+  try {
+    const CpuClock clock(&times_.solver);
+    if (islands_.num_points() > 0) trouble = call();
+  } catch (const std::exception& thrown) {
+    trouble = thrown.what();
+  }
+  return islands_.agree(trouble);
+}
+
+void DistributedRods::take_reactions(const ConstraintReport& report, double force_unit) {
+  for (double& tension : tensions_) tension = -tension / force_unit;
+  for (std::size_t k = 0; k < virial_.size(); ++k) virial_[k] = report.virial[k] / force_unit;
+}
+
+std::string DistributedRods::describe(const ConstraintReport& report) const {
+  if (report.worst_row >= own_bonds_.size()) return report.outcome.what;
+  return name(own_bonds_[report.worst_row]) + ": " + report.outcome.what;
+}
+
+}  // namespace tanor::embed

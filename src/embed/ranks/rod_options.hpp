@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace tanor::embed {
+
+/// What the user of a host asks for.
+struct RodOptions {
+  std::vector<int> types;    ///< of bonds
+  double length = 0.0;       ///< of all rods; 0: the one that each has when it is first seen
+  double tolerance = 1e-10;  ///< a larger |distance - length|/length after a step is an error
+  int store_every = 0;       ///< steps from tensions to tensions; 0: none are stored
+};
+
+/// The words behind `fix ID group tanor/rods`:
+///
+///   bond 1 2 … [length initial|VALUE] [tolerance VALUE] [store no|yes|STEPS]
+///
+/// Throws std::invalid_argument with what is wrong.
+RodOptions read_rod_options(std::span<char* const> words, int num_bond_types);
+
+}  // namespace tanor::embed

@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""fix tanor/rods inside Debian's LIGGGHTS: check_liggghts.py DRIVER EXAMPLES [unittest arguments]"""
+
+import pathlib
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+import host_runs  # noqa: E402
+
+DRIVER = EXAMPLES = None
+TIGHT = 1e-12  # of a bond, relative
+
+
+class Liggghts(host_runs.HostTest):
+    def setUp(self):
+        super().setUp()
+        self.program = DRIVER
+        self.write("chains.data", subprocess.run([EXAMPLES / "make_chains.py", "36", "20"], check=True,
+                                                 capture_output=True, text=True).stdout)
+        self.script = (EXAMPLES / "pour.in").read_text(encoding="utf-8")
+
+    def free_chains(self, every, steps):
+        """Without the bed, whose grains are put where a random number says, which depends on the ranks."""
+        lines = [line for line in self.script.splitlines() if "insert/pack" not in line]
+        return "\n".join(lines).replace("${every}", str(every)).replace("${n}", str(steps))
+
+    def test_chains_are_poured_on_a_bed(self):
+        # From rest the first chain is at the bed after 0.05 s.
+        script = self.script.replace("${every}", "500").replace("${n}", "20000")
+        (rows,) = self.run_host(script)
+        self.assertEqual(rows[-1]["rods[4]"], 36 * 19)
+        self.assertGreater(rows[-1]["atoms"], 36 * 20 + 300)
+        self.assertTrue(all(row["rods"] <= TIGHT for row in rows))
+        self.assertLess(rows[-1]["ke"], 0.2 * max(row["ke"] for row in rows))
+        tensions = [row[2] for row in host_runs.read_dump(self.folder / "tension.dump")]
+        self.assertEqual(len(tensions), 36 * 19)
+        self.assertGreater(max(map(abs, tensions)), 0.0)
+
+    def test_ranks_agree(self):
+        dump = "\ndump d all custom 12000 {} id x y z\ndump_modify d sort id format \"%d %.17g %.17g %.17g\"\n"
+        for name, ranks in (("one", 1), ("two", 2)):
+            script = self.free_chains(1000, 12000).replace("\nrun ", dump.format(name) + "run ")
+            (rows,) = self.run_host(script, ranks)
+            self.assertTrue(all(row["rods"] <= TIGHT for row in rows))
+        self.assert_same_atoms(self.atoms("one", 12000), self.atoms("two", 12000), 1e-9)
+
+    def test_errors(self):
+        for was, now, message in (
+                ("bond 1 store yes", "bond 3", "there is no bond type 3; there are 1"),
+                ("bond 1 store yes", "bond 1 colour red", "unknown word colour"),
+                ("fix rods all", "group few id 1 3\nfix rods few", "no bond of type 1 joins two atoms of the group"),
+                ("fix move all nve/sphere\n", "", "it must be defined after fix move (nve/sphere), which integrates")):
+            for ranks in (1, 2):
+                with self.subTest(message=message, ranks=ranks):
+                    script = self.free_chains(10, 10).replace(was, now)
+                    if now == "":
+                        script = script.replace("store yes\n", "store yes\nfix move all nve/sphere\n")
+                    code, said = self.call(script, ranks)
+                    self.assertIn(message, said)
+                    self.assertIn("tanor/rods", said)
+                    self.assertEqual(sum(line.startswith("ERROR") for line in said.splitlines()), 1, said[-2000:])
+                    self.assertNotIn("Loop time", said)
+                    del code  # it is 0 after an error of LIGGGHTS
+
+
+if __name__ == "__main__":
+    DRIVER, EXAMPLES = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])
