@@ -178,7 +178,7 @@ void measure(std::size_t num_rods, std::size_t length, bool shuffled, int thread
     expect(form.dynamics().solve({0.0, inner_place.data(), inner_v.data()}, {.exact = true}, w.data()));
   };
 
-  const std::size_t steps = std::max<std::size_t>(1, 100'000 / d);
+  const std::size_t steps = std::max<std::size_t>(20, 200'000 / d);
   Simulation simulation(system, {.method = Method::Rattle, .step = h}, options);
   const auto advance = [&] { expect(simulation.advance_to(simulation.time() + h * static_cast<double>(steps))); };
   std::vector<double> bare_r(r.size()), bare_v(r.size());

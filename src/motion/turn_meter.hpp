@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/parallel.hpp"
 #include "motion/scheme.hpp"
 
 namespace tanor {
@@ -8,13 +9,13 @@ namespace tanor {
 class TurnMeter {
  public:
   /// A fixed step was taken, and ended with these velocities.
-  void note(const std::vector<double>& v);
+  void note(const Parallel& parallel, const std::vector<double>& v);
 
   /// The largest number of v so far.
   double fastest() const { return fastest_; }
   /// How far the step turned the motion, rad, from what the trapezoidal rule misses in it; 0: it moved too little to
   /// tell. `knows_acceleration`: both states have theirs.
-  double angle(const State& from, const State& to, bool knows_acceleration) const;
+  double angle(const Parallel& parallel, const State& from, const State& to, bool knows_acceleration) const;
 
   void exchange_memory(Memory& memory) { memory.exchange(fastest_, before_); }
 

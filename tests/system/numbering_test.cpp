@@ -87,6 +87,20 @@ RC_GTEST_PROP(Numbering, RenamesPointsAndRowsOneToOne, ()) {
   RC_ASSERT(rows.size() == d && (d == 0 || (*rows.begin() == 0 && *rows.rbegin() == static_cast<Index>(d) - 1)));
 }
 
+/// Chains one after the other, as hosts have them: their arrays can be used where they are.
+TEST(Numbering, OfChainsInTheUsersOrderIsTheUsers) {
+  std::vector<std::array<Index, 2>> pairs;
+  for (const Index first : {0, 5, 7}) {
+    for (const auto& [i, j] : chain(first == 5 ? 2 : 5)) pairs.push_back({first + i, first + j});
+  }
+  const Numbering numbering = number(make_system(12, pairs));
+
+  EXPECT_TRUE(numbering.is_natural);
+  EXPECT_TRUE(std::ranges::is_sorted(numbering.user_point));
+  EXPECT_TRUE(std::ranges::is_sorted(numbering.user_row));
+  EXPECT_FALSE(number(make_shuffled(12, pairs, 3)).is_natural);
+}
+
 RC_GTEST_PROP(Numbering, SupportsComeLast, ()) {
   const RandomSystem random = any_system();
   const std::vector<char> is_support = reference::find_supports(random.system);
