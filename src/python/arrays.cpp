@@ -48,7 +48,8 @@ void require_writeable(const py::array& array, const Wanted& wanted) {
 
 void require_packed(const py::array& array, const Wanted& wanted) {
   if ((array.flags() & py::array::c_style) != 0) return;
-  throw py::value_error(std::string(wanted.name) + ": its numbers have gaps or another order than C's; wanted a packed array");
+  throw py::value_error(std::string(wanted.name) +
+                        ": its numbers have gaps or another order than C's; wanted a packed array");
 }
 
 template <class Number>

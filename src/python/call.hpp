@@ -50,7 +50,8 @@ class Turns {
       const std::thread::id self = std::this_thread::get_id();
       is_outermost_ = turns_.owner_.compare_exchange_strong(nobody, self);
       if (!is_outermost_ && nobody != self) {
-        throw std::runtime_error(std::string("this ") + what + " is in use by another thread; give each thread its own");
+        throw std::runtime_error(std::string("this ") + what +
+                                 " is in use by another thread; give each thread its own");
       }
     }
     ~Turn() {

@@ -184,7 +184,8 @@ ConstraintReport project_forces(HostHandle& handle, const py::object& positions,
   return handle.run([&](Constrainer& c) { return c.project_forces(at, projected, time); });
 }
 
-ConstraintReport project_positions(HostHandle& handle, const py::object& positions, const py::object& index, double time) {
+ConstraintReport project_positions(HostHandle& handle, const py::object& positions, const py::object& index,
+                                   double time) {
   const PointArray projected = CallArrays(handle, index).out("positions", positions);
   return handle.run([&](Constrainer& c) { return c.project_positions(projected, time); });
 }
@@ -208,14 +209,14 @@ RankReport rank(HostHandle& handle, const py::object& positions, const py::objec
 }
 
 std::unique_ptr<HostHandle> make_handle(const py::object& masses, const py::object& constraints,
-                                    const py::object& positions, const py::object& cell, const py::object& repeats,
-                                    const py::object& images, const py::object& options) {
+                                        const py::object& positions, const py::object& cell, const py::object& repeats,
+                                        const py::object& images, const py::object& options) {
   const auto copy_array = py::module_::import("numpy").attr("array");
   (void)points_to_read(positions, {"positions", py::len(masses)});
   if (cell.is_none() && !images.is_none()) throw py::value_error("images: they need a cell");
-  auto handle = std::make_unique<HostHandle>(HostHandle::Description{copy_array(masses, "float64"), py::list(constraints),
-                                                             copy_array(positions), cell, repeats, images, options,
-                                                             py::none()});
+  auto handle = std::make_unique<HostHandle>(HostHandle::Description{copy_array(masses, "float64"),
+                                                                     py::list(constraints), copy_array(positions), cell,
+                                                                     repeats, images, options, py::none()});
   handle->run([](const Constrainer&) {});  // complains now
   return handle;
 }
@@ -305,10 +306,11 @@ The others as in constrain_positions.)doc")
            arg("time") = 0.0,
            "The nearest positions on the constraints, in the norm of the masses, from anywhere; float64 [n, 3], "
            "written. For starts, before the first forces.")
-      .def("log_det", &log_det, arg("positions"), arg("gradient") = none, py::kw_only(), arg("index") = none,
-           arg("time") = 0.0,
-           "ln det S at positions; gradient, float64 [n, 3], is written: its derivative (rods alone have one). Fixman's "
-           "metric force is -kT/2 times that.")
+      .def(
+          "log_det", &log_det, arg("positions"), arg("gradient") = none, py::kw_only(), arg("index") = none,
+          arg("time") = 0.0,
+          "ln det S at positions; gradient, float64 [n, 3], is written: its derivative (rods alone have one). Fixman's "
+          "metric force is -kT/2 times that.")
       .def("violation", &violation, arg("positions"), py::kw_only(), arg("index") = none, arg("time") = 0.0,
            "Largest |xi|/|gradient|/length at positions, float64 [n, 3], with its row.")
       .def("rank", &rank, arg("positions"), py::kw_only(), arg("index") = none, arg("time") = 0.0,
@@ -316,11 +318,12 @@ The others as in constrain_positions.)doc")
            "others.")
       .def("set_cell", &HostHandle::set_cell, arg("cell"), arg("repeats") = none,
            "The periodic cell from the next call on, as in the constructor; repeats None: as before.")
-      .def("row_name",
-           [](HostHandle& handle, std::size_t row) {
-             return handle.run([&](const Constrainer& c) { return c.row_name(row); });
-           },
-           arg("row"), "\"rods[17]\", in the order in which the constraints were given.")
+      .def(
+          "row_name",
+          [](HostHandle& handle, std::size_t row) {
+            return handle.run([&](const Constrainer& c) { return c.row_name(row); });
+          },
+          arg("row"), "\"rods[17]\", in the order in which the constraints were given.")
       .def_property_readonly("num_points", &HostHandle::num_points, "(int) number of points, supports included")
       .def_property_readonly("num_rows", &HostHandle::num_rows, "(int) number of equations")
       .def_property_readonly(

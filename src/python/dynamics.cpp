@@ -49,9 +49,7 @@ std::unique_ptr<Problem<Library>> make_problem(const py::object& system, const p
 template <class Library, class Class>
 void bind_pickle(Class* type) {
   type->def(py::pickle([](const Problem<Library>& self) { return py::make_tuple(self.system, self.options); },
-                       [](const py::tuple& state) {
-                         return std::make_unique<Problem<Library>>(state[0], state[1]);
-                       }));
+                       [](const py::tuple& state) { return std::make_unique<Problem<Library>>(state[0], state[1]); }));
 }
 
 /// Arguments (positions, velocities, time) of a call.
@@ -166,28 +164,36 @@ void bind_dynamics_calls(py::class_<DynamicsProblem>* type) {
     type->def(name, at_state(call), arg("positions"), arg("velocities") = py::none(), arg("time") = 0.0,
               (text + "\n\n" + state_doc).c_str());
   };
-  def("solution", [](Dynamics& d, const StateView& at) { return d.solution(at); },
+  def(
+      "solution", [](Dynamics& d, const StateView& at) { return d.solution(at); },
       "The state with accelerations, multipliers, reactions and loads, as a value.");
-  def("split", [](Dynamics& d, const StateView& at) { return d.split(at); },
+  def(
+      "split", [](Dynamics& d, const StateView& at) { return d.split(at); },
       "The Euclidean split of accelerations, forces and friction into tangent and normal parts.");
-  def("reactions_by_cause", [](Dynamics& d, const StateView& at) { return d.reactions_by_cause(at); },
+  def(
+      "reactions_by_cause", [](Dynamics& d, const StateView& at) { return d.reactions_by_cause(at); },
       "Multipliers and reactions by what causes them: each force, friction, inertia, drives.");
-  def("friction_by_blocks", [](Dynamics& d, const StateView& at) { return d.friction_by_blocks(at); },
+  def(
+      "friction_by_blocks", [](Dynamics& d, const StateView& at) { return d.friction_by_blocks(at); },
       "Friction once more, by the three blocks of (43). Raises InputError where there is no friction.");
-  def("certify", [](Dynamics& d, const StateView& at) { return d.certify(at); },
+  def(
+      "certify", [](Dynamics& d, const StateView& at) { return d.certify(at); },
       "Proves the answer at a state, which is found anew for it: identities, and second ways to the same numbers.");
-  def("position_violation", [](Dynamics& d, const StateView& at) { return d.position_violation(at); },
+  def(
+      "position_violation", [](Dynamics& d, const StateView& at) { return d.position_violation(at); },
       "Largest relative violation of a constraint by positions, |xi|/|gradient|/length.");
-  def("velocity_violation", [](Dynamics& d, const StateView& at) { return d.velocity_violation(at); },
+  def(
+      "velocity_violation", [](Dynamics& d, const StateView& at) { return d.velocity_violation(at); },
       "Largest relative violation of a constraint by velocities.");
-  type->def("rank",
-            [](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time,
-               bool thoroughly) {
-              const StateView at = state_of(self, positions, velocities, time);
-              return self.run([&](Dynamics& d) { return d.rank(at, thoroughly); });
-            },
-            arg("positions"), arg("velocities") = none, arg("time") = 0.0, arg("thoroughly") = false,
-            "The rank of K: decided where there was a suspicion, or `thoroughly` in any case.");
+  type->def(
+      "rank",
+      [](DynamicsProblem& self, const py::object& positions, const py::object& velocities, double time,
+         bool thoroughly) {
+        const StateView at = state_of(self, positions, velocities, time);
+        return self.run([&](Dynamics& d) { return d.rank(at, thoroughly); });
+      },
+      arg("positions"), arg("velocities") = none, arg("time") = 0.0, arg("thoroughly") = false,
+      "The rank of K: decided where there was a suspicion, or `thoroughly` in any case.");
   type->def("project_positions", &project_positions, arg("positions"), arg("time") = 0.0,
             "Nearest positions on the constraints in the norm of the masses; float64 [n, 3], written.");
   type->def("project_velocities", &project_velocities, arg("positions"), arg("velocities"), arg("time") = 0.0,
@@ -217,8 +223,8 @@ reactions              float64 [n, 3], written, N: K lambda
 support_forces         float64 [n, 3], written, N: the load that each support carries
 active_forces          float64 [n, 3], written, N
 friction_forces        float64 [n, 3], written, N)doc")
-      .def_property_readonly("system", [](const DynamicsProblem& self) { return self.system; },
-                             "(System | Scene) as it was given")
+      .def_property_readonly(
+          "system", [](const DynamicsProblem& self) { return self.system; }, "(System | Scene) as it was given")
       .def_property_readonly("num_points", &DynamicsProblem::num_points, "(int) supports included")
       .def_property_readonly(
           "num_equations",
@@ -243,8 +249,8 @@ time                                  s)doc")
       .def("place", &place, arg("q"), arg("q_dot"), arg("q_ddot"), arg("time") = 0.0, R"doc(
 (positions, velocities, accelerations), float64 [n, 3], of coordinates, float64 [num_coordinates]. Raises InputError
 where there are none, or where some have charts of their own.)doc")
-      .def_property_readonly("system", [](const InverseProblem& self) { return self.system; },
-                             "(System | Scene) as it was given")
+      .def_property_readonly(
+          "system", [](const InverseProblem& self) { return self.system; }, "(System | Scene) as it was given")
       .def_property_readonly(
           "num_equations",
           [](InverseProblem& self) { return self.run([](const InverseDynamics& d) { return d.num_equations(); }); },

@@ -55,7 +55,10 @@ Jet<2> compose(const std::array<double, 3>& f, const Jet<2>& t) {
 /// What a function of a user returned, in a given number of values: a packed array.
 py::array_t<double> result_of(const py::handle& result, py::ssize_t size, const char* what) {
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(result);
-  if (!array) throw py::error_already_set();
+  if (!array) {
+    throw py::value_error("a function returned " + py::repr(result).cast<std::string>() + " for " + what +
+                          ", wanted are " + std::to_string(size) + " numbers");
+  }
   if (array.size() != size) {
     throw py::value_error(std::string("a function returned ") + std::to_string(array.size()) + " numbers for " + what +
                           ", wanted are " + std::to_string(size));
@@ -161,8 +164,8 @@ VectorFunction vector_function_of_time(const Given& given) {
     return result;
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    result.components[axis] = ScalarFunction::custom(
-        std::function<Jet<2>(const Jet<2>&)>([f = Shared(given.value), axis](const Jet<2>& t) {
+    result.components[axis] =
+        ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>([f = Shared(given.value), axis](const Jet<2>& t) {
           const py::gil_scoped_acquire acquired;
           const auto numbers = result_of((*f)(t.value()), 9, "(value, first, second derivative), [3] each");
           const double* const x = numbers.data() + axis;
@@ -218,8 +221,8 @@ void read(const Given& given, int num_multipliers, FrictionKernel* kernel) {
     const auto parts = parts_of(result, 2, "(tau, derivative)");
     copy_result(parts[0], 3 * batch.count, "tau [k, 3]", batch.tau);
     if (batch.derivative != nullptr)
-      copy_result(parts[1], 3 * batch.count * static_cast<std::size_t>(law.num_multipliers),
-                  "the derivative [k, 3, p]", batch.derivative);
+      copy_result(parts[1], 3 * batch.count * static_cast<std::size_t>(law.num_multipliers), "the derivative [k, 3, p]",
+                  batch.derivative);
   };
 }
 

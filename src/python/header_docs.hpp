@@ -5,7 +5,8 @@
 
 namespace tanor::python {
 
-/// What the public headers say of "Rods" or "Rods.length" (their `///` comments, by write_header_docs.py); empty: nothing.
+/// What the public headers say of "Rods" or "Rods.length" (their `///` comments, by write_header_docs.py); empty:
+/// nothing.
 std::string header_doc(std::string_view name);
 
 }  // namespace tanor::python

@@ -66,21 +66,23 @@ struct Description {
   static constexpr auto members() {
     if constexpr (requires { KindOf<Group>::members; }) {
       return std::tuple{FieldOf(list_name<Group>(), KindOf<Group>::members,
-                                {.is_required = !requires { Extra<Group>::members_are_optional; }})};
-    } else {
-      return std::tuple<>{};
-    }
+                                {.is_required = !requires { Extra<Group>::members_are_optional; }
+    })
+  };
+} else {
+  return std::tuple<>{};
+}
+}  // namespace
+static constexpr auto guides() {
+  if constexpr (requires(Group group) { group.at; }) {
+    return std::tuple{FieldOf("at", &Group::at, {.is_required = true})};
+  } else {
+    return std::tuple<>{};
   }
-  static constexpr auto guides() {
-    if constexpr (requires(Group group) { group.at; }) {
-      return std::tuple{FieldOf("at", &Group::at, {.is_required = true})};
-    } else {
-      return std::tuple<>{};
-    }
-  }
-  static constexpr auto fields = std::tuple_cat(members(), guides(), KindOf<Group>::fields, Extra<Group>::fields,
-                                                std::tuple{FieldOf("name", &Group::name)});
-};
+}
+static constexpr auto fields = std::tuple_cat(members(), guides(), KindOf<Group>::fields, Extra<Group>::fields,
+                                              std::tuple{FieldOf("name", &Group::name)});
+};  // namespace tanor::python
 template <>
 struct Description<Support> {
   static constexpr std::tuple fields{FieldOf("points", &Support::points, {.is_required = true}),
@@ -89,12 +91,10 @@ struct Description<Support> {
 };
 template <>
 struct Description<SolverOptions> {
-  static constexpr std::tuple fields{FieldOf("form", &SolverOptions::form),
-                                     FieldOf("linear_solver", &SolverOptions::linear_solver),
-                                     FieldOf("ordering", &SolverOptions::ordering),
-                                     FieldOf("threads", &SolverOptions::threads),
-                                     FieldOf("friction", &SolverOptions::friction),
-                                     FieldOf("reuse", &SolverOptions::reuse)};
+  static constexpr std::tuple fields{
+      FieldOf("form", &SolverOptions::form),         FieldOf("linear_solver", &SolverOptions::linear_solver),
+      FieldOf("ordering", &SolverOptions::ordering), FieldOf("threads", &SolverOptions::threads),
+      FieldOf("friction", &SolverOptions::friction), FieldOf("reuse", &SolverOptions::reuse)};
 };
 template <>
 struct Description<MotionOptions> {
@@ -164,11 +164,28 @@ std::vector<Entry> read_entries(const Given& list, const char* wanted) {
   return entries;
 }
 
+/// What a kernel may be, in words.
+template <class Kernel>
+constexpr const char* kernel_in_words() {
+  if constexpr (std::is_same_v<Kernel, ForceKernel>)
+    return "three formulas in x, y, z, vx, vy, vz, t, or a callable (t, r [k, 3], v [k, 3]) -> forces [k, 3], N";
+  if constexpr (std::is_same_v<Kernel, ConstraintKernel>)
+    return "a formula in x1, y1, z1, x2, ..., t, or a callable (t, r [k, p, 3], v [k, p, 3]) -> (xi [k], gradient "
+           "[k, p, 3], rate [k], phi [k])";
+  if constexpr (std::is_same_v<Kernel, FrictionKernel>)
+    return "a callable (t, r [k, 3], v [k, 3], multipliers [k, p]) -> (tau [k, 3], N, its derivative in the "
+           "multipliers [k, 3, p])";
+  if constexpr (std::is_same_v<Kernel, CoordinateKernel>)
+    return "formulas x, y, z of each point in the names of the coordinates and t, [3p]";
+  return "";
+}
+
 /// "float [3]; m; …": shape, then what the header says of the field, or its unit.
 template <class Struct, class Value>
 std::string text_of(const FieldOf<Struct, Value>& field) {
   const std::string said = header_doc(name_of_struct<Struct>() + "." + field.name);
   std::string text = in_words<Value>().shape;
+  if (text.empty()) text = kernel_in_words<Value>();
   if constexpr (std::is_enum_v<Value> && !std::is_same_v<Value, Method>) text = "one of " + words_of<Value>();
   const std::string unit = field.data.unit;
   if (!said.empty()) {

@@ -25,7 +25,8 @@ void bind_certificate(py::module_& module) {
 void bind_motion_forces(py::module_& module) {
   Record<Violation>(module, "Violation").field("largest", &Violation::largest).field("where", &Violation::where);
   Record<MotionForces>(module, "MotionForces")
-      .property("ok", [](const MotionForces& self) { return self.outcome.ok(); }, "bool")
+      .property(
+          "ok", [](const MotionForces& self) { return self.outcome.ok(); }, "bool")
       .field("outcome", &MotionForces::outcome)
       .field("position", &MotionForces::position)
       .field("velocity", &MotionForces::velocity)
@@ -71,7 +72,7 @@ void bind_motion_reports(py::module_& module) {
       .field("several", &FrictionSummary::several)
       .field("first_several", &FrictionSummary::first_several);
   Record<RankChange>(module, "RankChange").field("time", &RankChange::time).field("rank", &RankChange::rank);
-  Record<RankChanges>(module, "RankChanges")
+  Record<RankChanges>(module, "RankChanges", "The rank of K along a motion.")
       .field("start", &RankChanges::start)
       .field("now", &RankChanges::now)
       .field("first", &RankChanges::first)
@@ -79,10 +80,10 @@ void bind_motion_reports(py::module_& module) {
   Record<SingularPassage>(module, "SingularPassage")
       .field("time", &SingularPassage::time)
       .field("reciprocal_condition", &SingularPassage::reciprocal_condition);
-  Record<SingularPassages>(module, "SingularPassages")
+  Record<SingularPassages>(module, "SingularPassages", "Where a motion passed singular configurations.")
       .field("first", &SingularPassages::first)
       .field("count", &SingularPassages::count);
-  Record<MotionReport>(module, "MotionReport")
+  Record<MotionReport>(module, "MotionReport", "How a motion went, from its start.")
       .field("method", &MotionReport::method)
       .field("method_reason", &MotionReport::method_reason)
       .field("time", &MotionReport::time)

@@ -15,8 +15,8 @@
 #include "python/header_docs.hpp"
 
 /// \file
-/// Reports as small objects of Python: their members by name, read-only, with the headers' own comments, and a repr that
-/// shows them all.
+/// Reports as small objects of Python: their members by name, read-only, with the headers' own comments, and a repr
+/// that shows them all.
 namespace tanor::python {
 
 /// A member as Python sees it. `columns`: of an array of numbers; `owner`: whose memory it is.
@@ -53,8 +53,9 @@ py::object value_of(const Value& value, py::ssize_t columns, const py::object& o
 template <class Report>
 class Record {
  public:
-  Record(py::module_& module, const char* name)
-      : name_(name), type_(module, name, header_doc(name).c_str(), py::module_local()) {
+  /// `otherwise`: where the header says nothing of the whole.
+  Record(py::module_& module, const char* name, const char* otherwise = "")
+      : name_(name), type_(module, name, (header_doc(name) + otherwise).c_str(), py::module_local()) {
     type_.attr("_fields") = fields_;
     type_.def("__repr__", [](const py::object& self) {
       std::string text = py::type::of(self).attr("__name__").template cast<std::string>() + "(";
@@ -70,9 +71,12 @@ class Record {
 
   template <class Value>
   Record& field(const char* name, Value Report::*member, py::ssize_t columns = 0) {
-    return property(name, [member, columns](const py::object& self) {
-      return value_of(self.cast<const Report&>().*member, columns, self);
-    }, in_stub<Value>());
+    return property(
+        name,
+        [member, columns](const py::object& self) {
+          return value_of(self.cast<const Report&>().*member, columns, self);
+        },
+        in_stub<Value>());
   }
   /// A member that is no plain field; `type` as the stubs write it.
   template <class Get>
@@ -92,19 +96,28 @@ class Record {
  private:
   template <class Value>
   static std::string in_stub() {
-    if constexpr (std::is_same_v<Value, bool>) return "bool";
-    else if constexpr (std::is_same_v<Value, int> || std::is_same_v<Value, Index>) return "int";
-    else if constexpr (std::is_same_v<Value, std::size_t>) return "int";
-    else if constexpr (std::is_same_v<Value, double>) return "float";
-    else if constexpr (std::is_enum_v<Value> || std::is_same_v<Value, std::string>) return "str";
+    if constexpr (std::is_same_v<Value, bool>)
+      return "bool";
+    else if constexpr (std::is_same_v<Value, int> || std::is_same_v<Value, Index>)
+      return "int";
+    else if constexpr (std::is_same_v<Value, std::size_t>)
+      return "int";
+    else if constexpr (std::is_same_v<Value, double>)
+      return "float";
+    else if constexpr (std::is_enum_v<Value> || std::is_same_v<Value, std::string>)
+      return "str";
     else if constexpr (std::is_same_v<Value, std::vector<double>> || std::is_same_v<Value, std::array<double, 6>>)
       return "numpy.ndarray";
-    else if constexpr (std::is_same_v<Value, std::vector<LinearSolver>> || std::is_same_v<Value, std::vector<Ordering>> ||
-                  std::is_same_v<Value, std::vector<Factorization>>)
+    else if constexpr (std::is_same_v<Value, std::vector<LinearSolver>> ||
+                       std::is_same_v<Value, std::vector<Ordering>> ||
+                       std::is_same_v<Value, std::vector<Factorization>>)
       return "str";
-    else if constexpr (requires { typename Value::value_type; } && !std::is_same_v<Value, std::string>) return "list";
-    else if constexpr (std::is_class_v<Value>) return py::type::of<Value>().attr("__name__").template cast<std::string>();
-    else return "object";
+    else if constexpr (requires { typename Value::value_type; } && !std::is_same_v<Value, std::string>)
+      return "list";
+    else if constexpr (std::is_class_v<Value>)
+      return py::type::of<Value>().attr("__name__").template cast<std::string>();
+    else
+      return "object";
   }
 
   std::string name_;

@@ -88,13 +88,13 @@ void bind_reports(py::module_& module) {
       .field("refinements", &SolveReport::refinements)
       .field("forms_disagreement", &SolveReport::forms_disagreement)
       .field("friction", &SolveReport::friction);
-  Record<ProjectionReport>(module, "ProjectionReport")
+  Record<ProjectionReport>(module, "ProjectionReport", "How a projection ended.")
       .property("ok", &is_ok<ProjectionReport>, "bool")
       .field("outcome", &ProjectionReport::outcome)
       .field("correction", &ProjectionReport::correction)
       .field("violation", &ProjectionReport::violation)
       .field("iterations", &ProjectionReport::iterations);
-  Record<StartReport>(module, "StartReport")
+  Record<StartReport>(module, "StartReport", "How a consistent start was found.")
       .property("ok", &is_ok<StartReport>, "bool")
       .field("outcome", &StartReport::outcome)
       .field("position_correction", &StartReport::position_correction)
@@ -118,7 +118,8 @@ void bind_reports(py::module_& module) {
           [](const Solution& self, std::size_t group, std::size_t number, std::size_t k) {
             return self.multiplier({group, number}, k);
           },
-          "lambda of a member of System.constraints[group], of its k-th equation. Raises InputError where there is none.",
+          "lambda of a member of System.constraints[group], of its k-th equation. Raises InputError where there is "
+          "none.",
           py::arg("group"), py::arg("number"), py::arg("k") = 0)
       .method(
           "tension",
@@ -141,7 +142,7 @@ void bind_reports(py::module_& module) {
       .field("cause", &ReactionPart::cause)
       .field("multipliers", &ReactionPart::multipliers)
       .field("reactions", &ReactionPart::reactions, 3);
-  Record<ReactionsByCause>(module, "ReactionsByCause")
+  Record<ReactionsByCause>(module, "ReactionsByCause", "Reactions by what causes them.")
       .property("ok", &is_ok<ReactionsByCause>, "bool")
       .field("outcome", &ReactionsByCause::outcome)
       .field("parts", &ReactionsByCause::parts);

@@ -79,22 +79,21 @@ void bind_scene(py::module_& module) {
   const py::none none;
   py::class_<SceneFile>(module, "Scene", scene_doc)
       .def(py::init(&load), arg("file"), py::kw_only(), arg("method") = none, arg("step") = none,
-           arg("max_step") = none, arg("rtol") = none, arg("atol") = none, arg("t_end") = none,
-           arg("threads") = none)
+           arg("max_step") = none, arg("rtol") = none, arg("atol") = none, arg("t_end") = none, arg("threads") = none)
       .def_readonly("file", &SceneFile::file, "(str) its path")
-      .def_property_readonly("name", [](SceneFile& self) { return self.read().name; }, "(str) of the system")
-      .def_property_readonly("t_end", [](SceneFile& self) { return self.read().t_end; }, "(float) s; 0: not given")
-      .def_property_readonly("output_every", [](SceneFile& self) { return self.read().output_every; },
-                             "(float) s; 0: start and end only")
-      .def_property_readonly("num_points", [](SceneFile& self) { return self.read().system.num_points(); },
-                             "(int) supports included")
+      .def_property_readonly(
+          "name", [](SceneFile& self) { return self.read().name; }, "(str) of the system")
+      .def_property_readonly(
+          "t_end", [](SceneFile& self) { return self.read().t_end; }, "(float) s; 0: not given")
+      .def_property_readonly(
+          "output_every", [](SceneFile& self) { return self.read().output_every; }, "(float) s; 0: start and end only")
+      .def_property_readonly(
+          "num_points", [](SceneFile& self) { return self.read().system.num_points(); }, "(int) supports included")
       .def_property_readonly(
           "old_names", [](SceneFile& self) { return self.read().old_names; },
           "(list[str]) names of an older version that the file uses, with those of today")
       .def("__repr__",
-           [](const SceneFile& self) {
-             return "Scene(" + py::repr(py::str(self.file)).cast<std::string>() + ")";
-           })
+           [](const SceneFile& self) { return "Scene(" + py::repr(py::str(self.file)).cast<std::string>() + ")"; })
       .def(py::pickle(&get_state, &set_state));
 }
 

@@ -78,8 +78,7 @@ class Run {
   }
 
  private:
-  static Simulation make(const py::object& system, const py::object& motion, const py::object& solver,
-                         double t_start) {
+  static Simulation make(const py::object& system, const py::object& motion, const py::object& solver, double t_start) {
     System description = read_system(system);
     const MotionOptions motion_options = motion.is_none() ? motion_of_scene(system) : read_motion_options(motion);
     const SolverOptions solver_options = solver.is_none() ? options_of_scene(system) : read_solver_options(solver);
@@ -151,23 +150,29 @@ stops      ends the advance there)doc")
             return std::vector<Passage>(all.begin(), all.end());
           },
           "(list[Passage]) of events, in the order of time")
-      .def("solution", [](Run& self) { return self.run([](Simulation& s) { return s.solution(); }); },
-           "The present state as a value, also inside a progress callback.")
-      .def("certify", [](Run& self) { return self.run([](Simulation& s) { return s.certify(); }); },
-           "Proves the answer at the present state, also inside a progress callback.")
-      .def("rank", [](Run& self) { return self.run([](Simulation& s) { return s.rank(); }); },
-           "The rank of K at the present state.")
+      .def(
+          "solution", [](Run& self) { return self.run([](Simulation& s) { return s.solution(); }); },
+          "The present state as a value, also inside a progress callback.")
+      .def(
+          "certify", [](Run& self) { return self.run([](Simulation& s) { return s.certify(); }); },
+          "Proves the answer at the present state, also inside a progress callback.")
+      .def(
+          "rank", [](Run& self) { return self.run([](Simulation& s) { return s.rank(); }); },
+          "The rank of K at the present state.")
       .def("save", &save, "The present state as bytes, for restore of a simulation of an equal system.")
       .def("restore", &restore, arg("saved"),
            "Goes on from saved bytes. Raises InputError for bytes that are damaged or of another system.")
       .def_readonly("system", &Run::system, "(System | Scene) as it was given")
-      .def_property_readonly("plan", [](const Run& self) { return self.now().plan(); },
-                             "(PlanSummary) how the equations are solved, and why so")
-      .def_property_readonly("outcome", [](const Run& self) { return self.now().outcome(); },
-                             "(Outcome) of the start, the last advance_to or restore")
-      .def_property_readonly("report", [](const Run& self) { return self.now().report(); },
-                             "(MotionReport) of the motion so far")
-      .def_property_readonly("time", [](const Run& self) { return self.now().time(); }, "(float) s")
+      .def_property_readonly(
+          "plan", [](const Run& self) { return self.now().plan(); },
+          "(PlanSummary) how the equations are solved, and why so")
+      .def_property_readonly(
+          "outcome", [](const Run& self) { return self.now().outcome(); },
+          "(Outcome) of the start, the last advance_to or restore")
+      .def_property_readonly(
+          "report", [](const Run& self) { return self.now().report(); }, "(MotionReport) of the motion so far")
+      .def_property_readonly(
+          "time", [](const Run& self) { return self.now().time(); }, "(float) s")
       .def("__repr__", [](const py::object& self) {
         return "Simulation(time=" + std::to_string(self.cast<const Run&>().now().time()) + ")";
       });

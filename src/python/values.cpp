@@ -10,8 +10,8 @@ namespace tanor::python {
 namespace {
 
 bool is_number(const py::object& value) {
-  return PyFloat_Check(value.ptr()) != 0 || (PyNumber_Check(value.ptr()) != 0 && !py::isinstance<py::str>(value) &&
-                                             PySequence_Check(value.ptr()) == 0);
+  return PyFloat_Check(value.ptr()) != 0 ||
+         (PyNumber_Check(value.ptr()) != 0 && !py::isinstance<py::str>(value) && PySequence_Check(value.ptr()) == 0);
 }
 
 /// An array of whole numbers that Index can hold; an empty list is one.
@@ -136,7 +136,8 @@ void read(const Given& given, Parameter* parameter) {
     *parameter = std::vector<double>(numbers.data(), numbers.data() + numbers.size());
   } else {
     std::vector<ScalarFunction> functions;
-    for (const Given& each : given.entries("a number or function of time for each")) read(each, &functions.emplace_back());
+    for (const Given& each : given.entries("a number or function of time for each"))
+      read(each, &functions.emplace_back());
     *parameter = std::move(functions);
   }
 }
@@ -171,7 +172,8 @@ void read(const Given& given, std::vector<Vector3>* vectors) {
   vectors->clear();
   if (array.size() == 0 && array.ndim() >= 1 && array.shape(0) == 0) return;
   if (array.ndim() != 2 || array.shape(1) != 3) given.fail("numbers [n, 3]");
-  for (py::ssize_t k = 0; k < array.shape(0); ++k) std::copy_n(array.data() + 3 * k, 3, vectors->emplace_back().begin());
+  for (py::ssize_t k = 0; k < array.shape(0); ++k)
+    std::copy_n(array.data() + 3 * k, 3, vectors->emplace_back().begin());
 }
 
 void read(const Given& given, std::vector<Index>* points) {
@@ -196,14 +198,24 @@ void read(const Given& given, std::vector<std::vector<Index>>* tuples) {
                [&](const std::vector<Index>& row) { tuples->push_back(row); });
 }
 
-py::object default_of(bool flag) { return py::bool_(flag); }
-py::object default_of(int number) { return py::int_(number); }
-py::object default_of(double number) { return py::float_(number); }
+py::object default_of(bool flag) {
+  return py::bool_(flag);
+}
+py::object default_of(int number) {
+  return py::int_(number);
+}
+py::object default_of(double number) {
+  return py::float_(number);
+}
 py::object default_of(const std::optional<double>& number) {
   return number ? default_of(*number) : py::none();
 }
-py::object default_of(const std::string& text) { return py::str(text); }
-py::object default_of(const Vector3& vector) { return py::make_tuple(vector[0], vector[1], vector[2]); }
+py::object default_of(const std::string& text) {
+  return py::str(text);
+}
+py::object default_of(const Vector3& vector) {
+  return py::make_tuple(vector[0], vector[1], vector[2]);
+}
 py::object default_of(const VectorFunction& function) {
   const auto at = function(0.0);
   return default_of(Vector3{at[0].value(), at[1].value(), at[2].value()});
@@ -211,6 +223,8 @@ py::object default_of(const VectorFunction& function) {
 py::object default_of(const Parameter& parameter) {
   return parameter.is_initial() ? py::none() : default_of(parameter.constants.at(0));
 }
-py::object default_of(Method method) { return py::str(std::string(name_of(method))); }
+py::object default_of(Method method) {
+  return py::str(std::string(name_of(method)));
+}
 
 }  // namespace tanor::python

@@ -58,7 +58,8 @@ std::string words_of() {
 }
 
 template <class Enum>
-requires std::is_enum_v<Enum> void read(const Given& given, Enum* value) {
+requires std::is_enum_v<Enum>
+void read(const Given& given, Enum* value) {
   std::string word;
   read(given, &word);
   const std::optional<Enum> found = value_of<Enum>(word);
@@ -81,7 +82,9 @@ py::object default_of(const std::vector<Element>&) {
   return py::tuple();
 }
 template <class Enum>
-requires std::is_enum_v<Enum> py::object default_of(Enum value) { return py::str(std::string(name_of(value))); }
+requires std::is_enum_v<Enum> py::object default_of(Enum value) {
+  return py::str(std::string(name_of(value)));
+}
 
 /// What a field of this type takes, in words for docstrings, and its type in the stubs.
 struct TypeInWords {

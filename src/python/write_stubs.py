@@ -55,6 +55,8 @@ def argument(text: str) -> str:
         kind = "numpy.ndarray" + optional if name in ARRAYS else ARGUMENTS.get(name, "Any")
         if name in NUMBERS:
             kind = "int | None" if name == "threads" else "float | None"
+    if name == "saved":
+        kind = ARGUMENTS[name]
     kind = kind.replace("List[", "list[").replace("tanor::python::", "")
     return f"{name}: {kind}" + (f" = {default}" if default else "")
 
@@ -89,7 +91,7 @@ def compiled_class(cls: type) -> str:
         if isinstance(member, property):
             kind = re.match(r"\((.*?)\) ", member.__doc__ or "")
             lines += f"    @property\n    def {name}(self) -> {kind[1] if kind else 'Any'}: ...\n"
-        elif name == "__init__" and "kwargs" not in (member.__doc__ or ""):
+        elif name == "__init__" and (member.__doc__ or "").startswith("__init__(self: "):
             lines += compiled(name, member.__doc__, "    ")
         elif not name.startswith("_") and callable(member):
             lines += compiled(name, member.__doc__, "    ")

@@ -15,5 +15,5 @@ def hanging_chain(n: int = 11) -> tanor.System:
 
 
 def pendulum(displacement=(0, 0, 0)) -> tanor.System:
-    return tanor.System([[0, 0, 0], [1, 0, 0]], [1, 1], supports=[tanor.Support([0], displacement)],
+    return tanor.System([[0, 0, 0], [1, 0, 0]], [1, 1], supports=[tanor.Support([0], displacement=displacement)],
                         constraints=[tanor.Rods([[0, 1]])], forces=[tanor.Gravity((0, 0, -9.81))])
