@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <string_view>
 #include <utility>
 
 #include "embed/ranks/cpu_clock.hpp"
@@ -382,9 +383,20 @@ void DistributedRods::take_reactions(const ConstraintReport& report, double forc
   for (std::size_t k = 0; k < virial_.size(); ++k) virial_[k] = report.virial[k] / force_unit;
 }
 
+/// The outcome's sentence with the atoms of each "bonds[17]", which is our own name.
 std::string DistributedRods::describe(const ConstraintReport& report) const {
-  if (report.worst_row >= own_bonds_.size()) return report.outcome.what;
-  return name(own_bonds_[report.worst_row]) + ": " + report.outcome.what;
+  constexpr std::string_view ours = "bonds[";
+  const std::string& said = report.outcome.what;
+  if (said.find(ours) == std::string::npos && report.worst_row < own_bonds_.size())
+    return name(own_bonds_[report.worst_row]) + ": " + said;
+  std::string result;
+  std::size_t end = 0;
+  for (std::size_t k = said.find(ours); k != std::string::npos; k = said.find(ours, end)) {
+    const std::size_t row = std::stoul(said.substr(k + ours.size()));
+    result += said.substr(end, k - end) + name(own_bonds_.at(row));
+    end = said.find(']', k) + 1;
+  }
+  return result + said.substr(end);
 }
 
 }  // namespace tanor::embed

@@ -258,6 +258,14 @@ class Lammps(host_runs.HostTest):
                 self.assert_lengths(rows, 1.05)
                 self.assert_same_atoms(self.atoms("one", 200), self.atoms("two", 200), 1e-9)
 
+    def test_a_restart_keeps_the_lengths(self):
+        # Atoms that were displaced go back to the lengths of the file, not to those that they are found with.
+        self.write_melt()
+        self.run_host(lj() + rods(options="") + "thermo 100\nrun 100\nwrite_restart saved\n")
+        read = lj(start="").replace("read_data melt.data", "read_restart saved").replace("atom_style bond", "")
+        script = read + "displace_atoms all random 0.01 0.01 0.01 7\n" + rods(options="") + "thermo 5\nrun 20\n"
+        self.assert_lengths(self.run_host(script, ranks=2)[0], 1.05)
+
     def test_two_runs_are_one(self):
         self.write_melt()
         start = lj() + rods() + "thermo 50\n" + dump("{}", 100)
