@@ -1,3 +1,5 @@
+# The plugs for programs of others (src/embed), each where its host is found.
+
 # LAMMPS and LIGGGHTS, where their headers are. ON: they have to be.
 function(find_rank_host name header library)
   # A host that is not sanitized itself cannot load what is.
@@ -27,4 +29,22 @@ if(LAMMPS_FOUND)
 endif()
 if(LIGGGHTS_FOUND)
   add_subdirectory(src/embed/liggghts)
+endif()
+
+# OpenMM, where its headers are, and a compiler takes them for C++20 (clang 14 does not). ON: they have to be.
+set(TANOR_OPENMM AUTO CACHE STRING "ExactConstraints for OpenMM: ON, OFF, or AUTO, where its headers are found")
+if(TANOR_OPENMM)
+  find_package(OpenMM QUIET)
+  if(OpenMM_FOUND)
+    include(CheckCXXSourceCompiles)
+    set(CMAKE_REQUIRED_LIBRARIES OpenMM::OpenMM)
+    check_cxx_source_compiles("#include <OpenMM.h>\nint main() { OpenMM::System system; }" OpenMM_COMPILES)
+    unset(CMAKE_REQUIRED_LIBRARIES)
+  endif()
+  if(OpenMM_COMPILES AND TANOR_SHARED)
+    add_subdirectory(src/embed/openmm)
+  elseif(NOT TANOR_OPENMM STREQUAL "AUTO")
+    message(FATAL_ERROR "TANOR_OPENMM needs openmm/reference/ReferenceConstraints.h, libOpenMM, a compiler that takes "
+      "its headers for C++20, and TANOR_SHARED")
+  endif()
 endif()
