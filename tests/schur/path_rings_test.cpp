@@ -63,8 +63,8 @@ struct Numbers {
         incidences(constraints.list_incidences()),
         inverse_mass(system.num_points()),
         gather(incidences, system.num_points()) {
-    numbering.gather_points(system.masses, inverse_mass, 1);
-    for (double& mass : inverse_mass) mass = 1.0 / mass;
+    for (std::size_t i = 0; i < inverse_mass.size(); ++i)
+      inverse_mass[i] = 1.0 / system.masses[static_cast<std::size_t>(numbering.user_point[i])];
     for (std::vector<double>* array : {&r, &v, &w0}) array->resize(system.positions.size());
     numbering.gather_points(system.positions, r);
     numbering.gather_points(system.velocities, v);
