@@ -16,7 +16,6 @@ using tanor_kernels::largest_square, tanor_kernels::largest_squared_distance;
 namespace {
 
 constexpr std::size_t piece = 128;  // points
-constexpr std::size_t ahead = 16;   // points that are fetched before they are needed, where their places jump
 constexpr std::size_t bytes_of_point = 3 * sizeof(double);
 
 }  // namespace
@@ -43,11 +42,7 @@ void PointTransfer::visit(const BasicPointArray<Number>& array, std::size_t widt
   const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
   const Index* const host_point = host_point_.data();
   const auto go = [&](const auto& number_of) {
-    const std::size_t last = host_point_.size() - 1;
-    for (std::size_t i = first; i < first + count; ++i) {
-      __builtin_prefetch(bytes + number_of(std::min(i + ahead, last)) * stride);
-      at(i, bytes + number_of(i) * stride);
-    }
+    for (std::size_t i = first; i < first + count; ++i) at(i, bytes + number_of(i) * stride);
   };
   if (array.index != nullptr)
     go([&](std::size_t i) { return static_cast<std::ptrdiff_t>(array.index[host_point[i]]); });
