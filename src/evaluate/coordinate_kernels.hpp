@@ -145,21 +145,45 @@ struct LineChartKernel : OneChart {
   }
 };
 
+/// Charts in frames that turn with a direction of each group.
+struct TurningCharts {
+  std::vector<Index> entry;  ///< [member]
+  std::vector<TurningPair> axes;
+  std::vector<Jet<2>> turn;  ///< of each, where charts were recentred last
+
+  bool has_charts() const {
+    return std::ranges::any_of(axes, [](const TurningPair& pair) { return pair.moves(); });
+  }
+  void exchange_memory(Memory& memory) {
+    for (TurningPair& pair : axes) pair.exchange_memory(memory);
+  }
+  void begin_recentre(double t) {
+    for (std::size_t i = 0; i < axes.size(); ++i) turn[i] = axes[i].recentre(t);
+  }
+
+ protected:
+  void add_axes(const VectorFunction& direction, double t) {
+    axes.emplace_back(direction, t);
+    turn.emplace_back();
+  }
+  void turn_axes(double t) {
+    for (TurningPair& pair : axes) {
+      if (pair.moves()) pair.set_time(t);
+    }
+  }
+};
+
 /// r = (offset/|normal|) n + q1 e1 + q2 e2, n the unit normal, the e in the plane.
-struct PlaneChartKernel {
+struct PlaneChartKernel : TurningCharts {
   using Group = PlaneCoordinates;
   static constexpr int num_coordinates = 2;
   static constexpr bool are_unit = false;
 
-  std::vector<Index> entry;  ///< [member]
-  std::vector<TurningPair> axes;
-  std::vector<Jet<2>> turn;
   VectorTable<PlaneNormal> normal;
   ScalarTable offset;
 
   Index add(const PlaneCoordinates& group, double t) {
-    axes.emplace_back(group.normal, t);
-    turn.emplace_back();
+    add_axes(group.normal, t);
     return static_cast<Index>(normal.add(group.normal));
   }
   void add_member(const PlaneCoordinates& group, Index slot, std::size_t k, Vec3 r, double t) {
@@ -171,9 +195,7 @@ struct PlaneChartKernel {
   void set_time(double t) {
     normal.set_time(t);
     offset.set_time(t);
-    for (TurningPair& pair : axes) {
-      if (pair.moves()) pair.set_time(t);
-    }
+    turn_axes(t);
   }
   Place<2> place(std::size_t k, const double* q, const double* q_dot) const {
     const auto& [n, c] = normal[entry[k]];
@@ -196,13 +218,6 @@ struct PlaneChartKernel {
     q[0] = dot(axes[entry[k]].first.value, r);
     q[1] = dot(axes[entry[k]].second.value, r);
   }
-  bool has_charts() const { return !normal.is_constant(); }
-  void exchange_memory(Memory& memory) {
-    for (TurningPair& pair : axes) pair.exchange_memory(memory);
-  }
-  void begin_recentre(double t) {
-    for (std::size_t i = 0; i < axes.size(); ++i) turn[i] = axes[i].recentre(t);
-  }
   void recentre(std::size_t k, double* q, double* q_dot, double* q_ddot) const {
     const Jet<2>& beta = turn[entry[k]];
     if (beta.value() == 0.0) return;
@@ -214,21 +229,17 @@ struct PlaneChartKernel {
 };
 
 /// r = c + R u, u = cos q e1 + sin q e2 in the plane of the circle.
-struct CircleChartKernel {
+struct CircleChartKernel : TurningCharts {
   using Group = CircleCoordinates;
   static constexpr int num_coordinates = 1;
   static constexpr bool are_unit = false;
 
-  std::vector<Index> entry;  ///< [member]
   VectorTable<AsGiven> center;
-  std::vector<TurningPair> axes;
-  std::vector<Jet<2>> turn;
   ScalarTable radius;
 
   static bool takes(const CircleCoordinates& group) { return tanor::depends_on_time(group); }
   Index add(const CircleCoordinates& group, double t) {
-    axes.emplace_back(group.normal, t);
-    turn.emplace_back();
+    add_axes(group.normal, t);
     return static_cast<Index>(center.add(group.center));
   }
   void add_member(const CircleCoordinates& group, Index slot, std::size_t k, Vec3 r, double t) {
@@ -236,16 +247,11 @@ struct CircleChartKernel {
     radius.append_member(radius.add(number_of(group.radius, k, CircleKernel::measure(group, t, r))));
   }
 
-  bool turns() const {
-    return std::ranges::any_of(axes, [](const TurningPair& pair) { return pair.moves(); });
-  }
-  bool depends_on_time() const { return turns() || !radius.is_constant() || !center.is_constant(); }
+  bool depends_on_time() const { return has_charts() || !radius.is_constant() || !center.is_constant(); }
   void set_time(double t) {
     center.set_time(t);
     radius.set_time(t);
-    for (TurningPair& pair : axes) {
-      if (pair.moves()) pair.set_time(t);
-    }
+    turn_axes(t);
   }
   Place<1> place(std::size_t k, const double* q, const double* q_dot) const {
     const MovingVec3 &o = center[entry[k]], &e1 = axes[entry[k]].first, &e2 = axes[entry[k]].second;
@@ -262,13 +268,6 @@ struct CircleChartKernel {
   void locate(std::size_t k, Vec3 r, double* q) const {
     const Vec3 a = r - center[entry[k]].value;
     *q = std::atan2(dot(axes[entry[k]].second.value, a), dot(axes[entry[k]].first.value, a));
-  }
-  bool has_charts() const { return turns(); }
-  void exchange_memory(Memory& memory) {
-    for (TurningPair& pair : axes) pair.exchange_memory(memory);
-  }
-  void begin_recentre(double t) {
-    for (std::size_t i = 0; i < axes.size(); ++i) turn[i] = axes[i].recentre(t);
   }
   void recentre(std::size_t k, double* q, double* q_dot, double* q_ddot) const {
     const Jet<2>& beta = turn[entry[k]];

@@ -5,6 +5,8 @@
 #include <tanor/forward.hpp>
 #include <tanor/kinds.hpp>
 
+#include "system/friction_magnitude.hpp"
+
 /// \file What the laws of friction say in their files, for any list of laws.
 namespace tanor {
 
@@ -22,19 +24,9 @@ constexpr LawForm form_of() {
   return ReadsNormalForce<Law> ? LawForm::Magnitude : LawForm::Given;
 }
 
-/// The magnitude, N; 0 of laws that say a force. T: double, or Forward for the derivative in |N|.
 template <class T, class... Laws>
 T magnitude(const std::variant<Laws...>& friction, double speed, const T& normal) {
-  return std::visit(
-      [&]<class Law>(const Law& law) -> T {
-        if constexpr (HasForceOfFriction<Law>)
-          return 0.0;
-        else if constexpr (ReadsNormalForce<Law>)
-          return KindOf<Law>::magnitude(law, speed, normal);
-        else
-          return KindOf<Law>::magnitude(law, speed);
-      },
-      friction);
+  return std::visit([&](const auto& law) { return magnitude_of(law, speed, normal); }, friction);
 }
 
 /// Its derivative in |N|.

@@ -31,26 +31,25 @@ EnergyRun run_energy(Host* host, double h, int num_steps) {
 
 constexpr int many = 100'000;
 
+void expect_energy_kept(Host* host, double h, const EnergyRun& allowed) {
+  const EnergyRun run = run_energy(host, h, many);
+  EXPECT_LE(std::abs(run.trend), allowed.trend);
+  EXPECT_LE(run.largest, allowed.largest);
+  EXPECT_LE(host->violation, 1e-13);
+}
+
 TEST(VelocityVerlet, KeepsTheEnergyOfAPendulumFromTheHorizontal) {
   Host host = make_hanging_chain(1, 1.0, 1.0, 1.0, 0.0);
   host.set_gravity(9.81);
 
-  const EnergyRun run = run_energy(&host, 1e-3, many);
-
-  EXPECT_LE(std::abs(run.trend), 1e-7);
-  EXPECT_LE(run.largest, 1e-5);
-  EXPECT_LE(host.violation, 1e-13);
+  expect_energy_kept(&host, 1e-3, {.trend = 1e-7, .largest = 1e-5});
 }
 
 TEST(VelocityVerlet, KeepsTheEnergyOfADoublePendulum) {
   Host host = make_hanging_chain(2, 1.0, 1.0, std::sin(0.3), -std::cos(0.3));
   host.set_gravity(9.81);
 
-  const EnergyRun run = run_energy(&host, 2e-3, many);
-
-  EXPECT_LE(std::abs(run.trend), 1e-7);
-  EXPECT_LE(run.largest, 2e-5);
-  EXPECT_LE(host.violation, 1e-13);
+  expect_energy_kept(&host, 2e-3, {.trend = 1e-7, .largest = 2e-5});
 }
 
 TEST(VelocityVerlet, KeepsTheEnergyOfTwentyHangingRods) {
@@ -62,11 +61,7 @@ TEST(VelocityVerlet, KeepsTheEnergyOfTwentyHangingRods) {
     host.v[3 * i + 2] = i > 0 ? 0.3 * std::sin(0.3 * s) : 0.0;
   }
 
-  const EnergyRun run = run_energy(&host, 1e-3, many);
-
-  EXPECT_LE(std::abs(run.trend), 1e-7);
-  EXPECT_LE(run.largest, 5e-5);
-  EXPECT_LE(host.violation, 1e-13);
+  expect_energy_kept(&host, 1e-3, {.trend = 1e-7, .largest = 5e-5});
 }
 
 TEST(VelocityVerlet, KeepsTheEnergyOfAFreeThermalChain) {
@@ -80,11 +75,7 @@ TEST(VelocityVerlet, KeepsTheEnergyOfAFreeThermalChain) {
     v = static_cast<double>(random >> 8U) / (1 << 24) * 2.0 - 1.0;
   }
 
-  const EnergyRun run = run_energy(&host, 5e-3, many);
-
-  EXPECT_LE(std::abs(run.trend), 5e-6);
-  EXPECT_LE(run.largest, 5e-4);
-  EXPECT_LE(host.violation, 1e-13);
+  expect_energy_kept(&host, 5e-3, {.trend = 5e-6, .largest = 5e-4});
 }
 
 // ---- redundant constraints ----

@@ -15,14 +15,6 @@ namespace {
 using allocation::AllocationCounter;
 using allocation::Scene;
 
-/// Each island on its own way, a net's sparse factors among them.
-System make_mixture() {
-  System system = scenes::make_net(8, 8);
-  put_beside(scenes::make_clusters(50), &system);
-  put_beside(scenes::make_chain(300), &system);
-  return system;
-}
-
 /// Methane with all ten distances, one of which depends on the others.
 System make_redundant() {
   System system;
@@ -42,7 +34,7 @@ const Scene scenes_of_hosts[]{{"chain", [] { return scenes::make_chain(4'200); }
                               {"clusters", [] { return scenes::make_clusters(50); }},
                               {"beads", [] { return scenes::make_beads(1'100); }},
                               {"breathing_rods", [] { return scenes::make_breathing_chain(100); }},
-                              {"mixture", make_mixture},
+                              {"mixture", [] { return allocation::make_mixture(scenes::make_chain(300)); }},
                               {"redundant", make_redundant}};
 
 class HostStepTest : public testing::TestWithParam<std::tuple<Scene, int>> {};

@@ -14,14 +14,6 @@ namespace {
 using allocation::AllocationCounter;
 using allocation::Scene;
 
-/// Each island on its own way, a net's sparse factors among them.
-System make_mixture() {
-  System system = scenes::make_net(8, 8);
-  put_beside(scenes::make_clusters(50), &system);
-  put_beside(scenes::make_beads(20), &system);
-  return system;
-}
-
 const Scene steady_scenes[]{
     {"chain", [] { return scenes::make_chain(4'200); }},
     {"ring", [] { return scenes::make_ring(260); }},
@@ -29,7 +21,7 @@ const Scene steady_scenes[]{
     {"lattice", [] { return scenes::make_lattice(6); }},
     {"clusters", [] { return scenes::make_clusters(50); }},
     {"beads", [] { return scenes::make_beads(1'100); }},
-    {"mixture", make_mixture},
+    {"mixture", [] { return allocation::make_mixture(scenes::make_beads(20)); }},
     {"damped_springs", [] { return scenes::make_damped_chain(100); }},
     {"shaken_support", [] { return scenes::make_shaken_chain(100); }},
     {"breathing_rods", [] { return scenes::make_breathing_chain(100); }},

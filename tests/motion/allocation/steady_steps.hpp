@@ -10,7 +10,9 @@
 
 #include <tanor/motion.hpp>
 
+#include "beside.hpp"
 #include "motion/allocation/counting_allocator.hpp"
+#include "scenes.hpp"
 
 namespace tanor::allocation {
 
@@ -28,6 +30,14 @@ using Steps = std::tuple<Scene, Method, int>;
 inline std::string name_steps(const testing::TestParamInfo<Steps>& instance) {
   const auto& [scene, method, threads] = instance.param;
   return scene.name + "_" + std::string(name_of(method)) + "_" + std::to_string(threads);
+}
+
+/// Each island on its own way, a net's sparse factors among them.
+inline System make_mixture(const System& others) {
+  System system = scenes::make_net(8, 8);
+  put_beside(scenes::make_clusters(50), &system);
+  put_beside(others, &system);
+  return system;
 }
 
 /// Allocations in 20 steps of a simulation, after 3 to warm up; one more follows, so that the count falls between two.
