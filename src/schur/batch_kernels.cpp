@@ -1,7 +1,5 @@
 #include "schur/batch_kernels.hpp"
 
-#include <cmath>
-
 #include "base/instruction_sets.hpp"
 #include "base/parallel.hpp"
 

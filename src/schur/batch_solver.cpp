@@ -125,11 +125,10 @@ void BatchSolver::for_each_batch(const Parallel& parallel, const Visit& visit) {
 Elimination BatchSolver::found() const {
   Elimination result;
   for (const Workspace& work : workspaces_) {
+    const auto& [right_side, residual, own_residual] = work.found;
     for (std::size_t lane = 0; lane < num_lanes; ++lane)
       result.reciprocal_condition = std::min(result.reciprocal_condition, work.smallest[lane]);
-    result.largest_right_side = larger(result.largest_right_side, work.found.right_side.read());
-    result.residual = larger(result.residual, work.found.residual.read());
-    result.own_residual = larger(result.own_residual, work.found.own_residual.read());
+    result.include({1.0, right_side.read(), residual.read(), own_residual.read()});
   }
   return result;
 }

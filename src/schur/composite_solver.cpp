@@ -21,12 +21,7 @@ template <class Each>
 Elimination CompositeSolver::join(const Each& each) {
   Elimination result;
   for (const auto& solver : solvers_) {
-    const Elimination found = each(*solver);
-    result.reciprocal_condition = std::min(result.reciprocal_condition, found.reciprocal_condition);
-    result.largest_right_side = larger(result.largest_right_side, found.largest_right_side);
-    result.residual = larger(result.residual, found.residual);
-    result.own_residual = larger(result.own_residual, found.own_residual);
-    result.refinements = std::max(result.refinements, found.refinements);
+    result.include(each(*solver));
   }
   return result;
 }

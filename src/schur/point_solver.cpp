@@ -1,8 +1,6 @@
 #include "schur/point_solver.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "plan/thresholds.hpp"
 
@@ -194,17 +192,12 @@ Elimination PointSolver::for_each_chunk(const Parallel& parallel, const Work& wo
         group += chunk.count;
         for (std::size_t lane = 0; lane < num_lanes; ++lane)
           found[k].reciprocal_condition = std::min(found[k].reciprocal_condition, chunk.smallest[lane]);
-        found[k].largest_right_side = larger(found[k].largest_right_side, chunk.right_side.read());
-        found[k].residual = larger(found[k].residual, chunk.residual.read());
+        found[k].include({1.0, chunk.right_side.read(), chunk.residual.read()});
       }
     }
   });
   Elimination result{.own_residual = cannot_tell};
-  for (std::size_t k = 0; k < shares; ++k) {
-    result.reciprocal_condition = std::min(result.reciprocal_condition, found[k].reciprocal_condition);
-    result.largest_right_side = larger(result.largest_right_side, found[k].largest_right_side);
-    result.residual = larger(result.residual, found[k].residual);
-  }
+  for (std::size_t k = 0; k < shares; ++k) result.include(found[k]);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <span>
@@ -32,6 +33,15 @@ struct Elimination {
   double residual = 0.0;              ///< max |K'(w - w0) + b|/|gradient|, m/s^2, of w as it came out
   double own_residual = 0.0;  ///< the largest of any island over its own |b|; infinite where a solver cannot tell
   int refinements = 0;        ///< passes that w took for that
+
+  /// The worst of both: other islands were solved beside these.
+  void include(const Elimination& other) {
+    reciprocal_condition = std::min(reciprocal_condition, other.reciprocal_condition);
+    largest_right_side = larger(largest_right_side, other.largest_right_side);
+    residual = larger(residual, other.residual);
+    own_residual = larger(own_residual, other.own_residual);
+    refinements = std::max(refinements, other.refinements);
+  }
 };
 
 constexpr double cannot_tell = std::numeric_limits<double>::infinity();
