@@ -86,6 +86,7 @@ struct Instant {
   const Model& model{work.model()};
   MultiplierForm form;
   std::vector<double> r, v, w, b;
+  SolveReport report;
 
   explicit Instant(const System& system, FrictionMethod method)
       : work(system, {.threads = 1, .friction = method}, 0.0),
@@ -103,7 +104,8 @@ struct Instant {
   double evaluate(int round) {
     for (double& each : v) each *= round % 2 == 0 ? 1.25 : 0.8;
     const auto begin = Clock::now();
-    const Outcome outcome = form.accelerations({0.0, r.data(), v.data()}, {.refuses_several = true}, w.data());
+    const Outcome outcome =
+        form.accelerations({0.0, r.data(), v.data()}, {.refuses_several = true}, {w.data(), nullptr, &report});
     if (!outcome.ok()) std::printf("%s\n", outcome.what.c_str());
     return std::chrono::duration<double>(Clock::now() - begin).count();
   }
@@ -136,7 +138,7 @@ void measure(const char* name, const System& rough, FrictionMethod method, int r
                         static_cast<double>(instant.work.counters.friction_iterations - iterations_before));
     solve.push_back(instant.solve());
     evaluation_without.push_back(without.evaluate(round));
-    residual = std::max(residual, instant.form.last_solve().friction.residual);
+    residual = std::max(residual, instant.report.friction.residual);
   }
   const Counters& end = instant.work.counters;
   std::printf(

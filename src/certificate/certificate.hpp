@@ -13,6 +13,7 @@ struct Answer {
   const std::vector<double>&r, &v, &w, &eta;  ///< [3n]
   const std::vector<double>& lambda;          ///< [rows]; of contacts: not looked at
   const std::vector<double>& tau;             ///< [3n] of all contacts, those that stick too
+  const FrictionReport& friction;             ///< what was reported of it
 };
 
 /// There is no answer to prove.

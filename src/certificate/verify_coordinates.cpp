@@ -79,8 +79,7 @@ void Verifier::verify_identity(const std::string& identity, double allowed) {
 }
 
 void Verifier::verify_both() {
-  const double rcond =
-      std::min(forms_.tangent->last_solve().reciprocal_condition, forms_.normal->last_solve().reciprocal_condition);
+  const double rcond = std::min(forms_.tangent->reciprocal_condition(), forms_.normal->reciprocal_condition());
   const double allowed = conditioned(rcond) + rounding_of_places();
   if (something_sticks_) {
     result_.left_out.push_back("(9), (10): S holds contacts that stick, the coordinates do not");

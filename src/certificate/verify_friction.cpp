@@ -5,6 +5,7 @@
 #include "certificate/verifier.hpp"
 #include "dynamics/friction_blocks.hpp"
 #include "system/contacts.hpp"
+#include "system/friction_magnitude.hpp"
 
 /// \file Friction: the laws once more, straight from the System, at the answer's own multipliers; what sticks stays at
 /// rest; (43) by its three blocks.
@@ -15,12 +16,7 @@ namespace {
 /// The law that its own file says: judged are its direction, what it is evaluated at, and that (43) was solved.
 template <class Law>
 double magnitude_again(const Law& law, double speed, double normal) {
-  if constexpr (HasForceOfFriction<Law>)
-    return 0.0;
-  else if constexpr (ReadsNormalForce<Law>)
-    return KindOf<Law>::magnitude(law, speed, normal);
-  else
-    return KindOf<Law>::magnitude(law, speed);
+  return magnitude_of(law, speed, normal);
 }
 // Once more, as the contract of scene files has them: an error in their files shows here.
 double magnitude_again(const Coulomb& law, double speed, double normal) {
@@ -236,8 +232,7 @@ void Verifier::verify_rest(const std::vector<Sliding>& contacts) {
 void Verifier::verify_friction_by_blocks() {
   constexpr int most_iterations = 60;
   FrictionBlocks blocks{};
-  const FrictionReport& friction = forms_.normal->last_solve().friction;
-  if (friction.sticking_is_indeterminate) {
+  if (answer_.friction.sticking_is_indeterminate) {
     blocks.outcome = {Status::NotUnique, "contacts that stick share their load by convention"};
   } else if (const std::string contact = forms_.normal->find_undetermined_reaction(); !contact.empty()) {
     // Each way takes a share of its own.
@@ -245,7 +240,7 @@ void Verifier::verify_friction_by_blocks() {
                       "constraints that depend on each other share the reaction of " + contact + " by convention"};
   } else if (rcond_of_S_ <= 10.0 * eps) {
     blocks.outcome = {Status::NotUnique, "S is singular to rounding: how a load is shared is a convention"};
-  } else if (friction.contraction < 1.0) {
+  } else if (answer_.friction.contraction < 1.0) {
     blocks.outcome =
         iterate_friction_blocks(*forms_.normal, work_, {answer_.t, answer_.r, answer_.v}, most_iterations, &blocks);
   } else {

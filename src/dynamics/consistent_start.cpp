@@ -1,7 +1,6 @@
 #include "dynamics/consistent_start.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/text.hpp"
 #include "dynamics/nearest_point.hpp"

@@ -24,7 +24,7 @@ class ConstrainedSystem {
   /// w [3n] by (31) and (25), with friction by (43). `are_counted` [island]: all motions of its contacts are known, so
   /// that several sizes of friction are no several motions there; empty: of none.
   virtual Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
-                                double* w) = 0;
+                                const AccelerationOutput& to) = 0;
 
   /// lambda [rows]: the guess of the next `accelerations`, the answer of the last ones.
   virtual std::vector<double>& lambda() = 0;
@@ -32,8 +32,6 @@ class ConstrainedSystem {
   virtual const std::vector<double>& acceleration_scales() const = 0;
   /// The same for w0 [3n] and b = phi + K'w0 [rows], whose largest number is `scale`.
   virtual const std::vector<double>& measure_accelerations(const double* w0, const double* b, double scale) = 0;
-  /// The report of the last `accelerations`.
-  virtual SolveReport& report() = 0;
 
   /// K at the last linearization, and which of its rows depend on others.
   virtual const std::vector<double>& blocks() const = 0;

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include <tanor/dynamics.hpp>
@@ -24,7 +23,7 @@ struct ModeSwitch {
   double t;
   const double* r;                      ///< [3n]
   double* v;                            ///< [3n]; what has come to rest is put to rest exactly
-  double* w;                            ///< [3n] accelerations of the new modes
+  AccelerationOutput to;                ///< [3n] accelerations of the new modes
   Request request;                      ///< of those accelerations
   std::vector<char> at_rest{};          ///< [contact]
   std::vector<std::size_t> releases{};  ///< contacts that stick and have reached their limit

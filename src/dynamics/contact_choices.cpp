@@ -198,11 +198,8 @@ Outcome ContactChoices::solve_without_members(const ModeSwitch& at, ContactVerdi
     if (is_refused && failed.ok()) failed = explain(at.t, choice);
   }
   reduction_.guess_multipliers(at, *choices);
-  if (!failed.ok()) {
-    FrictionReport& report = system_.report().friction;
-    report = {.contacts = state_.size()};
-    report.uniqueness = verdict->uniqueness;
-  }
+  if (!failed.ok() && at.to.report != nullptr)
+    at.to.report->friction = {.contacts = state_.size(), .uniqueness = verdict->uniqueness};
   return failed;
 }
 

@@ -63,9 +63,10 @@ void ContactModes::shape_events(const double* values, double* shapes) const {
 
 // ---- the driver ----
 
-Outcome ContactModes::begin(double t, const double* r, double* v, const Request& request, double* w) {
+Outcome ContactModes::begin(double t, const double* r, double* v, const Request& request,
+                            const AccelerationOutput& to) {
   Tangents& tangents = state_.tangents;
-  ModeSwitch at{t, r, v, w, request};
+  ModeSwitch at{t, r, v, to, request};
   at.at_rest.assign(state_.size(), 0);
   at.has_changed.assign(friction_.islands().size(), 1);
   for (std::size_t c = 0; c < state_.size(); ++c) tangents.set_stick(c, false);
@@ -86,10 +87,10 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
 }
 
 Outcome ContactModes::switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                                       const Request& request, double* w) {
+                                       const Request& request, const AccelerationOutput& to) {
   Tangents& tangents = state_.tangents;
   const ContactIslands& islands = friction_.islands();
-  ModeSwitch at{t, r, v, w, request};
+  ModeSwitch at{t, r, v, to, request};
   at.at_rest.assign(state_.size(), 0);
   at.has_changed.assign(islands.size(), 0);
   std::vector<char> is_met(num_events(), 0);
@@ -298,8 +299,8 @@ Outcome ContactModes::finish(const ModeSwitch& at, const std::vector<char>& are_
   state_.places.hold(at.t, at.r);
   Request at_end = at.request;
   at_end.gradients = Gradients::Keep;
-  Outcome found = system_.accelerations({at.t, at.r, at.v}, at_end, are_counted, at.w);
-  if (found.ok()) system_.report().outcome = found = check_rest(at);
+  Outcome found = system_.accelerations({at.t, at.r, at.v}, at_end, are_counted, at.to);
+  if (found.ok()) found = check_rest(at);
   if (state_.verdict.uniqueness == Uniqueness::Several) {
     state_.verdict.uniqueness = Uniqueness::Unproven;
     state_.verdict.reason = "several accelerations obeyed the law at t = " + text(at.t);
@@ -313,7 +314,7 @@ Outcome ContactModes::check_rest(const ModeSwitch& at) const {
   constexpr double largest_miss = 1e-6;
   const double* const lambda = system_.lambda().data();
   std::vector<double> rows(model_.num_rows());  // T'w + phi
-  work_.constraints.evaluate_contacts(model_.parallel, at.r, at.v, at.w, Tangents::Which::All, rows.data());
+  work_.constraints.evaluate_contacts(model_.parallel, at.r, at.v, at.to.a, Tangents::Which::All, rows.data());
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (at.at_rest[c] == 0 || !state_.tangents.sticks(c)) continue;
     double a = 0.0;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "dynamics/contact_choices.hpp"
@@ -21,13 +20,13 @@ class ContactModes final : public EventFunctions {
 
   // ---- the modes ----
 
-  /// The modes at a start, with the accelerations w [3n]. v changes where contacts are put to rest exactly.
-  Outcome begin(double t, const double* r, double* v, const Request& request, double* w);
+  /// The modes at a start, with the accelerations [3n]. v changes where contacts are put to rest exactly.
+  Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to);
   std::size_t num_events() const override { return state_.num_switches; }
   void evaluate_events(double t, const double* r, const double* v, double* values) override;
   void shape_events(const double* values, double* shapes) const override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
-                           const Request& request, double* w) override;
+                           const Request& request, const AccelerationOutput& to) override;
   Power work_of_switch() const override { return work_of_rest_; }
   std::vector<int> discrete_state() const override { return state_.discrete_state(); }
   void restore_discrete_state(std::span<const int> state) override { state_.restore_discrete_state(state); }

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "dynamics/mechanics.hpp"
 
 namespace tanor {
@@ -23,16 +20,18 @@ class EquationsOfMotion : public Mechanics {
                             double* w) = 0;
   /// Accelerations where nothing is known of earlier instants: contacts at rest choose whether they stick or slide. May
   /// change x' of those by rounding.
-  virtual Outcome begin(double t, const double* x, double* x_dot, const Request& request, double* x_ddot) = 0;
+  virtual Outcome begin(double t, const double* x, double* x_dot, const Request& request,
+                        const AccelerationOutput& to) = 0;
   /// After a step that was accepted: variables that serve the neighbourhood of (x, x') best; x'' goes along.
   virtual void recentre(double t, double* x, double* x_dot, double* x_ddot) = 0;
   /// Goes on with a motion from elsewhere: its earlier steps are unknown, the work is counted on.
   virtual void resume(const Counters& counters, const PhaseTimes& times) = 0;
 
   virtual Energy energy(double t, const double* x, const double* v) = 0;
-  /// eta [3n] of the last accelerations; of supports: what the constraints do there.
+  /// Of the instant at which the form stands, that of the last accelerations: eta [3n]; of supports: what the
+  /// constraints do there.
   virtual void reactions(double* eta) = 0;
-  /// tau [3n] of the last accelerations, of contacts that slide and of those that stick.
+  /// Likewise tau [3n], of contacts that slide and of those that stick.
   virtual void friction_forces(double* tau) const = 0;
 
   /// Adds what it found out about the system.

@@ -12,12 +12,11 @@
 namespace tanor {
 
 ForwardDynamics::ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals,
-                                 const Contacts& contacts, SolveReport* report)
+                                 const Contacts& contacts)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
       residuals_(residuals),
-      report_(*report),
       contacts_(contacts.state),
       friction_(contacts.friction),
       lambda_(model_.num_rows(), 0.0),
@@ -26,8 +25,18 @@ ForwardDynamics::ForwardDynamics(Workspace& work, Linearization& linearization, 
       rows_(model_.num_rows()) {}
 
 Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
-                               double* w) {
-  Outcome& outcome = report_.outcome;
+                               const AccelerationOutput& to) {
+  Outcome outcome = find(at, request, are_counted, to.a);
+  if (to.report != nullptr) {
+    *to.report = report_;
+    to.report->reciprocal_condition = linearization_.reciprocal_condition();
+  }
+  if (to.power != nullptr && outcome.ok()) *to.power = find_power(at);
+  return outcome;
+}
+
+Outcome ForwardDynamics::find(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                              double* w) {
   work_.set_time(at.t);
   ++work_.counters.evaluations;
   exact_ = request.exact;
@@ -35,29 +44,38 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
   if (reuse != nullptr) reuse->allow_error(exact_ ? 0.0 : request.allowed_error);
   if (request.gradients == Gradients::Evaluate) work_.constraints.choose_frames();
   // (31), (23) and (25) in one pass where special solvers serve; what follows is the same step by step.
-  if (auto found = solve_at_once(at, request, w)) return outcome = *std::move(found);
+  if (auto found = solve_at_once(at, request, w)) return *std::move(found);
 
   const bool is_new = request.gradients == Gradients::Evaluate && linearization_.needs_factor();
   evaluate(at, request, is_new, w);  // w0 = M^-1 f, b = phi + K'w0, K
-  if (!std::isfinite(problem_.scale)) return outcome = model_.not_finite(at.t);
-  if (model_.num_rows() == 0) return outcome = {};
+  if (!std::isfinite(problem_.scale)) return model_.not_finite(at.t);
+  if (model_.num_rows() == 0) return {};
   if (is_new && linearization_.solve_with_old_factor(at.t, b_.data(), &lambda_, dw_.data())) {
     add_reactions(w);
-    return outcome = check_idle_rows(at.t);
+    return check_idle_rows(at.t);
   }
   if (is_new) {
-    outcome = linearization_.factorize(at.t, at.x);  // S = K'M^-1K
+    Outcome outcome = linearization_.factorize(at.t, at.x);  // S = K'M^-1K
     if (!outcome.ok()) return outcome;
   }
-  if (outcome = check_idle_rows(at.t); !outcome.ok()) return outcome;
+  if (Outcome outcome = check_idle_rows(at.t); !outcome.ok()) return outcome;
   const UniquenessCheck check{request.verification != Verification::None, request.refuses_several, are_counted};
-  if (outcome = find_friction(at, check, w); !outcome.ok()) return outcome;  // tau, then f + tau for f (43)
-  find_multipliers();                                                        // S lambda = -b (31)
+  if (Outcome outcome = find_friction(at, check, w); !outcome.ok()) return outcome;  // tau, then f + tau for f (43)
+  find_multipliers();                                                                // S lambda = -b (31)
   improve_friction(w);
-  if (outcome = verify(at, check.is_wanted); !outcome.ok()) return outcome;  // K'w + phi = 0
+  if (Outcome outcome = verify(at, check.is_wanted); !outcome.ok()) return outcome;  // K'w + phi = 0
   add_reactions(w);  // w = w0 + M^-1 eta, eta = K lambda (23), (25)
   if (reuse != nullptr) reuse->note(at.t, lambda_);
-  return outcome;
+  return {};
+}
+
+Power ForwardDynamics::find_power(const Kinematics& at) {
+  Power result = work_.power(dw_.data(), at.x, at.v);
+  if (friction_ == nullptr) return result;
+  result.friction = friction_->power(lambda_.data(), at.v);
+  // Of what M^-1 K lambda does, that part belongs to contacts that stick.
+  if (model_.is_rheonomic()) result.supports -= friction_->held_power(lambda_.data(), at.v);
+  return result;
 }
 
 /// All of it by the composite. None where that does not serve, where S looks singular, or where K'w = -phi does not

@@ -28,20 +28,21 @@ class ForwardDynamics {
     ContactState* state = nullptr;
     FrictionSolver* friction = nullptr;
   };
-  /// `report`: of the last solve; it outlives the dynamics, as the others do.
-  ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, const Contacts& contacts,
-                  SolveReport* report);
+  /// All outlive the dynamics.
+  ForwardDynamics(Workspace& work, Linearization& linearization, Residuals& residuals, const Contacts& contacts);
 
   /// w [3n] at (t, r, v), with K and the factor of S there or with those that stand.
-  Outcome solve(const Kinematics& at, const Request& request, double* w) { return solve(at, request, {}, w); }
+  Outcome solve(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
+    return solve(at, request, {}, to);
+  }
   /// `are_counted` [island of contacts]: its motions are known, see UniquenessCheck; empty: of none.
-  Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted, double* w);
+  Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
+                const AccelerationOutput& to);
 
   // Of the last solve.
   const SolveReport& report() const { return report_; }
-  const std::vector<double>& multipliers() const { return lambda_; }         ///< lambda [d]
-  std::vector<double>& multipliers() { return lambda_; }                     ///< where iterations of friction begin
-  const std::vector<double>& reaction_accelerations() const { return dw_; }  ///< M^-1 K lambda [3n]
+  const std::vector<double>& multipliers() const { return lambda_; }  ///< lambda [d]
+  std::vector<double>& multipliers() { return lambda_; }              ///< where iterations of friction begin
   /// eta = K lambda [3n] (23) of the user's constraints; of supports: what the constraints do there.
   void write_reactions(double* eta);
 
@@ -49,6 +50,8 @@ class ForwardDynamics {
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding
   double good_enough() const { return exact_ ? 1e-15 : 1e-12; }
 
+  Outcome find(const Kinematics& at, const Request& request, std::span<const char> are_counted, double* w);
+  Power find_power(const Kinematics& at);
   double evaluate_free(const Kinematics& at, const Request& request, double* w);
   std::optional<Outcome> solve_at_once(const Kinematics& at, const Request& request, double* w);
   void evaluate(const Kinematics& at, const Request& request, bool with_gradients, double* w);
@@ -66,10 +69,10 @@ class ForwardDynamics {
   const Model& model_;
   Linearization& linearization_;
   Residuals& residuals_;
-  SolveReport& report_;
   ContactState* contacts_;                             // null: constraints are ideal
   FrictionSolver* friction_;                           // likewise
   bool exact_ = false;                                 // the solve at hand is
+  SolveReport report_;                                 // of the solve at hand
   std::vector<double> lambda_, dw_;                    // [d]; [3n] w - w0 = M^-1 K lambda
   std::vector<double> b_, rows_;                       // [d] phi + K'w0; K'w + phi
   Residuals::Problem problem_{nullptr, nullptr, 0.0};  // of the solve at hand

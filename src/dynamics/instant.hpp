@@ -1,5 +1,9 @@
 #pragma once
 
+#include <tanor/dynamics.hpp>
+
+#include "dynamics/power.hpp"
+
 namespace tanor {
 
 /// Where a system is at one instant. Positions and velocities stand in the variables of whoever is asked.
@@ -36,6 +40,17 @@ struct Request {
     if (verification == Verification::AtStepEnds) anew.verification = Verification::None;
     return anew;
   }
+};
+
+/// Where accelerations are written, and what is found with them; null: nobody asks.
+struct AccelerationOutput {
+  // NOLINTNEXTLINE(google-explicit-constructor): an array alone is a whole answer.
+  AccelerationOutput(double* accelerations, Power* with_power = nullptr, SolveReport* with_report = nullptr)
+      : a(accelerations), power(with_power), report(with_report) {}
+
+  double* a;
+  Power* power;         ///< that enters the system at this state
+  SolveReport* report;  ///< all of it but the outcome, which is returned; also where that is a failure
 };
 
 }  // namespace tanor

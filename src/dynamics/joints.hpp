@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "assembly/newton_plan.hpp"
+#include "base/block3.hpp"
 #include "dynamics/mechanics.hpp"
 #include "dynamics/scales.hpp"
 #include "evaluate/family.hpp"

@@ -18,13 +18,12 @@ SchurProblem problem_of(const Workspace& work) {
 
 }  // namespace
 
-Linearization::Linearization(Workspace& work, const SolverOptions& options, SolveReport* report, ContactState* contacts)
+Linearization::Linearization(Workspace& work, const SolverOptions& options, ContactState* contacts)
     : work_(work),
       model_(work.model()),
-      report_(*report),
       blocks_(3 * work.constraints.num_blocks()),
       composite_(make_composite_solver(problem_of(work), options)),
-      factor_(work, options.ordering, blocks_, contacts, report),
+      factor_(work, options.ordering, blocks_, contacts),
       evaluator_(composite_.empty() ? static_cast<SchurFactor&>(factor_) : composite_),
       conjugate_(work, factor_, blocks_),
       rows_(model_.num_rows()) {
@@ -39,6 +38,7 @@ Linearization::Linearization(Workspace& work, const SolverOptions& options, Solv
 
 /// A factor of the composite that looks singular is none: the factor of all rows decides.
 bool Linearization::note_composite(double reciprocal_condition) {
+  reciprocal_condition_ = reciprocal_condition;
   const bool is_fine = reciprocal_condition > factor_.suspect_below();
   state_ = is_fine ? FactorState::Composite : FactorState::None;
   return is_fine;
@@ -48,6 +48,7 @@ bool Linearization::note_composite(double reciprocal_condition) {
 bool Linearization::note_sparse(bool is_factorized) {
   if (!is_factorized) return false;
   state_ = FactorState::Sparse;
+  reciprocal_condition_ = factor_.reciprocal_condition();
   if (reuse_ != nullptr) reuse_->note_factor();
   return true;
 }
@@ -59,8 +60,7 @@ Outcome Linearization::update(double t, const double* r) {
   if (serves_at_once()) {
     const Stopwatch watch(&work_.times.factor);
     ++work_.counters.factorizations;
-    report_.reciprocal_condition = composite_.linearise(model_.parallel, r, blocks_.data()).reciprocal_condition;
-    if (note_composite(report_.reciprocal_condition)) return {};
+    if (note_composite(composite_.linearise(model_.parallel, r, blocks_.data()).reciprocal_condition)) return {};
   }
   {
     const Stopwatch watch(&work_.times.evaluate);
@@ -86,8 +86,8 @@ std::optional<Elimination> Linearization::eliminate(const FreeMotion& motion, Gr
   const Elimination found = keeps ? composite_.solve_again(model_.parallel, motion, blocks_.data(), b, lambda, w)
                                   : composite_.solve(model_.parallel, motion, blocks_.data(), b, lambda, w);
   work_.counters.solves += static_cast<std::size_t>(found.refinements);
-  if (!keeps) report_.reciprocal_condition = found.reciprocal_condition;
-  if (std::isfinite(found.largest_right_side) && !note_composite(report_.reciprocal_condition)) return std::nullopt;
+  if (!keeps) reciprocal_condition_ = found.reciprocal_condition;
+  if (std::isfinite(found.largest_right_side) && !note_composite(reciprocal_condition_)) return std::nullopt;
   return found;
 }
 
@@ -179,7 +179,7 @@ Projection Linearization::project_velocities(double target, const double* r, dou
 
 bool Linearization::solve_with_old_factor(double t, const double* b, std::vector<double>* lambda, double* dw) {
   const bool serves = reuse_ != nullptr && state_ != FactorState::None && !factor_.redundancy().is_found() &&
-                      reuse_->serves(report_.reciprocal_condition);
+                      reuse_->serves(reciprocal_condition_);
   if (!serves) return false;
   if (!reuse_->solve(t, state_ == FactorState::Sparse, blocks_.data(), b, lambda, dw)) return false;
   state_ = FactorState::Stale;

@@ -29,9 +29,8 @@ enum class FactorState {
 /// and where the composite would be no faster, the factor of all rows together answers (see RankRevealingFactor).
 class Linearization {
  public:
-  /// `report`: gets the condition of S of each factorization; it outlives the linearization, as the others do.
-  /// `contacts`: with friction; null where constraints are ideal.
-  Linearization(Workspace& work, const SolverOptions& options, SolveReport* report, ContactState* contacts = nullptr);
+  /// `contacts`: with friction; null where constraints are ideal. Both outlive the linearization.
+  Linearization(Workspace& work, const SolverOptions& options, ContactState* contacts = nullptr);
   Linearization(const Linearization&) = delete;
   Linearization& operator=(const Linearization&) = delete;
 
@@ -61,6 +60,8 @@ class Linearization {
     return work_.constraints.evaluate_right_side(model_.parallel, r, v, w0, b,
                                                  with_gradients ? blocks_.data() : nullptr);
   }
+  /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal; the smallest over its parts.
+  double reciprocal_condition() const { return reciprocal_condition_; }
   /// What `solve_at_once` found leaves too large a residual: the factor is not used again.
   void refuse() { state_ = FactorState::None; }
 
@@ -150,12 +151,12 @@ class Linearization {
 
   Workspace& work_;
   const Model& model_;
-  SolveReport& report_;
   std::vector<double> blocks_;  // K
   CompositeSolver composite_;   // empty: the factor of all rows is no slower
   RankRevealingFactor factor_;
   SchurFactor& evaluator_;  // one of them
   FactorState state_ = FactorState::None;
+  double reciprocal_condition_ = 1.0;
   std::unique_ptr<FactorReuse> reuse_;  // null: it does not pay
   ConjugateResiduals conjugate_;        // where contacts are compliant
   bool is_cheap_;

@@ -10,7 +10,6 @@
 #include "base/parallel.hpp"
 #include "dynamics/implicit_equations.hpp"
 #include "dynamics/instant.hpp"
-#include "dynamics/power.hpp"
 #include "dynamics/roles.hpp"
 
 namespace tanor {
@@ -41,7 +40,8 @@ enum class Turn { Small, Large };
 
 /// What motion sees of a mechanical system: x'' = a(t, x, v) on a constraint manifold. x and v have `size()` numbers.
 ///
-/// A configuration is *linearised* when K stands at it and S has its factor; projections reuse the last one.
+/// A configuration is *linearised* when K stands at it and S has its factor, by `linearise` or by accelerations that
+/// evaluate their gradients. It stays so until the next one.
 class Mechanics {
  public:
   virtual ~Mechanics() = default;
@@ -49,7 +49,7 @@ class Mechanics {
   virtual std::size_t size() const = 0;
   /// x means the same before and after a step that was accepted.
   virtual bool keeps_variables() const = 0;
-  /// `power` is not identically 0.
+  /// Power is not identically 0.
   virtual bool has_work() const = 0;
   virtual const Parallel& parallel() const = 0;
   virtual PointTolerances point_tolerances() const = 0;
@@ -57,22 +57,22 @@ class Mechanics {
   /// Writes the prescribed motion at t into x and v; to be called before anything else is computed at a new t.
   virtual void prescribe(double t, double* x, double* v) = 0;
   virtual Outcome linearise(double t, const double* x) = 0;
-  virtual Outcome accelerations(const Kinematics& at, const Request& request, double* a) = 0;
-  /// Reports on the last `linearise` or `accelerations`.
-  virtual const SolveReport& last_solve() const = 0;
+  /// 1/cond(S), or of H, at the configuration that is linearised.
+  virtual double reciprocal_condition() const = 0;
   /// The rank of K, as it was decided last.
   virtual std::size_t rank() const = 0;
-  /// At the state of the last `accelerations`.
-  virtual Power power(const double* x, const double* v) = 0;
+  virtual Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) = 0;
 
-  /// Projects x onto xi(x, t) = 0 along M^-1 K of the last linearisation, by chord iterations. Linearises anew where
-  /// they stall; after a large turn also at x first, where that costs no more than the iterations which it saves.
+  /// Projects x onto xi(x, t) = 0 along M^-1 K of the configuration that is linearised, by chord iterations. Linearises
+  /// anew where they stall; after a large turn also at x first, where that costs no more than the iterations which it
+  /// saves.
   virtual ProjectionReport project_positions(double t, double* x, Turn turn) = 0;
   /// Projects v onto K'v + xi_t = 0 in the M-norm, with the linearisation at (t, x).
   virtual ProjectionReport project_velocities(double t, const double* x, double* v) = 0;
 
-  /// t: at the step's beginning; the last accelerations were those at its end. `atol` 0: 1e-10 of the length and of the
-  /// speed of each point's neighbourhood, see Scales.
+  /// t: at the step's beginning. What constraints leave of errors, and what coordinates do at the points, is that of
+  /// the configuration that is linearised. `atol` 0: 1e-10 of the length and of the speed of each point's
+  /// neighbourhood, see Scales.
   virtual ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) = 0;
 
   /// Everything beside the state and the discrete state on which later answers depend, to the last bit: what iterative

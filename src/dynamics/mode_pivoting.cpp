@@ -1,7 +1,6 @@
 #include "dynamics/mode_pivoting.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/text.hpp"
 #include "dynamics/held_friction.hpp"
@@ -58,9 +57,10 @@ Outcome ModePivoting::settle(const ModeSwitch& at, const std::vector<ContactChoi
   Request on_the_way = at.request;
   on_the_way.gradients = Gradients::Evaluate;
   on_the_way.verification = Verification::None;
+  const AccelerationOutput on_the_way_to{at.to.a, nullptr, at.to.report};
   const std::size_t num_at_rest = at.num_at_rest();
   for (; search.pass < most_passes; ++search.pass) {
-    Outcome outcome = system_.accelerations({at.t, at.r, at.v}, on_the_way, are_counted, at.w);
+    Outcome outcome = system_.accelerations({at.t, at.r, at.v}, on_the_way, are_counted, on_the_way_to);
     if (!outcome.ok() || num_at_rest == 0) return outcome;
     if (outcome = look(&search); !outcome.ok()) return outcome;
     if (share_otherwise(&search)) continue;
@@ -89,7 +89,7 @@ Outcome ModePivoting::look(Search* search) const {
   Tangents& tangents = state_.tangents;
   const double* const lambda = system_.lambda().data();
   std::vector<double> rows(model.num_rows());  // T'w + phi
-  work.constraints.evaluate_contacts(model.parallel, at.r, at.v, at.w, Tangents::Which::All, rows.data());
+  work.constraints.evaluate_contacts(model.parallel, at.r, at.v, at.to.a, Tangents::Which::All, rows.data());
   search->has_changed = search->has_reached_limit = false;
   search->too_much.clear();
   for (std::size_t c = 0; c < state_.size(); ++c) {

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <limits>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "dynamics/contact_choices.hpp"
@@ -19,7 +17,7 @@ class ModePivoting {
       : state_(state), system_(system), sharing_(sharing), choices_(choices) {}
 
   /// Searches the islands that have changed. `choices`: those that were solved as a whole; what has shared a load
-  /// stands as it is. `are_counted` [island]: as in ConstrainedSystem. Leaves the accelerations in `at.w`.
+  /// stands as it is. `are_counted` [island]: as in ConstrainedSystem. Leaves the accelerations in `at.to`.
   Outcome settle(const ModeSwitch& at, const std::vector<ContactChoice>& choices, const ContactIslands& islands,
                  std::span<const char> are_counted);
 

@@ -1,7 +1,6 @@
 #include "dynamics/multiplier_form.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "dynamics/consistent_start.hpp"
 
@@ -10,17 +9,17 @@ namespace tanor {
 MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
     : PointForm(work),
       contact_state_(work.model().has_friction() ? std::make_unique<ContactState>(work) : nullptr),
-      linearization_(work, options, &last_, contact_state_.get()),
+      linearization_(work, options, contact_state_.get()),
       residuals_(work, linearization_.blocks()),
       projector_(work, linearization_, residuals_, contact_state_.get()),
       response_(work, linearization_),
       friction_(make_friction(options.friction)),
-      dynamics_(work, linearization_, residuals_, {contact_state_.get(), friction_.get()}, &last_),
+      dynamics_(work, linearization_, residuals_, {contact_state_.get(), friction_.get()}),
       steps_(work, linearization_, projector_, dynamics_, friction_.get()),
       gradient_rank_(work, linearization_),
       implicit_(work, dynamics_.multipliers()),
       rows_(model_.num_rows()),
-      system_(linearization_, residuals_, projector_, dynamics_, response_, last_) {
+      system_(linearization_, residuals_, projector_, dynamics_, response_) {
   if (friction_ == nullptr) return;
   LoadSharing& sharing = linearization_.rank_factor().sharing();
   contacts_ = std::make_unique<ContactModes>(*contact_state_, sharing, *friction_, system_);
@@ -69,18 +68,10 @@ void MultiplierForm::friction_forces(double* tau) const {
   std::fill(tau, tau + size(), 0.0);
 }
 
-Power MultiplierForm::power(const double* r, const double* v) {
-  Power result = work_.power(dynamics_.reaction_accelerations().data(), r, v);
-  if (friction_ == nullptr) return result;
-  result.friction = friction_->power(multipliers().data(), v);
-  // Of what M^-1 K lambda does, that part belongs to contacts that stick.
-  if (model_.is_rheonomic()) result.supports -= friction_->held_power(multipliers().data(), v);
-  return result;
-}
-
-Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request, double* w) {
-  if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return contacts_->begin(t, r, v, request, w);
-  return accelerations({t, r, v}, request.evaluated_anew(), w);
+Outcome MultiplierForm::begin(double t, const double* r, double* v, const Request& request,
+                              const AccelerationOutput& to) {
+  if (friction_ != nullptr && friction_->laws().depend_on_reactions()) return contacts_->begin(t, r, v, request, to);
+  return accelerations({t, r, v}, request.evaluated_anew(), to);
 }
 
 /// What starts an iteration, or was decided where the motion has been.

@@ -28,11 +28,10 @@ class MultiplierForm final : public PointForm {
 
   bool has_work() const override { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
-  Outcome accelerations(const Kinematics& at, const Request& request, double* w) override {
-    return dynamics_.solve(at, request, w);
+  double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
+  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
+    return dynamics_.solve(at, request, to);
   }
-  const SolveReport& last_solve() const override { return last_; }
-  Power power(const double* r, const double* v) override;
   ProjectionReport project_positions(double t, double* r, Turn turn) override {
     return projector_.project_positions(t, r, turn);
   }
@@ -59,7 +58,7 @@ class MultiplierForm final : public PointForm {
   StartReport start(double t, double* r, double* v, StartMode mode) override;
   ProjectionReport project_point_positions(double t, double* r) override;
   ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
-  Outcome begin(double t, const double* r, double* v, const Request& request, double* w) override;
+  Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
   void recentre(double t, double* r, double* v, double*) override {
     if (contacts_ != nullptr) contacts_->accept(t, r, v);
   }
@@ -91,7 +90,6 @@ class MultiplierForm final : public PointForm {
   std::unique_ptr<FrictionSolver> make_friction(FrictionMethod method);
 
   // Each stands on those above it.
-  SolveReport last_;
   std::unique_ptr<ContactState> contact_state_;  // null: constraints are ideal
   Linearization linearization_;
   Residuals residuals_;

@@ -36,13 +36,12 @@ class LinearizedResponse final : public ContactResponse {
 class MultiplierSystem final : public ConstrainedSystem {
  public:
   MultiplierSystem(Linearization& linearization, Residuals& residuals, Projector& projector, ForwardDynamics& dynamics,
-                   ContactResponse& response, SolveReport& report)
+                   ContactResponse& response)
       : linearization_(linearization),
         residuals_(residuals),
         projector_(projector),
         dynamics_(dynamics),
-        response_(response),
-        report_(report) {}
+        response_(response) {}
 
   ContactResponse& response() override { return response_; }
   Outcome linearise(double t, const double* r) override { return linearization_.update(t, r); }
@@ -50,8 +49,8 @@ class MultiplierSystem final : public ConstrainedSystem {
     return projector_.project_velocities(t, r, v, impulses);
   }
   Outcome accelerations(const Kinematics& at, const Request& request, std::span<const char> are_counted,
-                        double* w) override {
-    return dynamics_.solve(at, request, are_counted, w);
+                        const AccelerationOutput& to) override {
+    return dynamics_.solve(at, request, are_counted, to);
   }
 
   std::vector<double>& lambda() override { return dynamics_.multipliers(); }
@@ -60,7 +59,6 @@ class MultiplierSystem final : public ConstrainedSystem {
     residuals_.begin_instant();
     return residuals_.measure_accelerations({w0, b, scale});
   }
-  SolveReport& report() override { return report_; }
 
   const std::vector<double>& blocks() const override { return linearization_.blocks(); }
   const Redundancy& redundancy() const override { return linearization_.rank_factor().redundancy(); }
@@ -71,7 +69,6 @@ class MultiplierSystem final : public ConstrainedSystem {
   Projector& projector_;
   ForwardDynamics& dynamics_;
   ContactResponse& response_;
-  SolveReport& report_;
 };
 
 }  // namespace tanor

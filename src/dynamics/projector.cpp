@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/stopwatch.hpp"
 #include "base/text.hpp"
 
 namespace tanor {
@@ -118,7 +117,7 @@ Outcome Projector::explain_stall(double t, double violation) const {
     if (Outcome outcome = factor.explain_contradiction(t, rows_, nothing, 1e-9, " m"); !outcome.ok()) return outcome;
   }
   constexpr double poor = 1e-6;
-  const double condition = factor.reciprocal_condition();
+  const double condition = linearization_.reciprocal_condition();
   const std::string why = condition < poor ? "; S has the reciprocal condition " + text(condition) + " there" : "";
   return {Status::NotConverged, "projection onto the constraints stalls; the worst is " + place + why};
 }

@@ -17,12 +17,11 @@ constexpr double hidden_by_rounding = 1e-8;
 }  // namespace
 
 RankRevealingFactor::RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks,
-                                         ContactState* contacts, SolveReport* report)
+                                         ContactState* contacts)
     : work_(work),
       model_(work.model()),
       ordering_(ordering),
       blocks_(blocks),
-      report_(*report),
       redundancy_(model_.incidences, model_.inverse_mass, model_.numbering),
       suspect_below_(first_suspicion) {
   if (contacts != nullptr) sharing_.emplace(*contacts, gram());
@@ -41,7 +40,7 @@ GramSolver& RankRevealingFactor::gram() {
 
 GramSolver::Quality RankRevealingFactor::factorize_rows() {
   const GramSolver::Quality quality = work_.factorize(&gram(), blocks_.data());
-  report_.reciprocal_condition = quality.reciprocal_condition;
+  reciprocal_condition_ = quality.reciprocal_condition;
   return quality;
 }
 
@@ -117,7 +116,7 @@ Outcome RankRevealingFactor::decide_rank(double t, const double* r) {
   }
   leave_out_dependent_rows(has_changed);
   // Independent all the same: the next suspicion wants a better reason.
-  suspect_below_ = std::clamp(0.1 * report_.reciprocal_condition, GramSolver::singular_below, suspect_below_);
+  suspect_below_ = std::clamp(0.1 * reciprocal_condition_, GramSolver::singular_below, suspect_below_);
   return {};
 }
 
@@ -137,10 +136,10 @@ void RankRevealingFactor::leave_out_dependent_rows(bool has_changed) {
   }
   for (const Redundancy::Rows& rows : gram().weak_parts(GramSolver::singular_below)) redundancy_.take_qr(rows);
   if (redundancy_.uses_qr()) {
-    const double reciprocal_condition = report_.reciprocal_condition;
+    const double before = reciprocal_condition_;
     gram().set_active(redundancy_.rows_for_gram());
     factorize_again();
-    report_.reciprocal_condition = std::min(report_.reciprocal_condition, reciprocal_condition);
+    reciprocal_condition_ = std::min(reciprocal_condition_, before);
   }
 }
 

@@ -19,11 +19,9 @@ namespace tanor {
 /// slightly compliant.
 class RankRevealingFactor final : public SchurFactor {
  public:
-  /// `blocks`: K, always at the present configuration. What a factorization finds of the condition of S goes into
-  /// `report`. Both outlive the factor, as the model does.
+  /// `blocks`: K, always at the present configuration. They outlive the factor, as the model does.
   /// `contacts`: null where none may stick.
-  RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, ContactState* contacts,
-                      SolveReport* report);
+  RankRevealingFactor(Workspace& work, Ordering ordering, const std::vector<double>& blocks, ContactState* contacts);
 
   // ---- the factor ----
 
@@ -51,7 +49,7 @@ class RankRevealingFactor final : public SchurFactor {
   // ---- the rank of K ----
 
   /// 1/cond(S) from the pivots of the last factorization, S scaled to a unit diagonal.
-  double reciprocal_condition() const { return report_.reciprocal_condition; }
+  double reciprocal_condition() const { return reciprocal_condition_; }
   const Redundancy& redundancy() const { return redundancy_; }
   /// Decides again which rows depend at r, if some do. Returns whether they changed; S is then factorized without them.
   bool decide_rank_again(const double* r);
@@ -92,7 +90,7 @@ class RankRevealingFactor final : public SchurFactor {
   const Model& model_;
   const Ordering ordering_;
   const std::vector<double>& blocks_;
-  SolveReport& report_;
+  double reciprocal_condition_ = 1.0;
   std::unique_ptr<GramSolver> gram_;
   std::optional<LoadSharing> sharing_;  // none: constraints are ideal
   Redundancy redundancy_;

@@ -9,7 +9,6 @@
 
 #include "base/point_path.hpp"
 #include "dynamics/instant.hpp"
-#include "dynamics/power.hpp"
 
 /// \file What a mechanics may be beside its core. A scheme asks for each role by a pointer (see Mechanics); null: the
 /// mechanics has nothing of that kind. In all roles x and v have `Mechanics::size()` numbers.
@@ -169,10 +168,10 @@ class EventFunctions {
   /// have kinks (a limit mu |N| beside N through 0), so that a few of them tell where the values fall below 0.
   virtual void shape_events(const double* values, double* shapes) const = 0;
   /// Changes the equations at an instant where the functions in `which` vanish, that of the last `accelerations`. May
-  /// change v by what has vanished (a sliding velocity of rounding size becomes 0). Leaves in `a` the accelerations of
+  /// change v by what has vanished (a sliding velocity of rounding size becomes 0). Answers with the accelerations of
   /// the new equations, linearised at (t, x).
   virtual Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which,
-                                   const Request& request, double* a) = 0;
+                                   const Request& request, const AccelerationOutput& to) = 0;
   /// What guides and supports that move have done at the last switch where it changed v, J.
   virtual Power work_of_switch() const = 0;
   /// The discrete state as plain numbers, to be kept in a snapshot.

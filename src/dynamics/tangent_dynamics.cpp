@@ -14,24 +14,33 @@ constexpr double good_enough = 1e-12;  // error of w, of the largest acceleratio
 
 }  // namespace
 
-TangentDynamics::TangentDynamics(Workspace& work, TangentLinearization& linearization, SolveReport* report)
+TangentDynamics::TangentDynamics(Workspace& work, TangentLinearization& linearization)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
-      report_(*report),
       has_closed_form_(work.coordinates.has_closed_form()) {
   for (std::vector<double>* array : {&last_q_, &last_q_dot_, &last_q_ddot_, &columns_})
     array->resize(work.coordinates.num_coordinates());
   for (std::vector<double>* array : {&w_, &w0_, &points_}) array->resize(3 * model_.num_points(), 0.0);
 }
 
-Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, double* q_ddot) {
+Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, const AccelerationOutput& to) {
+  Outcome outcome = find(at, request, to.a);
+  if (to.report != nullptr) {
+    *to.report = report_;
+    to.report->reciprocal_condition = linearization_.reciprocal_condition();
+  }
+  if (to.power != nullptr && outcome.ok()) *to.power = find_power();
+  return outcome;
+}
+
+Outcome TangentDynamics::find(const Kinematics& at, const Request& request, double* q_ddot) {
   const auto [t, q, q_dot] = at;
   ++work_.counters.evaluations;
   const bool has_closed_form = !request.exact && friction_ == nullptr && has_closed_form_;
   if (has_closed_form && solve_in_closed_form(at, q_ddot)) {
     remember(at);
-    return report_.outcome = {};
+    return {};
   }
   double scale = 0.0;
   {
@@ -40,15 +49,15 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, dou
     scale = larger(work_.evaluate_free(t, linearization_.r().data(), linearization_.v().data(), w0_.data()),
                    model_.largest_norm(linearization_.psi().data()));
   }
+  if (!std::isfinite(scale)) return model_.not_finite(t);
+  if (Outcome outcome = add_friction(t, request); !outcome.ok()) return outcome;
   report_.residual = 0.0;
   report_.refinements = 0;
-  if (!std::isfinite(scale)) return report_.outcome = model_.not_finite(t);
-  if (Outcome outcome = add_friction(t, request); !outcome.ok()) return report_.outcome = outcome;
-  if (Outcome outcome = linearization_.factorize(t); !outcome.ok()) return report_.outcome = outcome;
+  if (Outcome outcome = linearization_.factorize(t); !outcome.ok()) return outcome;
   refine(scale, request.exact, q_ddot);
   remember(at);
   std::copy(q_ddot, q_ddot + size(), last_q_ddot_.begin());
-  return report_.outcome = std::isfinite(report_.residual) ? Outcome{} : model_.not_finite(t);
+  return std::isfinite(report_.residual) ? Outcome{} : model_.not_finite(t);
 }
 
 /// rho = A'(M w - f) from w = psi on; q_ddot -= H^-1 rho, w follows; again with what is left of it (refinement in w). A
@@ -56,7 +65,7 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, dou
 void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
   const Stopwatch watch(&work_.times.solve);
   const double enough = exact ? 4.0 * eps : good_enough;
-  const double expected = eps / report_.reciprocal_condition;
+  const double expected = eps / linearization_.reciprocal_condition();
   constexpr int most_passes = 5;
   std::fill(q_ddot, q_ddot + size(), 0.0);
   w_ = linearization_.psi();
@@ -86,13 +95,12 @@ bool TangentDynamics::solve_in_closed_form(const Kinematics& at, double* q_ddot)
             w_.begin() + static_cast<std::ptrdiff_t>(3 * model_.num_moving()));
   const double condition =
       work_.coordinates.accelerate(model_.parallel, q, q_dot, w0_.data(), uniform, q_ddot, w_.data());
-  report_.reciprocal_condition = 1.0 / condition;
   report_.residual = eps * condition;
   report_.refinements = 0;
   if (!(report_.residual <= good_enough)) return false;
   ++work_.counters.factorizations;
   ++work_.counters.solves;
-  linearization_.leave_out_blocks();
+  linearization_.leave_out_blocks(1.0 / condition);
   return true;
 }
 
@@ -134,8 +142,7 @@ Outcome TangentDynamics::add_friction(double t, const Request& request) {
   friction_w_.resize(w0_.size());
   tau_.resize(w0_.size());
   Outcome outcome = friction_->accelerations({t, linearization_.r().data(), linearization_.v().data()},
-                                             request.evaluated_anew(), friction_w_.data());
-  report_.friction = friction_->last_solve().friction;
+                                             request.evaluated_anew(), {friction_w_.data(), nullptr, &report_});
   if (!outcome.ok()) return outcome;
   friction_->friction_forces(tau_.data());
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0_[i] += model_.inverse_mass[i / 3] * tau_[i];
@@ -175,7 +182,8 @@ double TangentDynamics::correct(double* q_ddot) {
   });
 }
 
-Power TangentDynamics::power() {
+Power TangentDynamics::find_power() {
+  if (!has_work()) return {};
   complete();
   // M^-1 eta = w - w0
   for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) points_[i] = w_[i] - w0_[i];

@@ -14,19 +14,22 @@ namespace tanor {
 ///   H q_ddot = A'(f - M psi),   H = A'MA        (28); w^(q) = G^-1 A'w is another number
 ///   w = A q_ddot + psi,  eta = M w - f          (24)
 ///
-/// Accelerations in closed form leave A, the factor of H, r, v, psi and w0 out until somebody asks or charts change.
+/// Accelerations in closed form leave A, the factor of H, r, v, psi and w0 out until somebody asks, for the power or
+/// for what needs them, or charts change.
 class TangentDynamics {
  public:
-  /// `report`: of the last solve; it outlives the dynamics, as the others do.
-  TangentDynamics(Workspace& work, TangentLinearization& linearization, SolveReport* report);
+  /// Both outlive the dynamics.
+  TangentDynamics(Workspace& work, TangentLinearization& linearization);
   /// Takes tau at every instant from equations with multipliers: friction that depends on reactions needs their
   /// multipliers (42).
   void take_friction_from(EquationsOfMotion* with_multipliers) { friction_ = with_multipliers; }
   /// Null: constraints are ideal.
   EquationsOfMotion* friction() const { return friction_; }
 
+  bool has_work() const { return model_.is_rheonomic() || work_.forces.has_work() || friction_ != nullptr; }
+
   /// q_ddot [s] at (t, q, q_dot).
-  Outcome solve(const Kinematics& at, const Request& request, double* q_ddot);
+  Outcome solve(const Kinematics& at, const Request& request, const AccelerationOutput& to);
   /// r, v, psi, w0, A, the factor of H and q_ddot of the last solve, where they were left out.
   void complete();
 
@@ -50,12 +53,13 @@ class TangentDynamics {
   void write_reactions(double* eta);
   /// tau [3n] of the last solve.
   void write_friction(double* tau) const;
-  Power power();
 
   void exchange_memory(Memory& memory);
 
  private:
   std::size_t size() const { return last_q_.size(); }
+  Outcome find(const Kinematics& at, const Request& request, double* q_ddot);
+  Power find_power();
   bool solve_in_closed_form(const Kinematics& at, double* q_ddot);
   Outcome add_friction(double t, const Request& request);
   void refine(double scale, bool exact, double* q_ddot);
@@ -66,7 +70,7 @@ class TangentDynamics {
   Workspace& work_;
   const Model& model_;
   TangentLinearization& linearization_;
-  SolveReport& report_;
+  SolveReport report_;                     // of the solve at hand
   EquationsOfMotion* friction_ = nullptr;  // null: constraints are ideal
   const bool has_closed_form_;
   double t_ = 0.0;

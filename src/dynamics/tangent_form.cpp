@@ -1,7 +1,6 @@
 #include "dynamics/tangent_form.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/text.hpp"
 
@@ -10,8 +9,8 @@ namespace tanor {
 TangentForm::TangentForm(Workspace& work, const SolverOptions& options)
     : work_(work),
       model_(work.model()),
-      linearization_(work, options, &last_),
-      dynamics_(work, linearization_, &last_),
+      linearization_(work, options),
+      dynamics_(work, linearization_),
       passages_(work),
       drives_(work),
       events_(linearization_, dynamics_),
@@ -30,14 +29,15 @@ void TangentForm::describe(PlanSummary* plan) const {
   if (!work_.coordinates.has_charts()) plan->left_out.push_back("recentring: coordinates without charts");
 }
 
-Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request, double* q_ddot) {
+Outcome TangentForm::begin(double t, const double* q, double* q_dot, const Request& request,
+                           const AccelerationOutput& to) {
   if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {
     linearization_.evaluate(t, q, q_dot, false);
     std::vector<double> v = linearization_.v(), w(v.size());
-    Outcome outcome = friction->begin(t, linearization_.r().data(), v.data(), request, w.data());
+    Outcome outcome = friction->begin(t, linearization_.r().data(), v.data(), request, {w.data(), nullptr, to.report});
     if (!outcome.ok()) return outcome;
   }
-  return accelerations({t, q, q_dot}, request, q_ddot);
+  return accelerations({t, q, q_dot}, request, to);
 }
 
 ErrorRatios TangentForm::error_ratios(double t, const StepErrors& errors, double atol, double rtol) {

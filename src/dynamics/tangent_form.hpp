@@ -19,9 +19,7 @@ class TangentForm final : public EquationsOfMotion {
 
   std::size_t size() const override { return work_.coordinates.num_coordinates(); }
   bool keeps_variables() const override { return false; }
-  bool has_work() const override {
-    return model_.is_rheonomic() || work_.forces.has_work() || dynamics_.friction() != nullptr;
-  }
+  bool has_work() const override { return dynamics_.has_work(); }
   const Parallel& parallel() const override { return model_.parallel; }
   PointTolerances point_tolerances() const override {
     return {work_.scales.position_tolerances(), work_.scales.velocity_tolerances(), work_.scales.accelerations()};
@@ -30,12 +28,11 @@ class TangentForm final : public EquationsOfMotion {
   void prescribe(double, double*, double*) override {}
   /// Nothing is projected, so nothing needs a factor but the accelerations, which make their own.
   Outcome linearise(double, const double*) override { return {}; }
-  Outcome accelerations(const Kinematics& at, const Request& request, double* q_ddot) override {
-    return dynamics_.solve(at, request, q_ddot);
+  double reciprocal_condition() const override { return linearization_.reciprocal_condition(); }
+  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
+    return dynamics_.solve(at, request, to);
   }
-  const SolveReport& last_solve() const override { return last_; }
   std::size_t rank() const override { return work_.rank; }
-  Power power(const double*, const double*) override { return dynamics_.power(); }
   /// Nothing is moved; where constraints are given too their violation is measured.
   ProjectionReport project_positions(double t, double* q, Turn) override;
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
@@ -61,7 +58,8 @@ class TangentForm final : public EquationsOfMotion {
   Outcome set_state(double t, const double* r, const double* v, double* q, double* q_dot) override;
   void write_points(double t, const double* q, const double* q_dot, const double* q_ddot, double* r, double* v,
                     double* w) override;
-  Outcome begin(double t, const double* q, double* q_dot, const Request& request, double* q_ddot) override;
+  Outcome begin(double t, const double* q, double* q_dot, const Request& request,
+                const AccelerationOutput& to) override;
   void recentre(double t, double* q, double* q_dot, double* q_ddot) override;
   void resume(const Counters& counters, const PhaseTimes& times) override;
   Energy energy(double t, const double* q, const double* q_dot) override;
@@ -79,7 +77,6 @@ class TangentForm final : public EquationsOfMotion {
 
   Workspace& work_;
   const Model& model_;
-  SolveReport last_;
   TangentLinearization linearization_;
   TangentDynamics dynamics_;
   TangentRank rank_;

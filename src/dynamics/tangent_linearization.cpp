@@ -7,14 +7,13 @@
 
 namespace tanor {
 
-TangentLinearization::TangentLinearization(Workspace& work, const SolverOptions& options, SolveReport* report)
-    : TangentLinearization(work, options, work.coordinates.list_products(work.model().mass), report) {}
+TangentLinearization::TangentLinearization(Workspace& work, const SolverOptions& options)
+    : TangentLinearization(work, options, work.coordinates.list_products(work.model().mass)) {}
 
 TangentLinearization::TangentLinearization(Workspace& work, const SolverOptions& options,
-                                           const std::vector<Product>& products, SolveReport* report)
+                                           const std::vector<Product>& products)
     : work_(work),
       model_(work.model()),
-      report_(*report),
       num_products_(products.size()),
       solver_(products, {work.coordinates.island_start(), work.coordinates.num_coordinates()}, options.ordering),
       blocks_(3 * work.coordinates.num_blocks()),
@@ -38,7 +37,7 @@ void TangentLinearization::evaluate(double t, const double* q, const double* q_d
 
 Outcome TangentLinearization::factorize(double t) {
   const GramSolver::Quality quality = work_.factorize(&solver_, blocks_.data());
-  report_.reciprocal_condition = quality.reciprocal_condition;
+  reciprocal_condition_ = quality.reciprocal_condition;
   if (quality.positive_definite && quality.reciprocal_condition > GramSolver::singular_below) return {};
   return {Status::Singular, "H = A'MA is singular at t = " + text(t) + ": coordinate " +
                                 work_.coordinates.name_coordinate(model_.system, quality.weakest_row) +

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "dynamics/workspace.hpp"
@@ -12,8 +11,7 @@ namespace tanor {
 /// factor of H = A'MA. H is made of one block for each member of the coordinates.
 class TangentLinearization {
  public:
-  /// `report`: gets the condition of H of each factorization; it outlives the linearization, as the model does.
-  TangentLinearization(Workspace& work, const SolverOptions& options, SolveReport* report);
+  TangentLinearization(Workspace& work, const SolverOptions& options);
 
   /// r, v and psi at (t, q, q_dot), and A where it is wanted.
   void evaluate(double t, const double* q, const double* q_dot, bool with_blocks);
@@ -21,11 +19,17 @@ class TangentLinearization {
   void prescribe(double t);
   /// The factor of H with the A at hand.
   Outcome factorize(double t);
-  /// The same uncounted and without a report: it was good before.
+  /// The same uncounted, and without a look at its condition: it was good before.
   void factorize_again();
-  /// A and the factor of H belong to another instant than the last accelerations, which leave them out.
-  void leave_out_blocks() { has_blocks_ = false; }
+  /// A and the factor of H belong to another instant than the last accelerations, which leave them out but know the
+  /// condition of H.
+  void leave_out_blocks(double reciprocal_condition) {
+    has_blocks_ = false;
+    reciprocal_condition_ = reciprocal_condition;
+  }
   bool has_blocks() const { return has_blocks_; }
+  /// 1/cond(H), H scaled to a unit diagonal.
+  double reciprocal_condition() const { return reciprocal_condition_; }
 
   const std::vector<double>& r() const { return r_; }
   const std::vector<double>& v() const { return v_; }
@@ -56,15 +60,14 @@ class TangentLinearization {
  private:
   friend struct Tampering;  // the tests' hand in the works: every corruption must be caught
 
-  TangentLinearization(Workspace& work, const SolverOptions& options, const std::vector<Product>& products,
-                       SolveReport* report);
+  TangentLinearization(Workspace& work, const SolverOptions& options, const std::vector<Product>& products);
 
   Workspace& work_;
   const Model& model_;
-  SolveReport& report_;
   const std::size_t num_products_;
   GramSolver solver_;
   bool has_blocks_ = true;
+  double reciprocal_condition_ = 1.0;
   std::vector<double> blocks_;          // A
   std::vector<double> r_, v_, psi_;     // [3n]
   std::vector<double> points_, moved_;  // [3n] scratch

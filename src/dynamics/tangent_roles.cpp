@@ -30,12 +30,13 @@ void TangentEvents::evaluate_events(double t, const double*, const double*, doub
 }
 
 Outcome TangentEvents::switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
-                                        const Request& request, double* q_ddot) {
+                                        const Request& request, const AccelerationOutput& to) {
   linearization_.evaluate(t, q, q_dot, false);
   std::vector<double> v = linearization_.v(), w(v.size());
-  Outcome outcome = others().switch_equations(t, linearization_.r().data(), v.data(), which, request, w.data());
+  Outcome outcome =
+      others().switch_equations(t, linearization_.r().data(), v.data(), which, request, {w.data(), nullptr, to.report});
   if (outcome.ok()) outcome = linearization_.find_rates(t, v.data(), q, q_dot);
-  return outcome.ok() ? dynamics_.solve({t, q, q_dot}, request, q_ddot) : outcome;
+  return outcome.ok() ? dynamics_.solve({t, q, q_dot}, request, to) : outcome;
 }
 
 }  // namespace tanor

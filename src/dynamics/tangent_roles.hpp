@@ -51,7 +51,7 @@ class TangentEvents final : public EventFunctions {
   void evaluate_events(double t, const double* q, const double* q_dot, double* values) override;
   void shape_events(const double* values, double* shapes) const override { std::copy_n(values, num_events(), shapes); }
   Outcome switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
-                           const Request& request, double* q_ddot) override;
+                           const Request& request, const AccelerationOutput& to) override;
   Power work_of_switch() const override { return others().work_of_switch(); }
   std::vector<int> discrete_state() const override { return others().discrete_state(); }
   void restore_discrete_state(std::span<const int> state) override { others().restore_discrete_state(state); }

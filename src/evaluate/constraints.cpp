@@ -1,7 +1,6 @@
 #include "evaluate/constraints.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <optional>
 

@@ -3,7 +3,6 @@
 #include <cholmod.h>
 
 #include <algorithm>
-#include <cmath>
 #include <new>
 #include <optional>
 #include <string>

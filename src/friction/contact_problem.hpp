@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <vector>
 

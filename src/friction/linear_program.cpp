@@ -1,9 +1,7 @@
 #include "friction/linear_program.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <vector>
 
 namespace tanor {
 

@@ -105,7 +105,8 @@ Outcome Events::start(const State& state) {
 /// Brings the mechanics back to where a step ends, from where the step was looked at.
 Outcome Events::return_to(State* state) {
   mechanics_.prescribe(state->t, state->x.data(), state->v.data());
-  return mechanics_.accelerations(state->at(), options_.request(Gradients::Evaluate), inside_.a.data());
+  return mechanics_.accelerations(state->at(), options_.request(Gradients::Evaluate),
+                                  {inside_.a.data(), nullptr, &state->report});
 }
 
 Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* values) {
@@ -322,7 +323,7 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   const double h = to->t - from.t;
   const std::vector<int> before = functions_->discrete_state();
   Outcome found = functions_->switch_equations(to->t, to->x.data(), to->v.data(), which_,
-                                               options_.request(Gradients::Keep), to->a.data());
+                                               options_.request(Gradients::Keep), to->output());
   if (found.ok()) {
     resize();
     found = evaluate(to->t, to->x.data(), to->v.data(), start_.values.data());
@@ -344,7 +345,6 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
   scheme.forget();
   const Power work = functions_->work_of_switch();
   for (double Power::*const part : {&Power::supports, &Power::forces, &Power::friction}) to->work.*part += work.*part;
-  if (mechanics_.has_work()) to->power = mechanics_.power(to->x.data(), to->v.data());
   slopes_.clear();
   ++count_;
   last_time_ = to->t;

@@ -82,6 +82,7 @@ StepResult Extrapolation::step(Mechanics& mechanics, const IntegrationOptions& o
       if (!positions.outcome.ok()) to->x = kept_;
     }
     to->power = from.power;
+    to->report = from.report;
     result.is_stabilized = false;
   } else {
     result = stabilize_end(mechanics, options, from, to);

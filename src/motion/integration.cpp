@@ -60,9 +60,11 @@ Outcome Integration::return_to_constraints() {
   Outcome found = mechanics_.linearise(trial_.state.t, trial_.state.x.data());
   if (found.ok()) {
     // The acceleration is known, but the mechanics has to know it.
-    found = mechanics_.accelerations(trial_.state.at(), options_.request(Gradients::Keep), trial_.state.a.data());
+    found = mechanics_.accelerations(trial_.state.at(), options_.request(Gradients::Keep),
+                                     trial_.state.output_without_power());
   }
   state.power = trial_.state.power;
+  state.report = trial_.state.report;
   return found;
 }
 
@@ -129,7 +131,7 @@ Integration::Attempt Integration::try_extrapolation(double t, bool takes_least_e
   if (trial_.beyond.x.empty()) trial_.beyond = state;
   if (!knows_acceleration()) {
     Outcome& found = attempt.step.outcome;
-    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.a.data());
+    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.output_without_power());
     if (!found.ok()) return attempt;
   }
   trial_.beyond.t = t;
@@ -247,7 +249,8 @@ Outcome Integration::look_for_stiffness(double t_end) {
   }
   // The forces of the step are evaluated again, as they were before the look.
   Outcome found = mechanics_.linearise(state.t, state.x.data());
-  if (found.ok()) found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.a.data());
+  if (found.ok())
+    found = mechanics_.accelerations(state.at(), options_.request(Gradients::Keep), state.output_without_power());
   return found;
 }
 

@@ -1,4 +1,3 @@
-#include <string>
 #include <utility>
 
 #include "base/text.hpp"
@@ -78,7 +77,7 @@ void Integration::exchange_memory(Memory& memory) {
 /// Keeps what iterations began with: where several accelerations are near to each other, it decides which one is found.
 void Integration::keep_memory() {
   good_memory_.clear();
-  if (mechanics_.last_solve().friction.uniqueness != Uniqueness::Several) return;
+  if (state.report.friction.uniqueness != Uniqueness::Several) return;
   Memory memory(&good_memory_);
   exchange_memory(memory);
 }

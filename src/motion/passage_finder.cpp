@@ -55,7 +55,7 @@ double PassageFinder::narrow(RankMonitor& monitor, DenseOutput* dense, double lo
     }
     return std::isfinite(at[0]) ? std::clamp(at[0], low, high) : 0.5 * (low + high);  // of equal values nothing follows
   };
-  const double at_high = mechanics_.last_solve().reciprocal_condition;
+  const double at_high = mechanics_.reciprocal_condition();
   for (const double distance : {0.05, 1e-3}) {
     const double root = interpolate(), part = distance * (high - low) / (high - root);
     if (at_high * part * part < singular::reached * regular) return root;

@@ -68,12 +68,11 @@ StepResult Rattle::step(const State& from, double h, State* to) {
   free_time_ = t;
 
   if (knows_acceleration()) {
-    result.outcome = mechanics_.accelerations(to->at(), request, to->a.data());
+    result.outcome = mechanics_.accelerations(to->at(), request, to->output());
     if (!result.outcome.ok()) return result;
   }
   if (mechanics_.has_work()) {
     // Trapezoidal rule, of the scheme's order.
-    to->power = mechanics_.power(to->x.data(), to->v.data());
     to->work.supports += 0.5 * h * (from.power.supports + to->power.supports);
     to->work.forces += 0.5 * h * (from.power.forces + to->power.forces);
     to->work.friction += 0.5 * h * (from.power.friction + to->power.friction);

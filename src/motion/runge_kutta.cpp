@@ -133,7 +133,7 @@ RungeKutta::Accelerations RungeKutta::accelerations(const State& from, const Sta
 
 /// x_i = x + h c_i v + h^2 sum_j (A^2)_ij a_j,  v_i = v + h sum_j A_ij a_j: only accelerations need to be kept.
 Outcome RungeKutta::evaluate_stage(const State& from, double h, double c, const Weights& row,
-                                   const Accelerations& known, double allowed_error, double* a) {
+                                   const Accelerations& known, double allowed_error, const AccelerationOutput& to) {
   const std::size_t n = from.x.size();
   const double t = from.t + c * h;
   combine(mechanics_.parallel(), n, from.x.data(), h * c, from.v.data(), row.x, h * h, known, stage_x_.data());
@@ -141,7 +141,7 @@ Outcome RungeKutta::evaluate_stage(const State& from, double h, double c, const 
   mechanics_.prescribe(t, stage_x_.data(), stage_v_.data());
   Request request = options_.request(Gradients::Evaluate);
   request.allowed_error = allowed_error;
-  return mechanics_.accelerations({t, stage_x_.data(), stage_v_.data()}, request, a);
+  return mechanics_.accelerations({t, stage_x_.data(), stage_v_.data()}, request, to);
 }
 
 StepResult RungeKutta::step(const State& from, double h, State* to) {
@@ -177,10 +177,11 @@ Outcome RungeKutta::evaluate_stages(const State& from, double h, const Accelerat
   const double allowed =
       inexact != nullptr ? inexact->allowed_error({h, atol, rtol, from.x.data(), from.v.data()}) : 0.0;
   for (std::size_t i = 1; i < tableau_.b.size(); ++i) {
-    Outcome found =
-        evaluate_stage(from, h, tableau_.c[i], rows_[i], a, shares_[i] * allowed, accelerations_[i - 1].data());
+    Power power;
+    Outcome found = evaluate_stage(from, h, tableau_.c[i], rows_[i], a, shares_[i] * allowed,
+                                   {accelerations_[i - 1].data(), has_work ? &power : nullptr});
     if (!found.ok()) return found;
-    if (has_work) add_work(i, mechanics_.power(stage_x_.data(), stage_v_.data()));
+    if (has_work) add_work(i, power);
   }
   return {};
 }

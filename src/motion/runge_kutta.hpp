@@ -56,7 +56,7 @@ class RungeKutta final : public Scheme {
   Accelerations accelerations(const State& from, const State& to) const;
   Outcome evaluate_stages(const State& from, double h, const Accelerations& a, Power* work);
   Outcome evaluate_stage(const State& from, double h, double c, const Weights& row, const Accelerations& known,
-                         double allowed_error, double* a);
+                         double allowed_error, const AccelerationOutput& to);
   double estimate_error(const State& from, double h, const State& to);
   double measure(const State& from, double h, const State& to, const Weights& estimate);
 

@@ -19,10 +19,15 @@ namespace tanor {
 struct State {
   double t = 0.0;
   std::vector<double> x, v, a;
-  Power power;  ///< W, where the mechanics has work
-  Power work;   ///< J: their time integrals
+  Power power;         ///< W, at this state
+  Power work;          ///< J: their time integrals
+  SolveReport report;  ///< of the accelerations that were found here last
 
   Kinematics at() const { return {t, x.data(), v.data()}; }
+  /// Accelerations are to be written here, with all that belongs to them.
+  AccelerationOutput output() { return {a.data(), &power, &report}; }
+  /// The same where the power is known.
+  AccelerationOutput output_without_power() { return {a.data(), nullptr, &report}; }
 };
 
 /// Instants near t that are no further apart than this are one, in a stretch of length h.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "base/text.hpp"
 
@@ -11,7 +10,7 @@ namespace tanor {
 void SingularConfigurations::begin(double t) {
   forget();
   if (monitor_ != nullptr) regular_ = 1.0 / monitor_->mass_ratio();
-  report_.reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  report_.reciprocal_condition = mechanics_.reciprocal_condition();
   report_.reciprocal_condition_time = t;
   report_.rank_changes.start = report_.rank_changes.now = mechanics_.rank();
   note_end(t);
@@ -51,7 +50,7 @@ void SingularConfigurations::note_end(double t) {
   note_nearest(t);
   if (monitor_ == nullptr) return;
   if (mechanics_.rank() != report_.rank_changes.now) memory_.forecast.forget();
-  const double reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  const double reciprocal_condition = mechanics_.reciprocal_condition();
   regular_ = std::max(regular_, reciprocal_condition);
   memory_.forecast.add(t, reciprocal_condition, regular_);
   const bool lies_ahead = memory_.forecast.lies_ahead_of(t);
@@ -67,7 +66,7 @@ void SingularConfigurations::note_end(double t) {
 }
 
 void SingularConfigurations::note_nearest(double t) {
-  const double reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  const double reciprocal_condition = mechanics_.reciprocal_condition();
   if (!(reciprocal_condition < report_.reciprocal_condition)) return;
   report_.reciprocal_condition = reciprocal_condition;
   report_.reciprocal_condition_time = t;
@@ -75,7 +74,7 @@ void SingularConfigurations::note_nearest(double t) {
 
 /// The step ended at a singular configuration: a new one, or nearer to the last one than the step before.
 void SingularConfigurations::note_at_one(double t) {
-  const double reciprocal_condition = mechanics_.last_solve().reciprocal_condition;
+  const double reciprocal_condition = mechanics_.reciprocal_condition();
   if (!memory_.is_at_one) {
     note_passage(t, reciprocal_condition);
   } else if (keeps_last_passage()) {
@@ -93,8 +92,7 @@ void SingularConfigurations::remember(double t) {
 /// Looks into the last step, whose ends tell that there is a passage. A step that began while the state was
 /// extrapolated had a singular configuration right before it, too.
 void SingularConfigurations::find_passages(Scheme& scheme, const State& from, const State& to, bool is_interpolated) {
-  const double largest =
-      std::max(memory_.forecast.reciprocal_condition(), mechanics_.last_solve().reciprocal_condition);
+  const double largest = std::max(memory_.forecast.reciprocal_condition(), mechanics_.reciprocal_condition());
   // A step that is near all the way is short: K turns little in the whole of it.
   constexpr int pieces_of_long_step = 8;
   const int pieces = largest < singular::near * regular_ ? 1 : pieces_of_long_step;
@@ -111,7 +109,7 @@ void SingularConfigurations::note_found(double t, double h) {
   if (memory_.is_foreseen) {
     if (keeps_last_passage()) report_.singular_passages.first.back().time = t;
   } else if (!(std::abs(memory_.last_passage - t) < singular::same * h)) {
-    note_passage(t, mechanics_.last_solve().reciprocal_condition);
+    note_passage(t, mechanics_.reciprocal_condition());
   }
   memory_.last_passage = t;
   memory_.is_foreseen = false;
@@ -150,12 +148,12 @@ void SingularConfigurations::note_rank(double t) {
 
 /// Beside a regular S: masses that differ make S ill-conditioned though K has its rank.
 bool SingularConfigurations::is_at_one() const {
-  return mechanics_.last_solve().reciprocal_condition < singular::reached * regular_;
+  return mechanics_.reciprocal_condition() < singular::reached * regular_;
 }
 
 bool SingularConfigurations::have_surprised() const {
   return monitor_ != nullptr && memory_.approaches == 0 && mechanics_.rank() == report_.rank_changes.now &&
-         mechanics_.last_solve().reciprocal_condition < singular::surprise * memory_.forecast.reciprocal_condition();
+         mechanics_.reciprocal_condition() < singular::surprise * memory_.forecast.reciprocal_condition();
 }
 
 void SingularConfigurations::forget_approaches() {

@@ -13,7 +13,7 @@ namespace {
 double measure_moved_velocity(Mechanics& mechanics, const IntegrationOptions& options, const State& state,
                               const std::vector<double>& moved) {
   constexpr double put_to = 1e-13;
-  const double rounding = put_to / mechanics.last_solve().reciprocal_condition;
+  const double rounding = put_to / mechanics.reciprocal_condition();
   double fastest = 0.0;
   for (const double each : state.v) fastest = std::max(fastest, std::abs(each));
   const double *const x = state.x.data(), *const v = state.v.data();
@@ -51,8 +51,7 @@ StepResult stabilize(Mechanics& mechanics, const IntegrationOptions& options, St
       result.error = measure_moved_velocity(mechanics, options, *state, moved);
     }
   }
-  result.outcome = mechanics.accelerations({t, x, v}, options.request(Gradients::Keep), state->a.data());
-  if (result.outcome.ok() && mechanics.has_work()) state->power = mechanics.power(x, v);
+  result.outcome = mechanics.accelerations({t, x, v}, options.request(Gradients::Keep), state->output());
   return result;
 }
 

@@ -6,9 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <span>
-#include <string>
 #include <type_traits>
-#include <utility>
 
 #include "base/eight.hpp"
 #include "base/instruction_sets.hpp"

@@ -138,7 +138,7 @@ Outcome Watch::look(const State& from, State* to, DenseOutput ends, DenseOutput 
   mechanics_.prescribe(to->t, to->x.data(), to->v.data());
   // Variables of other kinds than positions move what they are translated with.
   if (!dense.has_moved() && mechanics_.keeps_variables()) return {};
-  return mechanics_.accelerations(to->at(), options_.request(Gradients::Evaluate), to->a.data());
+  return mechanics_.accelerations(to->at(), options_.request(Gradients::Evaluate), to->output_without_power());
 }
 
 void Watch::accept() {

@@ -53,6 +53,7 @@ struct Dynamics::Implementation {
   // … as the form answered, in the inner order, …
   std::vector<double> r, v, w, eta, lambda;
   Outcome solved;
+  SolveReport report;         // of it, but for the outcome
   bool stands_there = false;  // The forms stand at this state; no later call took them elsewhere.
   // … in the form's own variables …
   std::vector<double> x, x_dot, x_ddot;
@@ -94,6 +95,7 @@ struct Dynamics::Implementation {
   /// w, and what the form keeps.
   const Outcome& solve(const StateView& at) {
     stands_there = false;  // also where a host's callable throws
+    report = {};
     gather(at, &r, &v);
     t = at.time;
     given_r.assign(at.positions.begin(), at.positions.end());
@@ -105,7 +107,7 @@ struct Dynamics::Implementation {
 
   Outcome find_accelerations() {
     if (Outcome outcome = form.set_state(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
-    Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, x_ddot.data());
+    Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, {x_ddot.data(), nullptr, &report});
     if (!outcome.ok()) return outcome;
     form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
     return forms.reactions({t, r.data(), v.data()}, demanding, lambda.data(), eta.data());
@@ -268,7 +270,7 @@ SolveReport Dynamics::solve(const StateView& at, const SolveArrays& wanted) {
   check_wanted(wanted.coordinate_rates, num_coordinates, "coordinate_rates");
   check_wanted(wanted.coordinate_accelerations, num_coordinates, "coordinate_accelerations");
   Outcome outcome = self.solve(at);
-  SolveReport report = self.form.last_solve();
+  SolveReport report = self.report;
   report.outcome = std::move(outcome);
   if (!report.outcome.ok()) return report;
   if (self.form_wanted == Form::Both) {
@@ -367,7 +369,7 @@ Certificate Dynamics::certify(const StateView& at) {
   self.stands_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
   self.forms.main->friction_forces(tau.data());
-  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau});
+  return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau, self.report.friction});
 }
 
 ProjectionReport Dynamics::project_positions(const MutableState& state) {

@@ -33,7 +33,7 @@ void MotionMeasures::begin() {
   warn_of_tolerance();
   report_.position_violation = work_.position_violation(state_.t, points_.r.data());
   report_.velocity_violation = work_.velocity_violation(state_.t, points_.r.data(), points_.v.data());
-  report_.acceleration_violation = form_.last_solve().residual;
+  report_.acceleration_violation = state_.report.residual;
 }
 
 void MotionMeasures::resume() {
@@ -72,9 +72,9 @@ void MotionMeasures::take(const StepResult& step, bool is_sound) {
   report_.times = work_.times;
 }
 
-/// K'w + phi of the last accelerations.
+/// K'w + phi of the state's accelerations.
 void MotionMeasures::measure_acceleration() {
-  report_.acceleration_violation = std::max(report_.acceleration_violation, form_.last_solve().residual);
+  report_.acceleration_violation = std::max(report_.acceleration_violation, state_.report.residual);
 }
 
 /// What the energies of a motion through the length and at the speed of each neighbourhood would be, J.
@@ -158,7 +158,7 @@ std::string MotionMeasures::explain_drift() const {
 
 /// At a step's end; iterations are counted wherever friction was found.
 void MotionMeasures::measure_friction(bool is_sound) {
-  const FrictionReport& last = form_.last_solve().friction;
+  const FrictionReport& last = state_.report.friction;
   FrictionSummary& all = report_.friction;
   all.solves = work_.counters.friction_solves;
   const auto iterations = static_cast<double>(work_.counters.friction_iterations);

@@ -38,7 +38,7 @@ class MotionMeasures {
   void resume();
   /// After a step; `is_sound`: nothing failed so far.
   void take(const StepResult& step, bool is_sound);
-  /// K'w + phi of the last accelerations.
+  /// K'w + phi of the state's accelerations.
   void measure_acceleration();
   /// At a step's end; iterations are counted wherever friction was found.
   void measure_friction(bool is_sound);

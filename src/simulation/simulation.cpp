@@ -9,7 +9,6 @@
 #include "base/live.hpp"
 #include "base/quiet_traps.hpp"
 #include "base/text.hpp"
-#include "base/vec3.hpp"
 #include "certificate/certificate.hpp"
 #include "motion/integration.hpp"
 #include "simulation/motion_input.hpp"
@@ -138,15 +137,13 @@ struct Simulation::Implementation {
     if (found.ok() && begins && model.has_friction()) {
       Request at_start = integration.request(Gradients::Keep);
       at_start.refuses_several = true;
-      found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.a.data());
+      found = form.begin(state.t, state.x.data(), state.v.data(), at_start, state.output());
     } else if (found.ok() && integration.is_extrapolating()) {
       found = integration.return_to_constraints();
     } else {
       if (found.ok()) found = form.linearise(state.t, state.x.data());
-      if (found.ok()) found = refresh(Gradients::Keep);
+      if (found.ok()) found = form.accelerations(state.at(), integration.request(Gradients::Keep), state.output());
     }
-    if (found.ok() && form.has_work() && !integration.is_extrapolating())
-      state.power = form.power(state.x.data(), state.v.data());
     return found;
   }
 
@@ -248,7 +245,9 @@ struct Simulation::Implementation {
   Certificate certify() {
     const Look look(this);
     std::vector<double> at_a(form.size());
-    Outcome found = form.accelerations(state.at(), integration.request(Gradients::Evaluate), at_a.data());
+    SolveReport solved;
+    Outcome found =
+        form.accelerations(state.at(), integration.request(Gradients::Evaluate), {at_a.data(), nullptr, &solved});
     if (!found.ok()) return make_failed_certificate(found);
     form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), points.r.data(), points.v.data(),
                       points.w.data());
@@ -256,12 +255,12 @@ struct Simulation::Implementation {
     found = forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
     forms.main->friction_forces(at_tau.data());
-    return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau});
+    return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
   }
 
   /// Accelerations and multipliers at the state itself, after steps that left others behind.
   Outcome refresh(Gradients gradients) {
-    return form.accelerations(state.at(), integration.request(gradients), state.a.data());
+    return form.accelerations(state.at(), integration.request(gradients), state.output_without_power());
   }
 
   /// A first step from the time in which velocities or positions change by themselves.

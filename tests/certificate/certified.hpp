@@ -32,6 +32,8 @@ struct Case {
     EXPECT_TRUE(forms.main->start(t, r.data(), v.data(), StartMode::Check).outcome.ok());
     solve();
   }
+  SolveReport report;
+
   Case(const RandomSystem& random, const SolverOptions& options) : forms(random.system, options), t(random.t) {
     const Model& model = forms.model;
     for (std::vector<double>* array : {&r, &v, &w, &eta, &tau}) array->resize(3 * model.num_points());
@@ -47,15 +49,15 @@ struct Case {
     std::vector<double> x(size), x_dot(size), x_ddot(size);
     ASSERT_TRUE(forms.main->set_state(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
     const Request to_rounding{.exact = true, .refuses_several = true};
-    const Outcome begun =
-        forms.main->begin(t, x.data(), x_dot.data(), forms.is_tangent() ? Request{} : to_rounding, x_ddot.data());
+    const Outcome begun = forms.main->begin(t, x.data(), x_dot.data(), forms.is_tangent() ? Request{} : to_rounding,
+                                            {x_ddot.data(), nullptr, &report});
     ASSERT_TRUE(begun.ok()) << begun.what;
     forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
     ASSERT_TRUE(forms.reactions({t, r.data(), v.data()}, to_rounding, lambda.data(), eta.data()).ok());
     forms.main->friction_forces(tau.data());
   }
   Certificate certify(SecondWay way = SecondWay::Auto) {
-    return tanor::certify(forms, {t, r, v, w, eta, lambda, tau}, way);
+    return tanor::certify(forms, {t, r, v, w, eta, lambda, tau, report.friction}, way);
   }
 };
 

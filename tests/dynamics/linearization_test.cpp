@@ -22,7 +22,6 @@ struct AtState {
   Workspace work;
   const Model& model{work.model()};
   Linearised dense;
-  SolveReport report;
   Linearization linearization;
   Residuals residuals;
   Projector projector;
@@ -32,7 +31,7 @@ struct AtState {
   explicit AtState(const RandomSystem& random)
       : work(random.system, {.threads = 1}, random.t),
         dense(random),
-        linearization(work, {.threads = 1}, &report),
+        linearization(work, {.threads = 1}),
         residuals(work, linearization.blocks()),
         projector(work, linearization, residuals),
         t(random.t) {

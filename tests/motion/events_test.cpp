@@ -38,15 +38,17 @@ class Free final : public SwitchingToy {
     for (std::size_t k = 0; k < functions_.size(); ++k) values[k] = functions_[k](t, x[0], v[0]);
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which, const Request&,
-                           double* a) override {
+                           const AccelerationOutput& to) override {
     switch_times.push_back(t);
     vanished.emplace_back(which.begin(), which.end());
     on_switch(v);
-    return push(t, x, v, a);
+    Outcome found = push(t, x, v, to.a);
+    *to.power = power(v);
+    return found;
   }
 
   bool has_work() const override { return true; }
-  Power power(const double*, const double* v) override { return {.forces = acceleration_ * v[0]}; }
+  Power power(const double* v) override { return {.forces = acceleration_ * v[0]}; }
 
   void forget_events() { functions_.clear(); }
   void push_with(double acceleration) { acceleration_ = acceleration; }

@@ -25,8 +25,7 @@ class Walk {
     for (std::vector<double>* array : {&now_.x, &now_.v, &now_.a}) array->resize(form.size());
     EXPECT_TRUE(form.set_state(0.0, r.data(), v.data(), now_.x.data(), now_.v.data()).ok());
     EXPECT_TRUE(form.linearise(0.0, now_.x.data()).ok());
-    EXPECT_TRUE(form.accelerations(now_.at(), {Gradients::Keep}, now_.a.data()).ok());
-    if (form.has_work()) now_.power = form.power(now_.x.data(), now_.v.data());
+    EXPECT_TRUE(form.accelerations(now_.at(), {Gradients::Keep}, now_.output()).ok());
     next_ = now_;
     scheme_ = make_scheme(options.method, options, form);
   }

@@ -111,8 +111,7 @@ double run(const KnownMotion& motion, Method method, double t_end, int steps) {
   forms.model.numbering.gather_points(v, inner_v);
   Outcome found = form.set_state(0.0, inner_r.data(), inner_v.data(), state.x.data(), state.v.data());
   if (found.ok()) found = form.linearise(0.0, state.x.data());
-  if (found.ok()) found = form.accelerations(state.at(), {Gradients::Keep}, state.a.data());
-  if (form.has_work()) state.power = form.power(state.x.data(), state.v.data());
+  if (found.ok()) found = form.accelerations(state.at(), {Gradients::Keep}, state.output());
   State next = state;
   double worst = 0.0;
   for (int k = 1; found.ok() && k <= steps; ++k) {

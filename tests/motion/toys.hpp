@@ -25,11 +25,15 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
     linearised_at_ = t;
     return {};
   }
+  /// After a `push`.
+  virtual Power power(const double* /*v*/) { return {}; }
   /// x'' = a(t, x, v)
   virtual Outcome push(double t, const double* x, const double* v, double* a) = 0;
-  Outcome accelerations(const Kinematics& at, const Request& request, double* a) override {
+  Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) override {
     if (request.gradients == Gradients::Evaluate) linearised_at_ = at.t;
-    return push(at.t, at.x, at.v, a);
+    Outcome found = push(at.t, at.x, at.v, to.a);
+    if (to.power != nullptr) *to.power = power(at.v);
+    return found;
   }
   ProjectionReport project_positions(double, double*, Turn) override { return {}; }
   PointTolerances point_tolerances() const override { return {}; }
@@ -71,15 +75,13 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
     }
     return result;
   }
-  Power power(const double*, const double*) override { return {}; }
   void exchange_memory(Memory&) override {}
-  const SolveReport& last_solve() const override { return solve_; }
+  double reciprocal_condition() const override { return 1.0; }
   const Parallel& parallel() const override { return parallel_; }
 
  private:
   std::size_t size_;
   double linearised_at_ = -1.0;
-  SolveReport solve_;
   Parallel parallel_{1};
 };
 
@@ -114,12 +116,12 @@ class Block final : public SwitchingToy {
     values[0] = direction == 0 ? rest_ - std::abs(pull_) : direction * v[0];
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, const Request&,
-                           double* a) override {
+                           const AccelerationOutput& to) override {
     switch_times.push_back(t);
     const bool stuck = direction == 0;
     v[0] = 0.0;
     direction = stuck || std::abs(pull_) > rest_ ? (pull_ > 0.0 ? 1 : -1) : 0;
-    return push(t, x, v, a);
+    return push(t, x, v, to.a);
   }
   std::vector<int> discrete_state() const override { return {direction}; }
   void restore_discrete_state(std::span<const int> state) override { direction = state[0]; }
