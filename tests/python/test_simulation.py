@@ -106,15 +106,15 @@ class Ends(unittest.TestCase):
         simulation = tanor.Simulation(hanging_chain())
         threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
         with self.assertRaises(KeyboardInterrupt):
-            simulation.advance_to(1e9)
+            simulation.advance_to(1e5)
         self.assertTrue(simulation.outcome.ok)
         reached = simulation.time
-        self.assertTrue(0.0 < reached < 1e9)
+        self.assertTrue(0.0 < reached < 1e5)
         self.assertTrue(simulation.advance_to(reached + 0.01).ok)
 
     def test_another_thread_runs_meanwhile_but_not_on_the_same_simulation(self):
         simulation, stop = tanor.Simulation(hanging_chain()), threading.Event()
-        thread = threading.Thread(target=lambda: simulation.advance_to(1e9, lambda report: not stop.is_set()))
+        thread = threading.Thread(target=lambda: simulation.advance_to(1e5, lambda report: not stop.is_set()))
         thread.start()
         ticks, refused = 0, False
         end = time.monotonic() + 10
@@ -131,7 +131,7 @@ class Ends(unittest.TestCase):
     def test_a_motion_without_a_start_is_an_outcome(self):
         system = tanor.System([[0, 0, 0], [1, 0, 0]], [1, 1], supports=[tanor.Support([0]), tanor.Support([1])],
                               constraints=[tanor.Rods([[0, 1]], length=1.0)])
-        system.supports[1].displacement = ("0.1*t", 0, 0)
+        system.supports[1].displacement = ("0.1*t^2", 0, 0)
         simulation = tanor.Simulation(system)
         outcome = simulation.advance_to(1.0) if simulation.outcome.ok else simulation.outcome
         self.assertEqual((outcome.ok, outcome.status), (False, "contradictory"))
@@ -173,13 +173,13 @@ class Functions(unittest.TestCase):
 
     def test_functions_of_time_are_numbers_texts_tables_and_callables(self):
         def swing(t):
-            return 0.1 * numpy.sin(3 * t), 0.3 * numpy.cos(3 * t), -0.9 * numpy.sin(3 * t)
+            return 0.1 - 0.1 * numpy.cos(3 * t), 0.3 * numpy.sin(3 * t), 0.9 * numpy.cos(3 * t)
 
         times = numpy.linspace(0, 1.5, 301)
-        formula = tanor.Formula("a*sin(3*t)", {"a": 0.1})
+        formula = tanor.Formula("a*(1-cos(3*t))", {"a": 0.1})
         self.both(pendulum((swing, 0, 0)), pendulum((formula, 0, 0)), 1.0, 1e-7)
-        self.both(pendulum((tanor.Table(times, 0.1 * numpy.sin(3 * times)), 0, 0)), pendulum((formula, 0, 0)), 1.0, 1e-5)
-        self.both(pendulum(("0.1*sin(3*t)", 0, 0)), pendulum((formula, 0, 0)), 1.0, 1e-12)
+        self.both(pendulum((tanor.Table(times, 0.1 - 0.1 * numpy.cos(3 * times)), 0, 0)), pendulum((formula, 0, 0)), 1.0, 1e-5)
+        self.both(pendulum(("0.1*(1-cos(3*t))", 0, 0)), pendulum((formula, 0, 0)), 1.0, 1e-12)
 
     def test_what_a_function_raises_or_returns_wrongly_comes_out(self):
         for kernel, kind in ((lambda t, r, v: 1 / 0, ZeroDivisionError), (lambda t, r, v: r[:0], ValueError),
