@@ -53,6 +53,20 @@ bool is_ring(const Island& island) {
   return island.points.size() > 2 && are_pairs(island.members_of_point) && are_pairs(island.points_of_member);
 }
 
+/// Points one after the other, each joined to the next; constraints of single points may be there, too.
+bool is_path(const Island& island) {
+  const auto joins_two = [&](Index member) { return island.points_of_member[member].size() == 2; };
+  std::size_t joints = 0;
+  for (std::size_t member = 0; member < island.points_of_member.size(); ++member) {
+    if (island.points_of_member[member].size() > 2) return false;
+    joints += joins_two(static_cast<Index>(member)) ? 1 : 0;
+  }
+  for (std::size_t point = 0; point < island.points.size(); ++point) {
+    if (std::ranges::count_if(island.members_of_point[point], joins_two) > 2) return false;
+  }
+  return joints + 1 == island.points.size();
+}
+
 /// Finds islands one after the other, each once.
 class Islands {
  public:
@@ -234,13 +248,13 @@ class NumberingBuilder {
     }
   }
 
-  /// Appends an island backwards from a far end, which a search finds: what lies farthest comes first. Of two ends that
-  /// is the one with the larger number, so that a chain keeps the user's direction.
+  /// Appends an island backwards from a far end, which two searches find: what lies farthest comes first. Of the two
+  /// ends of a path that is the one with the larger number, so that a chain keeps the user's direction.
   void append_from_far_end(const Island& island) {
     const auto end = static_cast<Index>(island.points.size()) - 1;  // far from the root
     const Index other_end = search_.visit(island, end).back();
-    const bool is_other_larger = island.points[other_end] > island.points[end];
-    const std::vector<Index>& order = search_.visit(island, is_other_larger ? other_end : end);
+    const bool is_reversed = is_path(island) && island.points[end] > island.points[other_end];
+    const std::vector<Index>& order = search_.visit(island, is_reversed ? end : other_end);
     is_numbered_.assign(island.members.size(), 0);
     for (auto point = order.rbegin(); point != order.rend(); ++point) {
       append_point(island.points[*point]);
