@@ -98,8 +98,9 @@ TN_API const char* tn_last_error(const tn_system* system);
 
 /* ---- what is constrained ---- */
 
-/* What is constrained may change between steps. The next call, or tn_plan, plans the islands that an edit has touched
- * with a few of their neighbours, and no others. After an edit that fails nothing has changed. Each constraint has an
+/* What is constrained may change between steps. The first edit of what was planned lets the next call, or tn_plan, plan
+ * all anew, in parts; after it that plans the islands that an edit has touched with a few of their neighbours, and no
+ * others. After an edit that fails nothing has changed. Each constraint has an
  * id, which none had before; ids ascend, and the rows of constraints are numbered in their order. */
 
 /** Kinds of tn_add: points, then parameters of each member. A member's last parameter, which tn_set_lengths may change,

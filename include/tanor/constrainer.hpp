@@ -176,15 +176,19 @@ class TANOR_API Constrainer {
   void set_cell(const PeriodicCell& cell);
 
   // ---- what is constrained: may change between calls ----
-  // Wrong input is an InputError, after which nothing has changed. The next call plans the islands that an edit has
-  // touched, with a few of their neighbours, and no others; all others keep plan, factor and guess. Then all is to the
-  // last bit as in a new Constrainer with the same points and constraints at the same positions. An edit begins with
-  // the positions that the last call began with.
+  // Wrong input is an InputError, after which nothing has changed. Until the first edit all islands are planned
+  // together, which is fastest for those who never edit; that edit, once, lets the next call plan all anew, in parts.
+  // After it the next call plans the islands that an edit has touched, with a few of their neighbours, and no others;
+  // all others keep plan, factor and guess. Then all is as in a new Constrainer with the same points and constraints at
+  // the same positions: to the last bit where that one has restored what this one saved, else within the tolerance. An
+  // edit begins with the positions that the last call began with.
 
   /// A group like those that the constructor takes, which have the ids from 0 on. Returns the id of its first member;
   /// the others follow. `at`: the host's positions now, which give lengths that are "initial"; absent: as said above.
-  /// `images` [row], if Periodicity had them: see there.
+  /// `images` [row], if Periodicity had them: see there. Constraints that are added where none were planned yet are no
+  /// edit that parts begin with.
   ConstraintId add(Constraint group, ConstPointArray at = {}, std::vector<std::array<int, 3>> images = {});
+  /// The first edit, be it this one or another, plans all anew; see above.
   void remove(std::span<const ConstraintId> ids);
   /// Lengths of rods (radii, offsets, cosines, values) at the `time` of the calls from now on, and how fast they
   /// change; `rates` empty: they are at rest. Where a step begins they are shorter by h times the rate. Where a rate
@@ -197,7 +201,7 @@ class TANOR_API Constrainer {
   /// Those that are missing have left; no constraint holds them any more. `masses` [from.size()] of all. `at`: the
   /// host's positions now. What only changes its number keeps its plan.
   void renumber(std::span<const std::int64_t> from, std::span<const double> masses, ConstPointArray at = {});
-  /// Does now what the next call would; returns how many islands were planned.
+  /// Does now what the next call would; returns how many islands were planned: after the first edit all.
   std::size_t update_plan();
 
   std::size_t num_points() const;
@@ -209,8 +213,9 @@ class TANOR_API Constrainer {
   /// Of all islands together; as it was planned last.
   const PlanSummary& plan() const;
 
-  /// All that the next call depends on beside the host's arrays, masses and constraints: where guesses begin, ranks.
-  /// For a Constrainer with the same ones, which goes on to the last bit as this one would have.
+  /// All that the next call depends on beside the host's arrays, masses and constraints: where guesses begin, ranks,
+  /// whether it was cut into parts. For a Constrainer with the same ones, which goes on to the last bit as this one
+  /// would have.
   std::vector<std::byte> save();
   /// Throws InputError where the bytes are damaged, or belong to others.
   void restore(std::span<const std::byte> bytes);

@@ -191,6 +191,7 @@ void HostParts::number_rows(Part* part) const {
   const std::size_t last_move = std::exchange(part->last_row, last) - last;
   std::vector<Index>& rows = part->host->host_row;
   if (std::exchange(part->has_rows, true) && first_move == last_move) {
+    if (last_move == 0) return;
     for (Index& row : rows) row -= static_cast<Index>(last_move);
     return;
   }

@@ -154,6 +154,10 @@ void HostParts::exchange_memory(Memory& memory) {
   std::size_t size = points_.size();
   memory.exchange(size, of_host);
   if (memory.reads() && (of_host != points_.of_host || size != points_.size())) rename_points(of_host, size);
+  bool is_cut = most_of_part_ < no_limit;
+  memory.exchange(is_cut);
+  cut(is_cut ? most_after_edits : no_limit);
+  (void)plan_changes();
   for (const auto& part : parts_) {
     part->host->form.exchange_memory(memory);
     part->host->place.stands = false;  // here and there the next call factorizes
@@ -199,6 +203,17 @@ void HostParts::touch(Index key) {
   has_changed_ = true;
 }
 
+/// All is planned anew in parts of no more than that.
+void HostParts::cut(std::int64_t most_of_part) {
+  if (most_of_part == most_of_part_) return;
+  for (const auto& part : parts_) {
+    weigh(part->islands, -1);
+    touch(part->key());
+  }
+  most_of_part_ = most_of_part;
+  for (const auto& part : parts_) weigh(part->islands, 1);
+}
+
 /// Constraints of supports alone are islands with the smallest of them as key.
 Index HostParts::key_of(ConstraintId id) const {
   const std::span<const Index> points = inventory_.points(id);
@@ -209,6 +224,12 @@ Index HostParts::key_of(ConstraintId id) const {
 }
 
 std::size_t HostParts::plan() {
+  const bool has_edits = !touched_.empty() || !new_points_.empty() || first_new_ < inventory_.next_id();
+  if (first_new_ > 0 && has_edits) cut(most_after_edits);
+  return plan_changes();
+}
+
+std::size_t HostParts::plan_changes() {
   if (!has_changed_) return 0;
   Pool pool = collect_changes();
   std::vector<Index> old_keys;
@@ -315,7 +336,7 @@ void HostParts::find_islands(Part* all) {
 
 void HostParts::weigh(const std::vector<Island>& islands, int sign) {
   for (const Island& island : islands) {
-    if (island.weight <= most_of_part) sums_.add(island.key, sign * island.weight);
+    if (island.weight <= most_of_part_) sums_.add(island.key, sign * island.weight);
   }
 }
 
@@ -327,18 +348,19 @@ bool HostParts::take_in_neighbours(Pool* pool, const std::vector<Index>& keys) {
   Index end = -1;
   const std::vector<Island> islands = pool->all.islands;
   for (const Island& island : islands) {
-    if (island.key < end || island.weight > most_of_part) continue;
-    const DyadicSums::Interval interval = sums_.around(island.key, most_of_part);
+    if (island.key < end || island.weight > most_of_part_) continue;
+    const DyadicSums::Interval interval = sums_.around(island.key, most_of_part_);
     end = interval.end;
     result |= take_in_interval(pool, interval, true);
   }
-  for (const Index key : keys) result |= take_in_interval(pool, sums_.around(key, most_of_part), false);
+  for (const Index key : keys) result |= take_in_interval(pool, sums_.around(key, most_of_part_), false);
   return result;
 }
 
 bool HostParts::take_in_interval(Pool* pool, DyadicSums::Interval interval, bool holds_pool) {
   const auto is_small = [&](const Part& part) {
-    return part_of(part.key()) == &part && !part.is_one_island();  // parts in the pool have no keys
+    return part_of(part.key()) == &part &&
+           part.islands.front().weight <= most_of_part_;  // parts in the pool have no keys
   };
   auto part = std::ranges::lower_bound(parts_, interval.begin, {}, [](const auto& each) { return each->key(); });
   while (part != parts_.begin() && !is_small(**std::prev(part))) --part;
@@ -357,7 +379,8 @@ bool HostParts::take_in_interval(Pool* pool, DyadicSums::Interval interval, bool
 
 /// The pool into new parts, which take the place of the old ones.
 void HostParts::divide(Pool* pool) {
-  std::erase_if(parts_, [&](const auto& part) { return std::ranges::count(pool->old, part.get()) > 0; });
+  std::ranges::sort(pool->old);
+  std::erase_if(parts_, [&](const auto& part) { return std::ranges::binary_search(pool->old, part.get()); });
   Part& all = pool->all;
   std::ranges::sort(all.islands, {}, &Island::key);
   std::ranges::sort(all.moving);
@@ -366,12 +389,12 @@ void HostParts::divide(Pool* pool) {
   Index end = -1;
   const std::size_t num_kept = parts_.size();
   for (const Island& island : all.islands) {
-    const bool is_alone = island.weight > most_of_part;
+    const bool is_alone = island.weight > most_of_part_;
     if (is_alone || island.key >= end) {
       parts_.push_back(std::make_unique<Part>());
       if (!is_alone) {
         shared = parts_.back().get();
-        end = sums_.around(island.key, most_of_part).end;
+        end = sums_.around(island.key, most_of_part_).end;
       }
     }
     Part* const part = is_alone ? parts_.back().get() : shared;

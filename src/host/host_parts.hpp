@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -34,12 +35,13 @@ struct HostPoints {
 /// to [3 numbers] := the host's points; `number` [host's number] says which is which.
 void copy_points(const ConstPointArray& from, std::span<const Index> number, double* to);
 
-/// The islands of a host, cut into parts that are planned one by one.
+/// The islands of a host: one part, which fills lanes and threads best, until the first edit of what was planned cuts
+/// it into parts that are planned one by one.
 ///
 /// An island's key is its smallest point. Islands of no more than `most_of_part` points and rows are put together by
 /// their keys: those of a part are all with keys in the largest interval [k 2^m, (k + 1) 2^m) that has no more in it. A
-/// larger island is a part by itself. So the parts, and with them all bits, are those of a new handle, however the
-/// constraints came together, and an edit plans the parts of the islands that it touches, no others.
+/// larger island is a part by itself. So parts are the same however the constraints came together, and an edit plans
+/// the parts of the islands that it touches, no others.
 class HostParts {
  public:
   HostParts(HostPoints points, std::optional<PeriodicCell> cell, const SolverOptions& options);
@@ -116,7 +118,6 @@ class HostParts {
     std::size_t first_row = 0, last_row = 0;  // of the first and the last member
 
     Index key() const { return islands.front().key; }
-    bool is_one_island() const { return islands.front().weight > most_of_part; }
   };
   /// Islands on their way from old parts to new ones.
   struct Pool {
@@ -124,15 +125,18 @@ class HostParts {
     Part all;  // their contents
   };
 
-  static constexpr std::int64_t most_of_part = 4096;
+  static constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
+  static constexpr std::int64_t most_after_edits = 2048;
   static constexpr std::int64_t least_for_threads = 16384;
 
   Part* part_of(Index key) const { return part_of_key_[static_cast<std::size_t>(key)]; }
   Index key_of(ConstraintId id) const;
   void touch(Index key);
+  void cut(std::int64_t most_of_part);
   void list_points();
   void rename_points(const std::vector<Index>& of_host, std::size_t size);
 
+  std::size_t plan_changes();
   Pool collect_changes();
   void take_in(Part* part, Pool* pool);
   void find_islands(Part* all);
@@ -158,6 +162,7 @@ class HostParts {
   std::optional<PeriodicCell> cell_;
   const SolverOptions options_;
   const Parallel parallel_;
+  std::int64_t most_of_part_ = no_limit;
   std::vector<std::unique_ptr<Part>> parts_;  // by key
   std::vector<std::size_t> large_, small_;    // their numbers
   std::vector<PartReport> reports_;

@@ -62,17 +62,23 @@ ConstraintId Inventory::add(Constraint constraint, std::vector<std::array<int, 3
 }
 
 void Inventory::remove(std::span<const ConstraintId> ids) {
-  if (ids.empty()) return;
-  for (const ConstraintId id : ids) {
+  std::vector<ConstraintId> ascending(ids.begin(), ids.end());
+  std::ranges::sort(ascending);
+  Index rows = 0;
+  for (std::size_t k = 0; k < ascending.size(); ++k) {
+    const ConstraintId id = ascending[k];
     Group& group = groups_[group_number(id)];
     group_of_[static_cast<std::size_t>(id)] = ~group_of_[static_cast<std::size_t>(id)];
+    rows += static_cast<Index>(shape_of(group.shell).rows_per_member);
+    const ConstraintId end = k + 1 < ascending.size() ? ascending[k + 1] : next_id();
+    for (auto later = static_cast<std::size_t>(id) + 1; later <= static_cast<std::size_t>(end); ++later)
+      first_row_[later] -= rows;
     if (--group.num_left > 0) continue;
     group.all = group.shell;
     group.images.clear();
     group.driven.clear();
     names_.erase(group.name);
   }
-  number_rows(*std::ranges::min_element(ids));
 }
 
 void Inventory::require(ConstraintId id) const {

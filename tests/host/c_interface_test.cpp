@@ -181,6 +181,7 @@ TEST(CInterface, EditsAreThoseOfTheConstrainer) {
   const Handle handle = host.make_handle();
   tn_system* const system = handle.get();
   Constrainer constrainer = host.make_constrainer();
+  ASSERT_EQ(tn_plan(system, nullptr), TN_OK);  // what follows are edits there, too
   const tn_const_points x{host.r.data(), 0, nullptr};
   const double* const r = host.r.data();
 
