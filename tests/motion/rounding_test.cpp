@@ -63,8 +63,9 @@ TEST_P(HeldSteps, TolerancesBelowRoundingTakeNoSmallerSteps) {
     for (auto run = pays; run != runs.end(); ++run) {
       SCOPED_TRACE(testing::Message() << "rtol 1e-" << 5 + (run - runs.begin()));
       EXPECT_LE(run->error, 10.0 * reachable);
-      // radau5, whose estimate is of order 4, needs the most steps for what it still gains in velocities.
-      const double most = GetParam() == Method::Radau5 ? 4.0 : 3.0;
+      // radau5, whose estimate is of order 4, needs the most steps for what it still gains in velocities: 1.8 times as
+      // many for each decade. Positions happen to be right to rounding up to three decades before (1426 steps of 6200).
+      const double most = GetParam() == Method::Radau5 ? 5.0 : 3.0;
       EXPECT_LE(run->steps, most * std::max(best->steps, pays->steps) + 20.0);
     }
   }
