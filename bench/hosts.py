@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """What fix tanor/rods costs inside Debian's LAMMPS: the melt of its bench data.chain, 31,680 bonds, as rods.
 
     hosts.py BUILD [--steps N] [--data data.chain] > bench/results/hosts.md

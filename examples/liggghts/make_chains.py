@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Writes atoms and bonds of chains of touching grains that stand above a bed: make_chains.py CHAINS GRAINS > file."""
 import sys
 

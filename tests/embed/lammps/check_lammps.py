@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """fix tanor/rods inside Debian's LAMMPS: check_lammps.py TANOR.LMP DRIVER [unittest arguments]"""
 
 import math

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """fix tanor/rods inside Debian's LIGGGHTS: check_liggghts.py DRIVER EXAMPLES [unittest arguments]"""
 
 import pathlib
