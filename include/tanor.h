@@ -190,7 +190,7 @@ TN_API int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* g
 /* ---- going on elsewhere ---- */
 
 /** All that the next call depends on beside the host's arrays, masses, constraints and cell: where guesses begin,
- * ranks.
+ * ranks, whether it was cut into parts.
  * `*size`: room at `data`; receives what is needed. data = null: asks for that alone. */
 TN_API int tn_save(tn_system* system, void* data, size_t* size);
 /** For a system with the same points, masses and constraints, which goes on to the last bit. TN_EINVAL where the bytes
