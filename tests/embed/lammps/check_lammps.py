@@ -121,7 +121,9 @@ class Lammps(host_runs.HostTest):
         energies = [row["etotal"] for row in rows]
         fifth = len(energies) // 5
         first, last = sum(energies[:fifth]) / fifth, sum(energies[-fifth:]) / fifth
-        self.assertLess(abs(last - first) / max(row["ke"] for row in rows), 2e-4)
+        # The melt is chaotic, and its energy walks at random: by 2.8e-4, 1.3e-4, 0.0 and 0.1e-4 from four starts. Rods
+        # that are not those of RATTLE lose a tenth and more.
+        self.assertLess(abs(last - first) / max(row["ke"] for row in rows), 1e-3)
 
     def test_energy_is_that_after_the_start(self):
         # Forces of the first step belong to the positions that the start has found.
