@@ -2,11 +2,7 @@
 """Times tanor.ase.RigidBonds against ASE's FixBondLengths, in turn: PYTHONPATH=build/python bench/ase_bonds.py [TURNS]
 
 Carbon chains at 300 K in free flight: the two calls of a step of velocity Verlet, adjust_positions and adjust_momenta,
-<<<<<<< HEAD
-from the same positions and momenta; each turn is ten steps of ours and one of theirs. Prints a table, medians of the
-=======
 from the same positions and momenta, one thread; each turn is ten steps of ours and one of theirs. Prints a table, medians of the
->>>>>>> E-ase
 turns; bench/results/hosts-ase.md keeps one.
 """
 
@@ -19,18 +15,12 @@ from ase import Atoms, units
 from ase.build import molecule
 from ase.constraints import FixBondLengths
 
-<<<<<<< HEAD
-=======
 from tanor import SolverOptions
->>>>>>> E-ase
 from tanor.ase import RigidBonds, find_bonds
 
 TIMESTEP = 0.5 * units.fs
 LENGTH = 1.53  # Angstrom
-<<<<<<< HEAD
-=======
 ONE_THREAD = SolverOptions(threads=1)
->>>>>>> E-ase
 
 
 def chain(num_bonds: int, angle: float | None) -> Atoms:
@@ -56,20 +46,6 @@ def warm(atoms: Atoms, pairs) -> Atoms:
 
 
 def flight(constraint, start: Atoms, steps: int) -> float:
-<<<<<<< HEAD
-    """Seconds a step of the two calls, the first step left out, which plans."""
-    atoms, masses, times = start.copy(), start.get_masses()[:, None], []
-    for _ in range(steps + 1):
-        new = atoms.positions + TIMESTEP * atoms.arrays["momenta"] / masses
-        begin = time.perf_counter()
-        constraint.adjust_positions(atoms, new)
-        middle = time.perf_counter()
-        momenta = (new - atoms.positions) * masses / TIMESTEP
-        atoms.arrays["positions"] = new
-        again = time.perf_counter()
-        constraint.adjust_momenta(atoms, momenta)
-        times.append(middle - begin + time.perf_counter() - again)
-=======
     """Seconds of the processor a step of the two calls, the first step left out, which plans."""
     atoms, masses, times = start.copy(), start.get_masses()[:, None], []
     for _ in range(steps + 1):
@@ -82,7 +58,6 @@ def flight(constraint, start: Atoms, steps: int) -> float:
         again = time.thread_time()
         constraint.adjust_momenta(atoms, momenta)
         times.append(middle - begin + time.thread_time() - again)
->>>>>>> E-ase
         atoms.arrays["momenta"] = momenta
     return statistics.median(times[1:])
 
@@ -93,11 +68,7 @@ def compare(name: str, atoms: Atoms, tolerance: float, turns: int) -> str:
     theirs = FixBondLengths(pairs, tolerance=tolerance)
     theirs.bondlengths = theirs.initialize_bond_lengths(atoms)
     try:
-<<<<<<< HEAD
-        times = [(flight(RigidBonds(pairs), atoms, 10), flight(theirs, atoms, 1)) for _ in range(turns)]
-=======
         times = [(flight(RigidBonds(pairs, options=ONE_THREAD), atoms, 10), flight(theirs, atoms, 1)) for _ in range(turns)]
->>>>>>> E-ase
     except RuntimeError as error:
         return f"| {name} | {tolerance:.0e} | | {error} | |"
     ours, their = (statistics.median(column) for column in zip(*times))
