@@ -208,12 +208,11 @@ class RigidBonds(FixConstraint):
         return solver
 
     def _project(self, atoms: Atoms, **named: numpy.ndarray) -> None:
-        """Momenta p and forces f alike: K'M^-1 p = 0 is left, and atoms that are held have none."""
+        """Momenta p and forces f alike: K'M^-1 p = 0 is left; atoms that are held are left to FixAtoms."""
         (vectors,) = named.values()
         solver = self._solver_of(atoms)
         packed = numpy.ascontiguousarray(vectors, dtype=float)  # as a rule the same array
         _require(solver.constrainer.project_forces(atoms.positions, packed), position=atoms.positions, **named)
-        packed[solver.held] = 0.0
         if packed is not vectors:
             numpy.copyto(vectors, packed, casting="same_kind")
 
