@@ -105,7 +105,7 @@ class RigidBonds(FixConstraint):
     # ---- what ASE calls ----
 
     def adjust_positions(self, atoms: Atoms, new: numpy.ndarray) -> None:
-        """SHAKE: `new`, float [n, 3], comes back on the bonds, along their directions at the atoms' present positions."""
+        """SHAKE: `new`, float [n, 3], comes back on the bonds, along their directions where the atoms are now."""
         solver = self._solver_of(atoms)
         solver.begin(atoms.positions)
         new[solver.held] = atoms.positions[solver.held]
