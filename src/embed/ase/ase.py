@@ -105,7 +105,7 @@ class RigidBonds(FixConstraint):
     # ---- what ASE calls ----
 
     def adjust_positions(self, atoms: Atoms, new: numpy.ndarray) -> None:
-        """SHAKE: `new`, float [n, 3], comes back on the bonds, along their directions at the atoms' present positions."""
+        """SHAKE: `new`, float [n, 3], comes back on the bonds, along their directions where the atoms are now."""
         solver = self._solver_of(atoms)
         solver.begin(atoms.positions)
         new[solver.held] = atoms.positions[solver.held]
@@ -208,12 +208,11 @@ class RigidBonds(FixConstraint):
         return solver
 
     def _project(self, atoms: Atoms, **named: numpy.ndarray) -> None:
-        """Momenta p and forces f alike: K'M^-1 p = 0 is left, and atoms that are held have none."""
+        """Momenta p and forces f alike: K'M^-1 p = 0 is left; atoms that are held are left to FixAtoms."""
         (vectors,) = named.values()
         solver = self._solver_of(atoms)
         packed = numpy.ascontiguousarray(vectors, dtype=float)  # as a rule the same array
         _require(solver.constrainer.project_forces(atoms.positions, packed), position=atoms.positions, **named)
-        packed[solver.held] = 0.0
         if packed is not vectors:
             numpy.copyto(vectors, packed, casting="same_kind")
 

@@ -131,7 +131,9 @@ class Motion(unittest.TestCase):
         pairs, held = find_bonds(atoms), [0, 2]
         found = []
         for order in (RigidBonds(pairs), FixAtoms(held)), (FixAtoms(held), RigidBonds(pairs)):
-            moved = run(warm(atoms, list(order)), 50)
+            moved = warm(atoms, list(order))
+            moved.calc.home += 0.5  # held atoms are pulled at, too
+            run(moved, 50)
             numpy.testing.assert_array_equal(moved.positions[held], atoms.positions[held])
             numpy.testing.assert_array_equal(moved.get_momenta()[held], 0.0)
             numpy.testing.assert_array_equal(moved.get_forces()[held], 0.0)
@@ -275,7 +277,8 @@ class Mistakes(unittest.TestCase):
         self.refused(r"bond 1, \[2, 2\], joins an atom with itself", lambda: RigidBonds([[0, 1], [2, 2]]))
         self.refused(r"lengths have the shape \[1\], wanted \[2\]", lambda: RigidBonds([[0, 1], [1, 2]], [1.0]))
         for wrong in 0.0, -1.0, numpy.nan, numpy.inf:
-            self.refused(r"bond 1, \[1, 2\], has no positive length", lambda: RigidBonds([[0, 1], [1, 2]], [1.0, wrong]))
+            self.refused(r"bond 1, \[1, 2\], has no positive length",
+                         lambda: RigidBonds([[0, 1], [1, 2]], [1.0, wrong]))
         atoms = molecule("H2O")
         for pair in [0, 3], [-1, 0]:
             atoms.set_constraint(RigidBonds([[0, 1], pair]))
