@@ -1,6 +1,6 @@
 #include <tanor/constrainer.hpp>
 
-#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,90 +9,10 @@
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
-#include "python/handle.hpp"
-#include "python/kinds.hpp"
+#include "python/host_handle.hpp"
 
 namespace tanor::python {
 namespace {
-
-/// float [3, 3], edges a, b, c row by row, or float [3] for an orthogonal cell.
-PeriodicCell read_cell(const py::object& cell, const py::object& repeats) {
-  PeriodicCell result;
-  const Given given{cell, "/cell"};
-  std::vector<Vector3> edges;
-  if (py::len(cell) == 3 && PySequence_Check(py::object(cell[py::int_(0)]).ptr()) == 0) {
-    Vector3 lengths;
-    read(given, &lengths);
-    for (std::size_t k = 0; k < 3; ++k) result.edges[k][k] = lengths[k];
-  } else {
-    read(given, &edges);
-    if (edges.size() != 3) given.fail("three edges [3, 3], or three lengths of an orthogonal cell");
-    std::copy(edges.begin(), edges.end(), result.edges.begin());
-  }
-  const std::vector<Given> each = Given{repeats, "/repeats"}.entries("three of True and False");
-  if (each.size() != 3) Given{repeats, "/repeats"}.fail("three of True and False");
-  for (std::size_t k = 0; k < 3; ++k) result.repeats[k] = each[k].value.cast<bool>();
-  return result;
-}
-
-/// A Constrainer with its description.
-class HostHandle : public Handle<Constrainer> {
- public:
-  /// What the user gave; None where nothing was given. `present_cell` is that of the last set_cell.
-  struct Description {
-    py::object masses, constraints, positions, cell, repeats, images, options, present_cell;
-  };
-
-  explicit HostHandle(Description description) : Handle("Constrainer"), description_(std::move(description)) {}
-
-  const Description& description() const { return description_; }
-
-  void set_cell(const py::object& edges, const py::object& repeats) {
-    const py::object kept = repeats.is_none() ? description_.repeats : repeats;
-    const PeriodicCell cell = read_cell(edges, kept);
-    run([&](Constrainer& constrainer) { constrainer.set_cell(cell); });
-    description_.present_cell = py::make_tuple(py::module_::import("numpy").attr("array")(edges), kept);
-  }
-
-  py::ssize_t num_points() const { return py::len(description_.masses); }
-  py::ssize_t num_rows() {
-    return run([](const Constrainer& c) { return static_cast<py::ssize_t>(c.num_rows()); });
-  }
-
- private:
-  Constrainer make() override {
-    std::vector<double> masses;
-    read({description_.masses, "/masses"}, &masses);
-    std::vector<Constraint> constraints = read_constraints(description_.constraints);
-    const SolverOptions options = read_solver_options(description_.options);
-    const ConstPointArray at = points_to_read(description_.positions, {"positions", num_points()});
-    const bool has_cell = !description_.cell.is_none();
-    const Periodicity periodicity = has_cell ? read_periodicity() : Periodicity{};
-    Constrainer made = without_lock([&] {
-      return has_cell ? Constrainer(masses, std::move(constraints), at, periodicity, options)
-                      : Constrainer(masses, std::move(constraints), at, options);
-    });
-    if (!description_.present_cell.is_none()) {
-      const auto [edges, repeats] = description_.present_cell.cast<std::pair<py::object, py::object>>();
-      made.set_cell(read_cell(edges, repeats));
-    }
-    return made;
-  }
-
-  Periodicity read_periodicity() const {
-    Periodicity result{.cell = read_cell(description_.cell, description_.repeats)};
-    if (description_.images.is_none()) return result;
-    for (const Given& row : Given{description_.images, "/images"}.entries("three whole numbers a row")) {
-      const std::vector<Given> numbers = row.entries("three whole numbers");
-      if (numbers.size() != 3) row.fail("three whole numbers");
-      std::array<int, 3>& image = result.images.emplace_back();
-      for (std::size_t k = 0; k < 3; ++k) read(numbers[k], &image[k]);
-    }
-    return result;
-  }
-
-  Description description_;
-};
 
 /// The arrays of a call: as many rows as points, or, with an index, those that it names.
 class CallArrays {
@@ -221,13 +141,24 @@ std::unique_ptr<HostHandle> make_handle(const py::object& masses, const py::obje
   return handle;
 }
 
-py::tuple get_state(const HostHandle& handle) {
-  const HostHandle::Description& d = handle.description();
-  return py::make_tuple(d.masses, d.constraints, d.positions, d.cell, d.repeats, d.images, d.options, d.present_cell);
+ConstraintId add(HostHandle& handle, const py::object& constraint, const py::object& positions,
+                 const py::object& images, const py::object& index) {
+  return handle.add(constraint, CallArrays(handle, index).in("positions", positions), images);
 }
 
-std::unique_ptr<HostHandle> set_state(const py::tuple& s) {
-  return std::make_unique<HostHandle>(HostHandle::Description{s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7]});
+double removed_degrees_of_freedom(HostHandle& handle, const py::object& positions, const py::object& flags,
+                                  const py::object& index, double time) {
+  const ConstPointArray at = CallArrays(handle, index).in("positions", positions);
+  const auto array = py::array_t<bool, py::array::c_style | py::array::forcecast>::ensure(flags);
+  PyErr_Clear();
+  if (!array || array.ndim() != 1) throw py::value_error("flags: wanted True or False for each point, [n]");
+  const std::vector<std::uint8_t> each(array.data(), array.data() + array.size());
+  return handle.run([&](Constrainer& c) { return c.removed_degrees_of_freedom(at, each, time); });
+}
+
+py::slice rows(HostHandle& handle, ConstraintId id) {
+  const RowRange range = handle.run([&](const Constrainer& c) { return c.rows(id); });
+  return {static_cast<py::ssize_t>(range.first), static_cast<py::ssize_t>(range.first + range.count), 1};
 }
 
 constexpr const char* class_doc = R"doc(
@@ -243,8 +174,12 @@ Arrays of points are float64 [n, 3], read and written in place, never copied; ro
 wider arrays). After a failure (`report.ok` is False) no array was touched. A wrong type of numbers is a TypeError, a
 wrong shape or a read-only array a ValueError. Units are the host's own.
 
-The interpreter's lock is released inside; a handle serves one thread at a time. pickle and copy.deepcopy keep the
-description and make the handle anew where it is first used.
+What is constrained may change between calls (add, remove, set_lengths, set_masses, renumber): the next call plans what
+an edit has touched, and nothing else. Constraints have ids, which ascend in the order in which they came, from 0 on.
+Wrong input is an InputError, after which nothing has changed.
+
+The interpreter's lock is released inside; a handle serves one thread at a time. pickle and copy.deepcopy keep what was
+given, all edits and the bytes of save: copy and original go on with the same bits, and ids are the same.
 
 masses       float [n]; inf: a support, which constraints never move
 constraints  a list of Rods, Planes, ...
@@ -256,13 +191,64 @@ options      SolverOptions
 Raises InputError, naming the place.
 )doc";
 
+/// What is constrained, and what is remembered.
+void bind_edits(py::class_<HostHandle>* type) {
+  using py::arg;
+  const py::none none;
+  type->def("add", &add, arg("constraint"), arg("positions") = none, py::kw_only(), arg("images") = none,
+            arg("index") = none, R"doc(
+A group like those of the constructor. Returns the id of its first member; the others follow.
+
+constraint  Rods, Planes, ...
+positions   float64 [n, 3], where the points are now: lengths that are not given are those found here; else it may be
+            absent
+images      int [rows, 3], if the constructor had them: which image each rod joins
+index       as in constrain_positions)doc")
+      .def("remove", &HostHandle::remove, arg("ids"), "Takes away the constraints with these ids, int [k].")
+      .def("set_lengths", &HostHandle::set_lengths, arg("ids"), arg("lengths"), arg("rates") = none, R"doc(
+Lengths of rods (radii, offsets, cosines, values) at the time of the calls from now on.
+
+ids      int [k]
+lengths  float [k]
+rates    float [k]: how fast they change; None: they are at rest. Where a step begins they are shorter by step times
+         the rate. Where a rate was given once nothing is planned any more.)doc")
+      .def("set_masses", &HostHandle::set_masses, arg("points"), arg("masses"), R"doc(
+Masses from now on; what is infinite remains so, and what is not.
+
+points  int [k]
+masses  float [k])doc")
+      .def("renumber", &HostHandle::renumber, arg("from_"), arg("masses"), arg("positions") = none, py::kw_only(),
+           arg("index") = none, R"doc(
+Points come and go. What only changes its number keeps its plan.
+
+from_      int [n]: number i was from_[i], or is a new point where that is -1; those that are missing have left, and no
+           constraint holds them any more
+masses     float [n] of all
+positions  float64 [n, 3], where the points are now; may be absent
+index      int32 [n], as in constrain_positions)doc")
+      .def(
+          "update_plan", [](HostHandle& handle) { return handle.run([](Constrainer& c) { return c.update_plan(); }); },
+          "Does now what the next call would; returns how many islands were planned.")
+      .def("rows", &rows, arg("id"),
+           "The rows of a constraint as a slice: multipliers[c.rows(id)]. Rows are numbered in the order of ids.")
+      .def("save", &HostHandle::save,
+           "All that the next call depends on beside arrays, masses and constraints, as bytes for restore of a "
+           "Constrainer with the same ones: it goes on to the last bit as this one does from now on.")
+      .def("restore", &HostHandle::restore, arg("saved"),
+           "Goes on from saved bytes. Raises InputError for bytes that are damaged or of other points or constraints.")
+      .def("removed_degrees_of_freedom", &removed_degrees_of_freedom, arg("positions"), arg("flags"), py::kw_only(),
+           arg("index") = none, arg("time") = 0.0,
+           "The degrees of freedom that the constraints take at positions, float64 [n, 3], of the points with a flag, "
+           "bool [n]: each independent row counts by its share of such points among those of its points that move.");
+}
+
 }  // namespace
 
 void bind_constrainer(py::module_& module) {
   using py::arg;
   const py::none none;
-  py::class_<HostHandle>(module, "Constrainer", class_doc)
-      .def(py::init(&make_handle), arg("masses"), arg("constraints"), arg("positions"), py::kw_only(),
+  py::class_<HostHandle> type(module, "Constrainer", class_doc);
+  type.def(py::init(&make_handle), arg("masses"), arg("constraints"), arg("positions"), py::kw_only(),
            arg("cell") = none, arg("repeats") = py::make_tuple(true, true, true), arg("images") = none,
            arg("options") = none)
       .def("constrain_positions", &constrain_positions, arg("step"), arg("old_positions"), arg("positions"),
@@ -337,7 +323,8 @@ The others as in constrain_positions.)doc")
              return "Constrainer(num_points=" + std::to_string(handle.num_points()) +
                     ", num_rows=" + std::to_string(handle.num_rows()) + ")";
            })
-      .def(py::pickle(&get_state, &set_state));
+      .def(py::pickle([](HostHandle& handle) { return handle.state(); }, &HostHandle::from_state));
+  bind_edits(&type);
 }
 
 }  // namespace tanor::python

@@ -8,8 +8,7 @@
 
 namespace tanor::python {
 
-/// An object of the library that is made of a description where it is first needed: copies and pickles keep the
-/// description alone.
+/// An object of the library that is made where it is first needed, of a description: what copies and pickles keep.
 template <class Library>
 class Handle {
  public:

@@ -176,6 +176,17 @@ void read(const Given& given, std::vector<Vector3>* vectors) {
     std::copy_n(array.data() + 3 * k, 3, vectors->emplace_back().begin());
 }
 
+void read(const Given& given, std::vector<std::int64_t>* numbers) {
+  const auto array = py::array::ensure(given.value);
+  PyErr_Clear();
+  numbers->clear();
+  if (array && array.size() == 0) return;
+  if (!array || (array.dtype().kind() != 'i' && array.dtype().kind() != 'u') || array.ndim() != 1)
+    given.fail("whole numbers [n]");
+  const auto whole = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
+  numbers->assign(whole.data(), whole.data() + whole.size());
+}
+
 void read(const Given& given, std::vector<Index>* points) {
   points->clear();
   take_indices(given, 1, 0, "a list of points, whole numbers [n]",

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -44,6 +45,7 @@ void read(const Given& given, Method* method);
 void read(const Given& given, std::vector<std::string>* names);
 void read(const Given& given, std::vector<double>* numbers);
 void read(const Given& given, std::vector<Vector3>* vectors);
+void read(const Given& given, std::vector<std::int64_t>* numbers);
 void read(const Given& given, std::vector<Index>* points);
 void read(const Given& given, std::vector<std::array<Index, 2>>* pairs);
 void read(const Given& given, std::vector<std::array<Index, 3>>* triples);

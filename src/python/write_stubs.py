@@ -38,7 +38,8 @@ ARGUMENTS = {"masses": "ArrayLike", "constraints": "Sequence[Any]", "cell": "Arr
              "options": "SolverOptions | None", "solver": "SolverOptions | None", "motion": "MotionOptions | None",
              "system": "System | Scene", "file": "str | PathLike[str]", "method": "str | None",
              "progress": "Callable[[MotionReport], bool | None] | None", "direction": "str", "mode": "str",
-             "function": "Callable[[float, numpy.ndarray, numpy.ndarray], float]", "saved": "bytes"}
+             "ids": "ArrayLike", "lengths": "ArrayLike", "rates": "ArrayLike | None", "points": "ArrayLike",
+             "from_": "ArrayLike", "flags": "ArrayLike", "function": "Callable[[float, numpy.ndarray, numpy.ndarray], float]", "saved": "bytes"}
 NUMBERS = {"step", "max_step", "rtol", "atol", "t_end", "threads"}
 
 
