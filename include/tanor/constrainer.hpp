@@ -190,9 +190,8 @@ class TANOR_API Constrainer {
   ConstraintId add(Constraint group, ConstPointArray at = {}, std::vector<std::array<int, 3>> images = {});
   /// The first edit, be it this one or another, plans all anew; see above.
   void remove(std::span<const ConstraintId> ids);
-  /// Lengths of rods (radii, offsets, cosines, values) at the `time` of the calls from now on, and how fast they
-  /// change; `rates` empty: they are at rest. Where a step begins they are shorter by h times the rate. Where a rate
-  /// was given once nothing is planned any more.
+  /// Lengths of rods (radii, offsets, cosines, values) from now on, and how fast they change; `rates` empty: they are
+  /// at rest. Where a rate was given once nothing is planned any more.
   void set_lengths(std::span<const ConstraintId> ids, std::span<const double> lengths,
                    std::span<const double> rates = {});
   /// From now on; what is infinite remains so, and what is not.

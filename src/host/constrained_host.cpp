@@ -76,15 +76,24 @@ Outcome ConstrainedHost::stand_at(const ConstPointArray& positions, double t, co
 }
 
 /// A step from positions off the constraints would put its correction into the velocities.
-Outcome ConstrainedHost::check_place() {
+Outcome ConstrainedHost::check_place(double h) {
   constexpr double allowed = 1e-8;
   if (place.was_checked) return {};
-  const double violation = linearization.evaluate_values(place.r.data(), rows.data());
+  double violation = linearization.evaluate_values(place.r.data(), rows.data());
+  std::size_t row = sums.worst_position_row(rows);
+  if (violation > allowed && work.constraints.depends_on_time()) {
+    // Lengths that are set before each step are those at its end: xi - h xi_t is what they were.
+    std::fill(w.begin(), w.end(), 0.0);
+    (void)linearization.evaluate_rates(place.r.data(), w.data(), sum.data());
+    for (std::size_t a = 0; a < rows.size(); ++a) rows[a] = std::min(std::abs(rows[a]), std::abs(rows[a] - h * sum[a]));
+    row = sums.worst_position_row(rows);
+    violation = rows[row] / sums.lengths()[row];
+  }
   place.was_checked = violation <= allowed;
   if (place.was_checked) return {};
   if (!std::isfinite(violation)) return model.not_finite(place.time);
-  return {Status::NotConverged, "the positions where the step begins violate " +
-                                    work.name_row(sums.worst_position_row(rows)) + " by " + text(violation) +
+  return {Status::NotConverged, "the positions where the step begins violate " + work.name_row(row) + " by " +
+                                    text(violation) +
                                     " of its length; project_positions puts them right, before the first forces"};
 }
 

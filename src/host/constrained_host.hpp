@@ -95,7 +95,7 @@ struct ConstrainedHost {
   bool gather_place(const ConstPointArray& positions, double t, const PeriodicCell* cell);
   Outcome stand_at(const ConstPointArray& positions, double t, const PeriodicCell* cell);
   Outcome stand_at(const ConstPointArray& positions, double t) { return stand_at(positions, t, present_cell()); }
-  Outcome check_place();
+  Outcome check_place(double h);
   void gather_moved(const ConstPointArray& positions);
   ProjectionReport step_positions(const PositionStep& step);
 

@@ -22,11 +22,10 @@ struct Constrainer::Implementation : HostParts {
     check_array(wanted.forces, num_points(), 3, "forces");
     check_array(wanted.stress, num_points(), 9, "stress");
   }
-  /// Of every call: its time, and what is wanted at these positions.
-  void begin(const ConstPointArray& positions, double time, const ConstraintForces& wanted = {},
-             const char* name = "positions") {
+  /// Of every call: what is wanted at these positions.
+  void check(const ConstPointArray& positions, double time, const ConstraintForces& wanted = {},
+             const char* name = "positions") const {
     check_finite(time, "time");
-    set_time(time);
     require_array(positions, num_points(), name);
     check(wanted);
   }
@@ -253,7 +252,7 @@ void Constrainer::restore(std::span<const std::byte> bytes) {
 
 ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
   Call self(implementation_);
-  self->begin(step.old_positions, step.time, step.wanted, "old_positions");
+  self->check(step.old_positions, step.time, step.wanted, "old_positions");
   require_array(step.positions, self->num_points(), "positions");
   check_array(step.velocities, self->num_points(), 3, "velocities");
   check_finite(step.step, "step");
@@ -269,7 +268,7 @@ ConstraintReport Constrainer::constrain_positions(const PositionStep& step) {
 
 ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
   Call self(implementation_);
-  self->begin(step.positions, step.time, step.wanted);
+  self->check(step.positions, step.time, step.wanted);
   require_array(step.velocities, self->num_points(), "velocities");
   check_finite(step.step, "step");
   ConstraintReport report =
@@ -286,7 +285,7 @@ ConstraintReport Constrainer::constrain_velocities(const VelocityStep& step) {
 
 ConstraintReport Constrainer::solve(const HostState& at) {
   Call self(implementation_);
-  self->begin(at.positions, at.time, at.wanted);
+  self->check(at.positions, at.time, at.wanted);
   require_array(at.velocities, self->num_points(), "velocities");
   require_array(at.forces, self->num_points(), "forces");
   check_array(at.accelerations, self->num_points(), 3, "accelerations");
@@ -301,7 +300,7 @@ ConstraintReport Constrainer::solve(const HostState& at) {
 
 ConstraintReport Constrainer::project_forces(ConstPointArray positions, PointArray forces, double time) {
   Call self(implementation_);
-  self->begin(positions, time);
+  self->check(positions, time);
   require_array(forces, self->num_points(), "forces");
   return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_forces(positions, forces, time, own); },
                     [&](ConstrainedHost& part, PartReport* own) { part.write_forces(forces, own); });
@@ -309,7 +308,7 @@ ConstraintReport Constrainer::project_forces(ConstPointArray positions, PointArr
 
 ConstraintReport Constrainer::project_positions(PointArray positions, double time) {
   Call self(implementation_);
-  self->begin(positions, time);
+  self->check(positions, time);
   return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_nearest(positions, time, own); },
                     [&](ConstrainedHost& part, PartReport* own) { part.write_nearest(positions, own); });
 }
@@ -318,7 +317,7 @@ ConstraintReport Constrainer::project_positions(PointArray positions, double tim
 
 LogDeterminant Constrainer::log_det(ConstPointArray positions, PointArray gradient, double time) {
   Call self(implementation_);
-  self->begin(positions, time);
+  self->check(positions, time);
   check_array(gradient, self->num_points(), 3, "gradient");
   LogDeterminant sum;
   for (std::size_t k = 0; k < self->size(); ++k) {
@@ -339,20 +338,20 @@ LogDeterminant Constrainer::log_det(ConstPointArray positions, PointArray gradie
 
 ConstraintReport Constrainer::violation(ConstPointArray positions, double time) {
   Call self(implementation_);
-  self->begin(positions, time);
+  self->check(positions, time);
   return self->call([&](ConstrainedHost& part, PartReport* own) { part.find_violation(positions, time, own); });
 }
 
 RankReport Constrainer::rank(ConstPointArray positions, double time) {
   Call self(implementation_);
-  self->begin(positions, time);
+  self->check(positions, time);
   return self->find_rank(positions, time);
 }
 
 double Constrainer::removed_degrees_of_freedom(ConstPointArray positions, std::span<const std::uint8_t> flags,
                                                double time) {
   Call self(implementation_);
-  self->begin(positions, time);
+  self->check(positions, time);
   check_size(flags.size(), self->num_points(), "flags");
   std::vector<char> counts(self->inventory().num_rows(), 1);
   for (const RowDependence& dependence : self->find_rank(positions, time).dependences) counts[dependence.row] = 0;

@@ -15,7 +15,7 @@ namespace tanor {
 void ConstrainedHost::find_positions(const PositionStep& step, PartReport* report) {
   const double start = step.time - step.step;
   if (report->outcome = stand_at(step.old_positions, start, step.old_cell); !report->outcome.ok()) return;
-  if (report->outcome = check_place(); !report->outcome.ok()) return;
+  if (report->outcome = check_place(step.step); !report->outcome.ok()) return;
   ProjectionReport found = step_positions(step);
   if (!found.outcome.ok()) {
     // The guess may have come from another motion.

@@ -78,8 +78,6 @@ class HostParts {
 
   // ---- the parts ----
 
-  /// The time of a call.
-  void set_time(double t) { inventory_.set_time(t); }
   std::size_t size() const { return parts_.size(); }
   ConstrainedHost& operator[](std::size_t k) { return *parts_[k]->host; }
   /// body(part, its report) for each part: small ones are shared among the threads, large ones have them all.

@@ -168,8 +168,7 @@ bool Inventory::set_length(ConstraintId id, double length, double rate) {
   return false;
 }
 
-/// A function of time that runs through what is set next at the time of the call: so where a step begins it is what the
-/// length was there.
+/// A function of time that is what is set next.
 void Inventory::drive(Group* group, std::size_t number) {
   const std::size_t count = shape_of(group->all).members;
   group->driven.resize(count);
@@ -177,11 +176,12 @@ void Inventory::drive(Group* group, std::size_t number) {
   Parameter& parameter = *parameter_of(&group->all);
   if (parameter.functions.size() == 1) parameter.functions.resize(count, parameter.functions[0]);
   for (const double constant : std::exchange(parameter.constants, {})) parameter.functions.emplace_back(constant);
-  const auto length = [driven = std::shared_ptr<const DrivenLength>(group->driven[number]),
-                       now = std::shared_ptr<const double>(now_)](const Jet<2>& t) {
-    return driven->length + driven->rate * (t - *now);
+  const auto now = [driven = std::shared_ptr<const DrivenLength>(group->driven[number])](const Jet<2>&) {
+    Jet<2> result(driven->length);
+    result.c[1] = driven->rate;
+    return result;
   };
-  parameter.functions[number] = ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>(length));
+  parameter.functions[number] = ScalarFunction::custom(std::function<Jet<2>(const Jet<2>&)>(now));
 }
 
 bool Inventory::drives_some(const Group& group, const std::vector<Index>& numbers) {

@@ -27,8 +27,6 @@ class Inventory {
   /// else the constraint has to be planned anew. Throws InputError where the kind has none, or where it is out of
   /// range.
   bool set_length(ConstraintId id, double length, double rate);
-  /// The time of a call, at which lengths are those that were set.
-  void set_time(double t) { *now_ = t; }
   /// What `set_length` would complain about.
   void check_length(ConstraintId id, double length, double rate) const;
   /// Points := number_of(point).
@@ -89,7 +87,7 @@ class Inventory {
 
  private:
   struct DrivenLength {
-    double length, rate;  // at `now_`
+    double length, rate;
   };
   struct Group {
     Constraint all, shell;  // with all members and with none
@@ -128,10 +126,9 @@ class Inventory {
   static Constraint pick(const Group& group, const std::vector<Index>& numbers);
   static bool drives_some(const Group& group, const std::vector<Index>& numbers);
   static void let_move(Constraint& constraint);
-  void drive(Group* group, std::size_t number);
+  static void drive(Group* group, std::size_t number);
   void number_rows(ConstraintId from);
 
-  std::shared_ptr<double> now_ = std::make_shared<double>(0.0);
   std::vector<Group> groups_;    // those without a member left are empty
   std::vector<Index> group_of_;  // [id] its complement: removed
   std::set<std::string> names_;

@@ -79,7 +79,7 @@ TEST(Topology, AnEditPlansTheIslandsNearIt) {
   EXPECT_EQ(host.constrainer.update_plan(), 1000U);
   host.remove(7);
   EXPECT_EQ(host.constrainer.update_plan(), 1001U);  // the first one cuts what was one part
-  host.remove(7);
+  host.remove(100);
   EXPECT_LE(host.constrainer.update_plan(), 110U);
   EXPECT_EQ(host.constrainer.plan().islands, 1002U);
   EXPECT_EQ(host.constrainer.update_plan(), 0U);
@@ -173,7 +173,6 @@ TEST(Lengths, ThatGrowDragThePointsAlong) {
   Constrainer constrainer(masses, {Rods{{}, {{0, 1}}, {}, {}}}, r);
   const ConstraintId id = 0;
   const double rate = 0.25;
-  ASSERT_TRUE(constrainer.constrain_positions({.step = h, .old_positions = r, .positions = r}).outcome.ok());
   for (int k = 1; k <= 10; ++k) {
     const double length = 1.0 + rate * h * k;
     constrainer.set_lengths({&id, 1}, {&length, 1}, {&rate, 1});
