@@ -117,8 +117,8 @@ std::string Rounding::explain() const {
 
 void Rounding::exchange_memory(Memory& memory) {
   if (num_groups_ == 0) return;
-  memory.exchange(is_due_, num_samples_, num_steps_, measured_at_, caution_, rejected_.h, rejected_.error, num_exceeding_,
-                  sum_of_excesses_, since_, whole_, along_);
+  memory.exchange(is_due_, num_samples_, num_steps_, measured_at_, caution_, rejected_.h, rejected_.error,
+                  num_exceeding_, sum_of_excesses_, since_, whole_, along_);
 }
 
 }  // namespace tanor

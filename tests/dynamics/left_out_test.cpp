@@ -189,7 +189,8 @@ TEST(LeftOut, SinglePointAndBeadsOnTheirOwnSurfacesAreSolvedInClosedForm) {
   for (Index i = 0; i < 2000; ++i) EXPECT_NEAR(lambda_floor[i], (1.0 + i % 3) * 9.81, 1e-13);
   EXPECT_EQ(on_hoop.plan().factorization(), "closed_form");
   EXPECT_EQ(on_floor.plan().factorization(), "closed_form");
-  EXPECT_EQ(Dynamics(make_bent_chain(5), {.linear_solver = LinearSolver::General}).plan().factorization(), "simplicial");
+  EXPECT_EQ(Dynamics(make_bent_chain(5), {.linear_solver = LinearSolver::General}).plan().factorization(),
+            "simplicial");
 }
 
 TEST(LeftOut, FrictionIsNothingWhereThereIsNone) {

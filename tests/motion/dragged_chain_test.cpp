@@ -114,7 +114,8 @@ TEST(DraggedChain, ChainsPulledToAndFroStopAndLeaveAgain) {
 /// The rods keep their angles of 0.6 rad, more or less, so that K is far from losing rank all the way.
 TEST(DraggedChain, ContactsThatSlideAreNoSingularConfigurations) {
   for (const Pull pull : {Pull::Support, Pull::SupportToAndFro}) {
-    Simulation simulation(make_dragged_chain(12, Bend::Zigzag, pull), {.method = Method::Dop853, .rtol = 1e-9, .atol = 1e-12});
+    Simulation simulation(make_dragged_chain(12, Bend::Zigzag, pull),
+                          {.method = Method::Dop853, .rtol = 1e-9, .atol = 1e-12});
 
     ASSERT_TRUE(simulation.advance_to(1.0).ok()) << simulation.outcome().what;
 
