@@ -8,24 +8,16 @@
 
 #include "base/checksum.hpp"
 #include "base/memory.hpp"
-#include "base/text.hpp"
+#include "base/saved_frame.hpp"
 
 namespace tanor {
 
 namespace {
 
-constexpr std::uint32_t format = 1;
-
-struct Header {
-  std::array<char, 8> magic{'t', 'a', 'n', 'o', 'r', ' ', 'c', 'o'};
-  std::uint32_t version = format;
-  std::uint32_t byte_order = 0x01020304;  // reads otherwise on a machine with another order
-  std::uint64_t fingerprint = 0;
-};
-
-[[noreturn]] void refuse(const std::string& why) {
-  throw InputError("/state", why);
+SavedHeader header_of(std::uint64_t fingerprint) {
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 'c', 'o'}, .version = 1, .fingerprint = fingerprint};
 }
+constexpr SavedBy by{"/state", "a Constrainer", "other points or constraints"};
 
 /// Of the masses, and of what is constrained, as the host numbers it.
 std::uint64_t fingerprint_of(const HostParts& parts) {
@@ -42,20 +34,13 @@ std::uint64_t fingerprint_of(const HostParts& parts) {
   return sum.value();
 }
 
-std::uint64_t checksum_of(std::span<const std::byte> bytes) {
-  Checksum sum;
-  sum.add(bytes);
-  return sum.value();
-}
-
 }  // namespace
 
 std::vector<std::byte> save_state(HostParts* parts) {
   std::vector<double> numbers;
   Memory memory(&numbers);
   parts->exchange_memory(memory);
-  Header header;
-  header.fingerprint = fingerprint_of(*parts);
+  const SavedHeader header = header_of(fingerprint_of(*parts));
   std::vector<std::uint64_t> words;
   for (const std::uint64_t word : std::bit_cast<std::array<std::uint64_t, 3>>(header)) words.push_back(word);
   for (const double number : numbers) words.push_back(std::bit_cast<std::uint64_t>(number));
@@ -65,20 +50,7 @@ std::vector<std::byte> save_state(HostParts* parts) {
 }
 
 void restore_state(std::span<const std::byte> bytes, HostParts* parts) {
-  const Header wanted;
-  Header header;
-  std::uint64_t sum = 0;
-  if (bytes.size() < sizeof header + sizeof sum) refuse("it ends too early");
-  std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.magic != wanted.magic) refuse("these are no bytes that a Constrainer saved");
-  if (header.byte_order != wanted.byte_order) refuse("it was saved on a machine with another order of bytes");
-  if (header.version != wanted.version)
-    refuse("its format is " + text(header.version) + ", this version of tanor reads " + text(wanted.version));
-  std::memcpy(&sum, bytes.last(sizeof sum).data(), sizeof sum);
-  if (sum != checksum_of(bytes.first(bytes.size() - sizeof sum)))
-    refuse("it is damaged or cut off: its checksum is another one");
-  if (header.fingerprint != fingerprint_of(*parts)) refuse("it belongs to other points or constraints");
-  const std::span<const std::byte> body = bytes.subspan(sizeof header, bytes.size() - sizeof header - sizeof sum);
+  const std::span<const std::byte> body = check_frame(bytes, header_of(fingerprint_of(*parts)), by);
   std::vector<double> numbers(body.size() / sizeof(double));
   if (!numbers.empty()) std::memcpy(numbers.data(), body.data(), numbers.size() * sizeof(double));
   Memory memory{std::span<const double>(numbers)};

@@ -82,7 +82,7 @@ class Inventory {
     if (drives_rods) std::ranges::for_each(result, let_move);
     return result;
   }
-  /// Those of their rows.
+  /// Returns the images of their rows.
   std::vector<std::array<int, 3>> take_images(std::span<const ConstraintId> ids) const;
 
  private:

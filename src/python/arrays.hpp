@@ -16,7 +16,7 @@
 /// shape or a read-only array that is to be written a ValueError; the message begins with the argument's name.
 namespace tanor::python {
 
-/// What an argument has to be.
+/// An argument has to be this.
 struct Wanted {
   const char* name;
   std::optional<py::ssize_t> rows = {};  ///< none: any number

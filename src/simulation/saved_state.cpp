@@ -9,6 +9,7 @@
 #include <tanor/enum_names.hpp>
 
 #include "base/checksum.hpp"
+#include "base/saved_frame.hpp"
 #include "base/text.hpp"
 #include "system/members.hpp"
 
@@ -16,14 +17,10 @@ namespace tanor {
 
 namespace {
 
-constexpr std::uint32_t format = 2;
-
-struct Header {
-  std::array<char, 8> magic{'t', 'a', 'n', 'o', 'r', ' ', 's', 't'};
-  std::uint32_t version = format;
-  std::uint32_t byte_order = 0x01020304;  // reads otherwise on a machine with another order
-  std::uint64_t fingerprint = 0;
-};
+SavedHeader header_of(std::uint64_t fingerprint) {
+  return {.magic = {'t', 'a', 'n', 'o', 'r', ' ', 's', 't'}, .version = 2, .fingerprint = fingerprint};
+}
+constexpr SavedBy by{"/snapshot", "a Simulation", "another system"};
 
 [[noreturn]] void refuse(const std::string& why) {
   throw InputError("/snapshot", why);
@@ -174,27 +171,6 @@ void exchange(Archive& archive, AnySnapshot& snapshot) {
           snapshot.singular_memory, snapshot.rounding_memory, snapshot.stiff_memory, snapshot.state_before);
 }
 
-/// The header and the numbers, without the checksum.
-std::span<const std::byte> check_frame(std::span<const std::byte> bytes, std::uint64_t fingerprint) {
-  const Header wanted;
-  Header header;
-  std::uint64_t sum = 0;
-  const std::size_t compared = std::min(bytes.size(), sizeof header.magic);
-  if (compared == 0 || std::memcmp(bytes.data(), wanted.magic.data(), compared) != 0)
-    refuse("these are no bytes that a Simulation saved");
-  if (bytes.size() < sizeof header + sizeof sum) refuse("it ends too early");
-  std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.byte_order != wanted.byte_order) refuse("it was saved on a machine with another order of bytes");
-  if (header.version != wanted.version)
-    refuse("its format is " + text(header.version) + ", this version of tanor reads " + text(wanted.version));
-  Checksum found;
-  found.add(bytes.first(bytes.size() - sizeof sum));
-  std::memcpy(&sum, bytes.last(sizeof sum).data(), sizeof sum);
-  if (sum != found.value()) refuse("it is damaged or cut off: its checksum is another one");
-  if (header.fingerprint != fingerprint) refuse("it belongs to another system");
-  return bytes.subspan(sizeof header, bytes.size() - sizeof header - sizeof sum);
-}
-
 }  // namespace
 
 std::uint64_t fingerprint_of(const System& system) {
@@ -223,8 +199,7 @@ std::uint64_t fingerprint_of(const System& system) {
 }
 
 std::vector<std::byte> pack(const Snapshot& snapshot, std::uint64_t fingerprint) {
-  Header header;
-  header.fingerprint = fingerprint;
+  const SavedHeader header = header_of(fingerprint);
   const auto first = std::as_bytes(std::span(&header, 1));
   Counter counter;
   exchange(counter, snapshot);
@@ -233,15 +208,13 @@ std::vector<std::byte> pack(const Snapshot& snapshot, std::uint64_t fingerprint)
   bytes.assign(first.begin(), first.end());
   Writer writer(&bytes);
   exchange(writer, snapshot);
-  Checksum sum;
-  sum.add(bytes);
-  const std::uint64_t value = sum.value();
-  writer(value);
+  const std::uint64_t sum = checksum_of(bytes);
+  writer(sum);
   return bytes;
 }
 
 Snapshot unpack(std::span<const std::byte> bytes, std::uint64_t fingerprint) {
-  Reader reader(check_frame(bytes, fingerprint));
+  Reader reader(check_frame(bytes, header_of(fingerprint), by));
   Snapshot snapshot;
   exchange(reader, snapshot);
   reader.finish();

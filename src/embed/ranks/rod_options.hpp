@@ -5,7 +5,7 @@
 
 namespace tanor::embed {
 
-/// What the user of a host asks for.
+/// The words of a script say this.
 struct RodOptions {
   std::vector<int> types;    ///< of bonds
   double length = 0.0;       ///< of all rods; 0: the one that each has when it is first seen
