@@ -93,6 +93,19 @@ void step(Constrainer* constrainer, const Host& host) {
   expect(report.outcome.ok(), report.outcome.what);
 }
 
+/// Steps, in turn, of a handle that expects edits and of one that does not.
+void measure_parts(const Host& host, std::vector<double>* in_parts, std::vector<double>* in_one) {
+  Constrainer parts(host.masses, {host.rods}, host.r, {.threads = 1}),
+      one(host.masses, {host.rods}, host.r, {.threads = 1});
+  parts.expect_edits();
+  for (int turn = 0; turn < 22; ++turn) {
+    const double by_parts = time_of([&] { step(&parts, host); }), by_one = time_of([&] { step(&one, host); });
+    if (turn < 2) continue;  // plans
+    in_parts->push_back(by_parts);
+    in_one->push_back(by_one);
+  }
+}
+
 /// Rods out of the middle of many islands go, and come back.
 void measure_edits(const char* name, const Host& host) {
   constexpr int turns = 51;
@@ -100,6 +113,9 @@ void measure_edits(const char* name, const Host& host) {
   for (int k = 0; k < 3; ++k)
     makes.push_back(time_of([&] { Constrainer(host.masses, {host.rods}, host.r, {.threads = 1}); }));
   Constrainer constrainer(host.masses, {host.rods}, host.r, {.threads = 1});
+  std::vector<double> steps_of_parts, steps_of_one;
+  measure_parts(host, &steps_of_parts, &steps_of_one);
+  constrainer.expect_edits();
   step(&constrainer, host);
   const std::size_t num_rods = host.rods.pairs.size();
   for (std::size_t turn = 0; turn < turns; ++turn) {
@@ -137,9 +153,10 @@ void measure_edits(const char* name, const Host& host) {
   }
   std::printf(
       "%-28s made %8.2f   removed %6.3f   added %6.3f   mass %6.3f   driven length %7.4f   step after an edit %6.2f, "
-      "later %6.2f ms\n",
+      "later %6.2f ms; "
+      "in parts %.2f of one in one part\n",
       name, median(makes), median(removals), median(additions), median(masses), median(lengths), median(first_steps),
-      median(later_steps));
+      median(later_steps), median(steps_of_parts) / median(steps_of_one));
 }
 
 /// Both call the same handle's kind on the same arrays.

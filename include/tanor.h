@@ -98,10 +98,10 @@ TN_API const char* tn_last_error(const tn_system* system);
 
 /* ---- what is constrained ---- */
 
-/* What is constrained may change between steps. The first edit of what was planned lets the next call, or tn_plan, plan
- * all anew, in parts; after it that plans the islands that an edit has touched with a few of their neighbours, and no
- * others. After an edit that fails nothing has changed. Each constraint has an
- * id, which none had before; ids ascend, and the rows of constraints are numbered in their order. */
+/* What is constrained may change between steps. After tn_expect_edits the next call, or tn_plan, plans the islands that
+ * an edit has touched with a few of their neighbours, and no others; without it the first edit of what was planned lets
+ * it plan all anew. After an edit that fails nothing has changed. Each constraint has an id, which none had before; ids
+ * ascend, and the rows of constraints are numbered in their order. */
 
 /** Kinds of tn_add: points, then parameters of each member. A member's last parameter, which tn_set_lengths may change,
  * is one of its own; neighbours in the list with the same other ones are kept together. */
@@ -139,6 +139,8 @@ TN_API int tn_renumber(tn_system* system, size_t num_points, const int64_t* from
  * some rod are given, those images, of positions that are never wrapped. The first one is that of the positions of
  * tn_create, and comes before the first constraints. */
 TN_API int tn_set_box(tn_system* system, const double cell[9], const int repeats[3]);
+/** The constraints will change: they are planned in parts from now on. */
+TN_API int tn_expect_edits(tn_system* system);
 /** The cell in which x_old of the next tn_constrain_positions is. Without it: that of the last call, if these are its
  * positions bit by bit, else the present one. */
 TN_API int tn_set_old_box(tn_system* system, const double cell[9]);
@@ -186,6 +188,38 @@ TN_API int tn_violation(tn_system* system, tn_const_points x, tn_report* report)
  * null: all) [tn_num_points]: of the points with an entry that is not 0; each independent row counts by its share of
  * such points among those of its points that move. */
 TN_API int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* group, double* removed);
+
+/* ---- the time loop, for a host that has none ---- */
+
+/** Where a run is after a step. */
+typedef struct tn_progress {
+  uint32_t size;
+  size_t steps; /**< done so far */
+  double time;
+  const tn_report* positions;  /**< of the step's tn_constrain_positions */
+  const tn_report* velocities; /**< of its tn_constrain_velocities */
+} tn_progress;
+
+/** Steps of velocity Verlet. */
+typedef struct tn_loop {
+  uint32_t size;    /**< sizeof(tn_loop) */
+  int32_t measures; /**< see tn_wanted */
+  double dt;        /**< not 0; negative: backwards */
+  double time;      /**< where the run begins */
+  size_t steps;
+  tn_points x,
+      v;       /**< they obey the constraints, and are those of the run's end. Supports go on with their velocities */
+  tn_points f; /**< the forces at x, also where the run begins */
+  /** Writes them, at x as it is now, which is that of this time. Null: they remain. */
+  void (*set_forces)(void* user, double time);
+  /** Called after every step; 0 ends the run there. It may edit the constraints, but not the points. May be null. */
+  int (*observe)(void* user, const tn_progress* progress);
+  void* user;
+} tn_loop;
+
+/** Runs. `steps` (may be null) receives how many were done; after a failure x, v and f are those of the last good
+ * one. */
+TN_API int tn_run(tn_system* system, const tn_loop* loop, size_t* steps);
 
 /* ---- going on elsewhere ---- */
 

@@ -176,19 +176,22 @@ class TANOR_API Constrainer {
   void set_cell(const PeriodicCell& cell);
 
   // ---- what is constrained: may change between calls ----
-  // Wrong input is an InputError, after which nothing has changed. Until the first edit all islands are planned
-  // together, which is fastest for those who never edit; that edit, once, lets the next call plan all anew, in parts.
-  // After it the next call plans the islands that an edit has touched, with a few of their neighbours, and no others;
-  // all others keep plan, factor and guess. Then all is as in a new Constrainer with the same points and constraints at
-  // the same positions: to the last bit where that one has restored what this one saved, else within the tolerance. An
+  // Wrong input is an InputError, after which nothing has changed. Until `expect_edits`, or the first edit, all islands
+  // are planned together, which is fastest for those who never edit. From then on they are planned in parts: the next
+  // call plans the islands that an edit has touched, with a few of their neighbours, and no others; all others keep
+  // plan, factor and guess. Then all is as in a new Constrainer that expects edits, with the same points and
+  // constraints at the same positions: to the last bit, but for what comes from calls before (guesses of
+  // constrain_positions, a factor at the same positions), for which that one has to restore what this one saved. An
   // edit begins with the positions that the last call began with.
+
+  /// Plans in parts from now on. A host that is going to edit says so at once, else its first edit plans all anew.
+  void expect_edits();
 
   /// A group like those that the constructor takes, which have the ids from 0 on. Returns the id of its first member;
   /// the others follow. `at`: the host's positions now, which give lengths that are "initial"; absent: as said above.
   /// `images` [row], if Periodicity had them: see there. Constraints that are added where none were planned yet are no
   /// edit that parts begin with.
   ConstraintId add(Constraint group, ConstPointArray at = {}, std::vector<std::array<int, 3>> images = {});
-  /// The first edit, be it this one or another, plans all anew; see above.
   void remove(std::span<const ConstraintId> ids);
   /// Lengths of rods (radii, offsets, cosines, values) from now on, and how fast they change; `rates` empty: they are
   /// at rest. Where a rate was given once nothing is planned any more.
@@ -200,10 +203,11 @@ class TANOR_API Constrainer {
   /// Those that are missing have left; no constraint holds them any more. `masses` [from.size()] of all. `at`: the
   /// host's positions now. What only changes its number keeps its plan.
   void renumber(std::span<const std::int64_t> from, std::span<const double> masses, ConstPointArray at = {});
-  /// Does now what the next call would; returns how many islands were planned: after the first edit all.
+  /// Does now what the next call would; returns how many islands were planned.
   std::size_t update_plan();
 
   std::size_t num_points() const;
+  double mass(Index point) const;  ///< infinite: a support
   std::size_t num_rows() const;
   /// Rows are numbered in the order of ids. Throws InputError where there is no such constraint.
   RowRange rows(ConstraintId id) const;

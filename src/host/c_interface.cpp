@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <tanor/constrainer.hpp>
+#include <tanor/velocity_verlet.hpp>
 #include <tanor/version.hpp>
 
 #include "host/c_members.hpp"
@@ -158,19 +159,22 @@ void write_ids(ConstraintId first, size_t count, int64_t* ids) {
   for (size_t k = 0; ids != nullptr && k < count; ++k) ids[k] = first + static_cast<ConstraintId>(k);
 }
 
+/// As far as `size` of the struct says.
+void write_numbers(const ConstraintReport& found, tn_report* report) {
+  tn_report own{};
+  own.size = report->size;
+  own.iterations = found.iterations;
+  own.violation = found.violation;
+  own.correction = found.correction;
+  own.worst_row = found.worst_row == ConstraintReport::no_row ? -1 : static_cast<std::int64_t>(found.worst_row);
+  own.largest_turn = found.largest_turn;
+  own.work = found.work;
+  std::copy(found.virial.begin(), found.virial.end(), own.virial);
+  std::memcpy(report, &own, std::min<std::size_t>(report->size, sizeof(own)));
+}
+
 Outcome write_report(ConstraintReport found, tn_report* report) {
-  if (report != nullptr) {
-    tn_report own{};
-    own.size = report->size;
-    own.iterations = found.iterations;
-    own.violation = found.violation;
-    own.correction = found.correction;
-    own.worst_row = found.worst_row == ConstraintReport::no_row ? -1 : static_cast<std::int64_t>(found.worst_row);
-    own.largest_turn = found.largest_turn;
-    own.work = found.work;
-    std::copy(found.virial.begin(), found.virial.end(), own.virial);
-    std::memcpy(report, &own, std::min<std::size_t>(report->size, sizeof(own)));
-  }
+  if (report != nullptr) write_numbers(found, report);
   return std::move(found.outcome);
 }
 
@@ -285,6 +289,10 @@ int tn_set_old_box(tn_system* system, const double cell[9]) {
     self.old_cell = make_cell(cell, nullptr);
     self.old_cell->repeats = self.cell->repeats;
   });
+}
+
+int tn_expect_edits(tn_system* system) {
+  return guard(system, [&](tn_system& self) { self.constrainer().expect_edits(); });
 }
 
 int tn_plan(tn_system* system, size_t* islands) {
@@ -403,6 +411,35 @@ int tn_removed_dof(tn_system* system, tn_const_points x, const uint8_t* group, d
     *removed = group == nullptr
                    ? static_cast<double>(constrainer.rank(array_of(x)).rank)
                    : constrainer.removed_degrees_of_freedom(array_of(x), list_of(group, constrainer.num_points()));
+  });
+}
+
+// ---- the time loop ----
+
+int tn_run(tn_system* system, const tn_loop* loop, size_t* steps) {
+  return guard(system, [&](tn_system& self) -> Outcome {
+    require(loop, "loop");
+    const tn_loop own = known_part(loop);
+    VelocityVerlet steps_of_host{.step = own.dt,
+                                 .steps = own.steps,
+                                 .time = own.time,
+                                 .positions = array_of(own.x),
+                                 .velocities = array_of(own.v),
+                                 .forces = array_of(own.f),
+                                 .measures = own.measures != 0};
+    if (own.set_forces != nullptr) steps_of_host.set_forces = [&](double time) { own.set_forces(own.user, time); };
+    if (own.observe != nullptr) {
+      steps_of_host.observe = [&](const VelocityVerletProgress& now) {
+        tn_report positions{.size = sizeof(tn_report)}, velocities{.size = sizeof(tn_report)};
+        write_numbers(now.positions, &positions);
+        write_numbers(now.velocities, &velocities);
+        const tn_progress progress{sizeof(tn_progress), now.steps, now.time, &positions, &velocities};
+        return own.observe(own.user, &progress) != 0;
+      };
+    }
+    VelocityVerletReport report = run(&self.constrainer(), steps_of_host);
+    if (steps != nullptr) *steps = report.steps;
+    return std::move(report.outcome);
   });
 }
 

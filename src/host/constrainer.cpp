@@ -11,6 +11,7 @@
 #include "host/handle_state.hpp"
 #include "host/host_input.hpp"
 #include "host/host_parts.hpp"
+#include "host/point_address.hpp"
 
 namespace tanor {
 
@@ -59,11 +60,9 @@ class Call {
 
 void Constrainer::Implementation::clear_supports(const PointArray& array, std::size_t width) const {
   if (!array) return;
-  const auto stride = array.stride != 0 ? array.stride : static_cast<std::ptrdiff_t>(width * sizeof(double));
   for (const Index point : supports()) {
     const Index host = points().host_point[static_cast<std::size_t>(point)];
-    const std::ptrdiff_t place = array.index != nullptr ? array.index[host] : host;
-    std::fill_n(reinterpret_cast<std::byte*>(array.data) + place * stride, width * sizeof(double), std::byte{});
+    std::fill_n(address_of(array, static_cast<std::size_t>(host), width), width * sizeof(double), std::byte{});
   }
 }
 
@@ -155,6 +154,10 @@ void Constrainer::set_cell(const PeriodicCell& cell) {
 
 // ---- what is constrained ----
 
+void Constrainer::expect_edits() {
+  live(implementation_, "Constrainer").expect_edits();
+}
+
 ConstraintId Constrainer::add(Constraint group, ConstPointArray at, std::vector<std::array<int, 3>> images) {
   const QuietTraps quiet;
   Implementation& self = live(implementation_, "Constrainer");
@@ -220,6 +223,12 @@ std::size_t Constrainer::update_plan() {
 
 std::size_t Constrainer::num_points() const {
   return live(implementation_, "Constrainer").num_points();
+}
+double Constrainer::mass(Index point) const {
+  const HostPoints& points = live(implementation_, "Constrainer").points();
+  if (point < 0 || static_cast<std::size_t>(point) >= points.of_host.size())
+    throw InputError("", "there is no point " + text(point));
+  return points.mass[static_cast<std::size_t>(points.of_host[static_cast<std::size_t>(point)])];
 }
 std::size_t Constrainer::num_rows() const {
   return live(implementation_, "Constrainer").inventory().num_rows();

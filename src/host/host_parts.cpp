@@ -1,10 +1,11 @@
 #include "host/host_parts.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <numeric>
 #include <utility>
+
+#include "host/point_address.hpp"
 
 namespace tanor {
 
@@ -18,12 +19,8 @@ void append(const std::vector<Number>& from, std::vector<Number>* to) {
 }  // namespace
 
 void copy_points(const ConstPointArray& from, std::span<const Index> number, double* to) {
-  const std::ptrdiff_t stride = from.stride != 0 ? from.stride : static_cast<std::ptrdiff_t>(3 * sizeof(double));
-  for (std::size_t i = 0; i < number.size(); ++i) {
-    const std::ptrdiff_t place = from.index != nullptr ? from.index[i] : static_cast<std::ptrdiff_t>(i);
-    std::memcpy(to + 3 * static_cast<std::size_t>(number[i]),
-                reinterpret_cast<const std::byte*>(from.data) + place * stride, 3 * sizeof(double));
-  }
+  for (std::size_t i = 0; i < number.size(); ++i)
+    std::ranges::copy(read_point(from, i), to + 3 * static_cast<std::size_t>(number[i]));
 }
 
 HostParts::HostParts(HostPoints points, std::optional<PeriodicCell> cell, const SolverOptions& options)
@@ -223,9 +220,13 @@ Index HostParts::key_of(ConstraintId id) const {
   return *std::ranges::min_element(points);
 }
 
+void HostParts::expect_edits() {
+  cut(most_after_edits);
+}
+
 std::size_t HostParts::plan() {
   const bool has_edits = !touched_.empty() || !new_points_.empty() || first_new_ < inventory_.next_id();
-  if (first_new_ > 0 && has_edits) cut(most_after_edits);
+  if (first_new_ > 0 && has_edits) expect_edits();
   return plan_changes();
 }
 

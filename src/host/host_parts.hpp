@@ -35,8 +35,8 @@ struct HostPoints {
 /// to [3 numbers] := the host's points; `number` [host's number] says which is which.
 void copy_points(const ConstPointArray& from, std::span<const Index> number, double* to);
 
-/// The islands of a host: one part, which fills lanes and threads best, until the first edit of what was planned cuts
-/// it into parts that are planned one by one.
+/// The islands of a host: one part, which fills lanes and threads best, until `expect_edits` or the first edit of what
+/// was planned cuts it into parts that are planned one by one.
 ///
 /// An island's key is its smallest point. Islands of no more than `most_of_part` points and rows are put together by
 /// their keys: those of a part are all with keys in the largest interval [k 2^m, (k + 1) 2^m) that has no more in it. A
@@ -70,6 +70,8 @@ class HostParts {
   /// Throws InputError where it is too small; then nothing has changed.
   void set_cell(const PeriodicCell& cell);
 
+  /// Cuts into parts; the next `plan` plans those that this has touched.
+  void expect_edits();
   /// Returns how many islands were planned. Throws InputError where that is impossible; what has changed then waits.
   std::size_t plan();
   const PlanSummary& summary() const { return summary_; }

@@ -227,6 +227,11 @@ masses     float [n] of all
 positions  float64 [n, 3], where the points are now; may be absent
 index      int32 [n], as in constrain_positions)doc")
       .def(
+          "expect_edits",
+          [](HostHandle& handle) { return handle.run([](Constrainer& c) { return c.expect_edits(); }); },
+          "Plans in parts from now on: a host that is going to edit says so at once, else its first edit plans all "
+          "anew.")
+      .def(
           "update_plan", [](HostHandle& handle) { return handle.run([](Constrainer& c) { return c.update_plan(); }); },
           "Does now what the next call would; returns how many islands were planned.")
       .def("rows", &rows, arg("id"),

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <tanor.h>
+#include <tanor/velocity_verlet.hpp>
 
 #include <array>
+#include <cmath>
 #include <memory>
 
 #include "host/velocity_verlet.hpp"
@@ -229,6 +231,77 @@ TEST(CInterface, EditsAreThoseOfTheConstrainer) {
   const std::array<double, 5> masses{1.5, 2.5, 2.0, 1.0, 7.0};
   ASSERT_EQ(tn_renumber(system, 5, from.data(), masses.data(), {nullptr, 0, nullptr}), TN_OK) << tn_last_error(system);
   EXPECT_EQ(tn_num_points(system), 5U);
+}
+
+/// A run whose observer ends it, beside the one in C++.
+TEST(CInterface, RunsUntilTheObserverEndsIt) {
+  struct User {
+    std::vector<double>* forces;
+    double time = 0.0;
+    std::vector<size_t> steps{};
+    double turn = 0.0, virial = 0.0;
+  };
+  const Tailed host;
+  const Handle handle = host.make_handle();
+  ASSERT_EQ(tn_expect_edits(handle.get()), TN_OK);
+  std::vector<double> r = host.r, v = host.v, f(12, 0.25);
+  ASSERT_EQ(
+      tn_constrain_velocities(handle.get(), 0.0, {r.data(), 0, nullptr}, {v.data(), 0, nullptr}, nullptr, nullptr),
+      TN_OK);
+  User user{&f};
+  tn_loop loop{};
+  loop.size = sizeof(loop);
+  loop.measures = 1;
+  loop.dt = 1e-2;
+  loop.steps = 100;
+  loop.x = {r.data(), 0, nullptr};
+  loop.v = {v.data(), 0, nullptr};
+  loop.f = {f.data(), 0, nullptr};
+  loop.user = &user;
+  loop.set_forces = [](void* own, double time) {
+    User& self = *static_cast<User*>(own);
+    self.time = time;
+    self.forces->at(4) = std::sin(time);
+  };
+  loop.observe = [](void* own, const tn_progress* now) {
+    User& self = *static_cast<User*>(own);
+    self.steps.push_back(now->steps);
+    self.turn = now->positions->largest_turn;
+    self.virial = now->velocities->virial[0];
+    return now->steps < 5 ? 1 : 0;
+  };
+  std::size_t steps = 0;
+
+  ASSERT_EQ(tn_run(handle.get(), &loop, &steps), TN_OK) << tn_last_error(handle.get());
+
+  EXPECT_EQ(steps, 5U);
+  EXPECT_EQ(user.steps, (std::vector<size_t>{1, 2, 3, 4, 5}));
+  EXPECT_DOUBLE_EQ(user.time, 5e-2);
+  EXPECT_GT(user.turn, 0.0);
+  Constrainer constrainer = host.make_constrainer();
+  std::vector<double> own_r = host.r, own_v = host.v, own_f(12, 0.25);
+  ASSERT_TRUE(constrainer.constrain_velocities({.positions = own_r, .velocities = own_v}).outcome.ok());
+  double virial = 0.0;
+  const VelocityVerletReport report = run(&constrainer, {.step = 1e-2,
+                                                         .steps = 5,
+                                                         .positions = own_r,
+                                                         .velocities = own_v,
+                                                         .forces = own_f,
+                                                         .set_forces = [&](double time) { own_f[4] = std::sin(time); },
+                                                         .observe =
+                                                             [&](const VelocityVerletProgress& now) {
+                                                               virial = now.velocities.virial[0];
+                                                               return true;
+                                                             },
+                                                         .measures = true});
+  ASSERT_TRUE(report.outcome.ok());
+  EXPECT_EQ(r, own_r);
+  EXPECT_EQ(v, own_v);
+  EXPECT_EQ(user.virial, virial);
+  EXPECT_EQ(tn_run(handle.get(), nullptr, nullptr), TN_EINVAL);
+  loop.dt = 0.0;
+  EXPECT_EQ(tn_run(handle.get(), &loop, &steps), TN_EINVAL);
+  EXPECT_EQ(r, own_r);
 }
 
 TEST(CInterface, AddsAllOrNothing) {

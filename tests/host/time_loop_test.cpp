@@ -1,6 +1,10 @@
 /// Velocity Verlet of a host with a Constrainer: energy, time reversal, bits, redundant constraints.
 
 #include <gtest/gtest.h>
+#include <tanor/velocity_verlet.hpp>
+
+#include <limits>
+#include <utility>
 
 #include "host/velocity_verlet.hpp"
 
@@ -202,6 +206,82 @@ TEST(VelocityVerlet, IsTheSameWithAFreshHandleEachStep) {
     fresh.f = next.f;
   }
   for (std::size_t k = 0; k < host.r.size(); ++k) ASSERT_NEAR(host.r[k], fresh.r[k], 1e-12);
+}
+
+// ---- the loop of the library ----
+
+VelocityVerlet loop_of(Host* host, double step, std::size_t steps) {
+  return {.step = step,
+          .steps = steps,
+          .positions = host->r,
+          .velocities = host->v,
+          .forces = host->f,
+          .set_forces = [host](double) { host->set_forces(host->r, &host->f); }};
+}
+
+TEST(Run, HasTheBitsOfTheLoopByHand) {
+  Host by_hand = make_chains(2, 1), host = make_chains(2, 1);
+  for (Host* const each : {&by_hand, &host}) {
+    set_springs_to_start(each);
+    each->start();
+  }
+  VelocityVerlet loop = loop_of(&host, 2e-3, 20);
+  loop.time = 5.0;
+  std::vector<double> times;
+  loop.observe = [&](const VelocityVerletProgress& now) {
+    EXPECT_TRUE(by_hand.step(2e-3));
+    EXPECT_EQ(host.r, by_hand.r);
+    EXPECT_EQ(host.v, by_hand.v);
+    EXPECT_LE(now.positions.violation, 1e-13);
+    EXPECT_TRUE(now.velocities.outcome.ok());
+    times.push_back(now.time);
+    return now.steps < 12;
+  };
+
+  const VelocityVerletReport report = run(&host.constrainer, loop);
+
+  EXPECT_TRUE(report.outcome.ok());
+  EXPECT_EQ(report.steps, 12U);
+  ASSERT_EQ(times.size(), 12U);
+  EXPECT_DOUBLE_EQ(report.time, 5.024);
+  EXPECT_EQ(times.back(), report.time);
+}
+
+TEST(Run, EndsWithTheLastGoodStep) {
+  Host host = make_chains(2, 1);
+  set_springs_to_start(&host);
+  host.start();
+  VelocityVerlet loop = loop_of(&host, 2e-3, 20);
+  std::vector<double> r, v, f;
+  loop.observe = [&](const VelocityVerletProgress& now) {
+    r = host.r, v = host.v, f = host.f;
+    return now.steps < 20;
+  };
+  const auto set_forces = std::exchange(loop.set_forces, {});
+  int calls = 0;
+  loop.set_forces = [&](double time) {
+    set_forces(time);
+    if (++calls == 8) host.f[4] = std::numeric_limits<double>::quiet_NaN();
+  };
+
+  const VelocityVerletReport report = run(&host.constrainer, loop);
+
+  EXPECT_EQ(report.outcome.status, Status::NotFinite);
+  EXPECT_EQ(report.steps, 7U);
+  EXPECT_EQ(host.r, r);
+  EXPECT_EQ(host.v, v);
+  EXPECT_EQ(host.f, f);
+}
+
+TEST(Run, ComplainsBeforeAnythingMoves) {
+  Host host = make_chains(1, 1);
+  const std::vector<double> r = host.r;
+  std::fill(host.v.begin(), host.v.end(), 1.0);
+  EXPECT_THROW((void)run(&host.constrainer, loop_of(&host, 0.0, 1)), InputError);
+  VelocityVerlet loop = loop_of(&host, 1e-3, 1);
+  loop.forces = {};
+  EXPECT_THROW((void)run(&host.constrainer, loop), InputError);
+  EXPECT_EQ(host.r, r);
 }
 
 }  // namespace

@@ -33,6 +33,41 @@ void edit_beside_fresh_handles(Edited* host, int edits, int every) {
   EXPECT_GT(good, edits / every * 9 / 10);
 }
 
+/// Whoever says that edits will come has the bits of a new handle that says so, and pays for no first one.
+TEST(Topology, AHandleThatExpectsEditsHasTheBitsOfANewOne) {
+  std::vector<double> r;
+  const auto pairs = make_chains(1000, 20, &r);
+  Edited host(std::vector<double>(r.size() / 3, 1.0), r, pairs, 8);
+  host.constrainer.expect_edits();
+  EXPECT_EQ(host.constrainer.update_plan(), 1000U);
+  host.remove(7);
+  EXPECT_LE(host.constrainer.update_plan(), 110U);
+  for (int k = 0; k < 40; ++k) {
+    host.edit();
+    for (double& x : host.r) x += 0.125;  // no factor serves again
+    Constrainer fresh = host.make_fresh();
+    fresh.expect_edits();
+    std::vector<double> w(r.size()), lambda(host.rods.size()), other_w = w, other_lambda = lambda;
+    const std::vector<double> f(r.size(), 1.0);
+    const auto solve = [&](Constrainer* by, std::vector<double>* to, std::vector<double>* multipliers) {
+      const ConstraintReport report = by->solve({.positions = host.r,
+                                                 .velocities = host.v,
+                                                 .forces = f,
+                                                 .accelerations = *to,
+                                                 .wanted = {.multipliers = *multipliers}});
+      EXPECT_TRUE(report.outcome.ok()) << report.outcome.what;
+      return report.virial;
+    };
+    EXPECT_EQ(solve(&host.constrainer, &w, &lambda), solve(&fresh, &other_w, &other_lambda));
+    ASSERT_EQ(w, other_w) << "after edit " << k;
+    ASSERT_EQ(lambda, other_lambda) << "after edit " << k;
+    std::vector<double> v = host.v, other_v = host.v;
+    ASSERT_TRUE(host.constrainer.constrain_velocities({.positions = host.r, .velocities = v}).outcome.ok());
+    ASSERT_TRUE(fresh.constrain_velocities({.positions = host.r, .velocities = other_v}).outcome.ok());
+    ASSERT_EQ(v, other_v);
+  }
+}
+
 TEST(Topology, FewChainsAfterEachEditAreThoseOfANewHandle) {
   std::vector<double> r;
   const auto pairs = make_chains(6, 12, &r);
