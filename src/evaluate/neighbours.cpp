@@ -14,10 +14,6 @@ void resize_with_room(std::size_t size, std::vector<Number>* vector) {
   vector->resize(size);
 }
 
-double squared(Vec3 a) {
-  return dot(a, a);
-}
-
 }  // namespace
 
 bool NeighbourLists::follow(const Parallel& parallel, const std::vector<Vec3>& places) {

@@ -15,12 +15,7 @@ namespace tanor {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double seen_enough = 2.0;  // a force over the largest one at the looks
-
-double squared(Vec3 a) {
-  return dot(a, a);
-}
 
 /// Where on the chord from d to d + e the origin is nearest, as a fraction.
 double nearest_fraction(Vec3 d, Vec3 e) {
@@ -52,7 +47,7 @@ bool may_any_pass(const Bounds& bounds, const PeriodicBox& box, const std::vecto
   std::array<double, block> dx, dy, dz, ex, ey, ez;  // NOLINT: filled before use
   const Vec3 begin_i = begins[i], move_i = moves[i];
   bool result = false;
-  double least = infinity;
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t first = 0; first < others.size(); first += block) {
     const std::size_t count = std::min(block, others.size() - first);
     for (std::size_t k = 0; k < count; ++k) {
@@ -413,7 +408,7 @@ double PairField::examine(const PointPath& path, const Approach& approach, std::
 /// A meeting that no look has seen.
 double PairField::find_unseen(const PointPath& path, const Approach& approach, const Encounter& nearest_of_all,
                               std::span<const double> masses) const {
-  const double most = largest_force(nearest_of_all.r, infinity);
+  const double most = largest_force(nearest_of_all.r, std::numeric_limits<double>::infinity());
   const auto force_seen = [&](double s) { return force_at(norm(relative(path, approach, s).r)); };
   double seen = std::max(force_seen(0.0), force_seen(1.0));
   if (most <= seen_enough * seen) return 1.0;

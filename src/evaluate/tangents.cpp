@@ -12,8 +12,8 @@ Vec3 unit(const Vec3& a) {
   return (1.0 / norm(a)) * a;
 }
 
-/// Some unit vector orthogonal to the unit vector n.
-Vec3 any_orthogonal(const Vec3& n) {
+/// A unit vector orthogonal to the unit vector n: the axis that n is farthest from, projected.
+Vec3 projected_axis(const Vec3& n) {
   const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
   const Vec3 axis = x <= y && x <= z ? Vec3{1.0, 0.0, 0.0} : y <= z ? Vec3{0.0, 1.0, 0.0} : Vec3{0.0, 0.0, 1.0};
   return unit(axis - dot(axis, n) * n);
@@ -75,7 +75,7 @@ void Tangents::write_gradients(const Parallel& parallel, double* blocks) {
         s = {};
       } else {
         l = {};
-        t = any_orthogonal(unit(k));
+        t = projected_axis(unit(k));
         s = cross(unit(k), t);
       }
       if (place.first_row < 0) continue;

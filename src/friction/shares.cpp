@@ -159,7 +159,7 @@ struct Sharing {
   VectorXd own;                    // of x, with A x = b to rounding
 };
 
-constexpr double rank_rounding = 1e-10;
+constexpr double rounding_of_shares = 1e-10;
 
 Sharing list_members(const ContactProblem& problem, const std::vector<char>& shares_it, const VectorXd& x) {
   Sharing sharing;
@@ -177,7 +177,7 @@ Sharing list_members(const ContactProblem& problem, const std::vector<char>& sha
 bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd* x, MatrixXd* Z) {
   const auto& rows = sharing->rows;
   if (rows.empty()) return false;
-  const Range range(problem.A(rows, rows), rank_rounding);
+  const Range range(problem.A(rows, rows), rounding_of_shares);
   if (range.is_whole()) return false;
   const MatrixXd& U = range.vectors;
   *Z = range.null;
@@ -185,9 +185,9 @@ bool find_free_shares(const ContactProblem& problem, Sharing* sharing, VectorXd*
   for (const std::size_t c : sharing->others) {
     const double mu = problem.contacts[c].mu;
     const MatrixXd change = mu * problem.W.middleRows<3>(3 * static_cast<Eigen::Index>(c))(Eigen::all, rows) * *Z;
-    if (Z->cols() == 0 || change.norm() <= rank_rounding) continue;
+    if (Z->cols() == 0 || change.norm() <= rounding_of_shares) continue;
     const Eigen::JacobiSVD<MatrixXd> svd(change, Eigen::ComputeFullV);
-    const Eigen::Index lost = (svd.singularValues().array() > rank_rounding).count();
+    const Eigen::Index lost = (svd.singularValues().array() > rounding_of_shares).count();
     *Z = (*Z * svd.matrixV().rightCols(Z->cols() - lost)).eval();
   }
   const VectorXd a = problem.accelerations(*x)(rows);
