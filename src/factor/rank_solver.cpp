@@ -56,14 +56,6 @@ double dot_column(const SparseColumns& A, int j, const double* y) {
   return sum;
 }
 
-/// QR of some columns of A. The columns of the factor keep their numbers in A.
-TriangularFactor factorize_columns(const SparseColumns& A, const std::vector<int>& wanted, double tolerance) {
-  TriangularFactor factor = factorize_qr(columns_of(A, wanted), tolerance);
-  for (int& j : factor.independent) j = wanted[static_cast<std::size_t>(j)];
-  for (int& j : factor.dependent) j = wanted[static_cast<std::size_t>(j)];
-  return factor;
-}
-
 std::vector<int> all_but(const std::vector<int>& left_out, std::size_t d) {
   std::vector<int> result;
   for (int j = 0; j < static_cast<int>(d); ++j)
@@ -184,7 +176,8 @@ void exchange(int j, int i, std::map<int, Combination>* X) {
 
 }  // namespace
 
-RankSolver::RankSolver(SparseColumns C, double least_tolerance) : C_(std::move(C)) {
+RankSolver::RankSolver(SparseColumns C, double least_tolerance, QrFunction& factorize)
+    : factorize_(factorize), C_(std::move(C)) {
   const std::size_t d = C_.num_columns();
   tolerance_ = std::max(least_tolerance, 20.0 * (static_cast<double>(C_.num_rows) + static_cast<double>(d)) * eps);
   for (std::size_t j = 0; j < d; ++j) {
@@ -202,13 +195,21 @@ RankSolver::RankSolver(SparseColumns C, double least_tolerance) : C_(std::move(C
   drop_rounding();
 }
 
+/// QR of some columns of C. The columns of the factor keep their numbers in C.
+TriangularFactor RankSolver::factorize_columns(const std::vector<int>& wanted, double tolerance) const {
+  TriangularFactor factor = factorize_(columns_of(C_, wanted), tolerance);
+  for (int& j : factor.independent) j = wanted[static_cast<std::size_t>(j)];
+  for (int& j : factor.dependent) j = wanted[static_cast<std::size_t>(j)];
+  return factor;
+}
+
 /// Heath's method, with one column fewer for each singular value that it missed. A column that it drops after a miss is
 /// not trusted: Heath's method may have taken rounding for a direction and so used up that of a later, independent
 /// column.
 void RankSolver::find_independent_columns() {
   std::vector<int> left_out;
   while (true) {
-    factor_ = factorize_columns(C_, all_but(left_out, num_columns()), tolerance_);
+    factor_ = factorize_columns(all_but(left_out, num_columns()), tolerance_);
     const SingularPair smallest = find_smallest_singular_value(factor_);
     smallest_singular_value_ = smallest.value;
     if (smallest.value >= tolerance_) break;
@@ -289,7 +290,7 @@ bool RankSolver::exchange_columns() {
 
   std::vector<int> dependent;
   for (const auto& [column, combination] : X) dependent.push_back(column);
-  factor_ = factorize_columns(C_, all_but(dependent, num_columns()), -1.0);
+  factor_ = factorize_columns(all_but(dependent, num_columns()), -1.0);
   factor_.dependent = std::move(dependent);
   smallest_singular_value_ = find_smallest_singular_value(factor_).value;
   return true;
@@ -308,7 +309,7 @@ void RankSolver::span_null_space() {
     normalize({null_space_.values.begin() + null_space_.start.back(), null_space_.values.end()});
     null_space_.start.push_back(static_cast<int>(null_space_.rows.size()));
   }
-  null_factor_ = factorize_qr(null_space_, -1.0);
+  null_factor_ = factorize_(null_space_, -1.0);
 }
 
 /// X is known to eps/sigma_min, so a coefficient near that may be a zero. The largest terms come first.

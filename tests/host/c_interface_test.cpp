@@ -5,6 +5,9 @@
 
 #include <array>
 #include <memory>
+#include <string>
+
+#include <tanor/build_info.hpp>
 
 #include "host/velocity_verlet.hpp"
 
@@ -35,6 +38,11 @@ struct Tailed {
     return {masses, {rods}, r};
   }
 };
+
+TEST(CInterface, ItsVersionSaysWhatTheLibraryWasBuiltOf) {
+  EXPECT_EQ(tn_version(), describe(build_info()));
+  EXPECT_EQ(std::string(tn_version()).find("SuiteSparseQR") != std::string::npos, build_info().has_suitesparse_qr);
+}
 
 TEST(CInterface, HasTheBitsOfTheConstrainer) {
   const double h = 1e-2;
