@@ -45,19 +45,31 @@ std::vector<int> names_of(const RankSolver& solver) {
   return names;
 }
 
+double largest_coefficient(const RankSolver& solver) {
+  double largest = 0.0;
+  for (const Dependence& dependence : solver.dependences()) {
+    if (!dependence.terms.empty()) largest = std::max(largest, std::abs(dependence.terms.front().coefficient));
+  }
+  return largest;
+}
+
 RC_GTEST_PROP(SuiteSparseQr, FindsTheRankAndTheRedundantRodsThatFrontsFind, ()) {
   const auto seed = *rc::gen::arbitrary<std::uint32_t>().as("seed");
   const bool is_molecule = *rc::gen::arbitrary<bool>().as("molecule");
-  const SparseColumns C = is_molecule ? gradients_of(make_protein(*rc::gen::inRange(1, 12), seed), seed)
-                                      : gradients_of(make_braced_net(*rc::gen::inRange(2, 9), seed), seed,
-                                                     *rc::gen::arbitrary<bool>().as("flat"));
+  const bool is_flat = !is_molecule && *rc::gen::arbitrary<bool>().as("flat");
+  const Rods rods =
+      is_molecule ? make_protein(*rc::gen::inRange(1, 12), seed) : make_braced_net(*rc::gen::inRange(2, 9), seed);
+  const SparseColumns C = gradients_of(rods, seed, is_flat);
 
   const RankSolver ours(C, 0.0, factorize_by_fronts), theirs(C, 0.0, factorize_with_suitesparse);
 
   RC_ASSERT(ours.rank() == theirs.rank());
   RC_ASSERT(ours.unique() == theirs.unique());
-  // Nets in a plane may be so crooked that rounding chooses among the rods of a circuit.
-  if (is_molecule) RC_ASSERT(names_of(ours) == names_of(theirs));
+  if (!is_flat) RC_ASSERT(names_of(ours) == names_of(theirs));
+  // Nets in a plane may be so crooked that rounding chooses where the exchange of rods begins: it ends at sets that are
+  // equally good.
+  RC_ASSERT(largest_coefficient(ours) <= 2.0 + 1e-6);
+  RC_ASSERT(largest_coefficient(theirs) <= 2.0 + 1e-6);
 }
 
 /// The path of BPTI's file, which is fetched where it is not there; empty: it is not to be had.
