@@ -383,10 +383,10 @@ System make_flat_frame(Index num_points, std::uint32_t seed) {
   return system;
 }
 
-// In about one of twelve of these QR alone takes rounding for a direction: no diagonal entry of R is small, but a
-// singular value is.
+// Four of 600 in which QR alone takes rounding for a direction: no diagonal entry of R is small, but a singular
+// value is.
 TEST(Certificate, RedundanciesThatShowInNoDiagonalEntryAreLeftOutOfTheSecondFactorization) {
-  for (std::uint32_t seed = 1; seed <= 40; ++seed) {
+  for (const std::uint32_t seed : {57u, 235u, 241u, 528u}) {
     Case solved(make_flat_frame(12, seed));
 
     const Certificate certificate = solved.certify(SecondWay::Qr);
