@@ -8,8 +8,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION math)
-# Libraries that are linked become dependencies by dpkg-shlibdeps, but for our own and for the BLAS, which is the user's
-# choice: others than this one are many times slower, or not safe with threads.
+# Libraries that are linked become dependencies by dpkg-shlibdeps, but for our own.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
@@ -28,7 +27,11 @@ endfunction()
 set(CPACK_COMPONENTS_ALL)
 set(library "libtanor${TANOR_SOVERSION}")
 set(same_library "${library} (= ${PROJECT_VERSION})")
-package(runtime ${library} libs libopenblas0-pthread "The shared library.")
+set(blas)
+if(TANOR_GPL)  # SuiteSparseQR calls it: others than this one are many times slower, or not safe with threads
+  set(blas libopenblas0-pthread)
+endif()
+package(runtime ${library} libs "${blas}" "The shared library.")
 package(development libtanor-dev libdevel ${same_library} "Headers for C++ and C, the CMake package and the pkg-config file.")
 if(TANOR_BUILD_PROGRAM)
   package(program tanor math ${same_library} "The program, which runs scene files.")

@@ -84,8 +84,10 @@ typedef struct tn_report {
 
 /* ---- life ---- */
 
-TN_API int tn_abi(void);             /**< TN_ABI of the library */
-TN_API const char* tn_version(void); /**< "0.1.0" */
+TN_API int tn_abi(void); /**< TN_ABI of the library */
+/** What `tanor --version` prints: "tanor 0.1.0", and on two more lines which QR and which CHOLMOD the library has,
+ * which decide the licence that a binary must follow. */
+TN_API const char* tn_version(void);
 
 /** n points with their masses (infinite: a support, which constraints never move) at `positions`, which are read now.
  * `options` may be null. `*out` is null after a failure; tn_create_error() then says why, for each thread its own. */

@@ -41,7 +41,7 @@ using Way [[deprecated("its name is LinearSolver")]] = LinearSolver;
 /// How a sparse matrix is factorized.
 enum class Factorization {
   Simplicial,    ///< column by column
-  Multifrontal,  ///< in dense fronts, by BLAS
+  Multifrontal,  ///< in dense fronts
   ClosedForm     ///< the matrix is diagonal, or has small blocks: row by row
 };
 

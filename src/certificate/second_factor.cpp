@@ -6,6 +6,7 @@
 
 #include "base/groups.hpp"
 #include "base/numbers.hpp"
+#include "factor/independent_columns.hpp"
 
 namespace tanor {
 
@@ -76,7 +77,7 @@ SecondFactor::SecondFactor(const Model& model, const double* blocks, std::span<c
   is_qr_ = way == SecondWay::Qr || (way == SecondWay::Auto && (makes_no_fill || d <= most_rows_of_qr));
   if (is_qr_) {
     const double tolerance = 20.0 * static_cast<double>(d + 3 * model.num_points()) * eps;
-    R_ = makes_no_fill ? merge_rows(C, tolerance) : factorize_qr(C.expand(), tolerance);
+    R_ = makes_no_fill ? merge_rows(C, tolerance) : find_independent_columns(C.expand(), tolerance).factor;
     row_of_ = R_.independent;
   } else {
     factorize(C.expand(),

@@ -20,8 +20,6 @@ constexpr double solve_seconds_per_nonzero = 5e-9;
 // Largest resident memory of runs on one thread, chains and trees of 1e4 and 1e5 rods, 1e4 clusters of 10, nets of 30^2
 // to 300^2, lattices of 10^3 and 16^3, each method: the formula gives 0.8 to 1.4 of them.
 constexpr double program_bytes = 14e6;
-constexpr double blas_bytes = 24e6;  // a work space that it takes where fronts are large enough for it …
-constexpr double blas_nonzeros = 1e5;
 constexpr double bytes_per_point = 475.0, bytes_per_equation = 475.0, bytes_per_nonzero = 12.0;
 
 /// As src/motion/taylor.cpp chooses them.
@@ -78,8 +76,6 @@ RunCost predict_run(const PlannedRun& run, Method method) {
                  cost.factorizations * (plan.factor_flops / factor_flops + nonzeros * factor_seconds_per_nonzero);
   cost.bytes = program_bytes + bytes_per_point * points + bytes_per_equation * equations +
                bytes_per_nonzero * nonzeros + count_bytes(run, method, equations) + count_certificate(run, equations);
-  if (plan.factorizations == std::vector{Factorization::Multifrontal} && nonzeros > blas_nonzeros)
-    cost.bytes += blas_bytes;
   return cost;
 }
 

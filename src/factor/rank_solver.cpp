@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "base/numbers.hpp"
+#include "factor/independent_columns.hpp"
 
 namespace tanor {
 
@@ -31,19 +32,6 @@ void for_each_entry(const SparseColumns& A, int j, Visit&& visit) {
     visit(A.rows[static_cast<std::size_t>(k)], A.values[static_cast<std::size_t>(k)]);
 }
 
-SparseColumns columns_of(const SparseColumns& A, const std::vector<int>& wanted) {
-  SparseColumns result;
-  result.num_rows = A.num_rows;
-  for (const int j : wanted) {
-    for_each_entry(A, j, [&](int row, double value) {
-      result.rows.push_back(row);
-      result.values.push_back(value);
-    });
-    result.start.push_back(static_cast<int>(result.rows.size()));
-  }
-  return result;
-}
-
 /// y += factor * (column j of A)
 void add_column(const SparseColumns& A, int j, double factor, double* y) {
   for_each_entry(A, j, [&](int row, double value) { y[row] += factor * value; });
@@ -54,21 +42,6 @@ double dot_column(const SparseColumns& A, int j, const double* y) {
   double sum = 0.0;
   for_each_entry(A, j, [&](int row, double value) { sum += value * y[row]; });
   return sum;
-}
-
-/// QR of some columns of A. The columns of the factor keep their numbers in A.
-TriangularFactor factorize_columns(const SparseColumns& A, const std::vector<int>& wanted, double tolerance) {
-  TriangularFactor factor = factorize_qr(columns_of(A, wanted), tolerance);
-  for (int& j : factor.independent) j = wanted[static_cast<std::size_t>(j)];
-  for (int& j : factor.dependent) j = wanted[static_cast<std::size_t>(j)];
-  return factor;
-}
-
-std::vector<int> all_but(const std::vector<int>& left_out, std::size_t d) {
-  std::vector<int> result;
-  for (int j = 0; j < static_cast<int>(d); ++j)
-    if (!std::binary_search(left_out.begin(), left_out.end(), j)) result.push_back(j);
-  return result;
 }
 
 SparseColumns transpose(const SparseColumns& A) {
@@ -88,38 +61,6 @@ SparseColumns transpose(const SparseColumns& A) {
   }
   result.start.pop_back();
   return result;
-}
-
-struct SingularPair {
-  double value;
-  std::vector<double> vector;  ///< [rho] right singular vector, unit length
-};
-
-/// Smallest singular value of R, by inverse iteration with R'R: from above, near where it matters.
-SingularPair find_smallest_singular_value(const TriangularFactor& R) {
-  constexpr int most_iterations = 30;
-  SingularPair smallest{std::numeric_limits<double>::infinity(), std::vector<double>(R.rank())};
-  std::vector<double>& v = smallest.vector;
-  if (v.empty()) return smallest;
-  // A start vector that no structure of a scene is orthogonal to.
-  for (std::size_t k = 0; k < v.size(); ++k) v[k] = 1.0 + std::sin(12.9898 * static_cast<double>(k + 1));
-  normalize(v);
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    // |R^-T v| <= 1/sigma
-    R.solve_transposed(v.data());
-    const double value = 1.0 / norm(v);
-    R.solve(v.data());
-    normalize(v);
-    const bool settled = value > 0.9 * smallest.value;
-    smallest.value = std::min(smallest.value, value);
-    if (settled) break;
-  }
-  return smallest;
-}
-
-std::size_t find_largest(const std::vector<double>& x) {
-  const auto is_smaller = [](double a, double b) { return std::abs(a) < std::abs(b); };
-  return static_cast<std::size_t>(std::max_element(x.begin(), x.end(), is_smaller) - x.begin());
 }
 
 /// A dependent column as a combination of independent ones, by increasing column.
@@ -184,7 +125,8 @@ void exchange(int j, int i, std::map<int, Combination>* X) {
 
 }  // namespace
 
-RankSolver::RankSolver(SparseColumns C, double least_tolerance) : C_(std::move(C)) {
+RankSolver::RankSolver(SparseColumns C, double least_tolerance, QrFunction& factorize)
+    : factorize_(factorize), C_(std::move(C)) {
   const std::size_t d = C_.num_columns();
   tolerance_ = std::max(least_tolerance, 20.0 * (static_cast<double>(C_.num_rows) + static_cast<double>(d)) * eps);
   for (std::size_t j = 0; j < d; ++j) {
@@ -202,22 +144,10 @@ RankSolver::RankSolver(SparseColumns C, double least_tolerance) : C_(std::move(C
   drop_rounding();
 }
 
-/// Heath's method, with one column fewer for each singular value that it missed. A column that it drops after a miss is
-/// not trusted: Heath's method may have taken rounding for a direction and so used up that of a later, independent
-/// column.
 void RankSolver::find_independent_columns() {
-  std::vector<int> left_out;
-  while (true) {
-    factor_ = factorize_columns(C_, all_but(left_out, num_columns()), tolerance_);
-    const SingularPair smallest = find_smallest_singular_value(factor_);
-    smallest_singular_value_ = smallest.value;
-    if (smallest.value >= tolerance_) break;
-    left_out.push_back(factor_.independent[find_largest(smallest.vector)]);
-    std::sort(left_out.begin(), left_out.end());
-  }
-  left_out.insert(left_out.end(), factor_.dependent.begin(), factor_.dependent.end());
-  std::sort(left_out.begin(), left_out.end());
-  factor_.dependent = std::move(left_out);
+  IndependentColumns found = tanor::find_independent_columns(C_, tolerance_, factorize_);
+  factor_ = std::move(found.factor);
+  smallest_singular_value_ = found.smallest_singular_value;
 }
 
 /// (R'R)^-1 y, [rho]
@@ -289,9 +219,9 @@ bool RankSolver::exchange_columns() {
 
   std::vector<int> dependent;
   for (const auto& [column, combination] : X) dependent.push_back(column);
-  factor_ = factorize_columns(C_, all_but(dependent, num_columns()), -1.0);
+  factor_ = tanor::factorize_columns(C_, all_but(dependent, num_columns()), -1.0, factorize_);
   factor_.dependent = std::move(dependent);
-  smallest_singular_value_ = find_smallest_singular_value(factor_).value;
+  smallest_singular_value_ = find_smallest_singular_value(factor_);
   return true;
 }
 
@@ -308,7 +238,7 @@ void RankSolver::span_null_space() {
     normalize({null_space_.values.begin() + null_space_.start.back(), null_space_.values.end()});
     null_space_.start.push_back(static_cast<int>(null_space_.rows.size()));
   }
-  null_factor_ = factorize_qr(null_space_, -1.0);
+  null_factor_ = factorize_(null_space_, -1.0);
 }
 
 /// X is known to eps/sigma_min, so a coefficient near that may be a zero. The largest terms come first.

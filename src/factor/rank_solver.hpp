@@ -30,7 +30,7 @@ struct Dependence {
 class RankSolver {
  public:
   /// Tolerance of unit columns: 20 (m + d) eps, or what C itself is known to where that is more. Throws std::bad_alloc.
-  explicit RankSolver(SparseColumns C, double least_tolerance = 0.0);
+  explicit RankSolver(SparseColumns C, double least_tolerance = 0.0, QrFunction& factorize = factorize_qr);
 
   std::size_t rank() const { return factor_.rank(); }
   std::size_t num_columns() const { return scale_.size(); }
@@ -64,8 +64,10 @@ class RankSolver {
   bool exchange_columns();
   void span_null_space();
   void drop_rounding();
+  TriangularFactor factorize_columns(const std::vector<int>& wanted, double tolerance) const;
   std::vector<double> solve_normal(std::vector<double> y) const;
 
+  QrFunction& factorize_;
   SparseColumns C_;             ///< unit columns
   SparseColumns transposed_C_;  ///< [d x m]
   std::vector<double> scale_;   ///< [d] diagonal of D

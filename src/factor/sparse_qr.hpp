@@ -28,10 +28,13 @@ struct TriangularFactor {
   void solve_transposed(double* x) const;  ///< x := R11^-T x, [rho]
 };
 
-/// QR factorization of C in COLAMD's order: by factorize_by_fronts, or by SuiteSparseQR if built with TANOR_GPL. A
+/// QR factorization of C in COLAMD's order: by factorize_by_fronts, or by SuiteSparseQR where built with TANOR_GPL. A
 /// column that is less than `tolerance` away from those before it is left out as dependent (M. T. Heath, SIAM J. Sci.
 /// Stat. Comput. 3, 1982); that finds every dependence that shows in a single |R_jj|, not one that is spread over many.
 /// A negative tolerance leaves out zero columns alone. Throws std::bad_alloc, std::length_error.
 TriangularFactor factorize_qr(const SparseColumns& C, double tolerance);
+
+/// factorize_qr, or one that is to be held against it.
+using QrFunction = TriangularFactor(const SparseColumns& C, double tolerance);
 
 }  // namespace tanor

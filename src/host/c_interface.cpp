@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include <tanor/build_info.hpp>
 #include <tanor/constrainer.hpp>
 #include <tanor/velocity_verlet.hpp>
 #include <tanor/version.hpp>
@@ -189,7 +190,12 @@ int tn_abi(void) {
 }
 
 const char* tn_version(void) {
-  return TANOR_VERSION;
+  try {
+    static const std::string text = tanor::describe(tanor::build_info());
+    return text.c_str();
+  } catch (const std::bad_alloc&) {
+    return "tanor " TANOR_VERSION;
+  }
 }
 
 int tn_create(tn_system** out, size_t num_points, const double* masses, tn_const_points positions,

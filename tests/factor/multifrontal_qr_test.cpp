@@ -1,4 +1,4 @@
-/// QR by fronts: R'R is C'C, dependent columns are left out, and SuiteSparseQR says the same.
+/// QR by fronts: R'R is C'C, and dependent columns are left out.
 
 #include "factor/multifrontal_qr.hpp"
 
@@ -8,8 +8,6 @@
 #include <Eigen/Dense>
 #include <numeric>
 
-#include "factor/suitesparse_qr.hpp"
-#include "other_rank_solver.hpp"
 #include "patterns.hpp"
 
 namespace tanor {
@@ -150,61 +148,6 @@ RC_GTEST_PROP(MultifrontalQr, SolvesWithRAndItsTranspose, ()) {
   const Matrix A = dense(C)(Eigen::all, R.independent);
   RC_ASSERT((A.transpose() * (A * x) - b).norm() <= 1e-13 * x.norm());
 }
-
-#if TANOR_TEST_SPQR
-
-/// A net in a plane, braced at random: many of its diagonals are redundant.
-Rods make_braced_net(int side, std::uint32_t seed) {
-  std::mt19937 generator(seed);
-  Rods rods = make_net(side, side);
-  for (int i = 0; i + 1 < side; ++i) {
-    for (int j = 0; j + 1 < side; ++j) {
-      const int corner = i * side + j;
-      if (generator() % 3 != 0) rods.ends.emplace_back(corner, corner + side + 1);
-      if (generator() % 2 != 0) rods.ends.emplace_back(corner + 1, corner + side);
-    }
-  }
-  std::shuffle(rods.ends.begin(), rods.ends.end(), generator);
-  return rods;
-}
-
-std::vector<int> names_of(const std::vector<Dependence>& dependences) {
-  std::vector<int> names;
-  for (const Dependence& dependence : dependences) {
-    names.push_back(dependence.column);
-    const auto first = static_cast<std::ptrdiff_t>(names.size());
-    for (const Dependence::Term& term : dependence.terms) names.push_back(term.column);
-    std::sort(names.begin() + first, names.end());
-  }
-  return names;
-}
-
-RC_GTEST_PROP(MultifrontalQr, FindsTheRankAndTheRedundantRodsOfSuiteSparseQr, ()) {
-  const auto seed = *rc::gen::arbitrary<std::uint32_t>().as("seed");
-  const bool is_molecule = *rc::gen::arbitrary<bool>().as("molecule");
-  const SparseColumns C = is_molecule ? gradients_of(make_protein(*rc::gen::inRange(1, 12), seed), seed)
-                                      : gradients_of(make_braced_net(*rc::gen::inRange(2, 9), seed), seed,
-                                                     *rc::gen::arbitrary<bool>().as("flat"));
-
-  const RankSolver ours(C);  // one of the two is on SuiteSparseQR
-  const OtherRank theirs = find_rank_on_other_qr(C);
-
-  RC_ASSERT(ours.rank() == theirs.rank);
-  RC_ASSERT(ours.unique() == theirs.unique);
-  // Nets in a plane may be so crooked that rounding chooses among the rods of a circuit.
-  if (is_molecule) RC_ASSERT(names_of(ours.dependences()) == names_of(theirs.dependences));
-}
-
-TEST(MultifrontalQr, FillsNoMoreThanSuiteSparseQr) {
-  for (const Rods& rods : {make_net(60, 60), make_lattice(10), make_protein(200, 3)}) {
-    const SparseColumns C = gradients_of(rods, 1);
-    const double ours = static_cast<double>(factorize_by_fronts(C, 1e-11).values.size()),
-                 theirs = static_cast<double>(factorize_with_suitesparse(C, 1e-11).values.size());
-    EXPECT_LE(ours, 1.05 * theirs);
-  }
-}
-
-#endif
 
 }  // namespace
 }  // namespace tanor

@@ -7,6 +7,9 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <string>
+
+#include <tanor/build_info.hpp>
 
 #include "host/velocity_verlet.hpp"
 
@@ -37,6 +40,11 @@ struct Tailed {
     return {masses, {rods}, r};
   }
 };
+
+TEST(CInterface, ItsVersionSaysWhatTheLibraryWasBuiltOf) {
+  EXPECT_EQ(tn_version(), describe(build_info()));
+  EXPECT_EQ(std::string(tn_version()).find("SuiteSparseQR") != std::string::npos, build_info().has_suitesparse_qr);
+}
 
 TEST(CInterface, HasTheBitsOfTheConstrainer) {
   const double h = 1e-2;
