@@ -74,6 +74,7 @@ void FixTanorRods::setup_pre_exchange() {
 /// Bonds that were made or broken since, as by fix bond/create, count from now on: those who make them ask for new
 /// neighbour lists in the same step.
 void FixTanorRods::pre_exchange() {
+  const tanor::embed::CpuClock clock = rods_.clock();
   std::vector<tanor::embed::Bond> found = find_bonds();
   if (!rods_.differ_from(found)) return;
   plan(std::move(found));

@@ -8,8 +8,6 @@
 #include <string_view>
 #include <utility>
 
-#include "embed/ranks/cpu_clock.hpp"
-
 namespace tanor::embed {
 namespace {
 
@@ -206,7 +204,7 @@ std::string DistributedRods::start(const Atoms& atoms) {
   return constrain_velocities(atoms, 0.0);
 }
 
-std::size_t DistributedRods::count_constraints( const std::vector<bool>& is_member) {
+std::size_t DistributedRods::count_constraints(const std::vector<bool>& is_member) {
   std::vector<bool> counts(islands_.num_points(), false);
   islands_.to_owners<1>([](int) {}, [&](int i, double* member) { *member = is_member[i] ? 1.0 : 0.0; },
                         [&](int point, const double* member) { counts[point] = *member == 1.0; });
@@ -242,13 +240,20 @@ std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
 
 std::string DistributedRods::constrain_velocities(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
-  gather_velocities(atoms);
+  // The only rank has all points: their velocities are read and written where they are.
+  const int* const atom_of_point = islands_.atom_of_point();
+  const PointArray velocities =
+      atom_of_point != nullptr ? PointArray(atoms.v, 3 * sizeof(double), atom_of_point) : PointArray(v_);
+  if (atom_of_point == nullptr)
+    islands_.to_owners<3>([&](int i) { Atoms::fetch(atoms.v, i); },
+                          [&](int i, double* v) { std::copy_n(&atoms.v[3 * i], 3, v); },
+                          [&](int point, const double* v) { std::copy_n(v, 3, &v_[3 * point]); });
   std::string trouble = call([&] {
     const ConstraintReport report =
-        constrainer_->constrain_velocities({.step = h, .positions = old_, .velocities = v_, .measures = false});
+        constrainer_->constrain_velocities({.step = h, .positions = old_, .velocities = velocities, .measures = false});
     return report.outcome.ok() ? std::string() : describe(report);
   });
-  if (trouble.empty())
+  if (trouble.empty() && atom_of_point == nullptr)
     islands_.from_owners<3>([&](int i) { Atoms::fetch(atoms.v, i); },
                             [&](int point, double* v) { std::copy_n(&v_[3 * point], 3, v); },
                             [&](int i, const double* v) { std::copy_n(v, 3, &atoms.v[3 * i]); });
@@ -340,12 +345,6 @@ void DistributedRods::gather_positions(const Atoms& atoms) {
                           std::copy_n(r, 3, &given_[3 * point]);
                           std::copy_n(r, 3, &r_[3 * point]);
                         });
-}
-
-void DistributedRods::gather_velocities(const Atoms& atoms) {
-  islands_.to_owners<3>([&](int i) { Atoms::fetch(atoms.v, i); },
-                        [&](int i, double* v) { std::copy_n(&atoms.v[3 * i], 3, v); },
-                        [&](int point, const double* v) { std::copy_n(v, 3, &v_[3 * point]); });
 }
 
 /// Atoms are moved, not put: the host has wrapped them its own way. Velocities change by the move times `rate`, which

@@ -12,6 +12,7 @@
 #include <tanor/constrainer.hpp>
 
 #include "embed/ranks/atoms.hpp"
+#include "embed/ranks/cpu_clock.hpp"
 #include "embed/ranks/island_exchange.hpp"
 #include "embed/ranks/rod_options.hpp"
 
@@ -72,6 +73,8 @@ class DistributedRods {
   };
   const Times& times() const { return times_; }  ///< since the last `reset_times`
   void reset_times() { times_ = {}; }
+  /// For what the caller does for us in a step; functions of a step count by themselves.
+  CpuClock clock() { return CpuClock(&times_.all); }
 
  private:
   std::string take_bonds(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member);
@@ -82,7 +85,6 @@ class DistributedRods {
   void set_box(const Box& box);
   template <class Call>
   std::string call(const Call& call);
-  void gather_velocities(const Atoms& atoms);
   std::string finish_positions(const Atoms& atoms, double rate, const std::string& trouble);
   std::string solve(const Atoms& atoms, double force_unit, bool with_stress, std::span<double> accelerations);
   std::string describe(const ConstraintReport& report) const;

@@ -34,6 +34,8 @@ class IslandExchange {
   std::size_t num_islands() const { return num_islands_; }
   /// The point of an atom; -1: it is another rank's, or in no island.
   int point(int tag) const { return points_[static_cast<std::size_t>(tag)]; }
+  /// [point] its atom, where there is one rank; else null.
+  const int* atom_of_point() const { return num_ranks_ == 1 ? senders_.items.data() : nullptr; }
 
   /// read(atom of this rank, numbers) on the rank that has the atom, write(point, numbers) on its owner. Atoms do not
   /// stand in the order of points, so fetch(atom) asks the memory for what will be read. Collective.

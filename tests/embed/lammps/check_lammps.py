@@ -66,9 +66,11 @@ fix rods all tanor/rods bond 1 {options}
 compute length all bond/local dist
 compute shortest all reduce min c_length
 compute longest all reduce max c_length
-thermo_style custom step temp ke pe etotal press vol econserve fmax c_shortest c_longest f_rods f_rods[1] f_rods[4]
-thermo_modify norm no format float %.16g
-"""
+{columns}"""
+
+
+def columns(names):
+    return f"thermo_style custom step {names}\nthermo_modify norm no format float %.16g\n"
 
 
 def lj(before="", start="velocity all create 1.0 4928459"):
@@ -76,7 +78,8 @@ def lj(before="", start="velocity all create 1.0 4928459"):
 
 
 def rods(move="nve", options="length 0.97"):
-    return RODS.format(register=REGISTER, move=move, options=options)
+    shown = "temp ke pe etotal press vol econserve fmax c_shortest c_longest f_rods f_rods[1] f_rods[4]"
+    return RODS.format(register=REGISTER, move=move, options=options, columns=columns(shown))
 
 
 def dump(name, every, columns="xu yu zu"):
@@ -251,8 +254,7 @@ class Lammps(host_runs.HostTest):
     STRESS = """
 compute stress all stress/atom thermo_temp
 compute sum all reduce sum c_stress[1] c_stress[2] c_stress[3] c_stress[4] c_stress[5] c_stress[6]
-thermo_style custom step press vol pxx pyy pzz pxy pxz pyz c_sum[1] c_sum[2] c_sum[3] c_sum[4] c_sum[5] c_sum[6]
-"""
+""" + columns("press vol pxx pyy pzz pxy pxz pyz c_sum[1] c_sum[2] c_sum[3] c_sum[4] c_sum[5] c_sum[6]")
 
     def test_stresses_of_atoms_are_the_pressure(self):
         self.write_melt()
@@ -285,8 +287,7 @@ thermo_style custom step press vol pxx pyy pzz pxy pxz pyz c_sum[1] c_sum[2] c_s
         for ranks in (1, 2):
             with self.subTest(ranks=ranks):
                 script = (lj() + rods() + "fix gone all bond/break 10 1 0.5 prob 0.02 4711\n"
-                          "compute_modify thermo_temp dynamic/dof yes\n"
-                          "thermo_style custom step temp ke f_rods f_rods[4] f_gone[2]\nthermo 1\nrun 100\n")
+                          "compute_modify thermo_temp dynamic/dof yes\n" + columns("temp ke f_rods f_rods[4] f_gone[2]") + "thermo 1\nrun 100\n")
                 (rows,) = self.run_host(script, ranks)
                 self.assertGreater(rows[-1]["f_gone[2]"], 10)
                 for row in rows:
@@ -300,8 +301,8 @@ thermo_style custom step press vol pxx pyy pzz pxy pxz pyz c_sum[1] c_sum[2] c_s
         self.write_melt(length=2)
         for options, ranks in (("length 0.97", 1), ("length 0.97", 2), ("", 2)):
             with self.subTest(options=options, ranks=ranks):
-                script = (lj() + rods(options=options) + "fix new all bond/create 10 1 1 1.1 1 iparam 3 1 jparam 3 1\n"
-                          "thermo_style custom step ke f_rods f_rods[4] f_new[2]\nthermo 1\nrun 100\n")
+                script = (lj("comm_modify cutoff 3.0") + rods(options=options) + "fix new all bond/create 10 1 1 1.1 1 iparam 3 1 jparam 3 1\n" +
+                          columns("ke f_rods f_rods[4] f_new[2]") + "thermo 1\nrun 100\n")
                 (rows,) = self.run_host(script, ranks)
                 self.assertGreater(rows[-1]["f_new[2]"], 20)
                 for row in rows:
