@@ -1,6 +1,7 @@
 /// \file What fix tanor/rods does its own way inside LIGGGHTS.
 
 #include <error.h>
+#include <update.h>
 
 #include <cstdlib>
 #include <string>
@@ -13,8 +14,9 @@ void FixTanorRods::set_host_flags() {
   virial_flag = 1;
 }
 
+/// Contacts of grains have no energy, and the minimiser, which is left over from LAMMPS, does not say when it sorts.
 std::string FixTanorRods::find_unsupported() const {
-  return "";
+  return update->whichflag == 2 ? "minimize is not supported" : "";
 }
 
 void FixTanorRods::end_run(const std::string& trouble) {

@@ -77,7 +77,7 @@ std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, c
   if (std::string trouble = take_bonds(atoms, std::move(found), is_member); !trouble.empty()) return trouble;
   if (std::string trouble = list(atoms); !trouble.empty()) return trouble;
   const std::size_t n = islands_.num_points();
-  for (std::vector<double>* const array : {&r_, &old_, &given_, &v_, &f_}) array->assign(3 * n, 0.0);
+  for (std::vector<double>* const array : {&r_, &old_, &move_, &v_, &f_}) array->assign(3 * n, 0.0);
   masses_.assign(n, 1.0);
   tensions_.assign(own_bonds_.size(), 0.0);
   virial_ = {};
@@ -222,10 +222,12 @@ std::size_t DistributedRods::count_constraints(const std::vector<bool>& is_membe
 std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
   gather_positions(atoms);
+  // What comes back is the change of velocities alone, without the rounding of positions; the move is h times that.
+  std::fill(move_.begin(), move_.end(), 0.0);
   const std::string trouble = call([&] {
     set_box(atoms.box);
-    ConstraintReport report =
-        constrainer_->constrain_positions({.step = h, .old_positions = old_, .positions = r_, .measures = false});
+    ConstraintReport report = constrainer_->constrain_positions(
+        {.step = h, .old_positions = old_, .positions = r_, .velocities = move_, .measures = false});
     ++times_.steps;
     times_.iterations += report.iterations;
     if (report.outcome.ok() && !(report.violation <= options_.tolerance)) {
@@ -235,7 +237,7 @@ std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
     }
     return report.outcome.ok() ? std::string() : describe(report);
   });
-  return finish_positions(atoms, 1.0 / h, trouble);
+  return finish_positions(atoms, h, 1.0, trouble);
 }
 
 std::string DistributedRods::constrain_velocities(const Atoms& atoms, double h) {
@@ -288,13 +290,15 @@ std::string DistributedRods::measure(const Atoms& atoms, double half_step, doubl
 
 std::string DistributedRods::project_positions(const Atoms& atoms) {
   gather_positions(atoms);
+  move_ = r_;
   const std::string trouble = call([&] {
     set_box(atoms.box);
     if (constrainer_->violation(r_).violation <= on_constraints) return std::string();
     const ConstraintReport report = constrainer_->project_positions(r_);
     return report.outcome.ok() ? std::string() : describe(report);
   });
-  return finish_positions(atoms, 0.0, trouble);
+  for (std::size_t k = 0; k < r_.size(); ++k) move_[k] = r_[k] - move_[k];
+  return finish_positions(atoms, 1.0, 0.0, trouble);
 }
 
 std::string DistributedRods::project_forces(const Atoms& atoms, bool with_stress) {
@@ -338,30 +342,25 @@ void DistributedRods::restore_lengths(const double* saved) {
 
 // ---- parts ----
 
-/// given_ and r_ := the positions of the atoms.
+/// r_ := the positions of the atoms.
 void DistributedRods::gather_positions(const Atoms& atoms) {
   islands_.to_owners<3>([&](int i) { atoms.fetch_position(i); }, [&](int i, double* r) { atoms.unwrap(i, r); },
-                        [&](int point, const double* r) {
-                          std::copy_n(r, 3, &given_[3 * point]);
-                          std::copy_n(r, 3, &r_[3 * point]);
-                        });
+                        [&](int point, const double* r) { std::copy_n(r, 3, &r_[3 * point]); });
 }
 
-/// Atoms are moved, not put: the host has wrapped them its own way. Velocities change by the move times `rate`, which
-/// is what SHAKE gives them.
-std::string DistributedRods::finish_positions(const Atoms& atoms, double rate, const std::string& trouble) {
+/// Positions += move_ times `h`, velocities += move_ times `rate`. Atoms are moved, not put: the host has wrapped them
+/// its own way.
+std::string DistributedRods::finish_positions(const Atoms& atoms, double h, double rate, const std::string& trouble) {
   if (!trouble.empty()) return trouble;
   islands_.from_owners<3>(
       [&](int i) {
         Atoms::fetch(atoms.x, i);
         Atoms::fetch(atoms.v, i);
       },
-      [&](int point, double* move) {
-        for (int k = 0; k < 3; ++k) move[k] = r_[3 * point + k] - given_[3 * point + k];
-      },
+      [&](int point, double* move) { std::copy_n(&move_[3 * point], 3, move); },
       [&](int i, const double* move) {
         for (int k = 0; k < 3; ++k) {
-          atoms.x[3 * i + k] += move[k];
+          atoms.x[3 * i + k] += h * move[k];
           atoms.v[3 * i + k] += rate * move[k];
         }
       });

@@ -85,7 +85,7 @@ class DistributedRods {
   void set_box(const Box& box);
   template <class Call>
   std::string call(const Call& call);
-  std::string finish_positions(const Atoms& atoms, double rate, const std::string& trouble);
+  std::string finish_positions(const Atoms& atoms, double h, double rate, const std::string& trouble);
   std::string solve(const Atoms& atoms, double force_unit, bool with_stress, std::span<double> accelerations);
   std::string describe(const ConstraintReport& report) const;
 
@@ -98,8 +98,8 @@ class DistributedRods {
   bool joins_nearest_images_ = false;  // the flags of the atoms' images do not say which
   bool has_unit_masses_ = false, is_planned_ = false;
   std::optional<Constrainer> constrainer_;  // none on a rank that owns nothing
-  // In the order of points; old_: on the constraints, given_: as the host moved them.
-  std::vector<double> masses_, r_, old_, given_, v_, f_;
+  // In the order of points; old_: positions on the constraints, move_: what constraints change.
+  std::vector<double> masses_, r_, old_, move_, v_, f_;
   std::vector<double> tensions_, stress_;  // [own_bonds], [9 points]
   std::array<double, 6> virial_{};
   Times times_;

@@ -46,6 +46,23 @@ class Liggghts(host_runs.HostTest):
             self.assertTrue(all(row["rods"] <= TIGHT for row in rows))
         self.assert_same_atoms(self.atoms("one", 12000), self.atoms("two", 12000), 1e-9)
 
+    def test_stress_of_falling_grains(self):
+        # Chains that fall freely are not strained: sum of m v^2 is all that the stress of their atoms adds up to.
+        compute = ("compute stress all stress/atom\ncompute sum all reduce sum c_stress[1] c_stress[2] c_stress[3]\n")
+        script = self.free_chains(100, 300).replace("thermo_style custom step", compute + "thermo_style custom step c_sum[3]")
+        for ranks in (1, 2):
+            with self.subTest(ranks=ranks):
+                (rows,) = self.run_host(script, ranks)
+                self.assertGreater(rows[-1]["ke"], 0.0)
+                for row in rows:
+                    self.assertAlmostEqual(row["sum[3]"], -2.0 * row["ke"], delta=1e-6 * row["ke"] + 1e-18)
+
+    def test_a_minimisation_is_refused(self):
+        lines = [line for line in self.free_chains(10, 10).splitlines() if not line.startswith("run")]
+        said = self.call("\n".join(lines + ["compute thermo_pe all pe", "minimize 0 1e-8 10 100"]))[1]
+        self.assertIn("minimize is not supported", said)
+        self.assertIn("tanor/rods", said)
+
     def test_errors(self):
         for was, now, message in (
                 ("bond 1 store yes", "bond 3", "there is no bond type 3; there are 1"),
