@@ -14,7 +14,8 @@ void FixTanorRods::set_host_flags() {
   virial_flag = 1;
 }
 
-/// Contacts of grains have no energy, and the minimiser of 3.8 loses atoms with bonds at its first step without us, too.
+/// Contacts of grains have no energy, and the minimiser of 3.8 loses atoms with bonds at its first step without us,
+/// too.
 std::string FixTanorRods::find_unsupported() const {
   return update->whichflag == 2 ? "minimize is not supported" : "";
 }

@@ -222,8 +222,8 @@ std::size_t DistributedRods::count_constraints(const std::vector<bool>& is_membe
 std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
   gather_positions(atoms);
-  // What comes back is the change of velocities alone, without the rounding of positions; the move is h times that.
-  std::fill(move_.begin(), move_.end(), 0.0);
+  // What comes back in move_, which is 0, is the change of velocities alone, without the rounding of positions; the
+  // move is h times that.
   const std::string trouble = call([&] {
     set_box(atoms.box);
     ConstraintReport report = constrainer_->constrain_positions(
@@ -348,8 +348,8 @@ void DistributedRods::gather_positions(const Atoms& atoms) {
                         [&](int point, const double* r) { std::copy_n(r, 3, &r_[3 * point]); });
 }
 
-/// Positions += move_ times `h`, velocities += move_ times `rate`. Atoms are moved, not put: the host has wrapped them
-/// its own way.
+/// Positions += move_ times `h`, velocities += move_ times `rate`, and move_ := 0. Atoms are moved, not put: the host
+/// has wrapped them its own way.
 std::string DistributedRods::finish_positions(const Atoms& atoms, double h, double rate, const std::string& trouble) {
   if (!trouble.empty()) return trouble;
   islands_.from_owners<3>(
@@ -357,7 +357,9 @@ std::string DistributedRods::finish_positions(const Atoms& atoms, double h, doub
         Atoms::fetch(atoms.x, i);
         Atoms::fetch(atoms.v, i);
       },
-      [&](int point, double* move) { std::copy_n(&move_[3 * point], 3, move); },
+      [&](int point, double* move) {
+        for (int k = 0; k < 3; ++k) move[k] = std::exchange(move_[3 * point + k], 0.0);
+      },
       [&](int i, const double* move) {
         for (int k = 0; k < 3; ++k) {
           atoms.x[3 * i + k] += h * move[k];

@@ -98,7 +98,7 @@ class DistributedRods {
   bool joins_nearest_images_ = false;  // the flags of the atoms' images do not say which
   bool has_unit_masses_ = false, is_planned_ = false;
   std::optional<Constrainer> constrainer_;  // none on a rank that owns nothing
-  // In the order of points; old_: positions on the constraints, move_: what constraints change.
+  // In the order of points; old_: positions on the constraints, move_: what constraints change, 0 between calls.
   std::vector<double> masses_, r_, old_, move_, v_, f_;
   std::vector<double> tensions_, stress_;  // [own_bonds], [9 points]
   std::array<double, 6> virial_{};
