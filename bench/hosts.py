@@ -3,9 +3,10 @@
 
     hosts.py BUILD [--steps N] [--trend-steps N] > bench/results/hosts.md
 
-BUILD: a build tree with tanor_lammps. data.chain is in Debian's lammps-examples (scripts/fetch_examples). Times are processor times of the
-slowest rank, so that they can be taken on a machine that others use too; medians of three runs in turn. Then a long run,
-in which all bonds are looked at in every step. Exit code: 1 if one of them was off by more than 1e-12 once.
+BUILD: a build tree with tanor_lammps. data.chain is in Debian's lammps-examples (scripts/fetch_examples). Times are
+processor times of the slowest rank, so that they can be taken on a machine that others use too; medians of three runs in
+turn. Then a long run, in which all bonds are looked at in every step. Exit code: 1 if one of them was off by more than
+1e-12 once.
 """
 
 import argparse
@@ -129,8 +130,8 @@ def main():
     parser.add_argument("--steps", type=int, default=500)
     parser.add_argument("--trend-steps", type=int, default=10000)
     options = parser.parse_args()
-    data = subprocess.run([ROOT / "scripts" / "fetch_examples", "melt"], check=True, stdout=subprocess.PIPE, text=True).stdout
-    melt = MELT.format(data=data.strip(), register=(options.build / "src/embed/lammps/tanor.lmp").resolve())
+    fetched = subprocess.run([ROOT / "scripts" / "fetch_examples", "melt"], check=True, stdout=subprocess.PIPE, text=True)
+    melt = MELT.format(data=fetched.stdout.strip(), register=(options.build / "src/embed/lammps/tanor.lmp").resolve())
     rods, scaled = 31680, 51889
 
     print("# tanor inside LAMMPS\n")

@@ -261,7 +261,8 @@ compute sum all reduce sum c_stress[1] c_stress[2] c_stress[3] c_stress[4] c_str
         parts = ("xx", "yy", "zz", "xy", "xz", "yz")
         for ranks in (1, 2):
             with self.subTest(ranks=ranks):
-                tables = self.run_host(lj() + rods() + self.STRESS + "thermo 10\nrun 50\nminimize 0 1e-8 20 200\n", ranks)
+                script = lj() + rods() + self.STRESS + "thermo 10\nrun 50\nminimize 0 1e-8 20 200\n"
+                tables = self.run_host(script, ranks)
                 self.assertEqual(len(tables), 2)
                 for rows in tables:
                     self.assertGreater(len(rows), 1)
@@ -287,7 +288,8 @@ compute sum all reduce sum c_stress[1] c_stress[2] c_stress[3] c_stress[4] c_str
         for ranks in (1, 2):
             with self.subTest(ranks=ranks):
                 script = (lj() + rods() + "fix gone all bond/break 10 1 0.5 prob 0.02 4711\n"
-                          "compute_modify thermo_temp dynamic/dof yes\n" + columns("temp ke f_rods f_rods[4] f_gone[2]") + "thermo 1\nrun 100\n")
+                          "compute_modify thermo_temp dynamic/dof yes\n" +
+                          columns("temp ke f_rods f_rods[4] f_gone[2]") + "thermo 1\nrun 100\n")
                 (rows,) = self.run_host(script, ranks)
                 self.assertGreater(rows[-1]["f_gone[2]"], 10)
                 for row in rows:
@@ -301,7 +303,8 @@ compute sum all reduce sum c_stress[1] c_stress[2] c_stress[3] c_stress[4] c_str
         self.write_melt(length=2)
         for options, ranks in (("length 0.97", 1), ("length 0.97", 2), ("", 2)):
             with self.subTest(options=options, ranks=ranks):
-                script = (lj("comm_modify cutoff 3.0") + rods(options=options) + "fix new all bond/create 10 1 1 1.1 1 iparam 3 1 jparam 3 1\n" +
+                script = (lj("comm_modify cutoff 3.0") + rods(options=options) +
+                          "fix new all bond/create 10 1 1 1.1 1 iparam 3 1 jparam 3 1\n" +
                           columns("ke f_rods f_rods[4] f_new[2]") + "thermo 1\nrun 100\n")
                 (rows,) = self.run_host(script, ranks)
                 self.assertGreater(rows[-1]["f_new[2]"], 20)
