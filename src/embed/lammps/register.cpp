@@ -3,7 +3,7 @@
 #include <lammps.h>
 #include <modify.h>
 
-#include "embed/lammps/fix_tanor_rods.hpp"
+#include "embed/fix/fix_tanor_rods.hpp"
 
 void tanor_lammps_register(void* lammps) {
   using namespace LAMMPS_NS;

@@ -5,7 +5,7 @@
 #include <lammps.h>
 #include <modify.h>
 
-#include "embed/liggghts/fix_tanor_rods.hpp"
+#include "embed/fix/fix_tanor_rods.hpp"
 
 namespace {
 

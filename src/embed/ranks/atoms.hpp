@@ -34,6 +34,7 @@ struct Atoms {
   double* x = nullptr;         ///< [3 count], inside the box; v and f likewise
   double* v = nullptr;
   double* f = nullptr;
+  double* stress = nullptr;             ///< [6 count], in the order of a virial; null where nobody asks for it
   const double* masses = nullptr;       ///< [count], or null:
   const double* type_masses = nullptr;  ///< [type]
   const int* type = nullptr;
@@ -41,6 +42,15 @@ struct Atoms {
 
   std::span<const int> tags() const { return {tag, static_cast<std::size_t>(count)}; }
   double mass(int i) const { return masses != nullptr ? masses[i] : type_masses[type[i]]; }
+  /// Asks the memory for the three numbers of atom i in x, v, f, which are not far from a border between two lines.
+  static void fetch(const double* array, int i) {
+    __builtin_prefetch(array + 3 * i);
+    __builtin_prefetch(array + 3 * i + 2);
+  }
+  void fetch_position(int i) const {
+    fetch(x, i);
+    __builtin_prefetch(image + i);
+  }
   /// r [3] := the position of atom i as if it had never been put back into the box.
   void unwrap(int i, double* r) const {
     constexpr int bits = 10, mask = (1 << bits) - 1, middle = 1 << (bits - 1);

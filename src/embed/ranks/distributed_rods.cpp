@@ -1,12 +1,12 @@
 #include "embed/ranks/distributed_rods.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <exception>
 #include <string_view>
 #include <utility>
-
-#include "embed/ranks/cpu_clock.hpp"
 
 namespace tanor::embed {
 namespace {
@@ -48,6 +48,21 @@ std::vector<Bond> unite(const std::vector<Bond>& found, MPI_Comm world) {
   return bonds;
 }
 
+/// A number for the bonds of all ranks, whichever rank has them in whatever order; other bonds have another one.
+std::uint64_t mark(const std::vector<Bond>& found, MPI_Comm world) {
+  const auto scramble = [](std::uint64_t x) {  // the finalizer of MurmurHash3
+    x = (x ^ (x >> 33)) * 0xff51afd7ed558ccdULL;
+    x = (x ^ (x >> 33)) * 0xc4ceb9fe1a85ec53ULL;
+    return x ^ (x >> 33);
+  };
+  const auto bits = [](int x) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)); };
+  std::uint64_t mine = 0, all = 0;
+  for (const Bond& bond : found)
+    mine += scramble(scramble(bits(std::min(bond.a, bond.b)) << 32 | bits(std::max(bond.a, bond.b))) + bits(bond.type));
+  MPI_Allreduce(&mine, &all, 1, MPI_UINT64_T, MPI_SUM, world);
+  return all;
+}
+
 }  // namespace
 
 DistributedRods::DistributedRods(MPI_Comm world, RodOptions options) : options_(std::move(options)), islands_(world) {}
@@ -58,17 +73,17 @@ std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, c
                                   int threads, bool unit_masses) {
   forget_plan();
   has_unit_masses_ = unit_masses;
+  mark_ = mark(found, islands_.world());
   if (std::string trouble = take_bonds(atoms, std::move(found), is_member); !trouble.empty()) return trouble;
   if (std::string trouble = list(atoms); !trouble.empty()) return trouble;
   const std::size_t n = islands_.num_points();
-  for (std::vector<double>* const array : {&r_, &old_, &v_, &f_}) array->assign(3 * n, 0.0);
+  for (std::vector<double>* const array : {&r_, &old_, &move_, &v_, &f_}) array->assign(3 * n, 0.0);
   masses_.assign(n, 1.0);
   tensions_.assign(own_bonds_.size(), 0.0);
   virial_ = {};
   if (!unit_masses)
-    islands_.to_owners<1>(
-        {atoms.x, atoms.x}, [&](int i, double* mass) { *mass = atoms.mass(i); },
-        [&](int point, const double* mass) { masses_[point] = *mass; });
+    islands_.to_owners<1>([](int) {}, [&](int i, double* mass) { *mass = atoms.mass(i); },
+                          [&](int point, const double* mass) { masses_[point] = *mass; });
   gather_positions(atoms);
   box_ = atoms.box;
   if (std::string trouble = find_lengths(); !trouble.empty()) return trouble;
@@ -80,6 +95,22 @@ std::string DistributedRods::plan(const Atoms& atoms, std::vector<Bond> found, c
 void DistributedRods::forget_plan() {
   constrainer_.reset();
   is_planned_ = false;
+}
+
+bool DistributedRods::differ_from(const std::vector<Bond>& found) const {
+  return mark(found, islands_.world()) != mark_;
+}
+
+std::string DistributedRods::find_missing_type() const {
+  for (const int type : options_.types)
+    if (std::none_of(bonds_.begin(), bonds_.end(), [&](const Bond& bond) { return bond.type == type; }))
+      return "no bond of type " + std::to_string(type) + " joins two atoms of the group";
+  return {};
+}
+
+std::string DistributedRods::list(const Atoms& atoms) {
+  const CpuClock clock(&times_.all);
+  return islands_.list(atoms.tags());
 }
 
 std::string DistributedRods::take_bonds(const Atoms& atoms, std::vector<Bond> found,
@@ -97,9 +128,6 @@ std::string DistributedRods::take_bonds(const Atoms& atoms, std::vector<Bond> fo
     for (const int tag : {bond.a, bond.b})
       if (home[tag] < 0) return "atom " + std::to_string(tag) + " was lost: " + name(bond) + " holds it";
   std::erase_if(united, [&](const Bond& bond) { return home[bond.a] % 2 == 0 || home[bond.b] % 2 == 0; });
-  for (const int type : options_.types)
-    if (std::none_of(united.begin(), united.end(), [&](const Bond& bond) { return bond.type == type; }))
-      return "no bond of type " + std::to_string(type) + " joins two atoms of the group";
   for (int& rank : home) rank = rank < 0 ? -1 : rank / 2;
 
   auto known = bonds_.begin();
@@ -172,26 +200,14 @@ std::string DistributedRods::make_constrainer(int threads) {
 }
 
 std::string DistributedRods::start(const Atoms& atoms) {
-  gather_positions(atoms);
-  const std::string trouble = call([&] {
-    set_box(atoms.box);
-    if (constrainer_->violation(r_).violation > on_constraints)
-      if (const ConstraintReport report = constrainer_->project_positions(r_); !report.outcome.ok())
-        return describe(report);
-    if (has_unit_masses_) return std::string();
-    const ConstraintReport report =
-        constrainer_->constrain_velocities({.positions = r_, .velocities = v_, .measures = false});
-    return report.outcome.ok() ? std::string() : describe(report);
-  });
-  times_ = {};
-  return finish_positions(atoms, trouble);
+  if (std::string trouble = project_positions(atoms); !trouble.empty() || has_unit_masses_) return trouble;
+  return constrain_velocities(atoms, 0.0);
 }
 
-std::size_t DistributedRods::count_constraints(const Atoms& atoms, const std::vector<bool>& is_member) {
+std::size_t DistributedRods::count_constraints(const std::vector<bool>& is_member) {
   std::vector<bool> counts(islands_.num_points(), false);
-  islands_.to_owners<1>(
-      {atoms.x, atoms.x}, [&](int i, double* member) { *member = is_member[i] ? 1.0 : 0.0; },
-      [&](int point, const double* member) { counts[point] = *member == 1.0; });
+  islands_.to_owners<1>([](int) {}, [&](int i, double* member) { *member = is_member[i] ? 1.0 : 0.0; },
+                        [&](int point, const double* member) { counts[point] = *member == 1.0; });
   long mine = 0, all = 0;
   for (std::size_t k = 0; k < own_bonds_.size(); ++k) {
     const Bond& bond = own_bonds_[k];
@@ -206,10 +222,12 @@ std::size_t DistributedRods::count_constraints(const Atoms& atoms, const std::ve
 std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
   gather_positions(atoms);
+  // What comes back in move_, which is 0, is the change of velocities alone, without the rounding of positions; the
+  // move is h times that.
   const std::string trouble = call([&] {
     set_box(atoms.box);
     ConstraintReport report = constrainer_->constrain_positions(
-        {.step = h, .old_positions = old_, .positions = r_, .velocities = v_, .measures = false});
+        {.step = h, .old_positions = old_, .positions = r_, .velocities = move_, .measures = false});
     ++times_.steps;
     times_.iterations += report.iterations;
     if (report.outcome.ok() && !(report.violation <= options_.tolerance)) {
@@ -219,30 +237,38 @@ std::string DistributedRods::constrain_positions(const Atoms& atoms, double h) {
     }
     return report.outcome.ok() ? std::string() : describe(report);
   });
-  return finish_positions(atoms, trouble);
+  return finish_positions(atoms, h, 1.0, trouble);
 }
 
 std::string DistributedRods::constrain_velocities(const Atoms& atoms, double h) {
   const CpuClock clock(&times_.all);
-  islands_.to_owners<3>(
-      {atoms.v, atoms.v}, [&](int i, double* v) { std::copy_n(&atoms.v[3 * i], 3, v); },
-      [&](int point, const double* v) { std::copy_n(v, 3, &v_[3 * point]); });
+  // The only rank has all points: their velocities are read and written where they are.
+  const int* const atom_of_point = islands_.atom_of_point();
+  const PointArray velocities =
+      atom_of_point != nullptr ? PointArray(atoms.v, 3 * sizeof(double), atom_of_point) : PointArray(v_);
+  if (atom_of_point == nullptr)
+    islands_.to_owners<3>([&](int i) { Atoms::fetch(atoms.v, i); },
+                          [&](int i, double* v) { std::copy_n(&atoms.v[3 * i], 3, v); },
+                          [&](int point, const double* v) { std::copy_n(v, 3, &v_[3 * point]); });
   std::string trouble = call([&] {
     const ConstraintReport report =
-        constrainer_->constrain_velocities({.step = h, .positions = old_, .velocities = v_, .measures = false});
+        constrainer_->constrain_velocities({.step = h, .positions = old_, .velocities = velocities, .measures = false});
     return report.outcome.ok() ? std::string() : describe(report);
   });
-  if (trouble.empty())
-    islands_.from_owners<3>(
-        {atoms.v, atoms.v}, [&](int point, double* v) { std::copy_n(&v_[3 * point], 3, v); },
-        [&](int i, const double* v) { std::copy_n(v, 3, &atoms.v[3 * i]); });
+  if (trouble.empty() && atom_of_point == nullptr)
+    islands_.from_owners<3>([&](int i) { Atoms::fetch(atoms.v, i); },
+                            [&](int point, double* v) { std::copy_n(&v_[3 * point], 3, v); },
+                            [&](int i, const double* v) { std::copy_n(v, 3, &atoms.v[3 * i]); });
   return trouble;
 }
 
-std::string DistributedRods::measure(const Atoms& atoms, double half_step, double force_unit) {
+std::string DistributedRods::measure(const Atoms& atoms, double half_step, double force_unit, bool with_stress) {
   const CpuClock clock(&times_.all);
   islands_.to_owners<6>(
-      {atoms.v, atoms.f},
+      [&](int i) {
+        Atoms::fetch(atoms.v, i);
+        Atoms::fetch(atoms.f, i);
+      },
       [&](int i, double* vf) {
         std::copy_n(&atoms.v[3 * i], 3, vf);
         std::copy_n(&atoms.f[3 * i], 3, vf + 3);
@@ -253,50 +279,39 @@ std::string DistributedRods::measure(const Atoms& atoms, double half_step, doubl
           v_[3 * point + k] = vf[k] + half_step * f_[3 * point + k] / masses_[point];
         }
       });
-  return call([&] {
-    if (half_step != 0.0)
-      if (const ConstraintReport report =
-              constrainer_->constrain_velocities({.positions = old_, .velocities = v_, .measures = false});
-          !report.outcome.ok())
-        return describe(report);
+  const std::string trouble = call([&] {
+    if (half_step == 0.0) return std::string();
     const ConstraintReport report =
-        constrainer_->solve({.positions = old_, .velocities = v_, .forces = f_, .wanted = {.multipliers = tensions_}});
-    if (!report.outcome.ok()) return describe(report);
-    take_reactions(report, force_unit);
-    return std::string();
+        constrainer_->constrain_velocities({.positions = old_, .velocities = v_, .measures = false});
+    return report.outcome.ok() ? std::string() : describe(report);
   });
+  return trouble.empty() ? solve(atoms, force_unit, with_stress, {}) : trouble;
 }
 
 std::string DistributedRods::project_positions(const Atoms& atoms) {
   gather_positions(atoms);
+  move_ = r_;
   const std::string trouble = call([&] {
     set_box(atoms.box);
+    if (constrainer_->violation(r_).violation <= on_constraints) return std::string();
     const ConstraintReport report = constrainer_->project_positions(r_);
     return report.outcome.ok() ? std::string() : describe(report);
   });
-  return finish_positions(atoms, trouble);
+  for (std::size_t k = 0; k < r_.size(); ++k) move_[k] = r_[k] - move_[k];
+  return finish_positions(atoms, 1.0, 0.0, trouble);
 }
 
-std::string DistributedRods::project_forces(const Atoms& atoms) {
-  islands_.to_owners<3>(
-      {atoms.f, atoms.f}, [&](int i, double* f) { std::copy_n(&atoms.f[3 * i], 3, f); },
-      [&](int point, const double* f) { std::copy_n(f, 3, &f_[3 * point]); });
+std::string DistributedRods::project_forces(const Atoms& atoms, bool with_stress) {
+  islands_.to_owners<3>([&](int i) { Atoms::fetch(atoms.f, i); },
+                        [&](int i, double* f) { std::copy_n(&atoms.f[3 * i], 3, f); },
+                        [&](int point, const double* f) { std::copy_n(f, 3, &f_[3 * point]); });
   std::fill(v_.begin(), v_.end(), 0.0);
   std::vector<double>& projected = r_;
-  std::string trouble = call([&] {
-    const ConstraintReport report = constrainer_->solve({.positions = old_,
-                                                         .velocities = v_,
-                                                         .forces = f_,
-                                                         .accelerations = projected,
-                                                         .wanted = {.multipliers = tensions_}});
-    if (!report.outcome.ok()) return describe(report);
-    take_reactions(report, 1.0);
-    return std::string();
-  });
+  std::string trouble = solve(atoms, 1.0, with_stress, projected);
   if (trouble.empty())
-    islands_.from_owners<3>(
-        {atoms.f, atoms.f}, [&](int point, double* f) { std::copy_n(&projected[3 * point], 3, f); },
-        [&](int i, const double* f) { std::copy_n(f, 3, &atoms.f[3 * i]); });
+    islands_.from_owners<3>([&](int i) { Atoms::fetch(atoms.f, i); },
+                            [&](int point, double* f) { std::copy_n(&projected[3 * point], 3, f); },
+                            [&](int i, const double* f) { std::copy_n(f, 3, &atoms.f[3 * i]); });
   return trouble;
 }
 
@@ -327,36 +342,58 @@ void DistributedRods::restore_lengths(const double* saved) {
 
 // ---- parts ----
 
-/// r_ and v_ := those of the atoms.
+/// r_ := the positions of the atoms.
 void DistributedRods::gather_positions(const Atoms& atoms) {
-  islands_.to_owners<6>(
-      {atoms.x, atoms.v},
-      [&](int i, double* rv) {
-        atoms.unwrap(i, rv);
-        std::copy_n(&atoms.v[3 * i], 3, rv + 3);
-      },
-      [&](int point, const double* rv) {
-        std::copy_n(rv, 3, &r_[3 * point]);
-        std::copy_n(rv + 3, 3, &v_[3 * point]);
-      });
+  islands_.to_owners<3>([&](int i) { atoms.fetch_position(i); }, [&](int i, double* r) { atoms.unwrap(i, r); },
+                        [&](int point, const double* r) { std::copy_n(r, 3, &r_[3 * point]); });
 }
 
-/// Atoms are moved, not put: the host has wrapped them its own way.
-std::string DistributedRods::finish_positions(const Atoms& atoms, const std::string& trouble) {
+/// Positions += move_ times `h`, velocities += move_ times `rate`, and move_ := 0. Atoms are moved, not put: the host
+/// has wrapped them its own way.
+std::string DistributedRods::finish_positions(const Atoms& atoms, double h, double rate, const std::string& trouble) {
   if (!trouble.empty()) return trouble;
-  islands_.from_owners<6>(
-      {atoms.x, atoms.v},
-      [&](int point, double* rv) {
-        std::copy_n(&r_[3 * point], 3, rv);
-        std::copy_n(&v_[3 * point], 3, rv + 3);
+  islands_.from_owners<3>(
+      [&](int i) {
+        Atoms::fetch(atoms.x, i);
+        Atoms::fetch(atoms.v, i);
       },
-      [&](int i, const double* rv) {
-        double before[3];
-        atoms.unwrap(i, before);
-        for (int k = 0; k < 3; ++k) atoms.x[3 * i + k] += rv[k] - before[k];
-        std::copy_n(rv + 3, 3, &atoms.v[3 * i]);
+      [&](int point, double* move) {
+        for (int k = 0; k < 3; ++k) move[k] = std::exchange(move_[3 * point + k], 0.0);
+      },
+      [&](int i, const double* move) {
+        for (int k = 0; k < 3; ++k) {
+          atoms.x[3 * i + k] += h * move[k];
+          atoms.v[3 * i + k] += rate * move[k];
+        }
       });
   std::swap(r_, old_);
+  return {};
+}
+
+/// Tensions, virial and stress of the state (old_, v_, f_); `accelerations` [3 points] may be absent.
+std::string DistributedRods::solve(const Atoms& atoms, double force_unit, bool with_stress,
+                                   std::span<double> accelerations) {
+  if (with_stress) stress_.resize(9 * islands_.num_points());
+  std::string trouble = call([&] {
+    HostState state{.positions = old_, .velocities = v_, .forces = f_, .wanted = {.multipliers = tensions_}};
+    if (!accelerations.empty()) state.accelerations = accelerations;
+    if (with_stress) state.wanted.stress = stress_;
+    const ConstraintReport report = constrainer_->solve(state);
+    if (!report.outcome.ok()) return describe(report);
+    for (double& tension : tensions_) tension = -tension / force_unit;
+    for (std::size_t k = 0; k < virial_.size(); ++k) virial_[k] = report.virial[k] / force_unit;
+    return std::string();
+  });
+  if (!trouble.empty() || !with_stress) return trouble;
+  constexpr std::array<int, 6> places{0, 4, 8, 1, 2, 5};  // of xx yy zz xy xz yz in nine numbers
+  islands_.from_owners<6>([](int) {},
+                          [&](int point, double* stress) {
+                            for (std::size_t k = 0; k < places.size(); ++k)
+                              stress[k] = stress_[9 * point + places[k]] / force_unit;
+                          },
+                          [&](int i, const double* stress) {
+                            for (std::size_t k = 0; k < places.size(); ++k) atoms.stress[6 * i + k] += stress[k];
+                          });
   return {};
 }
 
@@ -376,11 +413,6 @@ std::string DistributedRods::call(const Call& call) {
     trouble = thrown.what();
   }
   return islands_.agree(trouble);
-}
-
-void DistributedRods::take_reactions(const ConstraintReport& report, double force_unit) {
-  for (double& tension : tensions_) tension = -tension / force_unit;
-  for (std::size_t k = 0; k < virial_.size(); ++k) virial_[k] = report.virial[k] / force_unit;
 }
 
 /// The outcome's sentence with the atoms of each "bonds[17]", which is our own name.

@@ -3,7 +3,7 @@
 #include <mpi.h>
 
 #include <array>
-#include <memory>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +12,7 @@
 #include <tanor/constrainer.hpp>
 
 #include "embed/ranks/atoms.hpp"
+#include "embed/ranks/cpu_clock.hpp"
 #include "embed/ranks/island_exchange.hpp"
 #include "embed/ranks/rod_options.hpp"
 
@@ -19,7 +20,7 @@ namespace tanor::embed {
 
 /// Bonds of a program whose atoms are spread over ranks, held at their lengths: each island of them by the Constrainer
 /// of its owner. Every function but those marked is collective, and answers with what is wrong, the same sentence on
-/// every rank; empty: nothing is. Then no atom was touched.
+/// every rank; empty: nothing is. A call that went wrong has touched no atom.
 class DistributedRods {
  public:
   DistributedRods(MPI_Comm world, RodOptions options);
@@ -32,23 +33,28 @@ class DistributedRods {
                    bool unit_masses);
   bool is_planned() const { return is_planned_; }
   void forget_plan();
-  /// Moves atoms onto the constraints, and their velocities if there are any.
+  /// Whether these bonds, found as for `plan`, are others than those of the last plan.
+  bool differ_from(const std::vector<Bond>& found) const;
+  /// A type of ours that no bond has.
+  std::string find_missing_type() const;
+  /// Moves atoms onto the constraints, then their velocities if there are any; they may have moved if these went wrong.
   std::string start(const Atoms& atoms);
   /// The atoms of the ranks, or their order, have changed.
-  std::string list(const Atoms& atoms) { return islands_.list(atoms.tags()); }
+  std::string list(const Atoms& atoms);
   /// Degrees of freedom that rods take from the atoms of a group, counted once over all ranks.
-  std::size_t count_constraints(const Atoms& atoms, const std::vector<bool>& is_member);
+  std::size_t count_constraints(const std::vector<bool>& is_member);
 
   // ---- in a step ----
 
   std::string constrain_positions(const Atoms& atoms, double h);
   std::string constrain_velocities(const Atoms& atoms, double h);
   /// Tensions and the virial of this rank's islands, with velocities that are to get half_step M^-1 f yet.
-  /// `force_unit`: forces of the host times this are mass times length over time squared.
-  std::string measure(const Atoms& atoms, double half_step, double force_unit);
-  /// Minimisation: the nearest positions; forces without what would move a constraint, with tensions and virial.
+  /// `force_unit`: forces of the host times this are mass times length over time squared. `with_stress`: each rod adds
+  /// half of its virial to the stress of both atoms.
+  std::string measure(const Atoms& atoms, double half_step, double force_unit, bool with_stress);
+  /// Minimisation: the nearest positions; forces without what would move a constraint, with what `measure` finds.
   std::string project_positions(const Atoms& atoms);
-  std::string project_forces(const Atoms& atoms);
+  std::string project_forces(const Atoms& atoms, bool with_stress);
 
   // ---- what is known ----
 
@@ -62,10 +68,13 @@ class DistributedRods {
   std::span<const double> tensions() const { return tensions_; }     ///< [own_bonds], unit of the host's forces
   const std::array<double, 6>& virial() const { return virial_; }    ///< of own_bonds, unit of the host's energy
   struct Times {
-    double all = 0.0, solver = 0.0;  // s of this rank's processor since the last `start`
+    double all = 0.0, solver = 0.0;  // s of this rank's processor
     long steps = 0, iterations = 0;
   };
-  const Times& times() const { return times_; }
+  const Times& times() const { return times_; }  ///< since the last `reset_times`
+  void reset_times() { times_ = {}; }
+  /// For what the caller does for us in a step; functions of a step count by themselves.
+  CpuClock clock() { return CpuClock(&times_.all); }
 
  private:
   std::string take_bonds(const Atoms& atoms, std::vector<Bond> found, const std::vector<bool>& is_member);
@@ -76,20 +85,22 @@ class DistributedRods {
   void set_box(const Box& box);
   template <class Call>
   std::string call(const Call& call);
-  std::string finish_positions(const Atoms& atoms, const std::string& trouble);
-  void take_reactions(const ConstraintReport& report, double force_unit);
+  std::string finish_positions(const Atoms& atoms, double h, double rate, const std::string& trouble);
+  std::string solve(const Atoms& atoms, double force_unit, bool with_stress, std::span<double> accelerations);
   std::string describe(const ConstraintReport& report) const;
 
   RodOptions options_;
   IslandExchange islands_;
   std::vector<Bond> bonds_, own_bonds_;
   std::vector<bool> is_redundant_;  // [own_bonds]
+  std::uint64_t mark_ = 0;          // of the bonds that `plan` was given
   Box box_;
   bool joins_nearest_images_ = false;  // the flags of the atoms' images do not say which
   bool has_unit_masses_ = false, is_planned_ = false;
-  std::optional<Constrainer> constrainer_;        // none on a rank that owns nothing
-  std::vector<double> masses_, r_, old_, v_, f_;  // in the order of points; old_: on the constraints
-  std::vector<double> tensions_;
+  std::optional<Constrainer> constrainer_;  // none on a rank that owns nothing
+  // In the order of points; old_: positions on the constraints, move_: what constraints change, 0 between calls.
+  std::vector<double> masses_, r_, old_, move_, v_, f_;
+  std::vector<double> tensions_, stress_;  // [own_bonds], [9 points]
   std::array<double, 6> virial_{};
   Times times_;
 };

@@ -34,23 +34,21 @@ class IslandExchange {
   std::size_t num_islands() const { return num_islands_; }
   /// The point of an atom; -1: it is another rank's, or in no island.
   int point(int tag) const { return points_[static_cast<std::size_t>(tag)]; }
+  /// [point] its atom, where there is one rank; else null.
+  const int* atom_of_point() const { return num_ranks_ == 1 ? senders_.items.data() : nullptr; }
 
-  /// Arrays [3 atoms] that a call below goes through: atoms do not stand in the order of points, so they are fetched
-  /// before they are needed.
-  using Arrays = std::array<double*, 2>;
-  /// read(atom of this rank, numbers) on the rank that has the atom, write(point, numbers) on its owner. Collective.
-  template <int width, class Read, class Write>
-  void to_owners(const Arrays& arrays, const Read& read, const Write& write) {
-    carry<width>(senders_, receivers_, read, write, [&](const Side& from, const Side&, std::size_t k) {
-      for (double* const array : arrays) __builtin_prefetch(array + 3 * from.items[k], 0);
-    });
+  /// read(atom of this rank, numbers) on the rank that has the atom, write(point, numbers) on its owner. Atoms do not
+  /// stand in the order of points, so fetch(atom) asks the memory for what will be read. Collective.
+  template <int width, class Fetch, class Read, class Write>
+  void to_owners(const Fetch& fetch, const Read& read, const Write& write) {
+    carry<width>(senders_, receivers_, read, write,
+                 [&](const Side& from, const Side&, std::size_t k) { fetch(from.items[k]); });
   }
   /// read(point, numbers) on the owner, write(atom of this rank, numbers) on the rank that has it. Collective.
-  template <int width, class Read, class Write>
-  void from_owners(const Arrays& arrays, const Read& read, const Write& write) {
-    carry<width>(receivers_, senders_, read, write, [&](const Side&, const Side& to, std::size_t k) {
-      for (double* const array : arrays) __builtin_prefetch(array + 3 * to.items[k], 1);
-    });
+  template <int width, class Fetch, class Read, class Write>
+  void from_owners(const Fetch& fetch, const Read& read, const Write& write) {
+    carry<width>(receivers_, senders_, read, write,
+                 [&](const Side&, const Side& to, std::size_t k) { fetch(to.items[k]); });
   }
 
   /// What one rank has to say, on every rank: the first one's, empty if nobody's is not. Collective.
@@ -66,7 +64,7 @@ class IslandExchange {
   template <int width, class Read, class Write, class Fetch>
   void carry(Side& from, Side& to, const Read& read, const Write& write, const Fetch& fetch) {
     static_assert(width <= most_numbers);
-    constexpr std::size_t ahead = 16;
+    constexpr std::size_t ahead = 32;
     const std::size_t n = from.items.size();
     if (num_ranks_ == 1) {  // items of both sides stand in the same order
       for (std::size_t k = 0; k < n; ++k) {

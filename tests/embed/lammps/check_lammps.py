@@ -17,7 +17,7 @@ TIGHT = 1e-12  # of a bond, relative
 def data(atoms, bonds, box, masses=(1.0,), image_flags=None, tilt=None):
     """A data file of atom_style bond; atoms: positions, bonds: (type, i, j) from 1; box: (low, high) each."""
     lines = ["test", "", f"{len(atoms)} atoms", f"{len(bonds)} bonds", f"{len(masses)} atom types",
-             f"{max([kind for kind, _, _ in bonds], default=1)} bond types", "10 extra bond per atom", ""]
+             f"{max([kind for kind, _, _ in bonds], default=1)} bond types", "10 extra bond per atom", "40 extra special per atom", ""]
     lines += [f"{low!r} {high!r} {axis}lo {axis}hi" for (low, high), axis in zip(box, "xyz")]
     lines += [f"{tilt[0]} {tilt[1]} {tilt[2]} xy xz yz"] if tilt else []
     lines += ["", "Masses", ""] + [f"{k + 1} {mass}" for k, mass in enumerate(masses)]
@@ -66,9 +66,11 @@ fix rods all tanor/rods bond 1 {options}
 compute length all bond/local dist
 compute shortest all reduce min c_length
 compute longest all reduce max c_length
-thermo_style custom step temp ke pe etotal press vol econserve fmax c_shortest c_longest f_rods f_rods[1] f_rods[4]
-thermo_modify norm no format float %.16g
-"""
+{columns}"""
+
+
+def columns(names):
+    return f"thermo_style custom step {names}\nthermo_modify norm no format float %.16g\n"
 
 
 def lj(before="", start="velocity all create 1.0 4928459"):
@@ -76,7 +78,8 @@ def lj(before="", start="velocity all create 1.0 4928459"):
 
 
 def rods(move="nve", options="length 0.97"):
-    return RODS.format(register=REGISTER, move=move, options=options)
+    shown = "temp ke pe etotal press vol econserve fmax c_shortest c_longest f_rods f_rods[1] f_rods[4]"
+    return RODS.format(register=REGISTER, move=move, options=options, columns=columns(shown))
 
 
 def dump(name, every, columns="xu yu zu"):
@@ -115,8 +118,9 @@ class Lammps(host_runs.HostTest):
 
     def test_energy_has_no_trend(self):
         self.write_melt()
-        script = lj() + rods() + "thermo 5000\nrun 2000\nthermo 10\nrun 10000\n"
+        script = lj() + rods() + "thermo 5000\nrun 2000\nthermo 1\nrun 10000\n"
         rows = self.run_host(script)[1]
+        self.assertEqual(len(rows), 10001)
         self.assert_lengths(rows, 0.97)
         energies = [row["etotal"] for row in rows]
         fifth = len(energies) // 5
@@ -247,6 +251,67 @@ class Lammps(host_runs.HostTest):
             self.assertEqual((a, b, kind), (1, 2, 1))
             self.assertAlmostEqual(tension, 1.0 / 0.75, delta=1e-12)
 
+    STRESS = """
+compute stress all stress/atom thermo_temp
+compute sum all reduce sum c_stress[1] c_stress[2] c_stress[3] c_stress[4] c_stress[5] c_stress[6]
+""" + columns("press vol pxx pyy pzz pxy pxz pyz c_sum[1] c_sum[2] c_sum[3] c_sum[4] c_sum[5] c_sum[6]")
+
+    def test_stresses_of_atoms_are_the_pressure(self):
+        self.write_melt()
+        parts = ("xx", "yy", "zz", "xy", "xz", "yz")
+        for ranks in (1, 2):
+            with self.subTest(ranks=ranks):
+                script = lj() + rods() + self.STRESS + "thermo 10\nrun 50\nminimize 0 1e-8 20 200\n"
+                tables = self.run_host(script, ranks)
+                self.assertEqual(len(tables), 2)
+                for rows in tables:
+                    self.assertGreater(len(rows), 1)
+                    for row in rows:
+                        for k, part in enumerate(parts):
+                            pressure = -row[f"c_sum[{k + 1}]"] / row["vol"]
+                            self.assertAlmostEqual(pressure, row["P" + part], delta=1e-11 * abs(row["press"]))
+
+    def test_stress_of_a_spinning_dumbbell(self):
+        # Half of the rod's tension times its length at each atom.
+        self.write("melt.data", data([[4.0, 4.0, 4.0], [5.5, 4.0, 4.0]], [(1, 1, 2)], [(0.0, 9.0)] * 3))
+        start = "group one id 1\ngroup two id 2\nvelocity one set 0 1 0\nvelocity two set 0 -1 0"
+        self.run_host(lj(start=start) + rods(options="") + "compute stress all stress/atom NULL fix\n" +
+                      dump("d", 1, "c_stress[*]") + "run 0\n")
+        for row in self.atoms("d").values():
+            for number, wanted in zip(row, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)):
+                self.assertAlmostEqual(number, wanted, delta=1e-12)
+
+    # ---- bonds that come and go ----
+
+    def test_bonds_that_break_in_a_run(self):
+        self.write_melt()
+        for ranks in (1, 2):
+            with self.subTest(ranks=ranks):
+                script = (lj() + rods() + "fix gone all bond/break 10 1 0.5 prob 0.02 4711\n"
+                          "compute_modify thermo_temp dynamic/dof yes\n" +
+                          columns("temp ke f_rods f_rods[4] f_gone[2]") + "thermo 1\nrun 100\n")
+                (rows,) = self.run_host(script, ranks)
+                self.assertGreater(rows[-1]["f_gone[2]"], 10)
+                for row in rows:
+                    self.assertEqual(row["f_rods[4]"], self.num_bonds - row["f_gone[2]"])
+                    self.assertLessEqual(row["f_rods"], TIGHT)
+                    self.assertAlmostEqual(row["temp"] * (3 * 512 - 3 - row["f_rods[4]"]), 2.0 * row["ke"],
+                                           delta=1e-9 * row["ke"])
+
+    def test_bonds_that_are_made_in_a_run(self):
+        # From dumbbells; a bond to one more atom has its length at once.
+        self.write_melt(length=2)
+        for options, ranks in (("length 0.97", 1), ("length 0.97", 2), ("", 2)):
+            with self.subTest(options=options, ranks=ranks):
+                script = (lj("comm_modify cutoff 3.0") + rods(options=options) +
+                          "fix new all bond/create 10 1 1 1.1 1 iparam 3 1 jparam 3 1\n" +
+                          columns("ke f_rods f_rods[4] f_new[2]") + "thermo 1\nrun 100\n")
+                (rows,) = self.run_host(script, ranks)
+                self.assertGreater(rows[-1]["f_new[2]"], 20)
+                for row in rows:
+                    self.assertEqual(row["f_rods[4]"], self.num_bonds + row["f_new[2]"])
+                    self.assertLessEqual(row["f_rods"], TIGHT)
+
     # ---- restart, minimisation, grains ----
 
     def test_a_restart_goes_on(self):
@@ -355,7 +420,7 @@ fix floor all wall/gran hertz/history 1e6 NULL 50.0 NULL 0.4 1 zplane 0.0 NULL
                                  ("bond 1 store maybe", "store maybe is no number of steps"),
                                  ("bond 1 colour red", "unknown word colour")):
             self.assert_refused(lj() + rods().replace("bond 1 length 0.97", options) + "run 1\n",
-                                "Illegal fix tanor/rods command: " + message, ranks=(1,))
+                                "fix tanor/rods: " + message, ranks=(1,))
 
     def test_a_group_without_bonds(self):
         self.write_melt()

@@ -46,6 +46,27 @@ class Liggghts(host_runs.HostTest):
             self.assertTrue(all(row["rods"] <= TIGHT for row in rows))
         self.assert_same_atoms(self.atoms("one", 12000), self.atoms("two", 12000), 1e-9)
 
+    def test_stress_of_swinging_chains(self):
+        # In the air: what moves gives sum of m v^2, each rod its tension times its length.
+        compute = ("velocity all ramp vy -0.3 0.3 z 0.12 0.35 units box\ncompute stress all stress/atom\n"
+                   "compute sum all reduce sum c_stress[1] c_stress[2] c_stress[3]\n")
+        script = self.free_chains(100, 300).replace("thermo_style custom step", compute + "thermo_style custom step "
+                                                    "c_sum[1] c_sum[2] c_sum[3]")
+        for ranks in (1, 2):
+            with self.subTest(ranks=ranks):
+                (rows,) = self.run_host(script, ranks)
+                for row in rows[1:]:
+                    pull = [0.01 * line[2] for line in host_runs.read_dump(self.folder / "tension.dump", row["step"])]
+                    self.assertGreater(abs(sum(pull)), 0.1 * row["ke"])
+                    trace = row["sum[1]"] + row["sum[2]"] + row["sum[3]"]
+                    self.assertAlmostEqual(trace, sum(pull) - 2.0 * row["ke"], delta=1e-6 * row["ke"])
+
+    def test_a_minimisation_is_refused(self):
+        lines = [line for line in self.free_chains(10, 10).splitlines() if not line.startswith("run")]
+        said = self.call("\n".join(lines + ["compute thermo_pe all pe", "minimize 0 1e-8 10 100"]))[1]
+        self.assertIn("minimize is not supported", said)
+        self.assertIn("tanor/rods", said)
+
     def test_errors(self):
         for was, now, message in (
                 ("bond 1 store yes", "bond 3", "there is no bond type 3; there are 1"),

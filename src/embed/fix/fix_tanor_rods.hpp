@@ -15,6 +15,8 @@ namespace LAMMPS_NS {
 /// Bonds of these types between atoms of the group keep their lengths. Scalar: the largest violation. Vector: mean
 /// iterations a step, milliseconds of this fix a step, of them in the solver (of the slowest rank), number of bonds.
 /// Local: both tags, type and tension of each bond.
+///
+/// LAMMPS and LIGGGHTS, which was made of it, ask for the same class: it is compiled with the headers of each.
 class FixTanorRods : public Fix {
  public:
   FixTanorRods(LAMMPS* lammps, int num_words, char** words);
@@ -23,17 +25,18 @@ class FixTanorRods : public Fix {
   void init() override;
   void setup_pre_exchange() override;
   void setup_pre_neighbor() override { pre_neighbor(); }
-  void setup(int) override { measure(0.0); }
-  void min_setup(int) override { min_post_force(0); }
+  void setup(int vflag) override { measure(0.0, vflag); }
+  void min_setup(int vflag) override { min_post_force(vflag); }
 
+  void pre_exchange() override;
   void pre_neighbor() override;
   void post_integrate() override;
-  void post_force(int) override;
+  void post_force(int vflag) override;
   void final_integrate() override;
 
   void min_pre_neighbor() override { pre_neighbor(); }
   void min_pre_force(int) override;
-  void min_post_force(int) override;
+  void min_post_force(int vflag) override;
 
   int dof(int group) override;
   double compute_scalar() override;
@@ -42,10 +45,23 @@ class FixTanorRods : public Fix {
   void restart(char* saved) override;
 
  private:
+  // ---- what each host does its own way: src/embed/<host>/host.cpp ----
+
+  /// Flags of Fix that only this host has.
+  void set_host_flags();
+  /// What this host may be told to do that the fix does not support; empty: nothing.
+  std::string find_unsupported() const;
+  [[noreturn]] void end_run(const std::string& trouble);
+  void warn(const std::string& text);
+
+  // ---- the same for all ----
+
+  tanor::embed::RodOptions read_options(int num_words, char** words);
   tanor::embed::Atoms atoms() const;
   std::vector<bool> members(int group_bit) const;
-  void plan();
-  void measure(double half_step);
+  std::vector<tanor::embed::Bond> find_bonds() const;
+  void plan(std::vector<tanor::embed::Bond> found);
+  void measure(double half_step, int vflag);
   void publish();
   void refuse(const std::string& trouble);
 

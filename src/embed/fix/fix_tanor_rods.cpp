@@ -1,9 +1,8 @@
-#include "embed/lammps/fix_tanor_rods.hpp"
+#include "embed/fix/fix_tanor_rods.hpp"
 
 #include <atom.h>
 #include <comm.h>
 #include <domain.h>
-#include <error.h>
 #include <force.h>
 #include <group.h>
 #include <modify.h>
@@ -11,39 +10,36 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace LAMMPS_NS {
-namespace {
 
 static_assert(sizeof(tagint) == sizeof(int) && sizeof(imageint) == sizeof(int) && IMGBITS == 10,
-              "LAMMPS with 64-bit tags (LAMMPS_BIGBIG) is not supported");
-
-tanor::embed::RodOptions read(Error* error, int num_words, char** words, int num_bond_types) {
-  try {
-    return tanor::embed::read_rod_options({words + 3, static_cast<std::size_t>(num_words - 3)}, num_bond_types);
-  } catch (const std::invalid_argument& wrong) {
-    error->all(FLERR, std::string("Illegal fix tanor/rods command: ") + wrong.what());
-  }
-}
-
-}  // namespace
+              "hosts with 64-bit tags (LAMMPS_BIGBIG) are not supported");
 
 FixTanorRods::FixTanorRods(LAMMPS* lammps, int num_words, char** words)
-    : Fix(lammps, num_words, words), options_(read(error, num_words, words, atom->nbondtypes)), rods_(world, options_) {
+    : Fix(lammps, num_words, words), options_(read_options(num_words, words)), rods_(world, options_) {
   if (!atom->tag_enable) refuse("atoms need IDs");
   if (atom->molecular != 1) refuse("atoms need an atom_style with bonds");
   scalar_flag = vector_flag = 1;
   size_vector = 4;
   global_freq = 1;
   extscalar = extvector = 0;
-  dof_flag = 1;
-  virial_global_flag = thermo_virial = 1;
   restart_global = 1;
+  set_host_flags();
   if (options_.store_every > 0) {
     local_flag = 1;
     local_freq = options_.store_every;
     size_local_rows = 0;
     size_local_cols = tanor::embed::TensionTable::num_columns;
+  }
+}
+
+tanor::embed::RodOptions FixTanorRods::read_options(int num_words, char** words) {
+  try {
+    return tanor::embed::read_rod_options({words + 3, static_cast<std::size_t>(num_words - 3)}, atom->nbondtypes);
+  } catch (const std::invalid_argument& wrong) {
+    end_run(wrong.what());
   }
 }
 
@@ -54,37 +50,53 @@ int FixTanorRods::setmask() {
 }
 
 void FixTanorRods::init() {
-  if (update->whichflag == 1 && std::string(update->integrate_style).find("respa") != std::string::npos)
-    refuse("run_style respa is not supported");
+  refuse(find_unsupported());
   const auto mine = std::find(modify->fix, modify->fix + modify->nfix, this) - modify->fix;
   for (auto k = mine + 1; k < modify->nfix; ++k) {
     const std::string other = std::string("fix ") + modify->fix[k]->id + " (" + modify->fix[k]->style + ")";
     if (modify->fix[k]->time_integrate) refuse("it must be defined after " + other + ", which integrates");
     if ((modify->fmask[k] & FixConst::POST_FORCE) && comm->me == 0)
-      error->warning(FLERR, std::string("fix tanor/rods does not see the forces of ") + other +
-                                " in pressure and tensions: define it after that");
+      warn("fix tanor/rods does not see the forces of " + other + " in pressure and tensions: define it after that");
   }
   rods_.forget_plan();  // bonds, groups and masses may have changed
 }
 
 /// Forces are evaluated after this: they belong to positions on the constraints.
 void FixTanorRods::setup_pre_exchange() {
-  plan();
+  plan(find_bonds());
+  refuse(rods_.find_missing_type());
+  refuse(rods_.start(atoms()));
+  rods_.reset_times();
+}
+
+// ---- whenever atoms go to other ranks ----
+
+/// Bonds that were made or broken since, as by fix bond/create, count from now on: those who make them ask for new
+/// neighbour lists in the same step.
+void FixTanorRods::pre_exchange() {
+  const tanor::embed::CpuClock clock = rods_.clock();
+  std::vector<tanor::embed::Bond> found = find_bonds();
+  if (!rods_.differ_from(found)) return;
+  plan(std::move(found));
   refuse(rods_.start(atoms()));
 }
 
-void FixTanorRods::plan() {
+void FixTanorRods::pre_neighbor() {
+  refuse(rods_.list(atoms()));
+}
+
+std::vector<tanor::embed::Bond> FixTanorRods::find_bonds() const {
   std::vector<tanor::embed::Bond> found;
   for (int i = 0; i < atom->nlocal; ++i)
     for (int k = 0; k < atom->num_bond[i]; ++k)
       if (std::find(options_.types.begin(), options_.types.end(), atom->bond_type[i][k]) != options_.types.end())
         found.push_back({atom->tag[i], atom->bond_atom[i][k], atom->bond_type[i][k], 0.0});
-  refuse(rods_.plan(atoms(), std::move(found), members(groupbit), comm->nthreads, update->whichflag == 2));
-  publish();
+  return found;
 }
 
-void FixTanorRods::pre_neighbor() {
-  refuse(rods_.list(atoms()));
+void FixTanorRods::plan(std::vector<tanor::embed::Bond> found) {
+  refuse(rods_.plan(atoms(), std::move(found), members(groupbit), comm->nthreads, update->whichflag == 2));
+  publish();
 }
 
 // ---- a step ----
@@ -93,17 +105,18 @@ void FixTanorRods::post_integrate() {
   refuse(rods_.constrain_positions(atoms(), update->dt));
 }
 
-void FixTanorRods::post_force(int) {
+void FixTanorRods::post_force(int vflag) {
   const bool stores = options_.store_every > 0 && update->ntimestep % options_.store_every == 0;
-  if (stores || update->vflag_global == update->ntimestep) measure(0.5 * update->dt);
+  if (stores || vflag != 0) measure(0.5 * update->dt, vflag);
 }
 
 void FixTanorRods::final_integrate() {
   refuse(rods_.constrain_velocities(atoms(), update->dt));
 }
 
-void FixTanorRods::measure(double half_step) {
-  refuse(rods_.measure(atoms(), half_step, force->ftm2v));
+void FixTanorRods::measure(double half_step, int vflag) {
+  v_setup(vflag);
+  refuse(rods_.measure(atoms(), half_step, force->ftm2v, vflag_atom != 0));
   publish();
 }
 
@@ -114,16 +127,17 @@ void FixTanorRods::min_pre_force(int) {
   comm->forward_comm();
 }
 
-void FixTanorRods::min_post_force(int) {
-  refuse(rods_.project_forces(atoms()));
+void FixTanorRods::min_post_force(int vflag) {
+  v_setup(vflag);
+  refuse(rods_.project_forces(atoms(), vflag_atom != 0));
   publish();
 }
 
 // ---- what the host asks ----
 
 int FixTanorRods::dof(int group_number) {
-  if (!rods_.is_planned()) plan();
-  return static_cast<int>(rods_.count_constraints(atoms(), members(group->bitmask[group_number])));
+  if (!rods_.is_planned()) plan(find_bonds());
+  return static_cast<int>(rods_.count_constraints(members(group->bitmask[group_number])));
 }
 
 double FixTanorRods::compute_scalar() {
@@ -163,6 +177,7 @@ tanor::embed::Atoms FixTanorRods::atoms() const {
           .x = atom->x[0],
           .v = atom->v[0],
           .f = atom->f[0],
+          .stress = vatom != nullptr ? vatom[0] : nullptr,
           .masses = atom->rmass,
           .type_masses = atom->mass,
           .type = atom->type,
@@ -186,7 +201,7 @@ void FixTanorRods::publish() {
 }
 
 void FixTanorRods::refuse(const std::string& trouble) {
-  if (!trouble.empty()) error->all(FLERR, std::string("fix tanor/rods: ") + trouble);
+  if (!trouble.empty()) end_run(trouble);
 }
 
 }  // namespace LAMMPS_NS
