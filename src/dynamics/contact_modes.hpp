@@ -23,8 +23,8 @@ class ContactModes final : public EventFunctions {
   /// The modes at a start, with the accelerations [3n]. v changes where contacts are put to rest exactly.
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to);
   std::size_t num_events() const override { return state_.num_switches; }
-  void evaluate_events(double t, const double* r, const double* v, double* values) override;
-  void shape_events(const double* values, double* shapes) const override;
+  void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override;
+  void shape_events(const Reactions& found, const double* values, double* shapes) const override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                            const Request& request, const AccelerationOutput& to) override;
   Power work_of_switch() const override { return work_of_rest_; }
@@ -42,7 +42,7 @@ class ContactModes final : public EventFunctions {
   bool let_slide(const double* v, double times, ModeSwitch* at);
   bool is_little(const std::vector<double>& before, const double* v, double own) const;
   Power work_of_impulses(const double* r, const std::vector<double>& impulses) const;
-  void forget_slow_senses(const ModeSwitch& at);
+  void forget_slow_directions(const ModeSwitch& at);
   Outcome count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all,
                 std::vector<ContactChoice>* choices);
   Outcome count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices);
