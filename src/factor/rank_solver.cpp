@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <numeric>
 
@@ -219,7 +218,7 @@ bool RankSolver::exchange_columns() {
 
   std::vector<int> dependent;
   for (const auto& [column, combination] : X) dependent.push_back(column);
-  factor_ = tanor::factorize_columns(C_, all_but(dependent, num_columns()), -1.0, factorize_);
+  factor_ = factorize_columns(C_, all_but(dependent, num_columns()), -1.0, factorize_);
   factor_.dependent = std::move(dependent);
   smallest_singular_value_ = find_smallest_singular_value(factor_);
   return true;

@@ -64,7 +64,6 @@ class RankSolver {
   bool exchange_columns();
   void span_null_space();
   void drop_rounding();
-  TriangularFactor factorize_columns(const std::vector<int>& wanted, double tolerance) const;
   std::vector<double> solve_normal(std::vector<double> y) const;
 
   QrFunction& factorize_;
