@@ -135,7 +135,8 @@ def main():
     rods, scaled = 31680, 51889
 
     print("# tanor inside LAMMPS\n")
-    print("`bench/hosts.py build`: the melt `data.chain` of LAMMPS 29Sep2021u2 (Debian 12), 320 chains of 100 atoms,")
+    print(f"`bench/hosts.py build --steps {options.steps}`: the melt `data.chain` of LAMMPS 29Sep2021u2 (Debian 12), 320 "
+          "chains of 100 atoms,")
     print(f"{rods:,} rods of 0.97, NVE, time step 0.004. Processor times of the slowest rank and wall times by LAMMPS' own")
     print(f"clock, medians of three runs of {options.steps} steps. Load of the machine ({os.cpu_count()} cores) before the "
           f"runs: {os.getloadavg()[0]:.1f}.\n")
