@@ -195,7 +195,10 @@ std::string compare_with_eigen(int count) {
     ours.accelerations();  // wakes the caches after the other one's work
     mine.push_back(seconds_of([&] { ours.accelerations(); }));
   }
-  const double difference = largest_difference(ours.forms.tangent->dynamics().w().data(), w, system.positions.size());
+  Reactions found;
+  (void)ours.forms.tangent->accelerations({0.0, ours.q.data(), ours.q_dot.data()}, {},
+                                          {ours.q_ddot.data(), nullptr, nullptr, &found});
+  const double difference = largest_difference(found.w.data(), w, system.positions.size());
   if (!(difference < 1e-12)) throw std::runtime_error("the two solutions differ");
   const double unit = 1e9 / count;
   return fmt::format("| {} beads on circles | {:.1f} | {:.1f} | {:.1f} | {} |\n", count, unit * median(eigen),

@@ -29,8 +29,8 @@ ContactModes::ContactModes(ContactState& state, LoadSharing& sharing, FrictionSo
 // ---- events ----
 
 /// Of a contact that sticks, what it has to spare over what it holds; of one that slides, its velocity forward.
-void ContactModes::evaluate_events(double, const double*, const double* v, double* values) {
-  const double* const lambda = system_.lambda().data();
+void ContactModes::evaluate_events(const Kinematics& at, const Reactions& found, double* values) {
+  const double* const lambda = found.lambda.data();
   // Sliding backwards no faster than this, over the speed around, is the rounding of a start from rest.
   constexpr double speed_slack = 1e-13;
   for (std::size_t c = 0; c < state_.size(); ++c) {
@@ -39,15 +39,15 @@ void ContactModes::evaluate_events(double, const double*, const double* v, doubl
       const double limit = state_.limit(c, lambda), held = state_.held(c, lambda);
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
-      const double forward = dot(state_.tangents.sliding_velocity(c, v), state_.laws.sense(c));
+      const double forward = dot(state_.tangents.sliding_velocity(c, at.v), state_.laws.sense(c));
       *values++ = forward / work_.scales.speed(state_.neighbourhood(c)) + speed_slack;
     }
   }
 }
 
 /// limit^2 - held^2, with mu^2 |N|^2 and |F|^2 quadratic in the multipliers.
-void ContactModes::shape_events(const double* values, double* shapes) const {
-  const double* const lambda = system_.lambda().data();
+void ContactModes::shape_events(const Reactions& found, const double* values, double* shapes) const {
+  const double* const lambda = found.lambda.data();
   for (std::size_t c = 0; c < state_.size(); ++c) {
     if (!state_.may_stick(c)) continue;
     const double value = *values++;

@@ -23,8 +23,8 @@ class ContactModes final : public EventFunctions {
   /// The modes at a start, with the accelerations [3n]. v changes where contacts are put to rest exactly.
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to);
   std::size_t num_events() const override { return state_.num_switches; }
-  void evaluate_events(double t, const double* r, const double* v, double* values) override;
-  void shape_events(const double* values, double* shapes) const override;
+  void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override;
+  void shape_events(const Reactions& found, const double* values, double* shapes) const override;
   Outcome switch_equations(double t, const double* r, double* v, std::span<const std::size_t> which,
                            const Request& request, const AccelerationOutput& to) override;
   Power work_of_switch() const override { return work_of_rest_; }

@@ -15,24 +15,25 @@ class EquationsOfMotion : public Mechanics {
   virtual ProjectionReport project_point_velocities(double t, const double* r, double* v) = 0;
   /// Its own x and x' of a consistent (r, v), `size()` each.
   virtual Outcome set_state(double t, const double* r, const double* v, double* x, double* x_dot) = 0;
-  /// Writes the points of x and x', with x'' of the last `accelerations`.
-  virtual void write_points(double t, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
+  /// Writes the points of x and x', with x'' and the reactions that were found with it.
+  virtual void write_points(const Kinematics& at, const double* x_ddot, const Reactions& found, double* r, double* v,
                             double* w) = 0;
   /// Accelerations where nothing is known of earlier instants: contacts at rest choose whether they stick or slide. May
   /// change x' of those by rounding.
   virtual Outcome begin(double t, const double* x, double* x_dot, const Request& request,
                         const AccelerationOutput& to) = 0;
-  /// After a step that was accepted: variables that serve the neighbourhood of (x, x') best; x'' goes along.
-  virtual void recentre(double t, double* x, double* x_dot, double* x_ddot) = 0;
+  /// After a step that was accepted, where its last accelerations were found: variables that serve the neighbourhood of
+  /// (x, x') best; x'' goes along, with what was found with it.
+  virtual void recentre(double t, double* x, double* x_dot, double* x_ddot, Reactions* found) = 0;
   /// Goes on with a motion from elsewhere: its earlier steps are unknown, the work is counted on.
   virtual void resume(const Counters& counters, const PhaseTimes& times) = 0;
 
   virtual Energy energy(double t, const double* x, const double* v) = 0;
-  /// Of the instant at which the form stands, that of the last accelerations: eta [3n]; of supports: what the
-  /// constraints do there.
-  virtual void reactions(double* eta) = 0;
+  /// eta [3n] of what was found with accelerations at this state, where K stands; of supports: what the constraints do
+  /// there.
+  virtual void write_reactions(const Kinematics& at, const Reactions& found, double* eta) = 0;
   /// Likewise tau [3n], of contacts that slide and of those that stick.
-  virtual void friction_forces(double* tau) const = 0;
+  virtual void write_friction(const Reactions& found, double* tau) const = 0;
 
   /// Adds what it found out about the system.
   virtual void describe(PlanSummary* plan) const = 0;

@@ -90,18 +90,20 @@ Outcome Forms::compare(const Kinematics& at, const Request& request, const doubl
   return {};
 }
 
-Outcome Forms::reactions(const Kinematics& at, const Request& request, double* lambda, double* eta) {
-  if (eta != nullptr) main->reactions(eta);
+Outcome Forms::reactions(const Place& at, const Request& request, const Reactions& found, double* lambda, double* eta) {
+  if (eta != nullptr) main->write_reactions(at.own, found, eta);
   if (normal == nullptr) return {};
   if (is_tangent()) {
     scratch_.resize(3 * model.num_points());
-    if (Outcome outcome = normal->accelerations(at, request, scratch_.data()); !outcome.ok()) return outcome;
+    Outcome outcome = normal->accelerations(at.points, request, {scratch_.data(), nullptr, nullptr, &found_});
+    if (!outcome.ok()) return outcome;
   }
-  std::copy(normal->multipliers().begin(), normal->multipliers().end(), lambda);
-  normal->linearization().minimize_multiplier_norm(at.x, lambda);
+  const std::vector<double>& own = (is_tangent() ? found_ : found).lambda;
+  std::copy(own.begin(), own.end(), lambda);
+  normal->linearization().minimize_multiplier_norm(at.points.x, lambda);
   if (!is_tangent() || eta == nullptr) return {};
   // Supports carry what the constraints do there.
-  normal->reactions(scratch_.data());
+  normal->write_reactions(at.points, found_, scratch_.data());
   const auto first_support = static_cast<std::ptrdiff_t>(3 * model.num_moving());
   std::copy(scratch_.begin() + first_support, scratch_.end(), eta + first_support);
   return {};
@@ -126,10 +128,11 @@ Outcome Forms::solve_other(const Kinematics& at, const Request& request, double*
   for (std::vector<double>* array : {&x_, &x_dot_, &x_ddot_}) array->resize(other->size());
   std::vector<double> places(r, r + 3 * model.num_points()), rates(v, v + 3 * model.num_points());
   if (Outcome outcome = other->set_state(t, r, v, x_.data(), x_dot_.data()); !outcome.ok()) return outcome;
-  Outcome outcome = other->accelerations({t, x_.data(), x_dot_.data()}, request, x_ddot_.data());
+  const Kinematics there{t, x_.data(), x_dot_.data()};
+  Outcome outcome = other->accelerations(there, request, {x_ddot_.data(), nullptr, nullptr, &found_});
   if (!outcome.ok()) return outcome;
-  other->write_points(t, x_.data(), x_dot_.data(), x_ddot_.data(), places.data(), rates.data(), w);
-  other->reactions(eta);
+  other->write_points(there, x_ddot_.data(), found_, places.data(), rates.data(), w);
+  other->write_reactions(there, found_, eta);
   return outcome;
 }
 

@@ -35,9 +35,13 @@ class Forms {
   Outcome compare(const Kinematics& at, const Request& request, const double* w, const double* eta,
                   double* disagreement);
 
-  /// lambda [d] (the smallest where several serve) and eta [3n], which may be null, that belong to `main`'s last
-  /// accelerations, at (t, r, v). The tangent form knows eta; lambda then costs a solve of the normal form.
-  Outcome reactions(const Kinematics& at, const Request& request, double* lambda, double* eta);
+  /// `main`'s own variables, and where their points are.
+  struct Place {
+    Kinematics own, points;
+  };
+  /// lambda [d] (the smallest where several serve) and eta [3n], which may be null, of what `main` found with its
+  /// accelerations there. The tangent form knows eta; lambda then costs a solve of the normal form.
+  Outcome reactions(const Place& at, const Request& request, const Reactions& found, double* lambda, double* eta);
   /// w and eta [3n] by the form that does not step, at (t, r, v); both forms are there.
   Outcome solve_other(const Kinematics& at, const Request& request, double* w, double* eta);
 
@@ -52,7 +56,8 @@ class Forms {
   double start_time_;
   std::string reason_;                                 // why the other form does not step
   std::vector<double> scratch_, other_w_, other_eta_;  // [3n]
-  std::vector<double> x_, x_dot_, x_ddot_;             // of the other form
+  std::vector<double> x_, x_dot_, x_ddot_;             // of the other form, …
+  Reactions found_;                                    // … and what it found
 };
 
 }  // namespace tanor

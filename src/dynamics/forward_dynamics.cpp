@@ -32,6 +32,11 @@ Outcome ForwardDynamics::solve(const Kinematics& at, const Request& request, std
     to.report->reciprocal_condition = linearization_.reciprocal_condition();
   }
   if (to.power != nullptr && outcome.ok()) *to.power = find_power(at);
+  if (to.reactions != nullptr && outcome.ok()) {
+    to.reactions->lambda = lambda_;
+    to.reactions->refinements = report_.refinements;
+    if (friction_ != nullptr) friction_->write_contacts(lambda_.data(), &to.reactions->friction);
+  }
   return outcome;
 }
 
@@ -203,17 +208,17 @@ void ForwardDynamics::add_reactions(double* w) const {
   });
 }
 
-void ForwardDynamics::write_reactions(double* eta) {
-  const double* lambda = lambda_.data();
+void ForwardDynamics::write_reactions(const std::vector<double>& lambda, double* eta) {
+  const double* rows = lambda.data();
   if (model_.numbering.has_contact_rows()) {
     // What holds a contact that sticks is friction.
-    rows_ = lambda_;
+    rows_ = lambda;
     for (std::size_t a = 0; a < rows_.size(); ++a) {
       if (model_.numbering.is_contact_row(a)) rows_[a] = 0.0;
     }
-    lambda = rows_.data();
+    rows = rows_.data();
   }
-  model_.gather.reactions(model_.parallel, linearization_.blocks().data(), lambda, eta);
+  model_.gather.reactions(model_.parallel, linearization_.blocks().data(), rows, eta);
 }
 
 // ---- friction ----

@@ -39,12 +39,10 @@ class ForwardDynamics {
   Outcome solve(const Kinematics& at, const Request& request, std::span<const char> are_counted,
                 const AccelerationOutput& to);
 
-  // Of the last solve.
-  const SolveReport& report() const { return report_; }
-  const std::vector<double>& multipliers() const { return lambda_; }  ///< lambda [d]
-  std::vector<double>& multipliers() { return lambda_; }              ///< where iterations of friction begin
-  /// eta = K lambda [3n] (23) of the user's constraints; of supports: what the constraints do there.
-  void write_reactions(double* eta);
+  /// lambda [d]: what a solve leaves, and where the iterations of the next one begin.
+  std::vector<double>& multipliers() { return lambda_; }
+  /// eta = K lambda [3n] (23) of the user's constraints, where K stands; of supports: what the constraints do there.
+  void write_reactions(const std::vector<double>& lambda, double* eta);
 
  private:
   static constexpr double doubtful_above = 1e-9;  // |K'w + phi| over its terms: more than rounding

@@ -203,9 +203,9 @@ Vec3 FrictionSolver::force(std::size_t contact, const double* lambda) const {
   return tangents_.sticks(contact) ? held_friction(tangents_, laws_, contact, lambda) : load(now_.tau.data(), contact);
 }
 
-void FrictionSolver::write_all(const double* lambda, double* tau) const {
-  std::fill_n(tau, 3 * model_.num_points(), 0.0);
-  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, force(c, lambda));
+void FrictionSolver::write_contacts(const double* lambda, std::vector<double>* forces) const {
+  forces->resize(3 * tangents_.size());
+  for (std::size_t c = 0; c < tangents_.size(); ++c) store(forces->data(), c, force(c, lambda));
 }
 
 void FrictionSolver::write_given(double* tau) const {
@@ -219,9 +219,9 @@ void FrictionSolver::write_at(const double* lambda, double* tau) const {
   write_points(forces.data(), tau);
 }
 
-void FrictionSolver::write_points(const double* of_contacts, double* tau) const {
+void FrictionSolver::write_points(const double* forces, double* tau) const {
   std::fill_n(tau, 3 * model_.num_points(), 0.0);
-  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, load(of_contacts, c));
+  for (std::size_t c = 0; c < tangents_.size(); ++c) add_to(tau, tangents_[c].point, load(forces, c));
 }
 
 double FrictionSolver::power(const double* lambda, const double* v) const {

@@ -57,8 +57,10 @@ class FrictionSolver final : private Response {
 
   /// Friction of a contact now, whether it sticks or slides, N.
   Vec3 force(std::size_t contact, const double* lambda) const;
-  /// tau [3n], N: of all contacts; without what the rows of contacts that stick hold; and the law at lambda.
-  void write_all(const double* lambda, double* tau) const;
+  /// The same of all contacts [3 contacts]; and their sums at the points, tau [3n].
+  void write_contacts(const double* lambda, std::vector<double>* forces) const;
+  void write_points(const double* forces, double* tau) const;
+  /// tau [3n], N: without what the rows of contacts that stick hold; and the law at lambda.
   void write_given(double* tau) const;
   void write_at(const double* lambda, double* tau) const;
   /// Power of all friction, W; and of the contacts that stick alone.
@@ -86,7 +88,6 @@ class FrictionSolver final : private Response {
   void set_forces(const double* lambda);
   Outcome iterate(double t, const UniquenessCheck& check, const double* guess, double* lambda);
   bool converges(FrictionMethod method, double poor, const double* guess, double* lambda);
-  void write_points(const double* of_contacts, double* tau) const;
 
   Workspace& work_;
   const Model& model_;

@@ -7,6 +7,7 @@
 #include <tanor/dynamics.hpp>
 
 #include "base/memory.hpp"
+#include "dynamics/instant.hpp"
 #include "dynamics/power.hpp"
 
 namespace tanor {
@@ -36,18 +37,15 @@ class ImplicitEquations {
   /// Of constraints, and all of them.
   virtual std::size_t num_constraints() const = 0;
   virtual std::size_t num_rows() const = 0;
-  /// lambda [num_rows()] to begin with: of the mechanics' last accelerations, and of springs at (x, v).
-  virtual void write_multipliers(const double* x, const double* v, double* lambda) = 0;
+  /// lambda [num_rows()] to begin with: what accelerations found, and of springs at (x, v).
+  virtual void write_multipliers(const Reactions& found, const double* x, const double* v, double* lambda) = 0;
 
-  /// M^-1 (f + K lambda) into a; K'v + xi_t, or lambda + k xi + c dxi/dt, into rows.
-  virtual Outcome evaluate(double t, const double* x, const double* v, const double* lambda, double* a,
-                           double* rows) = 0;
+  /// M^-1 (f + K lambda) into a; K'v + xi_t, or lambda + k xi + c dxi/dt, into rows; the power, which may be null.
+  virtual Outcome evaluate(double t, const double* x, const double* v, const double* lambda, double* a, double* rows,
+                           Power* power) = 0;
   /// xi, or K'v + xi_t with K at x, of constraints [num_constraints()]; returns the largest relative violation.
   virtual double evaluate_positions(double t, const double* x, double* xi) = 0;
   virtual double evaluate_rates(double t, const double* x, const double* v, double* rates) = 0;
-  /// At the last `evaluate`.
-  virtual Power power(const double* x, const double* v) const = 0;
-
   /// K and the derivatives of forces, from here to the next call.
   virtual void linearise(double t, const double* x, const double* v, const double* lambda) = 0;
   /// How forces answer to a move dx: M^-1 (df/dx + d(K lambda)/dx) dx is added to a, k K'dx to the rows of springs.

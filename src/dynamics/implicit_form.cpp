@@ -18,10 +18,9 @@ std::vector<Compliance> list_compliances(std::span<const Forces::CompliantSpring
 
 }  // namespace
 
-ImplicitForm::ImplicitForm(Workspace& work, std::span<const double> multipliers)
+ImplicitForm::ImplicitForm(Workspace& work)
     : work_(work),
       model_(work.model()),
-      multipliers_(multipliers),
       springs_(work.forces.list_compliant_springs()),
       compliances_(list_compliances(springs_)),
       num_springs_(work.forces.list_couplings().size()),
@@ -59,8 +58,8 @@ NewtonPlan ImplicitForm::make_plan() const {
           model_.may_lose_rank};
 }
 
-void ImplicitForm::write_multipliers(const double* r, const double* v, double* lambda) {
-  std::ranges::copy(multipliers_, lambda);
+void ImplicitForm::write_multipliers(const Reactions& found, const double* r, const double* v, double* lambda) {
+  std::ranges::copy(found.lambda, lambda);
   double* const tau = lambda + num_constraints();
   std::fill(tau, tau + springs_.size(), 0.0);
   work_.forces.evaluate_compliant_springs(model_.parallel, r, v, tau, units_.data(), tau);
@@ -70,7 +69,7 @@ void ImplicitForm::write_multipliers(const double* r, const double* v, double* l
 // ---- residuals ----
 
 Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const double* lambda, double* w,
-                               double* rows) {
+                               double* rows, Power* power) {
   work_.set_time(t);
   ++work_.counters.evaluations;
   const Stopwatch watch(&work_.times.evaluate);
@@ -82,13 +81,15 @@ Outcome ImplicitForm::evaluate(double t, const double* r, const double* v, const
   // w = M^-1 (f + K lambda)
   work_.forces.evaluate_compliant_springs(parallel, r, v, tau, units_.data(), rows + num_constraints());
   work_.forces.add_compliant_forces(parallel, units_.data(), tau, model_.inverse_mass.data(), w);
-  if (num_constraints() == 0) return {};
-  work_.constraints.evaluate_gradients(parallel, r, blocks_.data());
-  model_.gather.write_scaled(parallel, blocks_.data(), lambda, model_.inverse_mass.data(), model_.num_moving(),
-                             reactions_.data());
-  parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) w[i] += reactions_[i];
-  });
+  if (num_constraints() > 0) {
+    work_.constraints.evaluate_gradients(parallel, r, blocks_.data());
+    model_.gather.write_scaled(parallel, blocks_.data(), lambda, model_.inverse_mass.data(), model_.num_moving(),
+                               reactions_.data());
+    parallel.for_ranges(3 * model_.num_moving(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) w[i] += reactions_[i];
+    });
+  }
+  if (power != nullptr) *power = work_.power(reactions_.data(), r, v);
   return {};
 }
 
@@ -106,10 +107,6 @@ double ImplicitForm::evaluate_rates(double t, const double* r, const double* v, 
   constexpr double little = 1e-14;
   if (scales.are_one() || largest <= little * scales.least_speed()) return largest / scales.least_speed();
   return work_.velocity_violation(t, r, v);
-}
-
-Power ImplicitForm::power(const double* r, const double* v) const {
-  return work_.power(reactions_.data(), r, v);
 }
 
 // ---- Newton's matrix ----

@@ -15,17 +15,16 @@ namespace tanor {
 /// The equations with multipliers as implicit schemes want them; without friction.
 class ImplicitForm final : public ImplicitEquations {
  public:
-  /// `multipliers` [d]: of the last accelerations, kept by whoever computes them.
-  ImplicitForm(Workspace& work, std::span<const double> multipliers);
+  explicit ImplicitForm(Workspace& work);
 
   std::size_t num_constraints() const override { return model_.num_rows(); }
   std::size_t num_rows() const override { return model_.num_rows() + compliances_.size(); }
-  void write_multipliers(const double* r, const double* v, double* lambda) override;
+  void write_multipliers(const Reactions& found, const double* r, const double* v, double* lambda) override;
 
-  Outcome evaluate(double t, const double* r, const double* v, const double* lambda, double* w, double* rows) override;
+  Outcome evaluate(double t, const double* r, const double* v, const double* lambda, double* w, double* rows,
+                   Power* power) override;
   double evaluate_positions(double t, const double* r, double* xi) override;
   double evaluate_rates(double t, const double* r, const double* v, double* rates) override;
-  Power power(const double* r, const double* v) const override;
 
   void linearise(double t, const double* r, const double* v, const double* lambda) override;
   void add_stiffness(const double* dr, double* w, double* rows) override;
@@ -69,7 +68,6 @@ class ImplicitForm final : public ImplicitEquations {
 
   Workspace& work_;
   const Model& model_;
-  std::span<const double> multipliers_;
   std::vector<Forces::CompliantSpring> springs_;
   std::vector<Compliance> compliances_;  // [compliant spring]
   std::size_t num_springs_;              // with those that are not compliant
@@ -87,19 +85,16 @@ class ImplicitForm final : public ImplicitEquations {
 /// That equations with multipliers have an implicit form.
 class ImplicitMultiplierForm final : public ImplicitFormulation {
  public:
-  /// `multipliers` [d]: as ImplicitForm takes them.
-  ImplicitMultiplierForm(Workspace& work, std::span<const double> multipliers)
-      : work_(work), multipliers_(multipliers) {}
+  explicit ImplicitMultiplierForm(Workspace& work) : work_(work) {}
 
   std::unique_ptr<ImplicitEquations> make_implicit_equations() override {
-    return std::make_unique<ImplicitForm>(work_, multipliers_);
+    return std::make_unique<ImplicitForm>(work_);
   }
   /// Pair forces are no part of the matrix.
   bool matrix_knows_all_forces() const override { return !work_.forces.has_pairs(); }
 
  private:
   Workspace& work_;
-  std::span<const double> multipliers_;
 };
 
 }  // namespace tanor

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <vector>
+
 #include <tanor/dynamics.hpp>
 
+#include "base/memory.hpp"
 #include "dynamics/power.hpp"
 
 namespace tanor {
@@ -42,15 +45,29 @@ struct Request {
   }
 };
 
+/// What constraints and friction do where accelerations were found. It belongs to these as they belong to their state:
+/// whoever asks the mechanics for something that follows from it hands it back.
+struct Reactions {
+  std::vector<double> lambda;    ///< [rows] multipliers, of equations that have them
+  std::vector<double> friction;  ///< [3 contacts] N, of contacts that slide and of those that stick
+  int refinements = 0;           ///< that the multipliers took: what the same factor solves takes as many
+  std::vector<double> w, w0;     ///< [3n] with reactions and without, of equations in coordinates; w0 where it is known
+  bool knows_w0 = false;         ///< else it is evaluated where somebody asks
+
+  void exchange_memory(Memory& memory) { memory.exchange(lambda, friction, refinements, w, w0, knows_w0); }
+};
+
 /// Where accelerations are written, and what is found with them; null: nobody asks.
 struct AccelerationOutput {
   // NOLINTNEXTLINE(google-explicit-constructor): an array alone is a whole answer.
-  AccelerationOutput(double* accelerations, Power* with_power = nullptr, SolveReport* with_report = nullptr)
-      : a(accelerations), power(with_power), report(with_report) {}
+  AccelerationOutput(double* accelerations, Power* with_power = nullptr, SolveReport* with_report = nullptr,
+                     Reactions* with_reactions = nullptr)
+      : a(accelerations), power(with_power), report(with_report), reactions(with_reactions) {}
 
   double* a;
-  Power* power;         ///< that enters the system at this state
-  SolveReport* report;  ///< all of it but the outcome, which is returned; also where that is a failure
+  Power* power;          ///< that enters the system at this state
+  SolveReport* report;   ///< all of it but the outcome, which is returned; also where that is a failure
+  Reactions* reactions;  ///< those that belong to `a`
 };
 
 }  // namespace tanor

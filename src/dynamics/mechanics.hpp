@@ -62,6 +62,8 @@ class Mechanics {
   /// The rank of K, as it was decided last.
   virtual std::size_t rank() const = 0;
   virtual Outcome accelerations(const Kinematics& at, const Request& request, const AccelerationOutput& to) = 0;
+  /// As many numbers as accelerations find, all 0.
+  virtual Reactions no_reactions() const = 0;
 
   /// Projects x onto xi(x, t) = 0 along M^-1 K of the configuration that is linearised, by chord iterations. Linearises
   /// anew where they stall; after a large turn also at x first, where that costs no more than the iterations which it

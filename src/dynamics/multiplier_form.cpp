@@ -17,7 +17,7 @@ MultiplierForm::MultiplierForm(Workspace& work, const SolverOptions& options)
       dynamics_(work, linearization_, residuals_, {contact_state_.get(), friction_.get()}),
       steps_(work, linearization_, projector_, dynamics_, friction_.get()),
       gradient_rank_(work, linearization_),
-      implicit_(work, dynamics_.multipliers()),
+      implicit_(work),
       rows_(model_.num_rows()),
       system_(linearization_, residuals_, projector_, dynamics_, response_) {
   if (friction_ == nullptr) return;
@@ -63,8 +63,15 @@ void MultiplierForm::describe(PlanSummary* plan) const {
   if (!work_.constraints.depends_on_time()) left_out.push_back("xi_t terms: no constraint depends on time");
 }
 
-void MultiplierForm::friction_forces(double* tau) const {
-  if (friction_ != nullptr) return friction_->write_all(multipliers().data(), tau);
+Reactions MultiplierForm::no_reactions() const {
+  Reactions none;
+  none.lambda.resize(model_.num_rows());
+  if (friction_ != nullptr) none.friction.resize(3 * work_.constraints.tangents().size());
+  return none;
+}
+
+void MultiplierForm::write_friction(const Reactions& found, double* tau) const {
+  if (friction_ != nullptr) return friction_->write_points(found.friction.data(), tau);
   std::fill(tau, tau + size(), 0.0);
 }
 
@@ -122,7 +129,7 @@ void MultiplierForm::resume(const Counters& counters, const PhaseTimes& times) {
 }
 
 SeriesExpansion* MultiplierForm::series() {
-  if (series_ == nullptr) series_ = std::make_unique<MultiplierSeries>(work_, linearization_, dynamics_);
+  if (series_ == nullptr) series_ = std::make_unique<MultiplierSeries>(work_, linearization_);
   return series_->obstacle().empty() ? series_.get() : nullptr;
 }
 

@@ -39,6 +39,7 @@ class MultiplierForm final : public PointForm {
     return projector_.project_velocities(t, r, v);
   }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
+  Reactions no_reactions() const override;
   void exchange_memory(Memory& memory) override;
 
   StepProjector* step_projector() override { return &steps_; }
@@ -59,12 +60,14 @@ class MultiplierForm final : public PointForm {
   ProjectionReport project_point_positions(double t, double* r) override;
   ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
   Outcome begin(double t, const double* r, double* v, const Request& request, const AccelerationOutput& to) override;
-  void recentre(double t, double* r, double* v, double*) override {
+  void recentre(double t, double* r, double* v, double*, Reactions*) override {
     if (contacts_ != nullptr) contacts_->accept(t, r, v);
   }
   void resume(const Counters& counters, const PhaseTimes& times) override;
-  void reactions(double* eta) override { dynamics_.write_reactions(eta); }
-  void friction_forces(double* tau) const override;
+  void write_reactions(const Kinematics&, const Reactions& found, double* eta) override {
+    dynamics_.write_reactions(found.lambda, eta);
+  }
+  void write_friction(const Reactions& found, double* tau) const override;
   void describe(PlanSummary* plan) const override;
 
   /// Whatever is solved at the configuration of the last linearisation.
@@ -73,8 +76,6 @@ class MultiplierForm final : public PointForm {
   Projector& projector() { return projector_; }
   ForwardDynamics& dynamics() { return dynamics_; }
   StepProjection& steps() { return steps_; }
-  /// lambda [d] of the last accelerations.
-  const std::vector<double>& multipliers() const { return dynamics_.multipliers(); }
   /// Null: constraints are ideal.
   const FrictionSolver* friction() const { return friction_.get(); }
   /// With friction: a contact whose reaction is a convention, see ContactState; empty: there is none.

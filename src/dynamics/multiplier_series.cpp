@@ -18,11 +18,10 @@ std::unique_ptr<PathSeries> make_path_series(const Workspace& work) {
 
 }  // namespace
 
-MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization, const ForwardDynamics& dynamics)
+MultiplierSeries::MultiplierSeries(Workspace& work, Linearization& linearization)
     : work_(work),
       model_(work.model()),
       linearization_(linearization),
-      dynamics_(dynamics),
       path_series_(make_path_series(work)),
       right_side_(model_.num_rows()),
       rows_(model_.num_rows()) {
@@ -33,19 +32,19 @@ std::string MultiplierSeries::find_obstacle(const Workspace& work) {
   return make_path_series(work) != nullptr ? std::string{} : MotionSeries(work).obstacle();
 }
 
-Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
-                                 double* smooth_until) {
+Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, const Reactions& found,
+                                 std::span<double* const> coefficients, double* smooth_until) {
   const std::size_t size = 3 * model_.num_points();
   std::copy(at.x, at.x + size, coefficients[0]);
   std::copy(at.v, at.v + size, coefficients[1]);
   if (w != coefficients[2]) std::copy(w, w + size, coefficients[2]);
   for (std::size_t i = 0; i < size; ++i) coefficients[2][i] *= 0.5;
   // As many as w took.
-  const int passes = 1 + dynamics_.report().refinements;
+  const int passes = 1 + found.refinements;
   if (path_series_ != nullptr) {
     *smooth_until = std::numeric_limits<double>::infinity();
     const Stopwatch watch(&work_.times.solve);
-    path_series_->expand(model_.parallel, coefficients, dynamics_.multipliers().data(), passes);
+    path_series_->expand(model_.parallel, coefficients, found.lambda.data(), passes);
     work_.counters.solves += static_cast<std::size_t>(passes) * (coefficients.size() - 3);
   } else {
     {
@@ -53,7 +52,7 @@ Outcome MultiplierSeries::expand(const Kinematics& at, const double* w, std::spa
       series_->begin(at.t, coefficients);
     }
     *smooth_until = series_->smooth_until();
-    lambda_ = dynamics_.multipliers();
+    lambda_ = found.lambda;
     for (int k = 0; k + 2 < static_cast<int>(coefficients.size()); ++k) {
       {
         const Stopwatch watch(&work_.times.evaluate);

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/forward_dynamics.hpp"
 #include "dynamics/linearization.hpp"
 #include "dynamics/motion_series.hpp"
 #include "dynamics/roles.hpp"
@@ -18,16 +17,15 @@ namespace tanor {
 /// of S at the beginning (see MotionSeries; PathSeries where all islands are paths of rods).
 class MultiplierSeries final : public SeriesExpansion {
  public:
-  MultiplierSeries(Workspace& work, Linearization& linearization, const ForwardDynamics& dynamics);
+  MultiplierSeries(Workspace& work, Linearization& linearization);
 
   /// Why a system has no series; empty: it has.
   static std::string find_obstacle(const Workspace& work);
   std::string obstacle() const { return series_ == nullptr ? std::string{} : series_->obstacle(); }
 
-  Outcome expand(const Kinematics& at, const double* w, std::span<double* const> coefficients,
+  Outcome expand(const Kinematics& at, const double* w, const Reactions& found, std::span<double* const> coefficients,
                  double* smooth_until) override;
   Power power_along(const Kinematics& at, const double* w) override;
-  std::size_t num_accelerations() const override { return work_.counters.evaluations; }
   std::span<const Index> neighbourhoods() const override { return work_.scales.of_points(); }
 
  private:
@@ -36,7 +34,6 @@ class MultiplierSeries final : public SeriesExpansion {
   Workspace& work_;
   const Model& model_;
   Linearization& linearization_;
-  const ForwardDynamics& dynamics_;
   std::unique_ptr<PathSeries> path_series_;  // null: it does not serve
   std::unique_ptr<MotionSeries> series_;     // where the other one does not serve
   std::vector<double> lambda_;               // [d] lambda_k of the last order

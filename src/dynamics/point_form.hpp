@@ -70,10 +70,10 @@ class PointForm : public EquationsOfMotion {
     std::copy(v, v + size(), x_dot);
     return {};
   }
-  void write_points(double, const double* x, const double* x_dot, const double* x_ddot, double* r, double* v,
+  void write_points(const Kinematics& at, const double* x_ddot, const Reactions&, double* r, double* v,
                     double* w) final {
-    std::copy(x, x + size(), r);
-    std::copy(x_dot, x_dot + size(), v);
+    std::copy(at.x, at.x + size(), r);
+    std::copy(at.v, at.v + size(), v);
     std::copy(x_ddot, x_ddot + size(), w);
   }
 

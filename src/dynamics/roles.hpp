@@ -110,15 +110,13 @@ class ForcePassages {
 /// The motion as a power series in time.
 class SeriesExpansion {
  public:
-  /// coefficients[k] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one. The last
-  /// accelerations were those at this instant, and found `a`, which may stand in coefficients[2]. Writes the time up to
-  /// which the functions of time are as smooth as at t, s.
-  virtual Outcome expand(const Kinematics& at, const double* a, std::span<double* const> coefficients,
-                         double* smooth_until) = 0;
+  /// coefficients[k] of x(t + s) = sum over k of coefficients[k] s^k, for k = 0 (x) … the last one. The configuration
+  /// is linearised; accelerations found `a`, which may stand in coefficients[2], and `found` with it. Writes the time
+  /// up to which the functions of time are as smooth as at t, s.
+  virtual Outcome expand(const Kinematics& at, const double* a, const Reactions& found,
+                         std::span<double* const> coefficients, double* smooth_until) = 0;
   /// Power where the system moves with the acceleration a, which is not solved for.
   virtual Power power_along(const Kinematics& at, const double* a) = 0;
-  /// Counts the accelerations that were found so far.
-  virtual std::size_t num_accelerations() const = 0;
   /// The neighbourhood that each three numbers belong to: what is small is small beside its own. Empty: all to one.
   virtual std::span<const Index> neighbourhoods() const = 0;
 
@@ -161,12 +159,12 @@ class EventFunctions {
  public:
   /// Number of functions that stay positive as long as the present equations hold; may change in `switch_equations`.
   virtual std::size_t num_events() const = 0;
-  /// All num_events() values: the cheap ones at (t, x, v), and the others at the state of the last `accelerations`. A
-  /// value 0 that stays 0, or falls, asks for a switch; one that rises does not.
-  virtual void evaluate_events(double t, const double* x, const double* v, double* values) = 0;
-  /// At the state of the last `evaluate_events`: functions of the same signs that go like parabolas where the values
-  /// have kinks (a limit mu |N| beside N through 0), so that a few of them tell where the values fall below 0.
-  virtual void shape_events(const double* values, double* shapes) const = 0;
+  /// All num_events() values where accelerations were found, with what was `found` with them. A value 0 that stays 0,
+  /// or falls, asks for a switch; one that rises does not.
+  virtual void evaluate_events(const Kinematics& at, const Reactions& found, double* values) = 0;
+  /// Functions of the same signs as those values that go like parabolas where the values have kinks (a limit mu |N|
+  /// beside N through 0), so that a few of them tell where the values fall below 0.
+  virtual void shape_events(const Reactions& found, const double* values, double* shapes) const = 0;
   /// Changes the equations at an instant where the functions in `which` vanish, that of the last `accelerations`. May
   /// change v by what has vanished (a sliding velocity of rounding size becomes 0). Answers with the accelerations of
   /// the new equations, linearised at (t, x).

@@ -48,7 +48,7 @@ Outcome StepProjection::free_accelerations(const Kinematics& at, const Request& 
     // M^-1 (f + tau) = w - M^-1 eta: what holds a contact that sticks is a force like the others
     if (Outcome outcome = dynamics_.solve(at, request, w); !outcome.ok()) return outcome;
     eta_.resize(3 * model_.num_points());
-    dynamics_.write_reactions(eta_.data());
+    dynamics_.write_reactions(dynamics_.multipliers(), eta_.data());
     for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w[i] -= model_.inverse_mass[i / 3] * eta_[i];
     return {};
   }

@@ -31,6 +31,12 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, con
     to.report->reciprocal_condition = linearization_.reciprocal_condition();
   }
   if (to.power != nullptr && outcome.ok()) *to.power = find_power();
+  if (to.reactions != nullptr && outcome.ok()) {
+    to.reactions->lambda = friction_found_.lambda;
+    to.reactions->friction = friction_found_.friction;
+    to.reactions->w = w_;
+    to.reactions->knows_w0 = false;
+  }
   return outcome;
 }
 
@@ -50,7 +56,8 @@ Outcome TangentDynamics::find(const Kinematics& at, const Request& request, doub
                    model_.largest_norm(linearization_.psi().data()));
   }
   if (!std::isfinite(scale)) return model_.not_finite(t);
-  if (Outcome outcome = add_friction(t, request); !outcome.ok()) return outcome;
+  if (Outcome outcome = find_friction(t, request); !outcome.ok()) return outcome;
+  add_friction(friction_found_, w0_.data());
   report_.residual = 0.0;
   report_.refinements = 0;
   if (Outcome outcome = linearization_.factorize(t); !outcome.ok()) return outcome;
@@ -116,6 +123,12 @@ void TangentDynamics::complete() {
   if (now != t_) work_.set_time(now);
 }
 
+void TangentDynamics::complete(Reactions* found) {
+  complete();
+  found->w0 = w0_;
+  found->knows_w0 = true;
+}
+
 void TangentDynamics::remember(const Kinematics& at) {
   t_ = at.t;
   std::copy(at.x, at.x + size(), last_q_.begin());
@@ -136,17 +149,19 @@ double TangentDynamics::relative_correction(double correction, double scale) con
   return worst;
 }
 
-/// w0 += M^-1 tau
-Outcome TangentDynamics::add_friction(double t, const Request& request) {
+Outcome TangentDynamics::find_friction(double t, const Request& request) {
   if (friction_ == nullptr) return {};
   friction_w_.resize(w0_.size());
+  return friction_->accelerations({t, linearization_.r().data(), linearization_.v().data()}, request.evaluated_anew(),
+                                  {friction_w_.data(), nullptr, &report_, &friction_found_});
+}
+
+/// w0 += M^-1 tau
+void TangentDynamics::add_friction(const Reactions& found, double* w0) {
+  if (friction_ == nullptr) return;
   tau_.resize(w0_.size());
-  Outcome outcome = friction_->accelerations({t, linearization_.r().data(), linearization_.v().data()},
-                                             request.evaluated_anew(), {friction_w_.data(), nullptr, &report_});
-  if (!outcome.ok()) return outcome;
-  friction_->friction_forces(tau_.data());
-  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0_[i] += model_.inverse_mass[i / 3] * tau_[i];
-  return outcome;
+  friction_->write_friction(found, tau_.data());
+  for (std::size_t i = 0; i < 3 * model_.num_moving(); ++i) w0[i] += model_.inverse_mass[i / 3] * tau_[i];
 }
 
 void TangentDynamics::write_place_along(double h, double* r) {
@@ -193,24 +208,29 @@ Power TangentDynamics::find_power() {
   return result;
 }
 
-void TangentDynamics::write_friction(double* tau) const {
-  if (friction_ != nullptr) return friction_->friction_forces(tau);
+void TangentDynamics::write_friction(const Reactions& found, double* tau) const {
+  if (friction_ != nullptr) return friction_->write_friction(found, tau);
   std::fill(tau, tau + 3 * model_.num_points(), 0.0);
 }
 
-void TangentDynamics::write_reactions(double* eta) {
-  complete();
+void TangentDynamics::write_reactions(const Kinematics& at, const Reactions& found, double* eta) {
+  const double* w0 = found.w0.data();
+  if (!found.knows_w0) {
+    linearization_.evaluate(at.t, at.x, at.v, false);
+    (void)work_.evaluate_free(at.t, linearization_.r().data(), linearization_.v().data(), points_.data());
+    add_friction(found, points_.data());
+    w0 = points_.data();
+  }
   // eta = M w - f (24); what the coordinates hold at their supports is the opposite of what they do to their points.
   std::fill(eta, eta + 3 * model_.num_points(), 0.0);
   for (std::size_t i = 0; i < model_.num_moving(); ++i) {
-    store(eta, i, model_.mass[i] * (load(w_.data(), i) - load(w0_.data(), i)));
+    store(eta, i, model_.mass[i] * (load(found.w.data(), i) - load(w0, i)));
   }
   work_.coordinates.add_support_reactions(eta);
 }
 
-/// w and w0 as they were found in the charts before, and what friction keeps.
+/// What friction keeps.
 void TangentDynamics::exchange_memory(Memory& memory) {
-  memory.exchange(w_, w0_);
   if (friction_ != nullptr) friction_->exchange_memory(memory);
 }
 

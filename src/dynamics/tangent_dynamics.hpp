@@ -32,9 +32,10 @@ class TangentDynamics {
   Outcome solve(const Kinematics& at, const Request& request, const AccelerationOutput& to);
   /// r, v, psi, w0, A, the factor of H and q_ddot of the last solve, where they were left out.
   void complete();
+  /// The same, w0 also into what that solve found.
+  void complete(Reactions* found);
 
-  /// Of the last solve: w [3n], completed A as blocks and psi [3n].
-  const std::vector<double>& w() const { return w_; }
+  /// Of the last solve: completed A as blocks and psi [3n].
   const std::vector<double>& blocks() { return completed().blocks(); }
   const std::vector<double>& psi() { return completed().psi(); }
   /// With the factor of the last solve.
@@ -49,10 +50,10 @@ class TangentDynamics {
   }
   /// r(q + h q_dot + h^2/2 q_ddot, t + h) [3n] from the last solve.
   void write_place_along(double h, double* r);
-  /// eta [3n] of the last solve (24); of supports: what the coordinates do there.
-  void write_reactions(double* eta);
-  /// tau [3n] of the last solve.
-  void write_friction(double* tau) const;
+  /// eta [3n] of what was found at (t, q, q_dot) (24); of supports: what the coordinates do there.
+  void write_reactions(const Kinematics& at, const Reactions& found, double* eta);
+  /// tau [3n] of what was found.
+  void write_friction(const Reactions& found, double* tau) const;
 
   void exchange_memory(Memory& memory);
 
@@ -61,7 +62,8 @@ class TangentDynamics {
   Outcome find(const Kinematics& at, const Request& request, double* q_ddot);
   Power find_power();
   bool solve_in_closed_form(const Kinematics& at, double* q_ddot);
-  Outcome add_friction(double t, const Request& request);
+  Outcome find_friction(double t, const Request& request);
+  void add_friction(const Reactions& found, double* w0);
   void refine(double scale, bool exact, double* q_ddot);
   double correct(double* q_ddot);
   double relative_correction(double correction, double scale) const;
@@ -76,7 +78,8 @@ class TangentDynamics {
   double t_ = 0.0;
   std::vector<double> last_q_, last_q_dot_, last_q_ddot_;  // [s] of the last solve
   std::vector<double> w_, w0_;                             // [3n]; w0 = M^-1 f
-  std::vector<double> friction_w_, tau_;                   // [3n] of the equations with multipliers
+  std::vector<double> friction_w_, tau_;                   // [3n] of the equations with multipliers, …
+  Reactions friction_found_;                               // … and what was found with them
   std::vector<double> points_, columns_;                   // [3n], [s] scratch
 };
 

@@ -112,26 +112,32 @@ ProjectionReport TangentForm::project_point_velocities(double t, const double* r
   return report;
 }
 
-void TangentForm::write_points(double t, const double* q, const double* q_dot, const double*, double* r, double* v,
+void TangentForm::write_points(const Kinematics& at, const double*, const Reactions& found, double* r, double* v,
                                double* w) {
-  linearization_.evaluate(t, q, q_dot, false);
+  linearization_.evaluate(at.t, at.x, at.v, false);
   std::copy(linearization_.r().begin(), linearization_.r().end(), r);
   std::copy(linearization_.v().begin(), linearization_.v().end(), v);
-  std::copy(dynamics_.w().begin(), dynamics_.w().end(), w);
+  std::copy(found.w.begin(), found.w.end(), w);
 }
 
-void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot) {
-  if (work_.coordinates.has_charts()) dynamics_.complete();  // in the charts that q belongs to
+void TangentForm::recentre(double t, double* q, double* q_dot, double* q_ddot, Reactions* found) {
+  if (work_.coordinates.has_charts()) dynamics_.complete(found);  // in the charts that q belongs to
   if (EquationsOfMotion* const friction = dynamics_.friction(); friction != nullptr) {
     r_from_ = linearization_.r();
     v_from_ = linearization_.v();
-    friction->recentre(t, r_from_.data(), v_from_.data(), nullptr);
+    friction->recentre(t, r_from_.data(), v_from_.data(), nullptr, found);
   }
   work_.set_time(t);
   work_.coordinates.recentre(t, q, q_dot, q_ddot);
 }
 
-/// Charts, and what was found in those before.
+Reactions TangentForm::no_reactions() const {
+  Reactions none = dynamics_.friction() != nullptr ? dynamics_.friction()->no_reactions() : Reactions{};
+  none.w.resize(3 * model_.num_points());
+  if (work_.coordinates.has_charts()) none.w0.resize(none.w.size());
+  return none;
+}
+
 void TangentForm::exchange_memory(Memory& memory) {
   if (memory.reads()) dynamics_.complete();  // in the charts that the last accelerations belong to
   work_.exchange_memory(memory);

@@ -37,6 +37,7 @@ class TangentForm final : public EquationsOfMotion {
   ProjectionReport project_positions(double t, double* q, Turn) override;
   ProjectionReport project_velocities(double, const double*, double*) override { return {}; }
   ErrorRatios error_ratios(double t, const StepErrors& errors, double atol, double rtol) override;
+  Reactions no_reactions() const override;
   void exchange_memory(Memory& memory) override;
 
   StepProjector* step_projector() override { return nullptr; }
@@ -56,15 +57,17 @@ class TangentForm final : public EquationsOfMotion {
   ProjectionReport project_point_positions(double t, double* r) override;
   ProjectionReport project_point_velocities(double t, const double* r, double* v) override;
   Outcome set_state(double t, const double* r, const double* v, double* q, double* q_dot) override;
-  void write_points(double t, const double* q, const double* q_dot, const double* q_ddot, double* r, double* v,
+  void write_points(const Kinematics& at, const double* q_ddot, const Reactions& found, double* r, double* v,
                     double* w) override;
   Outcome begin(double t, const double* q, double* q_dot, const Request& request,
                 const AccelerationOutput& to) override;
-  void recentre(double t, double* q, double* q_dot, double* q_ddot) override;
+  void recentre(double t, double* q, double* q_dot, double* q_ddot, Reactions* found) override;
   void resume(const Counters& counters, const PhaseTimes& times) override;
   Energy energy(double t, const double* q, const double* q_dot) override;
-  void reactions(double* eta) override { dynamics_.write_reactions(eta); }
-  void friction_forces(double* tau) const override { dynamics_.write_friction(tau); }
+  void write_reactions(const Kinematics& at, const Reactions& found, double* eta) override {
+    dynamics_.write_reactions(at, found, eta);
+  }
+  void write_friction(const Reactions& found, double* tau) const override { dynamics_.write_friction(found, tau); }
   void describe(PlanSummary* plan) const override;
 
   TangentDynamics& dynamics() { return dynamics_; }

@@ -25,8 +25,8 @@ DriveReport TangentDrives::look_at_drives(const DrivenStep& step) {
 
 // ---- events ----
 
-void TangentEvents::evaluate_events(double t, const double*, const double*, double* values) {
-  others().evaluate_events(t, linearization_.r().data(), linearization_.v().data(), values);
+void TangentEvents::evaluate_events(const Kinematics& at, const Reactions& found, double* values) {
+  others().evaluate_events({at.t, linearization_.r().data(), linearization_.v().data()}, found, values);
 }
 
 Outcome TangentEvents::switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,

@@ -48,8 +48,10 @@ class TangentEvents final : public EventFunctions {
   bool has_some() const { return dynamics_.friction() != nullptr && dynamics_.friction()->events() != nullptr; }
 
   std::size_t num_events() const override { return others().num_events(); }
-  void evaluate_events(double t, const double* q, const double* q_dot, double* values) override;
-  void shape_events(const double* values, double* shapes) const override { std::copy_n(values, num_events(), shapes); }
+  void evaluate_events(const Kinematics& at, const Reactions& found, double* values) override;
+  void shape_events(const Reactions&, const double* values, double* shapes) const override {
+    std::copy_n(values, num_events(), shapes);
+  }
   Outcome switch_equations(double t, const double* q, double* q_dot, std::span<const std::size_t> which,
                            const Request& request, const AccelerationOutput& to) override;
   Power work_of_switch() const override { return others().work_of_switch(); }

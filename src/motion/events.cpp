@@ -64,13 +64,13 @@ void Events::exchange_memory(Memory& memory) {
   memory.exchange(knows_start_, start_.values, start_.shapes, repeated_, series_begin_);
 }
 
-/// Evaluates all functions at the state of the last `accelerations`.
-Outcome Events::evaluate(double t, const double* x, const double* v, double* values) {
-  functions_->evaluate_events(t, x, v, values);
-  functions_->shape_events(values, shapes_.data());
+/// Evaluates all functions where accelerations were found.
+Outcome Events::evaluate(const Kinematics& at, const Reactions& reactions, double* values) {
+  functions_->evaluate_events(at, reactions, values);
+  functions_->shape_events(reactions, values, shapes_.data());
   for (std::size_t k = 0; k < num_; ++k) {
     if (!std::isfinite(values[k])) {
-      return {Status::NotFinite, "event function " + std::to_string(k) + " is not finite at t = " + text(t)};
+      return {Status::NotFinite, "event function " + std::to_string(k) + " is not finite at t = " + text(at.t)};
     }
   }
   return {};
@@ -96,8 +96,8 @@ Outcome Events::start(const State& state) {
   resize();
   knows_start_ = true;
   if (num_ == 0) return {};
-  Outcome found = mechanics_.accelerations(state.at(), options_.request(Gradients::Evaluate), inside_.a.data());
-  if (found.ok()) found = evaluate(state.t, state.x.data(), state.v.data(), start_.values.data());
+  Outcome found = mechanics_.accelerations(state.at(), options_.request(Gradients::Evaluate), output_inside());
+  if (found.ok()) found = evaluate(state.at(), inside_.reactions, start_.values.data());
   start_.shapes = shapes_;
   return found;
 }
@@ -106,7 +106,7 @@ Outcome Events::start(const State& state) {
 Outcome Events::return_to(State* state) {
   mechanics_.prescribe(state->t, state->x.data(), state->v.data());
   return mechanics_.accelerations(state->at(), options_.request(Gradients::Evaluate),
-                                  {inside_.a.data(), nullptr, &state->report});
+                                  {inside_.a.data(), nullptr, &state->report, &state->reactions});
 }
 
 Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* values) {
@@ -114,9 +114,9 @@ Outcome Events::evaluate_inside(DenseOutput* dense, double fraction, double* val
   Outcome found = dense->evaluate(mechanics_.parallel(), fraction, inside_.x.data(), inside_.v.data());
   if (!found.ok()) return found;
   mechanics_.prescribe(t, inside_.x.data(), inside_.v.data());
-  found = mechanics_.accelerations({t, inside_.x.data(), inside_.v.data()}, options_.request(Gradients::Evaluate),
-                                   inside_.a.data());
-  if (found.ok()) found = evaluate(t, inside_.x.data(), inside_.v.data(), values);
+  const Kinematics at{t, inside_.x.data(), inside_.v.data()};
+  found = mechanics_.accelerations(at, options_.request(Gradients::Evaluate), output_inside());
+  if (found.ok()) found = evaluate(at, inside_.reactions, values);
   return found;
 }
 
@@ -284,7 +284,7 @@ Outcome Events::remake(Scheme& scheme, DenseOutput* dense, const State& from, St
     if (Outcome back = mechanics_.linearise(from.t, from.x.data()); !back.ok()) return back;
     *step = scheme.step(from, h, to);
     if (!step->outcome.ok()) return step->outcome;
-    if (Outcome found = evaluate(to->t, to->x.data(), to->v.data(), values_.data()); !found.ok()) return found;
+    if (Outcome found = evaluate(to->at(), to->reactions, values_.data()); !found.ok()) return found;
     const double now = least(values_);
 
     if (std::abs(now) <= rounding) return {};
@@ -326,7 +326,7 @@ Outcome Events::switch_equations(Scheme& scheme, const State& from, State* to) {
                                                options_.request(Gradients::Keep), to->output());
   if (found.ok()) {
     resize();
-    found = evaluate(to->t, to->x.data(), to->v.data(), start_.values.data());
+    found = evaluate(to->at(), to->reactions, start_.values.data());
     start_.shapes = shapes_;
   }
   if (repeated_ == 0 || to->t - series_begin_ > static_cast<double>(most_switches) * time_resolution(to->t, h)) {
@@ -359,7 +359,7 @@ Events::Meeting Events::meet(Scheme& scheme, const State& from, int pieces, Stat
   samples_[1].fraction = 1.0;
   Meeting meeting;
   Outcome& found = meeting.outcome;
-  if (found = evaluate(to->t, to->x.data(), to->v.data(), samples_[1].values.data()); !found.ok()) return meeting;
+  if (found = evaluate(to->at(), to->reactions, samples_[1].values.data()); !found.ok()) return meeting;
   samples_[1].shapes = shapes_;
   if (found = take_samples(&dense, pieces, to->t - from.t); !found.ok()) return meeting;
   measure_scales();

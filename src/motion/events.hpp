@@ -64,7 +64,8 @@ class Events {
 
   void resize();
   Outcome return_to(State* state);
-  Outcome evaluate(double t, const double* x, const double* v, double* values);
+  AccelerationOutput output_inside() { return {inside_.a.data(), nullptr, nullptr, &inside_.reactions}; }
+  Outcome evaluate(const Kinematics& at, const Reactions& found, double* values);
   Outcome evaluate_inside(DenseOutput* dense, double fraction, double* values);
   Outcome add_sample(DenseOutput* dense, double fraction);
   std::size_t first_not_positive() const;
@@ -99,6 +100,7 @@ class Events {
   std::vector<std::size_t> which_;
   struct {
     std::vector<double> x, v, a;
+    Reactions reactions;
   } inside_;                              // the step
   std::size_t count_ = 0, repeated_ = 0;  // switches; those since `series_begin_`, without progress
   double last_time_ = 0.0, series_begin_ = 0.0;

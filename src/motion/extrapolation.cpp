@@ -83,6 +83,7 @@ StepResult Extrapolation::step(Mechanics& mechanics, const IntegrationOptions& o
     }
     to->power = from.power;
     to->report = from.report;
+    to->reactions = from.reactions;
     result.is_stabilized = false;
   } else {
     result = stabilize_end(mechanics, options, from, to);

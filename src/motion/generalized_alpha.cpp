@@ -29,7 +29,7 @@ StepResult GeneralizedAlpha::step(const State& from, double h, State* to) {
   const bool goes_on = knows_own_ && own_time_ == from.t;
   if (!goes_on) {
     own_ = from.a;
-    equations_.write_multipliers(from.x.data(), from.v.data(), lambda_.data());
+    equations_.write_multipliers(from.reactions, from.x.data(), from.v.data(), lambda_.data());
   }
   // b_1 begins as b_0.
   for (std::size_t k = 0; k < to->x.size(); ++k) to->x[k] = from.x[k] + h * (from.v[k] + 0.5 * h * own_[k]);
@@ -84,7 +84,7 @@ Outcome GeneralizedAlpha::iterate(const State& from, double h, State* to, bool* 
     }
     mechanics_.prescribe(to->t, to->x.data(), to->v.data());
     Outcome found =
-        equations_.evaluate(to->t, to->x.data(), to->v.data(), lambda_.data(), residual_.data(), rows_.data());
+        equations_.evaluate(to->t, to->x.data(), to->v.data(), lambda_.data(), residual_.data(), rows_.data(), nullptr);
     if (!found.ok()) return found;
     // M^-1 (f + K lambda) - w_1
     for (std::size_t k = 0; k < n; ++k) {

@@ -44,6 +44,7 @@ Integration::Integration(Method method, const IntegrationOptions& options, Mecha
       watch_(options, mechanics),
       passages_(options, mechanics, scheme_->is_adaptive()) {
   for (std::vector<double>* array : {&state.x, &state.v, &state.a}) array->resize(mechanics.size());
+  state.reactions = mechanics.no_reactions();
 }
 
 void Integration::begin() {
@@ -65,6 +66,7 @@ Outcome Integration::return_to_constraints() {
   }
   state.power = trial_.state.power;
   state.report = trial_.state.report;
+  state.reactions = trial_.state.reactions;
   return found;
 }
 

@@ -70,6 +70,7 @@ void Integration::exchange_memory(Memory& memory) {
   mechanics_.exchange_memory(memory);
   if (!mechanics_.keeps_variables()) memory.exchange(state.x, state.v);
   memory.exchange(state.a, state.power.supports, state.power.forces, state.power.friction);
+  state.reactions.exchange_memory(memory);
   turns_.exchange_memory(memory);
   events_.exchange_memory(memory);
 }

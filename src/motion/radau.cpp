@@ -77,7 +77,8 @@ void Radau5::predict(const State& from, double h) {
 
 void Radau5::start_anew(const State& from) {
   for (std::vector<double>& stage : moved_) std::fill(stage.begin(), stage.end(), 0.0);
-  for (std::vector<double>& stage : lambda_) equations_.write_multipliers(from.x.data(), from.v.data(), stage.data());
+  for (std::vector<double>& stage : lambda_)
+    equations_.write_multipliers(from.reactions, from.x.data(), from.v.data(), stage.data());
 }
 
 /// Iterates with the matrices that are there. Where that stalls, new ones are made at the state that the iteration came
@@ -126,7 +127,7 @@ Outcome Radau5::iterate(const State& from, double h, double t_end, bool* converg
     for (std::size_t i = 0; i < 3; ++i) {
       place_stage(from, h, t_end, i);
       Outcome found = equations_.evaluate(stage_time(from, h, t_end, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
-                                          a_[i].data(), rows_[i].data());
+                                          a_[i].data(), rows_[i].data(), nullptr);
       if (!found.ok()) return found;
     }
     // M^-1 (f + K lambda) - A^-1 moved/h and the rows, transformed
@@ -235,8 +236,8 @@ double Radau5::estimate_error(const State& from, double h, const State& to) {
       x[k] = from.x[k] + e_r[k];
       v[k] = from.v[k] + e_v[k];
     }
-    equations_.write_multipliers(x.data(), v.data(), lambda.data());
-    if (!equations_.evaluate(from.t, x.data(), v.data(), lambda.data(), e_v.data(), mu.data()).ok()) break;
+    equations_.write_multipliers(to.reactions, x.data(), v.data(), lambda.data());
+    if (!equations_.evaluate(from.t, x.data(), v.data(), lambda.data(), e_v.data(), mu.data(), nullptr).ok()) break;
   }
   return error;
 }
@@ -245,10 +246,10 @@ double Radau5::estimate_error(const State& from, double h, const State& to) {
 Outcome Radau5::add_work(const State& from, double h, State* to) {
   for (std::size_t i = 0; i < 3; ++i) {
     place_stage(from, h, to->t, i);
+    Power power;
     Outcome found = equations_.evaluate(stage_time(from, h, to->t, i), x_[i].data(), v_[i].data(), lambda_[i].data(),
-                                        a_[i].data(), rows_[i].data());
+                                        a_[i].data(), rows_[i].data(), &power);
     if (!found.ok()) return found;
-    const Power power = equations_.power(x_[i].data(), v_[i].data());
     to->work.supports += h * radau_.a[2][i] * power.supports;
     to->work.forces += h * radau_.a[2][i] * power.forces;
   }

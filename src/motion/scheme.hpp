@@ -19,15 +19,16 @@ namespace tanor {
 struct State {
   double t = 0.0;
   std::vector<double> x, v, a;
-  Power power;         ///< W, at this state
-  Power work;          ///< J: their time integrals
-  SolveReport report;  ///< of the accelerations that were found here last
+  Power power;          ///< W, at this state
+  Power work;           ///< J: their time integrals
+  SolveReport report;   ///< of the accelerations that were found here last, …
+  Reactions reactions;  ///< … and what was found with them
 
   Kinematics at() const { return {t, x.data(), v.data()}; }
   /// Accelerations are to be written here, with all that belongs to them.
-  AccelerationOutput output() { return {a.data(), &power, &report}; }
+  AccelerationOutput output() { return {a.data(), &power, &report, &reactions}; }
   /// The same where the power is known.
-  AccelerationOutput output_without_power() { return {a.data(), nullptr, &report}; }
+  AccelerationOutput output_without_power() { return {a.data(), nullptr, &report, &reactions}; }
 };
 
 /// Instants near t that are no further apart than this are one, in a stretch of length h.

@@ -179,12 +179,15 @@ double Taylor::propose_step(const State& from) {
 
 void Taylor::expand(const State& from) {
   double smooth_until = 0.0;
-  const bool knows_acceleration =
-      acceleration_.is_known && acceleration_.time == from.t && acceleration_.count == series_.num_accelerations();
-  const double* const a = knows_acceleration ? from.a.data() : pointers_[2];
+  const bool knows_acceleration = acceleration_.is_known && acceleration_.time == from.t;
   Outcome found;
-  if (!knows_acceleration) found = mechanics_.accelerations(from.at(), options_.request(Gradients::Keep), pointers_[2]);
-  if (found.ok()) found = series_.expand(from.at(), a, pointers_, &smooth_until);
+  if (!knows_acceleration) {
+    found = mechanics_.accelerations(from.at(), options_.request(Gradients::Keep),
+                                     {pointers_[2], nullptr, nullptr, &found_});
+  }
+  const double* const a = knows_acceleration ? from.a.data() : pointers_[2];
+  const Reactions& reactions = knows_acceleration ? from.reactions : found_;
+  if (found.ok()) found = series_.expand(from.at(), a, reactions, pointers_, &smooth_until);
   exists_ = found.ok();
   has_series_ = true;
   rejected_ = {};
@@ -313,7 +316,7 @@ StepResult Taylor::step(const State& from, double h, State* to) {
   evaluate(h, to->x.data(), to->v.data(), inside_.a.data());
   StepResult result = stabilize(mechanics_, options_, to, MovedVelocity::IsError, Turn::Large);
   if (result.outcome.ok()) result.error = larger(result.error, measure_error(from, h, *to));
-  acceleration_ = {result.outcome.ok(), to->t, series_.num_accelerations()};
+  acceleration_ = {result.outcome.ok(), to->t};
   return result;
 }
 

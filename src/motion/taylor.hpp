@@ -49,6 +49,7 @@ class Taylor final : public Scheme {
   struct {
     std::vector<double> x, v, a;
   } inside_;                             // of the step
+  Reactions found_;                      // where the series begins, if the state does not know them
   std::vector<double> noise_;            // [neighbourhood] scratch
   std::vector<double> nodes_, weights_;  // of Gauss's quadrature on [0, 1], for works
 
@@ -66,9 +67,8 @@ class Taylor final : public Scheme {
     bool may_be_noise = false;      // a step half as long will tell
   } rejected_;
   struct {
-    bool is_known = false;  // the last accelerations were those at the end of a step, …
-    double time = 0.0;      // … at this instant, …
-    std::size_t count = 0;  // … when so many had been found
+    bool is_known = false;  // a step found them at its end, …
+    double time = 0.0;      // … at this instant
   } acceleration_;
 };
 

@@ -50,6 +50,7 @@ struct Dynamics::Implementation {
   // The state that was solved last as the form answered, in the inner order, …
   double t = 0.0;
   std::vector<double> r, v, w, eta, lambda;
+  Reactions found;
   Outcome solved;
   SolveReport report;         // of it, but for the outcome
   bool stands_there = false;  // The forms stand at this state; no later call took them elsewhere.
@@ -94,7 +95,7 @@ struct Dynamics::Implementation {
   /// One instant is solved to rounding, and asks for other solutions.
   static constexpr Request demanding{.exact = true, .verification = Verification::Always, .refuses_several = true};
 
-  /// w, and what the form keeps; eta where somebody asks for it.
+  /// w, and what is found with it; eta where somebody asks for it.
   const Outcome& solve(const StateView& at, bool with_reactions = false) {
     stands_there = false;  // also where a host's callable throws
     report = {};
@@ -107,20 +108,21 @@ struct Dynamics::Implementation {
     solved = find_accelerations();
     if (solved.ok()) {
       eta.resize(with_reactions ? num_numbers() : 0);
-      solved =
-          forms.reactions({t, r.data(), v.data()}, demanding, lambda.data(), with_reactions ? eta.data() : nullptr);
+      const Kinematics points{t, r.data(), v.data()},
+          own = has_own_variables ? Kinematics{t, x.data(), x_dot.data()} : points;
+      solved = forms.reactions({own, points}, demanding, found, lambda.data(), with_reactions ? eta.data() : nullptr);
     }
     stands_there = true;
     return solved;
   }
 
   Outcome find_accelerations() {
-    if (!has_own_variables) return form.begin(t, r.data(), v.data(), demanding, {w.data(), nullptr, &report});
+    if (!has_own_variables) return form.begin(t, r.data(), v.data(), demanding, {w.data(), nullptr, &report, &found});
     if (Outcome outcome = form.set_state(t, r.data(), v.data(), x.data(), x_dot.data()); !outcome.ok()) return outcome;
-    if (Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, {x_ddot.data(), nullptr, &report});
+    if (Outcome outcome = form.begin(t, x.data(), x_dot.data(), demanding, {x_ddot.data(), nullptr, &report, &found});
         !outcome.ok())
       return outcome;
-    form.write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
+    form.write_points({t, x.data(), x_dot.data()}, x_ddot.data(), found, r.data(), v.data(), w.data());
     return {};
   }
 
@@ -152,7 +154,7 @@ struct Dynamics::Implementation {
 Outcome Dynamics::Implementation::split(double* w_N, double* f_N) {
   tau.resize(num_numbers());
   tau_N.assign(num_numbers(), 0.0);
-  forms.main->friction_forces(tau.data());
+  form.write_friction(found, tau.data());
   return forms.normal != nullptr ? split_by_constraints(w_N, f_N) : split_by_coordinates(w_N, f_N);
 }
 
@@ -252,7 +254,7 @@ void Dynamics::Implementation::write_forces(const SolveArrays& wanted) {
   if (!wanted.active_forces.empty()) numbering().scatter_points(work.f, wanted.active_forces);
   if (wanted.friction_forces.empty()) return;
   std::vector<double> friction(num_numbers());
-  forms.main->friction_forces(friction.data());
+  form.write_friction(found, friction.data());
   numbering().scatter_points(friction, wanted.friction_forces);
 }
 
@@ -382,7 +384,7 @@ Certificate Dynamics::certify(const StateView& at) {
   if (const Outcome& outcome = self.solve(at, true); !outcome.ok()) return make_failed_certificate(outcome);
   self.stands_there = false;  // the other form, and other times, are tried
   std::vector<double> tau(self.num_numbers());
-  self.forms.main->friction_forces(tau.data());
+  self.form.write_friction(self.found, tau.data());
   return tanor::certify(self.forms, {self.t, self.r, self.v, self.w, self.eta, self.lambda, tau, self.report.friction});
 }
 

@@ -176,7 +176,7 @@ void MotionMeasures::measure_friction(bool is_sound) {
 }
 
 void MotionMeasures::write_points() {
-  form_.write_points(state_.t, state_.x.data(), state_.v.data(), state_.a.data(), points_.r.data(), points_.v.data(),
+  form_.write_points(state_.at(), state_.a.data(), state_.reactions, points_.r.data(), points_.v.data(),
                      points_.w.data());
 }
 

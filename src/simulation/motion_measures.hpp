@@ -14,6 +14,8 @@ namespace tanor {
 /// Positions, velocities and accelerations of all points, [3n] each, in the inner order.
 struct PointState {
   std::vector<double> r, v, w;
+
+  Kinematics at(double t) const { return {t, r.data(), v.data()}; }
 };
 
 /// Measures a motion for its report: violations, energy and its drift, friction. Warns where these say that the motion

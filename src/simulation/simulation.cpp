@@ -93,7 +93,7 @@ struct Simulation::Implementation {
 
   std::vector<std::byte> save() {
     std::vector<double> r = points.r, v = points.v, w = points.w;
-    form.write_points(state.t, state.x.data(), state.v.data(), state.a.data(), r.data(), v.data(), w.data());
+    form.write_points(state.at(), state.a.data(), state.reactions, r.data(), v.data(), w.data());
     Snapshot snapshot;
     snapshot.time = state.t;
     snapshot.positions.resize(r.size());
@@ -148,8 +148,7 @@ struct Simulation::Implementation {
   }
 
   void write_points() {
-    form.write_points(state.t, state.x.data(), state.v.data(), state.a.data(), points.r.data(), points.v.data(),
-                      points.w.data());
+    form.write_points(state.at(), state.a.data(), state.reactions, points.r.data(), points.v.data(), points.w.data());
   }
 
   /// Points held rigid by prestress: they do not move though K alone would let them.
@@ -166,14 +165,14 @@ struct Simulation::Implementation {
 
   void publish() {
     write_points();
-    const Outcome known = write_solution(&now);
+    const Outcome known = write_solution(state.reactions, &now);
     if (outcome.ok()) outcome = known;
     report.counters = work.counters;
     report.times = work.times;
   }
 
-  /// The points, the coordinates and the forces that belong to the last accelerations, in the user's order.
-  Outcome write_solution(Solution* at) {
+  /// The state with what was found with accelerations there, in the user's order.
+  Outcome write_solution(const Reactions& found, Solution* at) {
     const Numbering& numbering = model.numbering;
     numbering.scatter_points(points.r, at->positions);
     numbering.scatter_points(points.v, at->velocities);
@@ -182,7 +181,7 @@ struct Simulation::Implementation {
       work.coordinates.scatter(state.x.data(), at->coordinates.data());
       work.coordinates.scatter(state.v.data(), at->coordinate_rates.data());
     }
-    Outcome known = forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), points.w.data());
+    Outcome known = forms.reactions({state.at(), points.at(state.t)}, {}, found, rows.data(), points.w.data());
     numbering.scatter_rows(rows, at->multipliers);
     numbering.scatter_points(points.w, at->reactions);
     // What supports carry: eta + f there
@@ -221,11 +220,12 @@ struct Simulation::Implementation {
     const Look look(this);
     Solution at = make_solution(model.system, now.coordinates.size());
     std::vector<double> at_a(form.size());
-    at.outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate), at_a.data());
-    form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), points.r.data(), points.v.data(),
-                      points.w.data());
+    Reactions found = form.no_reactions();
+    at.outcome = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                    {at_a.data(), nullptr, nullptr, &found});
+    form.write_points(state.at(), at_a.data(), found, points.r.data(), points.v.data(), points.w.data());
     if (at.outcome.ok()) {
-      at.outcome = write_solution(&at);
+      at.outcome = write_solution(found, &at);
     } else {
       model.numbering.scatter_points(points.r, at.positions);
       model.numbering.scatter_points(points.v, at.velocities);
@@ -244,17 +244,16 @@ struct Simulation::Implementation {
 
   Certificate certify() {
     const Look look(this);
-    std::vector<double> at_a(form.size());
+    std::vector<double> at_a(form.size()), at_eta(points.r.size()), at_tau(points.r.size());
     SolveReport solved;
-    Outcome found =
-        form.accelerations(state.at(), integration.request(Gradients::Evaluate), {at_a.data(), nullptr, &solved});
+    Reactions reactions;
+    Outcome found = form.accelerations(state.at(), integration.request(Gradients::Evaluate),
+                                       {at_a.data(), nullptr, &solved, &reactions});
     if (!found.ok()) return make_failed_certificate(found);
-    form.write_points(state.t, state.x.data(), state.v.data(), at_a.data(), points.r.data(), points.v.data(),
-                      points.w.data());
-    std::vector<double> at_eta(points.r.size()), at_tau(points.r.size());
-    found = forms.reactions({state.t, points.r.data(), points.v.data()}, {}, rows.data(), at_eta.data());
+    form.write_points(state.at(), at_a.data(), reactions, points.r.data(), points.v.data(), points.w.data());
+    found = forms.reactions({state.at(), points.at(state.t)}, {}, reactions, rows.data(), at_eta.data());
     if (!found.ok()) return make_failed_certificate(found);
-    forms.main->friction_forces(at_tau.data());
+    form.write_friction(reactions, at_tau.data());
     return tanor::certify(forms, {state.t, points.r, points.v, points.w, at_eta, rows, at_tau, solved.friction});
   }
 
@@ -320,7 +319,8 @@ struct Simulation::Implementation {
     const auto value = [this, value = std::move(event.value), at_r = std::vector<double>(points.r.size()),
                         at_v = std::vector<double>(points.v.size())](double t, const double* x,
                                                                      const double* x_dot) mutable {
-      form.write_points(t, x, x_dot, state.a.data(), points.r.data(), points.v.data(), points.w.data());
+      form.write_points({t, x, x_dot}, state.a.data(), state.reactions, points.r.data(), points.v.data(),
+                        points.w.data());
       model.numbering.scatter_points(points.r, at_r);
       model.numbering.scatter_points(points.v, at_v);
       return value(t, at_r, at_v);
@@ -331,7 +331,7 @@ struct Simulation::Implementation {
 
   /// A step that was accepted.
   void take(const StepResult& step) {
-    form.recentre(state.t, state.x.data(), state.v.data(), state.a.data());
+    form.recentre(state.t, state.x.data(), state.v.data(), state.a.data(), &state.reactions);
     measures.take(step, outcome.ok());
   }
 };

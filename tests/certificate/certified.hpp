@@ -47,14 +47,16 @@ struct Case {
   void solve() {
     const std::size_t size = forms.main->size();
     std::vector<double> x(size), x_dot(size), x_ddot(size);
+    Reactions reactions;
     ASSERT_TRUE(forms.main->set_state(t, r.data(), v.data(), x.data(), x_dot.data()).ok());
     const Request to_rounding{.exact = true, .refuses_several = true};
     const Outcome begun = forms.main->begin(t, x.data(), x_dot.data(), forms.is_tangent() ? Request{} : to_rounding,
-                                            {x_ddot.data(), nullptr, &report});
+                                            {x_ddot.data(), nullptr, &report, &reactions});
     ASSERT_TRUE(begun.ok()) << begun.what;
-    forms.main->write_points(t, x.data(), x_dot.data(), x_ddot.data(), r.data(), v.data(), w.data());
-    ASSERT_TRUE(forms.reactions({t, r.data(), v.data()}, to_rounding, lambda.data(), eta.data()).ok());
-    forms.main->friction_forces(tau.data());
+    const Kinematics own{t, x.data(), x_dot.data()}, points{t, r.data(), v.data()};
+    forms.main->write_points(own, x_ddot.data(), reactions, r.data(), v.data(), w.data());
+    ASSERT_TRUE(forms.reactions({own, points}, to_rounding, reactions, lambda.data(), eta.data()).ok());
+    forms.main->write_friction(reactions, tau.data());
   }
   Certificate certify(SecondWay way = SecondWay::Auto) {
     return tanor::certify(forms, {t, r, v, w, eta, lambda, tau, report.friction}, way);

@@ -38,9 +38,11 @@ struct Expanded {
     for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
     double smooth_until = 0.0;
     const Kinematics at{t, r.data(), v.data()};
-    if (outcome.ok()) outcome = form.accelerations(at, {Gradients::Keep, true}, pointers[2]);
+    Reactions found;
+    if (outcome.ok())
+      outcome = form.accelerations(at, {Gradients::Keep, true}, {pointers[2], nullptr, nullptr, &found});
     if (outcome.ok() && form.series() != nullptr)
-      outcome = form.series()->expand(at, pointers[2], pointers, &smooth_until);
+      outcome = form.series()->expand(at, pointers[2], found, pointers, &smooth_until);
   }
 
   /// Derivative of the series at h: 0 places, 1 velocities, 2 accelerations.

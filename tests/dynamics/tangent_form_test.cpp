@@ -119,9 +119,11 @@ RC_GTEST_PROP(TangentForm, AnswersAreThoseOfEquations20And22And24And30, ()) {
   gather(0, &r);
   gather(1, &v);
   RC_ASSERT(forms.tangent->set_state(t, r.data(), v.data(), q.data(), q_dot.data()).ok());
-  RC_ASSERT(forms.tangent->accelerations({t, q.data(), q_dot.data()}, {.exact = true}, q_ddot.data()).ok());
-  forms.tangent->write_points(t, q.data(), q_dot.data(), q_ddot.data(), r.data(), v.data(), w.data());
-  forms.tangent->reactions(eta.data());
+  const Kinematics at{t, q.data(), q_dot.data()};
+  Reactions found;
+  RC_ASSERT(forms.tangent->accelerations(at, {.exact = true}, {q_ddot.data(), nullptr, nullptr, &found}).ok());
+  forms.tangent->write_points(at, q_ddot.data(), found, r.data(), v.data(), w.data());
+  forms.tangent->write_reactions(at, found, eta.data());
 
   MatrixXd A = MatrixXd::Zero(size, s);
   for (Eigen::Index j = 0; j < s; ++j) {

@@ -64,6 +64,7 @@ struct Solved {
   bool exactly;
   double t;
   std::vector<double> q, q_dot, q_ddot, eta;
+  Reactions reactions;
   Outcome outcome;
 
   Solved(const System& system, bool is_exact, double at, int threads = 1)
@@ -75,9 +76,12 @@ struct Solved {
     forms.model.numbering.gather_points(system.velocities, v);
     (void)form.start(t, r.data(), v.data(), StartMode::Project);
     outcome = form.set_state(t, r.data(), v.data(), q.data(), q_dot.data());
-    if (outcome.ok()) outcome = form.accelerations({t, q.data(), q_dot.data()}, {.exact = exactly}, q_ddot.data());
+    if (outcome.ok())
+      outcome = form.accelerations({t, q.data(), q_dot.data()}, {.exact = exactly},
+                                   {q_ddot.data(), nullptr, nullptr, &reactions});
     eta.resize(r.size());
   }
+  Kinematics at() const { return {t, q.data(), q_dot.data()}; }
 
   Power find_power() {
     Power power;
@@ -104,15 +108,31 @@ RC_GTEST_PROP(TangentPoints, ClosedFormsAreWhatTheFactorSays, ()) {
     RC_ASSERT(quick.outcome.ok() && thorough.outcome.ok());
 
     expect_near(quick.q_ddot, thorough.q_ddot, 1e-11);
-    expect_near(quick.forms.tangent->dynamics().w(), thorough.forms.tangent->dynamics().w(), 1e-12);
+    expect_near(quick.reactions.w, thorough.reactions.w, 1e-12);
     // What was left out is there when it is asked for.
-    quick.forms.tangent->reactions(quick.eta.data());
-    thorough.forms.tangent->reactions(thorough.eta.data());
+    quick.forms.tangent->write_reactions(quick.at(), quick.reactions, quick.eta.data());
+    thorough.forms.tangent->write_reactions(thorough.at(), thorough.reactions, thorough.eta.data());
     expect_near(quick.eta, thorough.eta, 1e-11);
     expect_near(quick.forms.tangent->dynamics().blocks(), thorough.forms.tangent->dynamics().blocks(), 1e-13);
     expect_near(quick.forms.tangent->dynamics().psi(), thorough.forms.tangent->dynamics().psi(), 1e-12);
     const Power power = quick.find_power(), wanted = thorough.find_power();
     RC_ASSERT(std::abs(power.supports - wanted.supports) <= 1e-10 * (1.0 + std::abs(wanted.supports)));
+  }
+}
+
+TEST(TangentPoints, ReactionsStayThoseOfTheirStateWhereOthersAreFoundLater) {
+  for (const Field field : {Field::Uniform, Field::Springs}) {
+    Solved solved(make_points(20, field, 7), false, 0.3);
+    TangentForm& form = *solved.forms.tangent;
+    form.write_reactions(solved.at(), solved.reactions, solved.eta.data());
+    const std::vector<double> eta = solved.eta;
+
+    std::vector<double> faster = solved.q_dot, q_ddot(faster.size());
+    for (double& rate : faster) rate *= 2.0;
+    ASSERT_TRUE(form.accelerations({solved.t, solved.q.data(), faster.data()}, {}, q_ddot.data()).ok());
+    form.write_reactions(solved.at(), solved.reactions, solved.eta.data());
+
+    EXPECT_EQ(solved.eta, eta);
   }
 }
 
@@ -152,9 +172,10 @@ TEST(TangentPoints, ReactionsAfterStepsAreThoseOfTheState) {
       Solved exactly(system, true, 0.0);
       TangentForm& form = *exactly.forms.tangent;
       ASSERT_TRUE(form.set_state(t, r.data(), v.data(), exactly.q.data(), exactly.q_dot.data()).ok());
+      const Kinematics at{t, exactly.q.data(), exactly.q_dot.data()};
       ASSERT_TRUE(
-          form.accelerations({t, exactly.q.data(), exactly.q_dot.data()}, {.exact = true}, exactly.q_ddot.data()).ok());
-      form.reactions(exactly.eta.data());
+          form.accelerations(at, {.exact = true}, {exactly.q_ddot.data(), nullptr, nullptr, &exactly.reactions}).ok());
+      form.write_reactions(at, exactly.reactions, exactly.eta.data());
       for (std::size_t c = 0; c < eta.size(); ++c) EXPECT_NEAR(eta[c], exactly.eta[c], 1e-8) << t;
     }
     EXPECT_EQ(simulation.report().accuracy_warning, "") << name_of(method);

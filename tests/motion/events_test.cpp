@@ -34,8 +34,8 @@ class Free final : public SwitchingToy {
     return {};
   }
   std::size_t num_events() const override { return functions_.size(); }
-  void evaluate_events(double t, const double* x, const double* v, double* values) override {
-    for (std::size_t k = 0; k < functions_.size(); ++k) values[k] = functions_[k](t, x[0], v[0]);
+  void evaluate_events(const Kinematics& at, const Reactions&, double* values) override {
+    for (std::size_t k = 0; k < functions_.size(); ++k) values[k] = functions_[k](at.t, at.x[0], at.v[0]);
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t> which, const Request&,
                            const AccelerationOutput& to) override {

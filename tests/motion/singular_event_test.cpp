@@ -23,8 +23,8 @@ class Ball final : public SwitchingToy {
     return {};
   }
   std::size_t num_events() const override { return 1; }
-  void evaluate_events(double, const double* x, const double* v, double* values) override {
-    values[0] = v[0] > 0.0 ? 1.0 : x[0];
+  void evaluate_events(const Kinematics& at, const Reactions&, double* values) override {
+    values[0] = at.v[0] > 0.0 ? 1.0 : at.x[0];
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, const Request&,
                            const AccelerationOutput& to) override {

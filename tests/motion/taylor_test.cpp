@@ -91,9 +91,8 @@ class Blowup final : public toys::Toy, private SeriesExpansion {
   SeriesExpansion* series() override { return this; }
   std::string why_no_series() const override { return ""; }
   Power power_along(const Kinematics&, const double*) override { return {}; }
-  std::size_t num_accelerations() const override { return 0; }
   std::span<const Index> neighbourhoods() const override { return {}; }
-  Outcome expand(const Kinematics&, const double*, std::span<double* const> coefficients,
+  Outcome expand(const Kinematics&, const double*, const Reactions&, std::span<double* const> coefficients,
                  double* smooth_until) override {
     for (double* const coefficient : coefficients) *coefficient = 1.0;
     *smooth_until = std::numeric_limits<double>::infinity();

@@ -75,6 +75,7 @@ class Toy : public Mechanics, private StepProjector, private RankMonitor {
     }
     return result;
   }
+  Reactions no_reactions() const override { return {}; }
   void exchange_memory(Memory&) override {}
   double reciprocal_condition() const override { return 1.0; }
   const Parallel& parallel() const override { return parallel_; }
@@ -91,7 +92,9 @@ class SwitchingToy : public Toy, private EventFunctions {
   using Toy::Toy;
 
   EventFunctions* events() override { return this; }
-  void shape_events(const double* values, double* shapes) const override { std::copy_n(values, num_events(), shapes); }
+  void shape_events(const Reactions&, const double* values, double* shapes) const override {
+    std::copy_n(values, num_events(), shapes);
+  }
   Power work_of_switch() const override { return {}; }
   std::vector<int> discrete_state() const override { return {}; }
   void restore_discrete_state(std::span<const int>) override {}
@@ -112,8 +115,8 @@ class Block final : public SwitchingToy {
     return {};
   }
   std::size_t num_events() const override { return 1; }
-  void evaluate_events(double, const double*, const double* v, double* values) override {
-    values[0] = direction == 0 ? rest_ - std::abs(pull_) : direction * v[0];
+  void evaluate_events(const Kinematics& at, const Reactions&, double* values) override {
+    values[0] = direction == 0 ? rest_ - std::abs(pull_) : direction * at.v[0];
   }
   Outcome switch_equations(double t, const double* x, double* v, std::span<const std::size_t>, const Request&,
                            const AccelerationOutput& to) override {

@@ -87,8 +87,9 @@ struct Expanded {
     for (std::vector<double>& c : coefficients) pointers.push_back(c.data());
     double smooth_until = 0.0;
     const Kinematics at{0.0, r.data(), v.data()};
-    if (outcome.ok()) outcome = form.accelerations(at, {Gradients::Keep}, pointers[2]);
-    if (outcome.ok()) outcome = form.series()->expand(at, pointers[2], pointers, &smooth_until);
+    Reactions found;
+    if (outcome.ok()) outcome = form.accelerations(at, {Gradients::Keep}, {pointers[2], nullptr, nullptr, &found});
+    if (outcome.ok()) outcome = form.series()->expand(at, pointers[2], found, pointers, &smooth_until);
   }
 };
 
