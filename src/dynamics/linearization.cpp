@@ -83,8 +83,8 @@ std::optional<Elimination> Linearization::eliminate(const FreeMotion& motion, Gr
   const Stopwatch watch(&work_.times.solve);
   if (!keeps && needs_factor()) ++work_.counters.factorizations;
   ++work_.counters.solves;
-  const Elimination found = keeps ? composite_.solve_again(model_.parallel, motion, blocks_.data(), b, lambda, w)
-                                  : composite_.solve(model_.parallel, motion, blocks_.data(), b, lambda, w);
+  const Elimination found = composite_.solve(model_.parallel, motion, keeps ? FactorUse::Keep : FactorUse::Renew,
+                                             blocks_.data(), b, lambda, w);
   work_.counters.solves += static_cast<std::size_t>(found.refinements);
   if (!keeps) reciprocal_condition_ = found.reciprocal_condition;
   if (std::isfinite(found.largest_right_side) && !note_composite(reciprocal_condition_)) return std::nullopt;

@@ -153,9 +153,9 @@ const Eight* BatchSolver::moving_lengths(const Batch& batch, double MovingScalar
   return result;
 }
 
-/// With K and the factor of these places, or, where it `keeps` them, with those at hand.
-Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motion, bool keeps, double* blocks,
-                               double* lambda, double* w) {
+Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
+                               double*, double* lambda, double* w) {
+  const bool keeps = use == FactorUse::Keep;
   for_each_batch(parallel, [&](const Batch& batch, Workspace& work) {
     const auto& [topology, schedule] = batch.structure();
     for (const auto& [from, to] : {std::pair(motion.r, work.r.data()), std::pair(motion.v, work.v.data())}) {
@@ -191,16 +191,6 @@ Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motio
     write_rows(batch, work.x.data(), lambda);
   });
   return found();
-}
-
-Elimination BatchSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
-                               double* lambda, double* w) {
-  return solve(parallel, motion, false, blocks, lambda, w);
-}
-
-Elimination BatchSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
-                                     double* lambda, double* w) {
-  return solve(parallel, motion, true, blocks, lambda, w);
 }
 
 Elimination BatchSolver::factorize(const Parallel& parallel, const double* blocks) {

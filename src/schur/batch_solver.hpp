@@ -23,10 +23,8 @@ class BatchSolver final : public IslandSolver {
     Largest right_side, residual, own_residual;
   };
 
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
-                    double* w) override;
-  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
-                          double* lambda, double* w) override;
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
+                    double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
@@ -52,8 +50,6 @@ class BatchSolver final : public IslandSolver {
   BatchSolver() = default;
   template <class Visit>
   void for_each_batch(const Parallel& parallel, const Visit& visit);
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, bool keeps, double* blocks, double* lambda,
-                    double* w);
   Elimination found() const;
   Projection reached() const;
   static const Eight* moving_lengths(const Batch& batch, double MovingScalar::*number, Workspace* work);

@@ -26,14 +26,9 @@ Elimination CompositeSolver::join(const Each& each) {
   return result;
 }
 
-Elimination CompositeSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
-                                   double* lambda, double* w) {
-  return join([&](SchurSolver& solver) { return solver.solve(parallel, motion, blocks, scratch, lambda, w); });
-}
-
-Elimination CompositeSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks,
-                                         double* scratch, double* lambda, double* w) {
-  return join([&](SchurSolver& solver) { return solver.solve_again(parallel, motion, blocks, scratch, lambda, w); });
+Elimination CompositeSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
+                                   double* scratch, double* lambda, double* w) {
+  return join([&](SchurSolver& solver) { return solver.solve(parallel, motion, use, blocks, scratch, lambda, w); });
 }
 
 Elimination CompositeSolver::factorize(const Parallel& parallel, const double* blocks) {

@@ -17,10 +17,8 @@ class CompositeSolver final : public SchurSolver {
   /// It serves no island.
   bool empty() const { return solvers_.empty(); }
 
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
-                    double* w) override;
-  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
-                          double* lambda, double* w) override;
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
+                    double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;

@@ -13,10 +13,6 @@ namespace tanor {
 /// constraints, projections are chord iterations with the last factor. Each solver overrides what it does faster.
 class IslandSolver : public SchurSolver {
  public:
-  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
-                          double* lambda, double* w) override {
-    return solve(parallel, motion, blocks, scratch, lambda, w);
-  }
   Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;

@@ -122,19 +122,34 @@ double PathSolver::Range::reciprocal_condition() const {
   return smallest_ratio > 0.0 && largest_ratio > 0.0 ? 1.0 / largest_ratio : 0.0;
 }
 
-Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                              double* lambda, double* w) {
+Elimination PathSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
+                              double* b, double* lambda, double* w) {
   const Numbers numbers{&motion, blocks, blocks, b, lambda};
   const Substituted substituted{motion.uniform, blocks, b, lambda, w};
+  const auto substitute = [&](std::size_t p, Halves halves, Work* work) {
+    substitute_halves(p, substituted, halves, work);
+  };
+  const auto finish = [&](std::size_t p, Work* work) { include_residual(p, substituted, work); };
+  if (use == FactorUse::Renew) {
+    const Range range = run(
+        parallel, [&](std::size_t p, Halves halves, Work* work) { eliminate_halves(paths_[p], numbers, halves, work); },
+        [&](std::size_t p, Work* work) {
+          eliminate_middle(p, numbers, work);
+          start_outwards(p, lambda);
+        },
+        substitute, finish);
+    return {range.reciprocal_condition(), range.right_side, range.residual, range.own_residual};
+  }
+  const double largest = evaluate_right_side(parallel, motion, b);
   const Range range = run(
-      parallel, [&](std::size_t p, Halves halves, Work* work) { eliminate_halves(paths_[p], numbers, halves, work); },
+      parallel,
+      [&](std::size_t p, Halves halves, Work* work) { eliminate_right_side(paths_[p], halves, b, lambda, work); },
       [&](std::size_t p, Work* work) {
-        eliminate_middle(p, numbers, work);
-        start_outwards(p, lambda);
+        work->range = {};
+        eliminate_middle_of(p, b, lambda, *work);
       },
-      [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, substituted, halves, work); },
-      [&](std::size_t p, Work* work) { include_residual(p, substituted, work); });
-  return {range.reciprocal_condition(), range.right_side, range.residual, range.own_residual};
+      substitute, finish);
+  return {.largest_right_side = largest, .residual = range.residual, .own_residual = cannot_tell};
 }
 
 /// |K'dw + b| of a whole path.
@@ -162,22 +177,6 @@ Elimination PathSolver::eliminate(const Parallel& parallel, const Numbers& numbe
       parallel, [&](std::size_t p, Halves halves, Work* work) { eliminate_halves(paths_[p], numbers, halves, work); },
       [&](std::size_t p, Work* work) { eliminate_middle(p, numbers, work); }, [](auto...) {}, [](auto...) {});
   return {.reciprocal_condition = range.reciprocal_condition()};
-}
-
-Elimination PathSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                                    double* lambda, double* w) {
-  const double largest = evaluate_right_side(parallel, motion, b);
-  const Substituted substituted{motion.uniform, blocks, b, lambda, w};
-  const Range range = run(
-      parallel,
-      [&](std::size_t p, Halves halves, Work* work) { eliminate_right_side(paths_[p], halves, b, lambda, work); },
-      [&](std::size_t p, Work* work) {
-        work->range = {};
-        eliminate_middle_of(p, b, lambda, *work);
-      },
-      [&](std::size_t p, Halves halves, Work* work) { substitute_halves(p, substituted, halves, work); },
-      [&](std::size_t p, Work* work) { include_residual(p, substituted, work); });
-  return {.largest_right_side = largest, .residual = range.residual, .own_residual = cannot_tell};
 }
 
 void PathSolver::solve_negative(const Parallel& parallel, const double* b, double* x) {

@@ -22,16 +22,14 @@ class PathSolver final : public IslandSolver {
   /// Takes the islands that are such paths out of `islands`; null where none is.
   static std::unique_ptr<PathSolver> make(const SchurProblem& problem, std::vector<Index>* islands);
 
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
-                    double* w) override;
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
+                    double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;
   Elimination linearise(const Parallel& parallel, const double* r, double* blocks) override;
   double evaluate_values(const Parallel& parallel, const double* r, double* xi) override;
   double evaluate_rates(const Parallel& parallel, const double* r, const double* v, double* rates) override;
-  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
-                          double* w) override;
 
  private:
   using Path = RodPath;

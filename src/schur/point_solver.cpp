@@ -284,7 +284,7 @@ void PointSolver::evaluate(const FreeMotion& motion, std::size_t member, std::si
   }
 }
 
-Elimination PointSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double*,
+Elimination PointSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse, double* blocks, double*,
                                double* lambda, double* w) {
   return for_each_chunk(parallel, [&](Chunk& chunk) {
     const std::size_t count = chunk.count;

@@ -20,8 +20,8 @@ class PointSolver final : public IslandSolver {
   /// Takes the islands that are such points out of `islands`; null where none is.
   static std::unique_ptr<PointSolver> make(const SchurProblem& problem, std::vector<Index>* islands);
 
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch, double* lambda,
-                    double* w) override;
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* scratch,
+                    double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
 

@@ -26,6 +26,10 @@ struct FreeMotion {
   const Vec3* uniform = nullptr;
 };
 
+/// With which factor of S something is solved: a new one at its own configuration, or the last one, at the same
+/// configuration.
+enum class FactorUse { Renew, Keep };
+
 /// A solver reports this of its solution.
 struct Elimination {
   double reciprocal_condition = 1.0;  ///< of S scaled to a unit diagonal, from its pivots; 0: not positive definite
@@ -119,12 +123,10 @@ class SchurSolver : public SchurFactor {
  public:
   /// blocks := K at r, S = K'M^-1K factorized, lambda := -S^-1 b [d] with b = phi + K'w0, w := w0 + M^-1 K lambda
   /// [3n], in one pass or two over the memory. `motion.w0` is w, where supports have what is prescribed and stay.
-  /// Without a factor lambda and w are anything; `scratch` [d].
-  virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
-                            double* lambda, double* w) = 0;
-  /// The same at the configuration of the last factor, with that factor unless a new one is as cheap.
-  virtual Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* scratch,
-                                  double* lambda, double* w) = 0;
+  /// Without a factor lambda and w are anything; `scratch` [d]. A factor and blocks that are kept may be made anew
+  /// where that is as cheap.
+  virtual Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
+                            double* scratch, double* lambda, double* w) = 0;
 
   /// Factorizes S of given blocks of K.
   virtual Elimination factorize(const Parallel& parallel, const double* blocks) = 0;

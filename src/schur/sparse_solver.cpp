@@ -68,21 +68,15 @@ void SparseSolver::find_multipliers(const Parallel& parallel, const double* bloc
   });
 }
 
-Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                                double* lambda, double* w) {
+Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
+                                double* b, double* lambda, double* w) {
+  const bool keeps = use == FactorUse::Keep;
   Elimination result;
-  result.largest_right_side = evaluate(parallel, motion, blocks, b, w);
+  result.largest_right_side = evaluate(parallel, motion, keeps ? nullptr : blocks, b, w);
   if (!std::isfinite(result.largest_right_side)) return result;
-  result.reciprocal_condition = factorize(parallel, blocks).reciprocal_condition;
-  if (result.reciprocal_condition > 0.0) find_multipliers(parallel, blocks, b, lambda, w, &result);
-  return result;
-}
-
-Elimination SparseSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                                      double* lambda, double* w) {
-  Elimination result{.reciprocal_condition = reciprocal_condition_};
-  result.largest_right_side = evaluate(parallel, motion, nullptr, b, w);
-  if (std::isfinite(result.largest_right_side)) find_multipliers(parallel, blocks, b, lambda, w, &result);
+  if (!keeps) (void)factorize(parallel, blocks);
+  result.reciprocal_condition = reciprocal_condition_;
+  if (reciprocal_condition_ > 0.0) find_multipliers(parallel, blocks, b, lambda, w, &result);
   return result;
 }
 

@@ -15,10 +15,8 @@ class SparseSolver final : public IslandSolver {
   /// `incidences` of K.
   SparseSolver(IslandGroup group, std::span<const Incidence> incidences);
 
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
-                    double* w) override;
-  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
-                          double* w) override;
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
+                    double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   const GramSolver::Summary& factor() const { return solver_.summary(); }

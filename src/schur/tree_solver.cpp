@@ -283,9 +283,18 @@ void TreeSolver::accelerate(const Island& island, const Vec3* uniform, const dou
     found->residual = larger(found->residual, std::abs(gap(a) + b[order_[a].row]));
 }
 
-Elimination TreeSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                              double* lambda, double* w) {
+Elimination TreeSolver::solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks,
+                              double* b, double* lambda, double* w) {
   for (const auto& [rod, length] : lengths_) length_second_[rod] = length->second;
+  if (use == FactorUse::Keep) {
+    const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {
+      of_group->right_side = trees::evaluate(rods(island.first_rod, island.end),
+                                             motion_from(island.first_rod, motion, blocks, b), of_group->right_side);
+      substitute(island, b, lambda);
+      accelerate(island, motion.uniform, b, w, of_group);
+    });
+    return {.largest_right_side = found.right_side, .residual = found.residual, .own_residual = found.own_residual};
+  }
   const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {
     prepare(island);
     clear(island, &s_);
@@ -301,18 +310,6 @@ Elimination TreeSolver::solve(const Parallel& parallel, const FreeMotion& motion
     accelerate(island, motion.uniform, b, w, of_group);
   });
   return {reciprocal_condition(found.range), found.right_side, found.residual, found.own_residual};
-}
-
-Elimination TreeSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
-                                    double* lambda, double* w) {
-  for (const auto& [rod, length] : lengths_) length_second_[rod] = length->second;
-  const Found found = for_each_island(parallel, [&](const Island& island, Found* of_group) {
-    of_group->right_side = trees::evaluate(rods(island.first_rod, island.end),
-                                           motion_from(island.first_rod, motion, blocks, b), of_group->right_side);
-    substitute(island, b, lambda);
-    accelerate(island, motion.uniform, b, w, of_group);
-  });
-  return {.largest_right_side = found.right_side, .residual = found.residual, .own_residual = found.own_residual};
 }
 
 Elimination TreeSolver::factorize(const Parallel& parallel, const double* blocks) {

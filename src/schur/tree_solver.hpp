@@ -18,10 +18,8 @@ class TreeSolver final : public IslandSolver {
   /// Takes such islands out of `islands`; null where there are none.
   static std::unique_ptr<TreeSolver> make(const SchurProblem& problem, std::vector<Index>* islands);
 
-  Elimination solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
-                    double* w) override;
-  Elimination solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b, double* lambda,
-                          double* w) override;
+  Elimination solve(const Parallel& parallel, const FreeMotion& motion, FactorUse use, double* blocks, double* b,
+                    double* lambda, double* w) override;
   Elimination factorize(const Parallel& parallel, const double* blocks) override;
   void solve_negative(const Parallel& parallel, const double* b, double* x) override;
   void correct(const Parallel& parallel, const double* blocks, double* rows, double* points) override;

@@ -151,8 +151,8 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   const Vec3 uniform{0.1, 0.2, -9.81};
 
   for (std::size_t i = inner_.numbering.num_moving; i < inner_.numbering.num_points(); ++i) store(w.data(), i, Vec3{});
-  const Elimination found = part->solve(parallel, {r.data(), v.data(), w.data(), &uniform}, blocks.data(),
-                                        scratch.data(), lambda.data(), w.data());
+  const Elimination found = part->solve(parallel, {r.data(), v.data(), w.data(), &uniform}, FactorUse::Renew,
+                                        blocks.data(), scratch.data(), lambda.data(), w.data());
   EXPECT_GT(found.reciprocal_condition, 1e-9);
   EXPECT_LE(found.residual, 1e-12 * found.largest_right_side);
   expect_own_points(w);
@@ -165,8 +165,8 @@ TEST_P(PartsOfMixtures, LeaveOthersRowsAndPointsAlone) {
   const std::vector<double> lambda_before = lambda;
   for (std::vector<double>* const array : {&scratch, &lambda}) std::fill(array->begin(), array->end(), nan);
   std::fill_n(w.begin(), 3 * inner_.numbering.num_moving, nan);
-  const Elimination again = part->solve_again(parallel, {r.data(), v.data(), w.data(), &uniform}, blocks.data(),
-                                              scratch.data(), lambda.data(), w.data());
+  const Elimination again = part->solve(parallel, {r.data(), v.data(), w.data(), &uniform}, FactorUse::Keep,
+                                        blocks.data(), scratch.data(), lambda.data(), w.data());
   EXPECT_NEAR(again.largest_right_side, found.largest_right_side, 1e-12 * found.largest_right_side);
   EXPECT_LE(again.residual, 1e-12 * found.largest_right_side);
   expect_own_points(w);

@@ -86,7 +86,8 @@ Solved solve(Numbers* numbers, int threads) {
   const std::size_t rows = numbers->numbering.num_rows();
   Solved result{{}, std::vector<double>(3 * rows), std::vector<double>(rows), std::vector<double>(rows), numbers->w0};
   result.found = numbers->solver->solve(Parallel(threads), {numbers->r.data(), numbers->v.data(), result.w.data()},
-                                        result.blocks.data(), result.b.data(), result.lambda.data(), result.w.data());
+                                        FactorUse::Renew, result.blocks.data(), result.b.data(), result.lambda.data(),
+                                        result.w.data());
   return result;
 }
 

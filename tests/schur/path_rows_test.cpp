@@ -118,10 +118,11 @@ TEST_P(PathRows, SolvingAgainIsSolving) {
       (void)work.evaluate_free(0.3, rows.r.data(), rows.v.data(), array->data());
 
     const Elimination solved = rows.solver.solve(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
-                                                 blocks.data(), b.data(), lambda.data(), w.data());
+                                                 FactorUse::Renew, blocks.data(), b.data(), lambda.data(), w.data());
     const Elimination linearised = rows.solver.linearise(model.parallel, rows.r.data(), again_blocks.data());
-    const Elimination found = rows.solver.solve_again(model.parallel, {rows.r.data(), rows.v.data(), w_again.data()},
-                                                      again_blocks.data(), b.data(), again.data(), w_again.data());
+    const Elimination found =
+        rows.solver.solve(model.parallel, {rows.r.data(), rows.v.data(), w_again.data()}, FactorUse::Keep,
+                          again_blocks.data(), b.data(), again.data(), w_again.data());
 
     ASSERT_GT(solved.reciprocal_condition, 0.0);
     EXPECT_LE(largest_difference(blocks, again_blocks), rounding);
@@ -149,8 +150,8 @@ TEST(PathRows, AnyNumberOfThreadsFindsTheSameBits) {
     all.push_back(rows.solver.evaluate_rates(model.parallel, rows.r.data(), rows.v.data(), rows.here.data()));
     append(rows.here);
     (void)rows.solver.linearise(model.parallel, rows.r.data(), blocks.data());
-    const Elimination again = rows.solver.solve_again(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
-                                                      blocks.data(), b.data(), lambda.data(), w.data());
+    const Elimination again = rows.solver.solve(model.parallel, {rows.r.data(), rows.v.data(), w.data()},
+                                                FactorUse::Keep, blocks.data(), b.data(), lambda.data(), w.data());
     append({again.largest_right_side, again.residual});
     append(b);
     append(lambda);
