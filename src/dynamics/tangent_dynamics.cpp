@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/numbers.hpp"
 #include "base/stopwatch.hpp"
+#include "schur/refinement.hpp"
 
 namespace tanor {
 
@@ -72,19 +74,18 @@ Outcome TangentDynamics::find(const Kinematics& at, const Request& request, doub
 void TangentDynamics::refine(double scale, bool exact, double* q_ddot) {
   const Stopwatch watch(&work_.times.solve);
   const double enough = exact ? 4.0 * eps : good_enough;
-  const double expected = eps / linearization_.reciprocal_condition();
-  constexpr int most_passes = 5;
   std::fill(q_ddot, q_ddot + size(), 0.0);
   w_ = linearization_.psi();
-  double correction = scale;
-  for (int pass = 0; pass < most_passes; ++pass) {
-    const double before = correction;
-    correction = correct(q_ddot);
-    report_.refinements = pass;
-    report_.residual = pass == 0 ? expected : relative_correction(correction, scale);
-    if (report_.residual <= enough || (pass > 1 && !(correction < 0.5 * before))) break;
-  }
-  if (!std::isfinite(correction)) report_.residual = correction;
+  const double first = correct(q_ddot);
+  report_.residual = eps / linearization_.reciprocal_condition();
+  double correction = std::numeric_limits<double>::infinity();  // the first one, of all of w, is none
+  report_.refinements = refine_solution(
+      RefinementLimits{4}, [&] { return correction; }, [&](double) { return report_.residual <= enough; },
+      [&](int) {
+        correction = correct(q_ddot);
+        report_.residual = relative_correction(correction, scale);
+      });
+  if (const double last = report_.refinements > 0 ? correction : first; !std::isfinite(last)) report_.residual = last;
 }
 
 /// Where every member moves a point of its own. False: where H looks singular, or A'M (w - w0) may not come out.
