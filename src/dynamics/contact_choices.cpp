@@ -221,9 +221,9 @@ void ContactChoices::set_modes(const ModeSwitch& at, const ContactChoice& choice
     state_.tangents.set_stick(contact, !slides && !gives_way);
     laws.set_at_limit(contact, false);
     if (slides)
-      laws.set_sense(contact, (1.0 / norm(towards)) * towards);
+      laws.set_slip_direction(contact, (1.0 / norm(towards)) * towards);
     else if (gives_way && norm(against) > 0.0)
-      laws.set_sense(contact, (1.0 / norm(against)) * against);
+      laws.set_slip_direction(contact, (1.0 / norm(against)) * against);
   }
 }
 
@@ -263,7 +263,7 @@ void ContactChoices::take_one(const ModeSwitch& at, ContactChoice* choice) {
     const std::size_t contact = choice->members[c];
     const bool moves = choice->problem.contacts[c].moves, sticks = choice->sticks[c] != 0;
     const Vec3 given = choice->combine(c, choice->x), shared = choice->combine(c, choice->share);
-    if (!moves && !sticks && norm(given) > 0.0) laws.set_sense(contact, (-1.0 / norm(given)) * given);
+    if (!moves && !sticks && norm(given) > 0.0) laws.set_slip_direction(contact, (-1.0 / norm(given)) * given);
     laws.set_reference(contact, sticks ? shared : Vec3{});
     const double bits = shares ? -steps * std::log2(choice->weights(static_cast<Eigen::Index>(c))) : 0.0;
     state_.softness[contact] = static_cast<int>(std::lround(std::clamp(bits, 0.0, 10.0 * steps)));
@@ -308,7 +308,7 @@ bool ContactChoices::set_limits(const std::vector<ContactChoice>& choices) {
       const std::size_t contact = choice.members[c];
       const double limit = choice.limit(c, choice.x), size = choice.x.segment(first, dimension).norm();
       if (moves || !state_.tangents.sticks(contact) || size < (1.0 - 1e-9) * limit || size == 0.0) continue;
-      laws.set_sense(contact, -choice.combine(c, choice.x / size));
+      laws.set_slip_direction(contact, -choice.combine(c, choice.x / size));
       laws.set_at_limit(contact, laws.static_coefficient(contact) > laws.coefficient_of_sliding(contact));
       state_.tangents.set_stick(contact, false);
       has_changed = true;

@@ -39,7 +39,7 @@ void ContactModes::evaluate_events(const Kinematics& at, const Reactions& found,
       const double limit = state_.limit(c, lambda), held = state_.held(c, lambda);
       *values++ = limit + held > 0.0 ? (limit - held) / (limit + held) + 2.0 * limit_slack : 1.0;
     } else {
-      const double forward = dot(state_.tangents.sliding_velocity(c, at.v), state_.laws.sense(c));
+      const double forward = dot(state_.tangents.sliding_velocity(c, at.v), state_.laws.slip_direction(c));
       *values++ = forward / work_.scales.speed(state_.neighbourhood(c)) + speed_slack;
     }
   }
@@ -76,9 +76,9 @@ Outcome ContactModes::begin(double t, const double* r, double* v, const Request&
   for (std::size_t c = 0; c < state_.size(); ++c) {
     at.at_rest[c] = state_.may_stick(c) && state_.is_at_rest(c, v);
     tangents.set_stick(c, at.at_rest[c] != 0);
-    state_.laws.set_sense(c, {});
+    state_.laws.set_slip_direction(c, {});
   }
-  state_.laws.keep_senses(v);
+  state_.laws.keep_slip_directions(v);
   state_.verdict.uniqueness = Uniqueness::NotAsked;
   state_.softness.clear();
   state_.overloads.clear();
@@ -121,8 +121,8 @@ Outcome ContactModes::choose(ModeSwitch at) {
   if (at.num_at_rest() > 0) {
     if (Outcome outcome = put_to_rest(&at); !outcome.ok()) return outcome;
   }
-  forget_slow_senses(at);
-  state_.laws.keep_senses(at.v);
+  forget_slow_directions(at);
+  state_.laws.keep_slip_directions(at.v);
   std::vector<char> are_counted(at.has_changed.size(), 0);
   if (Outcome outcome = search(at, was_compliant, &are_counted); !outcome.ok()) return outcome;
   return finish(at, are_counted);
@@ -168,9 +168,9 @@ bool ContactModes::is_little(const std::vector<double>& before, const double* v,
   return true;
 }
 
-/// All at rest are at rest exactly, whatever they do next. On a surface a contact may still move across its sense: it
-/// is put to rest, too, unless others would lose more than rounding with it, such as a bead between two contacts on
-/// nearly one line, which moves aside many times as fast as they. Then it slides on, to where it moves.
+/// All at rest are at rest exactly, whatever they do next. On a surface a contact may still move across its slip
+/// direction: it is put to rest, too, unless others would lose more than rounding with it, such as a bead between two
+/// contacts on nearly one line, which moves aside many times as fast as they. Then it slides on, to where it moves.
 Outcome ContactModes::put_to_rest(ModeSwitch* at) {
   const std::vector<double> before(at->v, at->v + 3 * model_.num_points());
   std::vector<double> impulses(model_.num_rows());
@@ -197,11 +197,12 @@ Outcome ContactModes::put_to_rest(ModeSwitch* at) {
 }
 
 /// Slow directions begin anew: others hold them now, or no longer.
-void ContactModes::forget_slow_senses(const ModeSwitch& at) {
+void ContactModes::forget_slow_directions(const ModeSwitch& at) {
   for (std::size_t c = 0; c < state_.size(); ++c) {
     const bool is_open = at.has_changed[friction_.islands().of_contact[c]] != 0;
     const bool slides = is_open && at.at_rest[c] == 0 && !state_.tangents.sticks(c);
-    if (slides && state_.tangents[c].num_guides == 1 && !state_.is_at_rest(c, at.v)) state_.laws.set_sense(c, {});
+    if (slides && state_.tangents[c].num_guides == 1 && !state_.is_at_rest(c, at.v))
+      state_.laws.set_slip_direction(c, {});
   }
 }
 
@@ -342,7 +343,7 @@ void ContactModes::accept(double t, const double* r, const double* v) {
     if (sharing_.is_compliant() || system_.redundancy().is_found()) state_.places.give_way(r);
   }
   state_.set_sliding_speeds();
-  state_.laws.keep_senses(v);
+  state_.laws.keep_slip_directions(v);
 }
 
 void ContactModes::exchange_memory(Memory& memory) {

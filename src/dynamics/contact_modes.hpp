@@ -42,7 +42,7 @@ class ContactModes final : public EventFunctions {
   bool let_slide(const double* v, double times, ModeSwitch* at);
   bool is_little(const std::vector<double>& before, const double* v, double own) const;
   Power work_of_impulses(const double* r, const std::vector<double>& impulses) const;
-  void forget_slow_senses(const ModeSwitch& at);
+  void forget_slow_directions(const ModeSwitch& at);
   Outcome count(const ModeSwitch& at, const std::vector<char>& wanted, std::size_t most_contacts, bool takes_all,
                 std::vector<ContactChoice>* choices);
   Outcome count_islands(const ModeSwitch& at, std::vector<ContactChoice>* choices);

@@ -47,13 +47,13 @@ double ContactState::limit(std::size_t contact, const double* lambda) const {
 void ContactState::release(std::size_t contact, const double* lambda) {
   const Vec3 held = held_friction(tangents, laws, contact, lambda);
   const double size = norm(held);
-  laws.set_sense(contact, size > 0.0 ? (-1.0 / size) * held : tangents.directions(contact)[0]);
+  laws.set_slip_direction(contact, size > 0.0 ? (-1.0 / size) * held : tangents.directions(contact)[0]);
   tangents.set_stick(contact, false);
 }
 
 void ContactState::let_slide(std::size_t contact) {
   tangents.set_stick(contact, false);
-  laws.set_sense(contact, {});
+  laws.set_slip_direction(contact, {});
 }
 
 /// On a curve the sense of sliding is kept too, as its sign along T: at rest the velocity does not tell it. How a load
@@ -61,7 +61,7 @@ void ContactState::let_slide(std::size_t contact) {
 std::vector<int> ContactState::discrete_state() const {
   std::vector<int> state;
   for (std::size_t c = 0; num_switches > 0 && c < size(); ++c) {
-    const double along = dot(laws.sense(c), tangents.directions(c)[0]);
+    const double along = dot(laws.slip_direction(c), tangents.directions(c)[0]);
     state.push_back(tangents.sticks(c)                            ? sticks
                     : tangents[c].num_guides == 1 || along == 0.0 ? slides
                     : along > 0.0                                 ? slides_forward
@@ -93,7 +93,7 @@ void ContactState::restore_discrete_state(std::span<const int> state) {
   }
 }
 
-void ContactState::restore_senses(const double* r, const double* v) {
+void ContactState::restore_slip_directions(const double* r, const double* v) {
   if (restored_.empty()) return;
   places.hold(work.time(), r);
   set_sliding_speeds();
@@ -101,10 +101,10 @@ void ContactState::restore_senses(const double* r, const double* v) {
     const Vec3 t = tangents.directions(c)[0];
     const bool is_at_limit = restored_[c] > slides_backward;
     const int mode = is_at_limit ? restored_[c] - at_limit : restored_[c];
-    laws.set_sense(c, mode == slides_forward ? t : mode == slides_backward ? -t : Vec3{});
+    laws.set_slip_direction(c, mode == slides_forward ? t : mode == slides_backward ? -t : Vec3{});
     laws.set_at_limit(c, is_at_limit);
   }
-  laws.keep_senses(v);
+  laws.keep_slip_directions(v);
   restored_.clear();
 }
 

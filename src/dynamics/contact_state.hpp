@@ -78,9 +78,9 @@ struct ContactState {
   /// One number a contact that tells all of it but references and places; none where no contact may stick.
   std::vector<int> discrete_state() const;
   /// Throws InputError where the size does not fit. Slip directions need T: they are restored at the first place where
-  /// it stands, by `restore_senses`, which does nothing but then.
+  /// it stands, by `restore_slip_directions`, which does nothing but then.
   void restore_discrete_state(std::span<const int> state);
-  void restore_senses(const double* r, const double* v);
+  void restore_slip_directions(const double* r, const double* v);
 
   /// What is known about all modes, and about reactions, into the report of one instant. K as blocks, and which of its
   /// rows depend on others.
@@ -90,7 +90,7 @@ struct ContactState {
   std::string find_undetermined_reaction(const std::vector<double>& blocks, const Redundancy& redundancy) const;
 
  private:
-  std::vector<int> restored_;  // modes whose senses are still to be found
+  std::vector<int> restored_;  // modes whose slip directions are still to be found
 };
 
 }  // namespace tanor

@@ -227,7 +227,7 @@ void ForwardDynamics::write_reactions(const std::vector<double>& lambda, double*
 Outcome ForwardDynamics::find_friction(const Kinematics& at, const UniquenessCheck& check, double* w) {
   if (friction_ == nullptr) return {};
   const auto [t, r, v] = at;
-  contacts_->restore_senses(r, v);
+  contacts_->restore_slip_directions(r, v);
   contacts_->set_sliding_speeds();
   // The null space turns with K.
   if (!work_.constraints.gradients_are_constant()) (void)linearization_.decide_rank_again(r);

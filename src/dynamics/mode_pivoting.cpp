@@ -134,7 +134,7 @@ void ModePivoting::look_at_sliding(std::size_t c, const Vec3& a, Search* search)
   // On a surface the direction is a part of the answer.
   if (search->is_solved[c] != 0 || state_.tangents[c].num_guides != 1) return;
   if (!(size > rounding && along < (1.0 - 1e-13) * size)) return;
-  laws.set_sense(c, (1.0 / size) * a);
+  laws.set_slip_direction(c, (1.0 / size) * a);
   search->has_changed = search->has_changed || along < (1.0 - 1e-12) * size;
 }
 

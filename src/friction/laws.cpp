@@ -117,32 +117,32 @@ void FrictionLaws::set_guides(std::size_t c) {
 }
 
 /// v/|v|, on as before beyond a stop: it is located on a smooth motion. On a surface the direction of a slow motion is
-/// stiff, it turns at the rate mu N/(m |v|): below `slow` the part across the last sense is v/slow instead, which
+/// stiff, it turns at the rate mu N/(m |v|): below `slow` the part across the last direction is v/slow instead, which
 /// turns towards the same balance no faster than at that speed.
 Vec3 FrictionLaws::sliding_direction(std::size_t c, const Vec3& velocity) const {
   const double speed = norm(velocity);
   const auto& [t0, t1] = tangents_.directions(c);
-  const Vec3 kept = dot(t0, contacts_[c].sense) * t0 + dot(t1, contacts_[c].sense) * t1;
+  const Vec3 kept = dot(t0, contacts_[c].slip) * t0 + dot(t1, contacts_[c].slip) * t1;
   const double length = norm(kept);
   if (length == 0.0) return speed > 0.0 ? (1.0 / speed) * velocity : Vec3{};
-  const Vec3 sense = (1.0 / length) * kept;
-  if (tangents_[c].num_guides == 2) return sense;
-  const double forward = dot(velocity, sense);
+  const Vec3 before = (1.0 / length) * kept;
+  if (tangents_[c].num_guides == 2) return before;
+  const double forward = dot(velocity, before);
   const double slow = contacts_[c].slow;
   if (speed >= slow) return ((forward < 0.0 ? -1.0 : 1.0) / speed) * velocity;
-  const Vec3 across = (1.0 / slow) * (velocity - forward * sense);
-  return std::sqrt(std::max(0.0, 1.0 - dot(across, across))) * sense + across;
+  const Vec3 across = (1.0 / slow) * (velocity - forward * before);
+  return std::sqrt(std::max(0.0, 1.0 - dot(across, across))) * before + across;
 }
 
-void FrictionLaws::keep_senses(const double* v) {
+void FrictionLaws::keep_slip_directions(const double* v) {
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     const Vec3 velocity = tangents_.sliding_velocity(c, v);
     const double speed = norm(velocity);
     if (speed <= contacts_[c].rest || tangents_.sticks(c)) continue;
-    // On a surface a slow direction is a function of v and of one sense: another one would make it jump.
-    const bool has_sense = dot(contacts_[c].sense, contacts_[c].sense) > 0.0;
-    if (tangents_[c].num_guides == 1 && has_sense && speed < contacts_[c].slow) continue;
-    contacts_[c].sense = sliding_direction(c, velocity);
+    // On a surface a slow direction is a function of v and of one before: another one would make it jump.
+    const bool has_slip = dot(contacts_[c].slip, contacts_[c].slip) > 0.0;
+    if (tangents_[c].num_guides == 1 && has_slip && speed < contacts_[c].slow) continue;
+    contacts_[c].slip = sliding_direction(c, velocity);
     contacts_[c].is_at_limit = false;
   }
 }

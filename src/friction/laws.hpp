@@ -28,18 +28,18 @@ class FrictionLaws {
 
   /// Sliding velocities and directions at (t, r, v), K in `blocks`; `tangents` stand there.
   void set_state(const Parallel& parallel, double t, const double* r, const double* v, const double* blocks);
-  /// From now on the sense of sliding is the one of v (at the last place), until it is kept anew: within a step a
+  /// From now on contacts slip in the direction of v (at the last place), until it is kept anew: within a step a
   /// contact does not turn back by itself.
-  void keep_senses(const double* v);
+  void keep_slip_directions(const double* v);
   /// A contact slower than `rest` has no direction but rounding; slower than `slow`, its direction on a surface lags
   /// (m/s).
   void set_speeds(std::size_t contact, double rest, double slow) {
     contacts_[contact].rest = rest;
     contacts_[contact].slow = slow;
   }
-  /// The sense of a contact that begins to slide at rest.
-  void set_sense(std::size_t contact, Vec3 direction) { contacts_[contact].sense = direction; }
-  Vec3 sense(std::size_t contact) const { return contacts_[contact].sense; }
+  /// Where a contact slips to that begins to slide at rest, a unit vector; 0: it is not known.
+  void set_slip_direction(std::size_t contact, Vec3 direction) { contacts_[contact].slip = direction; }
+  Vec3 slip_direction(std::size_t contact) const { return contacts_[contact].slip; }
   /// A contact that gave way but does not move, since others hold it: its friction is the static limit.
   void set_at_limit(std::size_t contact, bool is_at_limit) { contacts_[contact].is_at_limit = is_at_limit; }
   bool is_at_limit(std::size_t contact) const { return contacts_[contact].is_at_limit; }
@@ -50,7 +50,7 @@ class FrictionLaws {
   Vec3 reference(std::size_t contact) const;
 
   void exchange_memory(Memory& memory) {
-    for (Contact& contact : contacts_) memory.exchange(contact.sense, contact.is_at_limit, contact.reference);
+    for (Contact& contact : contacts_) memory.exchange(contact.slip, contact.is_at_limit, contact.reference);
   }
 
   std::size_t num_parts() const { return directions_.size(); }
@@ -94,7 +94,7 @@ class FrictionLaws {
     bool may_stick = false, is_full = false, is_at_limit = false;
     double coefficient = 0.0, static_coefficient = 0.0;
     double rest = 0.0, slow = 0.0, speed = 0.0;  // m/s
-    Vec3 sense{};                                // last direction of sliding that was kept
+    Vec3 slip{};                                 // last direction of sliding that was kept
     Vec3 reference{};                            // N
     Vec3 position{}, velocity{};                 // at the last place, where it has three parts
   };
