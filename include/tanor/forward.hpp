@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <compare>
-#include <limits>
 
 #include <tanor/jet.hpp>
 
@@ -94,6 +93,9 @@ struct Forward {
   friend constexpr std::partial_ordering operator<=>(const Forward& a, const Forward& b) { return a.v <=> b.v; }
 };
 
+template <int N>
+inline constexpr bool has_derivatives<Forward<N>> = true;
+
 namespace detail {
 
 /// slope * partial; a variable that does not take part stays out also where the slope is infinite or undefined.
@@ -113,6 +115,16 @@ Forward<N> chain(double value, double slope, const Forward<N>& a) {
   return r;
 }
 
+/// The value of a along itself, and f(a) from f of that.
+template <int N>
+Jet<1> jet_of(const Forward<N>& a) {
+  return Jet<1>::variable(a.v);
+}
+template <int N>
+Forward<N> chain(const Jet<1>& f, const Forward<N>& a) {
+  return chain(f.c[0], f.c[1], a);
+}
+
 /// f(a, b) with the given value and slopes.
 template <int N>
 Forward<N> chain(double value, double slope_a, const Forward<N>& a, double slope_b, const Forward<N>& b) {
@@ -123,53 +135,21 @@ Forward<N> chain(double value, double slope_a, const Forward<N>& a, double slope
 
 }  // namespace detail
 
-template <int N>
-Forward<N> sqrt(const Forward<N>& a) {
-  const double root = std::sqrt(a.v);
-  return detail::chain(root, 0.5 / root, a);
-}
-
-template <int N>
-Forward<N> exp(const Forward<N>& a) {
-  const double value = std::exp(a.v);
-  return detail::chain(value, value, a);
-}
-
-template <int N>
-Forward<N> log(const Forward<N>& a) {
-  return detail::chain(std::log(a.v), 1.0 / a.v, a);
-}
-
-template <int N>
-Forward<N> sin(const Forward<N>& a) {
-  return detail::chain(std::sin(a.v), std::cos(a.v), a);
-}
-
-template <int N>
-Forward<N> cos(const Forward<N>& a) {
-  return detail::chain(std::cos(a.v), -std::sin(a.v), a);
-}
-
-template <int N>
-Forward<N> tan(const Forward<N>& a) {
-  const double value = std::tan(a.v);
-  return detail::chain(value, 1.0 + value * value, a);
-}
-
-template <int N>
-Forward<N> asin(const Forward<N>& a) {
-  return detail::chain(std::asin(a.v), 1.0 / std::sqrt((1.0 - a.v) * (1.0 + a.v)), a);
-}
-
-template <int N>
-Forward<N> acos(const Forward<N>& a) {
-  return detail::chain(std::acos(a.v), -1.0 / std::sqrt((1.0 - a.v) * (1.0 + a.v)), a);
-}
-
-template <int N>
-Forward<N> atan(const Forward<N>& a) {
-  return detail::chain(std::atan(a.v), 1.0 / (1.0 + a.v * a.v), a);
-}
+// Their slopes are those of the jet.
+// clang-format off
+template <int N> Forward<N> sqrt(const Forward<N>& a) { return detail::chain(sqrt(detail::jet_of(a)), a); }
+template <int N> Forward<N> exp(const Forward<N>& a) { return detail::chain(exp(detail::jet_of(a)), a); }
+template <int N> Forward<N> log(const Forward<N>& a) { return detail::chain(log(detail::jet_of(a)), a); }
+template <int N> Forward<N> sin(const Forward<N>& a) { return detail::chain(sin(detail::jet_of(a)), a); }
+template <int N> Forward<N> cos(const Forward<N>& a) { return detail::chain(cos(detail::jet_of(a)), a); }
+template <int N> Forward<N> tan(const Forward<N>& a) { return detail::chain(tan(detail::jet_of(a)), a); }
+template <int N> Forward<N> asin(const Forward<N>& a) { return detail::chain(asin(detail::jet_of(a)), a); }
+template <int N> Forward<N> acos(const Forward<N>& a) { return detail::chain(acos(detail::jet_of(a)), a); }
+template <int N> Forward<N> atan(const Forward<N>& a) { return detail::chain(atan(detail::jet_of(a)), a); }
+template <int N> Forward<N> sinh(const Forward<N>& a) { return detail::chain(sinh(detail::jet_of(a)), a); }
+template <int N> Forward<N> cosh(const Forward<N>& a) { return detail::chain(cosh(detail::jet_of(a)), a); }
+template <int N> Forward<N> tanh(const Forward<N>& a) { return detail::chain(tanh(detail::jet_of(a)), a); }
+// clang-format on
 
 /// Angle of (x, y) against the x axis, in [-pi, pi].
 template <int N>
@@ -177,41 +157,6 @@ Forward<N> atan2(const Forward<N>& y, const Forward<N>& x) {
   // (x y' - y x')/(x^2 + y^2); hypot does not overflow where the squares do.
   const double length = std::hypot(x.v, y.v);
   return detail::chain(std::atan2(y.v, x.v), x.v / length / length, y, -y.v / length / length, x);
-}
-
-template <int N>
-Forward<N> sinh(const Forward<N>& a) {
-  return detail::chain(std::sinh(a.v), std::cosh(a.v), a);
-}
-
-template <int N>
-Forward<N> cosh(const Forward<N>& a) {
-  return detail::chain(std::cosh(a.v), std::sinh(a.v), a);
-}
-
-template <int N>
-Forward<N> tanh(const Forward<N>& a) {
-  // 1/cosh^2 instead of 1 - tanh^2: no cancellation for large arguments.
-  const double secant = 1.0 / std::cosh(a.v);
-  return detail::chain(std::tanh(a.v), secant * secant, a);
-}
-
-/// At 0 the branch of positive numbers.
-template <int N>
-constexpr Forward<N> abs(const Forward<N>& a) {
-  return a.v < 0.0 ? -a : a;
-}
-
-/// The first one where both are equal.
-template <int N>
-constexpr Forward<N> min(const Forward<N>& a, const Forward<N>& b) {
-  return b < a ? b : a;
-}
-
-/// The first one where both are equal.
-template <int N>
-constexpr Forward<N> max(const Forward<N>& a, const Forward<N>& b) {
-  return a < b ? b : a;
 }
 
 /// a^p; integers are multiplied out, so the base may be 0 or negative there.
@@ -228,16 +173,5 @@ Forward<N> pow(const Forward<N>& a, const Forward<N>& b) {
   const double value = std::pow(a.v, b.v);
   return detail::chain(value, b.v * std::pow(a.v, b.v - 1.0), a, value * std::log(a.v), b);
 }
-
-// The same with a number on one side.
-// clang-format off
-template <int N> Forward<N> pow(double a, const Forward<N>& b) { return pow(Forward<N>(a), b); }
-template <int N> Forward<N> atan2(const Forward<N>& y, double x) { return atan2(y, Forward<N>(x)); }
-template <int N> Forward<N> atan2(double y, const Forward<N>& x) { return atan2(Forward<N>(y), x); }
-template <int N> constexpr Forward<N> min(const Forward<N>& a, double b) { return min(a, Forward<N>(b)); }
-template <int N> constexpr Forward<N> min(double a, const Forward<N>& b) { return min(Forward<N>(a), b); }
-template <int N> constexpr Forward<N> max(const Forward<N>& a, double b) { return max(a, Forward<N>(b)); }
-template <int N> constexpr Forward<N> max(double a, const Forward<N>& b) { return max(Forward<N>(a), b); }
-// clang-format on
 
 }  // namespace tanor

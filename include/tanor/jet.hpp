@@ -271,24 +271,6 @@ Jet<P> tanh(const Jet<P>& a) {
   return detail::tangent(a, std::tanh(a.c[0]), secant * secant, -1.0);
 }
 
-/// At 0 the branch of positive numbers.
-template <int P>
-constexpr Jet<P> abs(const Jet<P>& a) {
-  return a.c[0] < 0.0 ? -a : a;
-}
-
-/// The first one where both are equal.
-template <int P>
-constexpr Jet<P> min(const Jet<P>& a, const Jet<P>& b) {
-  return b < a ? b : a;
-}
-
-/// The first one where both are equal.
-template <int P>
-constexpr Jet<P> max(const Jet<P>& a, const Jet<P>& b) {
-  return a < b ? b : a;
-}
-
 /// a^p; integers are multiplied out, so the base may be 0 or negative there.
 template <int P>
 Jet<P> pow(const Jet<P>& a, double p) {
@@ -318,15 +300,28 @@ Jet<P> pow(const Jet<P>& a, const Jet<P>& b) {
   return r;
 }
 
-// The same with a number on one side.
+// ---- of every number with derivatives ----
+
+/// A number with derivatives, whose comparisons look at the value alone: see also Forward.
+template <class T>
+inline constexpr bool has_derivatives = false;
+template <int P>
+inline constexpr bool has_derivatives<Jet<P>> = true;
+template <class T>
+concept Differentiable = has_derivatives<T>;
+
+// abs: at 0 the branch of positive numbers; min and max: the first one where both are equal.
 // clang-format off
-template <int P> Jet<P> pow(double a, const Jet<P>& b) { return pow(Jet<P>(a), b); }
-template <int P> Jet<P> atan2(const Jet<P>& y, double x) { return atan2(y, Jet<P>(x)); }
-template <int P> Jet<P> atan2(double y, const Jet<P>& x) { return atan2(Jet<P>(y), x); }
-template <int P> constexpr Jet<P> min(const Jet<P>& a, double b) { return min(a, Jet<P>(b)); }
-template <int P> constexpr Jet<P> min(double a, const Jet<P>& b) { return min(Jet<P>(a), b); }
-template <int P> constexpr Jet<P> max(const Jet<P>& a, double b) { return max(a, Jet<P>(b)); }
-template <int P> constexpr Jet<P> max(double a, const Jet<P>& b) { return max(Jet<P>(a), b); }
+template <Differentiable T> constexpr T abs(const T& a) { return a < T(0.0) ? -a : a; }
+template <Differentiable T> constexpr T min(const T& a, const T& b) { return b < a ? b : a; }
+template <Differentiable T> constexpr T max(const T& a, const T& b) { return a < b ? b : a; }
+template <Differentiable T> constexpr T min(const T& a, double b) { return min(a, T(b)); }
+template <Differentiable T> constexpr T min(double a, const T& b) { return min(T(a), b); }
+template <Differentiable T> constexpr T max(const T& a, double b) { return max(a, T(b)); }
+template <Differentiable T> constexpr T max(double a, const T& b) { return max(T(a), b); }
+template <Differentiable T> T pow(double a, const T& b) { return pow(T(a), b); }
+template <Differentiable T> T atan2(const T& y, double x) { return atan2(y, T(x)); }
+template <Differentiable T> T atan2(double y, const T& x) { return atan2(T(y), x); }
 // clang-format on
 
 }  // namespace tanor

@@ -7,8 +7,9 @@
 #include "base/parallel.hpp"
 #include "base/vec3.hpp"
 
-/// \file Eight numbers, or eight points, side by side in one vector register. The functions that use them are compiled
-/// once for each instruction set (instruction_sets.hpp).
+/// \file Numbers, or points, side by side in one vector register: `Pack`, of which `Eight` is the width that all
+/// kernels use but those of series along few paths. The functions that use them are compiled once for each instruction
+/// set (instruction_sets.hpp).
 namespace tanor {
 
 // Functions that take or return lanes are all inlined: there is no binary interface to keep.
@@ -16,18 +17,18 @@ namespace tanor {
 
 inline constexpr std::size_t num_lanes = 8;
 
-template <class T, std::size_t N>
+template <std::size_t N>
 struct PackOf {
-  using Type [[gnu::vector_size(N * sizeof(T)), gnu::aligned(N * sizeof(T))]] = T;
+  using Type [[gnu::vector_size(N * sizeof(double)), gnu::aligned(N * sizeof(double))]] = double;
 };
 /// N numbers side by side in one vector register. It is aligned, since a load that is not would touch two cache lines.
-template <class T, std::size_t N>
-using Pack = typename PackOf<T, N>::Type;
+template <std::size_t N>
+using Pack = typename PackOf<N>::Type;
 
 /// N points side by side: a pack for each component.
-template <class T, std::size_t N>
+template <std::size_t N>
 struct Pack3 {
-  Pack<T, N> x, y, z;
+  Pack<N> x, y, z;
 
   [[gnu::always_inline]] friend Pack3 operator+(const Pack3& a, const Pack3& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -35,16 +36,16 @@ struct Pack3 {
   [[gnu::always_inline]] friend Pack3 operator-(const Pack3& a, const Pack3& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
-  [[gnu::always_inline]] friend Pack3 operator*(const Pack<T, N>& s, const Pack3& a) {
+  [[gnu::always_inline]] friend Pack3 operator*(const Pack<N>& s, const Pack3& a) {
     return {s * a.x, s * a.y, s * a.z};
   }
   [[gnu::always_inline]] friend Pack3 operator*(const Pack3& a, const Pack3& b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
   }
-  [[gnu::always_inline]] friend Pack<T, N> dot(const Pack3& a, const Pack3& b) {
+  [[gnu::always_inline]] friend Pack<N> dot(const Pack3& a, const Pack3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
   }
-  [[gnu::always_inline]] Pack<T, N> sum() const { return x + y + z; }
+  [[gnu::always_inline]] Pack<N> sum() const { return x + y + z; }
   /// Copies component by component. gcc copies a whole Pack3 by way of the stack, in other pieces than it stood there.
   [[gnu::always_inline]] void write(Pack3* to) const {
     to->x = x;
@@ -53,9 +54,8 @@ struct Pack3 {
   }
 };
 
-/// The widest packs that every kernel uses.
-using Eight = Pack<double, num_lanes>;
-using Eight3 = Pack3<double, num_lanes>;
+using Eight = Pack<num_lanes>;
+using Eight3 = Pack3<num_lanes>;
 
 /// Loads and stores eight numbers at any address.
 using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
@@ -67,7 +67,7 @@ using EightAnywhere [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = 
 }
 
 /// Four numbers. Both AVX2 and AVX-512 can shuffle them.
-using Four [[gnu::vector_size(32)]] = double;
+using Four = Pack<4>;
 using FourAnywhere [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
 [[gnu::always_inline]] inline const FourAnywhere& four_at(const double* place) {
   return *reinterpret_cast<const FourAnywhere*>(place);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/numbers.hpp"
 #include "base/stopwatch.hpp"
@@ -36,7 +37,8 @@ Outcome TangentDynamics::solve(const Kinematics& at, const Request& request, con
   if (to.reactions != nullptr && outcome.ok()) {
     to.reactions->lambda = friction_found_.lambda;
     to.reactions->friction = friction_found_.friction;
-    to.reactions->w = w_;
+    std::swap(to.reactions->w, w_);  // scratch from here on
+    w_.resize(3 * model_.num_points());
     to.reactions->knows_w0 = false;
   }
   return outcome;

@@ -17,7 +17,7 @@ namespace tanor {
 template <std::size_t width>
 class LanePoints {
  public:
-  using Vector = Pack3<double, width>;
+  using Vector = Pack3<width>;
 
   /// [points a lane][width] as RodLanes has them; -1: not there.
   explicit LanePoints(std::vector<Index> points) : points_(std::move(points)) {

@@ -14,8 +14,8 @@ namespace tanor {
 template <std::size_t lanes, bool is_cut>
 struct PathLanes {
   static constexpr std::size_t width = lanes;
-  using Lane = Pack<double, width>;
-  using Vector = Pack3<double, width>;
+  using Lane = Pack<width>;
+  using Vector = Pack3<width>;
 
   struct Known {
     Vector force;      // sum of a_j mu_{k-j}

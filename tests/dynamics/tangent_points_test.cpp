@@ -77,7 +77,8 @@ struct Solved {
     (void)form.start(t, r.data(), v.data(), StartMode::Project);
     outcome = form.set_state(t, r.data(), v.data(), q.data(), q_dot.data());
     if (outcome.ok())
-      outcome = form.accelerations(at(), {.exact = exactly}, {q_ddot.data(), nullptr, nullptr, &reactions});
+      outcome = form.accelerations({t, q.data(), q_dot.data()}, {.exact = exactly},
+                                   {q_ddot.data(), nullptr, nullptr, &reactions});
     eta.resize(r.size());
   }
   Kinematics at() const { return {t, q.data(), q_dot.data()}; }

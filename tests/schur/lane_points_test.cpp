@@ -33,7 +33,7 @@ void expect_round_trip(std::size_t length, std::mt19937* random) {
   const LanePoints<width> lane_points(points);
   std::vector<double> from(3 * width * length), to(from.size(), -1.0);
   std::iota(from.begin(), from.end(), 1.0);
-  std::vector<Pack3<double, width>> lanes(length);
+  std::vector<Pack3<width>> lanes(length);
   const auto at = [&](std::size_t i) -> auto& {
     return lanes[i];
   };
@@ -44,7 +44,7 @@ void expect_round_trip(std::size_t length, std::mt19937* random) {
 
   for (std::size_t k = 0; k < points.size(); ++k) {
     const auto lane = k % width, point = static_cast<std::size_t>(points[k]);
-    const Pack3<double, width>& r = lanes[k / width];
+    const Pack3<width>& r = lanes[k / width];
     if (points[k] < 0) {
       EXPECT_EQ(r.x[lane] + r.y[lane] + r.z[lane], 0.0);
       continue;
