@@ -70,6 +70,7 @@ void SparseSolver::find_multipliers(const Parallel& parallel, const double* bloc
 
 Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
                                 double* lambda, double* w) {
+  bring_points(parallel, motion.source);
   Elimination result;
   result.largest_right_side = evaluate(parallel, motion, blocks, b, w);
   if (!std::isfinite(result.largest_right_side)) return result;
@@ -80,6 +81,7 @@ Elimination SparseSolver::solve(const Parallel& parallel, const FreeMotion& moti
 
 Elimination SparseSolver::solve_again(const Parallel& parallel, const FreeMotion& motion, double* blocks, double* b,
                                       double* lambda, double* w) {
+  bring_points(parallel, motion.source);
   Elimination result{.reciprocal_condition = reciprocal_condition_};
   result.largest_right_side = evaluate(parallel, motion, nullptr, b, w);
   if (std::isfinite(result.largest_right_side)) find_multipliers(parallel, blocks, b, lambda, w, &result);
